@@ -46,7 +46,7 @@ def best(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def draw(table: pd.DataFrame) -> Figure:
-    """Mean rate of penetration over feed force, its top marked."""
+    """Draws the mean rate of penetration over the feed force."""
     with styled(6.0, 4.0) as figure:
         axes = figure.subplots()
         for (rock, part), colour in zip(
@@ -54,8 +54,6 @@ def draw(table: pd.DataFrame) -> Figure:
         ):
             feed, speed = part["feed_force"] * 1e-3, part["rop_mean"] * 3600
             axes.plot(feed, speed, "o-", ms=3, color=colour, label=str(rock).replace("_", " "))
-            top = speed.idxmax()
-            axes.plot(feed[top], speed[top], "*", ms=12, color=colour)
         axes.set_xlabel("feed force (kN)")
         axes.set_ylabel("mean rate of penetration (m/h)")
         axes.set_ylim(bottom=0.0)

@@ -74,8 +74,8 @@ def complete(stage: Path, container_page: Callable[[], str]) -> None:
     for page in stage.glob("*.md"):
         text = INSERT.sub(lambda m: insert(m[1], made), page.read_text(encoding="utf-8"))
         page.write_text(text, encoding="utf-8")
-    (stage / "variables.md").write_text(pages_of_reference.variables(), encoding="utf-8")
-    (stage / "python.md").write_text(pages_of_reference.python(), encoding="utf-8")
+    for name, (_, text) in (pages_of_reference.variables() | pages_of_reference.python()).items():
+        (stage / name).write_text(text, encoding="utf-8")
 
 
 def build_site(stage: Path, site: Path, *, strict: bool = True) -> None:
@@ -85,6 +85,12 @@ def build_site(stage: Path, site: Path, *, strict: bool = True) -> None:
     config = load_config(
         str(GUIDE / "mkdocs.yml"), docs_dir=str(stage), site_dir=str(site), strict=strict
     )
+    reference = next(part["Reference"] for part in config.nav if "Reference" in part)
+    for title, pages in {
+        "Variables": pages_of_reference.variables(),
+        "Python": pages_of_reference.python(),
+    }.items():
+        reference.append({title: [{entry: file} for file, (entry, _) in pages.items()]})
     config.plugins.on_startup(command="build", dirty=False)
     try:
         build(config)

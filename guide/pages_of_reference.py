@@ -4,52 +4,137 @@ from __future__ import annotations
 
 import inspect
 import re
+from collections.abc import Iterable
 
 import dth_hammer
-from dth_hammer import PRESETS, VARIABLES, figures, quantities, testing
+from dth_hammer import PRESETS, VARIABLES, figures, fmu, quantities, testing
 from dth_hammer.variables import Variable
 
-GROUPS = (
-    ("Parameters", ("parameter",)),
-    ("Inputs", ("input",)),
-    ("Outputs", ("output",)),
-    ("Local variables", ("local",)),
-)
+#: Title of a page of variables by the first part of the names that it has.
+PARAMETERS = {
+    "Whole model": (
+        "fidelity",
+        "cross_section",
+        "gravity",
+        "material",
+        "mesh",
+        "contact",
+        "blow",
+        "work_limit",
+    ),
+    "Piston and bit": ("piston", "bit"),
+    "Casing and chuck": ("casing", "chuck"),
+    "Drill string": ("drill",),
+    "Drive and chambers": ("drive", "chambers"),
+    "Air": ("air",),
+    "Rock and hole": ("rock", "hole"),
+}
+#: The same of outputs and local variables, by how a name begins; the first that fits.
+OUTPUTS = {
+    "Energies": ("energy_",),
+    "Blows and rates": ("blow", "rop", "tip_rate", "drilled", "hole_", "rebound", "event"),
+    "Motion, forces and modes": ("",),
+}
+#: Pages of functions, and what else is on each: what it takes and returns.
+FUNCTIONS = {
+    "simulate": ("Run",),
+    "steady": ("Steady",),
+    "stationary": ("Cycle",),
+    "Cycles": (),
+    "trend": ("Trend",),
+    "sweep": ("Case",),
+    "optimise": ("Optimum",),
+    "calibrate": ("Calibration", "Record"),
+    "from_datasheet": ("Datasheet",),
+    "rock": ("Rock",),
+    "mesh_for": ("Mesh",),
+    "life": ("SNCurve", "Life"),
+    "waves": ("Waves",),
+    "report": ("Scene",),
+    "convert": (),
+    "with_units": (),
+    "Hammer": ("Snapshot",),
+    "Coupling": ("Partner", "Motion"),
+}
+ERRORS = "Errors and warnings"
+MODULES = (figures, testing, fmu)
+
+Pages = dict[str, tuple[str, str]]
 
 
-def variables() -> str:
-    """All quantities, by kind."""
-    lines = ["# Variables", ""]
-    for title, kinds in GROUPS:
-        rows = VARIABLES.of(*kinds)
-        settable = rows[0].settable
-        lines += [f"## {title}", ""]
-        heads = ["name", "unit", *(["start", "domain"] if settable else []), "meaning"]
-        lines += ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
-        for row in rows:
-            cells = [
-                f"`{row.name}`",
-                _unit(row),
-                *([_start(row), row.domain()] if settable else []),
-            ]
-            tunable = " *Tunable.*" if row.causality == "parameter" and row.tunable else ""
-            lines.append("| " + " | ".join([*cells, f"{row.description}.{tunable}"]) + " |")
-        lines.append("")
-    lines += _along()
-    lines += [
-        "## Presets",
+def variables() -> Pages:
+    """Pages of variables by file name: title and text; the first is their index."""
+    found: dict[str, list[Variable]] = {}
+    for row in VARIABLES.values():
+        found.setdefault(group(row), []).append(row)
+    pages: Pages = {}
+    lines = ["# Variables", "", "| page | |", "|---|---|"]
+    for title in sorted(found, key=[*PARAMETERS, "Inputs", *OUTPUTS].index):
+        file, rows = f"variables-{slug(title)}.md", found[title]
+        pages[file] = title, "\n".join([f"# {title}", "", *_table(rows)]) + "\n"
+        names = ", ".join(f"`{name}`" for name in _short(row.name for row in rows))
+        lines.append(f"| [{title}]({file}) | {names} |")
+    pages["variables-along.md"] = "Along the bodies", "\n".join(_along())
+    pages["presets.md"] = "Presets", "\n".join(_presets())
+    lines += ["", "[Along the bodies](variables-along.md) has stress and velocity, "]
+    lines[-1] += "[Presets](presets.md) the hammers and rocks to start from. "
+    lines[-1] += "`dth-hammer info` prints the same."
+    return {"variables.md": ("All variables", "\n".join(lines) + "\n"), **pages}
+
+
+def group(row: Variable) -> str:
+    """The page that a variable is on."""
+    if row.causality == "input":
+        return "Inputs"
+    if row.causality == "parameter":
+        first = re.split(r"[.\[]", row.name)[0]
+        fitting = (title for title, firsts in PARAMETERS.items() if first in firsts)
+        return next(fitting, "Whole model")
+    return next(title for title, starts in OUTPUTS.items() if row.name.startswith(starts))
+
+
+def slug(title: str) -> str:
+    """A title as part of a file's name."""
+    return re.sub(r"[\W_]+", "-", title.lower())
+
+
+def _short(names: Iterable[str]) -> list[str]:
+    """Names, those that differ by a number in brackets as one."""
+    return list(dict.fromkeys(re.sub(r"\[\d+\]", "[i]", name) for name in names))
+
+
+def _table(rows: list[Variable]) -> list[str]:
+    settable = rows[0].settable
+    heads = ["name", "unit", *(["start", "domain"] if settable else []), "meaning"]
+    lines = ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
+    for row in rows:
+        # The sections of a body differ by their number alone.
+        name = re.sub(r"\[1\]", "[i]", row.name)
+        if re.search(r"\[\d+\]", name):
+            continue
+        meaning = re.sub(r"\bsection 1\b", "section i", row.description)
+        cells = [f"`{name}`", _unit(row), *([_start(row), row.domain()] if settable else [])]
+        tunable = " *Tunable.*" if row.causality == "parameter" and row.tunable else ""
+        lines.append("| " + " | ".join([*cells, f"{meaning}.{tunable}"]) + " |")
+    return lines
+
+
+def _presets() -> list[str]:
+    lines = [
+        "# Presets",
         "",
         "A bit comes to stand still between two blows only if it is not overdamped in the rock: "
         r"while `rock.viscosity` is below $2 \sqrt{K_R M}$, with the bit's mass $M$ "
         "(`rock.stiffness` is $K_R$). "
         "A warning says so where it is not.",
         "",
+        "| name | changes | meaning |",
+        "|---|---|---|",
     ]
-    lines += ["| name | changes | meaning |", "|---|---|---|"]
     for preset in PRESETS.values():
         changes = ", ".join(f"`{k}` = {v:g}" for k, v in preset.values.items())
         lines.append(f"| `{preset.name}` | {changes} | {preset.description} |")
-    return "\n".join(lines) + "\n"
+    return lines
 
 
 def _along() -> list[str]:
@@ -58,10 +143,10 @@ def _along() -> list[str]:
         "As many as the mesh has, so an FMU lists them only in [a variant for one "
         "mesh](look.md#in-another-host). The member 1 is at the body's upper end."
     )
-    lines = ["## Along the bars", "", text, "", "| name | unit | meaning |", "|---|---|---|"]
+    lines = ["# Along the bodies", "", text, "", "| name | unit | meaning |", "|---|---|---|"]
     for name, row in VARIABLES.families.items():
         lines.append(f"| `{name}[i]` | {row.unit} | {row.description}. |")
-    return [*lines, ""]
+    return lines
 
 
 def _unit(row: Variable) -> str:
@@ -77,20 +162,53 @@ def _start(row: Variable) -> str:
     return row.labels.get(int(row.start)) or f"{row.start:g}"
 
 
-def python() -> str:
-    """All public names of the package."""
+def python() -> Pages:
+    """Pages of the package by file name: title and text; the first is their index."""
+    pages: Pages = {}
     lines = ["# Python", "", "```python", "from dth_hammer import ...", "```", ""]
-    for name in sorted(dth_hammer.__all__, key=str.lower):
+    lines += ["| | |", "|---|---|"]
+    for name, others in FUNCTIONS.items():
+        file = f"python-{slug(name)}.md"
         value = getattr(dth_hammer, name)
-        # Tables (VARIABLES, PRESETS) are pages of their own.
-        lines += _entry(name, value) if callable(value) else []
-    for module in (figures, testing):
-        lines += [f"## {module.__name__}", "", _text(module), ""]
-        for name, value in vars(module).items():
-            own = inspect.isfunction(value) and value.__module__ == module.__name__
-            if own and not name.startswith("_"):
-                lines += _entry(name, value, "###")
-    return "\n".join(lines) + "\n"
+        text = _entry(name, value, "#")
+        for other in others:
+            text += _entry(other, getattr(dth_hammer, other))
+        pages[file] = name, "\n".join(text) + "\n"
+        lines.append(f"| [`{name}`]({file}) | {_first(value)} |")
+    for module in MODULES:
+        lines += ["", f"## {module.__name__}", "", _text(module), "", "| | |", "|---|---|"]
+        short = module.__name__.partition(".")[2]
+        for name, value in own(module).items():
+            file = f"python-{short}-{slug(name)}.md"
+            pages[file] = f"{short}.{name}", "\n".join(_entry(f"{short}.{name}", value, "#")) + "\n"
+            lines.append(f"| [`{name}`]({file}) | {_first(value)} |")
+    text = [f"# {ERRORS}", ""]
+    for name in sorted(dth_hammer.__all__):
+        value = getattr(dth_hammer, name)
+        if inspect.isclass(value) and issubclass(value, Exception):
+            text += _entry(name, value)
+    pages["python-errors.md"] = ERRORS, "\n".join(text) + "\n"
+    lines += [
+        "",
+        f"[{ERRORS}](python-errors.md). `VARIABLES`, `PRESETS` and `ROCKS` are mappings by name: ",
+    ]
+    lines[-1] += "[variables](variables.md), [presets](presets.md), [rocks](rock.md)."
+    return {"python.md": ("All functions", "\n".join(lines) + "\n"), **pages}
+
+
+def own(module: object) -> dict[str, object]:
+    """A module's public functions."""
+    name = module.__name__  # type: ignore[attr-defined]
+    return {
+        key: value
+        for key, value in vars(module).items()
+        if inspect.isfunction(value) and value.__module__.startswith(name) and key[0] != "_"
+    }
+
+
+def _first(value: object) -> str:
+    """The first sentence of a docstring."""
+    return re.split(r"\n\n|(?<=[.])\s", inspect.getdoc(value) or "")[0].replace("\n", " ")
 
 
 def _entry(name: str, value: object, level: str = "##") -> list[str]:
@@ -133,17 +251,23 @@ def _signature(value: object, *, wrapped: bool = True) -> str:
 
 
 def _text(value: object) -> str:
-    text = inspect.getdoc(value) or ""
-    head, marker, rest = text.partition("\nArgs:\n")
-    if not marker:
-        return text
-    # An argument a bullet, its continued lines with it.
-    arguments, _, after = rest.partition("\n\n")
-    items = []
-    for line in arguments.splitlines():
-        if line.startswith("    ") and not line.startswith("     "):
-            name, _, meaning = line.strip().partition(": ")
-            items.append(f"* `{name}`: {meaning}")
-        else:
-            items.append("  " + line.strip())
-    return "\n".join([head, "", *items, "", inspect.cleandoc(after)])
+    """A docstring as Markdown: arguments and exceptions as lists, the example as a block."""
+    text, _, example = (inspect.getdoc(value) or "").partition("\nExample:\n")
+    parts = []
+    for part in re.split(r"\n(?=(?:Args|Raises|Returns|Yields):\n)", text):
+        title, marker, rest = part.partition(":\n")
+        if not marker or title not in ("Args", "Raises", "Returns", "Yields"):
+            parts.append(part)
+            continue
+        body, _, after = rest.partition("\n\n")
+        items = [f"**{title}**", ""]
+        for line in body.splitlines():
+            if line.startswith("    ") and not line.startswith("     "):
+                name, colon, meaning = line.strip().partition(": ")
+                items.append(f"* `{name}`: {meaning}" if colon else line.strip())
+            else:
+                items.append("  " + line.strip())
+        parts.append("\n".join([*items, "", inspect.cleandoc(after)]))
+    if example:
+        parts.append(f"```python\n{inspect.cleandoc(example)}\n```")
+    return "\n\n".join(parts)

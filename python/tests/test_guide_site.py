@@ -126,12 +126,33 @@ def test_the_search_finds_and_nothing_is_asked_of_others(
     page.close()
 
 
+#: One of each kind: equations, wide tables, generated pages.
+PAGES = (
+    "index",
+    "theory-modes",
+    "theory-drive",
+    "datasheet",
+    "limits",
+    "outputs",
+    "python-simulate",
+)
+PAGES += (
+    "python",
+    "variables",
+    "variables-drive-and-chambers",
+    "presets",
+    "faq",
+    "gallery",
+    "cite",
+)
+
+
 @pytest.mark.parametrize("width", [1280, 390])
 def test_equations_are_whole_and_no_page_is_wider_than_its_window(
     browser: Browser, site: Path, width: int
 ) -> None:
     page = browser.new_page(viewport={"width": width, "height": 900})
-    for name in ("theory", "datasheet", "limits", "outputs", "index"):
+    for name in PAGES:
         page.goto((site / f"{name}.html").as_uri())
         wide = page.evaluate("document.documentElement.scrollWidth")
         assert wide <= width, name

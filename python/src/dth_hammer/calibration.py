@@ -122,7 +122,7 @@ class Calibration:
         return answers.with_figure(html, self.plot, "Fitted less measured, over the error")
 
     def plot(self) -> Any:
-        """How far the fitted hammer is from each measurement, or the first record's samples."""
+        """Plots the fitted hammer beside each measurement, or beside the first record."""
         return answers.residuals(self.residuals if len(self.residuals) else self.records[0])
 
 
@@ -154,6 +154,14 @@ def calibrate(
         error: relative error of the rate of penetration of each simulated hammer.
         seed: of the simulated points.
         progress: shows progress bars.
+
+    Example:
+        >>> from dth_hammer import calibrate, steady
+        >>> rigid = {"fidelity": "Rigid"}
+        >>> rate = steady(rigid | {"rock.stiffness": 1.5e8}).mean["tip_rate"]
+        >>> found = calibrate({"tip_rate": (rate, 0.01 * rate)}, ["rock.stiffness"], rigid)
+        >>> print(f"{found.parameters['rock.stiffness']:.2e} N/m")
+        1.50e+08 N/m
     """
     losses = ("linear", "soft_l1", "huber", "cauchy", "arctan")
     if loss not in losses:

@@ -34,10 +34,19 @@ Row = dict[str, Any]
 @typed()
 @dataclass(frozen=True)
 class Case:
-    """What a run needs besides its grid point; every part is optional.
+    """What the runs of a sweep need besides their grid point; every part is optional.
 
     Inputs and the controller act at communication points, so a case that has one of them has
     a ``step`` too: the FMU's proposal if it gives none.
+
+    Example:
+        >>> from dth_hammer import Case, sweep
+        >>> cases = {"soft": Case({"rock.stiffness": "60 MN/m"}), "granite": Case(preset="granite")}
+        >>> table = sweep({"feed_force": [6e3]}, "200 ms", cases=cases, outputs=["blow_count"])
+        >>> print(table[["case", "blow_count"]].to_string(index=False))
+           case  blow_count
+           soft           5
+        granite           5
     """
 
     #: Laid over those that all runs share; the point of the grid is laid over these.
@@ -58,7 +67,7 @@ class Case:
         return bool(self.inputs) or self.control is not None
 
     def identity(self, name: str) -> list[Any]:
-        """Returns what distinguishes its rows from others: its data and the version of its code.
+        """Returns a key that distinguishes its rows from others: its data and its code's version.
 
         Raises:
             DomainError: it has code and no version.

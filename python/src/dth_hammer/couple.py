@@ -30,7 +30,14 @@ POSITION, VELOCITY = "relative_position", "relative_velocity"
 
 @dataclass(frozen=True)
 class Motion:
-    """The piston over one step: position (m) and velocity (m/s) from its start."""
+    """The piston over one step: position (m) and velocity (m/s) from its start.
+
+    Example:
+        >>> from dth_hammer import Motion
+        >>> position, velocity = Motion.straight(-0.02, 5.0)(1e-3)
+        >>> print(round(position, 4), velocity)
+        -0.015 5.0
+    """
 
     coefficients: tuple[float, float, float, float]
     rate: tuple[float, float, float]
@@ -52,12 +59,12 @@ class Motion:
 
     @classmethod
     def straight(cls, position: float, velocity: float) -> Motion:
-        """Constant velocity."""
+        """Returns a motion of constant velocity."""
         return cls((position, velocity, 0.0, 0.0), (velocity, 0.0, 0.0))
 
     @classmethod
     def between(cls, start: tuple[float, float], end: tuple[float, float], size: float) -> Motion:
-        """The cubic through both positions with both velocities."""
+        """Returns the cubic through both positions with both velocities."""
         (x, v), (y, w) = start, end
         mean = (y - x) / size
         c, d = (3.0 * mean - 2.0 * v - w) / size, (v + w - 2.0 * mean) / (size * size)
@@ -68,24 +75,34 @@ class Partner(Protocol):
     """A model that drives the hammer."""
 
     def outputs(self) -> dict[str, float]:
-        """Values of the hammer's inputs, by name."""
+        """Returns values of the hammer's inputs, by name."""
 
     def slopes(self, position: float, velocity: float) -> dict[str, float]:
-        """Their time derivatives, for a piston that moves like this."""
+        """Returns their time derivatives, for a piston with this position and velocity."""
 
     def advance(self, size: float, motion: Callable[[float], tuple[float, float]]) -> None:
-        """Integrates over one step; ``motion`` gives the piston's from the step's start."""
+        """Integrates over one step; ``motion`` gives the piston's position and velocity in it."""
 
     def save(self) -> Any:
         """Returns the state."""
 
     def restore(self, state: Any) -> None:
-        """Goes back to a saved state."""
+        """Restores a saved state."""
 
 
 @typed()
 class Coupling:
-    """A hammer and its partner, stepped together."""
+    """Steps a hammer and a model of its drive together.
+
+    Example:
+        >>> from dth_hammer import Coupling, Hammer
+        >>> from dth_hammer.models.hydraulic import WaterDrive
+        >>> drive = WaterDrive()
+        >>> with Hammer(drive.water.parameters()) as hammer:
+        ...     Coupling(hammer, drive, step="50 us").advance("100 ms")
+        ...     print(hammer["blow_count"], "blows")
+        4 blows
+    """
 
     def __init__(
         self,
@@ -115,7 +132,7 @@ class Coupling:
         self._motion = hammer.reader([POSITION, VELOCITY])
 
     def advance(self, to: float | str) -> None:
-        """Steps both up to an instant, s or text with a unit."""
+        """Advances both to a time, in seconds or as text with a unit."""
         hammer, to = self.hammer, quantities.seconds(to, "to")
         while (left := to - hammer.time) > 1e-9 * self.largest:
             # Two equal last steps instead of a full one and a very short one.

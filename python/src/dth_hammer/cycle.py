@@ -96,7 +96,7 @@ class Cycle:
         return answers.with_figure(table, self.plot, "Energy of a cycle")
 
     def plot(self) -> Figure:
-        """Energy of a cycle: what was put in, and where it went."""
+        """Plots the energy of a cycle: work beside losses."""
         return answers.energies(self.energies)
 
     def number(self, name: str) -> float:
@@ -130,7 +130,16 @@ class BranchPoint:
 
 @typed()
 class Cycles:
-    """Cycles of one hammer after another; a search may begin at the last cycle."""
+    """Finds stationary cycles of a hammer; a search may begin at the last cycle found.
+
+    Example:
+        >>> from dth_hammer import Cycles
+        >>> cycles = Cycles()
+        >>> for force in (1600.0, 1800.0):
+        ...     print(f"{cycles.find({'drive.amplitude': force}).blow_energy:.0f} J")
+        202 J
+        227 J
+    """
 
     def __init__(
         self,
@@ -151,7 +160,7 @@ class Cycles:
         self._finder.settings({name: float(value) for name, value in values.items()})
 
     def value(self, name: str) -> float:
-        """A parameter's or input's value."""
+        """Returns the value of a parameter or input."""
         return whole(self._numbers)[name]
 
     def find(
@@ -162,7 +171,7 @@ class Cycles:
         near: bool = False,
         settle: bool = True,
     ) -> Cycle:
-        """The cycle after changing these parameters.
+        """Changes parameters and finds the stationary cycle.
 
         Args:
             parameters: by dotted name.
@@ -231,7 +240,7 @@ def stationary(
     preset: str | None = None,
     returns: int = 1,
 ) -> Cycle:
-    """The cycle that a hammer settles to, and its derivatives.
+    """Finds the cycle that a hammer settles to, and its derivatives.
 
     Args:
         parameters: by dotted name, as for `simulate`; constant inputs too.
@@ -242,6 +251,14 @@ def stationary(
     Raises:
         RefusedError: no cycle was found, or it is unstable, so the hammer does not settle to it;
             the message says which. `steady` has an answer for every hammer.
+
+    Example:
+        >>> from dth_hammer import stationary
+        >>> cycle = stationary(gradient=["rock.stiffness"])
+        >>> print(f"{1e3 * cycle.period:.3f} ms, stable: {cycle.stable}")
+        45.613 ms, stable: True
+        >>> print(cycle.elasticities.loc["blow_energy"].round(4).to_dict())
+        {'rock.stiffness': 0.0218}
     """
     cycle = Cycles(parameters, preset=preset, returns=returns).find(gradient=gradient)
     if not cycle.stable:

@@ -49,7 +49,7 @@ class Datasheet:
         return "\n".join(rows)
 
     def readable(self) -> dict[str, str]:
-        """What follows in the units of the field, the rate first, with ranges."""
+        """Returns the results in field units with their ranges, the rate first."""
         rows = []
         for name, number, si in self.found:
             factor, unit = FIELD.get(si, (1.0, si))
@@ -140,6 +140,13 @@ def from_datasheet(
 
     Raises:
         DomainError: a number that no hammer has; too little to find one.
+
+    Example:
+        >>> from dth_hammer import from_datasheet
+        >>> sheet = from_datasheet(power="11 kW", frequency="1500 bpm", hole="115 mm")
+        >>> low, high = (3600 * rate for rate in sheet.ranges["rate of penetration"])
+        >>> print(f"{low:.0f} to {high:.0f} m/h")
+        9 to 23 m/h
     """
     arguments = {name: value for name, value in locals().items() if name in UNITS}
     named: list[str] = []

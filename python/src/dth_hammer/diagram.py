@@ -99,7 +99,7 @@ def waves(
     preset: str | None = None,
     times: Sequence[float] | Array | None = None,
 ) -> Waves:
-    """Stress and velocity along piston and bit after the last impact before ``until``.
+    """Returns stress and velocity along piston and bit after the last impact before ``until``.
 
     ``notes["front"]`` is the stress behind the front in the bit for the impact speed ``v``,
     ``E v / c0 Ap / (Ap + Ab)`` with the areas that meet (Saint-Venant), Pa; ``notes["impact"]`` is
@@ -107,10 +107,17 @@ def waves(
 
     Args:
         parameters: as of `simulate`.
-        until: the last impact before this many seconds is looked at.
+        until: the waves are those of the last impact before this time, s.
         preset: parameter set to start from.
         times: instants to look at, in seconds from the impact. If not given: four times a
             wave's way through both bodies and back, four instants an element passed.
+
+    Example:
+        >>> from dth_hammer import waves
+        >>> found = waves(until="100 ms")
+        >>> front, most = found.notes["front"] / 1e6, found.bit.stress.min() / 1e6
+        >>> print(f"{most:.0f} MPa, front {front:.0f} MPa")
+        -246 MPa, front 217 MPa
     """
     run = simulate(parameters, until, preset=preset, outputs=["blow_count"])
     if not len(run.blows):

@@ -38,6 +38,11 @@ class SNCurve:
 
     Numbers, or text with units. None is known to this package: it is of the steel, its surface and
     its heat treatment, and makes hours shorter or longer by powers of ten.
+
+    Example:
+        >>> from dth_hammer import SNCurve
+        >>> print(f"{SNCurve('300 MPa', 1e7, 8).damage(300e6, 0.0):.0e} of the life per cycle")
+        1e-07 of the life per cycle
     """
 
     #: Stress amplitude (half of the range) that is borne so many times, Pa.
@@ -85,7 +90,7 @@ class SNCurve:
 
 @dataclass(frozen=True)
 class Life:
-    """Life of both bodies, place by place."""
+    """Fatigue life of the bodies, place by place."""
 
     #: A row an element: body, section (from 1, at the top), position (m below the face where the
     #: bodies meet), least and largest stress (Pa, tension positive), largest range (Pa), counted
@@ -109,12 +114,12 @@ class Life:
 
     @property
     def worst(self) -> pd.Series:
-        """The place that breaks first."""
+        """The place that breaks first, as a row of `places`."""
         return self.places.iloc[int(self.places["hours"].to_numpy().argmin())]
 
     @property
     def sections(self) -> pd.DataFrame:
-        """Tabulates the worst place of each section."""
+        """Returns a table with the worst place of each section."""
         first = self.places.groupby(["body", "section"], sort=False)["hours"].idxmin()
         table = self.places.loc[first].reset_index(drop=True)
         table.attrs = self.places.attrs
@@ -142,7 +147,7 @@ def life(
     *,
     preset: str | None = None,
 ) -> Life:
-    """Hours until piston, bit and an elastic casing break by fatigue, place by place.
+    """Estimates the hours until piston, bit and an elastic casing break by fatigue.
 
     The stress at the middle of each element over a settled cycle (or over ten blows, where they do
     not repeat) is sampled eight times while a wave passes the element; turning points lie on the
@@ -152,8 +157,8 @@ def life(
     Unless ``parameters`` name degree or spans, the mesh is chosen for a stress from which the hours
     err by a fifth at most; `Life.stress_error` says what the mesh leaves.
 
-    It is nominal axial stress: notches, splines, bending, contact and what steel inherits from
-    hardening are in the curve or nowhere.
+    The stress is nominal and axial: the effects of notches, splines, bending, contact and
+    hardening must be in the curve.
 
     Args:
         curve: the S-N line.
@@ -163,6 +168,13 @@ def life(
     Raises:
         RefusedError: the hammer comes to rest, or its bodies are rigid.
         MissingError: `rainflow` is not installed; the message has the command.
+
+    Example:
+        >>> from dth_hammer import SNCurve, life
+        >>> mesh = {"mesh.degree": 3, "piston.elements": 8, "bit.elements": 8}
+        >>> found = life(SNCurve("300 MPa", 1e7, 8), mesh)
+        >>> print(found.worst["body"], f"{found.worst['hours']:.0f} h")
+        bit 3654 h
     """
     need("rainflow", "life")
     given = _meshed(numbers(preset, parameters), parameters or {}, curve)

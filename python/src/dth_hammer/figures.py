@@ -1,5 +1,5 @@
 # ruff: noqa: E402, what a plain install lacks is named before it is imported
-"""Figures of a run: what one looks at, and what one publishes.
+"""Figures of a run.
 
 Each takes a run of `dth_hammer.simulate` and returns a matplotlib figure.
 """
@@ -80,10 +80,16 @@ def settled_cycle(
     outlook: float = 4e-3,
     fine: float = 1e-6,
 ) -> Run:
-    """Outputs over the last whole blow period before ``until``, time 0 at its impact.
+    """Simulates, and returns the last whole blow period before ``until``, time 0 at its impact.
 
     For ``outlook`` seconds after the impact the outputs are read every ``fine`` seconds;
     the rest of the period at a fiftieth of that rate. ``notes["period"]`` has its length.
+
+    Example:
+        >>> from dth_hammer import figures
+        >>> run = figures.settled_cycle(until="300 ms")
+        >>> print(f"{1e3 * run.notes['period']:.2f} ms")
+        45.61 ms
     """
     run = simulate(parameters, until, preset=preset, outputs=["blow_count"])
     table = run.blows
@@ -102,7 +108,12 @@ def settled_cycle(
 
 
 def cycle(run: Run) -> Figure:
-    """The paper's Figure 3: displacements, velocities and modes; needs `settled_cycle`."""
+    """Draws displacements, velocities and modes (the paper's Figure 3) of a `settled_cycle`.
+
+    Example:
+        >>> from dth_hammer import figures
+        >>> figures.cycle(figures.settled_cycle(until="300 ms")).savefig("cycle.png")
+    """
     frame, notes = _settled(run)
     period, outlook = notes["period"], notes["outlook"]
     with styled(7.5, 7.2) as figure:
@@ -174,7 +185,12 @@ def _statuses(axes: Axes, part: pd.DataFrame) -> None:
 
 
 def rock_cycles(run: Run) -> Figure:
-    """Rock force against penetration after an impact: the bilinear cycles."""
+    """Draws the rock force over the penetration after an impact: the bilinear cycles.
+
+    Example:
+        >>> from dth_hammer import figures
+        >>> figures.rock_cycles(figures.settled_cycle(until="300 ms")).savefig("rock.png")
+    """
     frame, notes = _settled(run)
     end = notes["outlook"]
     part = frame[(frame.index >= 0.0) & (frame.index <= end)]
@@ -199,9 +215,14 @@ def rock_cycles(run: Run) -> Figure:
 
 
 def indicator(run: Run) -> Figure:
-    """Driving force over the place of the piston, and above it the pressures of chambers with air.
+    """Draws the driving force over the piston's position, and pressures of chambers with air.
 
     The area inside the force's loop is the work of the drive.
+
+    Example:
+        >>> from dth_hammer import figures
+        >>> run = figures.settled_cycle({"drive.source": "Chambers"}, until="300 ms")
+        >>> figures.indicator(run).savefig("indicator.png")
     """
     frame, notes = _settled(run)
     part = frame[(frame.index >= 0.0) & (frame.index <= notes["period"])]
@@ -233,7 +254,14 @@ def at_blows(
     *,
     preset: str | None = None,
 ) -> Run:
-    """Outputs at the very instants of the blows: what the energy ledger is made from."""
+    """Simulates, and returns the outputs at the instants of the blows, as `ledger` needs them.
+
+    Example:
+        >>> from dth_hammer import figures
+        >>> run = figures.at_blows(until="300 ms")
+        >>> print(len(run.frame), "rows")
+        7 rows
+    """
     table = simulate(parameters, until, preset=preset, outputs=["blow_count"]).blows
     if len(table) < 2:
         raise TooFewBlowsError(f"{len(table)} blows: too few for an energy ledger")
@@ -241,9 +269,13 @@ def at_blows(
 
 
 def ledger(run: Run) -> Figure:
-    """Energy per blow: what was put in beside where it went; needs `at_blows`.
+    """Draws the energy per blow, work beside losses, of a run of `at_blows`.
 
     The last blow stands apart, larger, with its numbers.
+
+    Example:
+        >>> from dth_hammer import figures
+        >>> figures.ledger(figures.at_blows(until="300 ms")).savefig("ledger.png")
     """
     frame = run.convert("si").frame
     if len(frame) < 2:
@@ -337,7 +369,12 @@ def _apart(wanted: list[float], room: float, top: float) -> list[float]:
 
 
 def convergence(run: Run) -> Figure:
-    """How far each blow is from the last one: the way to the stationary cycle."""
+    """Draws how far each blow is from the last one, as the hammer settles.
+
+    Example:
+        >>> from dth_hammer import figures, simulate
+        >>> figures.convergence(simulate(until="400 ms")).savefig("convergence.png")
+    """
     table = run.convert("si").blows
     if len(table) < 3:
         raise TooFewBlowsError(f"{len(table)} blows: too few to see them converge")
@@ -361,8 +398,13 @@ def convergence(run: Run) -> Figure:
 
 
 def wave_diagram(waves: Waves, life: Life | None = None) -> Figure:
-    """Stress over place and time in piston and bit, contact and rock mode beside it; the place that
-    breaks first is marked if its life is given.
+    """Draws the stress in piston and bit over place and time, with contact and rock mode.
+
+    If a life is given, the place that breaks first is marked.
+
+    Example:
+        >>> from dth_hammer import figures, waves
+        >>> figures.wave_diagram(waves(until="100 ms")).savefig("waves.png")
     """
     time = waves.time * 1e6
     with styled(7.5, 6.2) as figure:

@@ -37,17 +37,28 @@ class Reader:
 
 @typed()
 class Hammer:
-    """A hammer from its start to its end; a ``with`` block closes it.
+    """A running hammer; use it in a ``with`` block, which closes it.
 
     Several threads may use it; their calls take turns. ``warnings`` lists the warnings so far.
 
     Args:
         parameters: by dotted name: a number in the declared unit, a label of an
-            enumeration, or text with a unit (``"60 mm"``); inputs too. What is not given is
-            that of the reference hammer.
+            enumeration, or text with a unit (``"60 mm"``); inputs too. Anything not given
+            has the value of the reference hammer.
         preset: parameter set to start from.
         quiet: collects warnings without raising them.
         journal: keeps all events, for derivatives.
+
+    Example:
+        >>> from dth_hammer import Hammer
+        >>> with Hammer({"feed_force": "6 kN"}, preset="granite") as hammer:
+        ...     hammer.advance("200 ms")
+        ...     hammer.set({"feed_force": "8 kN"})
+        ...     hammer.advance("300 ms")
+        ...     print(hammer["blow_count"], "blows")
+        0.2
+        0.3
+        7 blows
     """
 
     def __init__(
@@ -65,7 +76,7 @@ class Hammer:
 
     @property
     def machine(self) -> _native.Machine:
-        """The engine, until the hammer is closed."""
+        """Returns the engine of a hammer that is not closed."""
         if self._machine is None:
             raise ClosedError("this hammer is closed: read it before, or make another")
         return self._machine
@@ -93,7 +104,7 @@ class Hammer:
             self.machine.set_derivatives(VARIABLES.settable(name).name, [*map(float, derivatives)])
 
     def get(self, names: Iterable[str]) -> dict[str, float]:
-        """Several variables as numbers; what counts things is an int."""
+        """Returns several variables as numbers; counters are ints."""
         return self.reader(names).named()
 
     def __getitem__(self, name: str) -> float:
@@ -101,33 +112,33 @@ class Hammer:
         return self.get([name])[name]
 
     def reader(self, names: Iterable[str]) -> Reader:
-        """A fast reader of the same variables at every step."""
+        """Returns a function that reads the same variables quickly at every step."""
         return Reader(self, [VARIABLES[name] for name in names])
 
     def rate(self, name: str) -> float:
-        """Time derivative of an output, in its unit per s."""
+        """Returns the time derivative of an output, in its unit per second."""
         return self.machine.rate(VARIABLES[name].name)
 
     def label(self, name: str) -> str:
-        """An enumeration's value by its name."""
+        """Returns the label of an enumeration's present value."""
         return VARIABLES[name].labels[int(self[name])]
 
     def step_blows(self) -> dict[str, list[float]]:
-        """All blows of the last step: instants, speeds and so on, a list each, in order."""
+        """Returns all blows of the last step: a list of instants, of speeds and so on, in order."""
         columns = self.machine.step_blows().T.tolist()
         names = _native.blow_names()
         return dict(zip(names, columns or [[] for _ in names], strict=True))
 
     def step(self, size: float | str) -> float:
-        """One communication step; returns the new time. Text may carry a unit.
+        """Makes one communication step and returns the new time; text may carry a unit.
 
-        It is earlier than asked for where `stop_at` ends the step.
+        The new time is earlier than asked for if `stop_at` ends the step.
         """
         size = size if isinstance(size, float) else quantities.seconds(size, "the step")
         return self.advance(self.time + size)
 
     def advance(self, to: float | str) -> float:
-        """One communication step up to an instant. Text may carry a unit."""
+        """Makes one communication step to a given time; text may carry a unit."""
         to = to if isinstance(to, float) else quantities.seconds(to, "the instant")
         if to > self.time:
             self._note(self._diagnostics.step())
@@ -149,7 +160,7 @@ class Hammer:
     def run(
         self, times: Array, names: Sequence[str], signals: Mapping[str, Array]
     ) -> tuple[Array, Array]:
-        """Steps from instant to instant in one call: rows of what has these names, and all blows.
+        """Steps through a list of instants; returns rows of the named outputs, and all blows.
 
         A signal is an input or a tunable parameter, its value now and at each instant. Other
         threads run meanwhile; Ctrl-C ends it.
@@ -158,11 +169,11 @@ class Hammer:
         return self.machine.run(times, _native.Selection([*names]), dict(signals))
 
     def save(self) -> Snapshot:
-        """The state now: to be restored in a hammer of the same make, copied, or pickled."""
+        """Returns the present state, for any hammer of the same make; it can be pickled."""
         return self.machine.snapshot()
 
     def restore(self, snapshot: Snapshot) -> None:
-        """Goes to a saved state; the snapshot can be used again.
+        """Restores a saved state; the snapshot can be used again.
 
         One from another process comes as bytes: ``Snapshot.from_bytes(data)``.
         """
@@ -171,7 +182,7 @@ class Hammer:
         self.machine.restore(snapshot)
 
     def reset(self, parameters: Mapping[str, Value] | None = None) -> None:
-        """Starts anew at time 0, with the parameters it had and these laid over them."""
+        """Restarts at time 0 with the same parameters, except for those given."""
         _ = self.machine
         self._start(self._initial | numbers(None, parameters))
 
@@ -187,7 +198,7 @@ class Hammer:
 
     @property
     def closed(self) -> bool:
-        """Whether it was closed."""
+        """Whether the hammer has been closed."""
         return self._machine is None
 
     def _note(self, found: Iterable[str]) -> None:

@@ -108,7 +108,7 @@ class Steady:
         return float(self.mean[named(name)])
 
     def specific_energy(self, rate: Value) -> float:
-        """The rock's specific energy from one measured rate of penetration, J/m3.
+        """Returns the rock's specific energy from one measured rate of penetration, J/m3.
 
         ``E_v = 4 P / (pi D^2 rate)`` with the mean power ``P`` that the hammer gives the rock, and
         the hole's diameter ``D`` (``hole.diameter``).
@@ -130,7 +130,7 @@ class Steady:
         return float(work / self.mean["period"] / (0.25 * np.pi * diameter**2 * number))
 
     def measured(self, rate: Value, scatter: float = 0.1) -> dict[str, float]:
-        """The rock's parameters from one measured rate: what it takes, and how well that is known.
+        """Returns the rock's specific energy and its uncertainty from one measured rate.
 
         Args:
             rate: of penetration, as for `specific_energy`.
@@ -153,7 +153,7 @@ class Steady:
         )
 
     def plot(self) -> Figure:
-        """Energy of a blow: what was put in, and where it went."""
+        """Plots the energy of a blow: work beside losses."""
         return answers.energies(dict(self.mean[[*WORKS]]))
 
 
@@ -221,28 +221,35 @@ def steady(
     step: float | str | None = None,
     progress: bool = False,
 ) -> Steady:
-    """The long-run response of a hammer.
+    """Finds the long-run means of a hammer, with their errors.
 
-    Where blows repeat, the cycle is solved for; it is the answer if it is stable, and has no error.
-    Elsewhere blows are simulated until the standard error of the rate of penetration is small
-    enough: several simulations on all cores, of which each is cut where it has forgotten its start,
-    and whose correlated blows are averaged in batches.
+    If the blows repeat, the stationary cycle is solved for; its means have no error. Otherwise
+    several simulations run side by side until the standard error of the rate of penetration is
+    small enough. The start of each is left out, and correlated blows are averaged in batches.
 
     Args:
         scene: a `Scene`, or parameters by dotted name as for `simulate`; constant inputs too.
         preset: parameter set to start from.
         error: largest standard error of the rates of hole and tip, over the rate; or of any means
             by name: ``{"blow_energy": 0.005}``.
-        blows: most blows simulated; `Steady.reached` says whether they were enough, and a warning.
-        limit: a hammer without a blow for so long (s) is stalled.
+        blows: the largest number of blows to simulate; if they are not enough, `Steady.reached`
+            is false and a warning is given.
+        limit: a hammer that strikes no blow for this long (s) counts as stalled.
         inputs: over time, as for `simulate`.
         control: called with the hammer before each step.
-        partner: makes of a hammer what steps it: a `Coupling` with a model of its drive.
-        step: communication step of what acts on the way; 1 ms if not given.
+        partner: takes a hammer and returns what steps it, such as a `Coupling` with a model of
+            its drive.
+        step: communication step of inputs, control and partner; 1 ms if not given.
         progress: shows blows and error so far.
 
     Raises:
         RefusedError: the engine refuses the hammer; the message says why.
+
+    Example:
+        >>> from dth_hammer import steady
+        >>> found = steady({"feed_force": "6 kN"})
+        >>> print(found.kind, f"{found.mean['blow_frequency']:.2f} Hz")
+        cycle 21.99 Hz
     """
     given, signals = _numbers(scene, preset)
     wanted = Wanted(error=error, blows=blows, limit=quantities.duration(limit, "limit"))

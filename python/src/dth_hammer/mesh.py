@@ -17,7 +17,7 @@ FIDELITY, ELASTIC = "fidelity", "Elastic"
 
 @dataclass(frozen=True)
 class Mesh:
-    """A mesh, and what it is for."""
+    """A mesh, and the error for which it was chosen."""
 
     #: What it is for: rate, force or stress.
     of: str
@@ -39,15 +39,21 @@ def mesh_for(
     preset: str | None = None,
     of: str = "rate",
 ) -> Mesh:
-    """The mesh on which what is read errs by no more than ``error``, relative.
+    """Returns a mesh on which a result has at most the relative error ``error``.
 
-    What is read is a ``rate`` (also period, energy and power of blows; an error of 1 % if none is
-    given), a ``force`` (the largest of contact or rock; 5 %), or a ``stress`` along the bodies
-    (5 %).
-    How well the rule keeps to that over many hammers is in ``reports/mesh.md``.
+    The result (``of``) is a ``rate`` (also period, energy and power of blows; an error of 1 % if
+    none is given), a ``force`` (the largest of contact or rock; 5 %), or a ``stress`` along the
+    bodies (5 %).
+    ``reports/mesh.md`` compares the rule with measured errors of many hammers.
 
-    Raises `DomainError` for an error outside 0 to 1, something else to be read, or an error that
-    takes more spans than a body may have.
+    Raises `DomainError` if the error is not between 0 and 1, if the result is none of these, or
+    if the error needs more spans than a body may have.
+
+    Example:
+        >>> from dth_hammer import mesh_for
+        >>> mesh = mesh_for(0.05, of="force")
+        >>> print(mesh.parameters)
+        {'mesh.degree': 5, 'piston.elements': 45, 'bit.elements': 45}
     """
     known = _native.mesh_readings()
     if of not in known:

@@ -79,7 +79,7 @@ class Optimum:
         return answers.with_figure(table, self.plot, "The goal of every design")
 
     def plot(self) -> Figure:
-        """The goal of every design that was tried, in order."""
+        """Plots the goal of every design that was tried, in order."""
         return answers.history(self.history, self.value, KEPT)
 
 
@@ -97,7 +97,7 @@ def optimise(
     error: float = 0.002,
     seed: int = 1,
 ) -> Optimum:
-    """The parameters, within bounds, for which a mean is largest.
+    """Finds the parameters, within bounds, for which a long-run mean is largest.
 
     COBYQA (`scipy.optimize.minimize`), which needs no derivatives, from several starts side by
     side with cheap means, then once more from the best of all with means of the error asked for;
@@ -119,6 +119,14 @@ def optimise(
 
     Raises:
         RefusedError: no design keeps the limits, or none has a long-run response.
+
+    Example:
+        >>> from dth_hammer import optimise
+        >>> rigid = {"fidelity": "Rigid"}
+        >>> best = optimise("blow_energy", {"drive.stroke": ("30 mm", "60 mm")}, rigid, starts=1)
+        >>> stroke = 1e3 * best.parameters["drive.stroke"]
+        >>> print(f"{stroke:.1f} mm: {best.value:.0f} J", best.at_bounds)
+        60.0 mm: 272 J ('drive.stroke',)
     """
     problem = _Problem(goal, free, numbers_of(scene, preset), design=design)
     problem.limits = [*_limits(limits or {})]

@@ -74,6 +74,12 @@ def report(
         sheet: the datasheet of the scene: what it says, leaves open and contradicts is told.
 
     A figure that a run has too few blows for is left out, and the page says so.
+
+    Example:
+        >>> from dth_hammer import Scene, report
+        >>> page = report(Scene(title="Granite", preset="granite", until="400 ms"), "granite.html")
+        >>> print(page.name, "<h1>Granite</h1>" in page.read_text(encoding="utf-8"))
+        granite.html True
     """
     path = outputs.check(out, (".html", ".htm"))
     if not isinstance(scene, Scene):
@@ -185,7 +191,7 @@ def _given(sheet: Datasheet | None) -> list[str]:
 
 
 def _life(lives: Life | str | None) -> list[str]:
-    """Tabulates the worst place of each section."""
+    """Returns a table with the worst place of each section."""
     if lives is None:
         return []
     title = "<h2>Life</h2>"

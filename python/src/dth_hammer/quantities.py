@@ -151,12 +151,18 @@ def duration(value: object, name: str) -> float:
 
 @typed()
 def convert(frame: Displayed, units: str | Mapping[str, str]) -> Displayed:
-    """A run or a table of this package in other units; ``attrs["units"]`` says which.
+    """Converts a run or a table of this package to other units, listed in ``attrs["units"]``.
 
     Args:
         frame: a run, or a table: its frame, its blows, a sweep.
         units: ``"si"``, ``"metric"`` (what people use), ``"us"`` (in, ft, lbf,
             psi), or a unit by column, for instance ``{"rop": "m/h"}``.
+
+    Example:
+        >>> from dth_hammer import convert, simulate
+        >>> blows = convert(simulate(until="200 ms").blows, "us")
+        >>> print(blows.attrs["units"]["blow_energy"], round(blows["blow_energy"].iloc[-1], 1))
+        ft.lbf 167.3
     """
     table: Any = frame
     converted: Displayed = (
@@ -200,9 +206,14 @@ def _convert(frame: Any, units: str | Mapping[str, str]) -> Any:
 
 @typed()
 def with_units(table: pd.DataFrame) -> pd.DataFrame:
-    """A table of this package with the unit of each column in its heading, as ``rop [m/s]``.
+    """Returns a table with the unit of each column in its heading, as ``rop [m/s]``.
 
-    It is for reading: its columns have other names than before.
+    It is for display only, because its columns have other names.
+
+    Example:
+        >>> from dth_hammer import simulate, with_units
+        >>> print(list(with_units(simulate(until="100 ms").blows)[:1])[:3])
+        ['blow_time [s]', 'blow_period [s]', 'blow_speed [m/s]']
     """
     _framed(table)
     units = {"time": "s", **table.attrs.get("units", {})}

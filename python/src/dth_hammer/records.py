@@ -32,6 +32,13 @@ class Record:
         error: standard error of a sample, or one for each.
         blow: the impact that times count from, 1 the first; ``None``: from the start. Of a
             hammer that drills steadily, any blow that has forgotten the start.
+
+    Example:
+        >>> from dth_hammer import Record, simulate
+        >>> frame = simulate(until="40 ms", step="10 us").frame
+        >>> after = frame.loc[0.0137:0.0139, "contact_force"]
+        >>> print(len(Record("contact_force", after, error=5e3, blow=None).times), "samples")
+        20 samples
     """
 
     signal: str

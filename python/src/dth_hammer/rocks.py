@@ -50,14 +50,14 @@ def rock(
     rebound: Value | None = None,
     specific_energy: Value | None = None,
 ) -> Rock:
-    """Parameters of the rock law for a rock of the table under a bit of spherical inserts.
+    """Returns the rock parameters for a rock of the table under a bit with spherical inserts.
 
     ``KR = 2 pi R H n`` of ``n`` inserts of radius ``R`` in rock of hardness ``H``. `ROCKS` has each
     number with its source and scatter; what is assumed is in ``.assumed``.
 
     Args:
         name: a key of `ROCKS`, or a word that only one has (``"granite"``).
-        hole: its diameter, m or text with a unit; says which inserts a bit has if none are given.
+        hole: its diameter, m or text with a unit; it decides the inserts if none are given.
         inserts: how many.
         insert_radius: of each one's tip, m or text with a unit.
         rebound: share of an insert's work that the rock gives back, in place of the table's.
@@ -65,6 +65,12 @@ def rock(
 
     Raises:
         DomainError: there is no such rock or bit; the message has those that there are.
+
+    Example:
+        >>> from dth_hammer import rock
+        >>> granite = rock("granite", hole="90 mm")
+        >>> print(f"{granite['rock.stiffness']:.2e} N/m")
+        5.52e+08 N/m
     """
     if inserts is not None and (inserts != int(inserts) or inserts < 0):
         raise DomainError(f"inserts = {inserts} is not a whole number of inserts")

@@ -37,7 +37,7 @@ PER_BLOW = (
 
 @dataclass(frozen=True)
 class Run:
-    """A run: its outputs over time, its blows, and what it was made from."""
+    """A run: its outputs over time, its blows, and the scene that was simulated."""
 
     #: Outputs over time, a column each; ``attrs["units"]`` says in which units.
     frame: pd.DataFrame = field(repr=False)
@@ -168,7 +168,7 @@ def simulate(
     control: Callable[[Hammer], None] | None = None,
     progress: bool = False,
 ) -> Run:
-    """Runs a hammer.
+    """Simulates a hammer.
 
     Args:
         parameters: by dotted name: a number in the declared unit, a label of an
@@ -180,8 +180,8 @@ def simulate(
             are straight lines.
         preset: parameter set to start from, see `dth-hammer info`.
         step: communication step, as ``until``; 1 ms if not given. The physics does not depend
-            on it: it is how often one looks.
-        times: instants to look at instead of a step.
+            on it: it only sets how often outputs are read.
+        times: instants at which outputs are read, in place of a step.
         outputs: names to read; all outputs and local variables if not given.
         waves: reads also stress and velocity along piston and bit, as many columns as the
             mesh needs; `dth_hammer.waves` makes a diagram of them.
@@ -191,6 +191,13 @@ def simulate(
         control: called with the hammer at each communication point before the step,
             for instance to set tunable parameters by depth.
         progress: shows a progress bar.
+
+    Example:
+        >>> from dth_hammer import simulate
+        >>> run = simulate({"rock.stiffness": "200 MN/m"}, until="300 ms")
+        >>> blow = run.blows.iloc[-1]
+        >>> print(f"{blow.blow_energy:.0f} J, {3600 * blow.rop:.1f} m/h")
+        233 J, 11.0 m/h
     """
     instants = instants_of(until, step, times)
     named = [VARIABLES[n] for n in outputs] if outputs else []

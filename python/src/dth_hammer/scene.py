@@ -33,7 +33,14 @@ KEYS = ("description", "preset", "start_values", "inputs", "until")
 @typed()
 @dataclass(frozen=True)
 class Scene:
-    """A hammer, what acts on it, and for how long."""
+    """A hammer, what acts on it, and for how long.
+
+    Example:
+        >>> from dth_hammer import Scene
+        >>> scene = Scene(preset="granite", parameters={"feed_force": "8 kN"}, until="1 s")
+        >>> print(scene.numbers["feed_force"])
+        8000.0
+    """
 
     title: str = ""
     description: str = ""
@@ -65,7 +72,7 @@ class Scene:
 
     @classmethod
     def read(cls, path: str | Path) -> Scene:
-        """Reads a scene; what is wrong in the file is said by its place in it."""
+        """Reads a scene from a file; an error names the place in the file."""
         path = Path(path)
         try:
             content = json.loads(path.read_text(encoding="utf-8"))

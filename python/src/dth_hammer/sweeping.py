@@ -65,13 +65,13 @@ def sweep(
     batch: int | None = None,
     progress: bool = False,
 ) -> pd.DataFrame:
-    """Runs every point of a grid, or seeks its long-run response, and returns one row per run.
+    """Runs every point of a grid, or finds its long-run means, and returns one row per run.
 
     Args:
         grid: values by parameter (all combinations), or one row per run: a DataFrame, or a list of
             parameters by name.
         until: seconds of each run, or text with a unit; ``"steady"`` for the long-run response
-            instead, as `steady` seeks it: means, their errors as ``rop_error`` and so on, what
+            instead, as `steady` finds it: means, their errors as ``rop_error`` and so on, what
             kind of motion it is, of how many blows, and whether the error was reached.
         parameters: what all runs share, laid over the preset.
         preset: parameter set to start from.
@@ -98,6 +98,15 @@ def sweep(
     A run that the engine refuses has its message in the column ``error``; what is doubtful in one
     is in ``warning``. What an input or a controller raised is in ``error`` too; such a row is not
     kept in ``out``, so the same call tries it again.
+
+    Example:
+        >>> from dth_hammer import sweep
+        >>> read = ["blow_count", "blow_speed"]
+        >>> table = sweep({"feed_force": [4e3, 8e3]}, "200 ms", outputs=read)
+        >>> print(table[["feed_force", *read]].round(2).to_string(index=False))
+         feed_force  blow_count  blow_speed
+             4000.0           5       11.55
+             8000.0           5       11.37
     """
     end: float | Wanted
     if until == STEADY:

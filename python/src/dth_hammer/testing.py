@@ -11,7 +11,13 @@ WORKS = ("energy_drive", "energy_gravity", "energy_feed")
 
 
 def assert_energy_balanced(subject: Hammer | Run, relative: float = 1e-9) -> None:
-    """The works done equal all other energies, to a fraction of the works done."""
+    """Asserts that the energies balance, within a fraction of the work done.
+
+    Example:
+        >>> from dth_hammer import simulate
+        >>> from dth_hammer.testing import assert_energy_balanced
+        >>> assert_energy_balanced(simulate(until="200 ms"))
+    """
     names = [*WORKS, "energy_residual"]
     if isinstance(subject, Hammer):
         table = pd.DataFrame([subject.get(names)])
@@ -25,7 +31,13 @@ def assert_energy_balanced(subject: Hammer | Run, relative: float = 1e-9) -> Non
 
 
 def assert_periodic(run: Run, relative: float = 1e-3, last: int = 3) -> None:
-    """The last blows follow each other at equal intervals, with equal speed."""
+    """Asserts that the last blows have equal intervals and equal speeds.
+
+    Example:
+        >>> from dth_hammer import simulate
+        >>> from dth_hammer.testing import assert_periodic
+        >>> assert_periodic(simulate(until="600 ms"))
+    """
     table = run.blows
     assert len(table) > last, f"only {len(table)} blows, {last + 1} are needed"
     for column in ("blow_period", "blow_speed"):

@@ -80,7 +80,7 @@ class Trend:
         )
 
     def plot(self) -> Figure:
-        """A tornado: what a width changes of each output, widest first."""
+        """Plots the effect of each width on each output, largest first (a tornado chart)."""
         return tornado(self)
 
     def _repr_html_(self) -> str:
@@ -88,7 +88,7 @@ class Trend:
         return f"<p>{self.summary()}</p>{wide.to_html(float_format='{:.3g}'.format)}"
 
     def summary(self) -> str:
-        """Widths and points in one line."""
+        """Returns widths and number of points as one line."""
         widths = ", ".join(f"{name} +-{100 * width:g} %" for name, width in self.widths.items())
         met = ", ".join(f"{count} {kind}" for kind, count in self.kinds.items())
         return f"trends over {widths}: {len(self.points)} points ({met})"
@@ -106,7 +106,7 @@ def trend(
     seed: int = 1,
     progress: bool = False,
 ) -> Trend:
-    """What outputs depend on: least squares in logarithms through means over a box.
+    """Finds what long-run means depend on: a power law, fitted over a range of parameters.
 
     ``ln y = a + sum of e_k ln(x_k / x0_k)``: an elasticity ``e_k`` says by how many per cent an
     output changes for one per cent of a parameter, over the stated width. Points are Sobol's.
@@ -120,6 +120,12 @@ def trend(
         error: of the rate of penetration at a point, over it.
         seed: of the points.
         progress: shows a progress bar.
+
+    Example:
+        >>> from dth_hammer import trend
+        >>> found = trend({"fidelity": "Rigid"}, {"feed_force": 0.05}, ["blow_energy"], points=8)
+        >>> print(found.elasticities.loc["blow_energy"].round(2).to_dict())
+        {'feed_force': -0.05}
     """
     given, names = numbers_of(scene, preset), [named(name) for name in outputs]
     wide = box_of(given, widths or {})

@@ -20,10 +20,14 @@ ENVIRONMENT = "DTH_HAMMER_FMU"
 
 
 def find(fmu: str | Path | None = None, *, fmi: int = 2) -> Path:
-    """The FMU: the argument, else the environment's, else the packaged one for a version of FMI.
+    """Finds the FMU: the argument, else ``DTH_HAMMER_FMU``, else the packaged one.
 
-    A source checkout counts before the packaged copy, so that a fresh ``cargo fmu``
-    is what one takes there.
+    In a source checkout the file that ``cargo fmu`` wrote comes before the packaged copy.
+
+    Example:
+        >>> from dth_hammer import fmu
+        >>> print(fmu.find(fmi=3).name)
+        dth_hammer_fmi3.fmu
     """
     if fmi not in FILES:
         raise DomainError(f"fmi = {fmi} is not 2 or 3")
@@ -115,7 +119,14 @@ def _load(path: Path, _stamp: tuple[int, int]) -> Package:
 
 
 def load(fmu: str | Path | Package | None = None, *, fmi: int = 2) -> Package:
-    """The package, read once a process; again when the file has changed: `find` says which."""
+    """Reads the FMU that `find` finds; a process reads a file again only if it has changed.
+
+    Example:
+        >>> import dth_hammer
+        >>> from dth_hammer import fmu
+        >>> print(fmu.load().version.split()[0] == dth_hammer.__version__)
+        True
+    """
     if isinstance(fmu, Package):
         return fmu
     path = find(fmu, fmi=fmi)

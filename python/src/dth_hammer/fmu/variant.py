@@ -73,6 +73,11 @@ def configure(
     Raises:
         DomainError, DomainError, UnknownNameError: for what cannot be set so.
         RefusedError: if the engine refuses the scene; nothing is written then.
+
+    Example:
+        >>> from dth_hammer import fmu
+        >>> fmu.configure("mine.fmu", {"feed_force": "8 kN"}, preset="granite")
+        0
     """
     package, out = load(fmu, fmi=fmi), Path(out)
     if package.path.resolve() == out.resolve():
@@ -175,6 +180,11 @@ def write_variant(
         fmu: file to use instead of the one found.
 
     Returns the number of outputs added.
+
+    Example:
+        >>> from dth_hammer import fmu
+        >>> print(fmu.write_variant("waves.fmu", (10, 10)), "more outputs")
+        42 more outputs
     """
     mesh = dict(zip(ELEMENTS, elements or (), strict=bool(elements)))
     return configure(out, mesh, waves=True, fmu=fmu)

@@ -86,7 +86,7 @@ class WaterDrive:
         return self.command, self.state
 
     def restore(self, state: tuple[float, State]) -> None:
-        """Goes back to a saved state."""
+        """Restores a saved state."""
         self.command, self.state = state
 
     def _until_turn(self, position: float, later: float) -> float:

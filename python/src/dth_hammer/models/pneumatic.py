@@ -93,7 +93,7 @@ class PneumaticDrive:
         return self.state
 
     def restore(self, state: State) -> None:
-        """Goes back to a saved state."""
+        """Restores a saved state."""
         self.state = state
 
     def volumes(self, position: float) -> tuple[float, float]:
