@@ -180,7 +180,9 @@ def _given(sheet: Datasheet | None) -> list[str]:
     for name, given, own, _ in sheet.compared:
         unit, size = TRADE[name]
         numbers = [_number(given / size), _number(own / size)]
-        rows.append([name.replace("_", " "), *numbers, unit, f"{100 * (own / given - 1):+.1f} %"])
+        # Adding zero makes -0.0 positive.
+        off = round(100 * (own / given - 1), 1) + 0.0
+        rows.append([name.replace("_", " "), *numbers, unit, f"{off:+.1f} %"])
     items = "".join(f"<li>{_text(text)}</li>" for text in sheet.assumed)
     heads = ["of the datasheet", "given", "of this hammer", "unit", "off"]
     return [

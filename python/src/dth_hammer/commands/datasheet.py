@@ -79,7 +79,7 @@ def _report(page: Path, sheet: Datasheet, words: str, options: argparse.Namespac
     from ..page import report  # noqa: PLC0415
     from ..scene import Scene  # noqa: PLC0415
 
-    scene = Scene(page.stem, words, None, dict(sheet.parameters))
+    scene = Scene("Hammer of a datasheet", words, None, dict(sheet.parameters))
     curve = SNCurve.read(options.sn) if options.sn else None
     report(scene, page, units=common.systems(options.units), curve=curve, sheet=sheet)
     print(f"{page}: {page.stat().st_size / 1e6:.1f} MB")
