@@ -150,6 +150,7 @@ fn write_report(root: &Path, folder: &Path, cases: u32) -> Result<(), Failure> {
     let numbers = target(root).join("studies.json");
     studies(&numbers, &mut body, &step)?;
     progress.finish_and_clear();
+    report::compared(&mut body, std::fs::read_to_string(folder.join("compared.txt")).ok());
     let run = std::fs::read_to_string(folder.join("long.json")).ok();
     let run = run.and_then(|text| serde_json::from_str(&text).ok());
     report::long(&mut body, run.as_ref());
@@ -216,7 +217,7 @@ const HARD: &str = "\n## Hard cases\n\n`cargo test -p verify --test hard <name>`
 const PROPERTIES_HEAD: &str = "\n## Properties\n\n\
     `PROPTEST_CASES=5000 cargo test -p verify --test properties`\n\n\
     Scenes drawn over the domain, log-uniformly: modulus 1e9 to 1e12 Pa, lengths 0.01 to 10 m, \
-    1 to 15 elements or rigid, half of the bodies of 1 to 8 sections, a quarter of the meshes of \
+    1 to 15 elements or rigid, half of the bodies of 1 to 8 sections, half of the meshes of \
     splines of degree 2 to 7, `KC` 1e7 to 1e14, `KR` 1e5 to 1e11, `gamma` - 1 from 1e-6 to \
     1e4, `CR` 0 or to 1e9, `WR` 0 or to 1e6, `beta` 0 or to 1e-4, loads of both signs. The \
     engine may refuse a scene, by name and where *Limits* says; how many it refused is counted.\n\n\

@@ -7,6 +7,8 @@ use clap::ValueEnum;
 use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use std::str::FromStr;
+use std::sync::mpsc::{self, Sender};
+use std::thread;
 
 /// What came of many scenes.
 #[derive(Clone, Debug, Default)]
@@ -99,16 +101,49 @@ impl FromStr for Name {
     }
 }
 
-/// Compares so many drawn scenes of a kind, always the same ones. What disagrees is told at once.
+/// What a thread has to say of its scenes.
+enum Said {
+    Text(String),
+    Part(Tally),
+}
+
+/// Compares so many drawn scenes of a kind, always the same ones, on all cores. What disagrees is told at
+/// once.
 pub fn tally(scenes: u32, from: u32, kind: Kind, mut tell: impl FnMut(&str)) -> Tally {
-    let mut tally = Tally::default();
-    for (batch, list) in batches(&kind.strategy(), STREAM, from, scenes) {
-        for (index, case) in list.iter().enumerate() {
-            tally.add(&format!("scene {batch}.{index}"), case, &mut tell);
+    let threads = thread::available_parallelism().map_or(1, |count| count.get());
+    let (sender, heard) = mpsc::channel();
+    let share = |thread: usize, sender: Sender<Said>| {
+        // Who hears it is there until all threads have ended.
+        let say = |said| sender.send(said).unwrap_or_default();
+        for (batch, list) in batches(&kind.strategy(), STREAM, from, scenes) {
+            let mut part = Tally::default();
+            for (index, case) in list.iter().enumerate().skip(thread).step_by(threads) {
+                let mut tell = |text: &str| say(Said::Text(text.into()));
+                part.add(&format!("scene {batch}.{index}"), case, &mut tell);
+            }
+            say(Said::Part(part));
         }
-        tell(&tally.line());
-    }
-    tally
+    };
+    thread::scope(|scope| {
+        (0..threads).for_each(|i| {
+            drop(scope.spawn({
+                let sender = sender.clone();
+                move || share(i, sender)
+            }))
+        });
+        drop(sender);
+        let mut whole = Tally::default();
+        for said in heard {
+            match said {
+                Said::Text(text) => tell(&text),
+                Said::Part(part) => {
+                    whole.join(part);
+                    tell(&whole.line());
+                }
+            }
+        }
+        whole
+    })
 }
 
 /// Compares drawn scenes of these names; tells the `events` of each if they are wanted.
@@ -129,6 +164,22 @@ pub fn these(names: &[Name], kind: Kind, events: bool, mut tell: impl FnMut(&str
 }
 
 impl Tally {
+    /// Adds what came of others.
+    fn join(&mut self, other: Self) {
+        self.scenes += other.scenes;
+        self.events += other.events;
+        self.instants += other.instants;
+        self.whole += other.whole;
+        self.refused += other.refused;
+        self.rough.extend(other.rough);
+        self.at_rest.extend(other.at_rest);
+        self.unseen.extend(other.unseen);
+        self.failures.extend(other.failures);
+        for (worst, other) in self.worst.iter_mut().zip(other.worst) {
+            worst.note(other);
+        }
+    }
+
     /// Compares one more scene.
     pub fn add(&mut self, name: &str, case: &RandomScene, tell: &mut impl FnMut(&str)) {
         self.scenes += 1;

@@ -5,7 +5,7 @@
 
 use clap::Parser;
 use std::process::ExitCode;
-use verify::tally::{Kind, Name, Tally, tally, these};
+use verify::tally::{Kind, Name, tally, these};
 
 #[derive(Parser)]
 #[command(about = "Compares the engine with the extended-precision reference on drawn scenes")]
@@ -28,6 +28,9 @@ struct Arguments {
     /// Derivatives by parameters, against differences
     #[arg(long)]
     derivatives: bool,
+    /// Write what came of it to reports/verification/compared.txt, from where `cargo verify` takes it
+    #[arg(long, conflicts_with_all = ["only", "derivatives"])]
+    keep: bool,
 }
 
 fn main() -> ExitCode {
@@ -39,10 +42,19 @@ fn main() -> ExitCode {
         return if found.failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE };
     }
     let tell = |text: &str| println!("{text}");
-    let Tally { failures, .. } = if arguments.only.is_empty() {
+    let found = if arguments.only.is_empty() {
         tally(arguments.scenes, arguments.from, arguments.kind, tell)
     } else {
         these(&arguments.only, arguments.kind, arguments.events, tell)
     };
-    if failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    if arguments.keep {
+        let Arguments { scenes, from, .. } = arguments;
+        let text = format!("`cargo compare --scenes {scenes} --from {from}`\n\n{}\n", found.line());
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../reports/verification/compared.txt");
+        if let Err(error) = std::fs::write(path, text) {
+            eprintln!("error: {path}: {error}");
+            return ExitCode::FAILURE;
+        }
+    }
+    if found.failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
