@@ -29,7 +29,7 @@ struct Arguments {
     #[arg(long)]
     derivatives: bool,
     /// Write what came of it to reports/verification/compared.txt, from where `cargo verify` takes it
-    #[arg(long, conflicts_with_all = ["only", "derivatives"])]
+    #[arg(long, conflicts_with_all = ["only", "derivatives", "kind"])]
     keep: bool,
 }
 
