@@ -120,13 +120,13 @@ def feed(data: dict[str, Any], folder: Path) -> None:
     for axis, (key, title) in zip(axes, titles.items(), strict=True):
         points = data[key]
         force = [1e-3 * point["feed"] for point in points]
-        rate = [1e3 * point["rate"] for point in points]
-        low, high = ([1e3 * point["range"][k] for point in points] for k in (0, 1))
+        rate = [3600 * point["rate"] for point in points]
+        low, high = ([3600 * point["range"][k] for point in points] for k in (0, 1))
         axis.fill_between(force, low, high, alpha=0.15, label="single blows")
-        error = [1e3 * point["error"] for point in points]
+        error = [3600 * point["error"] for point in points]
         axis.errorbar(force, rate, error, fmt="o-", ms=4, capsize=3, label="mean, standard error")
         axis.set_title(title, loc="left", fontsize=10)
-        axis.set(xlabel="feed force, kN", ylabel="rate of penetration, mm/s")
+        axis.set(xlabel="feed force, kN", ylabel="rate of penetration, m/h")
         axis.set_ylim(bottom=min(0, *low))
         axis.legend(fontsize=8)
         axis.grid(alpha=0.3)

@@ -19,7 +19,7 @@ const BATCHES: usize = 5;
 pub struct Point {
     /// Feed force, N.
     pub feed: f64,
-    /// Gain of all blows over their time.
+    /// Hole drilled by all blows over their time.
     pub rate: f64,
     /// Standard error of the mean, from batches of blows.
     pub error: f64,
@@ -43,14 +43,14 @@ fn point(p: &Parameters, feed: f64) -> Result<Point, Error> {
     m.advance(SETTLE + SPAN)?;
     let blows: Vec<_> = m.step_blows().iter().copied().collect();
     let mean = |part: &[hammer::Blow]| {
-        let (gain, time) =
-            part.iter().fold((0.0, 0.0), |s, b| (s.0 + b.penetration, s.1 + b.period));
-        gain / time
+        let (hole, time) =
+            part.iter().fold((0.0, 0.0), |s, b| (s.0 + b.rop * b.period, s.1 + b.period));
+        hole / time
     };
     let batches: Vec<f64> = blows.chunks(blows.len().div_ceil(BATCHES)).map(mean).collect();
     let (n, middle) = (batches.len() as f64, batches.iter().sum::<f64>() / batches.len() as f64);
     let spread: f64 = batches.iter().map(|b| (b - middle).powi(2)).sum();
-    let rates = || blows.iter().map(|blow| blow.tip_rate);
+    let rates = || blows.iter().map(|blow| blow.rop);
     let range = [rates().fold(f64::INFINITY, f64::min), rates().fold(f64::NEG_INFINITY, f64::max)];
     Ok(Point { feed, rate: mean(&blows), error: (spread / (n - 1.0) / n).sqrt(), range })
 }
@@ -68,24 +68,29 @@ pub fn curves() -> Result<Curves, Error> {
 
 fn table(out: &mut String, points: &[Point]) {
     *out +=
-        "\n| feed, kN | rate, mm/s | standard error | single blows, mm/s |\n|---|---|---|---|\n";
+        "\n| feed, kN | rate of penetration, m/h | standard error | single blows, m/h |\n|---|---|---|---|\n";
     for Point { feed, rate, error, range: [low, high] } in points {
         let [feed, rate, error, low, high] =
-            [feed / 1e3, 1e3 * rate, 1e3 * error, 1e3 * low, 1e3 * high];
+            [feed / 1e3, 3600.0 * rate, 3600.0 * error, 3600.0 * low, 3600.0 * high];
         let _ = writeln!(out, "| {feed} | {rate:.1} | {error:.1} | {low:.1} to {high:.1} |");
     }
 }
 
 /// The page.
 pub fn page(curves: &Curves) -> String {
+    let rock = Parameters::default().rock;
+    let (energy, high) = (1e-6 * rock.specific_energy, rock.specific_energy_factor);
+    let low = 1.0 / high;
     let mut out = format!(
         "# Feed and rate: `cargo verify --feed`\n\n\
-         Gain of the whole blows in {SPAN} s over their time, after {SETTLE} s from rest; its standard \
-         error from {BATCHES} batches of blows, and the range of single blows.\n\n![rate over feed](feed.png)\n\n\
+         The hole that the whole blows in {SPAN} s drill over their time, after {SETTLE} s from rest; its \
+         standard error from {BATCHES} batches of blows, and the range of single blows. The rock's specific \
+         energy is {energy:.0} MJ/m3; as far as that is not known, every rate here is from {low:.2} to \
+         {high:.2} times what stands here, all alike.\n\n![rate over feed](feed.png)\n\n\
          ## The reference hammer\n\n\
          More feed, more rate, and the worst place is no feed at all, where the bit bounces and \
-         single blows fail. There is no best feed: what stalls a real drill (its rotation, and the \
-         casing that carries the feed) is not in the model.\n"
+         single blows fail. There is no best feed: what stalls a real drill (its rotation, and a \
+         casing that carries the feed) is not in this scene.\n"
     );
     table(&mut out, &curves.reference);
     out += "\n## Rigid bodies, a barrier of 40 J and a viscosity of 1e6 N s/m\n\n\
