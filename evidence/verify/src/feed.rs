@@ -67,8 +67,7 @@ pub fn curves() -> Result<Curves, Error> {
 }
 
 fn table(out: &mut String, points: &[Point]) {
-    *out +=
-        "\n| feed, kN | rate of penetration, m/h | standard error | single blows, m/h |\n|---|---|---|---|\n";
+    *out += "\n| feed, kN | rate of penetration, m/h | standard error | single blows, m/h |\n|---|---|---|---|\n";
     for Point { feed, rate, error, range: [low, high] } in points {
         let [feed, rate, error, low, high] =
             [feed / 1e3, 3600.0 * rate, 3600.0 * error, 3600.0 * low, 3600.0 * high];

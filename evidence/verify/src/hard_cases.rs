@@ -239,7 +239,8 @@ fn stiff() -> Vec<Case> {
     let mut list: Vec<Case> =
         [contacts(), dampings(), rocks(), bodies()].into_iter().flatten().collect();
     for c in &mut list {
-        if matches!(c.name, "four_hundred" | "undamped_fine" | "no_standstill") {
+        // Undamped, how many micro-events there are is a matter of chance.
+        if matches!(c.name, "four_hundred" | "undamped" | "undamped_fine" | "no_standstill") {
             c.allowed *= 4;
         }
     }
