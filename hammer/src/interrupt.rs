@@ -124,7 +124,7 @@ pub fn in_threads<P: Send, T: Send>(
         return parts.into_iter().map(work).collect();
     }
     let interrupt = Interrupt::present();
-    let mut found: Vec<_> = parts.iter().map(|_| None).collect();
+    let mut results: Vec<_> = parts.iter().map(|_| None).collect();
     let queue = Mutex::new(parts.into_iter().enumerate());
     let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
     let labour = |done: Sender<(usize, T)>| {
@@ -149,7 +149,7 @@ pub fn in_threads<P: Send, T: Send>(
         }
         loop {
             match receiver.recv_timeout(PAUSE) {
-                Ok((k, done)) => found[k] = Some(done),
+                Ok((k, done)) => results[k] = Some(done),
                 Err(RecvTimeoutError::Timeout) => (),
                 Err(RecvTimeoutError::Disconnected) => break,
             }
@@ -159,5 +159,5 @@ pub fn in_threads<P: Send, T: Send>(
             worker.join().unwrap_or_else(|panic| resume_unwind(panic));
         }
     });
-    found.into_iter().flatten().collect()
+    results.into_iter().flatten().collect()
 }

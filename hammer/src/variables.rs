@@ -234,11 +234,11 @@ pub static VARIABLES: [Variable; PARAMETERS.len() + INPUTS.len() + RESULTS.len()
 
 /// Names and values of the parameters that differ from the reference hammer's.
 pub fn differences(parameters: &Parameters) -> Vec<(&'static str, f64)> {
-    let own = Parameters::default();
+    let reference = Parameters::default();
     let changed = VARIABLES.iter().filter_map(|variable| {
         let Role::Parameter { slot, .. } = &variable.role else { return None };
         let value = slot.read(parameters);
-        (value != slot.read(&own)).then_some((variable.name, value))
+        (value != slot.read(&reference)).then_some((variable.name, value))
     });
     changed.collect()
 }

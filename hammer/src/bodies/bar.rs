@@ -78,8 +78,8 @@ impl Bar {
         let of = |body: usize| {
             let first = bodies.iter().position(|b| *b == body)?;
             let end = bodies.iter().rposition(|b| *b == body)? + 1;
-            let own = Sections::new(&all.as_slice()[first..end])?;
-            Self::elastic(parameters, &own, spans[first..end].iter().sum())
+            let sections = Sections::new(&all.as_slice()[first..end])?;
+            Self::elastic(parameters, &sections, spans[first..end].iter().sum())
         };
         (0..=joints).map(of).collect()
     }

@@ -27,12 +27,12 @@ pub fn modes(shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
 
 fn modes_in(cache: &Mutex<Cache>, shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
     // Never waits for the lock: after a fork it may never be released.
-    let known = cache.try_lock().ok().and_then(|mut cache| {
-        let place = cache.iter().position(|(known, _)| *known == shape)?;
+    let cached = cache.try_lock().ok().and_then(|mut cache| {
+        let place = cache.iter().position(|(cached, _)| *cached == shape)?;
         cache.remove(place).map(|(_, pairs)| pairs)
     });
     // Computed without the lock, which others may need meanwhile.
-    let pairs = match known {
+    let pairs = match cached {
         Some(pairs) => pairs,
         None => Arc::new(pencil::solve(&shape.0, basis)?),
     };

@@ -109,9 +109,9 @@ impl Parameters {
     fn chuck_front(&self) -> f64 {
         let end = |section: &Segment| 1.0 / self.impedance_of(section.area);
         let (bit, casing) = (self.sections(Body::Bit), self.sections(Body::Casing));
-        let own =
+        let casing_end =
             if self.casing.segments > 0 { casing.as_slice().last().map_or(0.0, end) } else { 0.0 };
-        self.wave_speed() / ((end(&bit.as_slice()[0]) + own) * self.chuck.stiffness)
+        self.wave_speed() / ((end(&bit.as_slice()[0]) + casing_end) * self.chuck.stiffness)
     }
 
     /// Relative error of the forces at an impact on the scene's own mesh, by the formula above: that of

@@ -30,8 +30,8 @@ impl Fit<'_> {
             rock.specific_energy *= rate / measured;
             rock.specific_energy_factor = 1.0 + Quantity::Rate.error();
         }
-        let known = self.sheet.known.iter();
-        let compared: Vec<Comparison> = known
+        let stated = self.sheet.known.iter();
+        let compared: Vec<Comparison> = stated
             .filter_map(|(quantity, given)| {
                 let solved = match quantity {
                     Quantity::BlowEnergy => Some(response.energy),

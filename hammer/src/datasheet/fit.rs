@@ -33,8 +33,8 @@ pub(super) struct Unknowns {
 }
 
 impl Unknowns {
-    pub fn relay(&self, own: &Scene) -> Relay {
-        let gravity = own.parameters.gravity;
+    pub fn relay(&self, base: &Scene) -> Relay {
+        let gravity = base.parameters.gravity;
         Relay { mass: self.mass, force: self.force, lift: self.lift, gravity }
     }
 
@@ -55,7 +55,7 @@ impl Unknowns {
 #[derive(Clone)]
 pub(super) struct Fit<'a> {
     pub sheet: &'a Datasheet,
-    own: &'a Scene,
+    base: &'a Scene,
     /// What had to be assumed.
     pub assumed: Vec<Assumption>,
     /// The fastest impact was too fast, and is held at [`FASTEST`].
@@ -64,8 +64,8 @@ pub(super) struct Fit<'a> {
 
 impl<'a> Fit<'a> {
     /// Assumes what is missing, and looks whether it is enough.
-    pub fn new(sheet: &'a Datasheet, own: &'a Scene) -> Result<Self, DatasheetError> {
-        let mut fit = Self { sheet, own, assumed: Vec::new(), limited: false };
+    pub fn new(sheet: &'a Datasheet, base: &'a Scene) -> Result<Self, DatasheetError> {
+        let mut fit = Self { sheet, base, assumed: Vec::new(), limited: false };
         let mut rank = fit.rank();
         for assumption in sheet.assumptions() {
             if rank == fit.columns() {
@@ -120,7 +120,7 @@ impl<'a> Fit<'a> {
     pub fn start(&self) -> Unknowns {
         let get = |quantity| self.get(quantity);
         let mass = get(Quantity::PistonMass).or(self.mass_of_blow());
-        let mass = mass.unwrap_or_else(|| self.own.parameters.piston_mass());
+        let mass = mass.unwrap_or_else(|| self.base.parameters.piston_mass());
         let speed = get(Quantity::ImpactSpeed).unwrap_or(8.0);
         let of_power = get(Quantity::Power).zip(get(Quantity::Frequency)).map(|(p, f)| p / f);
         let energy = get(Quantity::BlowEnergy).or(of_power);
@@ -133,9 +133,9 @@ impl<'a> Fit<'a> {
         let force = match (get(Quantity::Frequency), pressed) {
             (Some(frequency), _) => 2.5 * mass * speed * frequency,
             (None, Some(pressure)) => effectiveness * pressure * area(bore),
-            (None, None) => of_stroke.unwrap_or(self.own.parameters.drive.amplitude),
+            (None, None) => of_stroke.unwrap_or(self.base.parameters.drive.amplitude),
         };
-        let force = force.max(1.5 * mass * self.own.parameters.gravity.abs());
+        let force = force.max(1.5 * mass * self.base.parameters.gravity.abs());
         let energy = if get(Quantity::BlowEnergy).is_some() || of_stroke.is_none() {
             energy
         } else {
@@ -147,12 +147,12 @@ impl<'a> Fit<'a> {
     /// The blow of these unknowns.
     pub fn throw(&self, unknowns: &Unknowns, response: &Response) -> Throw {
         let none = Throw { energy: f64::NAN, speed: f64::NAN, height: f64::NAN, period: f64::NAN };
-        unknowns.relay(self.own).throw(response.returned).unwrap_or(none)
+        unknowns.relay(self.base).throw(response.returned).unwrap_or(none)
     }
 
     /// Work per time that the rock is given over what a metre of hole takes.
     pub fn rate(&self, energy: f64, period: f64, share: f64) -> f64 {
-        let mut p = self.own.parameters;
+        let mut p = self.base.parameters;
         p.hole.diameter = self.sheet.hole().map_or(p.hole.diameter, |(hole, _)| hole);
         share * energy / period / p.work_per_length()
     }
@@ -198,11 +198,11 @@ impl<'a> Fit<'a> {
 
     /// What is known or assumed less what would be, over its error.
     fn residuals(&self, unknowns: &Unknowns, response: &Response) -> DVector<f64> {
-        let known =
+        let stated =
             self.sheet.known.iter().map(|(quantity, given)| (*quantity, *given, quantity.error()));
         let assumed = self.assumed.iter().map(|row| (row.quantity, row.value, row.error));
         let limit = self.limited.then_some((Quantity::ImpactSpeed, FASTEST, CERTAIN));
-        let rows = known.chain(assumed).chain(limit).filter_map(|(quantity, given, error)| {
+        let rows = stated.chain(assumed).chain(limit).filter_map(|(quantity, given, error)| {
             let value = self.value(quantity, unknowns, response)?;
             Some(math::ln(given / value) / error)
         });

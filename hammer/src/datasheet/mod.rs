@@ -123,9 +123,9 @@ impl Datasheet {
     /// # Errors
     /// A number that no hammer has; too little to find a hammer; numbers that no hammer has at once; a
     /// hammer that does not strike.
-    pub fn solve(&self, own: &Scene) -> Result<Solution, DatasheetError> {
+    pub fn solve(&self, base: &Scene) -> Result<Solution, DatasheetError> {
         self.check()?;
-        let mut fit = Fit::new(self, own)?;
+        let mut fit = Fit::new(self, base)?;
         let (mut unknowns, mut response) = (fit.start(), Response::GUESS);
         let mut round = 0;
         loop {
@@ -136,8 +136,8 @@ impl Datasheet {
                 unknowns = fit.solve(unknowns, &response)?;
             }
             self.check_speed(&fit.throw(&unknowns, &response))?;
-            let scene = self.scene(own, &unknowns)?;
-            let (next, close) = response.next(&scene, &unknowns.relay(own), close)?;
+            let scene = self.scene(base, &unknowns)?;
+            let (next, close) = response.next(&scene, &unknowns.relay(base), close)?;
             response = next;
             round += 1;
             if close || round == ROUNDS {
@@ -172,8 +172,8 @@ impl Datasheet {
     }
 
     /// The scene of a hammer: uniform bodies, a mesh and a penalty alike in proportion.
-    fn scene(&self, own: &Scene, unknowns: &Unknowns) -> Result<Scene, DatasheetError> {
-        let (mut scene, reference) = (*own, own.parameters);
+    fn scene(&self, base: &Scene, unknowns: &Unknowns) -> Result<Scene, DatasheetError> {
+        let (mut scene, reference) = (*base, base.parameters);
         let p = &mut scene.parameters;
         let density = p.material.density;
         let sections = reference.sections(Body::Piston);

@@ -55,13 +55,13 @@ impl Response {
             members: 1,
             ..Wanted::default()
         };
-        let found = steady(scene, &wanted, &mut |_, _| true)?;
-        if found.kind == Kind::Stalled {
+        let means = steady(scene, &wanted, &mut |_, _| true)?;
+        if means.kind == Kind::Stalled {
             return Err(DatasheetError::Contradiction(
                 "the hammer stalls: it is too weak for the blows that are asked of it".into(),
             ));
         }
-        let mean = |name| found.mean.get(name);
+        let mean = |name| means.mean.get(name);
         let [energy, period] = [mean("blow_energy"), mean("period")];
         let share = (mean("energy_rock_dissipated") + mean("energy_viscous")) / energy;
         let returned = relay.returned(energy);

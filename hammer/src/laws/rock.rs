@@ -297,12 +297,12 @@ mod tests {
             let lost = rate(&|p| spring.lost_on_loading(&rock, 0.0, p));
             let power = spring.coefficients(&rock).stiffness * p * v;
             let rounding = 8.0 * f64::EPSILON * (power.abs() + spring.stored_energy(&rock, p) / h);
-            let found = [spring.stored_power(&rock, p, v), spring.lost_power(&rock, p, v)];
-            assert!((found[0] - stored).abs() <= rounding, "{spring:?}: {found:?} {stored}");
-            assert!((found[1] - lost).abs() <= 4.0 * rounding, "{spring:?}: {found:?} {lost}");
+            let powers = [spring.stored_power(&rock, p, v), spring.lost_power(&rock, p, v)];
+            assert!((powers[0] - stored).abs() <= rounding, "{spring:?}: {powers:?} {stored}");
+            assert!((powers[1] - lost).abs() <= 4.0 * rounding, "{spring:?}: {powers:?} {lost}");
             assert!(
-                (found[0] + found[1] - power).abs() <= rounding,
-                "{spring:?}: {found:?} {power}"
+                (powers[0] + powers[1] - power).abs() <= rounding,
+                "{spring:?}: {powers:?} {power}"
             );
         }
     }

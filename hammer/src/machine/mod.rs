@@ -269,8 +269,8 @@ impl Machine {
             let (target, reach) = (self.motion.until(to), self.motion.reach());
             let level = self.motion.next_level().filter(|(at, _)| *at <= target.min(reach));
             let end = level.map_or(target.min(reach), |(at, _)| at);
-            let found = self.search.next(&mut self.motion, end)?;
-            let next = found.or(level.map(|(at, chamber)| (at, Event::Level(chamber))));
+            let crossing = self.search.next(&mut self.motion, end)?;
+            let next = crossing.or(level.map(|(at, chamber)| (at, Event::Level(chamber))));
             if observer.stops_before(self, next.map_or(end, |(at, _)| at), to)? {
                 return Ok(());
             }

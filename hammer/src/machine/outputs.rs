@@ -253,9 +253,9 @@ impl Profile {
         let (q, v) = whole.split_at(whole.len() / 2);
         let Material { youngs_modulus: e, damping_time: beta, .. } = motion.parameters().material;
         let along = |(body, first, bar): (usize, usize, &Bar), gap: f64| {
-            let own = first..first + bar.len();
+            let range = first..first + bar.len();
             let shift = state.origin.value() + (gap - graph.lifted(body, &state.mode.ties));
-            let (q, v) = (&q[own.clone()], &v[own]);
+            let (q, v) = (&q[range.clone()], &v[range]);
             let nodes: Vec<_> = bar.nodal(q, v).iter().map(|[u, v]| [shift + u, *v]).collect();
             let strains = bar.strains(q, v);
             let stress = strains.iter().map(|[strain, rate]| e * (strain + beta * rate));

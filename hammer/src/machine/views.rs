@@ -102,8 +102,8 @@ impl Machine {
     }
 
     fn searched_peaks(&self) -> Result<Peaks, Error> {
-        if let Some(known) = self.views.peaks.get() {
-            return known.clone();
+        if let Some(searched) = self.views.peaks.get() {
+            return searched.clone();
         }
         let peaks = self.peaks.now(&self.motion);
         // An interrupt ends the search early: a later read begins it again.

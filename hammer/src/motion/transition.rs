@@ -217,9 +217,10 @@ impl Motion {
         self.state.loads[Channel::Fluid as usize] =
             Poly::constant(self.parameters().drive.fluid() * self.state.slack);
         for (index, mut state) in states {
-            let own = self.state.anchors[index].group;
-            self.translations(own).for_each(|(mode, root)| state[mode] -= transition.shift * root);
-            self.enter(index, own, &state)?;
+            let anchored = self.state.anchors[index].group;
+            self.translations(anchored)
+                .for_each(|(mode, root)| state[mode] -= transition.shift * root);
+            self.enter(index, anchored, &state)?;
         }
         self.carry(0, group, &[&before], Some(transition))
     }
@@ -297,9 +298,9 @@ impl Motion {
         if !self.carry_straight(group, from, &mut y)? {
             let mut state = vec![0.0; 2 * system.modes()];
             for old in from {
-                let mut left = vec![0.0; 2 * old.system.modes()];
-                old.system.to_bodies(&old.y, &mut left);
-                let (q, v) = left.split_at(old.system.modes());
+                let mut bodies = vec![0.0; 2 * old.system.modes()];
+                old.system.to_bodies(&old.y, &mut bodies);
+                let (q, v) = bodies.split_at(old.system.modes());
                 let shared = self.graph().overlaps(old.group, group);
                 shared.iter().for_each(|overlap| overlap.copy([q, v], &mut state));
             }
@@ -359,8 +360,9 @@ impl Motion {
         let modes = self.ends(anchor.group);
         let rates = modes.iter().map(|[_, rate]| *rate);
         let slowest = rates.filter(|rate| *rate > 0.0).fold(f64::INFINITY, f64::min);
-        let own = kernel::bound(&system.functionals[functional].weights[order], &standing.y);
-        let [mut sum, mut swing, mut all] = [own, 0.0f64, 0.0];
+        let static_bound =
+            kernel::bound(&system.functionals[functional].weights[order], &standing.y);
+        let [mut sum, mut swing, mut all] = [static_bound, 0.0f64, 0.0];
         for ((q, v), [end, rate]) in displacements.iter().zip(velocities).zip(&modes) {
             // A basis mixes displacements and velocities.
             let (speed, slow) = (v.abs() + rate * q.abs(), rate.max(slowest));
@@ -368,7 +370,7 @@ impl Motion {
             swing = swing.max(speed);
             all += end / if order == 0 { slow } else { 1.0 };
         }
-        LEFT * f64::EPSILON * sum + system.mismatch() * (swing * all + own)
+        LEFT * f64::EPSILON * sum + system.mismatch() * (swing * all + static_bound)
     }
 
     /// Overlap of the bodies that rounding cannot distinguish from a gap, m.

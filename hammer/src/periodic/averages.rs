@@ -214,16 +214,20 @@ mod tests {
             blow[..2].copy_from_slice(&[1.0, 100.0 + x]);
             list.push(blow);
         }
-        let found = Means::of(&[&list]);
-        let known = 1.0 / ((1.0 - a) * (found.blows as f64).sqrt());
-        let part = found.error.tip_rate() / known;
+        let means = Means::of(&[&list]);
+        let expected = 1.0 / ((1.0 - a) * (means.blows as f64).sqrt());
+        let part = means.error.tip_rate() / expected;
         assert!((part - 1.0).abs() < 3.0 / 78.0_f64.sqrt(), "{part}");
-        assert!((found.mean.tip_rate() - 100.0).abs() < 4.0 * known, "{:?}", found.mean.tip_rate());
+        assert!(
+            (means.mean.tip_rate() - 100.0).abs() < 4.0 * expected,
+            "{:?}",
+            means.mean.tip_rate()
+        );
         let spread = 1.0 / (1.0 - a * a).sqrt();
         assert!(
-            (found.spread.tip_rate() / spread - 1.0).abs() < 0.1,
+            (means.spread.tip_rate() / spread - 1.0).abs() < 0.1,
             "{}",
-            found.spread.tip_rate()
+            means.spread.tip_rate()
         );
     }
 
@@ -242,8 +246,8 @@ mod tests {
             (0..160).map(|k| of_advance(if k / 4 % 2 == 0 { 103.0 } else { 97.0 })).collect();
         let [mean, error, _] = errors(&[&list], RATIOS[1]);
         assert!((mean - 100.0).abs() < 1e-12);
-        let known = 1.01299 * (9.0_f64 / 39.0).sqrt();
-        assert!((error / known - 1.0).abs() < 1e-4, "{error} {known}");
+        let expected = 1.01299 * (9.0_f64 / 39.0).sqrt();
+        assert!((error / expected - 1.0).abs() < 1e-4, "{error} {expected}");
     }
 
     /// A drift of half a unit in the first fifth, under a noise of ten, is seen by no test; what is
@@ -256,9 +260,9 @@ mod tests {
                 of_advance(100.0 + drift + if k % 2 == 0 { 10.0 } else { -10.0 })
             })
             .collect();
-        let found = Means::of(&[&list, &list]);
-        assert!((found.mean.tip_rate() - 100.0).abs() < 1e-12, "{found:?}");
-        assert_eq!(found.blows, 600);
+        let means = Means::of(&[&list, &list]);
+        assert!((means.mean.tip_rate() - 100.0).abs() < 1e-12, "{means:?}");
+        assert_eq!(means.blows, 600);
     }
 
     /// The hole's rate may take longer to settle than the tip's.
@@ -271,18 +275,18 @@ mod tests {
                 blow
             })
             .collect();
-        let found = Means::of(&[&list]);
-        assert!((found.mean.rop() - 100.0).abs() < 1e-12, "{found:?}");
+        let means = Means::of(&[&list]);
+        assert!((means.mean.rop() - 100.0).abs() < 1e-12, "{means:?}");
     }
 
     #[test]
     fn an_error_is_reached_where_all_that_are_wanted_are() {
-        let mut found = Means::default();
-        (found.mean.0, found.error.0) = ([-2.0; Averages::COUNT], [0.02; Averages::COUNT]);
+        let mut means = Means::default();
+        (means.mean.0, means.error.0) = ([-2.0; Averages::COUNT], [0.02; Averages::COUNT]);
         let mut wanted = Averages::of_rates(0.01);
-        assert_eq!(found.excess(&wanted), 1.0);
+        assert_eq!(means.excess(&wanted), 1.0);
         wanted.0[6] = 0.005;
-        assert_eq!(found.excess(&wanted), 2.0);
+        assert_eq!(means.excess(&wanted), 2.0);
     }
 
     #[test]
@@ -292,8 +296,8 @@ mod tests {
             (blow[0], blow[1]) = (period, advance);
             blow
         };
-        let found = Means::exact(&[blow(1.0, 2.0), blow(3.0, 3.0)]);
-        assert_eq!([found.mean.tip_rate(), found.mean.get("blow_frequency")], [1.25, 0.5]);
-        assert!(found.mean.get("no such").is_nan());
+        let means = Means::exact(&[blow(1.0, 2.0), blow(3.0, 3.0)]);
+        assert_eq!([means.mean.tip_rate(), means.mean.get("blow_frequency")], [1.25, 0.5]);
+        assert!(means.mean.get("no such").is_nan());
     }
 }

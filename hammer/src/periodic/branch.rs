@@ -120,9 +120,9 @@ fn unit(mut x: Vec<f64>) -> Vec<f64> {
 /// Amplitudes by which a state's coordinates become displacements and velocities, over the modes'
 /// shapes: what stays as it is where the argument changes the masses.
 fn amplitudes(model: &Model, count: usize) -> Vec<f64> {
-    let own = |bar: &Bar| vec![1.0 / bar.mass.sqrt(); bar.len()];
-    let own: Vec<f64> = model.graph.bodies.iter().flat_map(own).collect();
-    let mut all = [&own[..], &own].concat();
+    let per_mode = |bar: &Bar| vec![1.0 / bar.mass.sqrt(); bar.len()];
+    let per_mode: Vec<f64> = model.graph.bodies.iter().flat_map(per_mode).collect();
+    let mut all = [&per_mode[..], &per_mode].concat();
     all.resize(count, 1.0);
     all
 }
@@ -181,8 +181,8 @@ impl Branch {
         if self.advance(step, if known_tight { finest } else { least }) {
             return self.point_here(false, by);
         }
-        let found = self.around_kink(least).or_else(|| self.over_jump(longest));
-        if let Some((position, _)) = found {
+        let landing = self.around_kink(least).or_else(|| self.over_jump(longest));
+        if let Some((position, _)) = landing {
             self.local = self.local_at(&position, &unit(position.from(&self.here)))?;
             (self.here, self.step) = (position, 0.25 * longest);
             return self.point_here(true, by);
@@ -241,9 +241,9 @@ impl Branch {
         BEYOND.into_iter().flat_map(|part| [(part, -1.0), (part, 1.0)]).find_map(
             |(part, direction)| {
                 let tangent: Vec<f64> = beyond.tangent.iter().map(|t| direction * t).collect();
-                let found = self.correct(&guess.along(&tangent, part * least), &tangent)?;
+                let corrected = self.correct(&guess.along(&tangent, part * least), &tangent)?;
                 // In the chart before the kink it is where we came from.
-                (found.1 == beyond.sequence).then_some(found)
+                (corrected.1 == beyond.sequence).then_some(corrected)
             },
         )
     }
@@ -255,9 +255,10 @@ impl Branch {
         let mut direction = vec![0.0; last + 1];
         direction[last] = self.local.tangent[last].signum();
         [0.25, 0.5, 1.0].into_iter().find_map(|part| {
-            let found = self.correct(&self.here.along(&direction, part * longest), &direction)?;
-            let moved = found.0.from(&self.here);
-            (inner_product(&moved, &moved).sqrt() <= JUMP * longest).then_some(found)
+            let corrected =
+                self.correct(&self.here.along(&direction, part * longest), &direction)?;
+            let moved = corrected.0.from(&self.here);
+            (inner_product(&moved, &moved).sqrt() <= JUMP * longest).then_some(corrected)
         })
     }
 
@@ -306,7 +307,7 @@ impl Branch {
         let accuracy = self.search.accuracy;
         for _ in 0..NEWTON {
             let (mut map, point, image) = self.evaluate(&position).ok()?;
-            let (apart, distance) = map.defect(&point, &image);
+            let (defect, distance) = map.defect(&point, &image);
             if !distance.is_finite() {
                 // The map leads to another discrete state: go on from there.
                 let x = image.end.weighted(&map.weights);
@@ -324,7 +325,7 @@ impl Branch {
             }
             last = distance;
             let short = inner_product(tangent, &guess.from(&position));
-            let b: Vec<f64> = apart.into_iter().chain([short]).collect();
+            let b: Vec<f64> = defect.into_iter().chain([short]).collect();
             let step = solve(&mut map, &point, &image, [&self.local.slope, tangent], &b)?;
             position.y.iter_mut().zip(step).for_each(|(y, s)| *y += s);
         }
@@ -341,7 +342,7 @@ fn solve(
     b: &[f64],
 ) -> Option<Vec<f64>> {
     let n = slope.len();
-    let (found, left) = Solver::default().solve(b, |u| {
+    let (solution, residual) = Solver::default().solve(b, |u| {
         let mut product = vec![0.0; n];
         if u[..n].iter().any(|u| *u != 0.0) {
             product = map.times(point, image, &u[..n]);
@@ -351,5 +352,5 @@ fn solve(
         product.push(u[n] - inner_product(row, u));
         product
     });
-    (left <= 1e-3 && found.iter().all(|x| x.is_finite())).then_some(found)
+    (residual <= 1e-3 && solution.iter().all(|x| x.is_finite())).then_some(solution)
 }

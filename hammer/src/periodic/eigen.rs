@@ -42,7 +42,7 @@ fn last_entry(h: &[Vec<C>], l: C) -> f64 {
 
 /// Eigenvalues of an upper Hessenberg matrix.
 pub(crate) fn eigenvalues(mut h: Vec<Vec<C>>) -> Vec<C> {
-    let mut found = Vec::new();
+    let mut eigenvalues = Vec::new();
     let mut n = h.len();
     let mut sweeps = 0;
     while n > 0 {
@@ -52,7 +52,7 @@ pub(crate) fn eigenvalues(mut h: Vec<Vec<C>>) -> Vec<C> {
         });
         let low = split.unwrap_or(0);
         if low == n - 1 || sweeps > MOST_SWEEPS {
-            found.push(h[n - 1][n - 1]);
+            eigenvalues.push(h[n - 1][n - 1]);
             n -= 1;
             sweeps = 0;
             continue;
@@ -66,7 +66,7 @@ pub(crate) fn eigenvalues(mut h: Vec<Vec<C>>) -> Vec<C> {
         };
         sweep(&mut h, low, n, shift);
     }
-    found
+    eigenvalues
 }
 
 /// The eigenvalue of the last 2 by 2 block that is nearer to its last entry.

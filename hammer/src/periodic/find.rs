@@ -151,8 +151,8 @@ pub(super) fn find_from(
     }
     machine.settle()?;
     let start = Point::of(&machine);
-    let found = seek(&mut ReturnMap::new(machine, &section), search, start)?;
-    finish(scene, &section, search, by, found)
+    let fixed = seek(&mut ReturnMap::new(machine, &section), search, start)?;
+    finish(scene, &section, search, by, fixed)
 }
 
 /// A fixed point, how far the map still moves it, and what it took.
@@ -202,15 +202,15 @@ fn candidates(
     map: &mut ReturnMap,
     point: &Point,
     image: &Image,
-    apart: &[f64],
+    defect: &[f64],
     distance: f64,
 ) -> Vec<(Point, bool)> {
     let mapped = (image.end.clone(), false);
     if !distance.is_finite() {
         return vec![mapped];
     }
-    let (step, left) = Solver::default().solve(apart, |u| map.times(point, image, u));
-    if left.is_nan() || left > SOLVED || step.iter().any(|x| !x.is_finite()) {
+    let (step, residual) = Solver::default().solve(defect, |u| map.times(point, image, u));
+    if residual.is_nan() || residual > SOLVED || step.iter().any(|x| !x.is_finite()) {
         return vec![mapped];
     }
     let moved = |part: f64| {

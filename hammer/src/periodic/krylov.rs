@@ -67,11 +67,11 @@ impl Solver {
                     add(&mut u, -part, d);
                 }
             }
-            let left = norm(&c);
-            if left.is_nan() || left <= NEW * before {
+            let size_left = norm(&c);
+            if size_left.is_nan() || size_left <= NEW * before {
                 break;
             }
-            c.iter_mut().chain(&mut u).for_each(|x| *x /= left);
+            c.iter_mut().chain(&mut u).for_each(|x| *x /= size_left);
             self.images.push(c);
             self.directions.push(u);
             self.use_direction(self.images.len() - 1, &mut x, &mut rest);
@@ -112,21 +112,21 @@ pub(crate) fn leading(
                 add(&mut w, -part, v);
             }
         }
-        let left = norm(&w);
-        if left.is_nan() {
+        let residual = norm(&w);
+        if residual.is_nan() {
             return if h.is_empty() { Vec::new() } else { eigen::ritz(&h) };
         }
-        column[k + 1] = left;
+        column[k + 1] = residual;
         h.push(column);
         let pairs = eigen::ritz(&h);
         let top = pairs.first().map_or(0.0, |(l, _)| math::norm(*l));
         let sure = |(_, error): &&(C, f64)| *error <= accuracy * top.max(accuracy);
-        let found = pairs.iter().take_while(sure).count();
-        let end = left <= 1e-14 * top.max(1e-300) || k + 1 == most;
-        if found >= ENOUGH.min(k + 1) && k > 2 || end {
-            return pairs.into_iter().take(found.max(1)).collect();
+        let settled = pairs.iter().take_while(sure).count();
+        let end = residual <= 1e-14 * top.max(1e-300) || k + 1 == most;
+        if settled >= ENOUGH.min(k + 1) && k > 2 || end {
+            return pairs.into_iter().take(settled.max(1)).collect();
         }
-        basis.push(w.iter().map(|x| x / left).collect());
+        basis.push(w.iter().map(|x| x / residual).collect());
     }
     Vec::new()
 }

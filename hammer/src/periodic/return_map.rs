@@ -115,11 +115,11 @@ impl Section {
     }
 
     pub fn check(&self, parameters: &Parameters) -> Result<(), CycleError> {
-        let own = Self::event(parameters.drive.source).is_some();
+        let has_event = Self::event(parameters.drive.source).is_some();
         match &self.schedule {
-            None if own => Ok(()),
+            None if has_event => Ok(()),
             None => Err(CycleError::NoSchedule),
-            Some(_) if own => Err(CycleError::NotScheduled),
+            Some(_) if has_event => Err(CycleError::NotScheduled),
             Some(schedule) => {
                 let (mut last, end) = (0.0, schedule.period);
                 let ordered = schedule.pieces.iter().all(|piece| {
@@ -259,10 +259,10 @@ impl<'a> ReturnMap<'a> {
     /// leads to another discrete state.
     pub fn defect(&self, point: &Point, image: &Image) -> (Vec<f64>, f64) {
         let [a, b] = [point, &image.end].map(|point| point.weighted(&self.weights));
-        let apart: Vec<f64> = b.iter().zip(&a).map(|(b, a)| b - a).collect();
-        let distance = (inner_product(&apart, &apart) / inner_product(&a, &a)).sqrt();
+        let defect: Vec<f64> = b.iter().zip(&a).map(|(b, a)| b - a).collect();
+        let distance = (inner_product(&defect, &defect) / inner_product(&a, &a)).sqrt();
         let near = point.shares_mode(&image.end) && !distance.is_nan();
-        (apart, if near { distance } else { f64::INFINITY })
+        (defect, if near { distance } else { f64::INFINITY })
     }
 
     /// The derivative along `u` of the image's [sample](Image::sample): its first part is `P_x u`.

@@ -119,8 +119,8 @@ pub fn steady(
             && let Some(returns) = repeats(&members[0].list, wanted.returns)
         {
             attempts -= 1;
-            if let Some(found) = attracting(scene, returns, wanted.returns, &members[0])? {
-                return Ok(found);
+            if let Some(cycle) = attracting(scene, returns, wanted.returns, &members[0])? {
+                return Ok(cycle);
             }
         }
         if next >= fewest {
@@ -285,8 +285,8 @@ fn attracting(
     member: &Member,
 ) -> Result<Option<Steady>, Error> {
     for multiple in (returns..=most).step_by(returns).take(MULTIPLES) {
-        if let Some(found) = solved(scene, multiple, member)? {
-            return Ok(Some(found));
+        if let Some(cycle) = solved(scene, multiple, member)? {
+            return Ok(Some(cycle));
         }
     }
     Ok(None)

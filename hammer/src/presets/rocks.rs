@@ -155,8 +155,8 @@ impl RockType {
         let has = |rock: &&Self| rock.name.split(' ').any(|word| word == wanted);
         let mut with = ROCKS.iter().filter(has);
         let of_word = with.next().filter(|_| with.next().is_none());
-        let found = ROCKS.iter().find(|rock| rock.name == wanted).or(of_word);
-        found.ok_or_else(|| RockError::Unknown(name.into()))
+        let rock = ROCKS.iter().find(|rock| rock.name == wanted).or(of_word);
+        rock.ok_or_else(|| RockError::Unknown(name.into()))
     }
 
     /// A sentence for each rock that drillers know to be softer, and that is harder in this table.

@@ -50,12 +50,12 @@ impl Parameters {
             Body::Casing => (self.casing.segment[0].length, &self.casing.segment),
         };
         let uniform = [Segment { length, area: self.cross_section }];
-        let own = match self.segments(body).min(MAX_SEGMENTS) {
+        let listed = match self.segments(body).min(MAX_SEGMENTS) {
             0 => &uniform[..],
             count => &list[..count],
         };
         let string = (body == Body::Bit).then(|| self.drill.sections().map(|(_, section)| section));
-        let (last, above) = (own[own.len() - 1], own[..own.len() - 1].iter().copied());
+        let (last, above) = (listed[listed.len() - 1], listed[..listed.len() - 1].iter().copied());
         Sections::ending(string.into_iter().flatten().chain(above), last)
     }
 

@@ -109,12 +109,12 @@ impl Ahead {
             }
             let Some((short, _)) = worthy(step, here.curvature, here.amplitude) else { break };
             self.age += 1;
-            let known = (self.age < TRUSTED).then_some(&here);
+            let bounds = (self.age < TRUSTED).then_some(&here);
             // A guard that is likely to cross before the end gets a shorter step.
             let is_far = here.slope * Generator::length(short + DOUBLE_STEP) > level - here.value;
             let mut index = (short + if is_far { DOUBLE_STEP / 2 } else { DOUBLE_STEP }).min(most);
             let (next, length, onward) = loop {
-                let next = view.evaluate_ahead(track, index, known, &mut self.spare);
+                let next = view.evaluate_ahead(track, index, bounds, &mut self.spare);
                 work.count_evaluation();
                 let (length, room) = (Generator::length(index), level - next.value);
                 let [back, onward] = steps_below(room, next.slope, m);

@@ -126,8 +126,9 @@ impl Search {
     /// Rotates the tip's track to `at`, starting from the copy of the guard that is nearest.
     pub fn bring_tip(&mut self, motion: &mut Motion, at: f64) {
         motion.return_to_anchors(at);
-        let own = self.trackers[..self.count].iter_mut().filter_map(|(_, tracker)| tracker.own());
-        let tips = own.filter(|(index, track)| *index == 0 && track.at <= at);
+        let copies =
+            self.trackers[..self.count].iter_mut().filter_map(|(_, tracker)| tracker.own());
+        let tips = copies.filter(|(index, track)| *index == 0 && track.at <= at);
         let nearest = tips.map(|(_, track)| track).max_by(|a, b| a.at.total_cmp(&b.at));
         let tip = &mut motion.tracks_mut()[0];
         if let Some(track) = nearest.filter(|track| track.at > tip.at) {
@@ -152,21 +153,21 @@ impl Search {
         target: f64,
     ) -> Result<Option<(f64, Event)>, Error> {
         loop {
-            let found = self.known.first;
+            let first = self.known.first;
             let Front { least, place, next } = self.known.front();
-            self.check(motion, found.map_or(least, |(at, _)| at.min(least)))?;
-            let limit = found.map_or(target, |(at, _)| at.min(target));
+            self.check(motion, first.map_or(least, |(at, _)| at.min(least)))?;
+            let limit = first.map_or(target, |(at, _)| at.min(target));
             // A guard that is clear until the limit may still cross at the limit.
-            let settled = found.is_some_and(|(at, _)| at <= target);
+            let settled = first.is_some_and(|(at, _)| at <= target);
             let open = |clear: f64| if settled { clear < limit } else { clear <= limit };
             if !open(least) {
-                return Ok(found.filter(|(at, _)| *at <= target));
+                return Ok(first.filter(|(at, _)| *at <= target));
             }
             let Some((_, tracker)) = self.trackers[..self.count].get_mut(place) else {
                 self.extend_barrier(motion);
                 continue;
             };
-            tracker.limit(found.map_or(f64::INFINITY, |(at, _)| at), next.min(limit));
+            tracker.limit(first.map_or(f64::INFINITY, |(at, _)| at), next.min(limit));
             for _ in 0..RUN {
                 tracker.extend(motion.tracks_mut(), &mut self.work);
                 if let Some(beyond) = tracker.beyond

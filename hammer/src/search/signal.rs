@@ -287,18 +287,18 @@ impl View<'_> {
         &self,
         track: &Track,
         level: usize,
-        known: Option<&Probe>,
+        bounds: Option<&Probe>,
         spare: &mut Vec<f64>,
     ) -> Probe {
         let Track { system, z, at } = track;
         let mut probe = Probe::of(self.signal.drift.at(at + Generator::length(level)));
-        let Some(known) = known else {
+        let Some(bounds) = bounds else {
             probe.add(self.factor, system.generator.evaluate_ahead(level, self.rows, z, spare));
             return probe;
         };
         let two = system.generator.evaluate_two_ahead(level, self.rows, z, spare);
         let [value, slope] = two.map(|x| self.factor * x);
-        Probe { value: probe.value + value, slope: probe.slope + slope, ..*known }
+        Probe { value: probe.value + value, slope: probe.slope + slope, ..*bounds }
     }
 }
 

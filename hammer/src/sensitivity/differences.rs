@@ -138,7 +138,7 @@ struct Stencil {
 impl Stencil {
     /// `None` if a run is missing or passed other events.
     fn new<E>(base: &Sample, h: f64, scale: f64, run: &mut Run<E>) -> Result<Option<Self>, E> {
-        let mut take = |x: f64| run(x).map(|found| found.filter(|sample| sample.agrees(base)));
+        let mut take = |x: f64| run(x).map(|sample| sample.filter(|sample| sample.agrees(base)));
         let (Some(high), Some(low)) = (take(h)?, take(-h)?) else { return Ok(None) };
         let instant = |sample: &Sample, k: usize| {
             sample.events[k].time - base.events[k].time + sample.events[k].time_rest
@@ -298,8 +298,8 @@ impl Side {
         let pair = |((f, one), two): ((&f64, &f64), &f64)| {
             let (near, far) = ((one - f) / h, (two - one) / h);
             let noise = ROUNDING * f.abs().max(one.abs()) / h.abs();
-            let own = why.is_none();
-            (if own { near + 0.5 * (near - far) } else { far }, (far - near).abs() + noise)
+            let smooth = why.is_none();
+            (if smooth { near + 0.5 * (near - far) } else { far }, (far - near).abs() + noise)
         };
         let (values, errors) = triples.map(pair).unzip();
         Self { values, errors, why, step: h.abs() }
@@ -312,13 +312,13 @@ fn join(base: &Sample, below: Side, above: Side) -> Derivative {
         let pair =
             |s: &Side| [s.values.get(k), s.errors.get(k)].map(|x| x.map_or(f64::NAN, |x| *x));
         let ([left, left_error], [right, right_error]) = (pair(&below), pair(&above));
-        let (value, apart) = match (left.is_nan(), right.is_nan()) {
+        let (value, half_jump) = match (left.is_nan(), right.is_nan()) {
             (true, _) => (right, 0.0),
             (_, true) => (left, 0.0),
             _ => (0.5 * (left + right), 0.5 * (right - left).abs()),
         };
         values.push(value);
-        errors.push(apart + left_error.max(right_error));
+        errors.push(half_jump + left_error.max(right_error));
     }
     let step = below.step.max(above.step);
     let nonsmooth = [below.why, above.why].into_iter().flatten().collect();
@@ -330,9 +330,9 @@ fn join(base: &Sample, below: Side, above: Side) -> Derivative {
 /// derivative of each one's instant.
 pub(crate) fn reach(events: &[Record], slope: impl Fn(usize) -> f64) -> f64 {
     let pairs = events.windows(2).enumerate().map(|(k, pair)| {
-        let apart = (pair[1].time - pair[0].time) + (pair[1].time_rest - pair[0].time_rest);
+        let interval = (pair[1].time - pair[0].time) + (pair[1].time_rest - pair[0].time_rest);
         let closing = slope(k) - slope(k + 1);
-        if closing == 0.0 { f64::INFINITY } else { (apart / closing).abs() }
+        if closing == 0.0 { f64::INFINITY } else { (interval / closing).abs() }
     });
     pairs.fold(f64::INFINITY, f64::min)
 }

@@ -94,8 +94,8 @@ pub fn over_step(
         };
         inputs.iter().map(by).collect()
     };
-    let found = Allowance::of_seconds(present.parameters.work_limit).within(derivatives);
+    let derivatives = Allowance::of_seconds(present.parameters.work_limit).within(derivatives);
     machine.restore(&present)?;
     machine.exchange_journal(journal);
-    found
+    derivatives
 }
