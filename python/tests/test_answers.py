@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from dth_hammer import HammerWarning, calibrate, optimise, stationary, steady
+from dth_hammer import VARIABLES, HammerWarning, calibrate, optimise, stationary, steady, trend
 from dth_hammer.answers import BAND, BLUE, ORANGE
 from dth_hammer.calibration import Calibration
 from dth_hammer.cycle import Cycle
@@ -93,3 +93,24 @@ def test_without_matplotlib_the_tables_are_left(
     monkeypatch.setattr("dth_hammer.answers.need", missing)
     assert "<img" not in cycle._repr_html_()
     assert "<table" in cycle._repr_html_()
+
+
+def test_each_answer_tells_the_range_of_its_rate(fit: Calibration, best: Optimum) -> None:
+    """The specific energy is known to a factor, and so is every rate."""
+    wide = {"rock.specific_energy_factor": 1.3}
+    trends = trend(RIGID | wide, {"feed_force": 0.02}, ["blow_energy", "rop"], points=8)
+    default = VARIABLES["rock.specific_energy_factor"].start
+    rates = [
+        (trends.middle.loc["rop"], "mean", 1.3, trends),
+        (steady(RIGID | wide).outputs.loc["rop"], "mean", 1.3, steady(RIGID | wide)),
+        (fit.residuals.loc["rop"], "found", default, fit),
+        (best.steady.outputs.loc["rop"], "mean", default, best),
+        (best.history.filter(like="rop ").iloc[0].rename(lambda n: n[4:]), "mean", default, best),
+    ]
+    for row, column, factor, answer in rates:
+        assert row["low"] == pytest.approx(row[column] / factor)
+        assert row["high"] == pytest.approx(row[column] * factor)
+        assert re.search(
+            r"rate of penetration [\d.]+ m/h \([\d.]+ to [\d.]+\)", answer._repr_html_()
+        )
+    assert trends.middle.loc["blow_energy", ["low", "high"]].isna().all()

@@ -10,6 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+import pandas as pd
+
 from .variables import Value, numbers, whole
 
 #: Metres an hour in a metre a second.
@@ -33,6 +36,28 @@ def with_band(rate: float, parameters: Mapping[str, Value]) -> str:
     """A rate (m/s) with its range in words: ``10.9 m/h (7.0 to 17)``."""
     low, high = (PER_HOUR * side for side in band(rate, parameters))
     return f"{PER_HOUR * rate:.3g} m/h ({interval(low, high)})"
+
+
+def beside(table: pd.DataFrame, column: str, parameters: Mapping[str, Value]) -> pd.DataFrame:
+    """A table of outputs with columns ``low`` and ``high`` behind one: the range of its rate.
+
+    Nothing else has a range: not a number there.
+    """
+    sides = [
+        band(value, parameters) if name == "rop" else (np.nan, np.nan)
+        for name, value in table[column].items()
+    ]
+    at = [*table.columns].index(column) + 1
+    for k, (name, side) in enumerate(zip(("low", "high"), zip(*sides, strict=True), strict=False)):
+        table.insert(at + k, name, side)
+    return table
+
+
+def told(rate: float, parameters: Mapping[str, Value]) -> str:
+    """A rate (m/s) with its range, and why it has one; nothing where there is no rate."""
+    if not np.isfinite(rate):
+        return ""
+    return f"rate of penetration {with_band(rate, parameters)}: {reason(parameters)}"
 
 
 def reason(parameters: Mapping[str, Value]) -> str:

@@ -22,6 +22,7 @@ import numpy as np
 import pandas as pd
 
 from . import answers
+from .band import beside
 from .contract import typed
 from .errors import DomainError, RefusedError, warn
 from .extras import need
@@ -75,7 +76,8 @@ class Calibration:
     cannot_tell: tuple[str, ...]
     #: Parameters at their bounds.
     at_bounds: tuple[str, ...]
-    #: Measured and fitted values, errors of both, and their difference over these.
+    #: Measured and fitted values (a rate with its range), errors of both, and their difference
+    #: over these.
     residuals: pd.DataFrame
     #: The same of each record, over its time.
     records: tuple[pd.DataFrame, ...]
@@ -117,7 +119,8 @@ class Calibration:
         table = pd.DataFrame({"value": self.parameters, "error": self.errors})
         texts = [*self.cannot_tell, *(f"{n} is at its bound" for n in self.at_bounds)]
         texts += [self.misfit] if self.misfit else []
-        html = self.residuals.to_html() + "".join(f"<p>{text}</p>" for text in texts)
+        texts += [self.steady.rate] if self.steady is not None else []
+        html = self.residuals.to_html(na_rep="") + "".join(f"<p>{text}</p>" for text in texts)
         html = table.to_html(float_format="{:.4g}".format) + html
         return answers.with_figure(html, self.plot, "Fitted less measured, over the error")
 
@@ -480,6 +483,7 @@ def _tables(problem: _Problem, fit: _Fit, off: Array) -> list[pd.DataFrame]:
     parts = np.split(np.column_stack([*columns.values()]), ends[:-1])
     tables = [pd.DataFrame(p, i, [*columns]) for p, i in zip(parts, indices, strict=True)]
     tables[0]["unit"] = [unit(named(name)) for name in problem.means]
+    tables[0] = beside(tables[0], "found", problem.numbers(fit.logs))
     return tables
 
 

@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from . import _native, answers, quantities
+from .band import beside, told
 from .contract import typed
 from .errors import DomainError, RefusedError, UnknownNameError, warn
 from .extras import need
@@ -69,8 +70,9 @@ class Steady:
 
     #: ``cycle``, ``cycle of 2`` and so on, ``irregular``, ``stalled``.
     kind: str
-    #: Mean, standard error and spread from blow to blow of each output, and its unit. A rate of
-    #: penetration is the advance over the time of all blows; energies are those of a blow.
+    #: Mean, the range that the rock's specific energy leaves of a rate of penetration (``low``,
+    #: ``high``), standard error and spread from blow to blow of each output, and its unit. A rate
+    #: of penetration is the advance over the time of all blows; energies are those of a blow.
     outputs: pd.DataFrame
     #: Blows that the means are of.
     blows: int
@@ -106,6 +108,11 @@ class Steady:
         if name in self.parameters and name not in self.outputs.index:
             return self.parameters[name]
         return float(self.mean[named(name)])
+
+    @property
+    def rate(self) -> str:
+        """The rate of penetration with the range that the rock's specific energy leaves of it."""
+        return told(self["rop"], self.parameters)
 
     def specific_energy(self, rate: Value) -> float:
         """Returns the rock's specific energy from one measured rate of penetration, J/m3.
@@ -145,7 +152,8 @@ class Steady:
 
     def _repr_html_(self) -> str:
         text = f"{self.kind}, {self.blows} blows" + ("" if self.reached else ", error not reached")
-        table = f"<p>{html.escape(text)}</p>{self.outputs.to_html(float_format='{:.6g}'.format)}"
+        numbers = self.outputs.to_html(float_format="{:.6g}".format, na_rep="")
+        table = f"<p>{html.escape(text)}</p><p>{html.escape(self.rate)}</p>{numbers}"
         return (
             table
             if self.kind == "stalled"
@@ -318,12 +326,12 @@ def _answer(values: Sequence[float], point: Mapping[str, float], warnings: Seque
         parts[:] = np.nan
     short = () if reached > 0.5 else (NOT_REACHED.format(int(blows)),)
     reasons = (*warnings, *short)
-    return Steady(kind, _table(parts), int(blows), not short, dict(point), reasons)
+    return Steady(kind, _table(parts, point), int(blows), not short, dict(point), reasons)
 
 
-def _table(parts: Array) -> pd.DataFrame:
+def _table(parts: Array, given: Mapping[str, float]) -> pd.DataFrame:
     columns = dict(zip(("mean", "error", "spread"), parts, strict=True))
-    frame = pd.DataFrame(columns, index=pd.Index(MEANS, name="output"))
+    frame = beside(pd.DataFrame(columns, index=pd.Index(MEANS, name="output")), "mean", given)
     frame["unit"] = [unit(name) for name in MEANS]
     return frame
 
@@ -418,7 +426,8 @@ def moved(
             if order := repeats(table[-OBSERVED:, 0]):
                 parts = np.array(_native.means(table[-order:], exact=True)[:3])
                 kind = "cycle" if order == 1 else f"cycle of {order}"
-                return Steady(kind, _table(parts), order, True, dict(given), tuple(hammer.warnings))
+                means = _table(parts, given)
+                return Steady(kind, means, order, True, dict(given), tuple(hammer.warnings))
             *known, kept = _native.means(table)
             found = np.array(known)
             asked = np.isfinite(wanted.errors)
@@ -430,9 +439,10 @@ def moved(
                 for text in short:
                     warn(text)
                 reasons = (*hammer.warnings, *short)
-                return Steady("irregular", _table(found), kept, not short, dict(given), reasons)
+                means = _table(found, given)
+                return Steady("irregular", means, kept, not short, dict(given), reasons)
         none = np.full((3, len(MEANS)), np.nan)
-        return Steady("stalled", _table(none), 0, True, dict(given), tuple(hammer.warnings))
+        return Steady("stalled", _table(none, given), 0, True, dict(given), tuple(hammer.warnings))
 
 
 def _blows(hammer: Hammer, step: Callable[[], None], limit: float) -> Iterator[list[float]]:

@@ -43,6 +43,8 @@ KEPT = 1e-4
 AROUND = 0.02
 #: A parameter at less than this part of the bounds from one of them is at it.
 AT = 5e-3
+#: What a history tells of a rate of penetration.
+RATE = ("mean", "low", "high")
 
 
 @dataclass(frozen=True)
@@ -64,8 +66,8 @@ class Optimum:
     #: ``optimal``, ``rough``, ``flat`` or ``stopped``, and what that means.
     status: str
     message: str
-    #: All designs in the order in which they were tried: start, parameters, goal, limits, and why
-    #: one was refused.
+    #: All designs in the order in which they were tried: start, parameters, goal, limits, the
+    #: rate of penetration with its range, and why one was refused.
     history: pd.DataFrame = field(repr=False)
 
     @property
@@ -75,6 +77,7 @@ class Optimum:
 
     def _repr_html_(self) -> str:
         table = f"<p>{self.value:.6g} ({self.status}): {html.escape(self.message)}</p>"
+        table += f"<p>{html.escape(self.steady.rate)}</p>"
         table += self.parameters.to_frame("value").to_html(float_format="{:.6g}".format)
         return answers.with_figure(table, self.plot, "The goal of every design")
 
@@ -382,7 +385,8 @@ def _history(problem: _Problem) -> pd.DataFrame:
         values = problem.low + row.place * (problem.high - problem.low)
         chosen = dict(zip(problem.names, values, strict=True))
         passed = dict(zip((f"past {s[0]}" for s in problem.limits), row.passed, strict=False))
-        rows.append(
-            {"start": row.start, **chosen, "goal": row.goal, **passed, "refused": row.refused}
-        )
+        sides = row.steady.outputs.loc["rop", [*RATE]] if row.steady else [np.nan] * len(RATE)
+        rate = {f"rop {side}": float(value) for side, value in zip(RATE, sides, strict=True)}
+        tried = {"start": row.start, **chosen, "goal": row.goal, **passed, **rate}
+        rows.append(tried | {"refused": row.refused})
     return pd.DataFrame(rows)

@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from . import _native, answers, figures, outputs
-from .band import ranged, sentence
+from .band import interval, ranged, sentence
 from .contract import typed
 from .cycle import stationary
 from .datasheet import TRADE, Datasheet
@@ -309,7 +309,7 @@ def _dependence(scene: Scene, by: list[str]) -> list[str]:
     rows = [
         [
             str(name),
-            _number(found.middle[name]),
+            _ranged(*found.middle.loc[name]),
             *(f"{row['elasticity']:.3f} ± {row['error']:.3f}" for _, row in table.iterrows()),
             f"{100.0 * found.roughness[name]:.2g} %",
         ]
@@ -420,6 +420,11 @@ def _table(heads: list[str], rows: list[list[str]]) -> str:
 
 def _is_number(cell: str) -> bool:
     return cell.replace("-", "").replace(".", "").replace("e", "").replace("+", "").isdigit()
+
+
+def _ranged(mean: float, low: float, high: float) -> str:
+    """A number, with its range if it has one."""
+    return f"{_number(mean)} ({interval(low, high)})" if low <= high else _number(mean)
 
 
 def _number(number: float) -> str:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from .band import beside, told
 from .contract import typed
 from .errors import DomainError, RefusedError, warn
 from .extras import need
@@ -61,14 +62,16 @@ class Trend:
     roughness: pd.Series
     #: Widths, as a part of each parameter, both ways.
     widths: pd.Series
-    #: Means in the middle, by the fit.
-    middle: pd.Series
+    #: Means in the middle, by the fit, with the range of a rate of penetration (``low``, ``high``).
+    middle: pd.DataFrame
     #: The points and the means there.
     points: pd.DataFrame = field(repr=False)
     #: Why points have none.
     refused: tuple[str, ...] = ()
     #: Kinds of motion that were met, and how often.
     kinds: Mapping[str, int] = field(default_factory=dict)
+    #: Numbers of all that was set in the middle, by name, in SI units.
+    parameters: Mapping[str, float] = field(default_factory=dict, repr=False)
 
     @property
     def elasticities(self) -> pd.DataFrame:
@@ -85,13 +88,17 @@ class Trend:
 
     def _repr_html_(self) -> str:
         wide = self.elasticities.assign(roughness=self.roughness)
-        return f"<p>{self.summary()}</p>{wide.to_html(float_format='{:.3g}'.format)}"
+        texts = "".join(f"<p>{text}</p>" for text in self.summary().splitlines())
+        return texts + wide.to_html(float_format="{:.3g}".format)
 
     def summary(self) -> str:
-        """Returns widths and number of points as one line."""
+        """Returns widths and number of points, then the rate in the middle with its range."""
         widths = ", ".join(f"{name} +-{100 * width:g} %" for name, width in self.widths.items())
         met = ", ".join(f"{count} {kind}" for kind, count in self.kinds.items())
-        return f"trends over {widths}: {len(self.points)} points ({met})"
+        text = f"trends over {widths}: {len(self.points)} points ({met})"
+        if "rop" not in self.middle.index:
+            return text
+        return f"{text}\n{told(self.middle['mean']['rop'], self.parameters)}"
 
 
 @typed(widths='give widths by parameter: {"rock.stiffness": 0.05}')
@@ -157,10 +164,13 @@ def trend(
             name="roughness",
         ),
         widths=pd.Series(dict(wide), name="width", dtype=float),
-        middle=pd.Series([fit.value for fit in lines], index=pd.Index(names), name="mean"),
+        middle=beside(
+            pd.DataFrame({"mean": [fit.value for fit in lines]}, pd.Index(names)), "mean", given
+        ),
         points=frame,
         refused=refused,
         kinds={str(kind): int(number) for kind, number in kinds.items()},
+        parameters=given,
     )
 
 

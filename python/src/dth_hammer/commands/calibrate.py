@@ -54,6 +54,8 @@ def run(options: argparse.Namespace) -> None:
         outputs.write(table, options.out)
     print(common.readable(table))
     print(common.readable(found.residuals))
+    if found.steady is not None:
+        print(found.steady.rate)
     print(f"chi-square {found.chi_square:.3g} of {found.degrees_of_freedom} degrees of freedom")
     for text in (*found.cannot_tell, *(f"{name} is at its bound" for name in found.at_bounds)):
         print(text)

@@ -59,4 +59,5 @@ def run(options: argparse.Namespace) -> None:
         outputs.write(found.history, options.out, index=False)
     best = pd.DataFrame({"value": {**found.parameters, options.goal: found.value}})
     print(common.readable(common.by_name(best, units, options.units)))
+    print(found.steady.rate)
     print(f"{found.status}: {found.message}")

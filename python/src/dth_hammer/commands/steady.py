@@ -7,7 +7,6 @@ import argparse
 import pandas as pd
 
 from .. import _native, outputs
-from ..band import reason, with_band
 from . import common
 
 HELP = "compute the long-run response of a hammer, periodic or not, with errors"
@@ -46,12 +45,11 @@ def run(options: argparse.Namespace) -> None:
         blows=options.blows,
         progress=not options.quiet,
     )
-    table = common.by_name(found.outputs[["mean", "error", "spread"]], units, options.units)
+    table = common.by_name(found.outputs.drop(columns="unit"), units, options.units)
     if options.out:
         outputs.write(table, options.out)
     reached = "" if found.reached else f", the error of {options.error:g} was not reached"
     print(f"{found.kind}, {found.blows} blows{reached}")
     if found.blows:
-        rate = with_band(found["rop"], found.parameters)
-        print(f"rate of penetration {rate}: {reason(found.parameters)}")
+        print(found.rate)
         print(common.readable(table))
