@@ -430,26 +430,19 @@ impl Factors {
     }
 }
 
-/// A factorised matrix `1 - slope A`.
+/// A factorised matrix `1 - slope A`. Where a rate falls with its content, as in all but a trial, nothing
+/// in it cancels, in whatever order it is factorised.
 #[derive(Debug)]
-struct Triangles {
-    rows: [Nodal; STAGES],
-    order: [usize; STAGES],
-}
+struct Triangles([Nodal; STAGES]);
 
 impl Triangles {
-    /// None if it is singular.
+    /// None if it is nearly singular.
     fn new(slope: f64) -> Option<Self> {
         let mut rows = Rule::get().once.map(|row| row.map(|a| -slope * a));
         (0..STAGES).for_each(|i| rows[i][i] += 1.0);
-        let mut order: [usize; STAGES] = from_fn(|r| r);
         for c in 0..STAGES {
-            let size = |r: &usize| rows[*r][c].abs();
-            let pivot = (c..STAGES).max_by(|a, b| size(a).total_cmp(&size(b)))?;
-            rows.swap(c, pivot);
-            order.swap(c, pivot);
             let head = rows[c];
-            if head[c].is_nan() || head[c].abs() <= f64::MIN_POSITIVE {
+            if head[c].is_nan() || head[c].abs() < 1e-6 {
                 return None;
             }
             for row in rows.iter_mut().skip(c + 1) {
@@ -458,17 +451,17 @@ impl Triangles {
                 (c + 1..STAGES).for_each(|k| row[k] -= factor * head[k]);
             }
         }
-        Some(Self { rows, order })
+        Some(Self(rows))
     }
 
     fn solve(&self, given: &Nodal) -> Nodal {
-        let mut x: Nodal = self.order.map(|r| given[r]);
+        let (rows, mut x) = (&self.0, *given);
         for r in 1..STAGES {
-            x[r] -= (0..r).map(|c| self.rows[r][c] * x[c]).sum::<f64>();
+            x[r] -= (0..r).map(|c| rows[r][c] * x[c]).sum::<f64>();
         }
         for r in (0..STAGES).rev() {
-            let known: f64 = (r + 1..STAGES).map(|c| self.rows[r][c] * x[c]).sum();
-            x[r] = (x[r] - known) / self.rows[r][r];
+            let known: f64 = (r + 1..STAGES).map(|c| rows[r][c] * x[c]).sum();
+            x[r] = (x[r] - known) / rows[r][r];
         }
         x
     }

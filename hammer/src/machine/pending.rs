@@ -326,7 +326,7 @@ impl PendingIntegrals {
             return [lost, 0.0];
         }
         let form = form.unwrap_or_else(|| self.system.viscous_form().of(self.start()));
-        [lost, viscosity * main.tip_square(tip, form)]
+        [lost, viscosity * main.tip_square(tip, &poly.derivative(), form)]
     }
 
     /// The same as the energy barrier estimated it: by series, accurate to its own rounding, or by
@@ -341,11 +341,13 @@ impl PendingIntegrals {
         let stretch = self.stretch(pushed);
         if self.system.varies(&pushed.loads) {
             let form = self.system.viscous_form().of(self.start());
-            if let Some(closed) = stretch.tip_square_uncancelled(tip, form) {
+            if let Some(closed) =
+                stretch.tip_square_uncancelled(tip, &stretch.drift_rate(tip), form)
+            {
                 return viscosity * closed;
             }
         }
-        viscosity * stretch.tip_square_by_series(tip, 0.0, self.start())
+        viscosity * stretch.tip_square_by_series(tip, &stretch.drift_rate(tip), 0.0, self.start())
     }
 
     /// About how many numbers are stored.

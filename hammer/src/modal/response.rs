@@ -103,13 +103,23 @@ impl Response {
         for (k, poly) in &driven.slow {
             sum = sum.plus(c[*k], poly);
         }
-        let fast = (!driven.slow.is_empty()).then(|| self.statics_of(&driven.without_slow(c)));
-        for (load, statics) in loads.iter().zip(fast.as_ref().unwrap_or(statics)) {
-            if load.is_constant() {
-                sum.0[0] += statics[0] * load.0[0];
+        let fast = (!driven.slow.is_empty()).then(|| driven.without_slow(c));
+        for (channel, load) in loads.iter().enumerate().filter(|(i, _)| self.sizes[*i] != 0.0) {
+            let constant = load.is_constant();
+            if constant && load.0[0] == 0.0 {
                 continue;
             }
-            sum.add_derivatives(statics, load);
+            let mut statics = statics[channel];
+            if let Some(c) = &fast {
+                let orders = if constant { 1 } else { ORDERS };
+                let each = statics.iter_mut().zip(&self.statics[channel]).take(orders);
+                each.for_each(|(s, shape)| *s = kernel::dot(c, shape));
+            }
+            if constant {
+                sum.0[0] += statics[0] * load.0[0];
+            } else {
+                sum.add_derivatives(&statics, load);
+            }
         }
         sum
     }

@@ -51,6 +51,11 @@ impl<'a> Stretch<'a> {
         Self { system: &track.system, start, end: &track.z, span, loads, driven }
     }
 
+    /// Rate of the polynomial part of a displacement.
+    pub(crate) fn drift_rate(&self, index: usize) -> Poly {
+        self.poly(index).derivative()
+    }
+
     fn functional(&self, index: usize) -> &Functional {
         &self.system.functionals[index]
     }
@@ -160,10 +165,16 @@ impl<'a> Stretch<'a> {
 
     /// `int p'^2 dt` of the tip from `at`, where `z` stands, to the end, from its Taylor
     /// polynomials, a [`PANEL`] at a time. It has a small relative error even where the tip has
-    /// hardly moved and the forms of [`Self::tip_square`] would cancel.
-    pub(crate) fn tip_square_by_series(&self, tip: usize, mut at: f64, z: &[f64]) -> f64 {
+    /// hardly moved and the forms of [`Self::tip_square`] would cancel. `drift` is the rate of its
+    /// polynomial part.
+    pub(crate) fn tip_square_by_series(
+        &self,
+        tip: usize,
+        drift: &Poly,
+        mut at: f64,
+        z: &[f64],
+    ) -> f64 {
         let rate = self.system.rate_max;
-        let drift = self.poly(tip).derivative();
         let (mut z, mut sum) = (z.to_vec(), 0.0);
         while at < self.span {
             let h = (PANEL / rate).min(self.span - at);
@@ -185,24 +196,30 @@ impl<'a> Stretch<'a> {
         sum
     }
 
-    /// `int p'^2 dt` of the tip; `start` is the viscous form at the start.
-    pub fn tip_square(&self, tip: usize, start: f64) -> f64 {
-        self.tip_square_and_size(tip, start)[0]
+    /// `int p'^2 dt` of the tip, whose polynomial part has the rate `drift`; `start` is the viscous form
+    /// at the start.
+    pub(crate) fn tip_square(&self, tip: usize, drift: &Poly, start: f64) -> f64 {
+        self.tip_square_and_size(tip, drift, start)[0]
     }
 
     /// The same, if its digits survive the cancellation of its terms.
-    pub(crate) fn tip_square_uncancelled(&self, tip: usize, start: f64) -> Option<f64> {
-        let [square, size] = self.tip_square_and_size(tip, start);
+    pub(crate) fn tip_square_uncancelled(
+        &self,
+        tip: usize,
+        drift: &Poly,
+        start: f64,
+    ) -> Option<f64> {
+        let [square, size] = self.tip_square_and_size(tip, drift, start);
         (square >= LITTLE * size).then_some(square)
     }
 
-    fn tip_square_and_size(&self, tip: usize, start: f64) -> [f64; 2] {
+    fn tip_square_and_size(&self, tip: usize, drift: &Poly, start: f64) -> [f64; 2] {
         let own = start - self.system.viscous_form().of(self.end);
         if !self.system.varies(self.loads) {
             return [own, start];
         }
         let row = &self.functional(tip).rows[1];
-        let rate = self.poly(tip).derivative().trimmed(self.span);
+        let rate = drift.trimmed(self.span);
         let [crossed, size] = self.moment_and_size(row, &rate);
         let forced = rate.integral_of_product(&rate, self.span);
         [own + 2.0 * crossed + forced, start + 2.0 * size + forced]

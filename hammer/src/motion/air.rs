@@ -150,8 +150,7 @@ impl Motion {
         for (index, track) in self.tracks.iter().enumerate() {
             let Some(share) = self.share(index, Displacement::Relative) else { continue };
             let (poly, functional) = (self.poly(index, share), &track.system.functionals[share]);
-            for i in 0..STAGES {
-                let [x, v] = poly.derivatives_at(times[i]);
+            for (i, [x, v]) in poly.at_each(&times).into_iter().enumerate() {
                 (place[i], speed[i]) = (place[i] + x, speed[i] + v);
             }
             if functional.still {
@@ -165,6 +164,6 @@ impl Motion {
             }
         }
         let loads = [Channel::Drive, Channel::Anvil].map(|c| &self.state.loads[c as usize]);
-        Steel { place, speed, forces: loads.map(|load| times.map(|t| load.at(t))) }
+        Steel { place, speed, forces: loads.map(|load| load.at_each(&times).map(|[x, _]| x)) }
     }
 }

@@ -40,13 +40,20 @@ impl Poly {
 
     /// The highest power with a coefficient that is not zero.
     pub fn degree(&self) -> usize {
-        let low = if none(&self.0[LOW..]) { &self.0[..LOW] } else { &self.0[..] };
-        low.iter().rposition(|&c| c != 0.0).unwrap_or(0)
+        let high = [LOW, MIDDLE].into_iter().find(|&high| none(&self.0[high..]));
+        self.0[..high.unwrap_or(TERMS)].iter().rposition(|&c| c != 0.0).unwrap_or(0)
     }
 
     /// Value at `t`.
     pub fn at(&self, t: f64) -> f64 {
         self.0[..=self.degree()].iter().rev().fold(0.0, |sum, c| sum * t + c)
+    }
+
+    /// Values and slopes at these times.
+    pub fn at_each<const COUNT: usize>(&self, times: &[f64; COUNT]) -> [[f64; 2]; COUNT] {
+        let c = &self.0[..=self.degree()];
+        let next = |[value, slope]: [f64; 2], c: &f64, t: f64| [value * t + c, slope * t + value];
+        times.map(|t| c.iter().rev().fold([0.0; 2], |sum, c| next(sum, c, t)))
     }
 
     /// Value and the first two derivatives at `t`.
@@ -215,6 +222,8 @@ impl Poly {
 
 /// Nearly all polynomials have at most this many coefficients.
 const LOW: usize = 4;
+/// And nearly all others, those of a gas, have at most these.
+const MIDDLE: usize = 12;
 
 /// True if all of these are zero. Without a branch, so that it is compiled to vectors.
 #[inline]
@@ -253,6 +262,7 @@ mod tests {
         assert_eq!(p.derivative().at(1.0), -3.25);
         let second = p.derivative().derivative();
         assert_eq!(p.derivatives_at(1.0), [p.at(1.0), -3.25, second.at(1.0)]);
+        assert_eq!(p.at_each(&[1.0, 0.0]), [[p.at(1.0), -3.25], [1.0, -2.0]]);
         let mut sum = Poly::constant(1.0);
         sum.add_derivatives(&[2.0, 0.0, -0.5], &p);
         assert_eq!(sum, Poly::constant(1.0).plus(2.0, &p).plus(-0.5, &second));

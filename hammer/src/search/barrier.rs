@@ -10,6 +10,7 @@ use crate::modal::stretch::LITTLE;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::kernel;
+use crate::numerics::poly::Poly;
 use crate::search::tracker::Work;
 
 /// Factor that covers the rounding of a form, at most 1e-12 of itself.
@@ -51,6 +52,8 @@ pub struct Barrier {
     step: f64,
     /// The tip's displacement among the system's functionals.
     tip: usize,
+    /// Rate of the polynomial part of that.
+    drift: Poly,
     /// Viscous form at the anchor.
     pub form: f64,
     /// Work done where the cursor stands, J.
@@ -74,6 +77,7 @@ impl Barrier {
             cursor: track.clone(),
             step: FIRST_STEP / track.system.rate_max,
             tip,
+            drift: Poly::default(),
             form: 0.0,
             done: 0.0,
             fine: false,
@@ -84,6 +88,7 @@ impl Barrier {
         } else if viscosity == 0.0 {
             barrier.clear = f64::INFINITY;
         } else {
+            barrier.drift = motion.poly(0, tip).derivative();
             barrier.form = track.system.viscous_form().of(&track.z);
             barrier.fine = !is_calm || room < LITTLE * viscosity * barrier.form;
             if is_calm && viscosity * barrier.form < SURELY * room {
@@ -101,21 +106,22 @@ impl Barrier {
 
     fn done(&self, motion: &Motion, track: &Track) -> f64 {
         let stretch = motion.stretch(0, track, track.at);
-        let closed = || stretch.tip_square_uncancelled(self.tip, self.form);
+        let closed = || stretch.tip_square_uncancelled(self.tip, &self.drift, self.form);
         if self.sums(track) {
             if let Some(closed) = (!self.is_calm).then(closed).flatten() {
                 return self.viscosity * closed;
             }
             let Track { at, z, .. } = &self.cursor;
-            return self.done + self.viscosity * stretch.tip_square_by_series(self.tip, *at, z);
+            let more = stretch.tip_square_by_series(self.tip, &self.drift, *at, z);
+            return self.done + self.viscosity * more;
         }
-        self.viscosity * stretch.tip_square(self.tip, self.form)
+        self.viscosity * stretch.tip_square(self.tip, &self.drift, self.form)
     }
 
     /// The power at the dashpot, and its first two rates.
-    fn powers(&self, motion: &Motion, track: &Track) -> [f64; 3] {
+    fn powers(&self, track: &Track) -> [f64; 3] {
         let rows = &track.system.functionals[self.tip].rows;
-        let drift = motion.poly(0, self.tip).derivative().rates_at(track.at);
+        let drift = self.drift.rates_at(track.at);
         let [v, a, jerk] = std::array::from_fn(|k| drift[k] + kernel::dot(&rows[k + 1], &track.z));
         [v * v, 2.0 * v * a, 2.0 * (a * a + v * jerk)].map(|rate| self.viscosity * rate)
     }
@@ -123,7 +129,7 @@ impl Barrier {
     /// Extends the proof by one step, or locates the instant.
     pub(crate) fn extend(&mut self, motion: &Motion, work: &mut Work) {
         let left = self.room - self.done;
-        let guess = BEYOND * left / self.powers(motion, &self.cursor)[0];
+        let guess = BEYOND * left / self.powers(&self.cursor)[0];
         let span = guess.min(self.step).max(0.0);
         let (_, length) = Generator::level_below(span).unwrap_or((0, Generator::length(0)));
         let mut ahead = self.cursor.clone();
@@ -136,7 +142,7 @@ impl Barrier {
             self.step = GROWTH * length;
             return;
         }
-        let end = [done, self.powers(motion, &ahead)[0]];
+        let end = [done, self.powers(&ahead)[0]];
         self.root = Some(self.root(motion, length, end, work));
     }
 
@@ -144,7 +150,7 @@ impl Barrier {
     /// itself), kept in its bracket by bisection. `end` is work and power at the bracket's end.
     fn root(&self, motion: &Motion, span: f64, end: [f64; 2], work: &mut Work) -> f64 {
         let (mut low, mut high) = (0.0, span);
-        let start = [self.done, self.powers(motion, &self.cursor)[0]];
+        let start = [self.done, self.powers(&self.cursor)[0]];
         let mut x =
             span * reached([start, end].map(|[done, power]| [done - self.room, span * power]));
         let sharp = SHARP * span;
@@ -158,7 +164,7 @@ impl Barrier {
             } else {
                 low = x
             }
-            let steps = steps(excess, self.powers(motion, &at));
+            let steps = steps(excess, self.powers(&at));
             let inside = steps.map(|step| x + step).into_iter().rfind(|&x| low < x && x < high);
             let next = inside.unwrap_or(0.5 * (low + high));
             // If the third derivative changes nothing, neither does the fourth, provided the step

@@ -1,7 +1,6 @@
 //! The drift of a guard, its polynomial part: statics under the loads, and translation.
 
 use crate::modal::system::TAYLOR;
-use crate::numerics::math;
 use crate::numerics::poly::{Poly, TERMS};
 use crate::search::window::step_below;
 
@@ -135,7 +134,8 @@ impl Drift {
 /// Apart, so that the rest is short enough to be inlined.
 #[inline(never)]
 fn high_at(poly: &Poly, t: f64) -> [f64; 2] {
-    [poly.at(t), poly.derivative().at(t)]
+    let [both] = poly.at_each(&[t]);
+    both
 }
 
 fn parabola_at(c: &[f64; 3], t: f64) -> [f64; 2] {
@@ -145,5 +145,6 @@ fn parabola_at(c: &[f64; 3], t: f64) -> [f64; 2] {
 /// Bound on `|p''|` over `span` from `t` on.
 fn curvature(poly: &Poly, t: f64, span: f64) -> f64 {
     let p = poly.shifted(t).0;
-    (2..TERMS).map(|k| (k * (k - 1)) as f64 * p[k].abs() * math::powi(span, k - 2)).sum()
+    let terms = (2..=poly.degree()).rev().map(|k| (k * (k - 1)) as f64 * p[k].abs());
+    terms.fold(0.0, |sum, term| sum * span + term)
 }
