@@ -1,9 +1,9 @@
-"""The hammer and the pneumatic drive as two FMUs, coupled by a master that knows neither.
+"""The hammer and its compressor as two FMUs, coupled by a master that knows neither.
 
     python examples/container.py --out dist/coupled.fmu
 
-`pythonfmu` makes the drive's FMU, `fmucontainer` couples both into one FMU, fmpy runs it;
-the blows are compared with those of the co-simulation loop in Python.
+`pythonfmu` makes the compressor's FMU, `fmucontainer` couples both into one FMU, fmpy runs it;
+the blows are compared with those of a loop in Python.
 """
 
 from __future__ import annotations
@@ -15,49 +15,44 @@ import json
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import fmpy
-from dth_hammer import Coupling, Hammer
-from dth_hammer.fmu import load
-from dth_hammer.models.pneumatic import Air, PneumaticDrive
-from dth_hammer.variables import VARIABLES, numbers
+from dth_hammer import Hammer
+from dth_hammer.fmu import configure
+from dth_hammer.models.compressor import Supply
 from fmpy.fmi1 import FMICallException
 
 HERE = Path(__file__).resolve().parent
-DRIVE, HAMMER = "PneumaticHammerDrive.fmu", "dth_hammer.fmu"
-COMPARED = ("blow_count", "blow_period", "blow_speed", "rop")
+COMPRESSOR, HAMMER = "AirCompressor.fmu", "hammer.fmu"
+PRESET = "air_4_inch"
+COMPARED = ("blow_count", "blow_speed", "rop", "air_flow")
 
 
-def build_drive(folder: Path) -> Path:
-    """Makes the drive's FMU in a folder."""
+def build_compressor(folder: Path) -> Path:
+    """Makes the compressor's FMU in a folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    _program("pythonfmu", "build", "--file", str(HERE / "pneumatic_fmu.py"), "--dest", str(folder))
-    return folder / DRIVE
+    _program("pythonfmu", "build", "--file", str(HERE / "compressor_fmu.py"), "--dest", str(folder))
+    return folder / COMPRESSOR
 
 
 def build(out: Path, step: float) -> None:
-    """Makes the drive's FMU beside `out`, and the container of both."""
+    """Makes both FMUs beside `out`, and their container."""
     folder = out.resolve().parent
-    build_drive(folder)
-    package = load()
-    if package.path != folder / HAMMER:
-        shutil.copyfile(package.path, folder / HAMMER)
-    values = numbers(None, Air().parameters())
-    whole = ("Integer", "Enumeration")
-    starts = {n: int(v) if VARIABLES[n].kind in whole else v for n, v in values.items()}
+    build_compressor(folder)
+    configure(folder / HAMMER, preset=PRESET)
     description = {
         "name": out.name,
         "step_size": step,
-        # One after the other: Gauss-Seidel, the hammer first.
+        # One after the other, the compressor first: it has a pressure to begin with.
         "sequential": True,
         "mt": False,
         "auto_link": True,
         "auto_input": True,
         "auto_output": True,
-        "fmu": [HAMMER, DRIVE],
-        "start": [[HAMMER, name, value] for name, value in starts.items()],
-        "link": [[HAMMER, "relative_position", DRIVE, "relative_position"]],
+        "fmu": [COMPRESSOR, HAMMER],
+        "link": [[HAMMER, "air_mass", COMPRESSOR, "air_mass"]],
     }
     plan = out.resolve().with_suffix(".json")
     plan.write_text(json.dumps(description, indent=2), encoding="utf-8")
@@ -93,13 +88,18 @@ def run_container(container: Path, until: float) -> dict[str, float]:
     return {name: float(result[name][-1]) for name in COMPARED}
 
 
-def run_loop(until: float, step: float) -> dict[str, float]:
-    """The last blow of the loop in Python, coupled as the container couples."""
-    drive = PneumaticDrive()
-    with Hammer(drive.air.parameters()) as hammer:
-        drive.start(hammer["relative_position"])
-        Coupling(hammer, drive, step, slopes=False).advance(until)
-        return hammer.get(COMPARED)
+def run_loop(
+    until: float, step: float, *, at_once: bool = False, names: Sequence[str] = COMPARED
+) -> dict[str, float]:
+    """The last blow of a loop in Python: the compressor first, or both with what was before."""
+    supply = Supply()
+    with Hammer({"supply_pressure": supply.pressure}, preset=PRESET) as hammer:
+        for k in range(round(until / step)):
+            before = supply.pressure
+            supply.advance(step, hammer["air_mass"])
+            hammer.set(supply_pressure=before if at_once else supply.pressure)
+            hammer.advance((k + 1) * step)
+        return hammer.get(names)
 
 
 def main() -> None:
@@ -107,7 +107,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("dist/coupled.fmu"))
     parser.add_argument("--until", type=float, default=0.5)
-    parser.add_argument("--step", type=float, default=1e-5)
+    parser.add_argument("--step", type=float, default=1e-3)
     options = parser.parse_args()
     build(options.out, options.step)
     container = run_container(options.out, options.until)

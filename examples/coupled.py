@@ -1,9 +1,8 @@
-"""A hammer that air or water drives: both pressures and the piston's motion.
+"""A hammer that water drives, in a model of its own: both pressures and the piston's motion.
 
-    python examples/coupled.py                                # air: a table of blows, a figure
-    python examples/coupled.py --model hydraulic --out water.png
+    python examples/coupled.py --out water.png                # a table of blows, a figure
 
-The models are `dth_hammer.models.pneumatic` and `dth_hammer.models.hydraulic`.
+The model is `dth_hammer.models.hydraulic`.
 """
 
 from __future__ import annotations
@@ -14,24 +13,19 @@ from pathlib import Path
 import pandas as pd
 from dth_hammer import Coupling, Hammer
 from dth_hammer.figures import BIT, DARK, PISTON
-from dth_hammer.models.hydraulic import Water, WaterDrive
-from dth_hammer.models.pneumatic import Air, PneumaticDrive
+from dth_hammer.models.hydraulic import WaterDrive
 from dth_hammer.style import styled
 from matplotlib.figure import Figure
 
-MODELS = {"pneumatic": (Air, PneumaticDrive), "hydraulic": (Water, WaterDrive)}
 SAMPLING = 5e-4  # s: how often pressures are noted, finer than a blow
 WINDOW = 0.15  # s: the end of a run that is drawn
 NAMES = ["relative_position", "blow_count", "blow_time", "blow_period", "blow_speed", "rop"]
 
 
-def run(model: str, until: float, step: float = 2e-5) -> pd.DataFrame:
+def run(until: float, step: float = 2e-5) -> pd.DataFrame:
     """The coupled hammer's blows, and both pressures every half millisecond."""
-    fluid, partner = MODELS[model]
-    drive, rows = partner(), []
-    with Hammer(fluid().parameters()) as hammer:
-        if isinstance(drive, PneumaticDrive):
-            drive.start(hammer["relative_position"])
+    drive, rows = WaterDrive(), []
+    with Hammer(drive.water.parameters()) as hammer:
         coupling = Coupling(hammer, drive, step)
         while hammer.time < until:
             coupling.advance(min(until, hammer.time + SAMPLING))
@@ -60,11 +54,10 @@ def draw(frame: pd.DataFrame) -> Figure:
 def main() -> None:
     """Runs it, prints its blows, draws."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--model", choices=MODELS, default="pneumatic")
     parser.add_argument("--until", type=float, default=0.5, help="seconds")
     parser.add_argument("--out", type=Path, default=Path("coupled.png"), help="figure to write")
     options = parser.parse_args()
-    frame = run(options.model, options.until)
+    frame = run(options.until)
     print(frame.loc[frame["blow_count"].diff() > 0, NAMES[1:]].to_string(index=False))
     draw(frame).savefig(options.out)
 

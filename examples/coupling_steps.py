@@ -1,6 +1,6 @@
 """Which communication step a coupled hammer needs: measured, as a table and a figure.
 
-    python examples/coupling_steps.py --model pneumatic --out steps
+    python examples/coupling_steps.py --out steps
 
 Errors of blow period, impact speed and rate of penetration of the settled response, for
 Jacobi and Gauss-Seidel coupling, with and without input derivatives, and with rejected
@@ -13,15 +13,13 @@ import argparse
 import itertools
 import math
 import time
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 from dth_hammer import Coupling, Hammer, RefusedError
 from dth_hammer.models.hydraulic import Water, WaterDrive
-from dth_hammer.models.pneumatic import Air, PneumaticDrive
 from dth_hammer.style import styled
 from matplotlib.figure import Figure
 from tqdm import tqdm
@@ -40,33 +38,18 @@ VARIANTS: dict[str, dict[str, Any]] = {
 CONTROLLED = "Gauss-Seidel, derivatives, rejection"
 
 
-@dataclass(frozen=True)
-class Model:
-    """A partner and what the FMU must know of it."""
-
-    make: Callable[[], Any]
-    parameters: dict[str, Any]
-    tolerances: Sequence[float]  # Pa, for rejected steps
-    until: float  # s: long enough to settle
+TOLERANCES = (1e6, 1e5, 1e4)  # Pa, for rejected steps
+UNTIL = 0.45  # s: long enough to settle
 
 
-MODELS = {
-    "pneumatic": Model(PneumaticDrive, Air().parameters(), (1e5, 1e4, 1e3), 0.45),
-    "hydraulic": Model(WaterDrive, Water().parameters(), (1e6, 1e5, 1e4), 0.45),
-}
-
-
-def settled(model: Model, step: float, until: float, **options: Any) -> dict[str, float]:
+def settled(step: float, until: float, **options: Any) -> dict[str, float]:
     """Means over the last blows, and what they cost."""
     names = ["blow_count", "blow_period", "blow_speed", "blow_penetration"]
     blows: list[dict[str, float]] = []
     # Of the processor, so that other work on the machine does not count.
     began = time.process_time()
-    with Hammer(model.parameters) as hammer:
-        partner = model.make()
-        if hasattr(partner, "start"):
-            partner.start(hammer["relative_position"])
-        coupling = Coupling(hammer, partner, step, **options)
+    with Hammer(Water().parameters()) as hammer:
+        coupling = Coupling(hammer, WaterDrive(), step, **options)
         count = 0.0
         for k in range(1, round(until / SAMPLING) + 1):
             coupling.advance(k * SAMPLING)
@@ -90,14 +73,12 @@ def settled(model: Model, step: float, until: float, **options: Any) -> dict[str
 
 
 def measure(
-    name: str, steps: Iterable[float] = STEPS, reference: float = REFERENCE, until: float = 0.0
+    steps: Iterable[float] = STEPS, reference: float = REFERENCE, until: float = UNTIL
 ) -> pd.DataFrame:
     """One row a variant and step: relative errors against the reference step."""
-    model = MODELS[name]
-    until = until or model.until
-    truth = settled(model, reference, until)
+    truth = settled(reference, until)
     runs = [(v, s, {**options}) for (v, options), s in itertools.product(VARIANTS.items(), steps)]
-    runs += [(CONTROLLED, max(steps), {"tolerance": t}) for t in model.tolerances]
+    runs += [(CONTROLLED, max(steps), {"tolerance": t}) for t in TOLERANCES]
     rows = []
     for variant, step, options in tqdm(runs, unit="run", leave=False, disable=None):
         row: dict[str, Any] = {
@@ -106,14 +87,14 @@ def measure(
             "tolerance": options.get("tolerance"),
         }
         try:
-            found = settled(model, step, until, **options)
+            found = settled(step, until, **options)
             row |= {q: abs(found[q] / truth[q] - 1.0) for q in QUANTITIES}
             row |= {k: found[k] for k in ("step", "rejected", "cost")}
         except (ArithmeticError, ValueError, RefusedError) as error:
             row["failed"] = str(error)
         rows.append(row)
     table = pd.DataFrame(rows)
-    table.attrs = {"truth": truth, "reference": reference, "until": until, "model": name}
+    table.attrs = {"truth": truth, "reference": reference, "until": until}
     return table
 
 
@@ -152,9 +133,9 @@ def _micro(seconds: float) -> str:
 
 def report(table: pd.DataFrame, picture: str) -> str:
     """The page: what was measured, the advice, the numbers."""
-    truth, name = table.attrs["truth"], table.attrs["model"]
+    truth = table.attrs["truth"]
     lines = [
-        f"Reference: {name} model, Gauss-Seidel with derivatives at "
+        f"Reference: hydraulic model, Gauss-Seidel with derivatives at "
         f"{_micro(table.attrs['reference'])}: blow period {truth['period'] * 1e3:.4f} ms, "
         f"impact speed {truth['speed']:.4f} m/s, tip rate {truth['tip_rate'] * 1e3:.3f} mm/s "
         f"(means of the last {AVERAGED} blows of {table.attrs['until']:g} s).",
@@ -220,10 +201,9 @@ def draw(table: pd.DataFrame) -> Figure:
 def main() -> None:
     """Measures and writes."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--model", choices=MODELS, default="pneumatic")
     parser.add_argument("--out", type=Path, default=Path("steps"))
     options = parser.parse_args()
-    table = measure(options.model)
+    table = measure()
     options.out.parent.mkdir(parents=True, exist_ok=True)
     picture = options.out.with_suffix(".png")
     draw(table).savefig(picture, dpi=160)

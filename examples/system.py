@@ -1,8 +1,8 @@
-"""The hammer and the pneumatic drive as one file of SSP 1.0, which libcosim and ecos load.
+"""The hammer and its compressor as one file of SSP 1.0, which libcosim and ecos load.
 
-    python examples/system.py --out dist/pneumatic.ssp
+    python examples/system.py --out dist/compressor.ssp
 
-`pythonfmu` makes the drive's FMU. Who runs the file needs what the drive is made of: Python with
+`pythonfmu` makes the compressor's FMU. Who runs the file needs what that is made of: Python with
 this package.
 """
 
@@ -12,26 +12,24 @@ import argparse
 import tempfile
 from pathlib import Path
 
-from container import build_drive
+from container import PRESET, build_compressor
 from dth_hammer.fmu import write_system
-from dth_hammer.models.pneumatic import Air
 
 
 def build(out: Path, step: float, until: float) -> None:
     """Writes the system."""
     with tempfile.TemporaryDirectory() as folder:
-        drive = build_drive(Path(folder))
-        scene = Air().parameters()
-        for ends in write_system(out, {"drive": drive}, scene, step=step, until=until):
+        partners = {"compressor": build_compressor(Path(folder))}
+        for ends in write_system(out, partners, preset=PRESET, step=step, until=until):
             print(" -> ".join(map(".".join, ends)))
 
 
 def main() -> None:
     """Builds."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("dist/pneumatic.ssp"))
+    parser.add_argument("--out", type=Path, default=Path("dist/compressor.ssp"))
     parser.add_argument("--until", type=float, default=0.5)
-    parser.add_argument("--step", type=float, default=1e-5)
+    parser.add_argument("--step", type=float, default=1e-3)
     options = parser.parse_args()
     build(options.out, options.step, options.until)
 

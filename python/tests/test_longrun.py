@@ -7,7 +7,7 @@ import pytest
 from dth_hammer import Coupling, HammerWarning, RefusedError, simulate, stationary, steady, trend
 from dth_hammer.cli import main
 from dth_hammer.errors import DomainError, UnknownNameError
-from dth_hammer.models.pneumatic import Air, PneumaticDrive
+from dth_hammer.models.hydraulic import Water, WaterDrive
 from dth_hammer.trends import line, sobol
 from interrupting import Interrupts
 
@@ -80,16 +80,13 @@ def test_a_controller_that_changes_nothing_leaves_the_response() -> None:
 
 
 def test_a_coupled_model_has_the_mean_of_its_own_blows() -> None:
-    air = Air()
     drives = []
 
     def partner(hammer: object) -> Coupling:
-        drive = PneumaticDrive(air)
-        drive.start(hammer["relative_position"])  # type: ignore[index]
-        drives.append(Coupling(hammer, drive, 1e-4))  # type: ignore[arg-type]
+        drives.append(Coupling(hammer, WaterDrive(), 1e-4))  # type: ignore[arg-type]
         return drives[-1]
 
-    found = steady(air.parameters() | RIGID, partner=partner, step=1e-3, error=0.05)
+    found = steady(Water().parameters() | RIGID, partner=partner, step=1e-3, error=0.05)
     assert found.kind in {"cycle", "irregular"}
     hammer = drives[0].hammer
     assert hammer.closed

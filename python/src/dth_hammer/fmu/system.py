@@ -80,6 +80,8 @@ def write_system(
     for name, path in partners.items():
         descriptions[_fit(name, descriptions)] = _described(Path(path), package.fmi)
     connected = _connect(descriptions)
+    # Last: hosts that initialise one after another then give it what its partners begin with.
+    descriptions[HAMMER] = descriptions.pop(HAMMER)
     _warn(start_values(package.description, parameters, preset)[0], connected)
     with tempfile.TemporaryDirectory() as folder:
         hammer = Path(folder, f"{HAMMER}.fmu")

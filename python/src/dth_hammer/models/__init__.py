@@ -1,4 +1,4 @@
-"""Models of what drives the hammer, to couple and to copy: air chambers and a water hammer."""
+"""Models of what drives and feeds the hammer, to couple and to copy: water, and a compressor."""
 
 from __future__ import annotations
 
@@ -7,15 +7,6 @@ from collections.abc import Callable
 #: Position (m) and velocity (m/s) of the piston over the bit by time, s.
 Motion = Callable[[float], tuple[float, float]]
 State = tuple[float, ...]
-
-
-def driven(area_drive: float, area_return: float) -> dict[str, float | str]:
-    """Parameters of a hammer that pressures drive, by the areas of the piston's faces, m2."""
-    return {
-        "drive.source": "Pressure",
-        "drive.area_drive": area_drive,
-        "drive.area_return": area_return,
-    }
 
 
 def runge_kutta(

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from . import Motion, State, driven, runge_kutta
+from . import Motion, State, runge_kutta
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,11 @@ class Water:
 
     def parameters(self) -> dict[str, float | str]:
         """Returns the hammer's parameters that belong to this drive."""
-        return driven(self.area_drive, self.area_return)
+        return {
+            "drive.source": "Pressure",
+            "drive.area_drive": self.area_drive,
+            "drive.area_return": self.area_return,
+        }
 
 
 class WaterDrive:

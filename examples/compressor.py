@@ -1,0 +1,128 @@
+"""A compressor and a hose feed the hammer: what a compressor that is too small costs.
+
+    python examples/compressor.py --out compressor.png
+
+The hammer is its FMU, stepped by fmpy; the compressor is `dth_hammer.models.compressor`. Each
+millisecond the hammer is given the pressure at the hose's end and tells what air it has taken.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+
+import fmpy
+import pandas as pd
+from dth_hammer.figures import BIT, DARK, PISTON
+from dth_hammer.fmu import configure
+from dth_hammer.models.compressor import Compressor, Supply
+from dth_hammer.style import styled
+from fmpy.fmi2 import FMU2Slave
+from matplotlib.figure import Figure
+
+PRESET = "air_4_inch"
+STEP = 1e-3  # s
+READ = ("air_mass", "air_flow", "blow_count", "blow_energy", "blow_period", "rop")
+#: Capacities that are compared, m3/min of free air: one that suffices, and two that do not.
+CAPACITIES = (20.0, 16.0, 12.0)
+
+
+def run(compressor: Compressor, until: float, step: float = STEP) -> pd.DataFrame:
+    """A row a step: what the hammer says, the pressure that feeds it, what is held before it."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "hammer.fmu")
+        configure(file, preset=PRESET)
+        unpacked = fmpy.extract(file)
+        try:
+            return _stepped(unpacked, Supply(compressor), until, step)
+        finally:
+            shutil.rmtree(unpacked, ignore_errors=True)
+
+
+def _stepped(unpacked: str, supply: Supply, until: float, step: float) -> pd.DataFrame:
+    description = fmpy.read_model_description(unpacked)
+    reference = {v.name: v.valueReference for v in description.modelVariables}
+    asked = [reference[name] for name in READ]
+    hammer = FMU2Slave(
+        guid=description.guid,
+        unzipDirectory=unpacked,
+        modelIdentifier=description.coSimulation.modelIdentifier,
+        instanceName="hammer",
+    )
+    hammer.instantiate()
+    hammer.setupExperiment(startTime=0.0)
+    hammer.enterInitializationMode()
+    hammer.setReal([reference["supply_pressure"]], [supply.pressure])
+    hammer.exitInitializationMode()
+    rows = []
+    for k in range(round(until / step)):
+        pressure = supply.pressure
+        hammer.setReal([reference["supply_pressure"]], [pressure])
+        hammer.doStep(k * step, step)
+        told = dict(zip(READ, hammer.getReal(asked), strict=True))
+        supply.advance(step, told["air_mass"])
+        held = {"delivered": supply.delivered, "held": supply.held}
+        rows.append({"time": (k + 1) * step, "supply_pressure": pressure, **told, **held})
+    hammer.terminate()
+    hammer.freeInstance()
+    return pd.DataFrame(rows).set_index("time")
+
+
+def compare(
+    capacities: Iterable[float] = CAPACITIES, until: float = 4.0
+) -> dict[float, pd.DataFrame]:
+    """A run for each capacity, m3/min."""
+    return {c: run(Compressor(capacity=c / 60.0), until) for c in capacities}
+
+
+def table(runs: dict[float, pd.DataFrame]) -> pd.DataFrame:
+    """The last blow for each capacity, in the trade's units."""
+    rows = [
+        {
+            "compressor (m3/min)": capacity,
+            "pressure (bar)": 1e-5 * last["supply_pressure"],
+            "air taken (m3/min)": 60.0 * last["air_flow"],
+            "blow energy (J)": last["blow_energy"],
+            "blows (1/s)": 1.0 / last["blow_period"],
+            "rate (m/h)": 3600.0 * last["rop"],
+        }
+        for capacity, last in ((c, frame.iloc[-1]) for c, frame in runs.items())
+    ]
+    return pd.DataFrame(rows)
+
+
+def draw(runs: dict[float, pd.DataFrame]) -> Figure:
+    """Pressure at the hammer and rate of penetration over time, a curve for each capacity."""
+    with styled(7.0, 4.5) as figure:
+        upper, lower = figure.subplots(2, 1, sharex=True)
+        for (capacity, frame), colour in zip(runs.items(), (DARK, PISTON, BIT), strict=False):
+            upper.plot(
+                frame.index,
+                1e-5 * frame["supply_pressure"],
+                color=colour,
+                label=f"{capacity:g} m³/min",
+            )
+            blown = frame[frame["blow_count"] > 1]
+            lower.plot(blown.index, 3600.0 * blown["rop"], color=colour)
+        upper.set_ylabel("pressure at the hammer (bar)")
+        lower.set(xlabel="time (s)", ylabel="rate of penetration (m/h)", ylim=(0.0, None))
+        figure.legend(loc="outside upper center", ncols=3)
+    return figure
+
+
+def main() -> None:
+    """Runs, prints, draws."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--until", type=float, default=4.0, help="seconds")
+    parser.add_argument("--out", type=Path, default=Path("compressor.png"), help="figure to write")
+    options = parser.parse_args()
+    runs = compare(until=options.until)
+    print(table(runs).round(2).to_string(index=False))
+    draw(runs).savefig(options.out)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,66 @@
+"""A compressor with its receiver and a hose: what feeds a hammer that air drives.
+
+The compressor gives its flow until the receiver has the rated pressure, and less above it: its
+regulator closes the intake over a band of pressure. The air in receiver and hose stays as warm as
+what surrounds it, and has one pressure, less what friction in the hose costs where the hammer is
+(a long pipe's: ``p1^2 - p2^2 = (f L / D) R T (flow / section)^2``). The hammer's part of it is
+`drive.source = Air` with the input ``supply_pressure`` and the output ``air_mass``.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+GAS = 287.05  # J/(kg K), of air
+FREE = 101_325.0 / (GAS * 273.15)  # kg/m3, of free air: 0 degC and 1.01325 bar
+
+
+@dataclass(frozen=True)
+class Compressor:
+    """An example; pressures are absolute."""
+
+    capacity: float = 20.0 / 60.0  # m3/s of free air
+    rated_pressure: float = 25e5  # Pa: up to here it gives all of it
+    band: float = 1e5  # Pa, over which the regulator closes the intake
+    receiver: float = 0.02  # m3
+    temperature: float = 300.0  # K
+    hose_length: float = 15.0  # m
+    hose_bore: float = 51e-3  # m
+    friction_factor: float = 0.02  # Darcy's
+
+
+class Supply:
+    """Masses of air, kg: in receiver and hose, and what has come and gone since the start."""
+
+    def __init__(self, compressor: Compressor | None = None, substep: float = 1e-3) -> None:
+        self.compressor, self.substep = compressor or Compressor(), substep
+        c = self.compressor
+        section = math.pi / 4 * c.hose_bore**2
+        heat = GAS * c.temperature  # p V = m R T
+        self._per_mass = heat / (c.receiver + section * c.hose_length)
+        self._friction = c.friction_factor * c.hose_length / c.hose_bore * heat / section**2
+        self.held = c.rated_pressure / self._per_mass
+        self.delivered = self.taken = 0.0
+        self.pressure = c.rated_pressure  # at the hammer's end of the hose, Pa
+
+    def advance(self, size: float, air_mass: float) -> None:
+        """Integrates a step (s), at whose end the hammer has taken this much in all, kg."""
+        flow = (air_mass - self.taken) / size
+        steps = max(1, math.ceil(size / self.substep - 1e-9))
+        h = size / steps
+        for _ in range(steps):
+            # Heun's rule; what is delivered and what is held are one sum, so the balance closes.
+            first = self._delivery(self.held)
+            come = 0.5 * (first + self._delivery(self.held + h * (first - flow)))
+            self.held += h * (come - flow)
+            self.delivered += h * come
+        self.taken = air_mass
+        square = (self._per_mass * self.held) ** 2 - self._friction * flow * abs(flow)
+        self.pressure = math.sqrt(max(0.0, square))
+
+    def _delivery(self, held: float) -> float:
+        """From the compressor, kg/s."""
+        c = self.compressor
+        closing = (c.rated_pressure + c.band - self._per_mass * held) / c.band
+        return FREE * c.capacity * min(1.0, max(0.0, closing))
