@@ -74,7 +74,7 @@ class Explore {
       Object.assign(this, { found, other, values, place: places[at] });
       this.show();
     } catch (error) {
-      this.find("screen-text").textContent = error.message;
+      this.find("screen-text").textContent = say("screen_failed");
       this.failure = error.message;
     }
     this.settled = true;

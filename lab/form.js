@@ -153,7 +153,7 @@ function makeRest() {
   }
   for (const [group, fields] of groups) {
     const details = document.createElement("details");
-    details.append(Object.assign(document.createElement("summary"), { textContent: group || say("group_single"), lang: group ? "en" : "" }), ...fields);
+    details.append(Object.assign(document.createElement("summary"), { textContent: group || say("group_single") }), ...fields);
     find("rest").append(details);
   }
 }
@@ -161,7 +161,7 @@ function makeRest() {
 /** A field for a value, or a list where the engine has names for its values. */
 function makeField(name) {
   const { description: text, displayUnit, factor, items } = scene.variable(name);
-  const row = Object.assign(document.createElement("div"), { className: "given", lang: "en" });
+  const row = Object.assign(document.createElement("div"), { className: "given" });
   const field = document.createElement(items ? "select" : "input");
   if (items) field.append(...Object.entries(items).map(([value, word]) => new Option(word, value)));
   else Object.assign(field, { type: "number", step: "any" });

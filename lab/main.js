@@ -336,7 +336,9 @@ window.explorable = explore;
 
 /** Shows the explanation or the laboratory, as the address asks. */
 function visit() {
-  const hash = location.hash.slice(1), screen = /^screen=(\d)$/.exec(hash), exploring = !hash || Boolean(screen);
+  // All words of the page are those of one language.
+  if (languageNow() !== LANGUAGE) return location.reload();
+  const hash = location.hash.slice(1), screen = /^screen=(\d)$/.exec(hash), exploring = isExploring();
   find("explore").hidden = !exploring;
   find("laboratory").hidden = exploring;
   document.body.classList.toggle("exploring", exploring);

@@ -1,13 +1,18 @@
-// The words of the page: a table for each language (lab/text), all with the same keys.
+// The words of the page. The explanation is in several languages (lab/text), the laboratory in English: what it
+// shows of the engine (names, descriptions, messages) is.
 
 const TEXTS = JSON.parse(document.getElementById("texts").textContent);
 /** The language that the address asks for, else the reader's first that there is, else English. */
-const LANGUAGE = [new URLSearchParams(location.search).get("language"), ...navigator.languages]
+const CHOSEN = [new URLSearchParams(location.search).get("language"), ...navigator.languages]
   .map((name) => name?.slice(0, 2)).find((name) => Object.hasOwn(TEXTS, name)) ?? "en";
+/** Whether the address asks for the explanation. */
+const isExploring = () => /^(#|#screen=\d)?$/.test(location.hash);
+const languageNow = () => (isExploring() ? CHOSEN : "en");
+const LANGUAGE = languageNow();
 
 /** A text by its key, with values for its {placeholders}. */
 function say(key, values = {}) {
-  const text = TEXTS[LANGUAGE][key];
+  const text = TEXTS[LANGUAGE][key] ?? TEXTS.en[key];
   if (text === undefined) throw new Error(`there is no text ${key}`);
   return text.replace(/\{(\w+)\}/g, (_, name) => values[name]);
 }
@@ -22,7 +27,7 @@ function fillTexts(find) {
   }
   const languages = Object.entries(TEXTS).map(([name, texts]) => Object.assign(new Option(texts.language, name), { lang: name }));
   find("language").append(...languages);
-  find("language").value = LANGUAGE;
-  // The scene stands behind the # of the address and stays.
+  find("language").value = CHOSEN;
+  // The screen stands behind the # of the address and stays.
   find("language").addEventListener("change", ({ target }) => (location.search = `language=${target.value}`));
 }

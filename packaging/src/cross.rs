@@ -9,13 +9,13 @@ use crate::library::{Binary, cargo, compile, output};
 use crate::licenses::{self, License};
 use crate::{About, Failure, inspect};
 use dth_hammer::MODEL_IDENTIFIER;
-use std::env;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 use support::python::{Environment, Needs};
 use support::run::target;
+use support::toolchain::{BROWSER, Toolchain, browser_lacks, has_browser_library, to_install};
 
 /// The glibc of the oldest Linux still seen at companies (RHEL 7).
 const OLDEST_GLIBC: inspect::Version = (2, 17);
@@ -107,20 +107,11 @@ pub fn build_for_macos(root: &Path) -> Result<Binary, Failure> {
     Ok(macos_binary(fs::read(&whole).about(&whole)?))
 }
 
-/// A browser. It is none of FMI's platforms: what is built for it goes into a page.
-pub const BROWSER: &str = "wasm32-unknown-unknown";
-
 /// All that is needed to build for other machines.
 pub struct Workshop {
     root: PathBuf,
     zig: Environment,
     toolchain: Toolchain,
-}
-
-/// A Rust that has the sources of its standard library.
-struct Toolchain {
-    cargo: PathBuf,
-    rustc: PathBuf,
 }
 
 impl Workshop {
@@ -133,9 +124,9 @@ impl Workshop {
             return Err(Failure::Missing("that takes Linux on x86-64".into()));
         }
         let (toolchain, mingw) = (Toolchain::find(), starts("x86_64-w64-mingw32-gcc"));
-        let missing = missing(toolchain.is_some(), mingw);
+        let rust = toolchain.is_some();
         let Some(toolchain) = toolchain.filter(|_| mingw) else {
-            return Err(Failure::Missing(missing));
+            return Err(Failure::Missing(to_install(rust, mingw)));
         };
         let zig = Environment::prepare(root, Needs::Cross)?;
         Ok(Self { root: root.into(), zig, toolchain })
@@ -148,12 +139,11 @@ impl Workshop {
     /// Names what a person must install; or it does not build.
     pub fn build_for_browser(root: &Path) -> Result<Vec<u8>, Failure> {
         let name = BROWSER.to_uppercase().replace('-', "_");
+        if let Some(how) = browser_lacks() {
+            return Err(Failure::Missing(how));
+        }
         let mut command = cargo(root);
-        if !has_browser_library()? {
-            let Some(toolchain) = Toolchain::find() else {
-                let how = missing(false, true) + ", or `rustup target add wasm32-unknown-unknown`";
-                return Err(Failure::Missing(how));
-            };
+        if let Some(toolchain) = Toolchain::find().filter(|_| !has_browser_library()) {
             let zig = Environment::prepare(root, Needs::Cross)?;
             let linker = zig_program(root, &zig, "wasm-ld", "wasm-ld", 2)?;
             command = toolchain.command(root);
@@ -258,71 +248,6 @@ fn zig_program(
     Ok(path)
 }
 
-/// Whether the toolchain in use has the standard library for a browser.
-fn has_browser_library() -> Result<bool, Failure> {
-    let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    let answer = output(Command::new(rustc).args(["--print", "sysroot"]))?;
-    let sysroot = PathBuf::from(String::from_utf8_lossy(&answer).trim());
-    Ok(sysroot.join("lib/rustlib").join(BROWSER).join("lib").is_dir())
-}
-
-impl Toolchain {
-    /// The one in use if it has the sources, else Debian's.
-    fn find() -> Option<Self> {
-        let here = cargo(Path::new(".")).get_program().into();
-        [(here, "rustc"), ("/usr/bin/cargo".into(), "/usr/bin/rustc")]
-            .map(|(cargo, rustc)| Self { cargo, rustc: rustc.into() })
-            .into_iter()
-            .find(Self::has_sources)
-    }
-
-    fn has_sources(&self) -> bool {
-        let mut command = Command::new(&self.rustc);
-        let Ok(answer) = command.args(["--print", "sysroot"]).stderr(Stdio::null()).output() else {
-            return false;
-        };
-        let sysroot = PathBuf::from(String::from_utf8_lossy(&answer.stdout).trim());
-        let sources = sysroot.join("lib/rustlib/src/rust/library/std");
-        answer.status.success() && sources.is_dir() && self.cargo.exists()
-    }
-
-    fn command(&self, root: &Path) -> Command {
-        let mut command = Command::new(&self.cargo);
-        command.current_dir(root).env("RUSTC", &self.rustc);
-        // The sources of the standard library are for its own compiler: nothing unstable
-        // is used but their build.
-        command.env("RUSTC_BOOTSTRAP", "1");
-        // That of the cargo that runs us, with another compiler's libraries.
-        command.env_remove("LD_LIBRARY_PATH");
-        command
-    }
-}
-
 fn starts(program: &str) -> bool {
     output(Command::new(program).arg("--version")).is_ok()
-}
-
-/// What to install.
-fn missing(rust: bool, mingw: bool) -> String {
-    let mut packages = Vec::new();
-    if !rust {
-        packages.extend(["rustc-web", "rust-web-src", "cargo-web"]);
-    }
-    if !mingw {
-        packages.push("gcc-mingw-w64-x86-64");
-    }
-    let more = if rust { "" } else { ", or `rustup component add rust-src` for the first three" };
-    format!("first `apt install {}`{more}", packages.join(" "))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_what_is_missing_is_asked_for() {
-        assert!(missing(true, false).ends_with("`apt install gcc-mingw-w64-x86-64`"));
-        assert!(!missing(false, true).contains("mingw"));
-        assert!(missing(false, false).contains("rust-web-src cargo-web gcc-mingw-w64-x86-64`"));
-    }
 }

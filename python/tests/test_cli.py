@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import zipfile
+from importlib import metadata
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -14,6 +16,7 @@ import pandas as pd
 import pytest
 from dth_hammer import Hammer, steady
 from dth_hammer.cli import main
+from dth_hammer.extras import EXTRAS
 from dth_hammer.fmu import load
 from scipy.io import loadmat
 
@@ -64,7 +67,7 @@ def test_info_tells_units_domains_and_presets(capsys: pytest.CaptureFixture[str]
         (["run", "--plot", "x.foo"], "x.foo must end in"),
         (["run", "--plot", "/proc/nodir/x.png"], "x.png cannot be written"),
         (["configure", "-o", "x.fmu", "--fmu", "nowhere.fmu"], "no FMU at"),
-        (["configure", "-o", "x.fmu", "--fmu", __file__], "is no FMU"),
+        (["configure", "-o", "x.fmu", "--fmu", __file__], "is not a readable FMU"),
         (["run", "--units", "rop=kg"], "rop is given in m/s"),
         (["run", "--units", "roman"], "no system of units"),
         (["run", "--set", "piston.mass=3"], "piston has length, elements"),
@@ -252,3 +255,36 @@ def test_ctrl_c_during_imports_is_told_in_a_line(tmp_path: Path) -> None:
         env=os.environ | {"PYTHONPATH": str(tmp_path)},
     )
     assert (done.returncode, done.stderr) == (130, "\ndth-hammer: stopped\n")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "packages", "extras"),
+    [
+        ("run --plot a.png -o a.xlsx", "tqdm, matplotlib and xlsxwriter", "excel,plot,sweep"),
+        ("run -o a.mat --quiet", "scipy", "fit"),
+        (
+            "trend --over feed_force=0.1 --plot a.png -o a.parquet --quiet",
+            "scipy, matplotlib and pyarrow",
+            "fit,plot,sweep",
+        ),
+        ("report scene.json --sn 300e6,1e7,8", "matplotlib and rainflow", "life,plot"),
+    ],
+)
+def test_a_plain_install_is_told_all_that_a_command_lacks_at_once(
+    arguments: str,
+    packages: str,
+    extras: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("dth_hammer.extras.importlib.util.find_spec", lambda _: None)
+    assert main(arguments.split()) == 2
+    expected = f"dth-hammer: this needs {packages}: pip install 'dth-hammer[{extras}]'\n"
+    assert capsys.readouterr().err == expected
+
+
+def test_an_extra_brings_the_packages_that_are_said_to_be_in_it() -> None:
+    lines = metadata.requires("dth-hammer") or []
+    for package, extra in EXTRAS.items():
+        own = [line for line in lines if re.match(rf"{package}\b", line)]
+        assert any(re.search(rf"extra == .{extra}.", line) for line in own), package

@@ -263,4 +263,4 @@ def test_an_archive_that_would_hurt_is_refused_by_its_directory_alone(
     with pytest.raises(FmuNotFoundError, match=why):
         load(file)
     assert main(["configure", "--fmu", str(file), "-o", str(tmp_path / "out.fmu")]) == 2
-    assert "evil.fmu is no FMU that can be read" in capsys.readouterr().err
+    assert "evil.fmu is not a readable FMU" in capsys.readouterr().err

@@ -115,7 +115,7 @@ def test_the_rock_grows_with_the_area_of_the_hole() -> None:
     [
         ({"piston_mass": 3.4}, "nothing says the power of the blows: give power"),
         ({"piston_mass": 3.4, "blow_energy": 220}, "blow_energy and frequency"),
-        ({"power": "20 kW", "air_flow": {}}, "air_flow has no pressure"),
+        ({"power": "20 kW", "air_flow": {}}, "air_flow is empty"),
         (
             {"od": 0.1, "air_flow": {"10 bar": 0.1, "20 bar": 0.2}, "pressure": "25 bar"},
             "pressure = 25 bar is not among those of air_flow, 10 to 20 bar",

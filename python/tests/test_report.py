@@ -128,7 +128,7 @@ def test_mistakes_are_told_in_a_line(tmp_path: Path, capsys: pytest.CaptureFixtu
     broken = tmp_path / "broken.json"
     broken.write_text("{", encoding="utf-8")
     for arguments, message in (
-        ([str(broken)], "is no JSON"),
+        ([str(broken)], "is not JSON"),
         ([str(tmp_path / "none.json")], "cannot be read"),
         ([str(write(tmp_path, {})), "-o", "x.pdf"], "must end in .html or .htm"),
         ([str(write(tmp_path, {})), "--units", "roman"], "no system of units"),

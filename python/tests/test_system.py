@@ -95,7 +95,7 @@ def test_with_fmi_3_it_is_a_system_of_ssp_2(drive: Path, tmp_path: Path) -> None
     assert validate_fmu(str(hammer)) == []
     starts = {v.name: v.start for v in fmpy.read_model_description(hammer).modelVariables}
     assert float(starts["event.position[1]"]) == -0.02
-    with pytest.raises(FmuNotFoundError, match=r"no FMU of FMI 2\.0 for co-simulation"):
+    with pytest.raises(FmuNotFoundError, match=r"not a co-simulation FMU of FMI 2\.0"):
         write_system(file, {"drive": hammer}, SCENE)
 
 
@@ -106,7 +106,7 @@ def test_what_cannot_be_a_system_is_told_and_nothing_is_written(
     text.write_text("no archive", encoding="utf-8")
     hammer = find()
     for partners, error, message in (
-        ({"drive": text}, FmuNotFoundError, "no FMU that can be read"),
+        ({"drive": text}, FmuNotFoundError, "is not a readable FMU"),
         ({"drive": tmp_path / "none.fmu"}, FmuNotFoundError, r"none\.fmu"),
         ({"hammer": drive}, DomainError, "cannot be called 'hammer'"),
         ({"my drive": drive}, DomainError, "cannot be called 'my drive'"),

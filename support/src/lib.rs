@@ -4,3 +4,4 @@
 
 pub mod python;
 pub mod run;
+pub mod toolchain;

@@ -37,6 +37,9 @@ pub enum Failure {
     /// A pin whose files have no known hash.
     #[error("requirements/hashes.txt has no {0}: run requirements/hashes.py")]
     NoHash(String),
+    /// Something to install first.
+    #[error("cannot build {0}")]
+    Missing(String),
     /// Some of the suite's stages failed; each has said why.
     #[error("failed: {0}")]
     Stages(String),

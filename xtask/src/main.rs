@@ -11,6 +11,7 @@ use std::process::ExitCode;
 use suite::{Stage, Suite};
 use support::python::{Environment, Needs};
 use support::run::{Failure, cargo, locked, run, target};
+use support::toolchain::browser_lacks;
 
 /// A workspace of its own.
 const IMPORTER: &str = "tests/importer/Cargo.toml";
@@ -38,6 +39,12 @@ enum Task {
         #[arg(long)]
         measure: bool,
     },
+    /// Write dist/lab/index.html, one page that runs the engine in a browser
+    Lab {
+        /// Options of the packager: `--output FILE`
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        options: Vec<String>,
+    },
     /// Write what the README says of speed and exactness, from the reports in reports/
     Front,
     /// Build the Python package with the FMU in it into dist/
@@ -55,6 +62,7 @@ fn main() -> ExitCode {
         Task::Suite(suite) => suite.pass(&root),
         Task::Lint => Suite::of(Stage::Lint).pass(&root),
         Task::Docs { measure } => docs(&root, measure),
+        Task::Lab { options } => lab(&root, &options),
         Task::Front => front(&root),
         Task::Wheel => wheel(&root),
         Task::Ship => ship(&root),
@@ -81,6 +89,15 @@ fn begin(what: &str, usual: &str) {
 fn fmu(root: &Path, options: &[&str]) -> Result<(), Failure> {
     begin("Build and pack the FMU", "3 minutes the first time, then seconds");
     run(locked(root, "run").args(["--quiet", "--package", "packaging", "--", "fmu"]).args(options))
+}
+
+/// What is missing is said before minutes of compiling.
+fn lab(root: &Path, options: &[String]) -> Result<(), Failure> {
+    if let Some(what) = browser_lacks() {
+        return Err(Failure::Missing(format!("the laboratory: {what}")));
+    }
+    begin("Build the laboratory", "some minutes the first time, then seconds");
+    run(locked(root, "run").args(["--package", "packaging", "--", "lab"]).args(options))
 }
 
 fn laboratory(root: &Path) -> Result<(), Failure> {

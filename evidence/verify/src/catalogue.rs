@@ -11,8 +11,7 @@ use std::fmt::Write as _;
 
 /// Where the hammers, their air and their power are from.
 const MAKER: &str = "Sandvik, *Down the Hole Rock Drilling Tools*, catalogue of 2023: outer diameter, air \
-    (DIN 1343) at 350 psi and power output at 24 bar. Read as quoted in \
-    github.com/Torgeer/drillity-the-game, `research/12-oem-rock-tooling.md`, section C.4";
+    (DIN 1343) at 350 psi and power output at 24 bar; its table was read in a transcription";
 /// Bore over outer diameter: its wear sleeve is 74 mm outside and 64.09 mm inside.
 const BORE: f64 = 64.09 / 74.0;
 const BORE_SOURCE: &str = "Drillco, *Puma 3.1 maintenance sheet*";

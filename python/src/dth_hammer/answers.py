@@ -1,4 +1,4 @@
-"""Answers as a notebook shows them: figures beside the tables."""
+"""How notebooks show results: figures beside tables."""
 
 from __future__ import annotations
 

@@ -384,7 +384,7 @@ def _looked_at(
         else:
             low[k], high[k] = start[k] / FACTOR, start[k] * FACTOR
         if not 0.0 < low[k] < high[k]:
-            raise DomainError(f"{name} is sought from {low[k]:g} to {high[k]:g}: both above 0")
+            raise DomainError(f"the bounds of {name}, {low[k]:g} to {high[k]:g}, must be above 0")
     start = np.clip(start, low, high)
     return _Problem(
         names=names,

@@ -86,7 +86,7 @@ class Case:
 
 
 def _data(name: str, signal: Signal) -> Any:
-    """An input that is a number or a Series, as numbers."""
+    """Returns an input (a number or a Series) as numbers."""
     if hasattr(signal, "index") and hasattr(signal, "to_numpy"):
         return [instants_in(name, signal).tolist(), [VARIABLES[name].number(v) for v in signal]]
     return VARIABLES.settable(name).number(signal)
@@ -176,7 +176,7 @@ def planned(
     names: Sequence[str],
     stored: bool,
 ) -> list[Job]:
-    """The runs of a case at every point of the grid, checked; ``kept``: rows go to a file."""
+    """Returns the checked runs of a case over the grid; ``kept``: rows go to a file."""
     shared = dict(common) | checked(case.preset, case.parameters)
     code = case.identity(name) if stored else []
     if case.moves:

@@ -11,9 +11,12 @@ from collections.abc import Sequence
 
 from .commands import COMMANDS
 from .errors import DthHammerError, FmuNotFoundError, HammerWarning
+from .extras import need_all
 
 #: Exit code that shells use for an interrupted program.
 INTERRUPTED = 130
+#: What writes a file, by its suffix.
+FORMATS = {".xlsx": ["xlsxwriter"], ".mat": ["scipy"], ".parquet": ["pyarrow"]}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -24,6 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with warnings.catch_warnings():
             warnings.simplefilter("always", HammerWarning)
             warnings.showwarning = _Teller()
+            need_all(_packages(options))
             options.command(options)
         sys.stdout.flush()
     except BrokenPipeError:
@@ -49,8 +53,22 @@ def _parser() -> argparse.ArgumentParser:
             name, help=module.HELP, description=module.__doc__, formatter_class=_Defaults
         )
         module.arguments(command)
-        command.set_defaults(command=module.run)
+        command.set_defaults(command=module.run, needs=getattr(module, "NEEDS", ()))
     return parser
+
+
+def _packages(options: argparse.Namespace) -> list[str]:
+    """The optional packages that a command needs with these options."""
+    found = [*options.needs]
+    if getattr(options, "quiet", True) is False:
+        found.append("tqdm")
+    if getattr(options, "plot", None) or getattr(options, "report", None):
+        found.append("matplotlib")
+    if getattr(options, "sn", None):
+        found.append("rainflow")
+    if (out := getattr(options, "out", None)) is not None:
+        found += FORMATS.get(out.suffix.lower(), [])
+    return list(dict.fromkeys(found))
 
 
 class _Defaults(argparse.HelpFormatter):

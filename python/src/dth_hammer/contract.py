@@ -1,4 +1,4 @@
-"""One contract of errors: what a public function is given is looked at by its own annotations."""
+"""Checks the arguments of public functions against their annotations."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class _Names(dict[str, Any]):
 
 
 def typed(**remedies: str) -> Callable[[Made], Made]:
-    """A function, or a class, that refuses arguments of wrong types by a `DomainError`.
+    """Wraps a function or class so that an argument of a wrong type raises a `DomainError`.
 
     Args:
         remedies: what to do instead, by argument.
@@ -56,7 +56,7 @@ def typed(**remedies: str) -> Callable[[Made], Made]:
 
 
 def _hints(signature: inspect.Signature, module: types.ModuleType) -> dict[str, Any]:
-    """What the annotations of arguments are."""
+    """Returns the annotations of the arguments."""
     names, hints = _Names(vars(module)), dict.fromkeys(signature.parameters, Any)
     for name, parameter in signature.parameters.items():
         # An attribute of what a type checker alone imports is not there.
@@ -66,7 +66,7 @@ def _hints(signature: inspect.Signature, module: types.ModuleType) -> dict[str, 
 
 
 def _wrong(value: Any, hint: Any, name: str) -> str:
-    """What is wrong with a value; nothing if it is as annotated."""
+    """Returns what is wrong with a value; nothing if it is as annotated."""
     if _is_one(value, hint):
         return ""
     for side in _sides(hint) if isinstance(value, Mapping) else ():
@@ -108,7 +108,7 @@ def _is_one(value: Any, hint: Any) -> bool:
 
 
 def _is_listed(value: Any, origin: Any, inner: tuple[Any, ...]) -> bool:
-    """Whether it is a list of things; an iterator is read once, and not here."""
+    """Whether the value is a collection; an iterator could be read only once."""
     if isinstance(value, str | bytes) or getattr(value, "ndim", 1) != 1:
         return False
     if isinstance(value, Mapping) and origin is not Iterable:
@@ -121,7 +121,7 @@ def _is_listed(value: Any, origin: Any, inner: tuple[Any, ...]) -> bool:
 
 
 def _is_plain(value: Any, hint: Any) -> bool:
-    """Whether it is of a class; numbers of numpy and quantities of pint are numbers too."""
+    """Whether it is an instance of a class; NumPy numbers and pint quantities count as numbers."""
     if hint is float:
         return (
             isinstance(value, timedelta)
@@ -136,7 +136,7 @@ def _is_plain(value: Any, hint: Any) -> bool:
 
 
 def is_protocol(hint: Any) -> bool:
-    """Whether a class is what others only look like."""
+    """Whether a class is a protocol."""
     return bool(getattr(hint, "_is_protocol", False))
 
 
@@ -159,7 +159,7 @@ WORDS: dict[Any, str] = {
 
 
 def _words(hint: Any) -> str:
-    """A type in words."""
+    """Returns a type in words."""
     sides, origin = _sides(hint), get_origin(hint)
     if len(sides) > 1:
         plain = {int, bool, type(None)} if float in sides else {type(None)}

@@ -152,7 +152,7 @@ def from_datasheet(
     named: list[str] = []
     if isinstance(rock, str):
         if hole is None and od is None:
-            raise DomainError(f"rock {rock!r} is drilled under a bit: give hole or od")
+            raise DomainError(f"rock {rock!r} depends on the bit: give hole or od")
         usual = None if od is None else _native.usual_hole(quantities.read(od, "m", "od"))
         rock = rocks.rock(rock, hole=usual if hole is None else hole)
         named = [*rock.assumed]
@@ -193,7 +193,7 @@ def _working_point(air_flow: Mapping[Value, Value], pressure: Value | None) -> d
         for p, q in air_flow.items()
     )
     if not rows:
-        raise DomainError("air_flow has no pressure")
+        raise DomainError("air_flow is empty: give a flow for at least one pressure")
     pressures, flows = zip(*rows, strict=True)
     at = pressures[-1] if pressure is None else quantities.read(pressure, "Pa", "pressure")
     if not pressures[0] <= at <= pressures[-1]:

@@ -1,11 +1,24 @@
-"""Optional packages, and the command that installs one that is missing."""
+"""Optional packages, and the command that installs those that are missing."""
 
 from __future__ import annotations
 
 import importlib
+import importlib.util
+from collections.abc import Iterable
 from typing import Any
 
 from .errors import MissingError
+
+#: The extra that brings each optional package of a command.
+EXTRAS = {
+    "matplotlib": "plot",
+    "scipy": "fit",
+    "xlsxwriter": "excel",
+    "pyarrow": "sweep",
+    "tqdm": "sweep",
+    "rainflow": "life",
+    "fmpy": "fmi",
+}
 
 
 def need(module: str, extra: str) -> Any:
@@ -16,6 +29,17 @@ def need(module: str, extra: str) -> Any:
         package = module.partition(".")[0]
         if error.name is not None and error.name.partition(".")[0] != package:
             raise
-        raise MissingError(
-            f"this needs {package}: pip install 'dth-hammer[{extra}]'", name=package
-        ) from None
+        raise _missing([package], [extra]) from None
+
+
+def need_all(packages: Iterable[str]) -> None:
+    """Raises one error that names every missing package and the command that installs all."""
+    lacking = [name for name in packages if importlib.util.find_spec(name) is None]
+    if lacking:
+        raise _missing(lacking, sorted({EXTRAS[name] for name in lacking}))
+
+
+def _missing(packages: list[str], extras: list[str]) -> MissingError:
+    names = " and ".join([", ".join(packages[:-1]), packages[-1]] if packages[1:] else packages)
+    text = f"this needs {names}: pip install 'dth-hammer[{','.join(extras)}]'"
+    return MissingError(text, name=packages[0])

@@ -181,7 +181,7 @@ def life(
     names = [name for name in _native.wave_names(given) if "_stress[" in name]
     found = steady(given)
     if found.kind == "stalled":
-        raise RefusedError("the hammer comes to rest: nothing strikes")
+        raise RefusedError("the hammer comes to rest: it strikes no blows")
     blows = found.blows if found.repeats else IRREGULAR
     period = float(found.mean["period"])
     begin, end = SETTLED * period, (SETTLED + blows) * period
@@ -206,7 +206,7 @@ def life(
 
 
 def _meshed(given: dict[str, float], own: Mapping[str, Value], curve: SNCurve) -> dict[str, float]:
-    """With a mesh for stresses, where nobody has chosen one."""
+    """Adds a mesh for stresses, unless the parameters choose one."""
     if any(name == "mesh.degree" or name.endswith(".elements") for name in own):
         return given
     error = (1.0 + LIFE_ERROR) ** (1.0 / curve.slope) - 1.0
@@ -264,7 +264,7 @@ def ranges(turns: Iterable[float]) -> Array:
 
 
 def _counted(turns: Array, curve: SNCurve) -> dict[str, float]:
-    """What a place's history comes to. It repeats: it begins and ends at its largest value."""
+    """Returns the damage of a place's history, which repeats: it begins at its largest value."""
     top = int(np.argmax(turns))
     history = _filtered(np.concatenate((turns[top:], turns[: top + 1])))
     counted = ranges(history)
@@ -279,7 +279,7 @@ def _counted(turns: Array, curve: SNCurve) -> dict[str, float]:
 
 
 def _filtered(turns: Array) -> Array:
-    """The history without the turns that are too close to the one kept before."""
+    """Returns the history without the turns that are too close to the one kept before."""
     least, history = LEAST * float(np.ptp(turns)), [float(turns[0])]
     rising = 0.0
     for value in map(float, turns[1:]):

@@ -356,7 +356,7 @@ def _name_parts(
 
 
 def _apart(wanted: list[float], room: float, top: float) -> list[float]:
-    """Rising places near those wanted, a room apart, the last at most at the top."""
+    """Returns positions near those wanted, at least ``room`` apart, none above the top."""
     order = sorted(range(len(wanted)), key=wanted.__getitem__)
     places = list(wanted)
     for below, above in itertools.pairwise(order):

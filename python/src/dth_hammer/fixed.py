@@ -1,4 +1,4 @@
-"""A dictionary that tables carry along: pandas copies what a table carries at every operation."""
+"""A dictionary for a table's ``attrs``, which pandas copies at every operation."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 
 class Fixed(dict[str, str]):
-    """Texts by name that nobody changes: a copy shares them."""
+    """An immutable dictionary of texts: copies share it."""
 
     def __deepcopy__(self, _memo: dict[int, Any]) -> Fixed:
         return self

@@ -28,7 +28,7 @@ Again = Callable[[Mapping[str, float]], "tuple[Array, Hammer]"]
 
 @dataclass(frozen=True)
 class Derivatives:
-    """Derivatives of what a run gives, a row for each number that they are by."""
+    """Derivatives of a run's results, one row per parameter."""
 
     #: Of the shape of what is read, by each; where events change places the mean of both sides.
     values: list[Array]
@@ -49,7 +49,7 @@ def derivatives(numbers: Mapping[str, float], by: Sequence[str], again: Again) -
         again: repeats the run with some numbers changed.
     """
     for _, why in _native.unread(dict(numbers), [*by]):
-        raise DomainError(f"there is no derivative by what is not read: {why}")
+        raise DomainError(f"no derivative by a parameter that is not read: {why}")
     shape: list[tuple[int, ...]] = []
 
     def run(changed: Mapping[str, float]) -> tuple[Array, _native.Machine]:
@@ -70,7 +70,7 @@ def derivatives(numbers: Mapping[str, float], by: Sequence[str], again: Again) -
 def smooth(
     found: Derivatives, rows: Array, at: Mapping[str, float]
 ) -> tuple[Derivatives, list[str]]:
-    """Derivatives without those that mean nothing, and a sentence for each doubt.
+    """Returns the meaningful derivatives, and a sentence for each doubtful one.
 
     A motion that does not settle multiplies a small change by ten and more a blow: its derivatives
     grow without bound, and hold for next to nothing.
@@ -98,7 +98,7 @@ def smooth(
 
 
 def differentiable(names: Iterable[str]) -> list[str]:
-    """The names, each once, if there are derivatives by them."""
+    """Returns the names, each once; raises if there is no derivative by one."""
     known, chosen = _native.arguments(), [*dict.fromkeys(names)]
     for name in chosen:
         if name not in known:

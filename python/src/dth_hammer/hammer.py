@@ -1,4 +1,4 @@
-"""A live hammer: variables by name, steps, states to go back to."""
+"""A running hammer: variables by name, steps, saved states."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SHOWN = ("blow_count", "blow_energy", "blow_period", "rop", "hole_depth")
 
 
 class Reader:
-    """Reads the same variables again and again, without naming them again."""
+    """Reads the same variables at every step without looking up their names."""
 
     def __init__(self, hammer: Hammer, variables: Iterable[Variable]) -> None:
         self._hammer, self.variables = hammer, [*variables]
@@ -30,7 +30,7 @@ class Reader:
         return self._hammer.machine.read(self._selection)
 
     def named(self) -> dict[str, float]:
-        """Values by name; what counts things is an int."""
+        """Returns values by name; counters are ints."""
         found = zip(self.variables, self(), strict=True)
         return {v.name: int(number) if v.counts else number for v, number in found}
 
@@ -78,7 +78,7 @@ class Hammer:
     def machine(self) -> _native.Machine:
         """Returns the engine of a hammer that is not closed."""
         if self._machine is None:
-            raise ClosedError("this hammer is closed: read it before, or make another")
+            raise ClosedError("this hammer is closed: read its values before, or make another")
         return self._machine
 
     @property
@@ -213,7 +213,7 @@ class Hammer:
         return f"<Hammer {state}, {len(self._initial)} parameters set>"
 
     def _repr_html_(self) -> str:
-        """For notebooks: where it is, and what it has drilled."""
+        """Returns HTML for notebooks: time, blows and hole."""
         if self.closed:
             return f"<p>{html.escape(repr(self))}</p>"
         rows = [("time", f"{self.time:g} s")]
@@ -222,10 +222,8 @@ class Hammer:
         return f"<table>{cells}</table>"
 
     def __reduce__(self) -> NoReturn:
-        """An engine lives in one process, and only once."""
-        raise TypeError(
-            "a hammer is neither copied nor pickled: carry its state by save and restore"
-        )
+        """Raises: an engine can be neither copied nor moved to another process."""
+        raise TypeError("a hammer cannot be copied or pickled: use its methods save and restore")
 
     def __enter__(self) -> Hammer:
         return self

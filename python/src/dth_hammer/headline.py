@@ -1,4 +1,4 @@
-"""The page of a hammer in a table: what an engineer hands on, in the units that she uses."""
+"""The numbers of a hammer that an engineer reports, in field units."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a hammer does in the long run, whether it repeats or not: means over blows, with errors."""
+"""Long-run means over blows, with errors, of hammers that repeat or not."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ class Steady:
         if not (np.isfinite(number) and number > 0.0):
             raise DomainError(f"rate = {number:g} m/s is not finite and above 0")
         if self.kind == "stalled":
-            raise RefusedError("the hammer comes to rest: a rate says nothing of it")
+            raise RefusedError("the hammer comes to rest: no specific energy follows from a rate")
         work = self.mean["energy_rock_dissipated"] + self.mean["energy_viscous"]
         return float(work / self.mean["period"] / (0.25 * np.pi * diameter**2 * number))
 
@@ -166,7 +166,7 @@ class Steady:
 
 
 def named(name: str) -> str:
-    """A mean's name, if there is one."""
+    """Returns the name of a mean; raises if there is none."""
     if name not in MEANS:
         raise UnknownNameError("mean", name, MEANS)
     return name
@@ -183,7 +183,7 @@ DEFAULTS = _native.wanted()
 
 @dataclass(frozen=True)
 class Wanted:
-    """How long-run responses are sought."""
+    """How long-run responses are found."""
 
     #: Largest standard error of both rates, or by name of any means, over the mean.
     error: float | Mapping[str, float] = DEFAULTS["error"]
@@ -285,7 +285,7 @@ def responses(
     progress: bool = False,
     stopped: Callable[[], bool] = lambda: False,
 ) -> Iterator[tuple[int, Steady | str]]:
-    """Long-run responses of many hammers, as they come; text says why one is refused.
+    """Yields the long-run responses of many hammers as they finish; text says why one is refused.
 
     Threads are as many as cores if nobody says.
 
@@ -318,7 +318,7 @@ def cores() -> int:
 
 
 def _answer(values: Sequence[float], point: Mapping[str, float], warnings: Sequence[str]) -> Steady:
-    """What the engine answers."""
+    """Returns a response from the engine's answer."""
     returns, blows, reached, *numbers = values
     kind = {-1: "stalled", 0: "irregular", 1: "cycle"}.get(int(returns), f"cycle of {returns:g}")
     parts = np.array(numbers).reshape(3, len(MEANS))
@@ -337,10 +337,10 @@ def _table(parts: Array, given: Mapping[str, float]) -> pd.DataFrame:
 
 
 def numbers_of(scene: Hammerlike, preset: str | None) -> dict[str, float]:
-    """Checked numbers of a hammer on which nothing acts on the way."""
+    """Returns the checked numbers of a hammer without inputs over time."""
     given, signals = _numbers(scene, preset)
     if signals:
-        raise DomainError(f"{', '.join(signals)} over time: only constant inputs are taken here")
+        raise DomainError(f"{', '.join(signals)} over time: only constant inputs are possible here")
     return given
 
 
@@ -353,7 +353,7 @@ def _numbers(scene: Hammerlike, preset: str | None) -> tuple[dict[str, float], d
 
 
 class _Bar:
-    """Progress, if it is wanted."""
+    """A progress bar, if it is wanted."""
 
     def __init__(self, shown: bool, total: int = 1) -> None:
         self._total = total
@@ -375,7 +375,7 @@ class _Bar:
 
 @dataclass(frozen=True)
 class Acts:
-    """What acts on a hammer on the way."""
+    """Inputs over time, controller and partner of a hammer."""
 
     signals: Mapping[str, Function]
     control: Callable[[Hammer], None] | None
@@ -387,7 +387,9 @@ class Acts:
         """Makes a step."""
         coupled = self.partner(hammer) if self.partner else hammer
         if not hasattr(coupled, "advance"):
-            raise DomainError(f"partner makes a {type(coupled).__name__}, which steps no hammer")
+            raise DomainError(
+                f"partner returned a {type(coupled).__name__}, which does not step a hammer"
+            )
 
         def step() -> None:
             to = hammer.time + self.size
@@ -405,11 +407,11 @@ def moved(
     acts: Acts,
     tell: Callable[[int, float], None] = lambda *_: None,
 ) -> Steady:
-    """Of a hammer that Python moves."""
+    """Returns the long-run response of a hammer that Python steps."""
     for name in wanted.by_mean:
         if name.startswith("rebound"):
             raise DomainError(
-                f"{name} is not known of a hammer that something acts on: ask for no error"
+                f"{name} has no error with inputs over time, control or a partner: leave it out"
             )
     start = dict(given) | {name: signal(0.0) for name, signal in acts.signals.items()}
     with Hammer(start) as hammer:
@@ -459,7 +461,9 @@ def _blows(hammer: Hammer, step: Callable[[], None], limit: float) -> Iterator[l
         own, works = numbers[: len(BLOW)], np.array(numbers[len(BLOW) + 2 :])
         peaks = np.maximum(peaks, numbers[len(BLOW) : len(BLOW) + 2])
         if now > count + 1:
-            raise DomainError(f"{now - count:g} blows in one step at {hammer.time:g} s: step less")
+            raise DomainError(
+                f"{now - count:g} blows in one step at {hammer.time:g} s: give a smaller step"
+            )
         if now > count:
             if own[0] > 0.0:
                 yield [*own, np.nan, *peaks, *(works - before), rop * own[0]]

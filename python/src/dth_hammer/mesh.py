@@ -1,4 +1,4 @@
-"""Which mesh a hammer needs for what is read of it: the engine's own rule, see the guide."""
+"""The mesh that a result with a given error needs, by the engine's rule."""
 
 from __future__ import annotations
 
@@ -57,10 +57,10 @@ def mesh_for(
     """
     known = _native.mesh_readings()
     if of not in known:
-        raise DomainError(f"of = {of!r} is not {', '.join(known)}")
+        raise DomainError(f"of = {of!r} must be one of {', '.join(known)}")
     error = known[of] if error is None else error
     if not 0.0 < error < 1.0:
-        raise DomainError(f"error = {error:g} is not within 0 and 1")
+        raise DomainError(f"error = {error:g} must be between 0 and 1")
     given = numbers(preset, parameters)
     front, advice = _native.mesh(given, of, error)
     if advice is None:

@@ -168,7 +168,7 @@ class _Row:
 
     @property
     def feasible(self) -> bool:
-        """Whether it is a design that keeps its limits."""
+        """Whether the design satisfies its limits."""
         return self.steady is not None and bool((self.passed <= KEPT).all())
 
 
@@ -185,7 +185,7 @@ class _Problem:
     ) -> None:
         self.names = [*free] if design else differentiable(free)
         if not self.names:
-            raise DomainError("give bounds of what is free")
+            raise DomainError("free is empty: give bounds of at least one parameter")
         self.goal, self.given, self.design = _measure(goal), given, design
         bounds = [[self._number(name, bound) for bound in free[name]] for name in self.names]
         self.low, self.high = np.array(bounds, dtype=float).T
@@ -213,7 +213,7 @@ class _Problem:
         chosen = dict(zip(self.names, map(float, values), strict=True))
         made = self.design(chosen) if self.design else chosen
         if not isinstance(made, Mapping):
-            raise DomainError(f"design makes {made!r}, which is no mapping of parameters by name")
+            raise DomainError(f"design returned {made!r}, not parameters by name")
         return {
             **self.given,
             **{name: VARIABLES.settable(name).number(x) for name, x in made.items()},
@@ -256,7 +256,7 @@ class _Problem:
         rows = [row for row in self.rows if row.feasible]
         if not rows:
             why = next((row.refused for row in self.rows if row.refused), "the limits")
-            raise RefusedError(f"none of {len(self.rows)} designs keeps to {why}")
+            raise RefusedError(f"none of {len(self.rows)} designs satisfies {why}")
         return min([r for r in rows if r.start >= start] or rows, key=lambda row: row.cost)
 
     def cost(self, row: _Row) -> float:
@@ -281,7 +281,7 @@ _Side = tuple[str, Callable[[Steady], float], float, float, float]
 
 
 def _limits(limits: Mapping[Measure, Limit]) -> Iterator[_Side]:
-    """Returns one number per side of each limit; a positive one violates it."""
+    """Returns one number per side of each limit; a positive one violates the limit."""
     for given, pair in limits.items():
         name = given if isinstance(given, str) else getattr(given, "__name__", "limit")
         of = _measure(given)

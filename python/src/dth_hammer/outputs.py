@@ -40,7 +40,7 @@ def check(path: str | Path, kinds: Iterable[str] = TABLES) -> Path:
             path.unlink()
         # A file is written beside its name and then takes it: the folder must allow that.
         if not os.access(path.parent, os.W_OK):
-            raise OutputError(f"nothing can be written into {path.parent}")
+            raise OutputError(f"cannot write into {path.parent}")
     except OutputError:
         raise
     except OSError as error:

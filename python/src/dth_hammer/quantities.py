@@ -172,7 +172,7 @@ def convert(frame: Displayed, units: str | Mapping[str, str]) -> Displayed:
 
 
 def _framed(table: Any) -> None:
-    """Refuses what is no table."""
+    """Raises unless the value is a table of this package."""
     if not (hasattr(table, "attrs") and hasattr(table, "columns")):
         raise DomainError(f"{type(table).__name__}: give a run or a table of this package")
 

@@ -50,11 +50,11 @@ class Record:
         try:
             times, values, errors = self.times, self.values, self.errors
         except (TypeError, ValueError) as error:
-            raise DomainError(f"a record of {self.signal} is of numbers: {error}") from None
+            raise DomainError(f"the samples of {self.signal} must be numbers: {error}") from None
         if not len(times) or (np.diff(times) <= 0.0).any() or times[0] < 0.0:
             raise DomainError(f"a record of {self.signal} needs rising times from 0 on")
         if not np.isfinite(values).all():
-            raise DomainError(f"a record of {self.signal} has samples that are no numbers")
+            raise DomainError(f"a sample of {self.signal} is not a finite number")
         if errors.shape != times.shape or not (errors > 0.0).all() or not np.isfinite(errors).all():
             raise DomainError(
                 f"a record of {self.signal} needs one error above 0, or one for each sample"
@@ -121,4 +121,6 @@ def _impact(numbers: Mapping[str, float], number: int) -> float:
                 return times[number - count - 1]
             count, last = count + len(times), times[-1] if times else last
             if hammer.time - last > LONGEST:
-                raise DomainError(f"blow {number} does not come: none for {LONGEST:g} s")
+                raise DomainError(
+                    f"blow {number} does not occur: the hammer strikes none for {LONGEST:g} s"
+                )

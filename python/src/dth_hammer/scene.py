@@ -79,9 +79,9 @@ class Scene:
         except (OSError, UnicodeDecodeError) as error:
             raise DomainError(f"{path} cannot be read: {error}") from None
         except json.JSONDecodeError as error:
-            raise DomainError(f"{path} is no JSON: {error}") from None
+            raise DomainError(f"{path} is not JSON: {error}") from None
         if not isinstance(content, dict):
-            raise DomainError(f"{path} is no scene: it must be an object in braces")
+            raise DomainError(f"{path} is not a scene: it must be an object in braces")
         for key in content:
             if key not in KEYS:
                 raise UnknownNameError(f"part of a scene ({path.name})", key, KEYS)
@@ -106,7 +106,7 @@ def _object(content: Mapping[str, Any], key: str, path: Path) -> dict[str, Any]:
 def _signal(name: str, value: Any) -> Signal:
     if isinstance(value, dict):
         if not value:
-            raise DomainError(f"the input {name} has no instant")
+            raise DomainError(f"the input {name} has no instants")
         return pd.Series([*value.values()], index=[*value], dtype=object)
     if isinstance(value, (int, float, str)):
         return value

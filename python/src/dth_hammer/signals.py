@@ -52,7 +52,7 @@ def _rising(times: Iterable[Any], name: str, twice: bool = False) -> Array:
     else:
         instants = np.array([quantities.seconds(t, f"{name}[{i}]") for i, t in enumerate(index)])
     if not len(instants):
-        raise DomainError(f"{name} has no instant")
+        raise DomainError(f"{name} has no instants")
     if twice and instants[0] < 0.0:
         raise DomainError(f"{name} begins at {instants[0]:g} s, before the start")
     steps = np.diff(instants)
@@ -71,7 +71,7 @@ def signals_of(inputs: Mapping[str, Signal] | None) -> dict[str, Function]:
 def _signal(name: str, signal: Signal) -> Function:
     variable = VARIABLES.settable(name)
     if not variable.tunable:
-        raise DomainError(f"{name} is fixed: it can be no input over time")
+        raise DomainError(f"{name} is fixed: it cannot vary over time")
     if hasattr(signal, "index") and hasattr(signal, "to_numpy"):
         instants = instants_in(name, signal)
         values = np.array([variable.number(value) for value in signal])

@@ -37,15 +37,15 @@ STYLE: dict[Any, Any] = {
 
 
 class StyledFigure(Figure):
-    """A figure whose fonts and ticks, which matplotlib resolves when it draws, are of the style."""
+    """A figure drawn in the style: matplotlib resolves fonts and ticks only when it draws."""
 
     def draw(self, renderer: RendererBase) -> None:
-        """As of any figure, in the style."""
+        """Does what any figure does, in the style."""
         with mpl.rc_context(STYLE):
             super().draw(renderer)
 
     def savefig(self, *arguments: Any, **named: Any) -> None:
-        """As of any figure, in the style."""
+        """Does what any figure does, in the style."""
         with mpl.rc_context(STYLE):
             super().savefig(*arguments, **named)
 

@@ -95,7 +95,7 @@ def summary(
 def operation(
     table: pd.DataFrame, hole: float, air: float, pipe: Value | None, rotation: Value | None
 ) -> pd.DataFrame:
-    """A summary with what drilling needs beside: air, its velocity up the hole, advance per turn.
+    """Adds to a summary the air, its velocity up the hole, and the advance per turn.
 
     Args:
         table: a summary.

@@ -121,7 +121,7 @@ def sweep(
     points = [checked(None, point) for point in _points(grid)]
     chosen = {"": Case()} if cases is None else dict(cases)
     if not chosen:
-        raise DomainError("cases has no case")
+        raise DomainError("cases is empty: give at least one, or leave it out")
     shared: dict[str, Any] = {
         "common": common,
         "until": end,

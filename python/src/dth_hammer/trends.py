@@ -198,7 +198,7 @@ def box_of(given: Mapping[str, float], widths: Mapping[str, float]) -> dict[str,
         if not 0.0 < width < 1.0:
             raise DomainError(f"the width of {name} = {width} must be above 0 and below 1")
         if values[name] == 0.0:
-            raise DomainError(f"{name} = 0 has no part of it: give it a value")
+            raise DomainError(f"{name} is 0, and widths are relative: give it another value")
     return dict(widths)
 
 

@@ -61,7 +61,7 @@ class Variable:
 
     @property
     def counts(self) -> bool:
-        """Whether it is a number of things, though ports are Reals."""
+        """Whether the value is a count, although its port is a Real."""
         return self.quantity == "Count"
 
     @property

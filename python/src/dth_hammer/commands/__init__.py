@@ -1,7 +1,8 @@
 """The subcommands of `dth-hammer`: a module each.
 
-A module has ``HELP`` (a line), ``arguments(parser)`` and ``run(options)``; errors of this
-package and interrupts are told by `dth_hammer.cli`. To add one: write it, and name it here.
+A module has ``HELP`` (a line), ``arguments(parser)`` and ``run(options)``, and ``NEEDS`` if it
+needs optional packages whatever its options are. `dth_hammer.cli` prints errors and handles
+interrupts. To add a command, write its module and name it here.
 """
 
 from __future__ import annotations

@@ -12,6 +12,7 @@ from ..variables import VARIABLES
 from . import common
 
 HELP = "estimate parameters from measured means, with errors"
+NEEDS = ("scipy",)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

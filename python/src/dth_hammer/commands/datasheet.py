@@ -20,7 +20,7 @@ EXAMPLES = {
     "pressure": ', as "24 bar" or "350 psi"',
     "blow_energy": ', as "350 ft.lbf"',
     "air_flow": ', as "436 cfm", or by pressure, repeated: "17 bar=13 m3/min"',
-    "rop": ": a measured rate of penetration",
+    "rop": ', as "18 m/h"',
 }
 
 
@@ -31,11 +31,18 @@ def arguments(parser: argparse.ArgumentParser) -> None:
             f"--{name.replace('_', '-')}",
             action="append" if name == "air_flow" else "store",
             metavar="VALUE",
-            help=f"{meaning}; in {unit} or with its unit{EXAMPLES.get(name, '')}",
+            help=meaning
+            + (f"; in {unit} or with a unit" if unit != "1" else "")
+            + EXAMPLES.get(name, ""),
         )
-    parser.add_argument("--specific-energy", help="of the rock, in J/m3 or with its unit")
-    parser.add_argument("--rock", help="rock to drill: see `dth-hammer rock`")
-    parser.add_argument("--preset", help="rock of a preset: see `dth-hammer info`")
+    parser.add_argument(
+        "--specific-energy",
+        help="Work per volume that drilling the rock takes; in J/m3 or with a unit",
+    )
+    parser.add_argument("--rock", help="rock to drill, as listed by `dth-hammer rock`")
+    parser.add_argument(
+        "--preset", help="preset whose rock is drilled, as listed by `dth-hammer info`"
+    )
     parser.add_argument("-o", "--out", type=Path, help="scene to write: .json, for run and report")
     parser.add_argument("--report", type=Path, help="page about the hammer to write: .html")
     common.add_units(parser)

@@ -10,11 +10,12 @@ from ..run import Run
 from . import common
 
 HELP = "simulate the reference hammer, print its numbers, draw its figure"
+NEEDS = ("matplotlib",)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the command's arguments to its parser."""
-    parser.add_argument("--preset", help="another parameter set: see `dth-hammer info`")
+    parser.add_argument("--preset", help="parameter set to use, as listed by `dth-hammer info`")
     parser.add_argument(
         "-o", "--out", type=Path, default=Path("dth-hammer.png"), help="figure to write"
     )

@@ -12,12 +12,16 @@ HELP = "print the mesh that a stated error needs"
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the command's arguments to its parser."""
-    common.add_scene(parser)
+    common.add_hammer(parser)
     parser.add_argument(
-        "--of", default="rate", help="what is read: rate (and energies), force or stress"
+        "--of",
+        default="rate",
+        help="result that the mesh is for: rate (and energies), force or stress",
     )
     parser.add_argument(
-        "--error", type=float, help="relative error of it; 0.01 of a rate, 0.05 of the others"
+        "--error",
+        type=float,
+        help="largest relative error; 0.01 for a rate and 0.05 for the others if not given",
     )
 
 

@@ -14,6 +14,7 @@ from ..variables import VARIABLES
 from . import common
 
 HELP = "find the parameters, within bounds and limits, for which a mean is largest"
+NEEDS = ("scipy",)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

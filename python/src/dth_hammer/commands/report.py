@@ -11,6 +11,7 @@ from ..variables import VARIABLES
 from . import common
 
 HELP = "write a run as one HTML page with figures, tables and settings"
+NEEDS = ("matplotlib",)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

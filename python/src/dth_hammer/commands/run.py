@@ -24,8 +24,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--step", default=f"{STEP:g} s", help="communication step: the interval between two rows"
     )
-    parser.add_argument("--pipe", help='drill pipe, for the air\'s up-hole velocity, as "76 mm"')
-    parser.add_argument("--rotation", help='of the bit, for the advance per turn, as "30 1/min"')
+    parser.add_argument("--pipe", help='outside diameter of the drill pipe, as "76 mm"')
+    parser.add_argument("--rotation", help='turns of the bit per time, as "30 1/min"')
     parser.add_argument("--plot", type=Path, help="figure to write")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 

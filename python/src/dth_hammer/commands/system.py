@@ -10,6 +10,7 @@ from ..fmu.system import STEP, write_system
 from . import common
 
 HELP = "write an .ssp of the hammer and its drive, connected by name"
+NEEDS = ("fmpy",)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

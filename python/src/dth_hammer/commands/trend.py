@@ -10,6 +10,7 @@ from ..quantities import read
 from . import common
 
 HELP = "compute what the long-run response depends on, with errors and roughness"
+NEEDS = ("scipy",)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:

@@ -88,10 +88,10 @@ class Package:
                 self.text = archive.read(DESCRIPTION)
             root = ET.fromstring(self.text)
         except (zipfile.BadZipFile, OSError, KeyError, ET.ParseError) as error:
-            raise FmuNotFoundError(f"{path} is no FMU that can be read: {error}") from None
+            raise FmuNotFoundError(f"{path} is not a readable FMU: {error}") from None
         node = root.find("CoSimulation")
         if node is None or node.get("modelIdentifier") != Path(FILES[2]).stem:
-            raise FmuNotFoundError(f"{path} is no FMU of this hammer")
+            raise FmuNotFoundError(f"{path} is not an FMU of this hammer")
         self.name = root.attrib["modelName"]
         #: The version of FMI: 2 or 3.
         self.fmi = 3 if root.get("fmiVersion", "").startswith("3") else 2

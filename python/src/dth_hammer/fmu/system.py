@@ -1,4 +1,4 @@
-"""A hammer and what drives it as one file: a system of SSP that any of its hosts couples.
+"""A hammer and its drive in one file: an SSP system that a host couples.
 
 With FMI 2.0 the file is of SSP 1.0, with FMI 3.0 of SSP 2.0.
 
@@ -93,7 +93,7 @@ def write_system(
 
 def _fit(name: str, taken: Mapping[str, object]) -> str:
     if not name.isidentifier() or name in taken:
-        raise DomainError(f"a partner cannot be called {name!r}: take a word, not {HAMMER!r}")
+        raise DomainError(f"a partner cannot be called {name!r}: use a word other than {HAMMER!r}")
     return name
 
 
@@ -103,11 +103,11 @@ def _described(path: Path, fmi: int) -> ModelDescription:
         description: ModelDescription = fmpy.read_model_description(path)
     except Exception as error:
         text = " ".join(str(error).split()) or type(error).__name__
-        raise FmuNotFoundError(f"{path} is no FMU that can be read: {text}") from None
+        raise FmuNotFoundError(f"{path} is not a readable FMU: {text}") from None
     versions = ["2.0", "3.0"][: fmi - 1]
     if description.fmiVersion not in versions or description.coSimulation is None:
         wanted = " or ".join(versions)
-        raise FmuNotFoundError(f"{path} is no FMU of FMI {wanted} for co-simulation")
+        raise FmuNotFoundError(f"{path} is not a co-simulation FMU of FMI {wanted}")
     return description
 
 

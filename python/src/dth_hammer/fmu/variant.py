@@ -89,7 +89,7 @@ def configure(
     # The engine judges the scene before a file is written.
     Hammer(given, quiet=True).close()
     if unknown := [name for name in given if name not in rows]:
-        raise DthHammerError(f"{package.path.name} is of an older make: it has no {unknown[0]}")
+        raise DthHammerError(f"{package.path.name} is of an older version: it has no {unknown[0]}")
     fixed = _mesh_of_waves(package, given) if waves else {}
     _identify(root, package, {**given, **beside}, fixed, arrays=arrays)
     _start(root, {n: v for n, v in {**given, **beside}.items() if n not in fixed})
@@ -128,7 +128,7 @@ def _beside(root: ET.Element) -> list[Variable]:
 
 
 def _mesh_of_waves(package: Package, given: Mapping[str, float]) -> dict[str, float]:
-    """What is left one value only where the waves are listed."""
+    """Returns the parameters that may have only one value where the waves are listed."""
     if package.fmi == 3:
         raise DthHammerError(
             f"{package.path.name} has the waves as arrays: configure it with arrays (--arrays)"
@@ -148,14 +148,14 @@ def _identify(
     *,
     arrays: bool,
 ) -> None:
-    """Tells the library what the description starts with: all hosts hand its identity over."""
+    """Writes the start values into the GUID, which every host hands to the library."""
     identity = IDENTITY[package.fmi]
     plain, begin = _identity_parts(root, package)
     rest = root.attrib[identity].removeprefix(plain)
     arrays = arrays or rest.endswith(ARRAYS)
     rest = rest.removesuffix(ARRAYS).removeprefix(begin)
     if WAVES in rest:
-        raise DthHammerError(f"{package.path.name} lists waves already: take the plain FMU")
+        raise DthHammerError(f"{package.path.name} lists waves already: use the plain FMU")
     rows = _rows(root)
     started = _started(rest) | {rows[n][0]: v for n, v in given.items()}
     started = {r: v for r, v in started.items() if r not in {rows[n][0] for n in fixed}}
@@ -236,7 +236,7 @@ def _list_waves(
 ) -> int:
     node = root.find("VendorAnnotations/Tool[@name='dth_hammer']/Waves")
     if node is None:
-        raise DthHammerError(f"{package.path.name} tells nothing of the inside of its bars")
+        raise DthHammerError(f"{package.path.name} does not list stresses along its bodies")
     families = {row.attrib["name"]: row.attrib for row in node.iter("Family")}
     variables, structure = root.find("ModelVariables"), root.find("ModelStructure")
     assert variables is not None
@@ -254,7 +254,7 @@ def _list_waves(
 
 
 def _list_arrays(root: ET.Element, package: Package) -> int:
-    """Lists them as the description tells of them; the number of outputs added."""
+    """Lists the arrays and returns the number of outputs added."""
     node = root.find("Annotations/Annotation[@type='dth_hammer.arrays']/Arrays")
     variables, structure = root.find("ModelVariables"), root.find("ModelStructure")
     if node is None or variables is None or structure is None:

@@ -47,7 +47,7 @@ class Water:
 
 
 class WaterDrive:
-    """The water's state and its rates; a partner for `dth_hammer.Coupling`.
+    """The state of the water and its rates; a partner for `dth_hammer.Coupling`.
 
     State: drive pressure, spool (-1 outlet, 1 hose), then pressure and flow of each part
     of the hose from the hammer to the pump. The valve's command is kept beside it.
@@ -102,7 +102,7 @@ class WaterDrive:
         return before / (before - after) if after > 0.0 else math.inf
 
     def _flow(self, share: float, drop: float) -> float:
-        """Through the valve, turbulent but for small drops, m3/s."""
+        """Returns the flow through the valve, m3/s: turbulent, except for small pressure drops."""
         laminar = self.water.laminar
         return self.orifice * share * drop / math.sqrt(math.hypot(drop, laminar))
 
