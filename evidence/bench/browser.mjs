@@ -47,7 +47,7 @@ for (const word of words) {
   else if (name in actions) action = actions[name];
   else if (name === "rigid") values.fidelity = 1;
   else if (name === "elements") values["piston.elements"] = values["bit.elements"] = Number(value);
-  else if (name === "degree") values["mesh.degree"] = Number(value);
+  else if (value !== undefined && name in variables) values[name] = Number(value);
   else throw new Error(`${word}: no such word`);
 }
 

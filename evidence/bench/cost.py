@@ -42,8 +42,8 @@ BODIES = {
     "rigid": ["rigid"],
     "16": [],
     "64": ["elements=64"],
-    "16, degree 7": ["elements=16", "degree=7"],
-    "20, degree 1": ["elements=20", "degree=1"],
+    "16, degree 7": ["elements=16", "mesh.degree=7"],
+    "20, degree 1": ["elements=20", "mesh.degree=1"],
 }
 
 PYTHON = """

@@ -4,8 +4,8 @@
 //!
 //! Words after the number: `rock`, `feed`: what differs from run to run; `start`: up to the second
 //! blow only; `mean`: the long-run response; `gradient`: a run of 1 s with its derivatives by the
-//! rock's stiffness and the feed force; `steps`: in ten steps; `rigid`, `elements=20`, `degree=3`,
-//! `casing=40`: the bodies; `chambers`: the drive; `coupled`: pressures with their derivatives, set
+//! rock's stiffness and the feed force; `steps`: in ten steps; `rigid`, `elements=20`,
+//! `preset=top_hammer`, `mesh.degree=3` or any other number of the table: the scene; `chambers`: the drive; `coupled`: pressures with their derivatives, set
 //! every 100 us; `AVX2` and the like: the vectors.
 
 mod callgrind;
@@ -13,6 +13,7 @@ mod callgrind;
 use callgrind::instructions;
 use hammer::periodic::{Wanted, steady};
 use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
+use hammer::variables::{Role, Slot, VARIABLES};
 use hammer::{Error, Fidelity, Input, Source, Vectors};
 
 /// Length of a run, s.
@@ -75,6 +76,25 @@ fn coupled(scene: &Scene, _: u32) -> Result<f64, Error> {
     Ok(machine.kinematics().hole_depth)
 }
 
+/// Sets a parameter or an input of the table.
+fn set(scene: &mut Scene, name: &str, value: &str) -> Result<(), Box<dyn std::error::Error>> {
+    let row = VARIABLES.iter().find(|row| row.name == name).ok_or("no such variable")?;
+    match row.role {
+        Role::Parameter { slot: Slot::Real(_, access), .. } => {
+            *access(&mut scene.parameters) = value.parse()?;
+        }
+        Role::Parameter { slot: Slot::Integer(access), .. } => {
+            *access(&mut scene.parameters) = value.parse()?;
+        }
+        Role::Parameter { slot: Slot::Choice(_, _, choose), .. } => {
+            choose(&mut scene.parameters, value.parse()?);
+        }
+        Role::Input { start, .. } => *start(&mut scene.inputs) = value.parse()?,
+        _ => return Err(format!("{name}: neither a parameter nor an input").into()),
+    }
+    Ok(())
+}
+
 impl Plan {
     fn new(words: &[String]) -> Result<Self, Box<dyn std::error::Error>> {
         let mut plan = Self { scene: Scene::default(), varied: Vec::new(), action: run, steps: 1 };
@@ -93,7 +113,6 @@ impl Plan {
                     plan.action = coupled;
                 }
                 ("rigid", _) => p.fidelity = Fidelity::Rigid,
-                ("casing", mass) => p.casing.mass = mass.parse()?,
                 ("elements", count) => {
                     (p.piston.elements, p.bit.elements) = (count.parse()?, count.parse()?);
                 }
@@ -101,7 +120,7 @@ impl Plan {
                     let preset = hammer::presets::Preset::named(name).ok_or("no such preset")?;
                     (plan.scene.parameters, plan.scene.inputs) = preset.start();
                 }
-                ("degree", degree) => p.mesh.degree = degree.parse()?,
+                (name, value) if !value.is_empty() => set(&mut plan.scene, name, value)?,
                 (name, _) => {
                     let vectors = Vectors::available().find(|v| v.to_string() == name);
                     if !vectors.is_some_and(Vectors::select) {

@@ -6,15 +6,16 @@
 use crate::interrupt;
 use crate::modal::block::Block;
 use crate::modal::structure::{Attachment, Structure};
-use crate::numerics::kernel::inner_product;
+use crate::numerics::combine::combine_in_order;
+use crate::numerics::kernel::{LANES, inner_product};
 use crate::numerics::rank_one;
 
 /// Modes of joined bodies.
 pub(crate) struct Joined {
     /// Squared frequencies, rad2/s2.
     omega2: Vec<f64>,
-    /// Each mode in the bodies' own.
-    shapes: Vec<Vec<f64>>,
+    /// Each mode in the bodies' own, one after the other, filled up to whole groups.
+    shapes: Vec<f64>,
     /// Shapes of the structure's attachments in these modes.
     attached: Vec<Vec<f64>>,
     /// The translation of all bodies in these modes, if the structure slides.
@@ -25,8 +26,9 @@ impl Joined {
     /// Those of a structure with its proportional springs. None if an interrupt comes.
     pub(crate) fn new(structure: &Structure) -> Option<Self> {
         let n = structure.omega2.len();
-        let axis = |i| (0..n).map(|k| f64::from(u8::from(i == k))).collect();
-        let (omega2, shapes) = (structure.omega2.to_vec(), (0..n).map(axis).collect());
+        let (omega2, room) = (structure.omega2.to_vec(), n.next_multiple_of(LANES));
+        let mut shapes = vec![0.0; n * room];
+        shapes.iter_mut().step_by(room + 1).for_each(|own| *own = 1.0);
         let mut joined = Self { omega2, shapes, attached: Vec::new(), sliding: None };
         for spring in &structure.proportional {
             joined.take_in(spring)?;
@@ -40,10 +42,15 @@ impl Joined {
     fn take_in(&mut self, spring: &Attachment) -> Option<()> {
         let shape = self.amplitudes(spring.shape);
         let pairs = rank_one::pairs(&self.omega2, spring.stiffness, &shape);
-        let modes = pairs
-            .into_iter()
-            .map(|(omega2, mode)| (!interrupt::is_set()).then(|| (omega2, self.in_bodies(&mode))));
-        (self.omega2, self.shapes) = modes.collect::<Option<_>>()?;
+        let mut shapes = Vec::with_capacity(self.shapes.len());
+        for (_, mode) in &pairs {
+            if interrupt::is_set() {
+                return None;
+            }
+            shapes.extend(self.in_bodies(mode));
+        }
+        self.omega2 = pairs.into_iter().map(|(omega2, _)| omega2).collect();
+        self.shapes = shapes;
         Some(())
     }
 
@@ -61,20 +68,25 @@ impl Joined {
 
     /// A block of these modes in the bodies' own.
     pub(crate) fn block(&self, block: Block) -> Block {
-        let shapes = block.shapes.each_ref().map(|shape| self.in_bodies(shape));
+        let count = self.omega2.len();
+        let shapes = block.shapes.each_ref().map(|shape| {
+            let mut shape = self.in_bodies(shape);
+            shape.truncate(count);
+            shape
+        });
         Block { shapes, ..block }
     }
 
     /// A point's amplitudes in these modes, from those in the bodies' own.
     fn amplitudes(&self, shape: &[f64]) -> Vec<f64> {
-        self.shapes.iter().map(|mode| inner_product(mode, shape)).collect()
+        let modes = self.shapes.chunks_exact(shape.len().next_multiple_of(LANES));
+        modes.map(|mode| inner_product(mode, shape)).collect()
     }
 
+    /// A shape in the bodies' own modes, filled up to whole groups.
     fn in_bodies(&self, shape: &[f64]) -> Vec<f64> {
-        let mut sum = vec![0.0; shape.len()];
-        for (amplitude, mode) in shape.iter().zip(&self.shapes) {
-            sum.iter_mut().zip(mode).for_each(|(s, x)| *s += amplitude * x);
-        }
+        let mut sum = vec![0.0; shape.len().next_multiple_of(LANES)];
+        combine_in_order(&self.shapes, shape, &mut sum);
         sum
     }
 }

@@ -70,22 +70,59 @@ const ROWS_AT_ONCE: usize = 512;
 /// Columns that are added to these sums together.
 const TOGETHER: usize = 8;
 
-/// `part += sum x_k column_k` for a few columns, in their order.
+/// `part += sum x_k column_k` for [`TOGETHER`] columns, in their order; `part` counts as zero where it is
+/// `FRESH`. (Chained iterators, which need no check of bounds.)
 #[inline(always)]
-fn add_columns<S: Simd, const COUNT: usize>(
+fn add_columns<S: Simd, const FRESH: bool>(
     simd: S,
     (columns, stride): (&[f64], usize),
     x: &[f64],
     part: &mut [f64],
 ) {
     let size = part.len();
-    let column = |k: usize| S::as_simd_f64s(&columns[k * stride..][..size]).0;
-    let columns: [&[S::f64s]; COUNT] = std::array::from_fn(column);
-    let x: [S::f64s; COUNT] = std::array::from_fn(|k| simd.splat_f64s(x[k]));
-    for (g, part) in S::as_mut_simd_f64s(part).0.iter_mut().enumerate() {
-        for k in 0..COUNT {
-            *part = simd.add_f64s(*part, simd.mul_f64s(x[k], columns[k][g]));
+    let column = |k: usize| S::as_simd_f64s(&columns[k * stride..][..size]).0.iter();
+    let x: [S::f64s; TOGETHER] = std::array::from_fn(|k| simd.splat_f64s(x[k]));
+    let (low, high) = (
+        column(0).zip(column(1)).zip(column(2)).zip(column(3)),
+        column(4).zip(column(5)).zip(column(6)).zip(column(7)),
+    );
+    let parts = S::as_mut_simd_f64s(part).0.iter_mut();
+    for ((part, (((a, b), c), d)), (((e, f), g), h)) in parts.zip(low).zip(high) {
+        let mut sum = if FRESH { simd.splat_f64s(0.0) } else { *part };
+        for (x, column) in x.into_iter().zip([a, b, c, d, e, f, g, h]) {
+            sum = simd.add_f64s(sum, simd.mul_f64s(x, *column));
         }
+        *part = sum;
+    }
+}
+
+/// The same for one column.
+#[inline(always)]
+fn add_column<S: Simd>(simd: S, column: &[f64], x: f64, part: &mut [f64]) {
+    let x = simd.splat_f64s(x);
+    let column = S::as_simd_f64s(&column[..part.len()]).0;
+    for (part, c) in S::as_mut_simd_f64s(part).0.iter_mut().zip(column) {
+        *part = simd.add_f64s(*part, simd.mul_f64s(x, *c));
+    }
+}
+
+/// `part := sum x_k column_k` in the order of the columns, a few at a time.
+#[inline(always)]
+fn sum_columns<S: Simd>(simd: S, (columns, stride): (&[f64], usize), x: &[f64], part: &mut [f64]) {
+    let whole = x.len() / TOGETHER * TOGETHER;
+    if whole == 0 {
+        part.fill(0.0);
+    }
+    for (k, x) in x[..whole].chunks_exact(TOGETHER).enumerate() {
+        let columns = &columns[k * TOGETHER * stride..];
+        if k == 0 {
+            add_columns::<S, true>(simd, (columns, stride), x, part);
+        } else {
+            add_columns::<S, false>(simd, (columns, stride), x, part);
+        }
+    }
+    for (k, x) in (whole..).zip(&x[whole..]) {
+        add_column(simd, &columns[k * stride..], *x, part);
     }
 }
 
@@ -100,23 +137,21 @@ fn combine_far<S: Simd>(simd: S, columns: Columns, x: [&[f64]; 2], out: &mut [f6
         out.fill(0.0);
         for (numbers, x) in [first, second].into_iter().zip(x) {
             for (block, x) in numbers.chunks(BLOCK * stride).zip(x.chunks(BLOCK)) {
-                part.fill(0.0);
-                let each = block.chunks(TOGETHER * stride).zip(x.chunks(TOGETHER));
-                for (columns, x) in each {
-                    if x.len() == TOGETHER {
-                        add_columns::<S, TOGETHER>(simd, (&columns[start..], stride), x, part);
-                        continue;
-                    }
-                    for (column, x) in columns.chunks_exact(stride).zip(x.chunks(1)) {
-                        add_columns::<S, 1>(simd, (&column[start..], stride), x, part);
-                    }
-                }
+                sum_columns(simd, (&block[start..], stride), x, part);
                 let parts = S::as_simd_f64s(part).0;
                 for (sum, part) in S::as_mut_simd_f64s(out).0.iter_mut().zip(parts) {
                     *sum = simd.add_f64s(*sum, *part);
                 }
             }
         }
+    }
+}
+
+vectorised! {
+    /// `out := sum x_k column_k` in the order of the columns, each as long as `out`, which is of whole
+    /// groups: `n` roundings of a term.
+    pub fn combine_in_order(columns: &'a [f64], x: &'a [f64], out: &'a mut [f64]) -> () as CombineInOrder, simd {
+        sum_columns(simd, (columns, out.len()), x, out);
     }
 }
 

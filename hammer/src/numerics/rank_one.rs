@@ -20,35 +20,39 @@ pub fn pairs(d: &[f64], k: f64, z: &[f64]) -> Vec<(f64, Vec<f64>)> {
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|&i, &j| d[i].total_cmp(&d[j]));
     let reach = k * inner_product(z, z).sqrt();
-    let axis = |i: usize, x: f64| {
-        let mut v = vec![0.0; n];
-        v[i] = x;
-        v
-    };
     // Directions that the dyad moves, one for each value of D, and those that it leaves alone.
-    let (mut moved, mut list): (Vec<Moved>, _) = (Vec::new(), Vec::new());
+    let (mut moved, mut left): (Vec<Moved>, Vec<(f64, Direction)>) = (Vec::new(), Vec::new());
     for i in order {
-        let mut next = Moved { d: d[i], z: z[i], v: axis(i, 1.0) };
+        let mut next = Moved { d: d[i], z: z[i], v: vec![(i, 1.0)] };
         let equal = moved.last().is_some_and(|last| d[i] - last.d <= EQUAL * d[i]);
         if let Some(last) = moved.pop_if(|_| equal) {
-            let (both, left) = next.turned(last);
+            let (both, still) = next.turned(last);
             next = both;
-            list.push((next.d, left));
+            left.push((next.d, still));
         }
         if reach * next.z.abs() > 0.25 * f64::EPSILON * next.d {
             moved.push(next);
         } else {
-            list.push((next.d, next.v));
+            left.push((next.d, next.v));
         }
     }
     let zeros: Vec<Zero> = (0..moved.len()).map(|i| Zero::between(&moved, k, i)).collect();
     let z: Vec<f64> = (0..moved.len()).map(|i| exact(&moved, &zeros, i)).collect();
+    let whole = |direction: &Direction, share: f64, v: &mut [f64]| {
+        direction.iter().for_each(|&(i, x)| v[i] += share * x);
+    };
+    let mut list = Vec::with_capacity(n);
+    for (value, direction) in &left {
+        let mut v = vec![0.0; n];
+        whole(direction, 1.0, &mut v);
+        list.push((*value, v));
+    }
     for zero in zeros {
         let shares: Vec<f64> = (0..moved.len()).map(|i| z[i] / zero.below(&moved, i)).collect();
         let size = inner_product(&shares, &shares).sqrt();
         let mut v = vec![0.0; n];
         for (share, direction) in shares.iter().zip(&moved) {
-            v.iter_mut().zip(&direction.v).for_each(|(v, x)| *v += share / size * x);
+            whole(&direction.v, share / size, &mut v);
         }
         list.push((moved[zero.nearest].d + zero.beyond, v));
     }
@@ -56,20 +60,24 @@ pub fn pairs(d: &[f64], k: f64, z: &[f64]) -> Vec<(f64, Vec<f64>)> {
     list
 }
 
+/// A direction, by its entries that are not zero.
+type Direction = Vec<(usize, f64)>;
+
 /// A direction that the dyad moves: its value of `D`, its part of `z`.
 struct Moved {
     d: f64,
     z: f64,
-    v: Vec<f64>,
+    v: Direction,
 }
 
 impl Moved {
     /// Of two directions of one value, the one that the dyad moves, and the one that it leaves alone.
-    fn turned(self, other: Self) -> (Self, Vec<f64>) {
+    fn turned(self, other: Self) -> (Self, Direction) {
         let z = (self.z * self.z + other.z * other.z).sqrt();
         let (c, s) = if z > 0.0 { (self.z / z, other.z / z) } else { (1.0, 0.0) };
-        let mix =
-            |a: f64, b: f64| self.v.iter().zip(&other.v).map(|(x, y)| a * x + b * y).collect();
+        let scaled = |v: &Direction, a: f64| v.iter().map(|&(i, x)| (i, a * x)).collect::<Vec<_>>();
+        // They have no entry in common.
+        let mix = |a: f64, b: f64| [scaled(&self.v, a), scaled(&other.v, b)].concat();
         (Self { d: self.d, z, v: mix(c, s) }, mix(-s, c))
     }
 }
