@@ -47,7 +47,7 @@ def first_wave(rods: int) -> float:
 
 def row(rods: int, joint: dict[str, float] | None = None, error: float = ERROR) -> dict[str, float]:
     """Means over blows with so many rods, and the largest pull in the string after one blow (N)."""
-    # Longer spans of a higher degree than the preset's: a third of its time.
+    # Finer than the preset's, which is for rates: the pull is a force in the string.
     parameters = {"drill.rods": rods, "mesh.degree": 7, "bit.elements": 18 * rods + 6}
     parameters |= joint or {}
     found = steady(parameters, preset=PRESET, error=error)

@@ -4,7 +4,7 @@ use hammer::periodic::{Averages, Kind, Wanted, steady};
 use hammer::presets::PRESETS;
 use hammer::sensitivity::Scene;
 use hammer::{
-    Body, Event, Fidelity, InputValues, MAX_RODS, MAX_SECTIONS, Machine, Parameters, Relay,
+    Body, Event, Fidelity, InputValues, MAX_RODS, MAX_SECTIONS, Machine, Parameters, Reading, Relay,
 };
 
 fn top_hammer() -> Scene {
@@ -149,10 +149,50 @@ fn the_top_hammer_has_the_published_power_and_never_repeats() {
 fn each_blow_on_a_string_as_long_as_a_period_counts() {
     let Scene { mut parameters, inputs } = top_hammer();
     (parameters.drill.rods, parameters.drill.rod.length) = (8, 6.1);
+    parameters.bit.elements = parameters.mesh_for(Reading::Rate, 0.01).expect("a mesh").bit;
     let mut m = Machine::new(&parameters, &inputs, 0.0).expect("a scene");
     m.keep_journal(true);
     m.advance(0.2).expect("a run");
     let back = Event::Relay(Relay::Return);
     let returns = m.take_journal().iter().filter(|record| record.event == back).count();
     assert!(returns >= 9 && m.counters().blows == returns as u64, "{returns} {:?}", m.counters());
+}
+
+/// The mesh that is advised for a rate keeps the blow's wave in shape along any string, whatever error is
+/// asked for, and is the preset's own at its own length.
+#[test]
+fn the_advised_mesh_carries_the_wave_down_any_string() {
+    let mut p = top_hammer().parameters;
+    let own = p.mesh_for(Reading::Rate, 0.01).expect("a mesh");
+    assert_eq!(
+        (p.mesh.degree, p.piston.elements, p.bit.elements),
+        (own.degree, own.piston, own.bit)
+    );
+    for (rods, stiffness, error) in [(1, 0.0, 0.3), (8, 0.0, 0.3), (8, 3e9, 0.3), (4, 0.0, 1e-3)] {
+        (p.drill.rods, p.drill.joint.stiffness, p.drill.rod.length) = (rods, stiffness, 6.1);
+        let mesh = p.mesh_for(Reading::Rate, error).expect("a mesh");
+        (p.piston.elements, p.bit.elements) = (mesh.piston, mesh.bit);
+        assert_eq!(p.validate(), Ok(()), "{rods} {stiffness} {error}");
+    }
+}
+
+/// The work that one blow gives to the rock on the preset's mesh, tight and loose, beside that on splines of
+/// degree 5 with spans half as long. A blow alone does not average as means do: on 16 meshes of 64 spans
+/// and more it was within 2.3 % (rms of eight blows) of degree 7 on 400; twice that, for both meshes err.
+#[test]
+fn a_blow_on_the_presets_mesh_gives_the_rock_its_work() {
+    for stiffness in [0.0, 3e9] {
+        let Scene { mut parameters, inputs } = top_hammer();
+        parameters.drill.joint.stiffness = stiffness;
+        let mut fine = parameters;
+        (fine.mesh.degree, fine.piston.elements, fine.bit.elements) = (5, 8, 146);
+        let [own, exact] = [parameters, fine].map(|p| {
+            let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
+            machine.advance(0.022).expect("a blow");
+            let energies = machine.energies();
+            energies.rock_dissipated + energies.viscous
+        });
+        let off = own / exact - 1.0;
+        assert!(off.abs() < 0.046, "{stiffness}: {off}");
+    }
 }

@@ -18,8 +18,10 @@
 //!
 //! A rate needs less: it is made by all waves of a blow, and those that are as short as the front carry
 //! little of its energy. On splines of degree 3 with spans of `4 w` the rate of penetration errs by less than
-//! a hundredth (the tip's own gain by up to four), and with finer ones like their power of 3.6. Both rules are empirical; `reports/mesh.md` has their
-//! errors over drawn hammers and the presets.
+//! a hundredth (the tip's own gain by up to four), and with finer ones like their power of 3.6. Below a drill
+//! string it is made by what comes through the couplings: the wave of a blow, twice as long as the piston,
+//! for which spans of 0.22 of that are enough. These rules are empirical; `reports/mesh.md` has their errors
+//! over drawn hammers and the presets.
 
 use crate::numerics::math;
 use crate::quantities::parameters::{MAX_ELEMENTS, Parameters};
@@ -89,6 +91,8 @@ const RATE_DEGREE: usize = 3;
 const RATE_ERROR: f64 = 0.01;
 const RATE_SPAN: f64 = 4.0;
 const RATE_ORDER: f64 = 3.6;
+/// The same spans under a drill string, over the length of a blow's wave.
+const STRING_SPAN: f64 = 0.22;
 /// A body has this many spans at least, so that its longest waves are resolved whatever the front.
 const LEAST_SPANS: f64 = 4.0;
 
@@ -163,10 +167,14 @@ impl Parameters {
 
     /// The mesh on which rates have a relative error of at most `error`.
     fn mesh_for_rate(&self, error: f64) -> Option<MeshAdvice> {
-        let widths = RATE_SPAN * math::pow(error / RATE_ERROR, 1.0 / RATE_ORDER);
+        let part = math::pow(error / RATE_ERROR, 1.0 / RATE_ORDER);
         let spans = |body: Body, width: f64| {
             let shortest_wave = self.sections(body).length() / LEAST_SPANS;
-            self.spans_of(body, (widths * width).min(shortest_wave))
+            let (span, keeps_shape) = match self.drill.rods {
+                0 => (RATE_SPAN * width, f64::INFINITY),
+                _ => (STRING_SPAN * self.blow_wave(), self.longest_string_span(RATE_DEGREE)),
+            };
+            self.spans_of(body, (part * span).min(shortest_wave).min(keeps_shape))
         };
         let width = self.front_width();
         let casing = match self.casing.segments {

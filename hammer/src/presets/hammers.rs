@@ -165,6 +165,7 @@ pub fn water(p: &mut Parameters, inputs: &mut InputValues) {
 /// of a wave of that frequency on its way down the rods.
 pub fn top_hammer(p: &mut Parameters, inputs: &mut InputValues) {
     let damping = p.material.damping_time;
+    p.drill.rods = 4;
     Hammer {
         piston: &[(0.5, 1.3e-3)],
         bit: &[(0.08, 2.4e-3), (0.05, 3.8e-3)],
@@ -176,9 +177,6 @@ pub fn top_hammer(p: &mut Parameters, inputs: &mut InputValues) {
     }
     .build(p, inputs);
     p.material.damping_time = damping;
-    p.drill.rods = 4;
-    // What a string needs to carry the wave down.
-    (p.mesh.degree, p.piston.elements, p.bit.elements) = (5, 7, 190);
     let granite = RockType::named("kuru granite");
     let bit = Inserts { count: 9, radius: 5.5e-3 };
     p.rock = granite.and_then(|rock| rock.under(&bit)).unwrap_or(p.rock);

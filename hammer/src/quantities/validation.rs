@@ -172,11 +172,21 @@ impl Parameters {
         self.check_string_mesh()
     }
 
+    /// Length of the wave of a blow, m.
+    pub(crate) fn blow_wave(&self) -> f64 {
+        2.0 * self.sections(Body::Piston).length()
+    }
+
+    /// Longest span of splines of some degree on which that keeps its shape along the string, m.
+    pub(crate) fn longest_string_span(&self, degree: usize) -> f64 {
+        let waves = self.sections(Body::Bit).length() / self.blow_wave();
+        self.blow_wave() * math::pow(PHASE / (TAU * ZETA * waves), 0.5 / degree as f64)
+    }
+
     fn check_string_mesh(&self) -> Result<(), ParameterError> {
         let (sections, degree) = (self.sections(Body::Bit), self.mesh.degree);
-        let (length, wave) = (sections.length(), 2.0 * self.sections(Body::Piston).length());
-        let loss = PHASE / (TAU * ZETA * length / wave);
-        let longest = wave * math::pow(loss, 0.5 / degree as f64);
+        let (length, wave) = (sections.length(), self.blow_wave());
+        let longest = self.longest_string_span(degree);
         let spans = sections.spans(self.spans(Body::Bit)).into_iter();
         let carries = |(s, spans): (&Segment, usize)| s.length <= longest * spans as f64;
         if sections.as_slice().iter().zip(spans).all(carries) {
