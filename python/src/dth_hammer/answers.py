@@ -91,6 +91,25 @@ def history(table: pd.DataFrame, chosen: float, kept: float) -> Figure:
     return figure
 
 
+def exchanged(table: pd.DataFrame, end: float) -> Figure:
+    """Inputs of a coupled hammer as it had them over its steps, and the piston over the bit."""
+    names = [n for n in table if f"{n} slope" in table]
+    times = np.append(table.index, end)
+    with _styled(7.0, 4.5) as figure:
+        upper, lower = figure.subplots(2, 1, sharex=True)
+        for name, colour in zip(names, (BLUE, ORANGE, BROWN, DARK), strict=False):
+            first = table[name].to_numpy()
+            last = first + table[f"{name} slope"].to_numpy() * np.diff(times)
+            steps = np.column_stack([times[:-1], times[1:]]).ravel()
+            upper.plot(steps, np.column_stack([first, last]).ravel(), color=colour, label=name)
+        units = {str(table.attrs["units"][name]) for name in names}
+        upper.set_ylabel(f"given to the hammer ({', '.join(sorted(units))})")
+        figure.legend(loc="outside upper center", ncols=2)
+        lower.plot(table.index, 1e3 * table["relative_position"], color=DARK)
+        lower.set(xlabel="time (s)", ylabel="piston over bit (mm)")
+    return figure
+
+
 def overview(frame: pd.DataFrame, blows: pd.DataFrame) -> Figure:
     """A run at a glance: hole depth, energy and speed of the blows, rate of penetration."""
     rows: tuple[tuple[str, float, str, str], ...] = (

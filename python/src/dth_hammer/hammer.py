@@ -82,6 +82,11 @@ class Hammer:
         return self._machine
 
     @property
+    def numbers(self) -> dict[str, float]:
+        """Numbers that were set when it was made, by name, in SI units."""
+        return dict(self._initial)
+
+    @property
     def time(self) -> float:
         """Present time, s."""
         return self.machine.time

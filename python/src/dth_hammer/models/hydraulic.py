@@ -61,8 +61,13 @@ class WaterDrive:
         self.inertance = w.density * w.hose_length / parts / bore
         self.friction = w.hose_friction / parts
         self.orifice = w.discharge * w.port * math.sqrt(2.0 / w.density)
+        self.start()
+
+    def start(self, _position: float = 0.0) -> None:
+        """The drive chamber at the outlet's pressure, open to the hose, wherever the piston is."""
         self.command = 1.0
-        self.state = (w.outlet_pressure, 1.0, *((w.pump_pressure, 0.0) * parts))
+        hose = (self.water.pump_pressure, 0.0) * self.water.hose_parts
+        self.state = (self.water.outlet_pressure, 1.0, *hose)
 
     def outputs(self) -> dict[str, float]:
         """Pressures for the hammer, Pa."""
