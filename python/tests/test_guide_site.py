@@ -12,9 +12,11 @@ import threading
 from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Literal
 from urllib.parse import unquote, urlsplit
 
 import pytest
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, TimeoutError, expect, sync_playwright
 
 ROOT = Path(__file__).parents[2]
@@ -162,4 +164,19 @@ def test_equations_are_whole_and_no_page_is_wider_than_its_window(
         )
         # On a phone a long line scrolls by itself.
         assert width < 1000 or cut == [], name
+    page.close()
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_serious(
+    browser: Browser, site: Path, scheme: Literal["light", "dark"]
+) -> None:
+    page = browser.new_page(viewport={"width": 1280, "height": 900}, color_scheme=scheme)
+    found = {}
+    for name in ("index", "theory-modes", "datasheet", "python-simulate", "presets", "gallery"):
+        page.goto((site / f"{name}.html").as_uri())
+        for row in Axe().run(page).response["violations"]:
+            if row["impact"] in ("serious", "critical"):
+                found[name, row["id"]] = [node["html"][:200] for node in row["nodes"][:3]]
+    assert found == {}
     page.close()
