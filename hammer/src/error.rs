@@ -123,11 +123,15 @@ pub enum Error {
         /// What presses it, N: below 0.
         force: f64,
     },
-    /// The air's flows change too fast to be followed, or a chamber has no volume left.
-    #[error("the air cannot be followed beyond t = {} s: a chamber has no volume left, or its ports are far too wide", DisplayNumber(*.time))]
+    /// The piston is where a chamber has no volume left: nothing has stopped it.
+    #[error("the air cannot be followed beyond t = {} s with the piston at relative_position = {} m: the drive chamber has volume above {} m (air.cylinder, air.drive.dead_volume), the return chamber below {} m (air.return.dead_volume); nothing stops a piston that flies there while the drive is vented (feed_force too small for the air's reaction) or from whose way the air escapes (supply_pressure below exhaust_pressure, ports too wide)", DisplayNumber(*.time), DisplayNumber(*.place), DisplayNumber(.range[0]), DisplayNumber(.range[1]))]
     Air {
         /// When, s.
         time: f64,
+        /// The piston's position then, m.
+        place: f64,
+        /// Between which positions both chambers have volume, m.
+        range: [f64; 2],
     },
     /// Zeno behaviour: mode transitions at one instant without end.
     #[error("{transitions} changes of mode at t = {} s, without end; the last was from ({from}) to ({to})", DisplayNumber(*.time))]

@@ -12,6 +12,7 @@ use crate::numerics::kernel;
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
+use crate::quantities::parameters::Parameters;
 
 /// Trials of a window, each shorter or with another formula of a flow.
 const TRIALS: usize = 64;
@@ -27,6 +28,14 @@ const GROWTH: f64 = 2.0;
 const SHRINKAGE: f64 = 0.1;
 /// Shortest window, s.
 const SHORTEST: f64 = 1e-12;
+
+/// That the air cannot be followed beyond a time, at which the piston is at `vr`.
+pub(super) fn beyond(parameters: &Parameters, time: f64, vr: f64) -> Error {
+    let (air, drive) = (&parameters.air, &parameters.drive);
+    let top = -air.cylinder - air.drive.dead_volume / drive.area_drive;
+    let bottom = air.returning.dead_volume / drive.area_return;
+    Error::Air { time, place: vr, range: [top, bottom] }
+}
 
 /// Pressures of supply and exhaust.
 pub(super) fn outside(inputs: &Inputs) -> [Poly; 2] {
@@ -101,7 +110,7 @@ impl Motion {
             }
         }
         self.state.air = Some(air);
-        Err(Error::Air { time: self.state.epoch.value() })
+        Err(beyond(&parameters, self.state.epoch.value(), motion[0]))
     }
 
     /// The air of one window and the steel under its force, which agree; or the air alone, where its error

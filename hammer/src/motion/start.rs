@@ -1,7 +1,7 @@
 //! The scene at its start.
 
 use super::Motion;
-use super::air::outside;
+use super::air::{beyond, outside};
 use super::state::{Anchor, MotionState};
 use crate::air::Air;
 use crate::air::solve::Problem;
@@ -218,7 +218,7 @@ fn start_forces(model: &Model, inputs: &Inputs, gas: &[Gas; 2]) -> Result<[f64; 
     let problem =
         Problem { parameters, masses: [model.graph.bodies[0].mass; 2], outside, span: 0.0 };
     let motion = [vr, parameters.piston.initial_velocity];
-    air.forces(&problem, motion).ok_or(Error::Air { time: 0.0 })
+    air.forces(&problem, motion).ok_or_else(|| beyond(parameters, 0.0, vr))
 }
 
 /// The loads' polynomials after the epoch; of air, these forces.
