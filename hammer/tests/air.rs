@@ -241,6 +241,22 @@ fn a_lifted_hammer_is_vented_and_starts_again() {
     assert!(machine.energies().residual.abs() <= machine.energies().residual_bound());
 }
 
+/// The piston's way up to where the last port is wholly open, 39 mm, is longer than a cylinder of 38 mm.
+#[test]
+fn a_cylinder_shorter_than_its_ports_need_is_warned_of() {
+    let mut p = driven(Fidelity::Rigid);
+    let mut told = |cylinder| {
+        p.air.cylinder = cylinder;
+        let machine = Machine::new(&p, &InputValues::default(), 0.0).expect("a scene");
+        machine.warnings().into_iter().find(|text| text.contains("air.cylinder"))
+    };
+    assert_eq!(told(0.0395), None);
+    let text = told(0.038).expect("a warning");
+    for part in ["air.cylinder = 0.038 m", "air.return.exhaust = -0.035 m", "0.039 m above"] {
+        assert!(text.contains(part), "{text}");
+    }
+}
+
 #[test]
 fn what_has_no_volume_is_refused_by_name() {
     let mut p = driven(Fidelity::Rigid);

@@ -1,7 +1,7 @@
 //! The hammers that air drives, in their casings, beside what their maker publishes.
 
-use hammer::presets::Preset;
-use hammer::{InputValues, Machine, Parameters};
+use hammer::presets::{PRESETS, Preset};
+use hammer::{Error, InputValues, Machine, Parameters};
 
 /// Pa of a pound to the square inch, and of the atmosphere.
 const PSI: f64 = 6894.757;
@@ -46,6 +46,51 @@ fn air_power_and_frequency_are_within_a_fifth_of_the_published() {
                 assert!((kilowatts / power - 1.0).abs() < 0.2, "{name}: {kilowatts} kW");
                 assert!((34.0..46.0).contains(&frequency), "{name}: {frequency} Hz");
             }
+        }
+    }
+}
+
+/// With a feed that holds the casing down, any supply from half a bar over the exhaust up to 40 bar, any
+/// back pressure and any error allowed are followed.
+#[test]
+fn the_air_is_followed_whatever_its_pressures_and_error() {
+    for preset in PRESETS.iter().filter(|preset| preset.name.starts_with("air_")) {
+        let (p, inputs) = preset.start();
+        for (supply, exhaust) in
+            [(1.5e5, 1e5), (3e5, 3e4), (1e6, 101_325.0), (2.5e6, 5e5), (4e6, 1e6), (4e6, 101_325.0)]
+        {
+            for error in [1e-3, 1e-6, 1e-11] {
+                let mut p = p;
+                p.air.error = error;
+                let (supply_pressure, exhaust_pressure) = (supply, exhaust);
+                let feed_force = 2.0 * inputs.feed_force;
+                let inputs =
+                    InputValues { supply_pressure, exhaust_pressure, feed_force, ..inputs };
+                let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
+                let run = machine.advance(0.1);
+                assert!(run.is_ok(), "{} {supply} {exhaust} {error}: {run:?}", preset.name);
+                let energies = machine.energies();
+                assert!(energies.residual.abs() <= energies.residual_bound());
+            }
+        }
+    }
+}
+
+/// A piston that nothing stops before the end of its cylinder ends the run, and the error says where it is
+/// and what stops none there: thrown up while the drive is vented, or by an exhaust above the supply.
+#[test]
+fn a_piston_that_nothing_stops_is_told_with_its_place() {
+    let (p, inputs) = Preset::named("air_4_inch").expect("a preset").start();
+    for inputs in [
+        InputValues { feed_force: 1e3, ..inputs },
+        InputValues { supply_pressure: 6e5, exhaust_pressure: 1e6, ..inputs },
+    ] {
+        let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
+        let error = machine.advance(0.5).expect_err("no end of the cylinder");
+        let Error::Air { place, range, .. } = error else { panic!("{error}") };
+        assert!(place <= range[0] + 1e-6, "{error}");
+        for name in ["relative_position", "air.cylinder", "feed_force", "exhaust_pressure"] {
+            assert!(error.to_string().contains(name), "{error}");
         }
     }
 }

@@ -80,6 +80,7 @@ pub(crate) fn warnings(parameters: &Parameters) -> Vec<String> {
         list.extend(rattling("chuck", parameters.chuck.stiffness, mesh[0].max(mesh[1])));
     }
     list.extend(overdamped(parameters));
+    list.extend(short_cylinder(parameters));
     if parameters.drive.source == Source::Chambers {
         list.extend(parameters.chambers.overlaps().map(|(chamber, [supply, exhaust])| {
             format!(
@@ -90,6 +91,28 @@ pub(crate) fn warnings(parameters: &Parameters) -> Vec<String> {
         }));
     }
     list
+}
+
+/// That a port which opens as the piston rises would be wholly open beyond the end of the cylinder only.
+fn short_cylinder(parameters: &Parameters) -> Option<String> {
+    let air = &parameters.air;
+    let ports = [
+        ("air.drive.supply", air.drive.supply, air.supply_area),
+        ("air.return.exhaust", air.returning.exhaust, air.exhaust_area),
+    ];
+    let open = |(_, edge, _): &(&str, f64, f64)| air.port_height - edge;
+    let used = ports.into_iter().filter(|(_, _, area)| *area > 0.0);
+    let (name, edge, _) = used.reduce(|a, b| if open(&b) > open(&a) { b } else { a })?;
+    let needed = air.port_height - edge;
+    (parameters.drive.source == Source::Air && needed > air.cylinder).then(|| {
+        format!(
+            "air.cylinder = {} m is shorter than the stroke needs: {name} = {} m is wholly open only {} m \
+             above the bit (air.port_height)",
+            DisplayNumber(air.cylinder),
+            DisplayNumber(edge),
+            DisplayNumber(needed)
+        )
+    })
 }
 
 /// That the bit's body, on the rock's spring and dashpot, is beyond critical damping: it approaches its
