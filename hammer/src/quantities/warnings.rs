@@ -106,11 +106,10 @@ fn short_cylinder(parameters: &Parameters) -> Option<String> {
     let needed = air.port_height - edge;
     (parameters.drive.source == Source::Air && needed > air.cylinder).then(|| {
         format!(
-            "air.cylinder = {} m is shorter than the stroke needs: {name} = {} m is wholly open only {} m \
+            "air.cylinder = {} m is shorter than the stroke needs: {name} = {} m is wholly open only {needed:.4} m \
              above the bit (air.port_height)",
             DisplayNumber(air.cylinder),
-            DisplayNumber(edge),
-            DisplayNumber(needed)
+            DisplayNumber(edge)
         )
     })
 }
