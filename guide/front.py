@@ -34,7 +34,7 @@ def split(page: str) -> tuple[str, str]:
 
 def text() -> str:
     """The part."""
-    lines = [*speed(), *face(), *checks()]
+    lines = [*speed(), *face(), *costs(), *checks()]
     return "".join(textwrap.fill(line, 100, subsequent_indent="  ") + "\n" for line in lines)
 
 
@@ -91,6 +91,29 @@ def face() -> list[str]:
     return [
         f"* {where(data)}, a step without an event costs {whole:.0f} ns through the C interface, "
         f"{whole - engine:.0f} ns more than in the engine: `cargo bench-report face`."
+    ]
+
+
+def costs() -> list[str]:
+    """What users run beside the reference, in instructions of a simulated second."""
+    report = ROOT / "reports" / "cost.json"
+    if not report.exists():
+        return []
+    data = json.loads(report.read_text(encoding="utf-8"))
+    scenes = {name: row[0] for name, row in data["counts"]["scenes"].items()}
+    reference = scenes.pop("reference")
+    others = ", ".join(f"{name} {1e-3 * scenes[name]:.2g}" for name in scenes)
+    actions = {name: 1e-3 * row[0] for name, row in data["counts"]["actions"].items()}
+    means, gradient = (
+        next(actions[name] for name in actions if name.startswith(begin))
+        for begin in ("long-run means", "gradient")
+    )
+    return [
+        f"* A second of the reference takes {1e-3 * reference:.2g} thousand million instructions "
+        f"in AVX2 vectors, its long-run means {means:.2g}, a second with its gradient by two "
+        f"parameters {gradient:.2g}, both in a new rock. A second of others, in the same unit: "
+        f"{others}. "
+        "Measured by `cargo bench-report cost`."
     ]
 
 

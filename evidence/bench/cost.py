@@ -1,13 +1,13 @@
 """What people wait for, by what they do: a page of CPU times and instruction counts.
 
-    cargo build --release -p hammer --example runs --example fleet
-    cargo lab
-    python evidence/bench/cost.py > reports/cost.md
+    cargo bench-report cost
 
-The engine's part is of the two examples of `hammer`, and of the laboratory's library in the node
-that playwright brings; sweep and calibration are of the package, in the Python that runs this.
-CPU time does not count what other programs do meanwhile, but caches are
-shared with them: the least of some rounds, in turn, is given.
+builds what is measured, runs this, and writes `reports/cost.md`. The engine's part is of two
+examples of `hammer`, and of the laboratory's library in the node that playwright brings; sweep and
+calibration are of the package, in the Python that runs this (the variable PYTHON), if it has it.
+CPU time does not count what other programs do meanwhile, but caches are shared with them: the
+least of some rounds, in turn, is given. Instructions do not depend on the load: `--counts` prints
+them alone. The last line is what the front page reads, as JSON.
 """
 
 from __future__ import annotations
@@ -36,6 +36,25 @@ ACTIONS = {
     "long-run means, new rock": ["rock", "mean"],
     "gradient of a run of 1 s by two, new rock": ["rock", "gradient"],
 }
+#: Scenes that users run beside the reference, by the words of `runs`.
+SCENES = {
+    "reference": [],
+    "built-in chambers": ["chambers"],
+    "air, 4 inch": ["preset=air_4_inch"],
+    "6 inch": ["preset=hammer_6_inch"],
+    "casing of 40 kg": ["casing.mass=40"],
+    "top hammer, four rods": ["preset=top_hammer"],
+    "the same, joints loose": ["preset=top_hammer", "drill.joint.stiffness=3e9"],
+}
+#: What is done in each of them.
+DONE = {
+    "1 s, new feed force": ["feed"],
+    "1 s, new rock": ["rock"],
+    "two blows, new rock": ["rock", "start"],
+}
+#: Growth over spans of a bar, and over rods on the mesh that a rate needs (17 spans a rod and 5).
+SPANS = (8, 16, 32, 64, 128)
+RODS = (1, 2, 4, 8)
 #: In node, by `browser.mjs`, which knows no gradients.
 WASM = "wasm in node"
 BODIES = {
@@ -135,19 +154,59 @@ def table(title: str, columns: dict[str, list[str]]) -> None:
         print(f"| {action} | " + " | ".join(f"{t:.2f}" if t < math.inf else "" for t in row) + " |")
 
 
-def counts() -> None:
-    """Instructions of each action, by valgrind."""
-    print(
-        "\n## Instructions, in millions (16 spans of degree 3 per bar, AVX2)\n\n| | |\n|---|---:|"
-    )
-    for action, words in ACTIONS.items():
-        command = [str(EXAMPLES / "runs"), "count", *words]
-        count = int(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
-        print(f"| {action} | {1e-6 * count:.1f} |", flush=True)
+def count(words: list[str]) -> float:
+    """Millions of instructions of a run beyond the first, in AVX2, by valgrind."""
+    command = [str(EXAMPLES / "runs"), "count", "AVX2", *words]
+    done = subprocess.run(command, capture_output=True, check=True, text=True)
+    return 1e-6 * int(done.stdout)
+
+
+def rows(title: str, head: list[str], cells: dict[str, list[list[str]]]) -> dict[str, list[float]]:
+    """Prints a table of counts, row by row, and returns it."""
+    print(f"\n## {title}\n\n| " + " | ".join(head) + " |\n|---|" + "---:|" * (len(head) - 1))
+    table = {}
+    for name, row in cells.items():
+        table[name] = [count(words) for words in row]
+        print(f"| {name} | " + " | ".join(f"{x:.1f}" for x in table[name]) + " |", flush=True)
+    return table
+
+
+def counts() -> dict[str, dict[str, list[float]]]:
+    """Instructions of each action and scene, and how they grow."""
+    spans = [["feed"], ["rock"]]
+    return {
+        "actions": rows(
+            "Instructions, in millions (16 spans of degree 3 per bar, AVX2)",
+            ["reference", "millions"],
+            {action: [words] for action, words in ACTIONS.items()},
+        ),
+        "scenes": rows(
+            "Instructions of what users run, in millions (AVX2)",
+            ["scene", *DONE],
+            {name: [words + do for do in DONE.values()] for name, words in SCENES.items()},
+        ),
+        "spans": rows(
+            "Growth over spans of degree 3 per bar, reference, in millions (AVX2)",
+            ["spans", "1 s, new feed force", "1 s, new rock"],
+            {str(n): [[f"elements={n}", *do] for do in spans] for n in SPANS},
+        ),
+        "rods": rows(
+            "Growth over rods of the top hammer, tight and loose, 1 s with a new feed force (AVX2)",
+            ["rods", "tight", "loose"],
+            {str(n): [string(n), [*string(n), "drill.joint.stiffness=3e9"]] for n in RODS},
+        ),
+    }
+
+
+def string(rods: int) -> list[str]:
+    """The words of a top hammer with so many rods."""
+    return ["preset=top_hammer", "feed", f"drill.rods={rods}", f"bit.elements={17 * rods + 5}"]
 
 
 def from_python() -> None:
-    """The package on one thread."""
+    """The package on one thread, if this Python has it."""
+    if importlib.util.find_spec("dth_hammer") is None:
+        return
     print("\n## From Python, on one thread\n")
     print("With the native module that this Python has.\n")
     print("| | CPU ms | a second and core |\n|---|---:|---:|")
@@ -162,10 +221,17 @@ def from_python() -> None:
 
 def main() -> None:
     """Measures and prints."""
+    if sys.argv[1:] == ["--counts"]:
+        counts()
+        return
+    if sys.argv[1:] == ["--short"]:
+        table("By spans per bar, of degree 3 if not said", {"16": []})
+        print(json.dumps({}))
+        return
     text = Path("/proc/cpuinfo").read_text() if platform.system() == "Linux" else ""
     names = [line.split(":")[1].strip() for line in text.splitlines() if "model name" in line]
     kinds = vectors()
-    print("# Cost by what people do: `python evidence/bench/cost.py`\n")
+    print("# Cost by what people do: `cargo bench-report cost`\n")
     print(
         f"{names[0] if names else platform.processor()}, {os.cpu_count()} cores, CPU time of one "
         f"thread; the least of {ROUNDS} rounds in turn, each the mean of {RUNS} runs beyond the "
@@ -182,8 +248,7 @@ def main() -> None:
         print(
             "\nNode goes on compiling while the first runs are under way; that is in its numbers."
         )
-    if shutil.which("valgrind"):
-        counts()
+    counted = counts() if shutil.which("valgrind") else {}
     from_python()
     print("\n## A thousand hammers side by side\n")
     command = [str(EXAMPLES / "fleet"), "1000"]
@@ -194,6 +259,8 @@ def main() -> None:
         print("\nThe hammers in turn integrate works and losses, because there is no room to store")
         print("what they follow from; those one after another leave it until somebody asks.\n")
         print("".join(f"- {line}\n" for line in counted.splitlines()), end="")
+    processor = names[0] if names else platform.processor()
+    print(json.dumps({"processor": f"{processor}, {kinds[0]} vectors", "counts": counted}))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-//! `cargo bench-report speed|face`: measures, and writes a page of `reports/`; with
+//! `cargo bench-report speed|face|cost`: measures, and writes a page of `reports/`; with
 //! `--short` fewer rounds, and under the target folder.
 
 mod contest;
@@ -13,7 +13,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use support::python::{Environment, Needs};
-use support::run::target;
+use support::run::{cargo, run, target};
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Page {
@@ -21,6 +21,8 @@ enum Page {
     Speed,
     /// What a call of the FMU costs (a minute)
     Face,
+    /// What users run, by what they do (a quarter of an hour)
+    Cost,
 }
 
 #[derive(Parser)]
@@ -82,12 +84,36 @@ fn draw(name: &Path, json: &str) -> Result<(), Failure> {
     if child.wait()?.success() { Ok(()) } else { Err("no figure".into()) }
 }
 
+/// Builds what `cost.py` measures, and runs it; its last line is the JSON.
+fn cost(short: bool) -> Result<Written, Failure> {
+    let root = root();
+    let examples =
+        ["build", "--release", "-p", "hammer", "--example", "runs", "--example", "fleet"];
+    run(cargo(&root).args(examples))?;
+    if !short {
+        run(cargo(&root).args(["lab"]))?;
+    }
+    let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".into());
+    let mut command = std::process::Command::new(python);
+    command.current_dir(&root).arg("evidence/bench/cost.py");
+    command.env("CARGO_TARGET_DIR", target(&root)).args(short.then_some("--short"));
+    let done = command.stderr(Stdio::inherit()).output()?;
+    if !done.status.success() {
+        return Err("cost.py failed".into());
+    }
+    let text = String::from_utf8(done.stdout)?;
+    let (text, json) = text.trim_end().rsplit_once('\n').ok_or("nothing was measured")?;
+    let [text, json] = [text.trim_end().to_owned() + "\n", json.to_owned()];
+    Ok(Written { text, json, figure: false })
+}
+
 fn main() -> Result<(), Failure> {
     let arguments = Arguments::parse();
     let short = arguments.short;
     let (name, written) = match arguments.page {
         Page::Speed => ("speed-against-error", speed::page(short)?),
         Page::Face => ("face-cost", face::page(short)?),
+        Page::Cost => ("cost", cost(short)?),
     };
     let folder = if short { folder()? } else { root().join("reports") };
     let path = folder.join(name).with_extension("md");
