@@ -114,18 +114,26 @@ def program(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
         process.wait(timeout=30)
 
 
-def test_a_cluster_by_its_address_gives_the_same_to_the_last_bit(tmp_path: Path) -> None:
-    contact = tmp_path / "scheduler.json"
+@contextmanager
+def cluster(folder: Path) -> Iterator[tuple[str, subprocess.Popen[bytes], subprocess.Popen[bytes]]]:
+    """A scheduler and two workers, as a user begins them: address, scheduler and the workers' parent."""
+    contact = folder / "scheduler.json"
     shared = ("--scheduler-file", str(contact), "--host", "127.0.0.1", "--no-dashboard")
     with (
         program("distributed.cli.dask_scheduler", *shared, "--port", "0") as scheduler,
-        program("distributed.cli.dask_worker", *shared, "--nworkers", "2", "--nthreads", "1"),
+        program(
+            "distributed.cli.dask_worker", *shared, "--nworkers", "2", "--nthreads", "1"
+        ) as workers,
     ):
         for _ in range(300):
             if contact.is_file() and contact.read_text(encoding="utf-8").strip():
                 break
             time.sleep(0.1)
-        address = json.loads(contact.read_text(encoding="utf-8"))["address"]
+        yield json.loads(contact.read_text(encoding="utf-8"))["address"], scheduler, workers
+
+
+def test_a_cluster_by_its_address_gives_the_same_to_the_last_bit(tmp_path: Path) -> None:
+    with cluster(tmp_path) as (address, scheduler, _):
         assert address.startswith("tcp://127.0.0.1:")
         far = sweep(GRID, UNTIL, scheduler=address, batch=1)
         # It is another's cluster: it must outlive the sweep, and serve the next one.
@@ -134,6 +142,39 @@ def test_a_cluster_by_its_address_gives_the_same_to_the_last_bit(tmp_path: Path)
     near = sweep(GRID, UNTIL, scheduler="threads", workers=2)
     pd.testing.assert_frame_equal(far, near, check_exact=True)
     assert more["error"].tolist() == [""]
+
+
+FAR: dict[str, Any] = {"feed_force": [3e3 + 100.0 * k for k in range(30)]}
+SEVERAL = f"""
+import sys
+from dth_hammer import sweep
+table = sweep({FAR}, 2.0, batch=1, out="x.parquet", scheduler=sys.argv[1])
+print(len(table), "rows")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="a killed scheduler leaves its port open")
+@pytest.mark.parametrize("lost", ["worker", "scheduler"])
+def test_a_sweep_loses_nothing_with_a_part_of_its_cluster(tmp_path: Path, lost: str) -> None:
+    with cluster(tmp_path) as (address, scheduler, workers):
+        process = begun(tmp_path, written(tmp_path, SEVERAL), address)
+        store = wait_for_a_part(tmp_path)
+        if lost == "scheduler":
+            scheduler.kill()
+        else:
+            children = psutil.Process(workers.pid).children(recursive=True)
+            next(c for c in children if "spawn_main" in " ".join(c.cmdline())).kill()
+        said, complaints = process.communicate(timeout=120)
+    if lost == "worker":
+        assert (said, process.returncode) == ("30 rows\n", 0), complaints
+    else:
+        message = re.search(r"the Dask scheduler was lost; (\d+) of 30 runs are kept", complaints)
+        assert message is not None, complaints
+        assert 0 < int(message[1]) == len(store.rows()) < 30
+    # What is there is what one process gives, and the rest is computed.
+    rest = sweep(FAR, 2.0, scheduler="threads", out=tmp_path / "x.parquet")
+    near = sweep(FAR, 2.0, scheduler="threads")
+    pd.testing.assert_frame_equal(rest, near, check_exact=True)
 
 
 def test_two_clients_in_one_process_do_not_meet() -> None:
