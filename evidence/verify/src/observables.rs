@@ -34,10 +34,10 @@ pub(crate) const OBSERVABLES: [(&str, usize); 27] = [
     ("energy_viscous", 3),
     ("energy_damping", 3),
     ("energy_retuned", 3),
-    ("casing_position", 0),
+    ("casing_position", 4),
     ("casing_velocity", 1),
     ("chuck_force", 2),
-    ("relative_position", 0),
+    ("relative_position", 4),
     ("relative_velocity", 1),
 ];
 
@@ -53,6 +53,9 @@ pub(crate) type Observed = [f64; OBSERVABLES.len()];
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scales {
     place: f64,
+    /// The same of places that a casing's is a part of: it drifts in the string's dashpot, about where this
+    /// lets it come to under the load, `F Mc / Zs^2`, metres away on a weak string.
+    drift: f64,
     speed: f64,
     force: f64,
     energy: f64,
@@ -72,7 +75,7 @@ impl Scales {
         let load = case.loads().iter().sum::<f64>() + mass * p.gravity.abs();
         let bars = bodies::compliance(p);
         let yielded = load * (1.0 / p.rock.stiffness + 1.0 / p.meeting_stiffness() + bars);
-        let mut place = p.contact.initial_gap + yielded;
+        let (mut place, mut drift) = (p.contact.initial_gap + yielded, 0.0);
         let waves =
             load / bodies::least_impedance(p) + load / (p.rock.stiffness * p.bit_mass()).sqrt();
         let mut speed = p.piston.initial_velocity.abs() + waves;
@@ -83,6 +86,9 @@ impl Scales {
             place += load / p.chuck.stiffness;
             speed += load / (p.chuck.stiffness * p.bit_mass().min(p.casing_mass())).sqrt();
             viscosity += p.chuck.viscosity + p.casing.impedance;
+            if p.casing.impedance > 0.0 {
+                drift = load * p.casing_mass() / p.casing.impedance.powi(2);
+            }
             spring += p.chuck.stiffness;
         }
         if is_loose(p) {
@@ -97,14 +103,14 @@ impl Scales {
         }
         let (bit, force) = (load * bars, load + viscosity * speed);
         let (energy, guards) = (load * place, p.resolutions());
-        Self { place, speed, force, energy, viscosity, spring, bit, mass, guards }
+        Self { place, drift, speed, force, energy, viscosity, spring, bit, mass, guards }
     }
 
     /// Takes what is shown into account.
     pub(crate) fn grow(&mut self, observables: &Observed) {
         for (value, (_, kind)) in observables.iter().zip(OBSERVABLES) {
             let scale = match kind {
-                0 => &mut self.place,
+                0 | 4 => &mut self.place,
                 1 => &mut self.speed,
                 2 => &mut self.force,
                 _ => &mut self.energy,
@@ -119,7 +125,7 @@ impl Scales {
     }
 
     pub(crate) fn of(&self, kind: usize) -> f64 {
-        [self.place, self.speed, self.force, self.energy][kind]
+        [self.place, self.speed, self.force, self.energy, self.place + self.drift][kind]
     }
 
     /// What the engine's guards resolve of a kind: a place, a speed, the force of the springs and
@@ -127,7 +133,7 @@ impl Scales {
     pub(crate) fn resolved(&self, kind: usize) -> f64 {
         let [place, speed] = self.guards;
         let energy = self.force * place + self.mass * self.speed * speed;
-        [place, speed, self.spring * place + self.viscosity * speed, energy][kind]
+        [place, speed, self.spring * place + self.viscosity * speed, energy, place][kind]
     }
 
     /// The kind of number that a guard is which announces this event.

@@ -88,6 +88,7 @@ agree! {
     chaotic_joints or rough,
     rough_casing or rough,
     standing_in_a_light_casing,
+    casing_on_a_weak_string,
 }
 
 /// Open: the tip stands 4e-7 m deep beside a casing that stands 27 mm deep, whose rounding is what its force
