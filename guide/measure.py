@@ -122,6 +122,7 @@ def thrust() -> None:
     import thrust as example  # noqa: PLC0415
 
     example.draw(example.run()).savefig(MEASURED / "thrust.png", dpi=160)
+    example.draw_air(example.run_air()).savefig(MEASURED / "thrust_air.png", dpi=160)
 
 
 def top_hammer() -> None:

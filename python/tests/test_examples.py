@@ -25,6 +25,7 @@ import scaling
 import shape_piston
 import system
 import thousand
+import thrust
 import top_hammer
 import valve
 from dth_hammer import PRESETS, VARIABLES, Coupling, Hammer
@@ -43,6 +44,19 @@ def fed() -> dict[float, pd.DataFrame]:
         )
         for capacity in (16.0, 12.0)
     }
+
+
+def test_an_air_hammer_idles_below_the_feed_that_holds_its_casing(tmp_path: Path) -> None:
+    table = thrust.run_air((2e3, 6e3, 10e3, 15e3), until=0.8)
+    lost, idle, full, more = table.to_dict("records")
+    # Makers print 35 to 45 blows a second; part of the time it does not strike.
+    assert 35.0 < full["blows"] < 45.0
+    assert idle["blows"] < 0.9 * full["blows"]
+    assert more["rop"] == pytest.approx(full["rop"], rel=0.1)
+    assert thrust.knee(table) == 10e3
+    # Thrown about without feed, a chamber loses its volume: no number instead of a wrong one.
+    assert np.isnan(lost["rop"])
+    thrust.draw_air(table).savefig(tmp_path / "thrust.png", dpi=40)
 
 
 def test_air_neither_appears_nor_vanishes_between_compressor_and_hammer(
