@@ -1,0 +1,87 @@
+//! Air with what else a hammer may have: another law of reloading, rods, derivatives, a supply that cannot
+//! start it.
+
+use hammer::periodic::{Kind, Wanted, steady};
+use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
+use hammer::{Fidelity, InputValues, Machine, Parameters, Reloading, Source};
+
+fn driven(fidelity: Fidelity) -> Parameters {
+    let mut p = Parameters { fidelity, ..Parameters::default() };
+    p.drive.source = Source::Air;
+    p
+}
+
+/// Both balances close, blows come, and slices of time change no bit, whether the bit goes back along the
+/// unloading line or not, with rods between piston and bit, tight and loose, and in a casing.
+#[test]
+fn balances_and_bits_hold_with_all_that_a_hammer_may_have() {
+    for (reloading, rods, slack, casing) in [
+        (Reloading::Unloading, 0, 0.0, 0.0),
+        (Reloading::Unloading, 0, 0.0, 30.0),
+        (Reloading::Loading, 1, 0.0, 0.0),
+        (Reloading::Unloading, 2, 1e-3, 0.0),
+    ] {
+        let mut p = driven(Fidelity::Elastic);
+        (p.rock.reloading, p.drill.rods, p.drill.joint.slack) = (reloading, rods, slack);
+        (p.casing.mass, p.contact.initial_gap) = (casing, 0.04);
+        // A rod of some metres is to carry the wave.
+        p.bit.elements = if rods > 0 { 48 * rods } else { p.bit.elements };
+        let inputs = InputValues { feed_force: 8e3, ..InputValues::default() };
+        let run = |slices: u32| {
+            let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
+            for k in 1..=slices {
+                machine.advance(0.06 * f64::from(k) / f64::from(slices)).expect("a step");
+            }
+            machine
+        };
+        let (whole, sliced) = (run(1), run(7));
+        assert_eq!(whole.state().without_step(), sliced.state().without_step());
+        assert!(whole.counters().blows >= 1, "{rods} rods, casing of {casing} kg");
+        let energies = whole.energies();
+        assert!(energies.residual.abs() <= energies.residual_bound(), "{energies:?}");
+        let turnover = 3.5 * 287.05 * p.air.temperature * whole.air_mass()[0];
+        assert!(whole.air_residual().abs() < p.air.error * turnover);
+    }
+}
+
+/// A chamber that empties through a choked opening: its pressure is `p_s cooled^-7` with
+/// `cooled = 1 + (kappa - 1) K t / 2` and `K` in proportion to the opening. Each window's error is 1e-11 of
+/// the pressure, and Newton's method stops at a hundredth of it: a millionth of a difference of 2e-6.
+#[test]
+fn derivatives_of_the_air_are_those_of_its_closed_form() {
+    let mut p = driven(Fidelity::Rigid);
+    (p.drive.area_drive, p.drive.area_return, p.gravity) = (0.0, 0.0, 0.0);
+    (p.air.supply_area, p.air.error) = (0.0, 1e-11);
+    (p.air.drive.supply, p.air.drive.exhaust) = (0.0, -1.0);
+    (p.air.returning.supply, p.air.returning.exhaust) = (1.0, -1.0);
+    let inputs = InputValues { supply_pressure: 2e6, ..InputValues::default() };
+    let scene = Scene { parameters: p, inputs };
+    let time = 1e-3;
+    let by = ["supply_pressure", "air.exhaust_area"]
+        .map(|name| Argument::named(name).expect("a row of the table"));
+    let sample = |scene: &Scene| {
+        let read = |m: &mut Machine| vec![m.chamber_pressures()[0][0]];
+        Sample::of_run(&mut scene.machine()?, &[time], &read)
+    };
+    let found = derivatives(&scene, &by, &sample).expect("runs");
+    let choked = (1.4f64 / 287.05).sqrt() * (2.0f64 / 2.4).powi(3);
+    let area = p.air.discharge * p.air.exhaust_area;
+    let rate = area * choked * 287.05 * p.air.temperature.sqrt() / p.air.drive.dead_volume;
+    let cooled = 1.0 + 0.2 * rate * time;
+    let by_supply = cooled.powi(-7);
+    let by_area = -7.0 * 2e6 * cooled.powi(-8) * (cooled - 1.0) / p.air.exhaust_area;
+    for (row, exact) in found.iter().zip([by_supply, by_area]) {
+        assert!((row.values[0] / exact - 1.0).abs() < 1e-5, "{row:?} for {exact}");
+    }
+}
+
+/// Of a supply at the exhaust's pressure the piston comes to rest on the bit, and the long run says so.
+#[test]
+fn a_supply_that_lifts_no_piston_stalls_the_hammer() {
+    let parameters = driven(Fidelity::Rigid);
+    let inputs = InputValues { supply_pressure: 101_325.0, ..InputValues::default() };
+    let scene = Scene { parameters, inputs };
+    let found = steady(&scene, &Wanted { limit: 1.0, ..Wanted::default() }, &mut |_, _| true)
+        .expect("an answer");
+    assert_eq!(found.kind, Kind::Stalled);
+}
