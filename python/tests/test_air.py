@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dth_hammer import Scene, SNCurve, figures, life, report, steady
+from dth_hammer import Scene, SNCurve, figures, life, report, steady, sweep
 
 PRESET = "air_4_inch"
 
@@ -22,6 +22,14 @@ def test_the_indicator_diagram_has_both_pressures_and_the_drive_s_work() -> None
     work = steady(preset=PRESET)["energy_drive"]
     # The title's number is rounded to 1 J, and the loop's is a sum of trapezia.
     assert float(force.get_title(loc="left").split()[0]) == pytest.approx(work, rel=5e-3)
+
+
+def test_a_sweep_over_the_supply_has_its_air() -> None:
+    table = sweep({"supply_pressure": ["15 bar", "20 bar"]}, "steady", preset=PRESET, error=0.01)
+    low, high = table["air_flow"]
+    # Choked ports: in proportion to the pressure, and more because the hammer strikes faster.
+    assert high / low > 20.0 / 15.0
+    assert table["rop"].is_monotonic_increasing
 
 
 def test_an_air_hammer_has_a_report_with_its_air(tmp_path: Path) -> None:

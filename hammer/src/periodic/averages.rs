@@ -13,11 +13,11 @@
 //! often than a known one, so it is widened until one of it does in 68.3 % of all cases.
 
 /// Numbers of a blow.
-pub const NUMBERS: usize = 14;
+pub const NUMBERS: usize = 15;
 /// Time since the blow before, the tip's gain in it, impact speed and energy; from the blow
 /// before to this one: last speed at which the piston left the bit, largest contact and rock force,
-/// works of drive, gravity and feed, what rock, its viscosity and the bodies took, and the length
-/// drilled by specific energy. SI units.
+/// works of drive, gravity and feed, what rock, its viscosity and the bodies took, the length drilled
+/// by specific energy, and the free air taken. SI units.
 pub type Numbers = [f64; NUMBERS];
 
 /// Name of a mean, what its sum is over, and the sum below it (none: the number of blows).
@@ -41,6 +41,7 @@ const RATIOS: [Ratio; Averages::COUNT] = [
     ("energy_rock_dissipated", Some(10), None),
     ("energy_viscous", Some(11), None),
     ("energy_damping", Some(12), None),
+    ("air_flow", Some(14), Some(0)),
 ];
 
 /// A number for each of [`Averages::names`]: means over blows, or their errors, or spreads.
@@ -49,7 +50,7 @@ pub struct Averages(pub [f64; Averages::COUNT]);
 
 impl Averages {
     /// How many there are.
-    pub const COUNT: usize = 17;
+    pub const COUNT: usize = 18;
 
     /// Their names.
     pub fn names() -> impl Iterator<Item = &'static str> {

@@ -241,6 +241,7 @@ impl Member {
                     e.viscous - f.viscous,
                     e.damping - f.damping,
                     drilled - self.drilled,
+                    blow.air_flow * blow.period,
                 ]);
                 // The first blow has no period.
                 if numbers[0] > 0.0 {

@@ -362,7 +362,7 @@ impl Default for Parameters {
                 anvil_area: 0.0,
                 stiffness: 0.0,
             },
-            // Fitted to `dth_hammer.models.pneumatic` by `examples/chambers.py`.
+            // Straight lines through the indicator diagram of an air hammer of 70 mm stroke at 15 bar.
             chambers: ChamberLaws {
                 drive: ChamberLaw {
                     supply: PortLaw {

@@ -453,11 +453,11 @@ def _blows(hammer: Hammer, step: Callable[[], None], limit: float) -> Iterator[l
     How the piston rebounds is not read. Works are differences between communication points; the
     length drilled is that of the blow.
     """
-    read = hammer.reader(["blow_count", "stalled", "rop", *BLOW, *PEAKS, *WORKS])
+    read = hammer.reader(["blow_count", "stalled", "rop", "air_flow", *BLOW, *PEAKS, *WORKS])
     count, last, peaks, before = 0.0, hammer.time, np.zeros(2), np.zeros(len(WORKS))
     while hammer.time - last <= limit:
         step()
-        now, stalled, rop, *numbers = read()
+        now, stalled, rop, air, *numbers = read()
         own, works = numbers[: len(BLOW)], np.array(numbers[len(BLOW) + 2 :])
         peaks = np.maximum(peaks, numbers[len(BLOW) : len(BLOW) + 2])
         if now > count + 1:
@@ -466,7 +466,7 @@ def _blows(hammer: Hammer, step: Callable[[], None], limit: float) -> Iterator[l
             )
         if now > count:
             if own[0] > 0.0:
-                yield [*own, np.nan, *peaks, *(works - before), rop * own[0]]
+                yield [*own, np.nan, *peaks, *(works - before), rop * own[0], air * own[0]]
             count, last, peaks, before = now, hammer.time, np.zeros(2), works
         elif stalled:
             return
