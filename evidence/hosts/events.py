@@ -2,19 +2,16 @@
 
     python evidence/hosts/events.py             # a table: every host that is installed here
 
-The unit is the hammer itself, as rigid bodies, its piston thrown up; `score.py` beside this file
-has the closed forms, and scores the rows of any other host.
-
-`--unit FOLDER` writes the unit for both standards, for a host that is not listed here. fmusim
-is run if it is on the path.
+The units are those of `unit/`; `score.py` beside this file has the closed forms, and scores the
+rows of any other host. fmusim is run if it is on the path.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import math
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -23,43 +20,66 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import fmpy
-from dth_hammer import VARIABLES
-from dth_hammer.fmu import configure
-from score import ACCELERATION, END, GAP, LEVELS, READ, STEP, VELOCITY, cells, read_rows
+import numpy as np
+from fmpy.fmi3 import FMU3Slave
+from score import END, GAP, READ, SCENES, STEP, cells, input_rows, read_rows
 
-FILES = {2: "throw.fmu", 3: "throw_fmi3.fmu"}
-
-
-def write_units(folder: Path) -> None:
-    """The unit for both standards; it starts so, and a host sets nothing."""
-    start = {
-        name: VARIABLES[name].start
-        for name in ("material.density", "cross_section", "piston.length")
-    }
-    scene = {
-        "fidelity": "Rigid",
-        "gravity": 0.0,
-        "feed_force": 0.0,
-        "contact.initial_gap": GAP,
-        "piston.initial_velocity": VELOCITY,
-        "drive.source": "Force",
-        "drive_force": math.prod(start.values()) * ACCELERATION,
-    }
-    events = {f"event.position[{k}]": level for k, level in enumerate(LEVELS, 1)}
-    configure(folder / FILES[2], scene)
-    configure(folder / FILES[3], {**scene, "event.positions": len(LEVELS), **events}, fmi=3)
+UNITS = Path(__file__).resolve().parent / "unit"
+FILES = {2: "thrown_fmi2.fmu", 3: "thrown_fmi3.fmu"}
 
 
-def run_fmpy(folder: Path, fmi: int, **more: bool) -> list[tuple[float, float]]:
+def run_fmpy(
+    folder: Path, fmi: int, scene: str = "thrown", **more: bool
+) -> list[tuple[float, float]]:
+    changed = np.genfromtxt(input_rows().splitlines(), delimiter=",", names=True)
     found = fmpy.simulate_fmu(
         str(folder / FILES[fmi]),
-        stop_time=END,
+        stop_time=SCENES[scene],
+        input=changed if scene == "changed" else None,
         step_size=STEP,
         output_interval=STEP,
         output=[READ],
         **more,
     )
     return [(float(time), float(x)) for time, x in zip(found["time"], found[READ], strict=True)]
+
+
+def run_coupled(folder: Path, events: bool) -> list[tuple[float, float]]:
+    """Piston and valve by a master over fmpy, which exchanges wherever the piston's step ends."""
+    end, rows = SCENES["coupled"], [(0.0, -GAP)]
+    with tempfile.TemporaryDirectory() as place:
+        units = []
+        for name in ("thrown", "valve"):
+            unzipped = fmpy.extract(str(folder / f"{name}_fmi3.fmu"), f"{place}/{name}")
+            more = {"guid": name, "modelIdentifier": name, "unzipDirectory": unzipped}
+            unit = FMU3Slave(**more, instanceName=name)
+            unit.instantiate(eventModeUsed=events, earlyReturnAllowed=events)
+            unit.enterInitializationMode()
+            unit.exitInitializationMode()
+            if events:
+                unit.enterStepMode()
+            units.append(unit)
+        piston, valve = units
+        time = 0.0
+        while time < end - 1e-9:
+            # The next multiple of the step, wherever the last one ended.
+            point = (int(time / STEP + 1e-9) + 1) * STEP
+            event, _, _, reached = piston.doStep(time, point - time)
+            valve.doStep(time, reached - time)
+            time = reached
+            if event and events:
+                piston.enterEventMode()
+            (x,) = piston.getFloat64([1])
+            valve.setFloat64([1], [x])
+            piston.setFloat64([3], valve.getFloat64([3]))
+            if event and events:
+                piston.updateDiscreteStates()
+                piston.enterStepMode()
+            rows.append((time, x))
+        for unit in units:
+            unit.terminate()
+            unit.freeInstance()
+    return rows
 
 
 def run_program(*command: str | Path) -> str:
@@ -159,6 +179,17 @@ HOSTS = {
     "libcosim": ("libcosimpy", 3, lambda at: run_libcosim(at, 3)),
     "libcosim, FMI 2.0": ("libcosimpy", 2, lambda at: run_libcosim(at, 2)),
 }
+#: The other scenes, in the same way.
+OTHERS = {
+    "changed": {
+        "fmpy, event mode and early return": lambda at: run_fmpy(at, 3, "changed", **EVENTS),
+        "fmpy, neither": lambda at: run_fmpy(at, 3, "changed"),
+    },
+    "coupled": {
+        "a master over fmpy, event mode and early return": lambda at: run_coupled(at, events=True),
+        "a master over fmpy, neither": lambda at: run_coupled(at, events=False),
+    },
+}
 PROGRAMS = ("fmusim",)
 
 
@@ -172,44 +203,45 @@ def number(host: str) -> str | None:
         return None
 
 
-def apart(name: str, folder: Path) -> str:
+def apart(name: str, scene: str = "thrown") -> str:
     """One host in a process of its own: some of them end badly."""
-    command = [sys.executable, __file__, "--host", name, "--unit", str(folder)]
+    command = [sys.executable, __file__, "--host", name, "--scene", scene]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
     text = next((line for line in done.stdout.splitlines() if line.startswith("[[")), None)
     if text is None:
         words = [line for line in done.stderr.splitlines() if line and "[debug]" not in line]
         why = words[-1] if words else f"it ends with {done.returncode} and says nothing"
-        return f"does not run it: {why.replace(str(folder), '')[:120]} | | |"
-    return cells([(time, x) for time, x in json.loads(text)])
+        return f"does not run it: {re.sub(r'/.*/', '', why)[:120]} | | |"
+    return cells([(time, x) for time, x in json.loads(text)], scene)
 
 
-def table(folder: Path) -> str:
-    lines = [
-        "| host | version | FMI | instants kept | events seen | largest error (s) | points |",
-        "|---|---|---|---|---|---|---|",
-    ]
+def tables() -> str:
+    figures = "instants kept | events seen | largest error (s) | points |"
+    lines = [f"| host | version | FMI | {figures}", "|---|---|---|---|---|---|---|"]
     for name, (package, fmi, _) in HOSTS.items():
         if (installed := number(package)) is not None:
-            lines.append(f"| {name} | {installed} | {fmi}.0 | {apart(name, folder)} |")
+            lines.append(f"| {name} | {installed} | {fmi}.0 | {apart(name)} |")
+    lines += ["", f"| scene | host | {figures}", "|---|---|---|---|---|---|"]
+    for scene, hosts in OTHERS.items():
+        lines += [f"| {scene} | {name} | {apart(name, scene)} |" for name in hosts]
     return "\n".join(lines)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--unit", type=Path)
-    parser.add_argument("--host", choices=HOSTS)
+    parser.add_argument("--host")
+    parser.add_argument("--scene", choices=SCENES, default="thrown")
     options = parser.parse_args()
     if options.host:
-        print(json.dumps(HOSTS[options.host][2](options.unit)), flush=True)
-        os._exit(0)
-    elif options.unit:
-        options.unit.mkdir(parents=True, exist_ok=True)
-        write_units(options.unit)
-    else:
+        others = OTHERS.get(options.scene)
+        run = others[options.host] if others else HOSTS[options.host][2]
         with tempfile.TemporaryDirectory() as folder:
-            write_units(Path(folder))
-            print(table(Path(folder)))
+            # A host may write beside the unit.
+            shutil.copytree(UNITS, folder, dirs_exist_ok=True)
+            rows = run(Path(folder))
+        print(json.dumps(rows), flush=True)
+        os._exit(0)
+    print(tables())
 
 
 if __name__ == "__main__":

@@ -3,6 +3,11 @@
     python score.py ROWS.csv    # columns time and relative_position, a row a point of the host's
     python score.py             # the exact instants, as in instants.csv
 
+`--scene` names another than `thrown`: `changed`, in which the acceleration doubles, by the host's
+input, at the instant at which the piston passes -0.02 m upward; or `coupled`, in which the second
+unit, a valve, doubles it above that level, so that energy is kept and the piston passes it back as
+fast as before.
+
 The unit's piston is thrown up against a constant force: in a parabola, until it strikes the
 resting bit. So every event has a closed form. With x0 = -gap, the acceleration a and the velocity
 v < 0 at the start, it passes a level x at
@@ -15,9 +20,9 @@ highest point, are 3.2 us apart: who looks at communication points alone does no
 
 from __future__ import annotations
 
+import argparse
 import csv
 import math
-import sys
 from collections.abc import Iterable
 
 GAP, VELOCITY, ACCELERATION = 1e-3, -8.3, 800.0
@@ -30,22 +35,53 @@ READ = "relative_position"
 KEPT = 1e-12
 
 
-def instants() -> list[tuple[float, float]]:
+#: Scenes, and until when a host runs each, s.
+SCENES = {"thrown": END, "changed": 0.014, "coupled": 0.014}
+#: Where the acceleration changes, m, and to what, m/s2.
+EDGE, STRONGER = -0.02, 1600.0
+
+
+def passages(level: float, x: float, v: float, a: float) -> list[float]:
+    """When the parabola from x with velocity v is at a level, first and again."""
+    root = math.sqrt(v**2 + 2.0 * a * (level - x))
+    return [(-v + sign * root) / a for sign in (-1.0, 1.0)]
+
+
+def instants(scene: str = "thrown") -> list[tuple[float, float]]:
     """Instants and levels of all events, in order."""
+    thrown = (-GAP, VELOCITY, ACCELERATION)
+    if scene == "thrown":
+        found = [(instant, level) for level in LEVELS for instant in passages(level, *thrown)]
+        return sorted([*found, (passages(0.0, *thrown)[1], 0.0)])
+    up = [(passages(level, *thrown)[0], level) for level in (-0.01, EDGE)]
+    edge = up[-1][0]
+    speed = math.sqrt(VELOCITY**2 + 2.0 * ACCELERATION * (EDGE + GAP))
+    above = (EDGE, -speed, STRONGER)
+    found = [(edge + instant, -0.03) for instant in passages(-0.03, *above)]
+    back = edge + passages(EDGE, *above)[1]
+    found.append((back, EDGE))
+    below = (EDGE, speed, STRONGER if scene == "changed" else ACCELERATION)
+    found += [(back + passages(level, *below)[1], level) for level in (-0.01, 0.0)]
+    return [*up, *found]
 
-    def passages(level: float) -> list[float]:
-        root = math.sqrt(VELOCITY**2 + 2.0 * ACCELERATION * (GAP + level))
-        return [(-VELOCITY + sign * root) / ACCELERATION for sign in (-1.0, 1.0)]
 
-    found = [(instant, level) for level in LEVELS for instant in passages(level)]
-    return sorted([*found, (passages(0.0)[1], 0.0)])
+def instant_rows(scene: str) -> str:
+    rows = [f"{instant!r},{level!r}\n" for instant, level in instants(scene)]
+    return "".join(["instant,relative_position\n", *rows])
 
 
-def score(rows: list[tuple[float, float]]) -> tuple[int, int, float]:
+def input_rows() -> str:
+    """The input of the scene `changed`: two rows of one time are a step."""
+    edge = instants("changed")[1][0]
+    rows = [(0.0, ACCELERATION), (edge, ACCELERATION), (edge, STRONGER), (END, STRONGER)]
+    return "".join(["time,acceleration\n", *(f"{time!r},{value!r}\n" for time, value in rows)])
+
+
+def score(rows: list[tuple[float, float]], scene: str = "thrown") -> tuple[int, int, float]:
     """How many events are kept, how many can be seen at all, and the largest error, s."""
     met = visible = 0
     largest = 0.0
-    for instant, level in instants():
+    for instant, level in instants(scene):
         error = min(abs(time - instant) for time, _ in rows)
         before = [x >= level for time, x in rows if time < instant]
         after = [x >= level for time, x in rows if time >= instant]
@@ -61,21 +97,24 @@ def read_rows(lines: Iterable[str]) -> list[tuple[float, float]]:
     return [(float(row["time"]), float(row[READ])) for row in csv.DictReader(lines)]
 
 
-def cells(rows: list[tuple[float, float]]) -> str:
-    met, visible, error = score(rows)
-    count = len(instants())
+def cells(rows: list[tuple[float, float]], scene: str = "thrown") -> str:
+    met, visible, error = score(rows, scene)
+    count = len(instants(scene))
     return f"{met} of {count} | {visible} of {count} | {error:.0e} | {len({t for t, _ in rows})}"
 
 
 def main() -> None:
-    if len(sys.argv) > 1:
-        with open(sys.argv[1], encoding="utf-8") as file:
-            print("| instants kept | events seen | largest error (s) | points |")
-            print("|---|---|---|---|")
-            print(f"| {cells(read_rows(file))} |")
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("rows", nargs="?")
+    parser.add_argument("--scene", choices=SCENES, default="thrown")
+    options = parser.parse_args()
+    if options.rows is None:
+        print(instant_rows(options.scene), end="")
         return
-    print("instant,relative_position")
-    print("\n".join(f"{instant!r},{level!r}" for instant, level in instants()))
+    with open(options.rows, encoding="utf-8") as file:
+        print("| instants kept | events seen | largest error (s) | points |")
+        print("|---|---|---|---|")
+        print(f"| {cells(read_rows(file), options.scene)} |")
 
 
 if __name__ == "__main__":

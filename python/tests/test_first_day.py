@@ -34,7 +34,7 @@ NOT_RUN = {
     "cargo suite": "it is what runs this",
     "cargo suite -k hosts": "a part of it",
     "cargo suite --all-platforms -k platforms": "needs wine, qemu and the libraries for them",
-    "python evidence/hosts/events.py": "tests/python/test_fmi3.py and test_hosts.py run its parts",
+    "python evidence/hosts/events.py": "tests/python/test_benchmark.py runs it",
     "cargo lint": "CI runs it beside the suite",
     ".ci/run": "both of these: CI itself",
     "cargo demo": "tests/python/test_readme.py runs it, but for the build of the FMU",

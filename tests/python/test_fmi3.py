@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import io
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from zipfile import ZipFile
@@ -208,22 +206,3 @@ def test_the_reference_results_are_what_a_host_finds(either: Path) -> None:
         np.testing.assert_allclose(
             found[name], table[name], rtol=0.0, atol=1e-9 * largest, err_msg=name
         )
-
-
-HOSTS = Path(__file__).parents[2] / "evidence" / "hosts"
-
-
-def test_the_benchmark_of_hosts_has_instants_in_closed_form_and_finds_them_kept() -> None:
-    def tell(program: str) -> str:
-        command = [sys.executable, HOSTS / program]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
-        return done.stdout
-
-    # Square roots are rounded alike everywhere.
-    assert tell("score.py") == (HOSTS / "instants.csv").read_text(encoding="utf-8")
-    table = [row.split("|") for row in tell("events.py").splitlines()]
-    rows = {row[1].strip(): row[4:6] for row in table}
-    assert [cell.strip() for cell in rows["fmpy, event mode and early return"]] == ["11 of 11"] * 2
-    # Two passages between two points are seen by nobody who does not get events.
-    assert [cell.strip() for cell in rows["fmpy, FMI 2.0"]] == ["0 of 11", "9 of 11"]

@@ -246,6 +246,7 @@ def coupled(package: Package, valve: Path) -> Trajectory:
 
 
 ROOT = Path(__file__).parents[2]
+BENCHMARK = ROOT / "evidence" / "hosts"
 
 
 @pytest.fixture(scope="module")
@@ -292,6 +293,12 @@ def test_fmi_rs_with_events_of_fmi_3(
     blows = (rows["blow_count"] > 0) & (rows["time"] == rows["blow_time"])
     events = rows[blows].drop_duplicates()
     assert len(events) == expected["blow_count"][-1] > 0
+
+
+def test_fmi_rs_keeps_the_events_of_the_benchmark(importer: Path, tmp_path: Path) -> None:
+    rows = tmp_path / "rows.csv"
+    run(importer, BENCHMARK / "unit" / "thrown_fmi3.fmu", "0.001", "0.021", rows)
+    assert "| 11 of 11 | 11 of 11 |" in run(sys.executable, BENCHMARK / "score.py", rows)
 
 
 def test_fmuloader(fmu_path: Path, outputs: list[str], expected: Trajectory) -> None:
