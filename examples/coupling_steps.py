@@ -89,7 +89,7 @@ def measure(
     steps: Iterable[float] = STEPS, reference: float = REFERENCE, until: float = UNTIL
 ) -> pd.DataFrame:
     """One row a variant and step: relative errors against the reference step."""
-    truth = settled(reference, until)
+    truth = settled(reference, until, slopes=True)
     runs = [(v, s, {**options}) for (v, options), s in itertools.product(VARIANTS.items(), steps)]
     runs += [(CONTROLLED, max(steps), {"tolerance": t, "slopes": True}) for t in TOLERANCES]
     rows = []

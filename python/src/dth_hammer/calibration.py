@@ -8,13 +8,16 @@ covariance ``S``, the surface ``f`` and the covariance ``R`` of its residuals,
     minimise (m - f(x)) . (S + R)^-1 (m - f(x)),    covariance of x = (J . (S + R')^-1 J)^-1
 
 within box and bounds, where ``R'`` is that of a new point: ``R (1 + leverage)``, larger for few
-points. Then the box moves, or shrinks as long as the residuals shrink as those of a smooth function
-do: a box within one piece of the response would take the slope of that piece for the trend.
+points. That covariance sizes the boxes only: what the measurements leave of the parameters is a
+population over the likelihood (`posterior`), of an emulator that is refined by hammers simulated
+among its members until these stay. Boxes move, and shrink as long as the residuals shrink as
+those of a smooth function do: a box within one piece of the response would take the slope of that
+piece for the trend.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -26,21 +29,13 @@ from .band import beside
 from .contract import typed
 from .errors import DomainError, RefusedError, warn
 from .extras import need
-from .gradients import differentiable
 from .longrun import Hammerlike, Steady, Wanted, named, numbers_of, responses, unit
-from .quantities import read
-from .records import Record, check, simulated
+from .measurements import GIVE, Free, Measured, Problem, looked_at
+from .posterior import Emulator, modes, population
+from .records import Record
 from .surfaces import Surface, basis, curved_size
-from .trends import sobol, table_of
-from .variables import VARIABLES, Array, Value, whole
+from .variables import Array
 
-#: A value with its standard error, or repeated measurements; None and NaN are missing.
-Measured = tuple[Value, Value] | Sequence[Value | None] | Array
-#: Parameters to find: their names, or bounds by name, None if there are none.
-Free = Sequence[str] | Mapping[str, tuple[Value, Value] | None]
-
-#: Bounds of a parameter, as a factor both ways, unless they are given.
-FACTOR = 3.0
 #: Points of the first design, for each parameter; starts that are followed; their distance, as a
 #: part of the bounds.
 FIRST, STARTS, APART = 16, 2, 0.15
@@ -56,10 +51,13 @@ DENSE, BOXES = 3, 12
 #: A quadratic surface is used below this part of a plane's squared residuals; a misfit is reported
 #: below this probability.
 PAYS, CHANCE = 0.8, 1e-3
-GIVE = "give (value, standard error), or three or more values"
 #: Correlation beyond which two estimates can hardly be distinguished; error of a direction, over
 #: the width of the bounds, beyond which the measurements do not determine it.
 CORRELATED, BLIND = 0.95, 0.5
+#: Turns of refining the likelihood at most; hammers of each, for each parameter; the part of their
+#: width by which ends and middle of intervals may move at last; a fit so many deviations from a
+#: mode has missed it.
+TURNS, AMONG, STAYS, MISSED = 6, 8, 0.1, 2.0
 
 
 @dataclass(frozen=True)
@@ -68,10 +66,14 @@ class Calibration:
 
     #: Best values.
     parameters: pd.Series
-    #: Standard errors, of measurement and roughness; those of the bounds if undetermined.
+    #: Standard deviations of what the likelihood leaves; those of the bounds if undetermined.
     errors: pd.Series
     covariance: pd.DataFrame
     correlation: pd.DataFrame
+    #: Drawn from the likelihood within the bounds: a row each, a column by parameter.
+    samples: pd.DataFrame = field(repr=False)
+    #: Best values and share of each mode of the likelihood, the largest first.
+    modes: pd.DataFrame
     #: What these measurements do not determine, one sentence each.
     cannot_tell: tuple[str, ...]
     #: Parameters at their bounds.
@@ -90,33 +92,59 @@ class Calibration:
     steady: Steady | None
     #: Number of simulated hammers.
     evaluations: int
-    _problem: _Problem = field(repr=False)
+    _problem: Problem = field(repr=False)
     _left: Array = field(repr=False)
 
-    def log_likelihood(self, theta: Sequence[float] | Array) -> float:
+    def interval(self, level: float = 0.95) -> pd.DataFrame:
+        """Least and largest value of each parameter that the likelihood leaves, a row each.
+
+        Of equal parts on both sides, so not symmetric about the best value.
+
+        Args:
+            level: how probable it is that an interval holds the value, above 0 and below 1.
+        """
+        if not 0.0 < level < 1.0:
+            raise DomainError(f"level = {level:g} must be above 0 and below 1")
+        sides = self.samples.quantile([0.5 - 0.5 * level, 0.5 + 0.5 * level]).T
+        return sides.set_axis(["low", "high"], axis=1)
+
+    def log_likelihood(self, theta: Sequence[float] | Array) -> Any:
         """Logarithm of the likelihood of parameters, without its constant.
 
         For samplers such as emcee. It is minus infinity outside the bounds, and where the engine
         refuses the hammer or the hammer stalls; it is never NaN.
 
         Args:
-            theta: values in SI units, in the order of `parameters`.
+            theta: values in SI units, in the order of `parameters`, or many of them, a row each.
+
+        Returns:
+            A number, or one for each row.
         """
-        point = np.asarray(theta, dtype=float)
         problem = self._problem
-        if point.shape != (len(problem.names),) or not (point > 0.0).all():
-            return -np.inf
-        logs = np.log(point)
-        if not problem.holds(logs):
-            return -np.inf
-        values = problem.at(logs[None])[0]
-        if not np.isfinite(values).all():
-            return -np.inf
+        try:
+            points = np.asarray(theta, dtype=float)
+        except (TypeError, ValueError):
+            points = np.zeros(0)
+        if points.ndim not in (1, 2) or points.shape[-1] != len(problem.names):
+            raise DomainError(
+                f"theta of shape {points.shape} must have {len(problem.names)} numbers a row: "
+                f"{', '.join(problem.names)}"
+            )
+        rows = np.atleast_2d(points)
+        logs = np.log(np.where(rows > 0.0, rows, np.nan))
+        inside = np.array([problem.holds(row) for row in logs], dtype=bool)
+        values = np.full((len(rows), len(problem.values)), np.nan)
+        if inside.any():
+            values[inside] = problem.at(logs[inside])
         off = (values - problem.values) / problem.errors
-        return float(-0.5 * off @ np.linalg.solve(np.eye(len(off)) + self._left, off))
+        solved = np.linalg.solve(np.eye(off.shape[1]) + self._left, off.T).T
+        found = -0.5 * np.sum(off * solved, axis=1)
+        found[~np.isfinite(found)] = -np.inf
+        return float(found[0]) if points.ndim == 1 else found
 
     def _repr_html_(self) -> str:
         table = pd.DataFrame({"value": self.parameters, "error": self.errors})
+        table = table.join(self.interval())
         texts = [*self.cannot_tell, *(f"{n} is at its bound" for n in self.at_bounds)]
         texts += [self.misfit] if self.misfit else []
         texts += [self.steady.rate] if self.steady is not None else []
@@ -169,81 +197,43 @@ def calibrate(
     losses = ("linear", "soft_l1", "huber", "cauchy", "arctan")
     if loss not in losses:
         raise DomainError(f"loss = {loss!r} must be one of {', '.join(losses)}")
-    problem = _looked_at(measured, free, numbers_of(scene, preset), records, Wanted(error=error))
+    if seed < 0:
+        raise DomainError(f"seed = {seed} must be 0 or more")
+    problem = looked_at(measured, free, numbers_of(scene, preset), records, Wanted(error=error))
     problem.progress = progress
     return fitted(problem, loss, seed)
 
 
-def fitted(problem: _Problem, loss: str = "linear", seed: int = 1) -> Calibration:
-    """Returns the best fit from several starting points."""
+def fitted(problem: Problem, loss: str = "linear", seed: int = 1) -> Calibration:
+    """Returns the best fit from several starting points, and what the likelihood leaves."""
     fits = [_follow(problem, start, loss, seed) for start in _starts(problem, loss, seed)]
-    return _described(problem, min(fits, key=lambda fit: fit.cost))
+    members, peaks = _weighed(problem, loss, seed)
+    size = members.std(axis=0) + NARROW
+    for peak, _ in peaks:
+        # A mode that no start has found.
+        if all((np.abs(fit.logs - peak) > MISSED * size).any() for fit in fits):
+            fits.append(_follow(problem, peak, loss, seed))
+    return _described(problem, min(fits, key=lambda fit: fit.cost), members, peaks)
 
 
-@dataclass
-class _Problem:
-    """Measurements, free parameters, and the hammers simulated so far."""
-
-    names: list[str]
-    #: Logarithms: where to begin, and bounds.
-    start: Array
-    low: Array
-    high: Array
-    given: Mapping[str, float]
-    means: list[str]
-    records: Sequence[Record]
-    values: Array
-    errors: Array
-    wanted: Wanted
-    progress: bool = False
-    #: Points tried, and what they gave.
-    logs: list[Array] = field(default_factory=list)
-    found: list[Array] = field(default_factory=list)
-    refused: list[str] = field(default_factory=list)
-
-    def holds(self, logs: Array) -> bool:
-        """Returns whether a point is within the bounds."""
-        return bool((logs >= self.low - 1e-12).all() and (logs <= self.high + 1e-12).all())
-
-    def numbers(self, logs: Array) -> dict[str, float]:
-        """Returns the parameters of the hammer at a point."""
-        return {**self.given, **dict(zip(self.names, map(float, np.exp(logs)), strict=True))}
-
-    def at(self, points: Array) -> Array:
-        """Responses of hammers, one row per point; NaN where there is none."""
-        values = np.full((len(points), len(self.values)), np.nan)
-        scenes = [self.numbers(logs) for logs in points]
-        if self.means:
-            for k, answer in responses(scenes, self.wanted, progress=self.progress):
-                if isinstance(answer, str):
-                    self.refused.append(answer)
-                values[k, : len(self.means)] = table_of([answer], self.means)[0]
-        for k, scene in enumerate(scenes) if self.records else ():
-            try:
-                samples = [simulated(record, scene)[0] for record in self.records]
-                values[k, len(self.means) :] = np.concatenate(samples)
-            except (DomainError, RefusedError) as error:
-                self.refused.append(str(error))
-        return values
-
-    def spread(self, low: Array, high: Array, seed: int, count: int) -> None:
-        """Simulates the points of a box that have not been simulated yet."""
-        inside = sum(bool((x >= low).all() and (x <= high).all()) for x in self.logs)
-        if inside >= count:
-            return
-        unit_box = sobol(len(self.names), count - inside, seed + len(self.logs))[: count - inside]
-        self.note(0.5 * (low + high) + 0.5 * (high - low) * unit_box)
-
-    def note(self, points: Array) -> None:
-        """Simulates points and stores their responses."""
-        self.logs += [*points]
-        self.found += [*self.at(points)]
-
-    def within(self, low: Array, high: Array) -> tuple[Array, Array]:
-        """Points of a box that have a response, and it over the measurement's error."""
-        logs, found = np.array(self.logs), np.array(self.found)
-        inside = ((logs >= low) & (logs <= high)).all(axis=1) & np.isfinite(found).all(axis=1)
-        return logs[inside], (found[inside] - self.values) / self.errors
+def _weighed(problem: Problem, loss: str, seed: int) -> tuple[Array, list[tuple[Array, float]]]:
+    """A population over the likelihood, and its modes, refined until it stays."""
+    groups = len(problem.means), [len(record.values) for record in problem.records]
+    before: Array | None = None
+    for turn in range(TURNS):
+        found = (np.array(problem.found) - problem.values) / problem.errors
+        bounds = (problem.low, problem.high)
+        emulator = Emulator(np.array(problem.logs), found, bounds, groups, loss)
+        members = population(emulator, *bounds, seed + turn)
+        sides = np.quantile(members, [0.025, 0.5, 0.975], axis=0)
+        wide = sides[2] - sides[0] + NARROW
+        if before is not None and (np.abs(sides - before) < STAYS * wide).all():
+            break
+        before = sides
+        if turn < TURNS - 1:
+            random = np.random.default_rng([seed, turn])
+            problem.note(members[random.choice(len(members), AMONG * len(problem.names))])
+    return members, modes(emulator, members)
 
 
 @dataclass(frozen=True)
@@ -255,7 +245,7 @@ class _Fit:
     cost: float
 
 
-def _surface(problem: _Problem, low: Array, high: Array) -> Surface | None:
+def _surface(problem: Problem, low: Array, high: Array) -> Surface | None:
     """Fits the surface over a box; None if too few hammers in it have a response."""
     logs, found = problem.within(low, high)
     count, centre = len(low), 0.5 * (low + high)
@@ -287,7 +277,7 @@ def _surface(problem: _Problem, low: Array, high: Array) -> Surface | None:
     return Surface(centre, coefficients, left, np.linalg.pinv(terms.T @ terms), free)
 
 
-def _solve(problem: _Problem, surface: Surface, low: Array, high: Array, loss: str) -> _Fit:
+def _solve(problem: Problem, surface: Surface, low: Array, high: Array, loss: str) -> _Fit:
     """Finds the best point of a surface within a box."""
     least_squares = need("scipy.optimize", "fit").least_squares
     root = np.linalg.cholesky(np.eye(len(surface.left)) + surface.left)
@@ -305,7 +295,7 @@ def _solve(problem: _Problem, surface: Surface, low: Array, high: Array, loss: s
     return _Fit(found.x, surface, covariance, float(found.cost))
 
 
-def _starts(problem: _Problem, loss: str, seed: int) -> Iterator[Array]:
+def _starts(problem: Problem, loss: str, seed: int) -> Iterator[Array]:
     """Returns the best points of a design over the bounds that are not close to each other."""
     if not problem.logs:
         problem.note(problem.start[None])
@@ -325,7 +315,7 @@ def _starts(problem: _Problem, loss: str, seed: int) -> Iterator[Array]:
             return
 
 
-def _follow(problem: _Problem, start: Array, loss: str, seed: int) -> _Fit:
+def _follow(problem: Problem, start: Array, loss: str, seed: int) -> _Fit:
     """Refines one starting point, box by box."""
     count = DENSE * curved_size(len(start))
     bounds = problem.high - problem.low
@@ -357,76 +347,13 @@ def _follow(problem: _Problem, start: Array, loss: str, seed: int) -> _Fit:
     return fit
 
 
-def _looked_at(
-    measured: Mapping[str, Measured],
-    free: Free,
-    given: Mapping[str, float],
-    records: Sequence[Record],
-    wanted: Wanted,
-) -> _Problem:
-    """Checks the arguments."""
-    check(records)
-    rows = {name: _measured(name, numbers) for name, numbers in measured.items()}
-    means = {name: row for name, row in rows.items() if row is not None}
-    names = differentiable(free)
-    if not (means or records) or not names:
-        raise DomainError("give what was measured, and which parameters are free")
-    table = np.array([*means.values()], dtype=float).reshape(len(means), 2)
-    values = np.concatenate([table[:, 0], *(r.values for r in records)])
-    errors = np.concatenate([table[:, 1], *(r.errors for r in records)])
-    known = whole(given)
-    start, low, high = (np.empty(len(names)) for _ in range(3))
-    for k, name in enumerate(names):
-        start[k] = known[name]
-        bounds = free[name] if isinstance(free, Mapping) else None
-        if bounds is not None:
-            low[k], high[k] = (VARIABLES[name].number(bound) for bound in bounds)
-        else:
-            low[k], high[k] = start[k] / FACTOR, start[k] * FACTOR
-        if not 0.0 < low[k] < high[k]:
-            raise DomainError(f"the bounds of {name}, {low[k]:g} to {high[k]:g}, must be above 0")
-    start = np.clip(start, low, high)
-    return _Problem(
-        names=names,
-        start=np.log(start),
-        low=np.log(low),
-        high=np.log(high),
-        given=given,
-        means=[*means],
-        records=records,
-        values=values,
-        errors=errors,
-        wanted=wanted,
-    )
-
-
-def _measured(name: str, given: Measured) -> tuple[float, float] | None:
-    """Returns value and standard error; None if every value is missing."""
-    of = unit(named(name))
-    if isinstance(given, str) or not isinstance(given, Iterable):
-        raise DomainError(f"{name} = {given!r}: {GIVE}")
-    determined = [np.nan if x is None else read(x, of, name) for x in given]
-    values = np.array(determined, dtype=float)
-    if len(values) == 2 and isinstance(given, tuple):
-        value, sigma = map(float, values)
-        if np.isnan(value):
-            return None
-    else:
-        values = values[np.isfinite(values)]
-        if not len(values):
-            return None
-        if len(values) < 3:
-            raise DomainError(f"{name}: {GIVE}")
-        value, sigma = float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values)))
-    if not (np.isfinite(value) and sigma > 0.0 and np.isfinite(sigma)):
-        raise DomainError(f"{name} = {value:g} with error {sigma:g}: an error must be above 0")
-    return value, sigma
-
-
-def _described(problem: _Problem, fit: _Fit) -> Calibration:
+def _described(
+    problem: Problem, fit: _Fit, members: Array, peaks: list[tuple[Array, float]]
+) -> Calibration:
     names, index = problem.names, pd.Index(problem.names)
     best = np.exp(fit.logs)
-    sizes = np.sqrt(np.diag(fit.covariance))
+    covariance = np.atleast_2d(np.cov(members.T)) + NARROW**4 * np.eye(len(names))
+    sizes = np.sqrt(np.diag(covariance))
     off = fit.surface(fit.logs)
     left = fit.surface.scatter(fit.logs)
     chi_square = float(off @ np.linalg.solve(np.eye(len(off)) + left, off))
@@ -442,9 +369,13 @@ def _described(problem: _Problem, fit: _Fit) -> Calibration:
     return Calibration(
         parameters=pd.Series(best, index=index, name="value"),
         errors=pd.Series(best * sizes, index=index, name="error"),
-        covariance=pd.DataFrame(fit.covariance * np.outer(best, best), index, index),
-        correlation=pd.DataFrame(fit.covariance / np.outer(sizes, sizes), index, index),
-        cannot_tell=_blind(problem, fit),
+        covariance=pd.DataFrame(covariance * np.outer(best, best), index, index),
+        correlation=pd.DataFrame(covariance / np.outer(sizes, sizes), index, index),
+        samples=pd.DataFrame(np.exp(members), columns=index),
+        modes=pd.DataFrame(np.exp([peak for peak, _ in peaks]), columns=index).assign(
+            share=[share for _, share in peaks]
+        ),
+        cannot_tell=(*_blind(problem, covariance), *_several(names, peaks)),
         at_bounds=tuple(n for n, room in zip(names, near, strict=True) if room < 1e-6),
         residuals=tables[0],
         records=tuple(tables[1:]),
@@ -459,7 +390,8 @@ def _described(problem: _Problem, fit: _Fit) -> Calibration:
 
 
 def _misfit(chi_square: float, freedom: int) -> str:
-    if freedom <= 0 or need("scipy.stats", "fit").chi2.sf(chi_square, freedom) >= CHANCE:
+    # As many parameters as measurements meet them all, so any misfit counts, as of one.
+    if need("scipy.stats", "fit").chi2.sf(chi_square, max(freedom, 1)) >= CHANCE:
         return ""
     return (
         f"the model does not describe what was measured: chi-square {chi_square:.4g} of {freedom} "
@@ -467,7 +399,7 @@ def _misfit(chi_square: float, freedom: int) -> str:
     )
 
 
-def _tables(problem: _Problem, fit: _Fit, off: Array) -> list[pd.DataFrame]:
+def _tables(problem: Problem, fit: _Fit, off: Array) -> list[pd.DataFrame]:
     """Tabulates measured and fitted values of the means and of each record."""
     rough = np.sqrt(np.diag(fit.surface.scatter(fit.logs)))
     columns = {
@@ -487,11 +419,23 @@ def _tables(problem: _Problem, fit: _Fit, off: Array) -> list[pd.DataFrame]:
     return tables
 
 
-def _blind(problem: _Problem, fit: _Fit) -> tuple[str, ...]:
+def _several(names: Sequence[str], peaks: list[tuple[Array, float]]) -> tuple[str, ...]:
+    """Says that the likelihood has several modes."""
+    if len(peaks) < 2:
+        return ()
+    texts = [
+        f"{', '.join(f'{n} = {x:.4g}' for n, x in zip(names, np.exp(peak), strict=True))} "
+        f"({share:.0%})"
+        for peak, share in peaks
+    ]
+    return (f"these measurements allow for {len(texts)} hammers: {'; '.join(texts)}",)
+
+
+def _blind(problem: Problem, covariance: Array) -> tuple[str, ...]:
     """Finds the directions and pairs of parameters that the measurements do not determine."""
     names = problem.names
     prior = (problem.high - problem.low) / np.sqrt(12.0)
-    parts, directions = np.linalg.eigh(fit.covariance / np.outer(prior, prior))
+    parts, directions = np.linalg.eigh(covariance / np.outer(prior, prior))
     texts = []
     for part, direction in zip(np.sqrt(parts), (directions * prior[:, None]).T, strict=True):
         if part <= BLIND:
@@ -500,10 +444,10 @@ def _blind(problem: _Problem, fit: _Fit) -> tuple[str, ...]:
         largest = [k for k in np.argsort(-np.abs(powers)) if abs(powers[k]) > 0.1]
         product = " ".join(f"{names[k]}^{powers[k]:.2g}" for k in largest)
         texts.append(f"these measurements do not determine {product}: only the bounds limit it")
-    sizes = np.sqrt(np.diag(fit.covariance))
+    sizes = np.sqrt(np.diag(covariance))
     for i, first in enumerate(names):
         for k, second in enumerate(names[:i]):
-            tied = fit.covariance[i, k] / (sizes[i] * sizes[k])
+            tied = covariance[i, k] / (sizes[i] * sizes[k])
             if abs(tied) > CORRELATED:
                 texts.append(
                     f"{second} and {first} are hardly distinguished (correlation {tied:.3f}): "

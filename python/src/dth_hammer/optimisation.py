@@ -52,7 +52,7 @@ class Optimum:
     """The best design found."""
 
     parameters: pd.Series
-    #: The goal's value, and its standard error.
+    #: The goal's value, and its standard error by those of the means that it is made of.
     value: float
     error: float
     steady: Steady
@@ -230,12 +230,13 @@ class _Problem:
         try:
             numbers = [self.numbers(place)]
             ((_, found),) = responses(numbers, self.wanted, stopped=lambda: self.stopped)
-            if lost(found):
-                row.refused = found if isinstance(found, str) else found.kind
-            elif isinstance(found, Steady):
-                self._measured(row, found)
         except DthHammerError as error:
-            row.refused = str(error)
+            found = str(error)
+        # What a goal or a limit raises is its own fault, not the design's.
+        if lost(found):
+            row.refused = found if isinstance(found, str) else found.kind
+        elif isinstance(found, Steady):
+            self._measured(row, found)
         if row.steady is None:
             row.passed = np.zeros(len(self.limits))
         self.rows.append(row)
@@ -334,11 +335,10 @@ def _described(problem: _Problem, best: _Row, seed: int, *, stopped: bool) -> Op
     status, message = _status(problem, best, (slopes, errors, rough), at_bounds + at_limits)
     if stopped:
         status, message = "stopped", "the search did not end by itself: this is the best so far"
-    share = float(found.error["rop"] / abs(found.mean["rop"]))
     return Optimum(
         parameters=pd.Series(values, index=pd.Index(names), name="value"),
         value=best.goal,
-        error=abs(best.goal) * share,
+        error=_error(problem.goal, found),
         steady=found,
         at_bounds=at_bounds,
         at_limits=at_limits,
@@ -348,6 +348,16 @@ def _described(problem: _Problem, best: _Row, seed: int, *, stopped: bool) -> Op
         message=message,
         history=_history(problem),
     )
+
+
+def _error(goal: Callable[[Steady], float], found: Steady) -> float:
+    """Standard error of a goal by those of the means, as if these were independent."""
+    here, square = goal(found), 0.0
+    for name in found.error.index[found.error > 0.0]:
+        outputs = found.outputs.copy()
+        outputs.loc[name, "mean"] += found.error[name]
+        square += (goal(replace(found, outputs=outputs)) - here) ** 2
+    return float(np.sqrt(square))
 
 
 def _around(problem: _Problem, best: _Row, seed: int) -> tuple[Array, Array, float]:

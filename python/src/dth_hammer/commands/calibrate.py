@@ -50,6 +50,7 @@ def run(options: argparse.Namespace) -> None:
         progress=not options.quiet,
     )
     values = pd.DataFrame({"value": found.parameters, "error": found.errors})
+    values = values.join(found.interval())
     table = common.by_name(values, units, options.units)
     if options.out:
         outputs.write(table, options.out)
