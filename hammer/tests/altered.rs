@@ -68,11 +68,14 @@ fn an_altered_state_ends_in_motion_or_a_named_error_within_its_budget() {
             let end = serde_json::from_value::<State>(forged).ok().map(|state| {
                 let mut other = scene(fidelity, source, casing);
                 other.restore(&state)?;
+                let from = other.time();
                 let before = work(other.counters());
                 let stepped = other.advance(other.time() + 0.02);
                 let done = work(other.counters()) - before;
                 assert!(done <= BUDGET, "number {place} as {strange}: {done} units");
                 other.kinematics();
+                assert!(other.time() >= from, "number {place} as {strange}: time runs backwards");
+                assert!(stepped.is_err() || other.time() == from + 0.02, "{place}");
                 stepped
             });
             let end = match end {
@@ -89,4 +92,29 @@ fn an_altered_state_ends_in_motion_or_a_named_error_within_its_budget() {
     }
     let [_, moved, overwork, refused] = ends;
     assert!(moved > 50 && overwork > 0 && refused > 50, "{ends:?}");
+}
+
+/// What has happened is in the past: a blow to come would be one of negative period.
+#[test]
+fn a_state_whose_past_is_to_come_is_refused() {
+    let machine = scene(Fidelity::Rigid, Source::Relay, 0.0);
+    let honest = serde_json::to_value(machine.state()).expect("a state in JSON");
+    let mut other = scene(Fidelity::Rigid, Source::Relay, 0.0);
+    let places = [
+        "/blows/last/time",
+        "/blows/milestones/0/time",
+        "/blows/milestones/1/time",
+        "/blows/collision",
+        "/blows/opened",
+        "/zeno/burst_start",
+    ];
+    for place in places {
+        let mut forged = honest.clone();
+        let value = forged.pointer_mut(place).unwrap_or_else(|| panic!("{place}: {honest}"));
+        assert!(alter(value, &mut 0, machine.time() + 1e-3), "{place}");
+        let state = serde_json::from_value(forged).expect("a state");
+        assert!(matches!(other.restore(&state), Err(Error::Corrupt { .. })), "{place}");
+    }
+    let state = serde_json::from_value(honest).expect("a state");
+    other.restore(&state).expect("as it was written");
 }

@@ -83,6 +83,15 @@ pub(crate) enum Closing {
 }
 
 impl Progress {
+    /// When anything of it happened.
+    pub(crate) fn instants(&self) -> impl Iterator<Item = Double> + '_ {
+        let milestones = self.milestones.iter().flatten().map(|milestone| milestone.time);
+        // Before the first blow the last one has no time.
+        let last = self.milestones[1].map(|_| Double::new(self.last.time));
+        let step = self.step.iter().map(|blow| Double::new(blow.time));
+        milestones.chain(self.collision).chain(self.opened).chain(last).chain(step)
+    }
+
     /// Notes whether the piston rises between the epoch and `at`, where the tracks of all that it
     /// touches stand. In flight its velocity is a polynomial and no rise is overlooked; in contact
     /// only the end of the stretch is examined.

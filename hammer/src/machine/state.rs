@@ -8,6 +8,7 @@ use super::zeno::ZenoDetector;
 use crate::air::Air;
 use crate::error::{CorruptState, Error};
 use crate::motion::state::{Anchor, MotionState};
+use crate::numerics::instant::Double;
 use crate::quantities::inputs::Input;
 use crate::quantities::parameters::{Parameters, Source};
 use serde::{Deserialize, Serialize};
@@ -80,6 +81,10 @@ impl State {
             return refuse(CorruptState::NotFinite);
         }
         let lag = motion.epoch.until(motion.time) - motion.now;
+        let later = |instant: Double| motion.epoch.until(instant.value()) > 0.0;
+        if self.blows.instants().chain([self.zeno.burst_start]).any(later) {
+            return refuse(CorruptState::Times);
+        }
         if motion.now < 0.0 || lag.abs() > TIME_ROUNDING * (1.0 + motion.time.abs()) {
             return refuse(CorruptState::Times);
         }
