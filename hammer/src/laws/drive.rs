@@ -142,6 +142,24 @@ mod tests {
         assert!((force(Source::Chambers, Relay::Drive) - blown).abs() < 1e-12 * blown);
     }
 
+    /// By a difference over 2^20 Pa or N, in which nothing but a product is rounded.
+    #[test]
+    fn each_input_moves_the_force_by_its_own_slope() {
+        let step = 2.0_f64.powi(20);
+        for (source, input) in [Source::Force, Source::Pressure]
+            .into_iter()
+            .flat_map(|source| Input::ALL.map(|input| (source, input)))
+        {
+            let drive = Drive { source, ..Parameters::default().drive };
+            let force = |value: f64| {
+                let mut inputs = Inputs::constant(&InputValues::default());
+                inputs.0[input as usize] = Poly::constant(value);
+                drive.force(&inputs, Relay::Drive, &Default::default()).at(0.0)
+            };
+            assert_eq!((force(step) - force(0.0)) / step, drive.force_per(input), "{input:?}");
+        }
+    }
+
     #[test]
     fn only_a_relay_has_a_guard() {
         let relay = Parameters::default().drive;

@@ -383,6 +383,7 @@ mod tests {
             let turn = memory.transit(RockEvent::Turn, p, 0.0, &rock);
             let forth = memory.transit(RockEvent::Return, turn.tip, 0.0, &rock);
             memory.transit(RockEvent::Turn, forth.tip, 0.0, &rock);
+            assert_eq!(memory.gain, 0.0);
             assert_eq!(
                 memory.transit(RockEvent::Return, 1e-9, 0.0, &rock).mode,
                 RockMode::DissipativeForward
@@ -404,6 +405,38 @@ mod tests {
             memory.transit(RockEvent::Turn, forth.tip - 1e-17, error, &rock);
             assert_eq!(memory.transit(RockEvent::Return, 1e-10, 0.0, &rock).mode, mode);
         }
+    }
+
+    /// A turn at `p`, a way back to `q` on the unloading line and a turn at `r` on the new loading line:
+    /// the hole deepens by `p (1 - 1/gamma)`, and then by `r (1 - 1/gamma) - (gamma - 1) q`, wherever the
+    /// zero of each line is; to the rounding of the terms.
+    #[test]
+    fn a_gain_is_between_two_unloadings_wherever_their_lines_begin() {
+        let rock = Parameters::default().rock;
+        let (gamma, mut memory) = (rock.unloading_ratio, Memory::default());
+        let [p, q, r] = [1e-3, 1e-4, 9e-4];
+        memory.transit(RockEvent::Turn, p, 0.0, &rock);
+        let first = p * (1.0 - 1.0 / gamma);
+        assert!((memory.gain - first).abs() <= 4.0 * f64::EPSILON * first);
+        memory.transit(RockEvent::Return, q, 0.0, &rock);
+        memory.transit(RockEvent::Turn, r, 0.0, &rock);
+        let second = r * (1.0 - 1.0 / gamma) - (gamma - 1.0) * q;
+        assert!((memory.gain - second).abs() <= 8.0 * f64::EPSILON * r, "{:e}", memory.gain);
+    }
+
+    #[test]
+    fn standstill_is_left_at_its_speed_down_and_up() {
+        let rock = Rock { standstill_speed: 2e-3, ..Parameters::default().rock };
+        let memory = Memory::default();
+        let guards = RockMode::Standstill.guards(&rock, &memory);
+        let of_speed = guards.filter(|guard| matches!(guard.quantity, Quantity::Velocity(_)));
+        let left: Vec<_> =
+            of_speed.map(|guard| (guard.direction, guard.level, guard.event)).collect();
+        let [restart, retreat] = [RockEvent::Restart, RockEvent::Retreat].map(Event::Rock);
+        assert_eq!(
+            left,
+            [(Direction::Rising, 2e-3, restart), (Direction::Falling, -2e-3, retreat)]
+        );
     }
 
     #[test]

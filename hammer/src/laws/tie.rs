@@ -98,6 +98,7 @@ impl Parameters {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::laws::mode::RockMode;
 
     /// Each state that holds is left where its force would change its sign, and entered there from
     /// between; where nothing is between, nothing is left.
@@ -127,5 +128,25 @@ mod tests {
         let both = TieLaw { travel: 0.0, ..law };
         assert_eq!(both.guards(Tie::Joint(0), TieState::Pressed).count(), 0, "it holds both ways");
         assert_eq!(law.acting(TieState::Open).force(-1.0, -1.0), 0.0);
+    }
+
+    /// The drive is vented where the bit hangs lower than its idle travel, and not while shoulder or ring
+    /// holds it.
+    #[test]
+    fn a_bit_that_hangs_lower_than_its_idle_travel_vents_the_drive() {
+        let mut p = Parameters::default();
+        (p.casing.mass, p.chuck.idle_travel) = (40.0, 7e-3);
+        let mut mode = Mode::starting(RockMode::FreeFlight).with(Tie::Chuck, TieState::Open);
+        for (vented, direction) in [(false, Direction::Rising), (true, Direction::Falling)] {
+            mode.vented = vented;
+            let guard = p.vent_guard(&mode).expect("a guard");
+            assert_eq!((guard.level, guard.direction), (7e-3, direction));
+            assert_eq!(guard.event, Event::Vent(!vented));
+        }
+        for held in [TieState::Pressed, TieState::Pulled] {
+            assert_eq!(p.vent_guard(&mode.with(Tie::Chuck, held)), None);
+        }
+        p.chuck.idle_travel = 0.0;
+        assert_eq!(p.vent_guard(&mode), None);
     }
 }
