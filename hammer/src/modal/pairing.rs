@@ -6,7 +6,7 @@ use crate::modal::block::{Block, CONFLUENT};
 use crate::modal::cluster::{self, Eigenpair};
 use crate::modal::confluence::{self, Circle};
 use crate::modal::quotient::Factor;
-use crate::modal::refinement::Refinement;
+use crate::modal::refinement::{ALONE, MOVED, Refinement};
 use crate::modal::residual::defect;
 use crate::modal::secular::{Root, Secular};
 use crate::numerics::math::norm;
@@ -89,12 +89,22 @@ impl<'a> Pairing<'a> {
         let refined = || {
             let real = |z: C| if is_real { C::new(z.re, 0.0) } else { z };
             let amplitudes: Vec<C> = secular.system.merged(&vector).into_iter().map(real).collect();
-            let (s, amplitudes) = Refinement::new(secular, real(s), &amplitudes).solve()?;
+            let solved = |room| Refinement::new(secular, real(s), room, &amplitudes).solve();
+            // A slow root beside stiff springs is off by their rounding: it may go far where it is alone.
+            let (s, amplitudes) =
+                solved(MOVED * norm(s)).or_else(|| solved(ALONE * self.distance(k)))?;
             Some((s, secular.system.unmerged(&amplitudes)))
         };
         // The translation that only a dashpot resists is exact.
         let rough = self.thorough && !secular.slides(root) || secular.cancels(root, row);
         rough.then(refined).flatten().unwrap_or((s, vector))
+    }
+
+    /// From a root to the nearest other one.
+    fn distance(&self, k: usize) -> f64 {
+        let others = (0..self.roots.len()).filter(|other| *other != k);
+        let apart = others.map(|other| norm(self.secular.apart(self.roots[k], self.roots[other])));
+        apart.fold(f64::INFINITY, f64::min)
     }
 
     /// The block of two real roots, each with a vector of its own.

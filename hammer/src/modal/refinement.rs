@@ -21,8 +21,10 @@ use std::ops::{Add, Mul};
 const STEPS: usize = 10;
 /// A step below this, relative to the vector and the root, is the last.
 const LAST: f64 = 1e-18;
-/// Part of a root's size by which it moves at most: further on there is another.
-const MOVED: f64 = 1e-6;
+/// Part of a root's size by which it moves at most among others.
+pub(crate) const MOVED: f64 = 1e-6;
+/// Part of the way to the nearest other root by which one moves at most that is alone.
+pub(crate) const ALONE: f64 = 1e-2;
 /// An amplitude is near resonance if its `|d|` is below this part of its terms.
 const NEAR: f64 = 1e-2;
 /// Most amplitudes that are unknowns of the small matrix.
@@ -80,14 +82,19 @@ pub(crate) struct Refinement<'a> {
     /// Amplitudes, and forces of the attachments.
     x: Vec<Wide>,
     forces: Vec<Wide>,
+    /// How far the root may move.
+    room: f64,
 }
 
 impl<'a> Refinement<'a> {
-    /// From a root and the amplitudes of its vector in the modes of the secular function.
-    pub(crate) fn new(secular: &'a Secular, s: C, x: &[C]) -> Self {
+    /// From a root, which may move so far, and the amplitudes of its vector in the modes of the secular
+    /// function; where these are none, from any.
+    pub(crate) fn new(secular: &'a Secular, s: C, room: f64, x: &[C]) -> Self {
         let scale = x.iter().map(|x| norm(*x)).fold(0.0, f64::max).recip();
-        let x: Vec<Wide> = x.iter().map(|x| Wide::new(x * scale)).collect();
-        let mut start = Self { secular, s: Wide::new(s), x, forces: Vec::new() };
+        let scaled: Vec<Wide> = x.iter().map(|x| Wide::new(x * scale)).collect();
+        let is_vector = scaled.iter().all(|x| x.value().is_finite());
+        let x = if is_vector { scaled } else { vec![Wide::new(C::from(1.0)); x.len()] };
+        let mut start = Self { secular, s: Wide::new(s), x, forces: Vec::new(), room };
         let moved = start.moved();
         start.forces = moved.iter().enumerate().map(|(a, u)| start.stiffness(a) * *u).collect();
         start
@@ -123,7 +130,7 @@ impl<'a> Refinement<'a> {
             let size = self.step()?;
             let s = self.s.value();
             if size <= LAST {
-                let near = norm(s - start) <= MOVED * norm(s);
+                let near = norm(s - start) <= self.room;
                 return near.then(|| (s, self.x.iter().map(|x| x.value()).collect()));
             }
         }
@@ -174,7 +181,7 @@ impl<'a> Refinement<'a> {
         let turned = norm(turn) / norm(self.s.value());
         // The step to a vector is that of an inverse iteration, whatever vector it starts from; but a
         // wrong one says nothing of the root.
-        if turned <= MOVED {
+        if norm(turn) <= self.room {
             self.s = self.s + Wide::new(turn);
         }
         self.forces.iter_mut().zip(&forces).for_each(|(f, by)| *f = *f + Wide::new(*by));
@@ -316,7 +323,9 @@ mod tests {
         for root in roots {
             let start = secular.value(root) * (1.0 + 1e-7);
             let wrong = [1.0, -0.5, 0.25, 2.0].map(C::from);
-            let (s, x) = Refinement::new(&secular, start, &wrong).solve().expect("a pair");
+            let (s, x) = Refinement::new(&secular, start, MOVED * norm(start), &wrong)
+                .solve()
+                .expect("a pair");
             for i in 0..4 {
                 let (mut left, mut size) = (C::default(), 0.0);
                 let mut add = |term: C| {
