@@ -16,6 +16,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -29,7 +30,7 @@ FILES = {2: "thrown_fmi2.fmu", 3: "thrown_fmi3.fmu"}
 
 
 def run_fmpy(
-    folder: Path, fmi: int, scene: str = "thrown", **more: bool
+    folder: Path, fmi: int, scene: str = "thrown", events: bool = False
 ) -> list[tuple[float, float]]:
     changed = np.genfromtxt(input_rows().splitlines(), delimiter=",", names=True)
     found = fmpy.simulate_fmu(
@@ -39,7 +40,8 @@ def run_fmpy(
         step_size=STEP,
         output_interval=STEP,
         output=[READ],
-        **more,
+        use_event_mode=events,
+        early_return_allowed=events,
     )
     return [(float(time), float(x)) for time, x in zip(found["time"], found[READ], strict=True)]
 
@@ -92,7 +94,7 @@ def run_program(*command: str | Path) -> str:
 def run_fmusim(folder: Path, fmi: int, *options: str) -> list[tuple[float, float]]:
     rows = folder / "fmusim.csv"
     times = ["--stop-time", repr(END), "--output-interval", repr(STEP)]
-    ports = ["--output-variable", READ, "--output-file", rows]
+    ports: list[str | Path] = ["--output-variable", READ, "--output-file", rows]
     run_program("fmusim", "--interface-type", "cs", *times, *ports, *options, folder / FILES[fmi])
     return read_rows(rows.read_text(encoding="utf-8").splitlines())
 
@@ -154,11 +156,11 @@ def run_libcosim(folder: Path, fmi: int) -> list[tuple[float, float]]:
     return rows
 
 
-EVENTS = {"use_event_mode": True, "early_return_allowed": True}
+Run = Callable[[Path], list[tuple[float, float]]]
 AGREED = ("--event-mode-used", "--early-return-allowed")
 #: What is run: a name, the package or program whose version is shown, FMI, and how.
 HOSTS = {
-    "fmpy, event mode and early return": ("fmpy", 3, lambda at: run_fmpy(at, 3, **EVENTS)),
+    "fmpy, event mode and early return": ("fmpy", 3, lambda at: run_fmpy(at, 3, events=True)),
     "fmpy, neither": ("fmpy", 3, lambda at: run_fmpy(at, 3)),
     "fmpy, FMI 2.0": ("fmpy", 2, lambda at: run_fmpy(at, 2)),
     "fmusim, event mode and early return": (
@@ -182,7 +184,7 @@ HOSTS = {
 #: The other scenes, in the same way.
 OTHERS = {
     "changed": {
-        "fmpy, event mode and early return": lambda at: run_fmpy(at, 3, "changed", **EVENTS),
+        "fmpy, event mode and early return": lambda at: run_fmpy(at, 3, "changed", events=True),
         "fmpy, neither": lambda at: run_fmpy(at, 3, "changed"),
     },
     "coupled": {
@@ -234,7 +236,7 @@ def main() -> None:
     options = parser.parse_args()
     if options.host:
         others = OTHERS.get(options.scene)
-        run = others[options.host] if others else HOSTS[options.host][2]
+        run: Run = others[options.host] if others else HOSTS[options.host][2]
         with tempfile.TemporaryDirectory() as folder:
             # A host may write beside the unit.
             shutil.copytree(UNITS, folder, dirs_exist_ok=True)

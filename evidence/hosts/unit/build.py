@@ -147,7 +147,7 @@ def library(target: str) -> bytes:
 def write(folder: Path, target: str, platform: str) -> None:
     code = library(target)
     suffix = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}[platform.split("-")[1]]
-    two = {"x86_64-windows": "win64", "x86_64-darwin": "darwin64"}.get(platform, "linux64")
+    two = {"windows": "win64", "linux": "linux64", "darwin": "darwin64"}[platform.split("-")[1]]
     for unit in UNITS:
         for fmi, place in ((2, two), (3, platform)):
             entries: dict[str, str | bytes] = {"modelDescription.xml": description(unit, fmi)}
