@@ -245,13 +245,13 @@ fn a_lifted_hammer_is_vented_and_starts_again() {
 #[test]
 fn a_cylinder_shorter_than_its_ports_need_is_warned_of() {
     let mut p = driven(Fidelity::Rigid);
-    let mut told = |cylinder| {
+    let mut warning = |cylinder| {
         p.air.cylinder = cylinder;
         let machine = Machine::new(&p, &InputValues::default(), 0.0).expect("a scene");
         machine.warnings().into_iter().find(|text| text.contains("air.cylinder"))
     };
-    assert_eq!(told(0.0395), None);
-    let text = told(0.038).expect("a warning");
+    assert_eq!(warning(0.0395), None);
+    let text = warning(0.038).expect("a warning");
     for part in ["air.cylinder = 0.038 m", "air.return.exhaust = -0.035 m", "0.0390 m above"] {
         assert!(text.contains(part), "{text}");
     }

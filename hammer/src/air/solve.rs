@@ -11,6 +11,7 @@
 //! of the force has no mean, so that it moves the piston by a part `(h/T)^2` of what the force itself
 //! does in the time `T` of a stroke.
 
+use super::newton::{Factors, Newton, Triangles};
 use super::{Air, Content, PATHS, Past, Sides, Window, flows, gains, volumes};
 use crate::laws::air::{GAS, KAPPA, Regime};
 use crate::numerics::collocation::{Nodal, Powers, Rule, STAGES, dot, slope, value};
@@ -405,68 +406,6 @@ impl Problem<'_> {
 
 /// Part of the force's last term that may go over into its mean, where the motion rings.
 const NOISE: f64 = 0.1;
-
-/// What goes on from one solution of a window to the next.
-#[derive(Debug)]
-pub(crate) struct Newton {
-    /// The rates, at first guessed.
-    rates: [Nodal; 4],
-    factors: Option<[Option<Factors>; 2]>,
-}
-
-/// The factorised matrix of a chamber, `1 - h A (x) J`, with a `J` that is triangular.
-#[derive(Debug)]
-struct Factors {
-    mass: Triangles,
-    entropy: Triangles,
-    /// `h` times the slope of the mass's rate by the entropy.
-    cross: f64,
-}
-
-impl Factors {
-    fn solve(&self, mass: &Nodal, entropy: &Nodal) -> [Nodal; 2] {
-        let entropy = self.entropy.solve(entropy);
-        let known = from_fn(|i| mass[i] + self.cross * dot(&Rule::get().once[i], &entropy));
-        [self.mass.solve(&known), entropy]
-    }
-}
-
-/// A factorised matrix `1 - slope A`. Where a rate falls with its content, as in all but a trial, nothing
-/// in it cancels, in whatever order it is factorised.
-#[derive(Debug)]
-struct Triangles([Nodal; STAGES]);
-
-impl Triangles {
-    /// None if it is nearly singular.
-    fn new(slope: f64) -> Option<Self> {
-        let mut rows = Rule::get().once.map(|row| row.map(|a| -slope * a));
-        (0..STAGES).for_each(|i| rows[i][i] += 1.0);
-        for c in 0..STAGES {
-            let head = rows[c];
-            if head[c].is_nan() || head[c].abs() < 1e-6 {
-                return None;
-            }
-            for row in rows.iter_mut().skip(c + 1) {
-                let factor = row[c] / head[c];
-                row[c] = factor;
-                (c + 1..STAGES).for_each(|k| row[k] -= factor * head[k]);
-            }
-        }
-        Some(Self(rows))
-    }
-
-    fn solve(&self, given: &Nodal) -> Nodal {
-        let (rows, mut x) = (&self.0, *given);
-        for r in 1..STAGES {
-            x[r] -= (0..r).map(|c| rows[r][c] * x[c]).sum::<f64>();
-        }
-        for r in (0..STAGES).rev() {
-            let known: f64 = (r + 1..STAGES).map(|c| rows[r][c] * x[c]).sum();
-            x[r] = (x[r] - known) / rows[r][r];
-        }
-        x
-    }
-}
 
 /// A polynomial of time from what is known at the nodes of a window.
 pub(crate) fn polynomial(values: &Nodal, span: f64) -> Poly {

@@ -96,19 +96,20 @@ pub(crate) fn warnings(parameters: &Parameters) -> Vec<String> {
 /// That a port which opens as the piston rises would be wholly open beyond the end of the cylinder only.
 fn short_cylinder(parameters: &Parameters) -> Option<String> {
     let air = &parameters.air;
-    let ports = [
-        ("air.drive.supply", air.drive.supply, air.supply_area),
-        ("air.return.exhaust", air.returning.exhaust, air.exhaust_area),
+    let ports: [(Access, f64, f64); 2] = [
+        (|p| &mut p.air.drive.supply, air.drive.supply, air.supply_area),
+        (|p| &mut p.air.returning.exhaust, air.returning.exhaust, air.exhaust_area),
     ];
-    let open = |(_, edge, _): &(&str, f64, f64)| air.port_height - edge;
+    let open = |(_, edge, _): &(Access, f64, f64)| air.port_height - edge;
     let used = ports.into_iter().filter(|(_, _, area)| *area > 0.0);
-    let (name, edge, _) = used.reduce(|a, b| if open(&b) > open(&a) { b } else { a })?;
+    let (field, edge, _) = used.reduce(|a, b| if open(&b) > open(&a) { b } else { a })?;
     let needed = air.port_height - edge;
     (parameters.drive.source == Source::Air && needed > air.cylinder).then(|| {
         format!(
-            "air.cylinder = {} m is shorter than the stroke needs: {name} = {} m is wholly open only {needed:.4} m \
+            "air.cylinder = {} m is shorter than the stroke needs: {} = {} m is wholly open only {needed:.4} m \
              above the bit (air.port_height)",
             DisplayNumber(air.cylinder),
+            name_of(field),
             DisplayNumber(edge)
         )
     })
