@@ -5,7 +5,7 @@
 
 `--scene` names another than `thrown`: `changed`, in which the acceleration doubles, by the host's
 input, at the instant at which the piston passes -0.02 m upward; or `coupled`, in which the second
-unit, a valve, doubles it above that level, so that energy is kept and the piston passes it back as
+unit, a valve, doubles it below that level, so that energy is kept and the piston passes it back as
 fast as before.
 
 The unit's piston is thrown up against a constant force: in a parabola, until it strikes the
