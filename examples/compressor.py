@@ -62,10 +62,10 @@ def _stepped(unpacked: str, supply: Supply, until: float, step: float) -> pd.Dat
         pressure = supply.pressure
         hammer.setReal([reference["supply_pressure"]], [pressure])
         hammer.doStep(k * step, step)
-        told = dict(zip(READ, hammer.getReal(asked), strict=True))
-        supply.advance(step, told["air_mass"])
+        answers = dict(zip(READ, hammer.getReal(asked), strict=True))
+        supply.advance(step, answers["air_mass"])
         held = {"delivered": supply.delivered, "held": supply.held}
-        rows.append({"time": (k + 1) * step, "supply_pressure": pressure, **told, **held})
+        rows.append({"time": (k + 1) * step, "supply_pressure": pressure, **answers, **held})
     hammer.terminate()
     hammer.freeInstance()
     return pd.DataFrame(rows).set_index("time")

@@ -63,9 +63,9 @@ def test_air_neither_appears_nor_vanishes_between_compressor_and_hammer(
     fed: dict[float, pd.DataFrame],
 ) -> None:
     for frame in fed.values():
-        kept = frame["delivered"] - frame["air_mass"] - frame["held"]
+        balance = frame["delivered"] - frame["air_mass"] - frame["held"]
         # 600 sums of numbers below 1 kg: their rounding.
-        assert np.ptp(kept) < 600 * 2.0**-53
+        assert np.ptp(balance) < 600 * 2.0**-53
         assert frame["delivered"].iloc[-1] > frame["held"].iloc[0]
 
 

@@ -43,14 +43,14 @@ def test_instants_are_in_closed_form() -> None:
 def test_events_are_kept_by_who_takes_early_returns_alone() -> None:
     table = [[cell.strip() for cell in line.split("|")] for line in tell("events.py").splitlines()]
     rows = {tuple(row[1:3]): row[-5:-3] for row in table if len(row) > 6}
-    kept = "fmpy, event mode and early return"
-    assert rows[kept, fmpy.__version__] == ["11 of 11", "11 of 11"]
+    in_fmpy = "fmpy, event mode and early return"
+    assert rows[in_fmpy, fmpy.__version__] == ["11 of 11", "11 of 11"]
     # Two passages between two points are seen by nobody who does not get events.
     assert rows["fmpy, FMI 2.0", fmpy.__version__] == ["0 of 11", "9 of 11"]
-    assert rows["changed", kept] == ["7 of 7", "7 of 7"]
+    assert rows["changed", in_fmpy] == ["7 of 7", "7 of 7"]
     # A host may step to where its input jumps.
     assert rows["changed", "fmpy, neither"][0] == "1 of 7"
-    assert rows["coupled", "a master over " + kept] == ["7 of 7", "7 of 7"]
+    assert rows["coupled", "a master over " + in_fmpy] == ["7 of 7", "7 of 7"]
     assert rows["coupled", "a master over fmpy, neither"][0] == "0 of 7"
 
 

@@ -69,16 +69,16 @@ def test_no_word_of_the_explanation_is_left_in_english(opened: OPEN, language: s
         assert page.inner_text("#screen-title").startswith(texts["screen_step"].split("{")[0])
     asked = set(page.evaluate("[...asked]"))
     visible = "[...document.querySelectorAll('[data-say]')].filter(e => e.checkVisibility())"
-    shown = set(page.evaluate(f"{visible}.map(e => e.dataset.say)"))
+    displayed = set(page.evaluate(f"{visible}.map(e => e.dataset.say)"))
     assert {"piston", "force_axis", "screen_8"} <= asked
-    assert {"view_laboratory", "language_choice"} <= shown
-    assert asked | shown | {"title", "screen_failed"} <= texts.keys()
+    assert {"view_laboratory", "language_choice"} <= displayed
+    assert asked | displayed | {"title", "screen_failed"} <= texts.keys()
     # And nothing else is translated, which nobody would see.
     drawn = {"casing", "drives", "vented", "lifts"}
     labels = set(
         re.findall(r'data-say-label="(screen_\w+)"', (LAB / "page.html").read_text("utf-8"))
     )
-    assert texts.keys() == asked | shown | drawn | labels | {"title", "language", "screen_failed"}
+    assert texts.keys() == asked | displayed | drawn | labels | {"title", "language", "screen_failed"}
 
 
 @pytest.mark.parametrize("language", OTHERS)

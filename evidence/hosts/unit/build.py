@@ -78,7 +78,7 @@ def description(unit: str, fmi: int) -> str:
             'variability="continuous"/>\n',
         )
     tag = ("Output", "InitialUnknown") if three else ("Unknown", "Unknown")
-    told = "".join(f"    <{tag[0]} {place} {known}/>\n" for place, known in outputs)
+    outputs_xml = "".join(f"    <{tag[0]} {place} {known}/>\n" for place, known in outputs)
     first = "".join(f"    <{tag[1]} {place} {known}/>\n" for place, known in outputs)
     state = "FMUState" if three else "FMUstate"
     can = (
@@ -88,10 +88,10 @@ def description(unit: str, fmi: int) -> str:
     if three:
         can += ' hasEventMode="true" mightReturnEarlyFromDoStep="true"' if unit == "thrown" else ""
         can += ' hasEventMode="true"' if unit == "valve" else ""
-        structure = told + first
+        structure = outputs_xml + first
     else:
         structure = (
-            f"    <Outputs>\n{told}    </Outputs>\n"
+            f"    <Outputs>\n{outputs_xml}    </Outputs>\n"
             f"    <InitialUnknowns>\n{first}    </InitialUnknowns>\n"
         )
     return f"""<?xml version="1.0" encoding="UTF-8"?>

@@ -53,7 +53,7 @@ def beside(table: pd.DataFrame, column: str, parameters: Mapping[str, Value]) ->
     return table
 
 
-def told(rate: float, parameters: Mapping[str, Value]) -> str:
+def in_words(rate: float, parameters: Mapping[str, Value]) -> str:
     """A rate (m/s) with its range, and why it has one; nothing where there is no rate."""
     if not np.isfinite(rate):
         return ""

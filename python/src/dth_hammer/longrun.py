@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from . import _native, answers, quantities
-from .band import beside, told
+from .band import beside, in_words
 from .contract import typed
 from .errors import DomainError, RefusedError, UnknownNameError, warn
 from .extras import need
@@ -112,7 +112,7 @@ class Steady:
     @property
     def rate(self) -> str:
         """The rate of penetration with the range that the rock's specific energy leaves of it."""
-        return told(self["rop"], self.parameters)
+        return in_words(self["rop"], self.parameters)
 
     def specific_energy(self, rate: Value) -> float:
         """Returns the rock's specific energy from one measured rate of penetration, J/m3.

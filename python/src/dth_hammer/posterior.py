@@ -224,5 +224,5 @@ def modes(of: Callable[[Array], Array], members: Array) -> list[tuple[Array, flo
             belongs[k] = belongs[near[np.argmax(lowest)]]
     peaks, counts = np.unique(belongs, return_counts=True)
     shares = counts / len(members)
-    told = [(members[p], float(s)) for p, s in zip(peaks, shares, strict=True) if s >= SHARE]
-    return sorted(told, key=lambda mode: -mode[1])
+    modes = [(members[p], float(s)) for p, s in zip(peaks, shares, strict=True) if s >= SHARE]
+    return sorted(modes, key=lambda mode: -mode[1])

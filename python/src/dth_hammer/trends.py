@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from .band import beside, told
+from .band import beside, in_words
 from .contract import typed
 from .errors import DomainError, RefusedError, warn
 from .extras import need
@@ -98,7 +98,7 @@ class Trend:
         text = f"trends over {widths}: {len(self.points)} points ({met})"
         if "rop" not in self.middle.index:
             return text
-        return f"{text}\n{told(self.middle['mean']['rop'], self.parameters)}"
+        return f"{text}\n{in_words(self.middle['mean']['rop'], self.parameters)}"
 
 
 @typed(widths='give widths by parameter: {"rock.stiffness": 0.05}')
