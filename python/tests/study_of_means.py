@@ -3,7 +3,7 @@
     python python/tests/study_of_means.py 200 10
 
 Each hammer is irregular and has as many restarts as asked for, whose pistons begin with another
-speed; `steady` seeks each to 1 %. The truth is a run to a seventh of that, and its own error counts.
+speed; `steady` seeks each to 1 %. The truth is a run to a seventh of that, whose error counts too.
 The second argument says how many of the hammers; reports/means.md is written hammer by hammer. A
 normal deviate is within one and two standard errors in 68 and 95 % of all cases; of 200 restarts
 that is known to 3.3 and 1.5 %.

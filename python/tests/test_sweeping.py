@@ -116,7 +116,7 @@ def program(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
 
 @contextmanager
 def cluster(folder: Path) -> Iterator[tuple[str, subprocess.Popen[bytes], subprocess.Popen[bytes]]]:
-    """A scheduler and two workers, as a user begins them: address, scheduler and the workers' parent."""
+    """A scheduler and two workers as a user begins them: address, scheduler, workers' parent."""
     contact = folder / "scheduler.json"
     shared = ("--scheduler-file", str(contact), "--host", "127.0.0.1", "--no-dashboard")
     with (

@@ -78,7 +78,11 @@ def test_no_word_of_the_explanation_is_left_in_english(opened: OPEN, language: s
     labels = set(
         re.findall(r'data-say-label="(screen_\w+)"', (LAB / "page.html").read_text("utf-8"))
     )
-    assert texts.keys() == asked | displayed | drawn | labels | {"title", "language", "screen_failed"}
+    assert texts.keys() == asked | displayed | drawn | labels | {
+        "title",
+        "language",
+        "screen_failed",
+    }
 
 
 @pytest.mark.parametrize("language", OTHERS)

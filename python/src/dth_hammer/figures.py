@@ -1,8 +1,5 @@
 # ruff: noqa: E402, what a plain install lacks is named before it is imported
-"""Figures of a run.
-
-Each takes a run of `dth_hammer.simulate` and returns a matplotlib figure.
-"""
+"""Figures of a run of `dth_hammer.simulate`: each returns a matplotlib figure."""
 
 from __future__ import annotations
 
@@ -40,23 +37,17 @@ __all__ = [
     "settled_cycle",
     "wave_diagram",
 ]
-#: The rock law's modes, short as the paper writes them, the bit free to the bit held.
-MODES = {
-    "FreeFlight": "FF",
-    "DissipativeForward": "DFC",
-    "Forward": "FC",
-    "Backward": "BC",
-    "Standstill": "SS",
-}
 # Distinct in print and to colour-blind readers (Okabe and Ito).
 PISTON, BIT, ROCK, DARK = "#d55e00", "#0072b2", "#8c6d31", "#444444"
 COLOURS = {
-    "Backward": "#56b4e9",
+    "FreeFlight": "#999999",
     "DissipativeForward": "#d55e00",
     "Forward": "#e69f00",
-    "FreeFlight": "#999999",
+    "Backward": "#56b4e9",
     "Standstill": "#009e73",
 }
+#: The rock law's modes, short as the paper writes them, the bit free to the bit held.
+MODES = dict(zip(COLOURS, ("FF", "DFC", "FC", "BC", "SS"), strict=True))
 PRESSURES = {
     "drive_chamber_pressure": ("drive chamber", PISTON),
     "return_chamber_pressure": ("return chamber", BIT),
