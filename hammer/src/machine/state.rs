@@ -81,11 +81,13 @@ impl State {
             return refuse(CorruptState::NotFinite);
         }
         let lag = motion.epoch.until(motion.time) - motion.now;
-        let later = |instant: Double| motion.epoch.until(instant.value()) > 0.0;
+        // Some instants are stored rounded.
+        let rounding = TIME_ROUNDING * (1.0 + motion.time.abs());
+        let later = |instant: Double| motion.epoch.until(instant.value()) > rounding;
         if self.blows.instants().chain([self.zeno.burst_start]).any(later) {
             return refuse(CorruptState::Times);
         }
-        if motion.now < 0.0 || lag.abs() > TIME_ROUNDING * (1.0 + motion.time.abs()) {
+        if motion.now < 0.0 || lag.abs() > rounding {
             return refuse(CorruptState::Times);
         }
         if !(0.0..=motion.now).contains(&self.step_start) {
