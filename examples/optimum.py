@@ -1,18 +1,21 @@
 """Three designs, each found by `optimise` and beside it by brute force.
 
     python examples/optimum.py --out optimum.png     # minutes: three grids of hammers
+    python examples/optimum.py --air --out ports.png # where an air hammer's ports are best
 
 * the shape of a stepped piston of fixed mass and length,
 * bore and stroke of a drive at fixed pressure, with a limit on the blow's energy,
-* the feed force that drills fastest.
+* the feed force that drills fastest,
+* apart from these, the place of an air hammer's exhaust port for a compressor that is given.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -39,6 +42,7 @@ LABELS = {
     "bore": "bore (m)",
     "stroke": "stroke (m)",
     "feed": "feed force (N)",
+    "exhaust": "drive chamber's exhaust opens at (m, above the bit)",
 }
 #: Standard error of a rate, over it: the rate jumps by as much from design to design.
 ERROR = 0.01
@@ -68,6 +72,11 @@ def feed(chosen: Mapping[str, float]) -> dict[str, Value]:
     return {"feed_force": chosen["feed"]}
 
 
+def ports(chosen: Mapping[str, float]) -> dict[str, Value]:
+    """An air hammer whose drive chamber is vented lower or higher."""
+    return {"air.drive.exhaust": -chosen["exhaust"]}
+
+
 @dataclass(frozen=True)
 class Case:
     """A design to be found."""
@@ -76,11 +85,20 @@ class Case:
     design: Callable[[Mapping[str, float]], dict[str, Value]]
     free: Mapping[str, tuple[float, float]]
     energy: float | None = None  # J, at most
+    air: float | None = None  # m3/s of free air, at most
+    preset: str | None = None
 
     def found(self) -> Optimum:
         """By `optimise`."""
-        limits = {"blow_energy": (None, self.energy)} if self.energy else {}
-        return optimise("rop", self.free, COARSE, limits=limits, design=self.design, error=ERROR)
+        given = {"blow_energy": self.energy, "air_flow": self.air}
+        limits = {name: (None, most) for name, most in given.items() if most}
+        asked: dict[str, Any] = {"limits": limits, "design": self.design, "error": ERROR}
+        return optimise("rop", self.free, self.others, preset=self.preset, **asked)
+
+    @property
+    def others(self) -> Mapping[str, Value]:
+        """What is not free."""
+        return {} if self.preset else COARSE
 
     def brute(self, count: int) -> pd.DataFrame:
         """The rate on a grid; not a number where the limit is passed."""
@@ -88,9 +106,13 @@ class Case:
         points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
         table = pd.DataFrame(points, columns=pd.Index([*self.free]))
         designs = [self.design(dict(row)) for row in table.to_dict("records")]
-        scenes = [numbers_of({**COARSE, **design}, None) for design in designs]
+        scenes = [numbers_of({**self.others, **design}, self.preset) for design in designs]
         for row, found in responses(scenes, Wanted(error=ERROR)):
-            past = isinstance(found, str) or found["blow_energy"] > (self.energy or np.inf)
+            past = (
+                isinstance(found, str)
+                or found["blow_energy"] > (self.energy or np.inf)
+                or found["air_flow"] > (self.air or np.inf)
+            )
             table.loc[row, "rop"] = np.nan if past else found["rop"]
         return table
 
@@ -111,15 +133,20 @@ CASES = (
 )
 
 
-def run(count: int = 9) -> list[tuple[Case, Optimum, pd.DataFrame]]:
+#: Of a compressor of 18.5 m3/min.
+AIR = Case("ports at given air", ports, {"exhaust": (0.02, 0.036)}, None, 18.5 / 60, "air_4_inch")
+
+
+def run(count: int = 9, cases: Sequence[Case] = CASES) -> list[tuple[Case, Optimum, pd.DataFrame]]:
     """Each case, found and by brute force."""
-    return [(case, case.found(), case.brute(count)) for case in CASES]
+    return [(case, case.found(), case.brute(count)) for case in cases]
 
 
 def draw(found: list[tuple[Case, Optimum, pd.DataFrame]]) -> Figure:
     """The grids, and a star where `optimise` ended."""
-    with styled(10.0, 3.6) as figure:
-        for axes, (case, best, grid) in zip(figure.subplots(1, len(found)), found, strict=True):
+    with styled(max(4.5, 3.3 * len(found)), 3.6) as figure:
+        panels = figure.subplots(1, len(found), squeeze=False)[0]
+        for axes, (case, best, grid) in zip(panels, found, strict=True):
             _panel(axes, case, best, grid)
     return figure
 
@@ -150,8 +177,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--count", type=int, default=9, help="points of the grid along a side")
     parser.add_argument("--out", type=Path, default=Path("optimum.png"))
+    parser.add_argument("--air", action="store_true", help="the air hammer's ports alone")
     asked = parser.parse_args()
-    found = run(asked.count)
+    found = run(asked.count, [AIR] if asked.air else CASES)
     for case, best, grid in found:
         print(f"{case.title}: {3600 * best.value:.2f} m/h by {best.evaluations} hammers, ", end="")
         print(f"{3600 * grid['rop'].max():.2f} on a grid of {len(grid)}; {best.message}")

@@ -1,6 +1,7 @@
 //! What a fit has found, in numbers and sentences.
 
-use super::assume::area;
+use super::air::AirBlow;
+use super::assume::{Assumption, area};
 use super::fit::{Fit, Unknowns};
 use super::quantity::Quantity;
 use super::response::Response;
@@ -12,8 +13,16 @@ use crate::sensitivity::Scene;
 
 /// Advance of the hole per turn of the bit that makers recommend (Epiroc), m: named where it is told.
 const ADVANCE: [f64; 2] = [0.010, 0.019];
-/// What is off by more than this part is told.
+/// What is off by more than this part is told; of an air hammer, by what its model is off itself.
 const TOLD: f64 = 0.01;
+const TOLD_OF_AIR: f64 = 0.16;
+/// Numbers of a relay: air has others, or none.
+const OF_RELAY: [&str; 4] = [
+    "driving force",
+    "height where the piston turns",
+    "rebound of the piston over its impact speed",
+    "effectiveness: mean driving pressure over the supply's",
+];
 
 impl Fit<'_> {
     /// The answer, where the last simulation agrees with the fit.
@@ -22,6 +31,7 @@ impl Fit<'_> {
         unknowns: &Unknowns,
         response: &Response,
         mut scene: Scene,
+        air: Option<&AirBlow>,
     ) -> Solution {
         if let Some(measured) = self.sheet.get(Quantity::Rate) {
             let Response { energy, period, share, .. } = *response;
@@ -34,6 +44,7 @@ impl Fit<'_> {
         let compared: Vec<Comparison> = stated
             .filter_map(|(quantity, given)| {
                 let solved = match quantity {
+                    Quantity::AirFlow if air.is_some() => air.map(|blow| blow.flow),
                     Quantity::BlowEnergy => Some(response.energy),
                     Quantity::Frequency => Some(1.0 / response.period),
                     Quantity::Power => Some(response.energy / response.period),
@@ -42,11 +53,26 @@ impl Fit<'_> {
                 solved.map(|solved| Comparison { quantity: *quantity, given: *given, solved })
             })
             .collect();
-        let off = compared.iter().filter(|compared| compared.off().abs() > TOLD);
+        let told = if air.is_some() { TOLD_OF_AIR } else { TOLD };
+        let off = compared.iter().filter(|compared| compared.off().abs() > told);
         let mut contradictions: Vec<String> = off.map(sentence).collect();
-        contradictions.extend(self.impossible(unknowns, response));
-        let found = self.found(unknowns, response, &scene);
-        Solution { scene, compared, found, assumed: self.assumptions(), contradictions }
+        contradictions.extend(match air {
+            Some(blow) => blow.impossible(self.sheet),
+            None => self.impossible(unknowns, response),
+        });
+        let mut found = self.found(unknowns, response, &scene);
+        let mut assumed = self.assumptions();
+        if let Some(blow) = air {
+            found.retain(|row| !OF_RELAY.contains(&row.name));
+            let value = blow.flow;
+            found.push(Found { name: "free air", value, range: [value; 2], unit: "m3/s" });
+            assumed.push(
+                "Faces, stroke, ports and casing are those of the air presets, in proportion to the area; \
+                 the supply ports are fitted to the air."
+                    .into(),
+            );
+        }
+        Solution { scene, compared, found, assumed, contradictions }
     }
 
     /// What follows, with the range of what is not determined.
@@ -133,11 +159,22 @@ impl Fit<'_> {
                 list.push(text);
             }
         };
-        let slender = !given(Quantity::PistonLength);
+        let of_air = sheet.of_air().is_some();
+        let slender = !given(Quantity::PistonLength) && !of_air;
         say(slender, "The piston is as slender as the reference hammer's.".into());
         say(!given(Quantity::BitMass), "The bit is as long and as heavy as the piston.".into());
         say(true, "Piston and bit have one section, constant along them.".into());
-        for text in self.assumed.iter().map(|row| row.text.clone()).chain(sheet.of_fluids()) {
+        // Of the throw of a relay, which an air hammer does not have.
+        let relay_too = |row: &&Assumption| {
+            !of_air || !matches!(row.quantity, Quantity::Effectiveness | Quantity::ImpactSpeed)
+        };
+        for text in self
+            .assumed
+            .iter()
+            .filter(relay_too)
+            .map(|row| row.text.clone())
+            .chain(sheet.of_fluids())
+        {
             say(true, text);
         }
         if let (None, Some(feed)) = (sheet.get(Quantity::Feed), sheet.usual_feed()) {

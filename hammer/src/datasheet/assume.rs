@@ -39,7 +39,7 @@ pub(super) struct Assumption {
 
 impl Datasheet {
     /// The outside diameter (m), its error, and what it is from.
-    fn outer(&self) -> Option<(f64, f64, &'static str)> {
+    pub(super) fn outer(&self) -> Option<(f64, f64, &'static str)> {
         let given = self.get(Quantity::OuterDiameter).map(|od| (od, 0.0, "outside diameter"));
         let of_hole = || Some((self.get(Quantity::Hole)? / HOLE.0, HOLE.1, "hole"));
         let of_mass = || {
@@ -82,6 +82,9 @@ impl Datasheet {
 
     /// The feed (N) where none is given and the size is.
     pub(super) fn usual_feed(&self) -> Option<f64> {
+        if let Some(feed) = self.feed_of_air() {
+            return Some(feed);
+        }
         let outer = self.get(Quantity::OuterDiameter);
         Some(FEED * outer.or_else(|| Some(self.get(Quantity::Hole)? / HOLE.0))?)
     }
@@ -144,7 +147,7 @@ impl Datasheet {
     pub(super) fn of_fluids(&self) -> Vec<String> {
         let given = |quantity| self.get(quantity).is_some();
         let mut list = Vec::new();
-        if given(Quantity::Pressure) && given(Quantity::AirFlow) {
+        if given(Quantity::Pressure) && given(Quantity::AirFlow) && self.of_air().is_none() {
             list.push(
                 "Air works at the supply's pressure: a blow takes the volume of its energy over the \
                  pressure."

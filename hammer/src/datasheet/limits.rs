@@ -1,6 +1,7 @@
 //! What no hammer does, in words of the trade.
 
 use super::Datasheet;
+use super::air::AirBlow;
 use super::assume::area;
 use super::fit::{Fit, Unknowns};
 use super::quantity::{FASTEST, Quantity};
@@ -55,6 +56,19 @@ impl Fit<'_> {
             ));
         }
         list
+    }
+}
+
+impl AirBlow {
+    /// What no air hammer does.
+    pub(super) fn impossible(&self, sheet: &Datasheet) -> Vec<String> {
+        let fast = (self.speed > FASTEST).then(|| {
+            format!(
+                "An impact at {:.1} m/s: steel that strikes steel does not last beyond {FASTEST} m/s.",
+                self.speed
+            )
+        });
+        fast.into_iter().chain(sheet.flushed()).collect()
     }
 }
 

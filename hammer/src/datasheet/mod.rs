@@ -5,8 +5,8 @@
 //! so on, each with its error, is fitted by least squares over `F`, `D`, `m` and the effectiveness `eta`
 //! of the drive (the mean driving pressure over the supply's, `F = eta p A`). How bit and rock throw the
 //! piston back no datasheet says: that is taken from the mean response of simulated blows, and the fit is
-//! repeated until both agree. A hammer driven by air will come from here too: what a sheet says stays,
-//! and the relay's closed form (`relay`, `response`) makes room for the air's.
+//! repeated until both agree. Where the sheet says the air that a hammer takes, the answer is one with
+//! its air inside (`air`): the ports are fitted to the air, and its blows are simulated.
 //!
 //! What a sheet leaves open is assumed (`assume`), with an error, and told: the answer's numbers have the
 //! ranges that follow. What no hammer does is told too (`limits`).
@@ -14,6 +14,7 @@
 //! A number that is off by a unit or a factor of ten is refused, with the range of real hammers. Numbers
 //! that contradict each other are told, with the size of the contradiction.
 
+mod air;
 mod answer;
 mod assume;
 mod fit;
@@ -22,6 +23,7 @@ mod quantity;
 mod relay;
 mod response;
 
+pub use air::AirBlow;
 pub use quantity::Quantity;
 pub use relay::{Relay, Throw};
 
@@ -141,7 +143,21 @@ impl Datasheet {
             response = next;
             round += 1;
             if close || round == ROUNDS {
-                let mut answer = fit.answer(&unknowns, &response, scene);
+                let mut failed = None;
+                let air = match self.with_air(&scene, &unknowns) {
+                    Some(Err(error)) => {
+                        failed = Some(format!("It is driven by a constant force here: {error}."));
+                        None
+                    }
+                    found => found.and_then(Result::ok),
+                };
+                let mut answer = match air {
+                    Some((scene, blow)) => {
+                        fit.answer(&unknowns, &blow.response(&response), scene, Some(&blow))
+                    }
+                    None => fit.answer(&unknowns, &response, scene, None),
+                };
+                answer.contradictions.extend(failed);
                 let text =
                     "Such a hammer finds no steady blow: its numbers are those of its last blows.";
                 answer.contradictions.extend((!close).then(|| text.into()));

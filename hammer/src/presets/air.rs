@@ -25,24 +25,36 @@ const FRONT: f64 = 0.0125;
 const SUPPLY: f64 = 2.413e6 + 101_325.0;
 
 /// What differs from one to the next.
-struct Size {
+#[derive(Clone, Copy, Debug)]
+pub struct AirHammer {
     /// Outer diameter, m.
-    outer: f64,
+    pub outer: f64,
     /// Mass of the piston, kg.
-    piston: f64,
+    pub piston: f64,
     /// Mass of the casing, kg.
-    casing: f64,
+    pub casing: f64,
     /// Area of a supply port, m2.
-    supply: f64,
+    pub supply: f64,
     /// Diameter of the hole, m.
-    hole: f64,
+    pub hole: f64,
     /// Feed, N.
-    feed: f64,
+    pub feed: f64,
 }
 
-impl Size {
+impl AirHammer {
+    /// The bore over the outer diameter.
+    pub const BORE: f64 = 0.866;
+
+    /// Its scene, at the pressure of the presets.
+    pub fn start(&self) -> (Parameters, InputValues) {
+        let mut start = Default::default();
+        let (parameters, inputs) = &mut start;
+        self.build(parameters, inputs);
+        start
+    }
+
     fn build(&self, p: &mut Parameters, inputs: &mut InputValues) {
-        let diameter = 0.866 * self.outer;
+        let diameter = Self::BORE * self.outer;
         // To three digits, as one would write it down.
         let rounded = |x: f64| format!("{x:.2e}").parse().unwrap_or(x);
         let bore = std::f64::consts::FRAC_PI_4 * diameter * diameter;
@@ -89,23 +101,23 @@ impl Size {
 /// 3.5 inches: 85 mm.
 pub fn three_and_a_half_inch(p: &mut Parameters, inputs: &mut InputValues) {
     let (outer, piston, casing, supply) = (0.085, 5.5, 16.0, 1.45e-4);
-    Size { outer, piston, casing, supply, hole: 0.09, feed: 12_000.0 }.build(p, inputs);
+    AirHammer { outer, piston, casing, supply, hole: 0.09, feed: 12_000.0 }.build(p, inputs);
 }
 
 /// 4 inches: 105 mm.
 pub fn four_inch(p: &mut Parameters, inputs: &mut InputValues) {
     let (outer, piston, casing, supply) = (0.105, 9.1, 27.0, 2.2e-4);
-    Size { outer, piston, casing, supply, hole: 0.115, feed: 17_000.0 }.build(p, inputs);
+    AirHammer { outer, piston, casing, supply, hole: 0.115, feed: 17_000.0 }.build(p, inputs);
 }
 
 /// 5 inches: 127 mm.
 pub fn five_inch(p: &mut Parameters, inputs: &mut InputValues) {
     let (outer, piston, casing, supply) = (0.127, 19.0, 40.0, 1.92e-4);
-    Size { outer, piston, casing, supply, hole: 0.14, feed: 19_000.0 }.build(p, inputs);
+    AirHammer { outer, piston, casing, supply, hole: 0.14, feed: 19_000.0 }.build(p, inputs);
 }
 
 /// 6 inches: 150 mm.
 pub fn six_inch(p: &mut Parameters, inputs: &mut InputValues) {
     let (outer, piston, casing, supply) = (0.15, 23.9, 65.0, 1.9e-4);
-    Size { outer, piston, casing, supply, hole: 0.165, feed: 25_000.0 }.build(p, inputs);
+    AirHammer { outer, piston, casing, supply, hole: 0.165, feed: 25_000.0 }.build(p, inputs);
 }

@@ -8,6 +8,7 @@ use crate::quantities::inputs::INPUTS;
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::variables::differences;
 
+pub use air::AirHammer;
 pub use hammers::DAMPING;
 pub use rocks::{Figure, Inserts, ROCKS, RockError, RockType};
 

@@ -52,8 +52,13 @@ pub fn datasheet<'py>(
         compared.map(|c| (c.quantity.name(), c.given, c.solved, c.quantity.unit())).collect();
     let row = PyDict::new(py);
     let mut parameters = differences(&solved.scene.parameters);
-    let feed = solved.scene.inputs.feed_force;
-    parameters.extend((feed != own.inputs.feed_force).then(|| (Input::FeedForce.name(), feed)));
+    let (inputs, usual) = (solved.scene.inputs, own.inputs);
+    for (input, found, own) in [
+        (Input::FeedForce, inputs.feed_force, usual.feed_force),
+        (Input::SupplyPressure, inputs.supply_pressure, usual.supply_pressure),
+    ] {
+        parameters.extend((found != own).then(|| (input.name(), found)));
+    }
     row.set_item("parameters", parameters)?;
     row.set_item("compared", compared)?;
     let found = solved.found.iter();
