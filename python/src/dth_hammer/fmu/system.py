@@ -12,7 +12,7 @@ from __future__ import annotations
 import os
 import tempfile
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
@@ -26,7 +26,7 @@ from .package import Package, load
 from .variant import configure, start_values
 
 if TYPE_CHECKING:
-    from fmpy.model_description import ModelDescription
+    from fmpy.model_description import ModelDescription, ModelVariable
 
 HAMMER = "hammer"
 #: Step of the exchange that is proposed, s: `examples/coupling_steps.py` measures others.
@@ -37,6 +37,9 @@ SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
 #: Types that a connector can have without naming another file's enumeration.
 TYPES = ("Real", "Integer", "Boolean", "String", "Float64", "Int32")
+#: Those that have a unit; exponents of base units, offset and factor where nothing is said.
+REALS = ("Real", "Float64")
+BASES = dict.fromkeys(("kg", "m", "s", "A", "K", "mol", "cd", "rad", "offset"), 0) | {"factor": 1}
 
 #: A variable of a component: the component's name, the variable's.
 Port = tuple[str, str]
@@ -111,10 +114,10 @@ def _described(path: Path, fmi: int) -> ModelDescription:
     return description
 
 
-def _ports(description: ModelDescription, causality: str) -> dict[str, str]:
-    """Types of a component's ports, by name; an array is none."""
+def _ports(description: ModelDescription, causality: str) -> dict[str, ModelVariable]:
+    """A component's ports, by name; an array is none."""
     return {
-        v.name: v.type
+        v.name: v
         for v in description.modelVariables
         if v.causality == causality and v.type in TYPES and not v.dimensions
     }
@@ -166,6 +169,7 @@ def _structure(
     given = {taker for _, taker in connected}
     for component, description in descriptions.items():
         _add_component(elements, component, description, given)
+    _add_units(root, descriptions.values())
     connections = ET.SubElement(system, f"{{{SSD}}}Connections")
     for (giver, output), (taker, taken) in connected:
         ends = {"startElement": giver, "startConnector": output}
@@ -183,14 +187,31 @@ def _add_component(
     where = {"type": "application/x-fmu-sharedlibrary", "source": _place(name)}
     node = ET.SubElement(elements, f"{{{SSD}}}Component", {"name": name} | where)
     connectors = ET.SubElement(node, f"{{{SSD}}}Connectors")
+    defined = {unit.name for unit in description.unitDefinitions if unit.baseUnit}
     for kind in ("input", "output"):
-        for port, typed in _ports(description, kind).items():
+        for port, variable in _ports(description, kind).items():
             # An input that nothing gives keeps its start value: some hosts would set it to 0.
             if kind == "input" and (name, port) not in given:
                 continue
             attributes = {"name": port, "kind": kind}
             connector = ET.SubElement(connectors, f"{{{SSD}}}Connector", attributes)
-            ET.SubElement(connector, f"{{{SSC}}}{typed}")
+            has_unit = variable.type in REALS and variable.unit in defined
+            unit = {"unit": variable.unit} if has_unit else {}
+            ET.SubElement(connector, f"{{{SSC}}}{variable.type}", unit)
+
+
+def _add_units(root: ET.Element, descriptions: Iterable[ModelDescription]) -> None:
+    """Defines every unit that a connector names, as the component's own description does."""
+    wanted = {name for node in root.iter() if (name := node.get("unit"))}
+    defined = [unit for d in descriptions for unit in d.unitDefinitions if unit.baseUnit]
+    base_units = {unit.name: unit.baseUnit for unit in defined}
+    units = ET.SubElement(root, f"{{{SSD}}}Units")
+    for name in sorted(wanted):
+        unit = ET.SubElement(units, f"{{{SSC}}}Unit", {"name": name})
+        numbers = {part: getattr(base_units[name], part) for part in BASES}
+        # What is 0, or of a factor 1, need not be written.
+        written = {part: repr(x) for part, x in numbers.items() if x != BASES[part]}
+        ET.SubElement(unit, f"{{{SSC}}}BaseUnit", written)
 
 
 def _add_experiment(root: ET.Element, step: float, end: float) -> None:
