@@ -37,7 +37,7 @@ def test_a_system_is_valid_by_the_schema_of_ssp_1(drive: Path, tmp_path: Path) -
     assert experiment.attrib == {"startTime": "0.0", "stopTime": "0.3"}
     connectors = {node.get("name"): node for node in structure.iter("{*}Connector")}
     assert connectors["supply_pressure"][0].get("unit") == "Pa"
-    assert connectors["blow_count"][0].get("unit") is None
+    assert connectors["blow_count"][0].get("unit") == "1"
     pascal = structure.find("{*}Units/{*}Unit[@name='Pa']/{*}BaseUnit")
     assert pascal is not None
     assert pascal.attrib == {"kg": "1", "m": "-1", "s": "-2"}
