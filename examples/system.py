@@ -12,7 +12,7 @@ import argparse
 import tempfile
 from pathlib import Path
 
-from container import PRESET, build_compressor
+from container import SCENE, build_compressor
 from dth_hammer.fmu import write_system
 
 
@@ -20,7 +20,7 @@ def build(out: Path, step: float, until: float) -> None:
     """Writes the system."""
     with tempfile.TemporaryDirectory() as folder:
         partners = {"compressor": build_compressor(Path(folder))}
-        for ends in write_system(out, partners, preset=PRESET, step=step, until=until):
+        for ends in write_system(out, partners, SCENE, step=step, until=until):
             print(" -> ".join(map(".".join, ends)))
 
 
