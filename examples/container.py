@@ -26,8 +26,8 @@ from fmpy.fmi1 import FMICallException
 
 HERE = Path(__file__).resolve().parent
 COMPRESSOR, HAMMER = "AirCompressor.fmu", "hammer.fmu"
-#: The reference hammer with its air inside, followed so closely that instants which hosts round do not show. Few
-#: parameters: libcosim makes a folder that is named by all of them.
+#: The reference hammer with its air inside, so exact that instants which hosts round do not show.
+#: Few parameters: libcosim makes a folder that is named by all of them.
 SCENE = {"drive.source": "Air", "air.error": 1e-11}
 COMPARED = ("blow_count", "blow_speed", "rop", "air_flow")
 
