@@ -53,19 +53,19 @@ impl AirBlow {
     pub fn settled(scene: &Scene) -> Result<Self, DatasheetError> {
         let mut machine = scene.machine()?;
         let mut sum = [0.0; 6];
-        let mut seen = 0;
+        let mut counted = 0;
         while machine.counters().blows < SETTLED + MEANT {
             machine.advance(machine.time() + 2e-3)?;
             let blows = machine.counters().blows;
-            if let Some(blow) = machine.blow().filter(|_| blows > seen.max(SETTLED)) {
+            if let Some(blow) = machine.blow().filter(|_| blows > counted.max(SETTLED)) {
                 let b = blow;
                 let all = [b.energy, b.period, b.speed, b.air_flow, b.rock_work, b.rop];
                 sum.iter_mut().zip(all).for_each(|(sum, new)| *sum += new / MEANT as f64);
             }
-            seen = blows;
+            counted = blows;
             if machine.time() > PATIENCE {
                 return Err(DatasheetError::Contradiction(format!(
-                    "an air hammer of these numbers strikes {seen} times in {PATIENCE} s: it stalls"
+                    "an air hammer of these numbers strikes {counted} times in {PATIENCE} s: it stalls"
                 )));
             }
         }

@@ -53,8 +53,8 @@ impl Fit<'_> {
                 solved.map(|solved| Comparison { quantity: *quantity, given: *given, solved })
             })
             .collect();
-        let told = if air.is_some() { TOLD_OF_AIR } else { TOLD };
-        let off = compared.iter().filter(|compared| compared.off().abs() > told);
+        let tolerance = if air.is_some() { TOLD_OF_AIR } else { TOLD };
+        let off = compared.iter().filter(|compared| compared.off().abs() > tolerance);
         let mut contradictions: Vec<String> = off.map(sentence).collect();
         contradictions.extend(match air {
             Some(blow) => blow.impossible(self.sheet),
