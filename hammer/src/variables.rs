@@ -89,6 +89,8 @@ pub struct Output {
     pub nominal: f64,
     /// Inputs whose present value affects it at once (feedthrough).
     pub feedthrough: &'static [Input],
+    /// Its derivative by one of these, the state being given.
+    pub slope: fn(&Machine, Input) -> f64,
 }
 
 /// A continuous output.
@@ -110,6 +112,7 @@ const fn output(
         positive: false,
         nominal,
         feedthrough: &[],
+        slope: |_, _| 0.0,
     };
     Variable { name, description, role: Role::Output(output) }
 }
@@ -173,8 +176,8 @@ impl Variable {
         adjust!(self, positive = true)
     }
 
-    const fn fed_by(self, inputs: &'static [Input]) -> Self {
-        adjust!(self, feedthrough = inputs)
+    const fn fed_by(self, inputs: &'static [Input], slope: fn(&Machine, Input) -> f64) -> Self {
+        adjust!(adjust!(self, feedthrough = inputs), slope = slope)
     }
 
     /// The variable of this name, and its value reference.
@@ -288,11 +291,21 @@ static RESULTS: &[Variable] = &[
     output("applied_drive_force", FORCE, 1e3, "Driving force on the piston, positive downward",
         [|m| m.kinematics().applied_drive_force, |m| m.kinematics().applied_drive_force_rates[0]])
         .second(|m| m.kinematics().applied_drive_force_rates[1])
-        .fed_by(&[Input::DriveForce, Input::DrivePressure, Input::ReturnPressure]),
+        .fed_by(
+            &[
+                Input::DriveForce,
+                Input::DrivePressure,
+                Input::ReturnPressure,
+                Input::ExhaustPressure,
+            ],
+            Machine::force_per,
+        ),
     output("drive_chamber_pressure", PRESSURE, 1e6, "Pressure in the drive chamber when drive.source is Chambers or Air, else 0",
-        [|m| m.chamber_pressures()[0][0], |m| m.chamber_pressures()[0][1]]).positive(),
+        [|m| m.chamber_pressures()[0][0], |m| m.chamber_pressures()[0][1]]).positive()
+        .fed_by(&[Input::ExhaustPressure], Machine::chamber_pressure_per),
     output("return_chamber_pressure", PRESSURE, 1e6, "Pressure in the return chamber when drive.source is Chambers or Air, else 0",
-        [|m| m.chamber_pressures()[1][0], |m| m.chamber_pressures()[1][1]]).positive(),
+        [|m| m.chamber_pressures()[1][0], |m| m.chamber_pressures()[1][1]]).positive()
+        .fed_by(&[Input::ExhaustPressure], Machine::chamber_pressure_per),
     output("casing_position", LENGTH, 1e-2, "Displacement of the casing, positive downward; 0 without one",
         [|m| m.kinematics().casing_position, |m| m.kinematics().casing_velocity])
         .second(|m| m.kinematics().casing_acceleration),

@@ -101,10 +101,9 @@ impl Instance {
             sizes.push(self.output_values(*reference)?.len());
         }
         if matches!(self.phase, Phase::Stepping | Phase::Terminated) {
-            return Ok(knowns
-                .iter()
-                .map(|known| self.feedthrough(unknowns, &sizes, *known))
-                .collect());
+            let machine = self.machine()?;
+            let row = |known: &Known| feedthrough(machine, unknowns, &sizes, *known);
+            return Ok(knowns.iter().map(row).collect());
         }
         self.at_start(unknowns, sizes.iter().sum(), &knowns)
     }
@@ -143,22 +142,6 @@ impl Instance {
         Ok(found)
     }
 
-    /// A row while the state is given: only the drive's force follows an input at once.
-    fn feedthrough(&self, unknowns: &[u32], sizes: &[usize], known: Known) -> Vec<f64> {
-        let drive = self.settings.parameters().map(|parameters| parameters.drive);
-        let slope = |reference: u32| match (known, VARIABLES.get(reference as usize)) {
-            (Known::Input(input), Some(variable)) => match &variable.role {
-                Role::Output(output) if output.feedthrough.contains(&input) => {
-                    drive.as_ref().map_or(0.0, |drive| drive.force_per(input))
-                }
-                _ => 0.0,
-            },
-            _ => 0.0,
-        };
-        let values = unknowns.iter().zip(sizes);
-        values.flat_map(|(reference, size)| std::iter::repeat_n(slope(*reference), *size)).collect()
-    }
-
     /// The rows before initialization is complete, by differences of scenes.
     fn at_start(
         &mut self,
@@ -177,6 +160,11 @@ impl Instance {
             probe.phase = Phase::Stepping;
             let mut values = Vec::with_capacity(scalars);
             for reference in unknowns {
+                if is_zero_at_start(*reference) {
+                    // Differences of its rounding would say otherwise than the description.
+                    values.push(0.0);
+                    continue;
+                }
                 // This instance has read them: only an interrupt can come between.
                 let read = probe.output_values(*reference).map_err(|_| hammer::Error::Cancelled)?;
                 values.extend(read);
@@ -245,9 +233,29 @@ impl Instance {
     }
 }
 
+/// A row while the state is given: an output follows the inputs that its row of the table names.
+fn feedthrough(machine: &Machine, unknowns: &[u32], sizes: &[usize], known: Known) -> Vec<f64> {
+    let slope = |reference: u32| match (known, VARIABLES.get(reference as usize)) {
+        (Known::Input(input), Some(variable)) => match &variable.role {
+            Role::Output(output) if output.feedthrough.contains(&input) => {
+                (output.slope)(machine, input)
+            }
+            _ => 0.0,
+        },
+        _ => 0.0,
+    };
+    let values = unknowns.iter().zip(sizes);
+    values.flat_map(|(reference, size)| std::iter::repeat_n(slope(*reference), *size)).collect()
+}
+
 /// What is not asked for may be infinite.
 fn product(slope: f64, seed: f64) -> f64 {
     if seed == 0.0 { 0.0 } else { slope * seed }
+}
+
+fn is_zero_at_start(reference: u32) -> bool {
+    let row = VARIABLES.get(reference as usize).map(|variable| &variable.role);
+    matches!(row, Some(Role::Output(output)) if output.zero_at_start)
 }
 
 fn output(reference: u32) -> Result<Read<f64>, CallError> {

@@ -48,11 +48,12 @@ impl Drive {
     }
 
     /// `d F_A / d input`, N per its unit.
-    pub fn force_per(&self, input: Input) -> f64 {
+    pub(crate) fn force_per(&self, input: Input) -> f64 {
         match (self.source, input) {
             (Source::Force, Input::DriveForce) => 1.0,
             (Source::Pressure, Input::DrivePressure) => self.area_drive,
             (Source::Pressure, Input::ReturnPressure) => -self.area_return,
+            (Source::Air, Input::ExhaustPressure) => self.area_return - self.area_drive,
             _ => 0.0,
         }
     }

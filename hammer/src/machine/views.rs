@@ -10,6 +10,7 @@ use crate::air::Air;
 use crate::error::Error;
 use crate::laws::event::Event;
 use crate::laws::mode::Relay;
+use crate::quantities::inputs::Input;
 use std::collections::VecDeque;
 use std::sync::OnceLock;
 
@@ -152,10 +153,11 @@ impl Machine {
     pub fn chamber_pressures(&self) -> [[f64; 2]; 2] {
         let state = self.motion.state();
         if let Some((air, [vr, speed])) = self.air() {
-            let outside = self.motion.outside(state.now);
             if air.vented.is_some() {
-                return [[outside[1], 0.0]; 2];
+                let [value, rate, _] = state.inputs.of(Input::ExhaustPressure).rates_at(state.now);
+                return [[value, rate]; 2];
             }
+            let outside = self.motion.outside(state.now);
             let pressures = air.pressures(self.parameters(), vr, state.now);
             let rates = air.rates(self.parameters(), outside, [vr, speed], state.now);
             return [0, 1].map(|i| [pressures[i], rates[i]]);
@@ -164,6 +166,20 @@ impl Machine {
             let [value, rate, _] = gas.pressure().rates_at(state.now);
             [value, rate]
         })
+    }
+
+    /// `d applied_drive_force / d input` now, N per its unit, the state being given.
+    pub fn force_per(&self, input: Input) -> f64 {
+        if self.has_vented_air() { 0.0 } else { self.parameters().drive.force_per(input) }
+    }
+
+    /// The same of both chambers' pressures: vented, they are at the exhaust's.
+    pub fn chamber_pressure_per(&self, input: Input) -> f64 {
+        f64::from(self.has_vented_air() && input == Input::ExhaustPressure)
+    }
+
+    fn has_vented_air(&self) -> bool {
+        self.motion.air().is_some_and(|air| air.vented.is_some())
     }
 
     /// The air, and the piston's position and velocity in its cylinder now.

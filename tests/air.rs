@@ -1,0 +1,298 @@
+//! A hammer that air drives, through the C functions: bits, states, events, what it takes and gives.
+
+mod support;
+
+use dth_hammer::capabilities::OVER_STEP;
+use dth_hammer::events::Extra;
+use hammer::variables::{Role, VARIABLES};
+use support::host::{Host, vr};
+use support::library::{ERROR, Handle, Library, OK};
+use support::three::{Three, extra};
+
+/// `drive.source = Air`.
+const AIR: i32 = 5;
+const END: f64 = 0.08;
+
+/// What a host of either standard does here.
+trait Driver {
+    fn value(&self, name: &str) -> f64;
+    fn advance(&self, from: f64, to: f64);
+    /// Other pressures of supply and exhaust, which rise or fall, and another feed.
+    fn change(&self);
+}
+
+const SUPPLY: (f64, f64) = (1.1e6, 5e6);
+const EXHAUST: (f64, f64) = (1.6e5, -1e5);
+
+impl Driver for Host<'_> {
+    fn value(&self, name: &str) -> f64 {
+        self.get(name)
+    }
+    fn advance(&self, from: f64, to: f64) {
+        self.step(from, to - from);
+    }
+    fn change(&self) {
+        for (name, (value, slope)) in [("supply_pressure", SUPPLY), ("exhaust_pressure", EXHAUST)] {
+            self.set(name, value);
+            self.set_derivative(name, 1, slope);
+        }
+        self.set("feed_force", 7e3);
+    }
+}
+
+impl Driver for Three<'_> {
+    fn value(&self, name: &str) -> f64 {
+        self.get(vr(name))
+    }
+    fn advance(&self, mut from: f64, to: f64) {
+        while from < to {
+            let ended = self.step(from, to - from);
+            if ended.event {
+                self.event(|_, _| {});
+            }
+            from = ended.time;
+        }
+    }
+    fn change(&self) {
+        for (name, (value, slope)) in [("supply_pressure", SUPPLY), ("exhaust_pressure", EXHAUST)] {
+            self.set("Float64", vr(name), value);
+            self.set("Float64", extra(&format!("{name}_rate")), slope);
+        }
+        self.set("Float64", vr("feed_force"), 7e3);
+    }
+}
+
+/// Bits of every output; the peaks, which are those of the last step, only if it has been the same.
+fn bits(host: &impl Driver, peaks: bool) -> Vec<(&'static str, u64)> {
+    let is_wanted = |name: &str| peaks || !name.ends_with("_peak");
+    let outputs = VARIABLES.iter().filter(|row| matches!(row.role, Role::Output(_)));
+    let wanted = outputs.map(|row| row.name).filter(|name| is_wanted(name));
+    wanted.map(|name| (name, host.value(name).to_bits())).collect()
+}
+
+/// Rigid and elastic, the latter in a casing that vents the chambers when it is lifted.
+fn scenes() -> [(i32, Vec<(&'static str, f64)>); 2] {
+    let cased = [
+        ("casing.mass", 30.0),
+        ("chuck.idle_travel", 0.02),
+        ("contact.initial_gap", 0.04),
+        ("feed_force", 8e3),
+    ];
+    let leaking = [("air.leakage_area", 2e-6), ("air.drag", 5.0)];
+    [(1, leaking.to_vec()), (2, [&leaking[..], &cased].concat())]
+}
+
+fn two<'a>(library: &'a Library, (fidelity, values): &(i32, Vec<(&str, f64)>)) -> Host<'a> {
+    let host = Host::new(library);
+    host.set_int("drive.source", AIR);
+    host.set_int("fidelity", *fidelity);
+    values.iter().for_each(|(name, value)| host.set(name, *value));
+    host.start(0.0);
+    host
+}
+
+/// With event mode and early return: at blows, and where the piston passes 20 mm above the bit.
+fn three<'a>(library: &'a Library, (fidelity, values): &(i32, Vec<(&str, f64)>)) -> Three<'a> {
+    let host = Three::new(library, true, true);
+    host.set("Int64", vr("drive.source"), i64::from(AIR));
+    host.set("Int64", vr("fidelity"), i64::from(*fidelity));
+    values.iter().for_each(|(name, value)| host.set("Float64", vr(name), *value));
+    host.set("Int32", extra("event.positions"), 1_i32);
+    host.set("Float64", Extra::Position(0).reference(), -0.02);
+    host.start(true);
+    host
+}
+
+/// Communication points up to the middle, where inputs change, and on to the end.
+fn sliced(host: &impl Driver, points: &[f64]) {
+    let (middle, mut now) = (0.37 * END, 0.0);
+    let before = points.iter().map(|share| share * middle).chain([middle]);
+    let after = points.iter().map(|share| middle + share * (END - middle)).chain([END]);
+    for (index, point) in before.chain(after).enumerate() {
+        if index == points.len() + 1 {
+            host.change();
+        }
+        host.advance(now, point);
+        now = point;
+    }
+}
+
+#[test]
+fn how_a_host_slices_time_changes_no_bit_in_either_standard() {
+    let library = Library::load();
+    let even: Vec<f64> = (1..97).map(|k| f64::from(k) / 97.0).collect();
+    // Sizes over eight decades.
+    let uneven: Vec<f64> = (1..60).map(|k| 10f64.powf(-f64::from(60 - k) / 7.0)).collect();
+    for scene in scenes() {
+        let whole = two(&library, &scene);
+        sliced(&whole, &[]);
+        assert!(whole.get("blow_count") >= 2.0 && whole.get("air_mass") > 0.0);
+        for points in [&even, &uneven] {
+            let host = two(&library, &scene);
+            sliced(&host, points);
+            assert_eq!(bits(&host, false), bits(&whole, false));
+        }
+        for points in [&[][..], &even] {
+            let host = three(&library, &scene);
+            sliced(&host, points);
+            assert_eq!(bits(&host, false), bits(&whole, false), "FMI 3.0, with events");
+        }
+    }
+}
+
+/// Taken in the middle of a window of the air, with inputs pending that are not yet applied.
+#[test]
+fn a_state_goes_on_to_the_bit_in_place_elsewhere_and_from_bytes() {
+    let library = Library::load();
+    let point = 0.0317;
+    for scene in scenes() {
+        let host = two(&library, &scene);
+        host.advance(0.0, point);
+        host.change();
+        let mut state = Handle(0);
+        assert_eq!(library.get_state(host.handle, Some(&mut state)), OK);
+        let bytes = library.serialize(host.handle, state).expect("serialises");
+        let go_on = |host: &Host| {
+            host.advance(point, END);
+            bits(host, true)
+        };
+        let expected = go_on(&host);
+        assert_eq!(library.set_state(host.handle, state), OK);
+        assert_eq!(go_on(&host), expected, "in the same instance");
+        // One driven by its relay, and one of another scene of air.
+        let mut from_bytes = Handle(0);
+        let others = [Host::running(&library, &[]), two(&library, &scenes()[0])];
+        for (other, copied) in others.iter().zip([false, true]) {
+            let mut state = state;
+            if copied {
+                assert_eq!(library.deserialize(other.handle, &bytes, &mut from_bytes), OK);
+                state = from_bytes;
+            }
+            assert_eq!(library.set_state(other.handle, state), OK);
+            assert_eq!(go_on(other), expected, "elsewhere, copied: {copied}");
+        }
+        // The same state has the same bytes.
+        assert_eq!(library.serialize(host.handle, from_bytes), Some(bytes));
+        for mut state in [state, from_bytes] {
+            assert_eq!(library.free_state(host.handle, Some(&mut state)), OK);
+        }
+
+        let (one, other) = (three(&library, &scene), three(&library, &scenes()[0]));
+        one.advance(0.0, point);
+        one.change();
+        assert_eq!(other.adopt(&one.serialized()), [OK; 2]);
+        for host in [&one, &other] {
+            host.advance(point, END);
+        }
+        assert_eq!(bits(&one, true), bits(&other, true), "FMI 3.0");
+    }
+}
+
+/// A chamber at rest that a supply of constant pressure fills through a choked opening: the flow is
+/// `C_d A sqrt(kappa / (R T)) (2 / (kappa + 1))^3 p_s`, so the mass follows the pressure over the step as
+/// it follows time, and the chamber's pressure `kappa R T` over its volume times as fast.
+#[test]
+fn what_is_taken_follows_the_supply_as_in_closed_form() {
+    let library = Library::load();
+    let host = Host::new(&library);
+    host.set_int("drive.source", AIR);
+    host.set_int("fidelity", 1);
+    for name in ["drive.area_drive", "drive.area_return", "gravity"] {
+        host.set(name, 0.0);
+    }
+    for (name, edge) in [("drive.exhaust", 1.0), ("return.supply", 1.0), ("return.exhaust", -1.0)] {
+        host.set(&format!("air.{name}"), edge);
+    }
+    host.set("air.drive.supply", 0.0);
+    let start = 1e5;
+    host.set("supply_pressure", start);
+    host.start(0.0);
+    host.step(0.0, 1e-3);
+    assert_eq!(host.get("air_mass"), 0.0, "nothing flows between equal pressures");
+    let [discharge, area, temperature, volume] =
+        ["air.discharge", "air.supply_area", "air.temperature", "air.drive.dead_volume"]
+            .map(|name| host.get(name));
+    let flow = discharge * area * (1.4 / (287.05 * temperature)).sqrt() * (2.0f64 / 2.4).powi(3);
+    let (supply, size) = (2e6, 4e-4);
+    host.set("supply_pressure", supply);
+    host.step(1e-3, size);
+    let compressed = 1.4 * 287.05 * temperature / volume;
+    assert!(start + compressed * flow * supply * size < 0.5 * supply, "still choked");
+    // The windows' error is 1e-8 of the pressure each; a difference of a linear function keeps seven
+    // digits and more.
+    let close = |found: f64, expected: f64, error: f64| {
+        assert!((found / expected - 1.0).abs() < error, "{found} for {expected}");
+    };
+    close(host.get("air_mass"), flow * supply * size, 1e-7);
+    close(host.rate("air_mass"), flow * supply, 1e-7);
+    close(host.get("drive_chamber_pressure"), start + compressed * flow * supply * size, 1e-7);
+    close(host.rate("drive_chamber_pressure"), compressed * flow * supply, 1e-7);
+    let of = ["air_mass", "drive_chamber_pressure"].map(|name| OVER_STEP + vr(name));
+    let mut slopes = [f64::NAN; 2];
+    let by = [vr("supply_pressure")];
+    assert_eq!(library.directional_by(host.handle, &of, &by, &[1.0], &mut slopes), OK);
+    close(slopes[0], flow * size, 1e-6);
+    close(slopes[1], compressed * flow * size, 1e-6);
+    host.take_log();
+    // And is refused by name where a host has taken a parameter for an input.
+    let parameter = [vr("air.supply_area")];
+    let status = library.directional_by(host.handle, &of, &parameter, &[1.0], &mut slopes);
+    assert_eq!(status, ERROR);
+    let line = host.only_error();
+    assert!(line.starts_with("air.supply_area cannot be set"), "{line}");
+}
+
+/// Before the start a chamber has the pressure of its open port: above its edge the drive chamber that of
+/// the supply, the return chamber that of the exhaust.
+#[test]
+fn before_the_start_chambers_follow_the_port_that_is_open() {
+    let library = Library::load();
+    let host = Host::new(&library);
+    host.set_int("drive.source", AIR);
+    host.set("contact.initial_gap", 0.038);
+    host.plain("fmi2EnterInitializationMode");
+    let of =
+        ["drive_chamber_pressure", "return_chamber_pressure", "applied_drive_force", "air_mass"];
+    let [mut by_supply, mut by_exhaust] = [[f64::NAN; 4]; 2];
+    for (name, found) in
+        [("supply_pressure", &mut by_supply), ("exhaust_pressure", &mut by_exhaust)]
+    {
+        let status = library.directional_by(host.handle, &of.map(vr), &[vr(name)], &[1.0], found);
+        assert_eq!(status, OK, "{:?}", host.take_log());
+    }
+    // The exhaust's pressure is on both sides of what presses on the piston.
+    let area = host.get("drive.area_drive");
+    // Differences of linear functions: seven digits and more.
+    for (found, expected) in by_supply.iter().zip([1.0, 0.0, area, 0.0]) {
+        assert!((found - expected).abs() <= 1e-7 * expected, "{by_supply:?}");
+    }
+    for (found, expected) in by_exhaust.iter().zip([0.0, 1.0, -area, 0.0]) {
+        assert!((found - expected).abs() <= 1e-7 * expected.abs(), "{by_exhaust:?}");
+    }
+}
+
+/// The exhaust's pressure rises: that of vented chambers does too, and nothing drives the piston.
+#[test]
+fn vented_chambers_follow_the_exhaust() {
+    let library = Library::load();
+    let (fidelity, mut values) = scenes()[1].clone();
+    values.push(("feed_force", -1e3));
+    let host = two(&library, &(fidelity, values));
+    let (slope, size, mut time) = (3e5, 1e-3, 0.0);
+    let lifted = |host: &Host| host.get("drive_chamber_pressure") == host.get("exhaust_pressure");
+    while !lifted(&host) {
+        host.step(time, size);
+        time += size;
+        assert!(time < 1.0, "never vented");
+    }
+    let taken = host.get("air_mass");
+    host.set("exhaust_pressure", 1.1e5);
+    host.set_derivative("exhaust_pressure", 1, slope);
+    host.step(time, size);
+    let expected = host.get("exhaust_pressure");
+    assert!((expected - 1.1e5 - slope * size).abs() < 1e-9 * expected);
+    for name in ["drive_chamber_pressure", "return_chamber_pressure"] {
+        assert_eq!((host.get(name), host.rate(name)), (expected, slope), "{name}");
+    }
+    assert_eq!((host.get("applied_drive_force"), host.get("air_mass")), (0.0, taken));
+}
