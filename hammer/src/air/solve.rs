@@ -1,7 +1,7 @@
 //! The air of one window, by Gauss's collocation together with the piston's mean motion.
 //!
 //! The steel's motion is given at the nodes, as it is under forces that are guessed. Where the air's
-//! forces differ from the guess, the piston moves as its mass does; the guess is then replaced, and the
+//! forces differ from the guess, the bodies move as free ones do; the guess is then replaced, and the
 //! steel moved anew, until both agree ([`Problem::misfit`]), or where what the forces were off cannot
 //! matter ([`Problem::is_trifle`]). The rates of the content at the nodes follow by Newton's method, from
 //! those that the window before goes on to, with a matrix of each chamber, in which the entropy does not
@@ -38,8 +38,12 @@ const HEAT: f64 = KAPPA * GAS / (KAPPA - 1.0);
 #[derive(Debug)]
 pub(crate) struct Problem<'a> {
     pub parameters: &'a Parameters,
-    /// Masses of the piston and of the lightest body, kg.
-    pub masses: [f64; 2],
+    /// Mass of the piston, kg.
+    pub mass: f64,
+    /// Acceleration of its relative position by each of the forces, if all bodies are free, 1/kg.
+    pub gains: [f64; 2],
+    /// What of it the ties of those that are not free may take back, 1/kg.
+    pub tied: [f64; 2],
     /// Pressures of supply and exhaust after the epoch.
     pub outside: [Poly; 2],
     /// Length, s.
@@ -182,8 +186,10 @@ impl Air {
             error: 0.0,
         };
         for _ in 0..MOST {
-            let pushed: Nodal =
-                from_fn(|i| (solved.forces[0][i] - steel.forces[0][i]) / problem.masses[0]);
+            let pushed: Nodal = from_fn(|i| {
+                let off = |k: usize| problem.gains[k] * (solved.forces[k][i] - steel.forces[k][i]);
+                off(0) + off(1)
+            });
             let (mut misfit, mut change) = ([[0.0; STAGES]; 4], 0.0f64);
             for i in 0..STAGES {
                 let place = steel.place[i] + span * span * dot(&rule.twice[i], &pushed);
@@ -370,13 +376,14 @@ impl Problem<'_> {
         KAPPA * by.abs() * one.abs().max(other.abs())
     }
 
-    /// True if what the forces of a solution differ from those under which the steel moved cannot matter.
+    /// True if what the forces of a solution differ from those under which the steel moved cannot matter,
+    /// beyond what the free bodies do, which the solution has.
     pub(crate) fn is_trifle(&self, solved: &Solved, steel: &Steel, allowed: f64) -> bool {
+        let off: [Nodal; 2] = from_fn(|k| from_fn(|i| solved.forces[k][i] - steel.forces[k][i]));
+        let twice = &Rule::get().twice;
         (0..STAGES).all(|i| {
-            let off = |k: usize| (solved.forces[k][i] - steel.forces[k][i]).abs();
-            // The one body moves by so much at most, and the other the other way.
-            let by = self.span * self.span / self.masses[1] * (off(0) + off(1));
-            self.stir(steel.place[i], by) <= allowed
+            let by = |k: usize| self.tied[k] * dot(&twice[i], &off[k]).abs();
+            self.stir(steel.place[i], self.span * self.span * (by(0) + by(1))) <= allowed
         })
     }
 
@@ -397,7 +404,7 @@ impl Problem<'_> {
         let content = self.span * content / (4 * STAGES - 2) as f64;
         let supply = self.outside[0].0[0].max(self.outside[1].0[0]);
         let scale = supply * (parameters.drive.area_drive + parameters.drive.area_return);
-        let stroke = (self.masses[0] * parameters.air.cylinder / scale).sqrt();
+        let stroke = (self.mass * parameters.air.cylinder / scale).sqrt();
         let part = self.span / stroke;
         let force = part * (part + NOISE) * last(&solved.forces[0]) / scale;
         content.max(force) / parameters.air.error
@@ -439,7 +446,8 @@ mod tests {
         let mut gas = Air::start(&parameters, place, pressures);
         gas.classify(&parameters, place, pressures);
         let outside = pressures.map(Poly::constant);
-        let problem = Problem { parameters: &parameters, masses: [1e12; 2], outside, span };
+        let (mass, gains, tied) = (1e12, [0.0; 2], [0.0; 2]);
+        let problem = Problem { parameters: &parameters, mass, gains, tied, outside, span };
         let steel =
             Steel { place: [place; STAGES], speed: [0.0; STAGES], forces: [[0.0; STAGES]; 2] };
         let solved = gas.solve(&problem, &steel, &mut gas.guess(span)).expect("a solution");

@@ -21,6 +21,18 @@ impl Driven {
         Self { translation, slow: Vec::new(), reach: None }
     }
 
+    /// Moves the epoch by `at`, unless the slow coordinates' motion is not valid beyond; returns whether it
+    /// did.
+    pub(crate) fn shift(&mut self, at: f64) -> bool {
+        let goes_on = self.reach.is_none_or(|reach| reach > at);
+        if goes_on {
+            self.translation.shift(at);
+            self.slow.iter_mut().for_each(|(_, poly)| poly.shift(at));
+            self.reach.iter_mut().for_each(|reach| *reach -= at);
+        }
+        goes_on
+    }
+
     /// True if all of it is at most a parabola.
     #[inline]
     pub(crate) fn is_parabola(&self) -> bool {

@@ -11,6 +11,9 @@ use std::sync::OnceLock;
 /// Order of the remainder of a Taylor window.
 pub const TAYLOR: usize = 24;
 
+/// Repeated integrals of a rate that are kept: as many as a load, or a rate under it, has coefficients.
+pub const INTEGRALS: usize = ORDERS + 1;
+
 /// A linear functional of the displacements, in modal coordinates.
 #[derive(Clone, Debug)]
 pub struct Functional {
@@ -23,6 +26,8 @@ pub struct Functional {
     pub taylor: [Vec<f64>; 2],
     /// `c B^-1`: the integral.
     pub integral: Vec<f64>,
+    /// `c B^(1 - k)` for k = 1, 2, ...: the rate's repeated integrals, made when a load varies.
+    integrals: OnceLock<Vec<Vec<f64>>>,
     evaluation_rows: [OnceLock<EvaluationRows>; 2],
     /// Weight of the uniform translation.
     pub rigid: f64,
@@ -68,6 +73,7 @@ impl Functional {
             statics: response.statics_of(&c),
             still: c.iter().all(|c| *c == 0.0),
             rows: [c, r1, r2, r3],
+            integrals: OnceLock::new(),
             evaluation_rows: Default::default(),
             rigid,
         }
@@ -93,6 +99,14 @@ impl Functional {
         })
     }
 
+    /// Coefficients of the rate's first [`INTEGRALS`] repeated integrals.
+    pub(crate) fn rate_integrals(&self, generator: &Generator) -> &[Vec<f64>] {
+        self.integrals.get_or_init(|| {
+            let next = |row: &Vec<f64>| Some(generator.integrate(row));
+            std::iter::successors(next(&self.rows[1]), next).take(INTEGRALS).collect()
+        })
+    }
+
     /// The polynomial part of its value, from loads and translation.
     pub(crate) fn poly(
         &self,
@@ -105,7 +119,11 @@ impl Functional {
             self.add_parabola(loads, &driven.translation, 1.0, &mut parabola);
             return Poly::parabola(parabola);
         }
-        let sum = response.poly(&self.rows[0], &self.statics, loads, driven);
+        let sum = if self.still {
+            Poly::default()
+        } else {
+            response.poly(&self.rows[0], &self.statics, loads, driven)
+        };
         if self.rigid != 0.0 { sum.plus(self.rigid, &driven.translation) } else { sum }
     }
 

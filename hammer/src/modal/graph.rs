@@ -84,11 +84,6 @@ pub struct Graph {
 }
 
 impl Graph {
-    /// The least mass of a body, kg.
-    pub(crate) fn lightest(&self) -> f64 {
-        self.bodies.iter().fold(f64::INFINITY, |least, body| least.min(body.mass))
-    }
-
     /// That of a scene.
     ///
     /// # Errors

@@ -87,23 +87,22 @@ impl<'a> Stretch<'a> {
                 return load.0[0] * *change;
             }
             let rate = self.poly(index).derivative();
-            let modal = self.moment(&self.functional(index).rows[1], load);
+            let [modal, _] = self.moment_and_size(index, load);
             load.integral_of_product(&rate, self.span) + modal
         })
     }
 
-    /// `int load(t) c . z(t) dt`, by parts.
-    fn moment(&self, c: &[f64], load: &Poly) -> f64 {
-        self.moment_and_size(c, load)[0]
-    }
-
-    /// The same, and the sum of the sizes of its terms.
-    fn moment_and_size(&self, c: &[f64], load: &Poly) -> [f64; 2] {
+    /// `int load(t) c . z(t) dt` of a displacement's rate `c . z`, by parts, and the sum of the sizes of
+    /// its terms.
+    fn moment_and_size(&self, index: usize, load: &Poly) -> [f64; 2] {
         let (mut sum, mut size, mut sign) = (0.0, 0.0, 1.0);
-        let (mut row, mut p) = (c.to_vec(), *load);
-        for _ in 0..=load.degree() {
-            row = self.system.integral_of(&row);
-            let (end, start) = (kernel::dot(&row, self.end), kernel::dot(&row, self.start));
+        let (ready, mut more, mut p) = (self.system.rate_integrals(index), Vec::new(), *load);
+        for k in 0..=load.degree() {
+            if k >= ready.len() {
+                more = self.system.integral_of(if more.is_empty() { &ready[k - 1] } else { &more });
+            }
+            let row = ready.get(k).unwrap_or(&more);
+            let (end, start) = (kernel::dot(row, self.end), kernel::dot(row, self.start));
             let terms = [p.at(self.span) * end, p.0[0] * start];
             sum += sign * (terms[0] - terms[1]);
             size += terms[0].abs() + terms[1].abs();
@@ -218,9 +217,8 @@ impl<'a> Stretch<'a> {
         if !self.system.varies(self.loads) {
             return [own, start];
         }
-        let row = &self.functional(tip).rows[1];
         let rate = drift.trimmed(self.span);
-        let [crossed, size] = self.moment_and_size(row, &rate);
+        let [crossed, size] = self.moment_and_size(tip, &rate);
         let forced = rate.integral_of_product(&rate, self.span);
         [own + 2.0 * crossed + forced, start + 2.0 * size + forced]
     }

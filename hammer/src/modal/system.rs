@@ -15,7 +15,7 @@ use crate::interrupt;
 use crate::laws::mode::Mode;
 use crate::modal::basis::Basis;
 use crate::modal::driven::Driven;
-pub use crate::modal::functional::{Functional, TAYLOR};
+pub use crate::modal::functional::{Functional, INTEGRALS, TAYLOR};
 use crate::modal::generator::Generator;
 use crate::modal::joined::Joined;
 use crate::modal::passage::{self, Overlap, Passage};
@@ -175,8 +175,8 @@ impl System {
     pub(crate) fn room(modes: usize, functionals: usize) -> usize {
         let len = 2 * modes.next_multiple_of(LANES);
         // Two bases and two half forms; rotations and series; rows, weights, both again in the
-        // order of the loops, and powers.
-        let functional = 20 + TAYLOR + 1;
+        // order of the loops, integrals, and powers.
+        let functional = 20 + INTEGRALS + TAYLOR + 1;
         // From the same bodies under the other springs, and from these bodies apart or together.
         let passages = if modes <= passage::MOST { 5 } else { 0 };
         let squares = (3 + passages) * len * len;
@@ -213,6 +213,11 @@ impl System {
     /// `y B^-1`, the coefficients of an integral.
     pub fn integral_of(&self, row: &[f64]) -> Vec<f64> {
         self.generator.integrate(row)
+    }
+
+    /// Coefficients of the repeated integrals of a functional's rate.
+    pub(crate) fn rate_integrals(&self, index: usize) -> &[Vec<f64>] {
+        self.functionals[index].rate_integrals(&self.generator)
     }
 
     /// Modal coordinates of displacements and velocities `[q | q']` of the bars' modes.

@@ -5,7 +5,7 @@ use crate::air::Air;
 use crate::air::solve::{Problem, Solved, Steel, polynomial};
 use crate::error::Error;
 use crate::laws::event::Displacement;
-use crate::modal::graph::Channel;
+use crate::modal::graph::{Channel, Graph};
 use crate::modal::system::CHANNELS;
 use crate::numerics::collocation::{Rule, STAGES};
 use crate::numerics::kernel;
@@ -42,6 +42,23 @@ pub(super) fn outside(inputs: &Inputs) -> [Poly; 2] {
     [Input::SupplyPressure, Input::ExhaustPressure].map(|input| *inputs.of(input))
 }
 
+/// What a window of this length is solved from, while the piston flies alone or does not.
+pub(super) fn problem<'a>(
+    parameters: &'a Parameters,
+    graph: &Graph,
+    inputs: &Inputs,
+    flies: bool,
+    span: f64,
+) -> Problem<'a> {
+    let [piston, frame] = [0, graph.frame].map(|body| 1.0 / graph.bodies[body].mass);
+    // The drive's reaction acts on a frame, and so does what presses on the bit.
+    let reaction = if graph.is_framed() { frame } else { 0.0 };
+    let gains = [piston + reaction, if graph.is_framed() { frame } else { -frame }];
+    let tied = [if flies { reaction } else { piston + reaction }, frame];
+    let mass = graph.bodies[0].mass;
+    Problem { parameters, mass, gains, tied, outside: outside(inputs), span }
+}
+
 impl Motion {
     /// The air in the chambers, if air drives the piston.
     pub(crate) fn air(&self) -> Option<&Air> {
@@ -69,16 +86,13 @@ impl Motion {
         let Some(mut air) = self.state.air.take_if(|_| !self.state.mode.vented) else {
             return Ok(0);
         };
-        let parameters = self.model.parameters;
         let motion = self.in_cylinder(&self.tracks, 0.0);
-        air.classify(&parameters, motion[0], self.outside(0.0));
-        let mut problem = Problem {
-            parameters: &parameters,
-            masses: [self.graph().bodies[0].mass, self.graph().lightest()],
-            outside: outside(&self.state.inputs),
-            span: air.ahead,
-        };
-        let mut work = 0;
+        air.classify(self.parameters(), motion[0], self.outside(0.0));
+        let parameters = self.model.parameters;
+        let flies = self.flying().is_some();
+        let inputs = &self.state.inputs;
+        let mut problem = problem(&parameters, self.graph(), inputs, flies, air.ahead);
+        let (mut work, mut rejected) = (0, false);
         for _ in 0..TRIALS {
             let shorter = match self.attempt(&air, &problem, motion, &mut work) {
                 // A guess may be what leads astray.
@@ -89,7 +103,9 @@ impl Motion {
                     if solved.error <= 1.0 {
                         match air.window(&problem, &solved, motion[0]) {
                             Ok(window) => {
-                                air.ahead = problem.span * change.clamp(CAUTION, GROWTH);
+                                // What has just been too long would be so again.
+                                let growth = if rejected { 1.0 } else { GROWTH };
+                                air.ahead = problem.span * change.clamp(CAUTION, growth);
                                 air.window = Some(window);
                                 self.state.air = Some(air);
                                 return Ok(work);
@@ -100,6 +116,7 @@ impl Motion {
                             }
                         }
                     }
+                    rejected = true;
                     air.past = Some(air.past(&problem, &solved));
                     change.clamp(SHRINKAGE, CAUTION)
                 }
@@ -110,7 +127,7 @@ impl Motion {
             }
         }
         self.state.air = Some(air);
-        Err(beyond(&parameters, self.state.epoch.value(), motion[0]))
+        Err(beyond(self.parameters(), self.state.epoch.value(), motion[0]))
     }
 
     /// The air of one window and the steel under its force, which agree; or the air alone, where its error

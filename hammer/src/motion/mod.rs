@@ -362,6 +362,7 @@ impl Motion {
         state.inputs.shift(at);
         state.gas.iter_mut().for_each(|gas| gas.shift(at));
         state.air.iter_mut().for_each(|air| air.shift(vr, at));
+        let airy = state.air.is_some() && !state.mode.vented;
         let old = (!steady).then_some(self.state.loads);
         if !steady {
             self.state.loads.iter_mut().for_each(|load| load.shift(at));
@@ -371,7 +372,11 @@ impl Motion {
                 Some(ref old)
                     if self.state.anchors[index].group != Group::PISTON && !self.is_calm(index) =>
                 {
-                    self.restart(index, old, at);
+                    // The air's next window puts loads of its own on it, from where it is.
+                    let driven = &mut self.state.anchors[index].driven;
+                    if !(airy && driven.shift(at)) {
+                        self.restart(index, old, at);
+                    }
                 }
                 _ => self.shift_translation(index, at),
             }

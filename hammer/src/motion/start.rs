@@ -1,10 +1,9 @@
 //! The scene at its start.
 
 use super::Motion;
-use super::air::{beyond, outside};
+use super::air::{beyond, outside, problem};
 use super::state::{Anchor, MotionState};
 use crate::air::Air;
-use crate::air::solve::Problem;
 use crate::error::Error;
 use crate::laws::chambers::Gas;
 use crate::laws::event::{Bodies, Displacement};
@@ -213,10 +212,9 @@ fn start_forces(model: &Model, inputs: &Inputs, gas: &[Gas; 2]) -> Result<[f64; 
         let drive = parameters.drive.force(inputs, Relay::Drive, gas);
         return Ok([drive, parameters.drive.on_bit(inputs, gas, exhaust)].map(|load| load.at(0.0)));
     }
-    let (outside, vr) = (outside(inputs), -parameters.contact.initial_gap);
-    let air = Air::start(parameters, vr, outside.each_ref().map(|poly| poly.at(0.0)));
-    let problem =
-        Problem { parameters, masses: [model.graph.bodies[0].mass; 2], outside, span: 0.0 };
+    let vr = -parameters.contact.initial_gap;
+    let air = Air::start(parameters, vr, outside(inputs).map(|poly| poly.at(0.0)));
+    let problem = problem(parameters, &model.graph, inputs, false, 0.0);
     let motion = [vr, parameters.piston.initial_velocity];
     air.forces(&problem, motion).ok_or_else(|| beyond(parameters, 0.0, vr))
 }

@@ -17,7 +17,16 @@ pub(crate) enum Drift {
     /// Parabola.
     Parabola([f64; 3]),
     /// Higher degree: an input has derivatives.
-    High(Box<Poly>),
+    High(Box<High>),
+}
+
+/// A drift of high degree.
+#[derive(Clone, Debug)]
+pub(crate) struct High {
+    /// The polynomial.
+    pub poly: Poly,
+    /// Bound on `|p''|` as long as it is valid, if that is not longer than a step may be.
+    bend: Option<f64>,
 }
 
 impl Drift {
@@ -33,8 +42,19 @@ impl Drift {
         if rest.iter().all(|&c| c == 0.0) {
             Self::parabola([*c0, *c1, *c2])
         } else {
-            Self::High(Box::new(poly))
+            Self::High(Box::new(High { poly, bend: None }))
         }
+    }
+
+    /// The same, valid up to `reach` only.
+    #[inline]
+    pub fn within(mut self, reach: f64) -> Self {
+        if let Self::High(high) = &mut self
+            && reach <= LONG
+        {
+            high.bend = Some(curvature(&high.poly.0, high.poly.degree(), reach));
+        }
+        self
     }
 
     /// Its value, if it is constant.
@@ -55,7 +75,7 @@ impl Drift {
         match self {
             Self::Still(c) => [*c, 0.0, 0.0],
             Self::Parabola(c) => *c,
-            Self::High(poly) => [poly.0[0], poly.0[1], poly.0[2]],
+            Self::High(high) => [high.poly.0[0], high.poly.0[1], high.poly.0[2]],
         }
     }
 
@@ -65,7 +85,7 @@ impl Drift {
         match self {
             Self::Still(c) => [*c, 0.0],
             Self::Parabola(c) => parabola_at(c, t),
-            Self::High(poly) => high_at(poly, t),
+            Self::High(high) => high_at(&high.poly, t),
         }
     }
 
@@ -73,7 +93,7 @@ impl Drift {
     pub fn lower(&mut self, by: f64) {
         match self {
             Self::Still(c) | Self::Parabola([c, ..]) => *c -= by,
-            Self::High(poly) => poly.0[0] -= by,
+            Self::High(high) => high.poly.0[0] -= by,
         }
     }
 
@@ -83,7 +103,8 @@ impl Drift {
             * match self {
                 Self::Still(c) => c.abs(),
                 Self::Parabola(c) => 3.0 * (c[0].abs() + t * (c[1].abs() + t * c[2].abs())),
-                Self::High(poly) => {
+                Self::High(high) => {
+                    let poly = &high.poly;
                     // Bound on the number of terms and operations.
                     let count = (poly.degree() + 1) as f64;
                     count * poly.0.iter().rev().fold(0.0, |sum, c| sum * t + c.abs())
@@ -100,7 +121,7 @@ impl Drift {
                 let [value, rate] = parabola_at(c, t);
                 (q[0], q[1], q[2]) = (value, h * rate, h * h * c[2]);
             }
-            Self::High(poly) => q[..TERMS].copy_from_slice(&poly.shifted(t).scaled(h).0),
+            Self::High(high) => q[..TERMS].copy_from_slice(&high.poly.shifted(t).scaled(h).0),
         }
         q
     }
@@ -115,7 +136,7 @@ impl Drift {
         match self {
             Self::Still(_) => f64::INFINITY,
             Self::Parabola(c) => step_below(room, rate, 2.0 * c[2]),
-            Self::High(poly) => step_below(room, rate, curvature(poly, t, long)).min(long),
+            Self::High(high) => step_below(room, rate, high.bend(t, long)).min(long),
         }
     }
 
@@ -126,7 +147,7 @@ impl Drift {
         match self {
             Self::Still(_) => [0.0; 2],
             Self::Parabola(c) => [(2.0 * c[2]).max(0.0), (-2.0 * c[2]).max(0.0)],
-            Self::High(poly) => [curvature(poly, t, long), 0.0],
+            Self::High(high) => [high.bend(t, long), 0.0],
         }
     }
 }
@@ -142,9 +163,16 @@ fn parabola_at(c: &[f64; 3], t: f64) -> [f64; 2] {
     [c[0] + t * (c[1] + t * c[2]), c[1] + 2.0 * t * c[2]]
 }
 
-/// Bound on `|p''|` over `span` from `t` on.
-fn curvature(poly: &Poly, t: f64, span: f64) -> f64 {
-    let p = poly.shifted(t).0;
-    let terms = (2..=poly.degree()).rev().map(|k| (k * (k - 1)) as f64 * p[k].abs());
+impl High {
+    /// Bound on `|p''|` over `span` from `t` on, as far as it is valid.
+    fn bend(&self, t: f64, span: f64) -> f64 {
+        let whole = || curvature(&self.poly.shifted(t).0, self.poly.degree(), span);
+        self.bend.unwrap_or_else(whole)
+    }
+}
+
+/// Bound on `|p''|` over `span` from 0 on.
+fn curvature(p: &[f64; TERMS], degree: usize, span: f64) -> f64 {
+    let terms = (2..=degree).rev().map(|k| (k * (k - 1)) as f64 * p[k].abs());
     terms.fold(0.0, |sum, term| sum * span + term)
 }

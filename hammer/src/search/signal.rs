@@ -99,7 +99,7 @@ impl Signal {
     #[cfg(feature = "internals")]
     pub fn poly(&self) -> Poly {
         match &self.drift {
-            Drift::High(poly) => **poly,
+            Drift::High(high) => high.poly,
             drift => {
                 let mut poly = Poly::default();
                 poly.0[..3].copy_from_slice(&drift.start());
@@ -112,7 +112,14 @@ impl Signal {
     #[inline]
     pub(crate) fn within(mut self, reach: f64) -> Self {
         self.reach = reach;
+        self.drift = self.drift.within(reach);
         self
+    }
+
+    /// True if its drift is not valid any more at `t`.
+    #[inline]
+    pub(crate) fn ends_before(&self, t: f64) -> bool {
+        t >= self.reach
     }
 
     /// Longest step for a drift of high degree, s.

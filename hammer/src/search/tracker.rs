@@ -224,8 +224,8 @@ impl GuardTracker {
         let amplitude = before.unwrap_or_else(|| self.signal.amplitude(tracks, 0));
         self.raise_resolution(tracks, t, amplitude);
         let free = self.signal.drift.step_below(margin + amplitude, t, self.signal.long());
-        let is_long =
-            free == f64::INFINITY || free > 0.0 && self.signal.is_long(tracks, free, amplitude);
+        let is_long = free > 0.0
+            && (self.signal.ends_before(t + free) || self.signal.is_long(tracks, free, amplitude));
         if is_long {
             self.away_until(t, t + free);
         }
