@@ -10,6 +10,10 @@ import shutil
 import sys
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 ROOT = Path(__file__).resolve().parent.parent
 MEASURED = ROOT / "guide" / "measured"
@@ -58,10 +62,18 @@ def feed() -> None:
         edge = " (end of the range)" if row.feed_force == part["feed_force"].max() else ""
         enough = part.loc[part["rop_mean"] >= 0.9 * row.rop_mean, "feed_force"].min()
         lines.append(
-            f"| {row.rock} | {row.feed_force / 1e3:.0f} kN{edge} | {row.rop_mean * 3600:.1f} m/h "
-            f"| {part['rop_mean'].iloc[0] * 3600:.1f} m/h | {enough / 1e3:.0f} kN |"
+            f"| {row.rock} | {row.feed_force / 1e3:.0f} kN{edge} | {_rate(table.loc[row.Index])} "
+            f"| {_rate(part.iloc[0])} | {enough / 1e3:.0f} kN |"
         )
     (MEASURED / "feed.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _rate(row: pd.Series) -> str:
+    """A mean rate of a sweep with its range."""
+    from dth_hammer.band import interval  # noqa: PLC0415
+
+    low, high = (3600 * row[f"rop_mean_{side}"] for side in ("low", "high"))
+    return f"{3600 * row['rop_mean']:.1f} m/h ({interval(low, high)})"
 
 
 def sweep() -> None:
@@ -94,11 +106,12 @@ def scale() -> None:
 
 
 def windows() -> None:
-    """A window of period two of the reference hammer, by branches and by simulation."""
+    """A window of period two of the preset `overdamped`, by branches and by simulation."""
     import numpy as np  # noqa: PLC0415
     from dth_hammer.atlas import atlas, figure  # noqa: PLC0415
 
-    table = atlas("rock.stiffness", np.linspace(6.48e7, 6.72e7, 9), returns=4)
+    values = np.linspace(6.48e7, 6.72e7, 9)
+    table = atlas("rock.stiffness", values, preset="overdamped", returns=4)
     figure(table).savefig(MEASURED / "windows.png", dpi=160)
 
 

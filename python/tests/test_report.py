@@ -68,7 +68,7 @@ def test_it_says_what_the_run_gives(page: Any) -> None:
     assert rows["rop"][:2] == [f"{3600 * last['rop']:.4g}", "m/h"]
     assert rows["blow_energy"][:2] == [f"{last['blow_energy']:.4g}", "J"]
     assert rows["feed_force"][:2] == ["6000 N", ""]
-    assert rows["drive.amplitude"][1] == "own"
+    assert rows["drive.amplitude"][1] == "default"
     assert rows["drive.source"][0] == "Relay"
     # One row per blow.
     assert str(int(last["blow_count"])) in rows

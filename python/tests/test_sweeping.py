@@ -27,6 +27,7 @@ from dth_hammer import (
     HammerWarning,
     RefusedError,
     UnknownNameError,
+    convert,
     sweep,
 )
 from dth_hammer.errors import OutputError
@@ -45,6 +46,21 @@ def test_a_row_is_what_one_run_gives() -> None:
         hammer.advance(UNTIL)
         assert table["rop"][2] == hammer["rop"]
     assert table.attrs["units"]["rop"] == "m/s"
+
+
+def test_each_rate_has_the_range_of_its_own_rock() -> None:
+    # Beside each other in one table: a rock known up to a factor of 1.1, and one up to 2.
+    grid = {"rock.specific_energy_factor": [1.1, 2.0]}
+    for end, rates in ((UNTIL, ["rop", "rop_mean"]), ("steady", ["rop"])):
+        table = sweep(grid, end, parameters={"fidelity": "Rigid"}, outputs=[*rates, "blow_energy"])
+        for rate in rates:
+            wide = table["rock.specific_energy_factor"]
+            assert (table[f"{rate}_low"] == table[rate] / wide).all()
+            assert (table[f"{rate}_high"] == table[rate] * wide).all()
+            assert table[rate].iloc[0] > 0.0
+        shown = convert(table, "metric").attrs["units"]
+        assert {shown[column] for column in shown if column.startswith("rop")} == {"m/h"}
+        assert "blow_energy_low" not in table
 
 
 def test_processes_and_threads_agree() -> None:

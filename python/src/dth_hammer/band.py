@@ -8,7 +8,7 @@ number.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 import pandas as pd
@@ -17,6 +17,10 @@ from .variables import Value, numbers, whole
 
 #: Metres an hour in a metre a second.
 PER_HOUR = 3600.0
+#: Outputs that are rates of penetration.
+RATES = ("rop", "rop_mean")
+#: Endings of the columns that have the range of a rate.
+SIDES = ("_low", "_high")
 #: Least ratio of the ends of a range that two digits show.
 VISIBLE = 1.05
 
@@ -51,6 +55,25 @@ def beside(table: pd.DataFrame, column: str, parameters: Mapping[str, Value]) ->
     for k, (name, side) in enumerate(zip(("low", "high"), zip(*sides, strict=True), strict=False)):
         table.insert(at + k, name, side)
     return table
+
+
+def with_sides(names: Iterable[str]) -> list[str]:
+    """Names of columns, with those of its range behind each rate: ``rop_low``, ``rop_high``."""
+    return [
+        column
+        for name in names
+        for column in (name, *(name + side for side in SIDES if name in RATES))
+    ]
+
+
+def sides(row: Mapping[str, float], parameters: Mapping[str, Value]) -> dict[str, float]:
+    """The range of each rate in a row of outputs, as ``rop_low`` and ``rop_high``."""
+    return {
+        name + side: value
+        for name in RATES
+        if name in row
+        for side, value in zip(SIDES, band(row[name], parameters), strict=True)
+    }
 
 
 def in_words(rate: float, parameters: Mapping[str, Value]) -> str:

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from . import quantities
+from .band import sides
 from .contract import typed
 from .errors import DomainError, RefusedError
 from .hammer import Hammer
@@ -23,7 +24,7 @@ from .variables import numbers as checked
 
 #: Columns beside parameters and outputs: what tells runs apart, how long one is, of which
 #: model, what it was refused for, and what was doubtful.
-ROWS = 4  # version of what a row has
+ROWS = 5  # version of what a row has
 CASE, UNTIL, MODEL, ERROR, WARNING = "case", "until", "model", "error", "warning"
 #: What marks a row that is shown and not kept in a file.
 PASSING = "passing"
@@ -133,6 +134,7 @@ class Job:
         means = [name for name in self.names if name in found.outputs.index]
         row |= {KIND: found.kind, "blows": found.blows, "reached": float(found.reached)}
         row |= {name: float(found.mean[name]) for name in means}
+        row |= sides(row, self.numbers)
         return row | {f"{name}_error": float(found.error[name]) for name in means}
 
     def _sought(self, wanted: Wanted) -> Steady | str:
@@ -160,6 +162,7 @@ class Job:
         row |= {UNTIL: end, MODEL: model()}
         read = [math.nan] * len(self.names) if refused else values
         row |= dict(zip(self.names, read, strict=True))
+        row |= sides(row, self.numbers)
         if KIND in self.names:
             row[KIND] = ""
         note = "" if refused else "; ".join(dict.fromkeys(warnings))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -10,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from . import _native, answers
+from .band import in_words
 from .contract import typed
 from .errors import DomainError, RefusedError
 from .gradients import differentiable
@@ -70,6 +72,13 @@ class Cycle:
     fingerprint: int
     #: Values of the parameters of the gradient.
     values: Mapping[str, float] = field(repr=False)
+    #: Numbers of all that was set, by name, in SI units.
+    parameters: Mapping[str, float] = field(repr=False)
+
+    @property
+    def rate(self) -> str:
+        """The rate of penetration with the range that the rock's specific energy leaves of it."""
+        return in_words(self.rop, self.parameters)
 
     @property
     def frequency(self) -> float:
@@ -90,7 +99,8 @@ class Cycle:
             f"{'stable' if self.stable else 'unstable'} cycle of {self.blows} blows, {self.events} "
         )
         text += f"events; sizes of its multipliers: {sizes}"
-        table = f"<p>{text}</p>{rows.to_html(float_format='{:.6g}'.format)}"
+        table = f"<p>{text}</p><p>{html.escape(self.rate)}</p>"
+        table += rows.to_html(float_format="{:.6g}".format)
         if self.gradient.shape[1]:
             table += f"<p>elasticities</p>{self.elasticities.to_html(float_format='{:.3g}'.format)}"
         return answers.with_figure(table, self.plot, "Energy of a cycle")
@@ -206,12 +216,14 @@ class Cycles:
                 value, rises, unresolved, found = self._finder.next(abs(step), by)
             except RefusedError:
                 return
-            cycle = self._cycle(found, by)
+            cycle = self._cycle(found, by, {along: value})
             other = last is not None and cycle.fingerprint != last
             yield BranchPoint(value, cycle, rises, unresolved, other)
             last = cycle.fingerprint
 
-    def _cycle(self, found: dict[str, Any], by: list[str]) -> Cycle:
+    def _cycle(
+        self, found: dict[str, Any], by: list[str], at: Mapping[str, float] | None = None
+    ) -> Cycle:
         rows = pd.Index(_native.cycle_numbers())
 
         def table(values: list[list[float]]) -> pd.DataFrame:
@@ -227,6 +239,7 @@ class Cycles:
             "nonsmooth": tuple(found["nonsmooth"]),
             "energies": energies,
             "values": {name: self.value(name) for name in by},
+            "parameters": {**self._numbers, **(at or {})},
         }
         self._last = Cycle(**found)
         return self._last

@@ -36,7 +36,7 @@ class Datasheet:
     contradictions: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        rows = [f"{name} = {number:.6g}" for name, number in self.parameters.items()]
+        rows = [f"{name} = {_text(name, number)}" for name, number in self.parameters.items()]
         rows = [f"{name}: {text}" for name, text in self.readable().items()] + [""] + rows
         rows += ["given, and of this hammer:"]
         for name, given, own, _ in self.compared:
@@ -68,7 +68,7 @@ class Datasheet:
             f"<tr><td>{name}</td><td>{text}</td></tr>" for name, text in self.readable().items()
         ]
         names = [
-            f"<tr><td><code>{n}</code></td><td>{x:.6g}</td></tr>"
+            f"<tr><td><code>{n}</code></td><td>{_text(n, x)}</td></tr>"
             for n, x in self.parameters.items()
         ]
         texts = [f"<li>{text}</li>" for text in (*self.contradictions, *self.assumed)]
@@ -202,6 +202,12 @@ def _working_point(air_flow: Mapping[Value, Value], pressure: Value | None) -> d
             f"pressure = {1e-5 * at:g} bar is not among those of air_flow, {low:g} to {high:g} bar"
         )
     return {"pressure": at, "air_flow": float(np.interp(at, pressures, flows))}
+
+
+def _text(name: str, number: float) -> str:
+    """A parameter's value with its unit, or in words."""
+    variable = VARIABLES[name]
+    return variable.labels.get(int(number)) or variable.text(number)
 
 
 #: SI units of what may be given, by name.

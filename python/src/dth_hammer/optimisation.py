@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from . import answers
+from .band import sides
 from .contract import typed
 from .errors import DomainError, DthHammerError, RefusedError
 from .extras import need
@@ -43,8 +44,6 @@ KEPT = 1e-4
 AROUND = 0.02
 #: A parameter at less than this part of the bounds from one of them is at it.
 AT = 5e-3
-#: What a history tells of a rate of penetration.
-RATE = ("mean", "low", "high")
 
 
 @dataclass(frozen=True)
@@ -67,7 +66,7 @@ class Optimum:
     status: str
     message: str
     #: All designs in the order in which they were tried: start, parameters, goal, limits, the
-    #: rate of penetration with its range, and why one was refused.
+    #: rate of penetration with its range (``rop_low``, ``rop_high``), and why one was refused.
     history: pd.DataFrame = field(repr=False)
 
     @property
@@ -395,8 +394,8 @@ def _history(problem: _Problem) -> pd.DataFrame:
         values = problem.low + row.place * (problem.high - problem.low)
         chosen = dict(zip(problem.names, values, strict=True))
         passed = dict(zip((f"past {s[0]}" for s in problem.limits), row.passed, strict=False))
-        sides = row.steady.outputs.loc["rop", [*RATE]] if row.steady else [np.nan] * len(RATE)
-        rate = {f"rop {side}": float(value) for side, value in zip(RATE, sides, strict=True)}
+        rate = {"rop": row.steady["rop"] if row.steady else np.nan}
+        rate |= sides(rate, row.steady.parameters if row.steady else {})
         tried = {"start": row.start, **chosen, "goal": row.goal, **passed, **rate}
         rows.append(tried | {"refused": row.refused})
     return pd.DataFrame(rows)

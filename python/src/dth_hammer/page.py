@@ -254,7 +254,8 @@ def _figures(
         ),
         (
             "Indicator diagram",
-            "Driving force over the place of the piston; the area inside is the drive's work.",
+            "Driving force over the height of the piston above the bit. The area inside is the "
+            "drive's work seen from the bit; the energies below also count how the bit moves.",
             lambda: figures.indicator(settled()),
         ),
         (
@@ -387,7 +388,7 @@ def _parameters(run: Run) -> str:
         [
             v.name,
             _value(v, given.get(v.name, v.start)),
-            "" if v.name in given else "own",
+            "" if v.name in given else "default",
             v.description,
         ]
         for v in settable
@@ -403,7 +404,8 @@ def _value(variable: Variable, number: float | None) -> str:
 
 
 def _provenance(run: Run) -> str:
-    return f"{run.model}; {run.time[-1]:g} s simulated. Values marked own are the reference's."
+    simulated = f"{run.model}; {run.time[-1]:g} s simulated."
+    return f"{simulated} Values marked default are those of the reference hammer."
 
 
 def _table(heads: list[str], rows: list[list[str]]) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from . import quantities
+from .band import SIDES, with_sides
 from .cases import CASE, ERROR, MODEL, PASSING, UNTIL, WARNING, Case, Job, planned
 from .contract import typed
 from .errors import DomainError, InterruptedSweepError, LostWorkerError, warn
@@ -72,7 +73,9 @@ def sweep(
             parameters by name.
         until: seconds of each run, or text with a unit; ``"steady"`` for the long-run response
             instead, as `steady` finds it: means, their errors as ``rop_error`` and so on, what
-            kind of motion it is, of how many blows, and whether the error was reached.
+            kind of motion it is, of how many blows, and whether the error was reached. Either way
+            the range that the rock's specific energy leaves of a rate of penetration is in
+            ``rop_low`` and ``rop_high``.
         parameters: what all runs share, laid over the preset.
         preset: parameter set to start from.
         cases: by name, what is done with every point of the grid: rocks, inputs over time,
@@ -137,8 +140,9 @@ def sweep(
         if store:
             store.finish()
     settings = [*dict.fromkeys(name for run in plan for name in run.numbers)]
-    table = _whole(tables, keys, [CASE, *settings] if cases is not None else settings, names)
-    table.attrs |= _provenance([*points[0]], names, settings)
+    listed = with_sides(names)
+    table = _whole(tables, keys, [CASE, *settings] if cases is not None else settings, listed)
+    table.attrs |= _provenance([*points[0]], listed, settings)
     if isinstance(end, Wanted):
         del table[UNTIL]
     else:
@@ -159,8 +163,15 @@ def unit_of(name: str) -> str:
     """Unit of a column."""
     if name in LONG:
         return "1"
-    mean = name.removesuffix("_error")
-    return unit(mean) if mean in MEANS else VARIABLES[name].unit
+    return unit(of(name)) if of(name) in MEANS else VARIABLES[of(name)].unit
+
+
+def of(column: str) -> str:
+    """The output that a column is the error of, or a side of the range of; or the column itself."""
+    name = column.removesuffix("_error")
+    for side in SIDES:
+        name = name.removesuffix(side)
+    return name
 
 
 def _run(
@@ -263,10 +274,10 @@ def _tell(table: pd.DataFrame) -> None:
 
 def _provenance(varied: list[str], names: list[str], settings: list[str]) -> dict[str, Any]:
     columns = [*settings, *names]
-    variables = [VARIABLES[name] for name in columns if name in VARIABLES]
+    display = {name: VARIABLES[of(name)].display_unit for name in columns if of(name) in VARIABLES}
     return {
         "units": {name: unit_of(name) for name in columns},
-        "display_units": {v.name: v.display_unit for v in variables if v.display_unit},
+        "display_units": {name: unit for name, unit in display.items() if unit},
         "swept": varied,
         "model": model(),
     }

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from .band import beside, in_words
+from .band import beside, in_words, sides, with_sides
 from .contract import typed
 from .errors import DomainError, RefusedError, warn
 from .extras import need
@@ -64,7 +64,8 @@ class Trend:
     widths: pd.Series
     #: Means in the middle, by the fit, with the range of a rate of penetration (``low``, ``high``).
     middle: pd.DataFrame
-    #: The points and the means there.
+    #: The points and the means there; of a rate of penetration also its range, as in `middle`, in
+    #: columns ``rop_low`` and ``rop_high``.
     points: pd.DataFrame = field(repr=False)
     #: Why points have none.
     refused: tuple[str, ...] = ()
@@ -152,8 +153,9 @@ def trend(
     if refused:
         warn(f"{len(found) - known} of {len(found)} points have no response: {refused[0]}")
     lines = [line(logs, means[:, k]) for k in range(len(names))]
-    frame = pd.DataFrame(origin * np.exp(logs), columns=pd.Index([*wide]))
-    frame = frame.join(pd.DataFrame(means, columns=pd.Index(names)))
+    rows = [dict(zip(names, map(float, row), strict=True)) for row in means]
+    rows = [{**scene, **row, **sides(row, scene)} for scene, row in zip(scenes, rows, strict=True)]
+    frame = pd.DataFrame(rows, columns=pd.Index([*wide, *with_sides(names)]))
     kinds = pd.Series([a.kind for _, a in found if isinstance(a, Steady)]).value_counts()
     sampled = np.nanmean((errors / means) ** 2, axis=0)
     return Trend(

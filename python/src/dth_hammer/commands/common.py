@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from .. import outputs
+from ..band import with_sides
 from ..errors import DomainError
 from ..fixed import Fixed
 from ..quantities import SYSTEMS, convert, with_units
@@ -156,8 +157,15 @@ def systems(texts: Sequence[str]) -> list[Any]:
 
 
 def own_units(texts: Sequence[str], table: pd.DataFrame) -> list[str]:
-    """Returns the requested units that apply to a table's columns."""
-    return [u for u in texts if "=" not in u or u.split("=")[0].strip() in table]
+    """Returns the requested units that apply to a table's columns, a rate's to its range too."""
+    chosen = []
+    for text in texts:
+        name, equals, unit = (part.strip() for part in text.partition("="))
+        if equals:
+            chosen += [f"{column}={unit}" for column in with_sides([name]) if column in table]
+        else:
+            chosen.append(text)
+    return chosen
 
 
 def check_units(texts: Sequence[str], known: dict[str, Variable]) -> None:

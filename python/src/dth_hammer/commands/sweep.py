@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from .. import outputs, quantities
-from ..band import reason
+from ..band import reason, with_sides
 from ..errors import DomainError
 from ..variables import VARIABLES, numbers
 from . import common
@@ -55,7 +55,7 @@ def run(options: argparse.Namespace) -> None:
         out=options.out,
     )
     attrs = table.attrs
-    table = table[[*displayed, "error"]]
+    table = table[[*with_sides(displayed), "error"]]
     table.attrs = attrs
     units = common.own_units(options.units, table)
     print(common.readable(common.in_units(table, units), index=False))
