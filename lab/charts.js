@@ -9,6 +9,8 @@ const MODES = {
   Backward: ["BC", () => palette.bc, "mode_bc"],
   Standstill: ["SS", () => palette.ss, "mode_ss"],
 };
+/** Outputs with the pressures above the piston and below it. */
+const CHAMBERS = ["drive_chamber_pressure", "return_chamber_pressure"];
 const LEVELS = { "open": -2.25, "closed": -1.25 };
 
 const FONT = "12px system-ui, sans-serif";
@@ -76,6 +78,17 @@ function ghostLoop(before) {
   ];
 }
 
+/** A series of a loop. */
+const looped = ([label, stroke]) => ({
+  label, stroke, width: 2, paths: loop, facets: [{ scale: "x", auto: true }, { scale: "y", auto: true }],
+});
+
+/** The range of a scale that shows all numbers, and nought. */
+function ranged(list) {
+  const [low, high] = [Math.min(0, ...list), Math.max(0, ...list)], margin = 0.04 * (high - low || 1);
+  return { min: low - margin, max: high + margin };
+}
+
 /** All charts of the page. */
 class Charts {
   constructor(find) {
@@ -106,21 +119,21 @@ class Charts {
       mode: 2,
       scales: { x: { time: false }, y: {} },
       axes: axes(say("depth_of_tip_axis"), say("force_axis")),
-      series: [
-        null,
-        ...[["before", GHOST], ...Object.values(MODES)].map(([short, colour]) => ({
-          label: short, stroke: colour, width: 2, paths: loop,
-          facets: [{ scale: "x", auto: true }, { scale: "y", auto: true }],
-        })),
-      ],
+      series: [null, ...[["before", GHOST], ...Object.values(MODES)].map(looped)],
     }, [null, [[], []], ...Object.keys(MODES).map(() => [[], []])]);
+    this.indicator = chart(find("indicator"), {
+      mode: 2,
+      scales: { x: { time: false }, y: {} },
+      axes: axes(say("height_axis"), " "),
+      series: [null, ...[["above", PISTON], ["below", BIT], ["force", () => palette.ink]].map(looped)],
+    }, [null, ...Array.from({ length: 3 }, () => [[], []])]);
     const dots = { points: { show: true, size: 6 } };
     const settling = (name, label, colour) =>
       chart(find(name), {
         scales: { ...time, y: { range: { min: { pad: 0.1 }, max: { pad: 0.1 } } } },
         axes: axes(say("blow_axis"), label), series: [{}, line("before", GHOST), line(label, colour, dots)],
       }, [[], [], []]);
-    this.rop = settling("rop", say("gain_axis"), ROCK);
+    this.rop = settling("rop", say("rate_axis"), ROCK);
     this.frequency = settling("frequency", say("frequency_axis"), BIT);
     this.energy = settling("energy", say("energy_axis"), PISTON);
   }
@@ -133,13 +146,13 @@ class Charts {
       plot.setData([number, of(before), of(rows)]);
     };
     show(this.energy, (row) => row.blow_energy, true);
-    show(this.rop, (row) => 1e3 * row.tip_rate);
+    show(this.rop, (row) => 3600 * row.rop);
     show(this.frequency, (row) => 1 / row.blow_period);
   }
 
   /** All again: the colours have changed. */
   redraw() {
-    [this.motion, this.velocity, this.modes, this.loops, this.rop, this.frequency, this.energy].forEach((plot) => plot.redraw());
+    [this.motion, this.velocity, this.modes, this.loops, this.indicator, this.rop, this.frequency, this.energy].forEach((plot) => plot.redraw());
   }
 
   /** One cycle, from blow to blow, and that of the setting before with its hole's depth at the
@@ -158,6 +171,7 @@ class Charts {
     const closed = Array.from(cycle.contact_closed, (shut) => (shut ? LEVELS.closed : LEVELS.open));
     this.modes.setData([time, level, closed], false);
     this.drawLoops(cycle, base, time, level, before);
+    this.drawIndicator(cycle);
     this.zoom(this.whole);
   }
 
@@ -173,14 +187,24 @@ class Charts {
     const ghost = ghostLoop(before);
     this.loops.setData([null, ghost, ...Object.keys(MODES).map((_, mode) => [depth, of(mode)])], false);
     const near = (list, other) => [...list.filter((_, i) => inside[i]), ...other];
-    const range = (list, from) => {
-      const [low, high] = [Math.min(from, ...list), Math.max(from, ...list)];
-      const margin = 0.04 * (high - low || 1);
-      return { min: low - margin, max: high + margin };
-    };
     this.loops.batch(() => {
-      this.loops.setScale("x", range(near(depth, ghost[0]), 0));
-      this.loops.setScale("y", range(near(force, ghost[1]), 0));
+      this.loops.setScale("x", ranged(near(depth, ghost[0])));
+      this.loops.setScale("y", ranged(near(force, ghost[1])));
+    });
+  }
+
+  /** The chambers' pressures over the height of the piston; of a drive that is a force, the force. */
+  drawIndicator(cycle) {
+    const inside = (_, i) => cycle.time[i] >= cycle.impact && cycle.time[i] <= cycle.impact + cycle.period;
+    const of = (name, by) => Array.from(cycle[name].filter(inside), (value) => value * by);
+    const height = of("relative_position", -1e3), pressures = CHAMBERS.map((name) => of(name, 1e-5));
+    const pressed = pressures.flat().some((pressure) => pressure > 0);
+    const lists = pressed ? pressures : [[], [], of("applied_drive_force", 1e-3)];
+    this.indicator.axes[1].label = say(pressed ? "pressure_axis" : "drive_force_axis");
+    this.indicator.setData([null, ...[0, 1, 2].map((i) => (lists[i]?.length ? [height, lists[i]] : [[], []]))], false);
+    this.indicator.batch(() => {
+      this.indicator.setScale("x", ranged(height));
+      this.indicator.setScale("y", ranged(lists.flat()));
     });
   }
 

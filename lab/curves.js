@@ -7,6 +7,7 @@ const MEANS = {
   blow_frequency: ["Hz", 1],
   blow_energy: ["J", 1],
   blow_speed: ["m/s", 1],
+  air_flow: ["m³/min", 60],
   advance: ["mm", 1e3],
   rebound_ratio: ["", 1],
   contact_force_peak: ["kN", 1e-3],

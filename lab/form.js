@@ -2,12 +2,14 @@
 
 const BODIES_GROUP = "group_bodies";
 /** What the sliders change. Their middle is the engine's start value; their ends, parts of it
- * (even steps) or a factor away (even ratios). Or they cover the whole domain, or go from nothing to a largest value. */
+ * (even steps) or a factor away (even ratios). Or they cover the whole domain, or go from nothing to a largest value.
+ * Those of one `source` of the drive are hidden with another. */
 const SLIDERS = {
   group_drive: [
     ["feed_force", { parts: [0, 2] }],
-    ["drive.amplitude", { factor: 3 }],
-    ["drive.stroke", { factor: 3 }],
+    ["drive.amplitude", { factor: 3, source: "Relay" }],
+    ["drive.stroke", { factor: 3, source: "Relay" }],
+    ["supply_pressure", { factor: 2.5, source: "Air" }],
   ],
   group_rock: [
     ["rock.stiffness", { factor: 10 }],
@@ -63,6 +65,9 @@ function placeOf(name, { parts, factor, whole, most }, value) {
   return Math.max(-1, Math.min(1, Number.isFinite(place) ? place : -1));
 }
 
+/** The source of the scene's drive, by name. */
+const sourceNow = () => scene.variable("drive.source").items[scene.get("drive.source")];
+
 function makeSlider(name, range, label = say(name)) {
   const variable = scene.variable(name);
   const row = document.createElement("div");
@@ -81,6 +86,7 @@ function makeSlider(name, range, label = say(name)) {
     const value = scene.get(name), scaled = Number((value * variable.factor).toPrecision(6));
     slider.value = Math.round(placeOf(name, range, value) * STEPS);
     exact.value = scaled;
+    row.hidden = range.source !== undefined && range.source !== sourceNow();
     slider.setAttribute("aria-valuetext", `${scaled} ${pretty(variable.displayUnit)}`);
   });
   return row;

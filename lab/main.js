@@ -158,6 +158,7 @@ const NUMBERS = [
   ["energy", () => true, (blow) => blow.blow_energy, (v) => `${digits(v)} J`],
   ["speed", () => true, (blow) => blow.blow_speed, (v) => `${digits(v)} m/s`],
   ["penetration", (blow) => blow.blow_period > 0, (blow) => blow.blow_penetration, (v) => `${digits(1e3 * v)} mm`],
+  ["air", (blow) => blow.air_flow > 0, (blow) => blow.air_flow, (v) => `${digits(60 * v)} m³/min`],
 ];
 
 /** The range of a rate that the rock's specific energy leaves open. */
@@ -168,6 +169,7 @@ function band(rate) {
 
 /** The last blow, and by how much it differs from that of the setting before. */
 function showNumbers(last, before) {
+  find("value-air").parentElement.hidden = !(last?.air_flow > 0);
   for (const [name, has, value, text] of NUMBERS) {
     const shown = last && has(last);
     find(`value-${name}`).textContent = shown ? text(value(last)) : "–";
@@ -205,6 +207,10 @@ function showCycle(cycle) {
 function describe(cycle) {
   const most = (list, by) => digits(Math.max(...list) * by, 3);
   find("loops").setAttribute("aria-label", say("loops_described", { force: most(cycle.rock_force, 1e-3) }));
+  const pressed = Math.max(...CHAMBERS.map((name) => Math.max(...cycle[name])));
+  find("chambers").hidden = pressed === 0;
+  const driven = pressed > 0 ? say("indicator_of_air", { pressure: digits(1e-5 * pressed, 3) }) : say("indicator_of_force", { force: most(cycle.applied_drive_force, 1e-3) });
+  find("indicator").setAttribute("aria-label", driven);
   find("velocity").setAttribute("aria-label", say("velocity_described", { speed: most(cycle.piston_velocity, 1) }));
   const stress = digits(drawing.limit * 1e-6, 3);
   find("hammer").setAttribute("aria-label", say("hammer_described", { stress }));
@@ -342,6 +348,7 @@ function visit() {
   find("explore").hidden = !exploring;
   find("laboratory").hidden = exploring;
   document.body.classList.toggle("exploring", exploring);
+  document.title = find("title").textContent = say(exploring ? "title" : "title_laboratory");
   find("view-explore").setAttribute("aria-pressed", exploring);
   find("view-laboratory").setAttribute("aria-pressed", !exploring);
   if (exploring) explore.go(screen ? Number(screen[1]) - 1 : 0);

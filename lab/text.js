@@ -20,7 +20,6 @@ function say(key, values = {}) {
 /** Fills the elements that name their text, label or title, and offers the languages. */
 function fillTexts(find) {
   document.documentElement.lang = LANGUAGE;
-  document.title = say("title");
   for (const [name, attribute] of [["say", "textContent"], ["sayLabel", "ariaLabel"], ["sayTitle", "title"]]) {
     const mark = `[data-${name.replace(/[A-Z]/, (letter) => `-${letter.toLowerCase()}`)}]`;
     for (const element of document.querySelectorAll(mark)) element[attribute] = say(element.dataset[name]);

@@ -105,7 +105,7 @@ def test_each_answer_tells_the_range_of_its_rate(fit: Calibration, best: Optimum
         (steady(RIGID | wide).outputs.loc["rop"], "mean", 1.3, steady(RIGID | wide)),
         (fit.residuals.loc["rop"], "found", default, fit),
         (best.steady.outputs.loc["rop"], "mean", default, best),
-        (best.history.filter(like="rop ").iloc[0].rename(lambda n: n[4:]), "mean", default, best),
+        (best.history.iloc[0].rename({"rop_low": "low", "rop_high": "high"}), "rop", default, best),
     ]
     for row, column, factor, answer in rates:
         assert row["low"] == pytest.approx(row[column] / factor)

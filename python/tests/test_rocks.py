@@ -126,7 +126,9 @@ def test_rocks_on_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["rock"]) == 0
     printed = capsys.readouterr().out
     assert "Yang 2025" in printed
-    assert "assumed: of no one rock" in printed
+    assert "assumed: no single rock" in printed
+    assert "hardness: 1.57 GPa (1.29 to 4.04)" in printed
+    assert "specific energy: 219 MJ/m3 (150 to 320)" in printed
     assert main(["rock", "granite"]) == 0
     assert "Yang 2025" not in capsys.readouterr().out
     bit = ["--inserts", "8", "--insert-radius", "7 mm"]

@@ -19,7 +19,7 @@ DESK, PHONE = (1280, 900), (390, 844)
 # As the page looks at a scene: see lab/worker.js.
 LOOK, BLOWS, LONGEST = 1e-3, 30, 4.0
 OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop"]
-OF_BLOW += ["tip_rate"]
+OF_BLOW += ["tip_rate", "air_flow"]
 OPEN = Callable[..., Page]
 
 

@@ -335,7 +335,7 @@ def test_all_is_painted_and_nothing_sticks_out(
     assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
     # The others have a test of their own each.
     pictures = page.locator("#hammer, .uplot:not(#curve *) canvas")
-    assert pictures.count() == 8
+    assert pictures.count() == 9
     for number, canvas in enumerate(pictures.all()):
         path = tmp_path / f"{number}.png"
         canvas.screenshot(path=path)

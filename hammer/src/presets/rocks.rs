@@ -82,8 +82,8 @@ pub const ROCKS: &[RockType] = &[
         specific_energy: Some(Figure {
             value: 219e6,
             range: [150e6, 320e6],
-            source: "of no one rock: the middle of a field rate in granite (165 mm, 22.5 m/h with its size's \
-                     34.5 kW: 150 MJ/m3) and of the average of hard rock (Zhang and Ouchterlony 2021: 399 \
+            source: "no single rock: midway between a field rate in granite (165 mm, 22.5 m/h with its size's \
+                     34.5 kW: 150 MJ/m3) and the average of hard rock (Zhang and Ouchterlony 2021: 399 \
                      MJ/m3 of blow energy, of which the rock takes 0.57 to 0.79, up to 320)",
             measured: false,
         }),
@@ -210,7 +210,7 @@ impl RockType {
             "All inserts act at once, each in rock that the others do not weaken.".into(),
             format!(
                 "Each insert has a viscosity of {INSERT_VISCOSITY} N s/m and an energy barrier of \
-                 {INSERT_BARRIER} J: tests of one insert cannot tell this from none."
+                 {INSERT_BARRIER} J: tests of single inserts cannot tell them from zero."
             ),
         ];
         list.extend(self.against_experience());

@@ -96,9 +96,9 @@ class Calibration:
     _left: Array = field(repr=False)
 
     def interval(self, level: float = 0.95) -> pd.DataFrame:
-        """Least and largest value of each parameter that the likelihood leaves, a row each.
+        """Returns an interval of each parameter with this probability, one row each.
 
-        Of equal parts on both sides, so not symmetric about the best value.
+        Equally probable on both sides, so not symmetric about the best value.
 
         Args:
             level: how probable it is that an interval holds the value, above 0 and below 1.

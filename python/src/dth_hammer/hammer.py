@@ -174,7 +174,7 @@ class Hammer:
         return self.machine.run(times, _native.Selection([*names]), dict(signals))
 
     def save(self) -> Snapshot:
-        """Returns the present state, for any hammer of the same make; it can be pickled."""
+        """Returns the present state, for any hammer with the same parameters; it can be pickled."""
         return self.machine.snapshot()
 
     def restore(self, snapshot: Snapshot) -> None:

@@ -1,4 +1,4 @@
-"""A run as one page: `report` writes HTML that holds all it shows, to be mailed as it is."""
+"""A run as one self-contained HTML page: `report`."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def hammer(request: pytest.FixtureRequest, make_hammer: Callable[..., Hammer]) -
 
 @pytest.fixture
 def assert_energy_balanced() -> Callable[..., None]:
-    """Asserts that no energy is made or lost; see `dth_hammer.testing`."""
+    """Asserts that no energy is created or lost; see `dth_hammer.testing`."""
     from . import testing  # noqa: PLC0415
 
     return testing.assert_energy_balanced

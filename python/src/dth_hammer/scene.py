@@ -1,4 +1,4 @@
-"""A scene in a JSON file: what a person keeps, mails, or takes out of the laboratory.
+"""A scene in a JSON file, as the laboratory and `dth-hammer datasheet` write it.
 
     {
       "description": "Granite, with a feed that rises",

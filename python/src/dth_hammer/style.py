@@ -37,15 +37,15 @@ STYLE: dict[Any, Any] = {
 
 
 class StyledFigure(Figure):
-    """A figure drawn in the style: matplotlib resolves fonts and ticks only when it draws."""
+    """A figure that keeps its style: matplotlib resolves fonts and ticks only when it draws."""
 
     def draw(self, renderer: RendererBase) -> None:
-        """Does what any figure does, in the style."""
+        """Draws the figure in the style."""
         with mpl.rc_context(STYLE):
             super().draw(renderer)
 
     def savefig(self, *arguments: Any, **named: Any) -> None:
-        """Does what any figure does, in the style."""
+        """Saves the figure in the style."""
         with mpl.rc_context(STYLE):
             super().savefig(*arguments, **named)
 

@@ -44,7 +44,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--preset", help="preset whose rock is drilled, as listed by `dth-hammer info`"
     )
     parser.add_argument("-o", "--out", type=Path, help="scene to write: .json, for run and report")
-    parser.add_argument("--report", type=Path, help="page about the hammer to write: .html")
+    parser.add_argument("--report", type=Path, help="HTML page about the hammer to write")
     common.add_units(parser)
     common.add_curve(parser)
 

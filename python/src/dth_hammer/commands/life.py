@@ -17,7 +17,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     common.add_hammer(parser)
     common.add_curve(parser, required=True)
     parser.add_argument("-o", "--out", type=Path, help=f"table of all places: {outputs.either()}")
-    parser.add_argument("--plot", type=Path, help="wave diagram with the worst place to write")
+    parser.add_argument(
+        "--plot", type=Path, help="figure to write: wave diagram with the worst place"
+    )
 
 
 def run(options: argparse.Namespace) -> None:

@@ -31,7 +31,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help='limits of a mean, of which one may be left out: "blow_energy=:240 J"; repeatable',
     )
     parser.add_argument("--starts", type=int, default=4, help="number of starts")
-    parser.add_argument("-o", "--out", type=Path, help="table of all designs to write")
+    parser.add_argument(
+        "-o", "--out", type=Path, help="table to write: all designs that were tried"
+    )
     common.add_units(parser)
 
 

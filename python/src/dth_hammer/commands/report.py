@@ -1,4 +1,4 @@
-"""`dth-hammer report`: writes the run of a scene as one HTML page, to be mailed."""
+"""`dth-hammer report`: simulates a scene and writes one self-contained HTML page about it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--gradient",
         metavar="NAME,...",
         default="",
-        help="parameters whose influence on the long-run response to add: trends and exact slopes",
+        help="parameters by which the page tells trends and exact slopes of the long-run response",
     )
     common.add_curve(parser)
 

@@ -6,12 +6,15 @@ import argparse
 
 from ..rocks import ROCKS, rock
 
+#: The unit in which a number of an SI unit is printed, and how many of the SI unit it is.
+FIELD = {"1": (1.0, ""), "Pa": (1e9, " GPa"), "J/m3": (1e6, " MJ/m3")}
 HELP = "list rocks, with sources and scatter, or print the parameters of one under a bit"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the command's arguments to its parser."""
-    parser.add_argument("name", nargs="?", help="; ".join(ROCKS))
+    names = " or ".join(ROCKS)
+    parser.add_argument("name", nargs="?", help=f"rock to print: {names}; all if not given")
     parser.add_argument("--hole", help='diameter of the hole, for instance "115 mm"')
     parser.add_argument("--inserts", type=int, help="number of inserts; by the hole if not given")
     parser.add_argument("--insert-radius", help='radius of the tip of an insert, as "7 mm"')
@@ -27,10 +30,9 @@ def run(options: argparse.Namespace) -> None:
         print(name)
         for of, figure in ROCKS[name].items():
             known = "" if figure.measured else "assumed: "
-            print(
-                f"  {of} = {figure.value:.4g} ({figure.low:.4g} to {figure.high:.4g})"
-                f" {figure.unit}".rstrip(" 1")
-            )
+            size, unit = FIELD[figure.unit]
+            value, low, high = (x / size for x in (figure.value, figure.low, figure.high))
+            print(f"  {of.replace('_', ' ')}: {value:.4g}{unit} ({low:.4g} to {high:.4g})")
             print(f"    {known}{figure.source}")
     bit = {"hole": options.hole, "inserts": options.inserts, "insert_radius": options.insert_radius}
     if not named or not any(value is not None for value in bit.values()):

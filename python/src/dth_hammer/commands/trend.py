@@ -26,7 +26,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--outputs", help="means, separated by commas: rop,blow_energy")
     parser.add_argument("--points", type=int, help="number of hammers")
     parser.add_argument("-o", "--out", type=Path, help=f"table to write: {outputs.either()}")
-    parser.add_argument("--plot", type=Path, help="tornado chart to write")
+    parser.add_argument("--plot", type=Path, help="figure to write: tornado chart")
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 
 

@@ -35,7 +35,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="an .fmu with stress and velocity along that mesh among its outputs, or a table "
         f"of the stresses after the last impact: {outputs.either()}",
     )
-    parser.add_argument("--plot", type=Path, help="wave diagram of the last impact to write")
+    parser.add_argument(
+        "--plot", type=Path, help="figure to write: wave diagram of the last impact"
+    )
 
 
 def run(options: argparse.Namespace) -> None:
