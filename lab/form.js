@@ -98,7 +98,7 @@ function makeSections(body) {
   const set = document.createElement("fieldset");
   const choice = Object.assign(document.createElement("select"), { id: `exact-${name}` });
   for (let count = 0; count <= scene.variable(name).max; count++) {
-    if (count !== 1) choice.append(new Option(count === 0 ? say("uniform") : say("sections", { count }), count));
+    choice.append(new Option(count === 0 ? say("uniform") : say(count === 1 ? "one_section" : "sections", { count }), count));
   }
   choice.addEventListener("change", () => {
     cut(scene, body, Number(choice.value));

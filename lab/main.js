@@ -244,7 +244,7 @@ function picture() {
     say(cycle.contact_closed[index] ? "moment_closed" : "moment_open", { force: force("contact_force") }),
     say("moment_rock", { mode, force: force("rock_force") }),
   ];
-  const chuck = cycle.chuck_force[index], out = digits((cycle.bit_position[index] - cycle.casing_position[index]) * 1e3, 3);
+  const chuck = cycle.chuck_force[index], hangs = (cycle.bit_position[index] - cycle.casing_position[index]) * 1e3, out = digits(Math.abs(hangs) < 1e-3 ? 0 : hangs, 3);
   if (drawing.travel) parts.push(say(chuck > 0 ? "moment_shoulder" : chuck < 0 ? "moment_ring" : "moment_hangs", { out, force: force("chuck_force").replace("−", "") }));
   find("moment").textContent = parts.join("; ");
   if (document.activeElement !== find("moment-slider")) find("moment-slider").value = index;
