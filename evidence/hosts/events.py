@@ -27,6 +27,9 @@ from score import END, GAP, READ, SCENES, STEP, cells, input_rows, read_rows
 
 UNITS = Path(__file__).resolve().parent / "unit"
 FILES = {2: "thrown_fmi2.fmu", 3: "thrown_fmi3.fmu"}
+VALVES = {2: "valve_fmi2.fmu", 3: "valve_fmi3.fmu"}
+#: What the valve gives back.
+GIVEN = "acceleration"
 
 
 def run_fmpy(
@@ -84,6 +87,30 @@ def run_coupled(folder: Path, events: bool) -> list[tuple[float, float]]:
     return rows
 
 
+def run_container(folder: Path, fmi: int) -> list[tuple[float, float]]:
+    """Piston and valve in one unit, made by fmucontainer, whose master is in C."""
+    piston, valve = FILES[fmi], VALVES[fmi]
+    plan = {
+        "name": "pair.fmu",
+        "step_size": STEP,
+        "sequential": True,
+        "mt": False,
+        "auto_link": False,
+        "fmu": [piston, valve],
+        "link": [[piston, READ, valve, READ], [valve, GIVEN, piston, GIVEN]],
+        # What is linked is not put out unless asked for.
+        "output": [[piston, READ, READ]],
+    }
+    (folder / "pair.json").write_text(json.dumps(plan), encoding="utf-8")
+    maker = Path(sys.executable).with_name("fmucontainer")
+    options = ["-fmi", str(fmi), "-container", "pair.json"]
+    run_program(maker, "-fmu-directory", folder, *options)
+    end = SCENES["coupled"]
+    steps = {"stop_time": end, "step_size": STEP, "output_interval": STEP}
+    found = fmpy.simulate_fmu(str(folder / "pair.fmu"), **steps, output=[READ])
+    return [(float(time), float(x)) for time, x in zip(found["time"], found[READ], strict=True)]
+
+
 def run_program(*command: str | Path) -> str:
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
@@ -112,7 +139,12 @@ def run_importer(folder: Path, fmi: int) -> list[tuple[float, float]]:
 ALIVE: list[object] = []
 
 
-def run_ecos(folder: Path, fmi: int) -> list[tuple[float, float]]:
+def points(scene: str) -> range:
+    """The steps of a scene."""
+    return range(1, round(SCENES[scene] / STEP) + 1)
+
+
+def run_ecos(folder: Path, fmi: int, scene: str = "thrown") -> list[tuple[float, float]]:
     import ctypes  # noqa: PLC0415
 
     ctypes.CDLL(f"{sys.prefix}/lib/libtbb.so.12", mode=ctypes.RTLD_GLOBAL)
@@ -122,16 +154,20 @@ def run_ecos(folder: Path, fmi: int) -> list[tuple[float, float]]:
     # Of FMI 3.0, it frees the attributes `clocks` and `intervalVariability` twice.
     ALIVE.append(structure)
     structure.add_model("hammer", str(folder / FILES[fmi]))
+    if scene == "coupled":
+        structure.add_model("valve", str(folder / VALVES[fmi]))
+        structure.make_real_connection(f"hammer::{READ}", f"valve::{READ}")
+        structure.make_real_connection(f"valve::{GIVEN}", f"hammer::{GIVEN}")
     with EcosSimulation(STEP, structure=structure) as simulation:
         simulation.init()
         rows = [(0.0, simulation.get_real(f"hammer::{READ}"))]
-        for k in range(1, 22):
+        for k in points(scene):
             simulation.step(1)
             rows.append((k * STEP, simulation.get_real(f"hammer::{READ}")))
     return rows
 
 
-def run_libcosim(folder: Path, fmi: int) -> list[tuple[float, float]]:
+def run_libcosim(folder: Path, fmi: int, scene: str = "thrown") -> list[tuple[float, float]]:
     import ctypes  # noqa: PLC0415
 
     from libcosimpy._internal import libcosimc  # noqa: PLC0415
@@ -148,11 +184,21 @@ def run_libcosim(folder: Path, fmi: int) -> list[tuple[float, float]]:
     hammer = execution.add_local_slave(slave)
     observer = CosimObserver.create_last_value()
     execution.add_observer(observer)
-    reference = {v.name.decode(): v.reference for v in execution.slave_variables(hammer)}[READ]
+
+    def reference(unit: int, name: str) -> int:
+        found = execution.slave_variables(unit)
+        return next(v.reference for v in found if v.name.decode() == name)
+
+    if scene == "coupled":
+        valve = execution.add_local_slave(CosimLocalSlave(str(folder / VALVES[fmi]), "valve"))
+        for name, giver, taker in [(READ, hammer, valve), (GIVEN, valve, hammer)]:
+            ends = [giver, reference(giver, name), taker, reference(taker, name)]
+            execution.connect_real_variables(*ends)
     rows = [(0.0, -GAP)]
-    for k in range(1, 22):
+    for k in points(scene):
         execution.step(1)
-        rows.append((k * STEP, observer.last_real_values(hammer, [reference])[0]))
+        value = observer.last_real_values(hammer, [reference(hammer, READ)])
+        rows.append((k * STEP, value[0]))
     return rows
 
 
@@ -184,12 +230,23 @@ HOSTS = {
 #: The other scenes, in the same way.
 OTHERS = {
     "changed": {
-        "fmpy, event mode and early return": lambda at: run_fmpy(at, 3, "changed", events=True),
-        "fmpy, neither": lambda at: run_fmpy(at, 3, "changed"),
+        "fmpy, event mode and early return": (
+            "fmpy",
+            lambda at: run_fmpy(at, 3, "changed", events=True),
+        ),
+        "fmpy, neither": ("fmpy", lambda at: run_fmpy(at, 3, "changed")),
     },
     "coupled": {
-        "a master over fmpy, event mode and early return": lambda at: run_coupled(at, events=True),
-        "a master over fmpy, neither": lambda at: run_coupled(at, events=False),
+        "a master over fmpy, event mode and early return": (
+            "fmpy",
+            lambda at: run_coupled(at, events=True),
+        ),
+        "a master over fmpy, neither": ("fmpy", lambda at: run_coupled(at, events=False)),
+        "fmucontainer": ("fmu_manipulation_toolbox", lambda at: run_container(at, 3)),
+        "fmucontainer, FMI 2.0": ("fmu_manipulation_toolbox", lambda at: run_container(at, 2)),
+        "ecos": ("ecospy", lambda at: run_ecos(at, 3, "coupled")),
+        "ecos, FMI 2.0": ("ecospy", lambda at: run_ecos(at, 2, "coupled")),
+        "libcosim, FMI 2.0": ("libcosimpy", lambda at: run_libcosim(at, 2, "coupled")),
     },
 }
 PROGRAMS = ("fmusim",)
@@ -223,9 +280,11 @@ def tables() -> str:
     for name, (package, fmi, _) in HOSTS.items():
         if (installed := number(package)) is not None:
             lines.append(f"| {name} | {installed} | {fmi}.0 | {apart(name)} |")
-    lines += ["", f"| scene | host | {figures}", "|---|---|---|---|---|---|"]
+    lines += ["", f"| scene | host | version | {figures}", "|---|---|---|---|---|---|---|"]
     for scene, hosts in OTHERS.items():
-        lines += [f"| {scene} | {name} | {apart(name, scene)} |" for name in hosts]
+        for name, (package, _) in hosts.items():
+            if (installed := number(package)) is not None:
+                lines.append(f"| {scene} | {name} | {installed} | {apart(name, scene)} |")
     return "\n".join(lines)
 
 
@@ -236,7 +295,7 @@ def main() -> None:
     options = parser.parse_args()
     if options.host:
         others = OTHERS.get(options.scene)
-        run: Run = others[options.host] if others else HOSTS[options.host][2]
+        run: Run = others[options.host][1] if others else HOSTS[options.host][2]
         with tempfile.TemporaryDirectory() as folder:
             # A host may write beside the unit.
             shutil.copytree(UNITS, folder, dirs_exist_ok=True)

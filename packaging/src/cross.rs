@@ -7,12 +7,12 @@
 
 use crate::library::{Binary, cargo, compile, output};
 use crate::licenses::{self, License};
-use crate::{About, Failure, inspect};
+use crate::{About, Failure, inspect, tell};
 use dth_hammer::MODEL_IDENTIFIER;
-use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::{env, fs};
 use support::python::{Environment, Needs};
 use support::run::target;
 use support::toolchain::{BROWSER, Toolchain, browser_lacks, has_browser_library, to_install};
@@ -110,7 +110,7 @@ pub fn build_for_macos(root: &Path) -> Result<Binary, Failure> {
 /// All that is needed to build for other machines.
 pub struct Workshop {
     root: PathBuf,
-    zig: Environment,
+    zig: PathBuf,
     toolchain: Toolchain,
 }
 
@@ -128,7 +128,7 @@ impl Workshop {
         let Some(toolchain) = toolchain.filter(|_| mingw) else {
             return Err(Failure::Missing(to_install(rust, mingw)));
         };
-        let zig = Environment::prepare(root, Needs::Cross)?;
+        let zig = Environment::prepare(root, Needs::Cross)?.program("python");
         Ok(Self { root: root.into(), zig, toolchain })
     }
 
@@ -144,7 +144,7 @@ impl Workshop {
         }
         let mut command = cargo(root);
         if let Some(toolchain) = Toolchain::find().filter(|_| !has_browser_library()) {
-            let zig = Environment::prepare(root, Needs::Cross)?;
+            let zig = Environment::prepare(root, Needs::Cross)?.program("python");
             let linker = zig_program(root, &zig, "wasm-ld", "wasm-ld", 2)?;
             command = toolchain.command(root);
             command.arg("-Zbuild-std=std,panic_abort");
@@ -165,7 +165,7 @@ impl Workshop {
     /// If it does not build, or is not what it should be.
     pub fn build(&self, platform: &Platform) -> Result<Binary, Failure> {
         let linker = match platform.linker {
-            Linker::Zig(triple) => self.zig_linker(triple)?,
+            Linker::Zig(triple) => zig_linker(&self.root, &self.zig, triple)?,
             Linker::Program(program) => program.into(),
         };
         let mut command = cargo(&self.root);
@@ -175,9 +175,7 @@ impl Workshop {
             // Another compiler: in one folder, each would build anew after the other.
             command.env("CARGO_TARGET_DIR", target(&self.root).join("cross"));
         }
-        let name = platform.triple.to_uppercase().replace('-', "_");
-        command.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
-        command.env("CARGO_BUILD_TARGET", platform.triple);
+        link_by(&mut command, platform, &linker);
         let bytes = compile(command, &[], platform.extension)?;
         let [folder, of_three] = platform.folders;
         let place = format!("binaries/{folder}/{MODEL_IDENTIFIER}.{}", platform.extension);
@@ -197,9 +195,7 @@ impl Workshop {
         let mut more = Vec::new();
         for platform in platforms {
             if matches!(platform.linker, Linker::Zig(_)) {
-                let text = self.zig_folder()?.join("lib/libunwind/LICENSE.TXT");
-                let terms = "Apache-2.0 WITH LLVM-exception";
-                more.push(licenses::foreign("LLVM libunwind", terms, &text)?);
+                more.push(license_of_zig(&self.zig)?);
                 continue;
             }
             for (name, terms, package) in [
@@ -213,23 +209,63 @@ impl Workshop {
         let triples: Vec<&str> = platforms.iter().map(|platform| platform.triple).collect();
         licenses::collect(&self.root, &triples, more)
     }
+}
 
-    fn zig_folder(&self) -> Result<PathBuf, Failure> {
-        let mut command = self.zig.command("python");
-        let folder = output(command.args(["-c", "import ziglang; print(*ziglang.__path__)"]))?;
-        Ok(PathBuf::from(String::from_utf8_lossy(&folder).trim()))
-    }
+/// Has cargo link for every glibc since 2.17, if this is Linux and a Python has zig; returns what then
+/// is in the library besides.
+///
+/// # Errors
+/// If the linker cannot be written.
+pub fn link_for_old_linux(root: &Path, cargo: &mut Command) -> Result<Option<License>, Failure> {
+    let here = |platform: &Platform| {
+        platform.triple.strip_prefix(env::consts::ARCH) == Some("-unknown-linux-gnu")
+    };
+    let is_linux = cfg!(all(target_os = "linux", target_env = "gnu"));
+    let Some(platform) = [LINUX, AARCH64].into_iter().filter(|_| is_linux).find(here) else {
+        return Ok(None);
+    };
+    let (Linker::Zig(triple), Some((python, version))) =
+        (&platform.linker, Environment::with_zig(root))
+    else {
+        return Ok(None);
+    };
+    tell("Linking", &format!("by zig {version}, for {}", platform.runs_on));
+    link_by(cargo, &platform, &zig_linker(root, &python, triple)?);
+    license_of_zig(&python).map(Some)
+}
 
-    fn zig_linker(&self, triple: &str) -> Result<PathBuf, Failure> {
-        zig_program(&self.root, &self.zig, triple, &format!("cc -target {triple}"), 0)
-    }
+/// Fails if a library that zig linked needs a newer glibc.
+///
+/// # Errors
+/// Names what needs it.
+pub fn check_old_linux(place: &str, bytes: &[u8]) -> Result<(), Failure> {
+    inspect::check_glibc(place, bytes, OLDEST_GLIBC)
+}
+
+fn link_by(cargo: &mut Command, platform: &Platform, linker: &Path) {
+    let name = platform.triple.to_uppercase().replace('-', "_");
+    cargo.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
+    cargo.env("CARGO_BUILD_TARGET", platform.triple);
+}
+
+/// What zig links into a library for Linux.
+fn license_of_zig(python: &Path) -> Result<License, Failure> {
+    let mut command = Command::new(python);
+    let folder = output(command.args(["-c", "import ziglang; print(*ziglang.__path__)"]))?;
+    let folder = PathBuf::from(String::from_utf8_lossy(&folder).trim());
+    let text = folder.join("lib/libunwind/LICENSE.TXT");
+    licenses::foreign("LLVM libunwind", "Apache-2.0 WITH LLVM-exception", &text)
+}
+
+fn zig_linker(root: &Path, python: &Path, triple: &str) -> Result<PathBuf, Failure> {
+    zig_program(root, python, triple, &format!("cc -target {triple}"), 0)
 }
 
 /// A program that calls zig as a linker, without its first arguments (rustc tells LLVM's linker
 /// its kind, `-flavor wasm`). Its caches are kept with all that is built.
 fn zig_program(
     root: &Path,
-    zig: &Environment,
+    python: &Path,
     name: &str,
     task: &str,
     without: usize,
@@ -237,7 +273,7 @@ fn zig_program(
     let folder = target(root).join("linkers");
     fs::create_dir_all(&folder).about(&folder)?;
     let cache = folder.join("cache").display().to_string();
-    let python = zig.program("python").display().to_string();
+    let python = python.display();
     let script = format!(
         "#!/bin/sh\nexport ZIG_GLOBAL_CACHE_DIR='{cache}' ZIG_LOCAL_CACHE_DIR='{cache}'\n\
          shift {without}\nexec '{python}' -m ziglang {task} \"$@\"\n"

@@ -1,6 +1,9 @@
 //! Builds the shared library with the same cargo that runs this program.
 
 use crate::archive::File;
+#[cfg(unix)]
+use crate::cross;
+use crate::licenses::License;
 use crate::{About, Failure, Standard, inspect};
 use dth_hammer::MODEL_IDENTIFIER;
 use serde::Deserialize;
@@ -84,21 +87,31 @@ impl Binary {
     }
 }
 
-/// Builds the library for this machine.
+/// Builds the library for this machine, on Linux for old ones too if zig is there; and what others have
+/// in it.
 ///
 /// # Errors
 /// If it does not build, or is not what it should be.
-pub fn build(root: &Path) -> Result<Binary, Failure> {
+pub fn build(root: &Path) -> Result<(Binary, Vec<License>), Failure> {
     let extension = env::consts::DLL_EXTENSION;
-    let bytes = compile(cargo(root), &[], extension)?;
+    let mut command = cargo(root);
+    #[cfg(unix)]
+    let of_linker = cross::link_for_old_linux(root, &mut command)?;
+    #[cfg(not(unix))]
+    let of_linker = None;
+    let bytes = compile(command, &[], extension)?;
     let [folder, system] = PLATFORM;
     let place = format!("binaries/{folder}/{MODEL_IDENTIFIER}.{extension}");
     let folders = vec![format!("{}-{system}", env::consts::ARCH)];
     let needs = inspect::check(&place, &bytes)?;
+    #[cfg(unix)]
+    if of_linker.is_some() {
+        cross::check_old_linux(&place, &bytes)?;
+    }
     let glibc = needs.map(|(major, minor)| format!(" with glibc {major}.{minor} or newer"));
     let (system, processor) = (env::consts::OS, env::consts::ARCH);
     let runs_on = format!("{system} on {processor}{}", glibc.unwrap_or_default());
-    Ok(Binary { place, folders, runs_on, bytes })
+    Ok((Binary { place, folders, runs_on, bytes }, of_linker.into_iter().collect()))
 }
 
 /// Has the given cargo build the library, in the profile made for it and with `flags` for the

@@ -187,8 +187,8 @@ fn tell(what: &str, details: &str) {
 fn package(output: &Path) -> Result<(), Failure> {
     let begun = Instant::now();
     tell("Building", "the shared library (3 minutes the first time, then seconds)");
-    let library = library::build(&root())?;
-    let licenses = licenses::collect(&root(), &[&licenses::host(&root())?], Vec::new())?;
+    let (library, more) = library::build(&root())?;
+    let licenses = licenses::collect(&root(), &[&licenses::host(&root())?], more)?;
     write_both(output, &[library], &licenses, begun)
 }
 

@@ -85,6 +85,22 @@ impl Environment {
         Ok(environment)
     }
 
+    /// A Python that has zig, and zig's version: that of the environment for other machines if it is
+    /// there, else one on the path.
+    #[must_use]
+    pub fn with_zig(root: &Path) -> Option<(PathBuf, String)> {
+        let folder = target(root).join(Needs::Cross.folder());
+        let made = Self { root: root.to_path_buf(), folder }.program("python");
+        let named = std::env::var_os("PYTHON").map(PathBuf::from);
+        let candidates = [Some(made), named, Some("python3".into())];
+        let version =
+            |python: &PathBuf| answer(Command::new(python).args(["-m", "ziglang", "version"]));
+        candidates.into_iter().flatten().find_map(|python| {
+            let version = version(&python)?;
+            Some((python, version))
+        })
+    }
+
     /// Where a program of the environment is.
     pub fn program(&self, program: &str) -> PathBuf {
         self.folder.join(if cfg!(windows) { "Scripts" } else { "bin" }).join(program)

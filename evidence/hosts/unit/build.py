@@ -26,6 +26,8 @@ from score import SCENES, input_rows, instant_rows
 
 HERE = Path(__file__).resolve().parent
 SOURCES = ("unit.c", "none.c")
+#: That has zig.
+PYTHON = sys.executable
 #: Of each unit: its variables as name, value reference, causality and unit.
 UNITS = {
     "thrown": [
@@ -138,7 +140,7 @@ def library(target: str) -> bytes:
         options = "-std=c17 -O2 -s -shared -fno-math-errno -ffp-contract=off -Wl,--build-id=none"
         if "macos" in target or "windows" in target:
             options = options.replace(" -Wl,--build-id=none", "")
-        command = [sys.executable, "-m", "ziglang", "cc", "-target", target, *options.split()]
+        command = [PYTHON, "-m", "ziglang", "cc", "-target", target, *options.split()]
         command += ["-Wno-deprecated-non-prototype", f"-I{headers}", *SOURCES, "-o", str(place)]
         subprocess.run(command, cwd=HERE, check=True)
         return place.read_bytes()
