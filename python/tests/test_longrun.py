@@ -4,10 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from dth_hammer import Coupling, HammerWarning, RefusedError, simulate, stationary, steady, trend
+from dth_hammer import (
+    Coupling,
+    Cycles,
+    HammerWarning,
+    RefusedError,
+    simulate,
+    stationary,
+    steady,
+    trend,
+)
 from dth_hammer.cli import main
 from dth_hammer.errors import DomainError, UnknownNameError
+from dth_hammer.longrun import numbers_of
 from dth_hammer.models.hydraulic import Water, WaterDrive
+from dth_hammer.motions import drawn
 from dth_hammer.trends import line, sobol
 from interrupting import Interrupts
 
@@ -57,6 +68,78 @@ def test_a_mean_lies_within_its_error_of_a_longer_one() -> None:
     with pytest.warns(HammerWarning, match=r"not reached after \d+ blows"):
         few = steady({"feed_force": 0.0}, preset="overdamped", error=1e-5, blows=300)
     assert not few.reached
+
+
+#: Rigid bodies on viscous rock, where two motions are stable.
+TWO = {**RIGID, "rock.viscosity": 1.7e5, "rock.energy_barrier": 4.0}
+APART = {
+    **TWO,
+    "bit.length": 0.1566,
+    "feed_force": 11260.0,
+    "rock.stiffness": 9.3e7,
+    "rock.unloading_ratio": 5.43,
+}
+CLOSE = {
+    **TWO,
+    "bit.length": 0.2656,
+    "feed_force": 3850.0,
+    "rock.stiffness": 2.0557e8,
+    "rock.unloading_ratio": 11.89,
+}
+
+
+@pytest.mark.filterwarnings("ignore:.*creeps in the rock")
+def test_several_motions_are_told_with_their_shares_and_are_those_of_simulations() -> None:
+    with pytest.warns(HammerWarning, match=r"depends on its start: \d+ % cycle at 52\.59 mm/s"):
+        found = steady(APART, starts=8)
+    motions = found.motions
+    assert motions is not None
+    assert len(motions) == 2
+    assert motions["share"].sum() == 1.0
+    # The shares are those of the same starts, each simulated for long.
+    given = numbers_of(APART, None)
+    rates = []
+    for start in [given, *drawn(given, found["blow_speed"], 7, 1)]:
+        blows = simulate(start, until=8.0, outputs=["tip_rate"]).blows.tail(40)
+        rates.append(blows["blow_penetration"].sum() / blows["blow_period"].sum())
+    for motion in motions.to_dict("records"):
+        count = sum(abs(rate / motion["tip_rate"] - 1.0) < 1e-6 for rate in rates)
+        assert count == motion["starts"] == round(8 * motion["share"])
+    # The answer is that of the hammer's own start.
+    assert found["tip_rate"] == motions["tip_rate"][0]
+    assert found["tip_rate"] == pytest.approx(rates[0], rel=1e-6)
+
+
+@pytest.mark.filterwarnings("ignore:.*creeps in the rock")
+def test_a_stable_cycle_that_a_simulation_does_not_go_to_says_so() -> None:
+    with pytest.warns(HammerWarning, match="does not go to this cycle .*: cycle of 2, 35.019 mm/s"):
+        cycle = stationary(CLOSE)
+    assert cycle.stable
+    long = simulate(CLOSE, until=20.0, outputs=["tip_rate"]).blows.tail(100)
+    rate = long["blow_penetration"].sum() / long["blow_period"].sum()
+    assert steady(CLOSE)["tip_rate"] == pytest.approx(rate, rel=1e-6)
+    assert abs(cycle.tip_rate / rate - 1.0) > 1e-3
+
+
+@pytest.mark.filterwarnings("ignore:.*creeps in the rock")
+def test_one_motion_from_every_start_is_one_row_and_starts_need_a_hammer_alone() -> None:
+    motions = steady(RIGID, starts=4).motions
+    assert motions is not None
+    assert motions[["kind", "share"]].to_numpy().tolist() == [["cycle", 1.0]]
+    assert steady(RIGID).motions is None
+    with pytest.raises(DomainError, match="without inputs, control or partner"):
+        steady(RIGID, starts=2, control=lambda hammer: None)
+    with pytest.raises(DomainError, match="starts = 0"):
+        steady(RIGID, starts=0)
+
+
+@pytest.mark.filterwarnings("ignore:.*creeps in the rock")
+def test_slopes_of_an_unstable_cycle_are_no_answer() -> None:
+    cycles = Cycles(HARD, preset="overdamped")
+    with pytest.warns(HammerWarning, match="its slopes are not those"):
+        cycle = cycles.find(gradient=["rock.stiffness"])
+    assert not cycle.stable
+    assert "its slopes are not those" in cycle._repr_html_()
 
 
 def test_what_stalls_has_no_means() -> None:

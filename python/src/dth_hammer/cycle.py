@@ -13,9 +13,9 @@ import pandas as pd
 from . import _native, answers
 from .band import in_words
 from .contract import typed
-from .errors import DomainError, RefusedError
+from .errors import DomainError, RefusedError, warn
 from .gradients import differentiable
-from .longrun import MEANS, unit
+from .longrun import MEANS, SAME, Wanted, responses, unit
 from .variables import Array, Value, numbers, whole
 
 if TYPE_CHECKING:
@@ -23,6 +23,13 @@ if TYPE_CHECKING:
 
 #: Works and losses of a period.
 ENERGY = "energy_"
+#: A warning of slopes.
+UNSTABLE = (
+    "the cycle is not stable: its slopes are not those of what the hammer does in the long run, "
+    "which `trend` finds"
+)
+#: Error of the mean of a motion that is not the cycle.
+ELSEWHERE = 0.05
 
 
 @dataclass(frozen=True)
@@ -102,7 +109,9 @@ class Cycle:
         table = f"<p>{text}</p><p>{html.escape(self.rate)}</p>"
         table += rows.to_html(float_format="{:.6g}".format)
         if self.gradient.shape[1]:
-            table += f"<p>elasticities</p>{self.elasticities.to_html(float_format='{:.3g}'.format)}"
+            note = "" if self.stable else f": {UNSTABLE}"
+            shares = self.elasticities.to_html(float_format="{:.3g}".format)
+            table += f"<p>elasticities{note}</p>{shares}"
         return answers.with_figure(table, self.plot, "Energy of a cycle")
 
     def plot(self) -> Figure:
@@ -187,8 +196,25 @@ class Cycles:
             parameters: by dotted name.
             gradient: parameters and inputs to differentiate by.
             near: begins at the last cycle that was found.
-            settle: simulates first; otherwise the cycle found may be unstable.
+            settle: simulates first; otherwise the cycle found is more often unstable.
+
+        Warns of slopes of an unstable cycle: no motion stays on it.
         """
+        by = differentiable(gradient)
+        cycle = self._nearest(parameters or {}, by, near=near, settle=settle)
+        if by and not cycle.stable:
+            warn(UNSTABLE)
+        return cycle
+
+    def _nearest(
+        self,
+        parameters: Mapping[str, Value],
+        gradient: Iterable[str] = (),
+        *,
+        near: bool = False,
+        settle: bool = True,
+    ) -> Cycle:
+        """Finds a cycle as `find` does, but warns of nothing."""
         changed, by = numbers(None, parameters), differentiable(gradient)
         self._numbers |= changed
         return self._cycle(self._finder.find(changed, by, near, settle), by)
@@ -255,6 +281,8 @@ def stationary(
 ) -> Cycle:
     """Finds the cycle that a hammer settles to, and its derivatives.
 
+    Warns if a simulation from the hammer's own start settles to another motion.
+
     Args:
         parameters: by dotted name, as for `simulate`; constant inputs too.
         gradient: parameters and inputs to differentiate by.
@@ -273,13 +301,32 @@ def stationary(
         >>> print(cycle.elasticities.loc["blow_energy"].round(4).to_dict())
         {'rock.stiffness': 0.0218}
     """
-    cycle = Cycles(parameters, preset=preset, returns=returns).find(gradient=gradient)
+    cycle = Cycles(parameters, preset=preset, returns=returns)._nearest({}, gradient)
     if not cycle.stable:
+        leading = f"{cycle.multipliers[0]:.3g}" if len(cycle.multipliers) else "not resolved"
         raise RefusedError(
-            f"the cycle found is not stable (leading multiplier {cycle.multipliers[0]:.3g}): the "
-            "hammer does not settle to it. `steady` tells what it does, `Cycles.find` the cycle"
+            f"the cycle found is not stable (leading multiplier {leading}): the hammer does not "
+            "settle to it. `steady` tells what it does, `Cycles.find` the cycle"
         )
+    _tell_where_it_goes(cycle, numbers(preset, parameters))
     return cycle
+
+
+def _tell_where_it_goes(cycle: Cycle, given: Mapping[str, float]) -> None:
+    """Warns if a simulation from the hammer's start settles to another motion than the cycle."""
+    ((_, answer),) = responses([given], Wanted(error=ELSEWHERE))
+    if isinstance(answer, str):
+        why = answer
+    elif answer.kind == "stalled":
+        why = "it stalls"
+    elif answer.repeats and abs(answer["tip_rate"] / cycle.tip_rate - 1.0) <= SAME:
+        return
+    else:
+        why = f"{answer.kind}, {1e3 * answer['tip_rate']:.5g} mm/s (tip)"
+    warn(
+        f"a simulation from the start does not go to this cycle of {1e3 * cycle.tip_rate:.5g} mm/s "
+        f"(tip): {why}. `steady(starts=16)` tells which motions there are"
+    )
 
 
 def found(cycles: Cycles, *arguments: Any, **named: Any) -> Cycle | None:

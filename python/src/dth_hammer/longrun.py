@@ -82,6 +82,9 @@ class Steady:
     parameters: Mapping[str, float] = field(repr=False)
     #: What was warned of.
     warnings: tuple[str, ...] = ()
+    #: With ``starts``: a row for each motion that was met, with its kind, its share of the starts
+    #: and its means; that of the scene's own start is the first.
+    motions: pd.DataFrame | None = field(default=None, repr=False)
 
     @property
     def mean(self) -> pd.Series:
@@ -223,6 +226,8 @@ def steady(
     error: float | Mapping[str, float] = Wanted.error,
     blows: int = Wanted.blows,
     limit: float | str = Wanted.limit,
+    starts: int = 1,
+    seed: int = 1,
     inputs: Mapping[str, Signal] | None = None,
     control: Callable[[Hammer], None] | None = None,
     partner: Callable[[Hammer], Stepped] | None = None,
@@ -243,6 +248,10 @@ def steady(
         blows: the largest number of blows to simulate; if they are not enough, `Steady.reached`
             is false and a warning is given.
         limit: a hammer that strikes no blow for this long (s) counts as stalled.
+        starts: from how many starts it is simulated: its own, and others that are drawn, with the
+            piston elsewhere above the bit and at another speed. `Steady.motions` has what they
+            settle to; the answer is that of its own start.
+        seed: of the starts that are drawn.
         inputs: over time, as for `simulate`.
         control: called with the hammer before each step.
         partner: takes a hammer and returns what steps it, such as a `Coupling` with a model of
@@ -262,7 +271,11 @@ def steady(
     given, signals = _numbers(scene, preset)
     wanted = Wanted(error=error, blows=blows, limit=quantities.duration(limit, "limit"))
     signals |= inputs or {}
+    if starts < 1:
+        raise DomainError(f"starts = {starts} must be 1 or more")
     if signals or control or partner:
+        if starts > 1:
+            raise DomainError("starts are drawn of hammers without inputs, control or partner only")
         size = STEP if step is None else quantities.duration(step, "step")
         acts = Acts(signals_of(signals), deepcopy(control), partner, size)
         with closing(_Bar(progress)) as bar:
@@ -274,7 +287,13 @@ def steady(
         raise RefusedError(found)
     for text in found.warnings:
         warn(text)
-    return found
+    if starts == 1:
+        return found
+    from . import motions  # noqa: PLC0415, which imports this
+
+    speed = found["blow_speed"] if found.kind != "stalled" else 1.0
+    others = responses(motions.drawn(given, speed, starts - 1, seed), wanted, progress=progress)
+    return motions.beside(found, [answer for _, answer in sorted(others, key=lambda a: a[0])])
 
 
 def responses(
