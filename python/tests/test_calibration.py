@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -20,8 +21,10 @@ from dth_hammer import (
     optimise,
     steady,
 )
+from dth_hammer.measures import measure
 from dth_hammer.posterior import modes, population
 from dth_hammer.records import simulated
+from dth_hammer.variables import whole
 from interrupting import Interrupts
 from study_of_coverage import held, intervals
 
@@ -170,7 +173,9 @@ def test_a_design_is_as_good_as_brute_force_within_its_limits() -> None:
     tried = [steady(RIGID | {"drive.amplitude": f, "drive.stroke": x}) for f, x in grid]
     brute = max(found["rop"] for found in tried if found["blow_energy"] <= 160.0)
     assert best.value >= brute * (1.0 - 2e-3)
-    assert best.steady["blow_energy"] <= 160.0 * (1.0 + 2e-4)
+    # The mean over the tolerance keeps the limit; energy is a smooth function of both, so the
+    # design itself does to the square of the tolerance, times its curvature of some units.
+    assert best.steady["blow_energy"] <= 160.0 * (1.0 + 1e-3)
     assert best.at_bounds or best.at_limits
     assert best.evaluations == len(best.history)
     assert {"start", "goal", "refused"} <= {*best.history}
@@ -204,15 +209,89 @@ def test_an_optimum_has_the_error_of_its_own_goal() -> None:
         """Twice one mean plus another."""
         return 2.0 * found["blow_speed"] + found["rebound_speed"]
 
-    energy = optimise("blow_energy", free, still, starts=1, error=0.02)
+    alone = {"starts": 1, "error": 0.02, "tolerance": 0.0}
+    energy = optimise("blow_energy", free, still, **alone)
     assert energy.error == pytest.approx(energy.steady.error["blow_energy"], rel=1e-9)
     assert energy.error > 0.0
-    both = optimise(speeds, free, still, starts=1, error=0.02)
+    both = optimise(speeds, free, still, **alone)
     errors = both.steady.error
     # A linear function of them: differences are exact to rounding of sums.
     assert both.error == pytest.approx(
         np.hypot(2.0 * errors["blow_speed"], errors["rebound_speed"]), rel=1e-6
     )
+
+
+def spiked(found: Steady) -> float:
+    """A hill of which one part in fifty stands 5 % out, in places that nobody knows."""
+    feed = found["feed_force"]
+    hill = 1.0 - 0.25 * (feed / 5e3 - 1.0) ** 2
+    return hill * (1.05 if np.sin(1e3 * feed) > np.cos(np.pi / 50.0) else 1.0)
+
+
+def test_a_lucky_design_does_not_win_over_the_mean_within_the_tolerance() -> None:
+    free = {"feed_force": (3e3, 8e3)}
+    # The exact mean over one per cent: of the hill, and one fiftieth of 5 % more.
+    top = 1.0 + 0.05 / 50.0
+    for seed in (1, 2):
+        best = optimise(spiked, free, RIGID, seed=seed)
+        # Of 33 hammers none to two stand out, so their mean errs by 0.05 / 33 times one or two.
+        assert best.value == pytest.approx(top, abs=3.5e-3)
+        assert best.parameters["feed_force"] == pytest.approx(5e3, rel=0.15)
+        assert {1, 9, 33} == {*best.history["hammers"]}
+        assert best.hammers == best.history["hammers"].sum() > best.evaluations
+
+
+def test_an_optimum_keeps_its_value_when_it_is_perturbed() -> None:
+    free = {"drive.amplitude": (1400.0, 1800.0), "drive.stroke": ("30 mm", "50 mm")}
+    limits = {"blow_energy": (None, "160 J")}
+    found = [optimise("rop", free, RIGID, limits=limits, seed=seed) for seed in (1, 2)]
+    values = [best.value for best in found]
+    assert np.ptp(values) <= 3e-3 * values[0]
+    noise, chosen = np.random.default_rng(1), found[0].parameters
+    off = [chosen * (1.0 + 0.01 * noise.uniform(-1.0, 1.0, 2)) for _ in range(40)]
+    rates = [steady(RIGID | dict(numbers))["rop"] for numbers in off]
+    # Of 40 drawn hammers the mean has a standard error of its own.
+    error = np.std(rates) / np.sqrt(40)
+    assert abs(np.mean(rates) - values[0]) <= 4.0 * np.hypot(error, found[0].error)
+    assert found[0].nominal == pytest.approx(steady(RIGID | dict(chosen))["rop"], rel=1e-9)
+
+
+def test_starts_that_agree_are_enough() -> None:
+    free = {"drive.stroke": ("30 mm", "60 mm")}
+    best = optimise("blow_energy", free, RIGID, starts=8)
+    # Energy rises with the stroke, whatever one begins with: two starts, and the search from there.
+    assert {*best.history["start"]} == {-1, 0, 1, 8}
+
+
+def test_masses_stresses_and_power_are_goals_and_limits_by_name() -> None:
+    elastic = {"piston.elements": 4, "bit.elements": 4, "contact.stiffness": 2e10}
+    found = steady(elastic)
+    assert measure("power")(found) == found["blow_energy"] * found["blow_frequency"]
+    numbers = whole(elastic)
+    mass = numbers["material.density"] * numbers["cross_section"] * numbers["piston.length"]
+    assert measure("piston_mass")(found) == pytest.approx(mass, rel=1e-12)
+    shape = {"bit.segments": 2, "bit.segment[1].length": 0.1, "bit.segment[1].area": 3e-3}
+    shape |= {"bit.segment[2].length": 0.2, "bit.segment[2].area": 1e-3}
+    stepped = replace(found, parameters={**elastic, **shape})
+    volume = 0.1 * 3e-3 + 0.2 * 1e-3
+    assert measure("bit_mass")(stepped) == pytest.approx(
+        numbers["material.density"] * volume, rel=1e-12
+    )
+    # The stress behind the front of equal bars that meet: half of what the speed makes in one.
+    wave = np.sqrt(numbers["material.youngs_modulus"] * numbers["material.density"])
+    front = 0.5 * wave * found["blow_speed"]
+    for body in ("piston", "bit"):
+        # A coarse mesh overshoots a front by some tens of per cent, and waves meet.
+        assert 0.8 * front < measure(f"{body}_stress")(found) < 2.5 * front
+    with pytest.raises(RefusedError, match="rigid"):
+        measure("bit_stress")(steady(RIGID))
+    light = {"piston.length": (0.1, 0.25)}
+    best = optimise("rop", light, RIGID, limits={"piston_mass": ("2.2 kg", None)}, starts=1)
+    assert measure("piston_mass")(best.steady) == pytest.approx(2.2, rel=1e-2)
+    with pytest.raises(UnknownNameError, match="piston_mas"):
+        optimise("piston_mas", light, RIGID)
+    with pytest.raises(DomainError, match="tolerance"):
+        optimise("rop", light, RIGID, tolerance=1.0)
 
 
 def test_what_a_limit_raises_is_raised_as_it_is() -> None:

@@ -12,7 +12,7 @@ import dth_hammer as dth
 import numpy as np
 import pandas as pd
 import pytest
-from dth_hammer import calibration, longrun, optimisation, trends
+from dth_hammer import calibration, cycle, designs, longrun, trends
 from dth_hammer.errors import DthHammerError
 
 RIGID = {"fidelity": "Rigid"}
@@ -119,7 +119,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     def responses(points: Sequence[object], *_: object, **__: object) -> Iterator[Any]:
         return ((k, answer) for k in range(len(points)))
 
-    for module in (calibration, longrun, optimisation, trends):
+    for module in (calibration, cycle, designs, longrun, trends):
         monkeypatch.setattr(module, "responses", responses)
 
 

@@ -1,7 +1,7 @@
 //! Derivatives of drawn scenes against differences in extended precision;
 //! `DERIVATIVE_SCENES` sets how many; `cargo compare --derivatives --scenes 1000` is the long form.
 
-use verify::sensitivity::tally;
+use verify::sensitivity::{GROUPS, tally};
 
 #[test]
 fn derivatives_are_those_of_extended_precision_within_the_errors_that_they_tell() {
@@ -11,4 +11,9 @@ fn derivatives_are_those_of_extended_precision_within_the_errors_that_they_tell(
     // Scenes in which nothing could be compared would say nothing.
     assert!(tally.compared > 10 * scenes as usize, "{}", tally.line());
     assert!(10 * tally.fine > 9 * tally.compared, "{}", tally.line());
+    for (name, held) in GROUPS.iter().zip(&tally.held) {
+        // Each group has enough to say something.
+        assert!(held.compared > scenes as usize, "{name}\n{}", tally.table());
+        println!("{}", tally.table());
+    }
 }

@@ -347,9 +347,8 @@ fn goes_to(
     multiplier: f64,
 ) -> Result<bool, Error> {
     let off = |list: &[Numbers]| {
-        let mean = Means::exact(last(list, blows)).mean;
-        let part = |name| (mean.get(name) / cycle.get(name) - 1.0).abs();
-        ["period", "tip_rate", "blow_speed"].map(part).into_iter().fold(0.0, f64::max)
+        let (means, known) = (Means::exact(last(list, blows)).mean.of_motion(), cycle.of_motion());
+        means.iter().zip(known).map(|(mean, known)| (mean / known - 1.0).abs()).fold(0.0, f64::max)
     };
     let before = off(&simulation.list);
     if before <= MET {

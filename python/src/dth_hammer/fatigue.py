@@ -15,7 +15,7 @@ from .contract import typed
 from .errors import DomainError, RefusedError
 from .extras import need
 from .fixed import Fixed
-from .longrun import steady
+from .longrun import Steady, steady
 from .mesh import ELEMENTS, mesh_for
 from .variables import Array, Value, numbers, whole
 
@@ -246,6 +246,17 @@ def _samples(
         block = np.concatenate((overlap, np.asarray(rows)))
         yield block
         overlap = block[-2:]
+
+
+def largest_stress(found: Steady, body: str) -> float:
+    """Returns the largest axial stress of a body over the blows of a response, Pa, on its mesh."""
+    given = dict(found.parameters)
+    if body not in _native.elastic_bodies(given):
+        raise RefusedError(f"the {body} is rigid: it has no stress")
+    names = [name for name in _native.wave_names(given) if name.startswith(f"{body}_stress[")]
+    blows, period = found.blows if found.repeats else IRREGULAR, found["period"]
+    blocks = _samples(given, names, SETTLED * period, (SETTLED + blows) * period)
+    return max(float(np.abs(block).max()) for block in blocks)
 
 
 def turning_points(samples: Array) -> Array:

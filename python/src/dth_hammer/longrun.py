@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -19,6 +19,7 @@ from .contract import typed
 from .errors import DomainError, RefusedError, UnknownNameError, warn
 from .extras import need
 from .hammer import Hammer
+from .motions import drawn, met
 from .scene import Scene
 from .signals import Function, Signal, move, signals_of
 from .variables import STEP, VARIABLES, Array, Value, whole
@@ -289,11 +290,12 @@ def steady(
         warn(text)
     if starts == 1:
         return found
-    from . import motions  # noqa: PLC0415, which imports this
-
     speed = found["blow_speed"] if found.kind != "stalled" else 1.0
-    others = responses(motions.drawn(given, speed, starts - 1, seed), wanted, progress=progress)
-    return motions.beside(found, [answer for _, answer in sorted(others, key=lambda a: a[0])])
+    others = responses(drawn(given, speed, starts - 1, seed), wanted, progress=progress)
+    motions, texts = met(found, [answer for _, answer in sorted(others, key=lambda pair: pair[0])])
+    for text in texts:
+        warn(text)
+    return replace(found, motions=motions, warnings=(*found.warnings, *texts))
 
 
 def responses(

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from typing import Any, Protocol
 
 import numpy as np
 import pandas as pd
 
-from .errors import DomainError, warn
-from .longrun import MEANS, Steady
+from .errors import DomainError
 from .variables import whole
 
 #: How a start is chosen.
@@ -18,6 +17,22 @@ VELOCITY, GAP = "piston.initial_velocity", "contact.initial_gap"
 #: many standard errors of their difference.
 COMPARED = ["period", "tip_rate", "blow_speed"]
 SAME, DEVIATIONS = 1e-6, 4.0
+
+
+class Answer(Protocol):
+    """A long-run response, as `steady` gives it."""
+
+    @property
+    def kind(self) -> str:
+        """What the motion is."""
+
+    @property
+    def mean(self) -> pd.Series:
+        """Means by name."""
+
+    @property
+    def error(self) -> pd.Series:
+        """Their standard errors."""
 
 
 def drawn(
@@ -35,7 +50,7 @@ def drawn(
     return [{**given, VELOCITY: velocity, GAP: gap} for velocity, gap in starts]
 
 
-def same(one: Steady, other: Steady) -> bool:
+def same(one: Answer, other: Answer) -> bool:
     """Returns whether two responses are of one motion, as far as their errors tell."""
     if one.kind != other.kind or one.kind == "stalled":
         return one.kind == other.kind
@@ -45,12 +60,14 @@ def same(one: Steady, other: Steady) -> bool:
     return bool((means.abs() <= allowed).all())
 
 
-def met(answers: Sequence[Steady]) -> pd.DataFrame:
-    """Returns one row per motion: its kind, its share of the starts, and its means.
+def met(own: Answer, others: Sequence[Answer | str]) -> tuple[pd.DataFrame, list[str]]:
+    """Returns one row per motion, and what is to be warned of.
 
-    The first is that of the first answer, the others follow by their shares.
+    A row has the motion's kind, its share of the starts, and its means. The first is that of the
+    hammer's own start, the others follow by their shares.
     """
-    motions: list[list[Steady]] = []
+    answers = [own, *(other for other in others if not isinstance(other, str))]
+    motions: list[list[Answer]] = []
     for answer in answers:
         known = next((m for m in motions if same(m[0], answer)), None)
         if known is None:
@@ -59,24 +76,20 @@ def met(answers: Sequence[Steady]) -> pd.DataFrame:
             known.append(answer)
     motions[1:] = sorted(motions[1:], key=len, reverse=True)
     rows = [
-        {"kind": m[0].kind, "starts": len(m), "share": len(m) / len(answers), **m[0].mean[[*MEANS]]}
+        {"kind": m[0].kind, "starts": len(m), "share": len(m) / len(answers), **m[0].mean}
         for m in motions
     ]
-    return pd.DataFrame(rows)
-
-
-def beside(found: Steady, others: Sequence[Steady | str]) -> Steady:
-    """Returns a response with the motions of other starts; warns if there is more than one."""
-    motions = met([found, *(other for other in others if not isinstance(other, str))])
     refused = [other for other in others if isinstance(other, str)]
     texts = [f"{len(refused)} of {len(others)} starts are refused: {refused[0]}"] if refused else []
-    if len(motions) > 1:
-        listed = ", ".join(
-            f"{100 * row['share']:.0f} % {row['kind']}"
-            + (f" at {1e3 * row['tip_rate']:.4g} mm/s (tip)" if row["kind"] != "stalled" else "")
-            for row in motions.to_dict("records")
-        )
-        texts.append(f"where this hammer settles depends on its start: {listed}")
-    for text in texts:
-        warn(text)
-    return replace(found, motions=motions, warnings=(*found.warnings, *texts))
+    if len(rows) > 1:
+        texts.append(f"where this hammer settles depends on its start: {_listed(rows)}")
+    return pd.DataFrame(rows), texts
+
+
+def _listed(motions: Sequence[Mapping[str, Any]]) -> str:
+    """Returns shares and rates of motions, in words."""
+    texts = []
+    for row in motions:
+        rate = "" if row["kind"] == "stalled" else f" at {1e3 * row['tip_rate']:.4g} mm/s (tip)"
+        texts.append(f"{100 * row['share']:.0f} % {row['kind']}{rate}")
+    return ", ".join(texts)

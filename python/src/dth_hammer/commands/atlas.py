@@ -25,7 +25,6 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--returns",
         type=int,
-        default=3,
         help="longest cycle to follow, in returns of the drive (usually blows)",
     )
     parser.add_argument(
@@ -51,7 +50,7 @@ def run(options: argparse.Namespace) -> None:
         name,
         values,
         common.assignments(options.set),
-        returns=options.returns,
+        **common.given(options, "returns"),
         preset=options.preset,
         simulated=not options.no_simulation,
         progress=not options.quiet,

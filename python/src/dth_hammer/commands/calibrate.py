@@ -27,7 +27,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "commas; repeatable",
     )
     common.add_free(parser, ", or a name alone, for a factor of three either way")
-    parser.add_argument("--loss", default="linear", help="linear, soft_l1, huber, cauchy or arctan")
+    parser.add_argument("--loss", help="linear (if not given), soft_l1, huber, cauchy or arctan")
     common.add_table(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 
@@ -46,7 +46,7 @@ def run(options: argparse.Namespace) -> None:
         free,
         common.assignments(options.set),
         preset=options.preset,
-        loss=options.loss,
+        **common.given(options, "loss"),
         progress=not options.quiet,
     )
     values = pd.DataFrame({"value": found.parameters, "error": found.errors})

@@ -21,6 +21,11 @@ from ..variables import UNTIL, Variable
 LONGEST = 1_000_000
 
 
+def given(options: argparse.Namespace, *names: str) -> dict[str, Any]:
+    """Returns the options that are given: defaults are those of the function that takes them."""
+    return {name: value for name in names if (value := getattr(options, name)) is not None}
+
+
 def add_fmu(parser: argparse.ArgumentParser) -> None:
     """The FMU that a file is made from."""
     parser.add_argument("--fmu", type=Path, help="FMU to use instead of the one in the package")

@@ -15,8 +15,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     common.add_hammer(parser)
     parser.add_argument(
         "--of",
-        default="rate",
-        help="result that the mesh is for: rate (and energies), force or stress",
+        help="result that the mesh is for: rate (and energies, if not given), force or stress",
     )
     parser.add_argument(
         "--error",
@@ -28,6 +27,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Prints the mesh as parameters, ready to be set."""
     chosen = common.assignments(options.set)
-    mesh = mesh_for(options.error, chosen, preset=options.preset, of=options.of)
+    mesh = mesh_for(
+        parameters=chosen, preset=options.preset, **common.given(options, "error", "of")
+    )
     print(f"front {mesh.front * 1e3:.3g} mm, spans of {mesh.span * 1e3:.3g} mm at most:")
     print(" ".join(f"--set {name}={value}" for name, value in mesh.parameters.items()))

@@ -30,7 +30,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME=LOW:HIGH",
         help='limits of a mean, of which one may be left out: "blow_energy=:240 J"; repeatable',
     )
-    parser.add_argument("--starts", type=int, default=4, help="number of starts")
+    parser.add_argument("--starts", type=int, help="number of starts at most")
+    parser.add_argument(
+        "--tolerance", type=float, help="of each free number: the goal is a mean over it; 0: none"
+    )
     parser.add_argument(
         "-o", "--out", type=Path, help="table to write: all designs that were tried"
     )
@@ -41,7 +44,7 @@ def run(options: argparse.Namespace) -> None:
     """Optimises, writes every design that was tried and prints the best."""
     common.check_outputs(options.out)
 
-    from ..longrun import named, unit  # noqa: PLC0415
+    from ..measures import named, unit  # noqa: PLC0415
     from ..optimisation import optimise  # noqa: PLC0415
 
     free = common.bounds(options.free)
@@ -56,7 +59,7 @@ def run(options: argparse.Namespace) -> None:
         least=options.least,
         limits=limits,
         preset=options.preset,
-        starts=options.starts,
+        **common.given(options, "starts", "tolerance"),
     )
     if options.out:
         outputs.write(found.history, options.out, index=False)
