@@ -124,7 +124,7 @@ pub enum Error {
         force: f64,
     },
     /// The piston is where a chamber has no volume left: nothing has stopped it.
-    #[error("the air cannot be followed beyond t = {} s with the piston at relative_position = {} m: the drive chamber has volume above {} m (air.cylinder, air.drive.dead_volume), the return chamber below {} m (air.return.dead_volume); nothing stops a piston that flies there while the drive is vented (feed_force too small for the air's reaction) or from whose way the air escapes (supply_pressure below exhaust_pressure, ports too wide)", DisplayNumber(*.time), DisplayNumber(*.place), DisplayNumber(.range[0]), DisplayNumber(.range[1]))]
+    #[error("the air cannot be followed beyond t = {} s with the piston at relative_position = {} m: the drive chamber has volume above {} m (air.cylinder, air.drive.dead_volume), the return chamber below {} m (air.return.dead_volume); a bit that hangs out vents the drive if chuck.idle_travel is less than that, and more feed_force holds the casing down", DisplayNumber(*.time), DisplayNumber(*.place), DisplayNumber(.range[0]), DisplayNumber(.range[1]))]
     Air {
         /// When, s.
         time: f64,

@@ -220,7 +220,7 @@ pub fn event(record: &Record, cased: bool) -> law::Event {
         hammer::Event::Port { chamber, port, opens } => {
             Event::Port(place(chamber), usize::from(port == Port::Exhaust), opens)
         }
-        hammer::Event::Opening { .. } => panic!("{NO_AIR}"),
+        hammer::Event::Opening { .. } | hammer::Event::End(_) => panic!("{NO_AIR}"),
         hammer::Event::Level(chamber) => Event::Level(place(chamber)),
         hammer::Event::Tie(Tie::Joint(joint), to) => {
             Event::Joint(usize::from(joint) + usize::from(cased), side(to))

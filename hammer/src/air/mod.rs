@@ -78,9 +78,11 @@ pub struct Air {
     pub sums: AirSums,
     /// Inner energy at the start, J.
     pub energy_start: f64,
-    /// The piston's position where the drive was vented, while it is, m.
+    /// True while the piston is in the cylinder's end.
+    pub shut: bool,
+    /// The piston's position where the chambers were vented, while they are, m.
     pub vented: Option<f64>,
-    /// What follows; none while the drive is vented.
+    /// What follows; none while the chambers are vented.
     pub window: Option<Window>,
     /// The window before; none after a jump.
     pub past: Option<Past>,
@@ -161,8 +163,9 @@ impl Air {
     /// At the start, the piston at `vr`, with supply and exhaust at these pressures.
     pub(crate) fn start(parameters: &Parameters, vr: f64, [supply, exhaust]: [f64; 2]) -> Self {
         let law = &parameters.air;
-        let openings = law.openings(vr);
-        let mut air = Self { openings, ahead: FIRST, ..Self::default() };
+        let shut = vr < parameters.cylinder_end(false);
+        let openings = law.openings(vr, shut);
+        let mut air = Self { openings, shut, ahead: FIRST, ..Self::default() };
         air.fill(parameters, vr, law.start(&openings, supply, exhaust));
         air.energy_start = air.energy(parameters, vr, 0.0);
         air
@@ -185,29 +188,58 @@ impl Air {
     }
 
     /// The drive is vented, or no longer: the chambers take the pressures of the exhaust, or of the
-    /// ports, at once. What that takes from the supply counts, and its energy comes with it.
+    /// ports, at once; in the cylinder's end they stay as they are.
     pub(crate) fn vent(
         &mut self,
         parameters: &Parameters,
         vr: f64,
         vented: bool,
-        outside: [f64; 2],
+        [supply, exhaust]: [f64; 2],
     ) {
-        let law = &parameters.air;
-        let [supply, exhaust] = outside;
-        let (before, mass) = (self.energy(parameters, vr, 0.0), [self.content[0], self.content[2]]);
-        self.openings = law.openings(vr);
-        let filled = if vented { [exhaust; 2] } else { law.start(&self.openings, supply, exhaust) };
-        self.fill(parameters, vr, filled);
+        let (was_shut, shut) = (self.shut, vr < parameters.cylinder_end(vented));
+        let ports = parameters.air.openings(vr, shut);
+        self.openings = if vented { Openings::default() } else { ports };
+        self.shut = shut;
+        if was_shut && shut {
+            return;
+        }
+        let mass = [self.content[0], self.content[2]];
+        let filled =
+            if vented { [exhaust; 2] } else { parameters.air.start(&ports, supply, exhaust) };
+        self.refill(parameters, vr, filled, vented && !shut);
         for chamber in Chamber::ALL {
             let i = chamber as usize;
             if !vented && filled[i] == supply {
                 self.sums.mass += (self.content[2 * i] - mass[i]).max(0.0);
             }
         }
+    }
+
+    /// The piston enters the cylinder's end, or leaves it, while the drive is vented or is not. What was
+    /// vented is shut there with the exhaust's pressure, and so it is left.
+    pub(crate) fn pass_end(
+        &mut self,
+        parameters: &Parameters,
+        vr: f64,
+        [inside, vented]: [bool; 2],
+        exhaust: f64,
+    ) {
+        self.shut = inside;
+        if vented {
+            self.refill(parameters, vr, [exhaust; 2], !inside);
+        } else {
+            self.openings = parameters.air.openings(vr, inside);
+        }
+    }
+
+    /// The chambers are at these pressures at once, and stay so if they are vented; their energy comes with
+    /// the air.
+    fn refill(&mut self, parameters: &Parameters, vr: f64, pressures: [f64; 2], vented: bool) {
+        let before = self.energy(parameters, vr, 0.0);
+        self.vented = vented.then_some(vr);
+        self.fill(parameters, vr, pressures);
         self.sums.enthalpy += self.energy(parameters, vr, 0.0) - before;
-        (self.vented, self.window, self.past) = (vented.then_some(vr), None, None);
-        self.ahead = FIRST;
+        (self.window, self.past, self.ahead) = (None, None, FIRST);
     }
 
     /// The content of the chambers at `t` after the epoch.
@@ -304,6 +336,7 @@ impl Air {
         self.content.iter().all(|x| x.is_finite() && *x > 0.0)
             && numbers.into_iter().all(f64::is_finite)
             && self.ahead > 0.0
+            && self.vented.is_none_or(f64::is_finite)
             && self.window.as_ref().is_none_or(window)
             && self.past.as_ref().is_none_or(past)
     }

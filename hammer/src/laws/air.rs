@@ -27,12 +27,17 @@
 //! proportion to `1 - p_l / p_h`. So each opening has six [`Regime`]s, in each of which the flow is a
 //! smooth function. A port is open on one side of its edge, in proportion to the travel beyond it up to
 //! the port's height ([`Opening`]).
+//!
+//! In the cylinder's end, where the drive chamber has half its dead volume, its ports are shut: its air throws
+//! the piston back. While the drive is vented nothing else does, and the end begins at `x = -s`, with air at the
+//! exhaust's pressure.
 
 use crate::laws::chambers::opening;
 use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
 use crate::laws::mode::{Chamber, Port};
 use crate::numerics::math;
 use crate::quantities::air::AirLaw;
+use crate::quantities::parameters::Parameters;
 use serde::{Deserialize, Serialize};
 
 /// Gas constant of air, J/(kg K).
@@ -162,13 +167,23 @@ fn edges(law: &AirLaw, chamber: Chamber, port: Port) -> (Direction, f64, f64) {
     (way, edge, edge + way.sign() * law.port_height)
 }
 
+impl Parameters {
+    /// Where the end of an air hammer's cylinder begins, m.
+    pub(crate) fn cylinder_end(&self, vented: bool) -> f64 {
+        let room =
+            if vented { 0.0 } else { 0.5 * self.air.drive.dead_volume / self.drive.area_drive };
+        -self.air.cylinder - room
+    }
+}
+
 impl AirLaw {
-    /// Openings with the piston at `vr`.
-    pub(crate) fn openings(&self, vr: f64) -> Openings {
+    /// Openings with the piston at `vr`; `shut` in the cylinder's end.
+    pub(crate) fn openings(&self, vr: f64, shut: bool) -> Openings {
         Chamber::ALL.map(|chamber| {
             Port::ALL.map(|port| {
                 let (way, edge, full) = edges(self, chamber, port);
                 match way.sign() * vr {
+                    _ if shut && chamber == Chamber::Drive => Opening::Closed,
                     x if x < way.sign() * edge => Opening::Closed,
                     x if x < way.sign() * full => Opening::Partial,
                     _ => Opening::Full,
@@ -195,10 +210,26 @@ impl AirLaw {
         areas
     }
 
-    /// Where the piston passes the end of a port's present opening.
-    pub(crate) fn guards(&self, openings: &Openings, vr: Displacement) -> Vec<Guard> {
+    /// Where the piston enters the cylinder's end, or leaves it, while it is `shut`; and where it passes the
+    /// end of a port's present opening, unless the drive is vented.
+    pub(crate) fn guards(
+        &self,
+        openings: &Openings,
+        [shut, vented]: [bool; 2],
+        end: f64,
+        vr: Displacement,
+    ) -> Vec<Guard> {
         let mut guards = Vec::new();
-        for chamber in Chamber::ALL {
+        if end.is_finite() {
+            guards.push(Guard {
+                quantity: Quantity::Displacement(vr),
+                direction: if shut { Direction::Rising } else { Direction::Falling },
+                level: end,
+                event: Event::End(!shut),
+            });
+        }
+        let works = |chamber: &Chamber| !(vented || shut && *chamber == Chamber::Drive);
+        for chamber in Chamber::ALL.into_iter().filter(works) {
             for port in Port::ALL {
                 let (way, edge, full) = edges(self, chamber, port);
                 let mut watch = |direction, level, event| {

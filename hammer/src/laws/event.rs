@@ -62,6 +62,8 @@ pub enum Event {
     Level(Chamber),
     /// The bit hangs out so far that the drive is vented, or no longer.
     Vent(bool),
+    /// The piston enters the end of an air hammer's cylinder, or leaves it.
+    End(bool),
 }
 
 impl Event {
@@ -85,7 +87,8 @@ impl Event {
             | Self::Port { .. }
             | Self::Opening { .. }
             | Self::Level(_)
-            | Self::Vent(_) => 3,
+            | Self::Vent(_)
+            | Self::End(_) => 3,
         }
     }
 }
@@ -107,6 +110,8 @@ impl fmt::Display for Event {
             Self::Tie(tie, to) => return tie.write_event(*to, f),
             Self::Vent(true) => "drive vents",
             Self::Vent(false) => "drive acts again",
+            Self::End(true) => "piston enters the cylinder's end",
+            Self::End(false) => "piston leaves the cylinder's end",
             Self::Relay(Relay::Return) => "Q9",
             Self::Relay(Relay::Drive) => "Q10",
             Self::Rock(event) => match event {

@@ -103,7 +103,9 @@ impl Machine {
         let model = Model::new(parameters)?;
         let inputs = Inputs::constant(inputs);
         for input in Input::ALL {
-            input.polynomial(&inputs.of(input).0[..1]).map_err(Error::of_input(input))?;
+            let value = inputs.of(input).0[0];
+            input.polynomial(&[value]).map_err(Error::of_input(input))?;
+            input.check_air(value, parameters.drive.source).map_err(Error::of_input(input))?;
         }
         if !start.is_finite() {
             return Err(Error::Backwards { from: start, to: start });
@@ -172,6 +174,8 @@ impl Machine {
     /// A number that is not finite, or too many derivatives; nothing is changed then.
     pub fn set_input(&mut self, input: Input, derivatives: &[f64]) -> Result<(), Error> {
         let poly = input.polynomial(derivatives).map_err(Error::of_input(input))?;
+        let source = self.parameters().drive.source;
+        input.check_air(poly.0[0], source).map_err(Error::of_input(input))?;
         let state = self.motion.state();
         let fluid = self.parameters().drive.fluid();
         let held = fluid > 0.0 && input.drives();
@@ -330,6 +334,7 @@ impl Machine {
             }
             Event::Level(chamber) => self.motion.reach_level(chamber),
             Event::Vent(vented) => self.motion.switch_vent(vented),
+            Event::End(inside) => self.motion.pass_end(inside),
         }
         if let Some(journal) = &mut self.journal {
             let epoch = self.motion.state().epoch;

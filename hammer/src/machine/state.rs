@@ -112,8 +112,11 @@ impl State {
             return refuse(CorruptState::Chambers);
         }
         let is_air = self.parameters.drive.source == Source::Air;
-        let sound =
-            |air: &Air| air.window.is_none() == motion.mode.vented && air.is_sound(motion.now);
+        let sound = |air: &Air| {
+            air.window.is_none() == air.vented.is_some()
+                && (motion.mode.vented && !air.shut) == air.vented.is_some()
+                && air.is_sound(motion.now)
+        };
         if motion.air.is_some() != is_air || !motion.air.as_deref().is_none_or(sound) {
             return refuse(CorruptState::Chambers);
         }

@@ -77,13 +77,31 @@ impl Motion {
         [point.displacement + self.ahead(Displacement::Relative), point.velocity]
     }
 
-    /// Solves the air of the window that begins at the epoch, unless the drive is vented; returns the
+    /// Changes the air at the epoch: with the parameters, the piston's place, and the pressures outside.
+    pub(super) fn change_air(&mut self, change: impl FnOnce(&mut Air, &Parameters, f64, [f64; 2])) {
+        let (outside, [vr, _]) = (self.outside(0.0), self.in_cylinder(&self.tracks, 0.0));
+        if let Some(air) = &mut self.state.air {
+            change(air, &self.model.parameters, vr, outside);
+        }
+        self.reload();
+    }
+
+    /// The air's forces on the piston and on the bit, as they stand.
+    pub(super) fn air_forces(&self, air: Option<&Air>) -> [Poly; 2] {
+        let acting = |channel: Channel| match air {
+            Some(Air { vented: Some(_), .. }) => Poly::default(),
+            _ => self.state.loads[channel as usize],
+        };
+        [Channel::Drive, Channel::Anvil].map(acting)
+    }
+
+    /// Solves the air of the window that begins at the epoch, unless the chambers are vented; returns the
     /// number of rotations.
     ///
     /// # Errors
     /// [`Error::Air`].
     pub(crate) fn renew_air(&mut self) -> Result<u64, Error> {
-        let Some(mut air) = self.state.air.take_if(|_| !self.state.mode.vented) else {
+        let Some(mut air) = self.state.air.take_if(|air| air.vented.is_none()) else {
             return Ok(0);
         };
         let motion = self.in_cylinder(&self.tracks, 0.0);

@@ -22,7 +22,7 @@ use crate::error::Error;
 use crate::laws::event::{Bodies, Displacement};
 use crate::laws::mode::{Chamber, Mode, RockMode};
 use crate::laws::rock::{Coefficients, Spring};
-use crate::modal::graph::{Channel, Edge, Graph, Group};
+use crate::modal::graph::{Edge, Graph, Group};
 use crate::modal::model::Model;
 use crate::modal::stretch::Stretch;
 use crate::modal::system::CHANNELS;
@@ -362,7 +362,7 @@ impl Motion {
         state.inputs.shift(at);
         state.gas.iter_mut().for_each(|gas| gas.shift(at));
         state.air.iter_mut().for_each(|air| air.shift(vr, at));
-        let airy = state.air.is_some() && !state.mode.vented;
+        let airy = state.air.as_ref().is_some_and(|air| air.vented.is_none());
         let old = (!steady).then_some(self.state.loads);
         if !steady {
             self.state.loads.iter_mut().for_each(|load| load.shift(at));
@@ -448,7 +448,7 @@ impl Motion {
             &state.inputs,
             state.mode,
             &state.gas,
-            [Channel::Drive, Channel::Anvil].map(|channel| state.loads[channel as usize]),
+            self.air_forces(self.air()),
             state.slack,
         );
         self.load(loads);

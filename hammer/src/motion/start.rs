@@ -9,7 +9,7 @@ use crate::laws::chambers::Gas;
 use crate::laws::event::{Bodies, Displacement};
 use crate::laws::mode::{Mode, Relay, RockMode, Tie, TieState};
 use crate::laws::rock::{Memory, Spring};
-use crate::modal::graph::{Channel, Group};
+use crate::modal::graph::Group;
 use crate::modal::model::Model;
 use crate::modal::system::CHANNELS;
 use crate::numerics::poly::Poly;
@@ -177,9 +177,9 @@ impl Motion {
         (gas, air): ([Gas; 2], Option<Box<Air>>),
         whole: &[f64],
     ) -> Result<(), Error> {
+        let forces = self.air_forces(air.as_deref());
         let state = &mut self.state;
         (state.mode, state.memory, state.psi, state.gas) = (mode, memory, psi, gas);
-        let forces = [Channel::Drive, Channel::Anvil].map(|channel| state.loads[channel as usize]);
         state.loads =
             loads(&self.model.parameters, &state.inputs, mode, &state.gas, forces, state.slack);
         let groups = self.graph().groups(&mode);
@@ -229,10 +229,10 @@ pub(super) fn loads(
     slack: f64,
 ) -> [Poly; CHANNELS] {
     let vented = mode.vented && parameters.drive.source.switches();
-    let [drive, anvil] = if vented {
-        [Poly::default(); 2]
-    } else if parameters.drive.source == Source::Air {
+    let [drive, anvil] = if parameters.drive.source == Source::Air {
         air
+    } else if vented {
+        [Poly::default(); 2]
     } else {
         let exhaust = parameters.chambers.returning.exhaust.open_pressure;
         let (drive, relay) = (&parameters.drive, mode.relay);

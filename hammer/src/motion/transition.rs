@@ -50,7 +50,8 @@ impl Motion {
             | Event::Port { .. }
             | Event::Opening { .. }
             | Event::Level(_)
-            | Event::Vent(_) => {
+            | Event::Vent(_)
+            | Event::End(_) => {
                 return Ok(());
             }
         }
@@ -98,11 +99,15 @@ impl Motion {
             let laws = &self.parameters().chambers;
             self.state.gas = if vented { laws.vented() } else { laws.start(vr) };
         }
-        let (outside, [vr, _]) = (self.outside(0.0), self.in_cylinder(&self.tracks, 0.0));
-        if let Some(air) = &mut self.state.air {
-            air.vent(&self.model.parameters, vr, vented, outside);
-        }
-        self.reload();
+        self.change_air(|air, parameters, vr, outside| air.vent(parameters, vr, vented, outside));
+    }
+
+    /// The piston enters the end of an air hammer's cylinder, or leaves it.
+    pub(crate) fn pass_end(&mut self, inside: bool) {
+        let vented = self.state.mode.vented;
+        self.change_air(|air, parameters, vr, [_, exhaust]| {
+            air.pass_end(parameters, vr, [inside, vented], exhaust);
+        });
     }
 
     /// A chamber's pressure is at its level.

@@ -40,6 +40,12 @@ pub enum InputError {
         /// The largest allowed.
         most: f64,
     },
+    /// No air is at such a pressure.
+    #[error("{} Pa is not allowed: it is absolute and must be above 0 when drive.source is Air", DisplayNumber(*.value))]
+    NoPressure {
+        /// What was given, Pa.
+        value: f64,
+    },
 }
 
 /// An input.
@@ -99,6 +105,19 @@ impl Input {
             true if value.abs() > most => Err(InputError::TooLarge { what, value, most }),
             true => Ok(()),
         }
+    }
+
+    /// Checks that a pressure of the air is above 0, where air drives the piston.
+    ///
+    /// # Errors
+    ///
+    /// [`InputError::NoPressure`].
+    pub(crate) fn check_air(self, value: f64, source: Source) -> Result<(), InputError> {
+        let is_air = self.row().reader == Reader::Drive(&[Source::Air]);
+        if source == Source::Air && is_air && value <= 0.0 {
+            return Err(InputError::NoPressure { value });
+        }
+        Ok(())
     }
 
     /// The polynomial of time with this value and these derivatives at present.

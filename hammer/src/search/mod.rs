@@ -67,8 +67,10 @@ impl Search {
         let ties = motion.graph().ties.iter();
         let ties = ties.flat_map(|edge| edge.law.guards(edge.tie, mode.ties.of(edge.tie)));
         let ports = (chambers && working).then(|| parameters.chambers.guards(gas, vr));
-        let air = motion.air().filter(|_| working);
-        let openings = air.map(|air| parameters.air.guards(&air.openings, vr));
+        let end = parameters.cylinder_end(mode.vented);
+        let openings = motion
+            .air()
+            .map(|air| parameters.air.guards(&air.openings, [air.shut, mode.vented], end, vr));
         let guards = ties
             .chain(parameters.vent_guard(&mode))
             .chain(mode.rock.guards(&parameters.rock, &motion.state().memory))

@@ -90,7 +90,8 @@ impl Budget {
                 | Event::Port { .. }
                 | Event::Opening { .. }
                 | Event::Level(_)
-                | Event::Vent(_),
+                | Event::Vent(_)
+                | Event::End(_),
             ) => 1,
             None => 2,
             Some(Event::Tie(tie, _)) => 3 + tie.index(),
