@@ -32,7 +32,7 @@ const MAX_SWEEPS: usize = 60;
 /// Overlap of two vectors, relative to their sizes, from which a cluster is solved anew.
 const OVERLAP: f64 = 1e-12;
 
-/// A root and its eigenvector in the free modes.
+/// A root and its eigenvector, in the free modes if nothing else is said.
 pub(crate) type Eigenpair = (C, Vec<C>);
 
 /// Groups of oscillating roots that lie close together.
@@ -51,7 +51,8 @@ pub(crate) fn orthogonal(
     group: &[usize],
     plain: &[Eigenpair],
 ) -> Option<Vec<Eigenpair>> {
-    let form = |x: &Eigenpair, y: &Eigenpair| form(&secular.system, x, y);
+    let merged = |(s, x): &Eigenpair| (*s, secular.system.merged(x));
+    let form = |x: &Eigenpair, y: &Eigenpair| form(&secular.system, &merged(x), &merged(y));
     let overlaps = |(j, x): (usize, &Eigenpair)| {
         plain[..j].iter().any(|y| {
             let sizes = norm(form(x, x)) * norm(form(y, y));
@@ -79,15 +80,14 @@ pub(crate) fn orthogonal(
     Some(done)
 }
 
-/// `(s + t) x . y + x . C y` of two eigenpairs.
-fn form(system: &Deflated, (s, x): &Eigenpair, (t, y): &Eigenpair) -> C {
+/// `(s + t) x . y + x . C y` of two eigenpairs in the modes of the secular function.
+pub(crate) fn form(system: &Deflated, (s, x): &Eigenpair, (t, y): &Eigenpair) -> C {
     let dot = |shape: &[f64], x: &[C]| shape.iter().zip(x).map(|(p, x)| p * x).sum::<C>();
-    let [x, y] = [x, y].map(|v| system.merged(v));
     let both = *s + *t;
-    let modes = x.iter().zip(&y).zip(&system.omega2);
+    let modes = x.iter().zip(y).zip(&system.omega2);
     let mut sum: C = modes.map(|((x, y), w2)| (both + system.beta * w2) * x * y).sum();
     for (shape, (_, viscosity)) in system.shapes.iter().zip(&system.springs) {
-        sum += *viscosity * dot(shape, &x) * dot(shape, &y);
+        sum += *viscosity * dot(shape, x) * dot(shape, y);
     }
     sum
 }

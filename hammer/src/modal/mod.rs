@@ -9,11 +9,12 @@
 //! secular      the function whose zeros are the eigenvalues, and its vectors
 //! bordered     the same of more than two attachments
 //! roots        all zeros at once
+//! cluster      vectors of roots among several modes of nearly equal frequency
 //! refinement   an eigenpair by Newton's method, its residuals in twice the digits
 //! quotient     remainders over the factor of two roots, to twice the digits
 //! confluence   two that nearly coincide
-//! cluster      vectors of roots among several modes of nearly equal frequency
 //! residual     how far a block is from an invariant pair
+//! separation   real roots that are known to few digits
 //! pairing      roots into blocks
 //! spectrum     all of the above in one call
 //! joined       the modes of bodies that are joined
@@ -56,6 +57,7 @@ mod residual;
 mod response;
 mod roots;
 mod secular;
+mod separation;
 pub(crate) mod shared;
 mod spectrum;
 pub mod stretch;

@@ -32,8 +32,14 @@ pub(crate) struct Pairing<'a> {
 }
 
 impl<'a> Pairing<'a> {
-    pub(crate) fn new(secular: &'a Secular, roots: &'a [Root], thorough: bool) -> Self {
-        let mut pairing = Self { secular, roots, close: BTreeMap::new(), thorough };
+    /// `close` has eigenpairs that are known already.
+    pub(crate) fn new(
+        secular: &'a Secular,
+        roots: &'a [Root],
+        thorough: bool,
+        close: BTreeMap<usize, Eigenpair>,
+    ) -> Self {
+        let mut pairing = Self { secular, roots, close, thorough };
         for group in cluster::groups(secular, roots) {
             let plain: Vec<Eigenpair> =
                 group.iter().map(|&k| pairing.eigenpair(k, false)).collect();

@@ -155,7 +155,7 @@ mod tests {
             let omega2 = [0.0, w2];
             let structure =
                 Structure { attachments: vec![attachment], ..Structure::free(&omega2, 0.0) };
-            for block in spectrum::blocks(&structure, false).unwrap() {
+            for block in spectrum::blocks(&structure, spectrum::Care::Usual).unwrap() {
                 let found = displacements(&structure, &block)[0];
                 // X_i (omega_i^2 - x) = -k phi_i u: of the translation, u = x X_0 / (k phi_0).
                 let x = -product(&block.b, &block.b)[0];

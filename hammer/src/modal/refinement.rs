@@ -11,6 +11,7 @@
 //! unknowns of a small matrix, which is scaled and eliminated with complete pivoting. How well that is
 //! solved decides only how fast the iteration converges; what it converges to is known to twice the digits.
 
+use crate::modal::cluster::{Eigenpair, form};
 use crate::modal::secular::Secular;
 use crate::numerics::instant::Double;
 use crate::numerics::math::norm;
@@ -29,6 +30,9 @@ pub(crate) const ALONE: f64 = 1e-2;
 const NEAR: f64 = 1e-2;
 /// Most amplitudes that are unknowns of the small matrix.
 const MOST: usize = 16;
+/// Steps of a vector beside known ones at most, and the size of the one that is the last.
+const BESIDE: usize = 40;
+const SETTLED: f64 = 1e-4;
 
 /// A complex number in twice the digits.
 #[derive(Clone, Copy, Debug, Default)]
@@ -95,9 +99,14 @@ impl<'a> Refinement<'a> {
         let is_vector = scaled.iter().all(|x| x.value().is_finite());
         let x = if is_vector { scaled } else { vec![Wide::new(C::from(1.0)); x.len()] };
         let mut start = Self { secular, s: Wide::new(s), x, forces: Vec::new(), room };
-        let moved = start.moved();
-        start.forces = moved.iter().enumerate().map(|(a, u)| start.stiffness(a) * *u).collect();
+        start.push();
         start
+    }
+
+    /// The forces of the attachments, where they are.
+    fn push(&mut self) {
+        let moved = self.moved();
+        self.forces = moved.iter().enumerate().map(|(a, u)| self.stiffness(a) * *u).collect();
     }
 
     /// Displacements of the attachments.
@@ -124,7 +133,7 @@ impl<'a> Refinement<'a> {
     }
 
     /// The root and the amplitudes; none if they do not converge, or to another root.
-    pub(crate) fn solve(mut self) -> Option<(C, Vec<C>)> {
+    pub(crate) fn solve(mut self) -> Option<Eigenpair> {
         let start = self.s.value();
         for _ in 0..STEPS {
             let size = self.step()?;
@@ -135,6 +144,29 @@ impl<'a> Refinement<'a> {
             }
         }
         None
+    }
+
+    /// The nearest pair that is none of the known ones, whose amplitudes are in the same modes.
+    pub(crate) fn solve_beside(mut self, known: &[&Eigenpair]) -> Option<Eigenpair> {
+        let room = std::mem::take(&mut self.room);
+        for _ in 0..BESIDE {
+            known.iter().for_each(|pair| self.take_out(pair));
+            self.push();
+            // The root stays, so a step is one of inverse iteration.
+            if self.step()? <= SETTLED {
+                break;
+            }
+        }
+        self.room = room;
+        self.solve()
+    }
+
+    /// Takes out of the vector what a known pair shares in it.
+    fn take_out(&mut self, known: &Eigenpair) {
+        let system = &self.secular.system;
+        let pair = (self.s.value(), self.x.iter().map(|x| x.value()).collect());
+        let share = form(system, known, &pair) / form(system, known, known);
+        self.x.iter_mut().zip(&known.1).for_each(|(x, y)| *x = *x + Wide::new(-share * y));
     }
 
     /// What the equations lack, linearised at the present pair.

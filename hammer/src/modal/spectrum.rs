@@ -11,28 +11,40 @@ use crate::modal::pairing::Pairing;
 use crate::modal::residual::misses;
 use crate::modal::roots::Roots;
 use crate::modal::secular::Secular;
+use crate::modal::separation::separated;
 use crate::modal::structure::Structure;
+use std::collections::BTreeMap;
 
 /// A block with a larger residual, relative to its own terms and beyond rounding, is refused. A
 /// wrong eigenvalue has a residual near one; two modes that meet through the stiffest dashpots have
 /// 3e-5.
 const DEFECT: f64 = 1e-2;
 
-/// Blocks of a structure, the translation first, then by rising rate; `thorough` if every eigenpair is to
-/// be refined to the last digit of each amplitude.
+/// What is done for accurate blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
+pub(crate) enum Care {
+    /// Eigenpairs are refined where minors cancel.
+    Usual,
+    /// Every eigenpair is refined to the last digit of each amplitude.
+    Thorough,
+    /// Beside that, real roots that lie close together are refined each to a pair of its own.
+    Separating,
+}
+
+/// Blocks of a structure, the translation first, then by rising rate.
 ///
 /// # Errors
 ///
 /// [`SpectrumError`], if the roots cannot be computed to working accuracy.
-pub(crate) fn blocks(structure: &Structure, thorough: bool) -> Result<Vec<Block>, SpectrumError> {
+pub(crate) fn blocks(structure: &Structure, care: Care) -> Result<Vec<Block>, SpectrumError> {
     if structure.attachments.is_empty() {
         return Ok(free_blocks(structure));
     }
     let (left, mut blocks) = Deflated::new(structure);
     let secular = Secular::new(left);
-    let coupled = match paired(&secular, thorough) {
+    let coupled = match paired(&secular, care) {
         Ok(coupled) => coupled,
-        Err(error) => paired(&secular.crowded().ok_or(error)?, thorough)?,
+        Err(error) => paired(&secular.crowded().ok_or(error)?, care)?,
     };
     blocks.extend(coupled);
     // The rigid block first, then by rising rate: the slow ones outlive the fast.
@@ -41,9 +53,11 @@ pub(crate) fn blocks(structure: &Structure, thorough: bool) -> Result<Vec<Block>
 }
 
 /// Blocks of the modes that are coupled to the attachments.
-fn paired(secular: &Secular, thorough: bool) -> Result<Vec<Block>, SpectrumError> {
-    let roots = Roots::new(secular).solve()?;
-    let paired = Pairing::new(secular, &roots, thorough).blocks()?;
+fn paired(secular: &Secular, care: Care) -> Result<Vec<Block>, SpectrumError> {
+    let mut roots = Roots::new(secular).solve()?;
+    let separates = care == Care::Separating;
+    let close = if separates { separated(secular, &mut roots) } else { BTreeMap::new() };
+    let paired = Pairing::new(secular, &roots, care > Care::Usual, close).blocks()?;
     let misses = |block: &Block| misses(&secular.system, block, DEFECT);
     if paired.iter().any(misses) { Err(SpectrumError::Residual) } else { Ok(paired) }
 }

@@ -22,7 +22,7 @@ use crate::modal::passage::{self, Overlap, Passage};
 use crate::modal::reaction;
 pub use crate::modal::response::CHANNELS;
 use crate::modal::response::Response;
-use crate::modal::spectrum;
+use crate::modal::spectrum::{self, Care};
 use crate::modal::structure::{Attachment, Structure};
 use crate::numerics::combine::{Columns, combine};
 use crate::numerics::form::Form;
@@ -51,7 +51,7 @@ pub struct Recipe<'a> {
 /// would have fewer than ten digits.
 const BASIS_TOLERANCE: f64 = 1e-5;
 /// A basis with a larger mismatch is made again of pairs that are refined in every amplitude: small ones
-/// count where a stiff spring acts on a light body.
+/// count where a stiff spring acts on a light body. Where that is not enough, real roots are separated.
 const ACCURATE: f64 = 1e-11;
 
 /// A decomposed system.
@@ -111,14 +111,14 @@ impl System {
         let joined = joins.then(|| Joined::new(&structure).ok_or(Error::Cancelled)).transpose()?;
         let turned = joined.as_ref().map(|joined| joined.structure(&structure));
         let solved = (turned.as_ref().unwrap_or(&structure), joined.as_ref());
-        let mut parts = Decomposition::new(&structure, solved, false);
-        if !parts.as_ref().is_ok_and(|parts| parts.basis.mismatch <= ACCURATE) {
-            let thorough = Decomposition::new(&structure, solved, true);
-            let mismatch = |parts: &Result<Decomposition, SpectrumError>| {
-                parts.as_ref().map_or(f64::INFINITY, |parts| parts.basis.mismatch)
-            };
-            if mismatch(&thorough) <= mismatch(&parts) {
-                parts = thorough;
+        let mismatch = |parts: &Result<Decomposition, SpectrumError>| {
+            parts.as_ref().map_or(f64::INFINITY, |parts| parts.basis.mismatch)
+        };
+        let mut parts = Decomposition::new(&structure, solved, Care::Usual);
+        for (care, limit) in [(Care::Thorough, ACCURATE), (Care::Separating, BASIS_TOLERANCE)] {
+            if mismatch(&parts) > limit {
+                let other = Decomposition::new(&structure, solved, care);
+                parts = if mismatch(&other) <= mismatch(&parts) { other } else { parts };
             }
         }
         let Decomposition { stiff, generator, basis } = parts.map_err(fail)?;
@@ -421,9 +421,9 @@ impl Decomposition {
     fn new(
         structure: &Structure,
         (solved, joined): (&Structure, Option<&Joined>),
-        thorough: bool,
+        care: Care,
     ) -> Result<Self, SpectrumError> {
-        let mut blocks = spectrum::blocks(solved, thorough)?;
+        let mut blocks = spectrum::blocks(solved, care)?;
         let stiff = blocks.iter().map(|block| reaction::displacements(solved, block)).collect();
         if let Some(joined) = joined {
             blocks = blocks.into_iter().map(|block| joined.block(block)).collect();
