@@ -15,6 +15,7 @@ from dth_hammer import (
     HammerWarning,
     Run,
     UnknownNameError,
+    mesh_for,
     simulate,
 )
 from dth_hammer.run import PER_BLOW
@@ -136,3 +137,19 @@ def test_a_control_acts_before_each_step() -> None:
 
     simulate(until=0.003, control=control, outputs=["rop"])
     assert sampled == pytest.approx([0.0, 0.001, 0.002])
+
+
+def test_a_force_asked_for_on_a_mesh_made_for_a_rate_is_warned_of() -> None:
+    asked = ["rock_force_peak", "hole_depth"]
+
+    def warnings(**more: object) -> tuple[str, ...]:
+        return simulate(until=1e-3, **{"outputs": asked, **more}).warnings  # type: ignore[arg-type]
+
+    (text,) = warnings()
+    assert text.startswith("rock_force_peak: ")
+    assert "mesh_for(of='force')" in text
+    assert "stresses" in warnings(outputs=["hole_depth"], waves=True)[0]
+    # Rates need no other mesh, a mesh for forces resolves them, and rigid bodies have none.
+    assert warnings(outputs=["hole_depth"]) == ()
+    assert warnings(parameters=mesh_for(of="force").parameters) == ()
+    assert warnings(parameters={"fidelity": "Rigid"}) == ()

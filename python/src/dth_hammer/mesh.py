@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from . import _native
 from .contract import typed
 from .errors import DomainError
-from .variables import Value, numbers
+from .variables import VARIABLES, Value, numbers, whole
 
 BODIES = ("piston", "bit")
 ELEMENTS = ("piston.elements", "bit.elements")
@@ -29,6 +29,25 @@ class Mesh:
     span: float
     #: Degree and spans by parameter.
     parameters: Mapping[str, int]
+
+
+#: Outputs that an impact's front makes.
+FORCES = tuple(f"{tie}_force{of}" for tie in ("contact", "rock", "chuck") for of in ("", "_peak"))
+
+
+def coarse_for(names: Iterable[str], waves: bool, given: Mapping[str, float]) -> tuple[str, ...]:
+    """Warns that forces (of these outputs) or stresses are asked for on a mesh made for a rate."""
+    asked = [name for name in FORCES if name in names] + ["stresses"] * waves
+    if not asked or whole(given)[FIDELITY] != VARIABLES[FIDELITY].number(ELASTIC):
+        return ()
+    reading = "stress" if waves else "force"
+    error, usual = float(_native.force_error(dict(given))), _native.mesh_readings()[reading]
+    if error <= usual:
+        return ()
+    return (
+        f"{', '.join(asked)}: this mesh is fine enough for a rate; the force of an impact errs by "
+        f"up to {error:.0%} on it. mesh_for(of={reading!r}) has a mesh for {usual:.0%}",
+    )
 
 
 @typed()

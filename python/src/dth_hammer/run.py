@@ -17,6 +17,7 @@ from .extras import need
 from .fixed import Fixed
 from .gradients import derivatives, derivatives_in, smooth, with_derivatives
 from .hammer import Hammer
+from .mesh import coarse_for
 from .scene import Scene
 from .signals import Function, Signal, instants_of, move, signals_of
 from .summary import operation, summary
@@ -200,7 +201,8 @@ def simulate(
         233 J, 11.0 m/h
     """
     instants = instants_of(until, step, times)
-    named = [VARIABLES[n] for n in outputs] if outputs else []
+    asked = [*outputs] if outputs else []
+    named = [VARIABLES[n] for n in asked]
     signals = signals_of(inputs)
     given = numbers(preset, parameters)
     start = given | numbers(None, {name: signal(0.0) for name, signal in signals.items()})
@@ -211,7 +213,7 @@ def simulate(
         rows, blows = play(hammer, instants, signals, [*chosen], control=control, progress=progress)
         if hidden := int(hammer["blow_count"]) - len(blows):
             warn(f"{hidden} blows are missing: a step had too many, or `control` made one")
-        warnings = tuple(hammer.warnings)
+        warnings = tuple(hammer.warnings) + coarse_for(asked, waves, given)
     frame = _frame(rows, [*chosen.values()], instants)
     by = [*dict.fromkeys(gradient)]
     if by:
