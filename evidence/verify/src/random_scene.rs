@@ -4,7 +4,7 @@ use crate::actions::{Action, Actions, actions};
 use crate::bodies;
 use hammer::parameters::{
     Bit, Casing, ChamberLaw, ChamberLaws, ChuckLaw, Contact, Drive, FASTEST_WAVE, MAX_DEGREE,
-    Material, Mesh, Piston, PortLaw, Rock,
+    Material, Mesh, Piston, PortLaw, Rock, SOFTEST_JOINT,
 };
 use hammer::{
     Drill, Error, Fidelity, InputValues, Joint, MAX_SEGMENTS, Parameters, Reloading, Segment,
@@ -308,6 +308,9 @@ fn set_string(p: &mut Parameters, (rods, parts, (stiffness, slack)): StringRow) 
     let part = |(length, ratio): (f64, f64)| Segment { length, area: ratio * p.cross_section };
     let [shank, rod, mut coupling] = parts.map(part);
     coupling.length *= rod.length.min(2.0 * shank.length);
+    // A softer joint is refused.
+    let softest = 1.001 * SOFTEST_JOINT * p.material.youngs_modulus * rod.area / rod.length;
+    let stiffness = stiffness.max(softest);
     p.drill = Drill { rods, shank, rod, coupling, joint: Joint { stiffness, slack } };
     coarsen(p);
 }

@@ -445,6 +445,10 @@ pub const MAX_ELEMENTS: usize = 400;
 /// Fastest wave of elastic bodies, m/s: diamond's is 1.8e4.
 pub const FASTEST_WAVE: f64 = 2e4;
 
+/// Least stiffness of a loose joint, over a rod's own `E A / L`: a softer one lets no wave through, and 0,
+/// which is a tight joint, is not its limit.
+pub const SOFTEST_JOINT: f64 = 1e-3;
+
 /// Highest degree of splines.
 pub const MAX_DEGREE: usize = 7;
 

@@ -10,7 +10,7 @@ use crate::numerics::math;
 use crate::quantities::domain::ParameterError;
 use crate::quantities::drill::{Drill, Joint};
 use crate::quantities::parameters::{
-    FASTEST_WAVE, Fidelity, MAX_DEGREE, MAX_ELEMENTS, Material, Parameters, Source,
+    FASTEST_WAVE, Fidelity, MAX_DEGREE, MAX_ELEMENTS, Material, Parameters, SOFTEST_JOINT, Source,
 };
 use crate::quantities::sections::{Body, Segment};
 use crate::quantities::table::{Change, PARAMETERS, name_of};
@@ -29,10 +29,6 @@ const SLOWEST_STRING: f64 = 10.0;
 /// Least mass of a casing, over the bit's. The lightest of tied bodies costs its modes a digit for each
 /// decade: down to here every preset keeps the ledger to 1e-10 of what it turns over.
 const LIGHTEST_CASING: f64 = 1e-4;
-
-/// Least stiffness of a loose joint, over a rod's own `E A / L`: a softer one lets no wave through, and 0,
-/// which is a tight joint, is not its limit.
-const SOFTEST_JOINT: f64 = 1e-3;
 
 impl Parameters {
     /// Checks every parameter against its domain, except sections and ports that are not read.
