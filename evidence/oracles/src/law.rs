@@ -125,6 +125,10 @@ pub enum Event {
     Q10,
     /// A port opens (or not): its chamber (0 drive), which (0 supply).
     Port(usize, usize, bool),
+    /// A port of air is wholly open (or no more): its chamber, which.
+    Whole(usize, usize, bool),
+    /// The piston enters the end of its cylinder, or leaves it.
+    End(bool),
     /// A chamber's pressure reaches its level.
     Level(usize),
     /// The bodies of a joint meet, or part.
@@ -139,7 +143,8 @@ impl Event {
         match self {
             Self::Close | Self::Open => 0,
             Self::Joint(..) => 1,
-            Self::Q9 | Self::Q10 | Self::Port(..) | Self::Level(_) | Self::Vent(_) => 3,
+            Self::Q9 | Self::Q10 | Self::Port(..) | Self::Whole(..) | Self::Level(_) => 3,
+            Self::Vent(_) | Self::End(_) => 3,
             _ => 2,
         }
     }

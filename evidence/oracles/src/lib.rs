@@ -14,6 +14,7 @@
 
 #![forbid(unsafe_code)]
 
+mod air;
 mod assembly;
 pub mod chambers;
 pub mod closed;
@@ -26,6 +27,7 @@ pub mod law;
 pub mod linear;
 pub mod model;
 pub mod perturb;
+mod powers;
 pub mod record;
 pub mod reference;
 pub mod run;

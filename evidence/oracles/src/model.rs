@@ -24,7 +24,7 @@ pub use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, Side, State};
 pub use crate::linear::{Banded, Factor, Field, Real};
 pub use joint::Joint;
 
-use crate::scene::{Drive, Fidelity, Input, RockLaw, Scene, Section};
+use crate::scene::{AirLaw, Drive, Fidelity, Input, RockLaw, Scene, Section};
 use std::ops::Range;
 
 /// The linear system of a mode.
@@ -280,7 +280,9 @@ impl<T: Real> Model<T> {
                 vec![T::from(if mode.down { amplitude } else { -amplitude })]
             }
             Drive::Force => of(Input::Force).clone(),
-            Drive::Pressure { areas } | Drive::Chambers { areas, .. } => {
+            Drive::Pressure { areas }
+            | Drive::Chambers { areas, .. }
+            | Drive::Air(AirLaw { areas, .. }) => {
                 let [down, up] = [Input::DrivePressure, Input::ReturnPressure].map(of);
                 let at = |row: &[T], k: usize, area: f64| {
                     T::from(area) * row.get(k).copied().unwrap_or_default()
@@ -290,7 +292,8 @@ impl<T: Real> Model<T> {
             }
         };
         let exhaust = match self.scene.drive {
-            Drive::Pressure { .. } => T::default(),
+            // Of air the inputs are what its pressures exceed the exhaust's by.
+            Drive::Pressure { .. } | Drive::Air(_) => T::default(),
             Drive::Chambers { ports, .. } if !mode.vented => T::from(ports[1][1].open[0]),
             _ => return [force, nothing()],
         };
@@ -417,7 +420,7 @@ impl<T: Real> Model<T> {
                 list.push(guard(Event::Q10, Quantity::Relative, -1.0, -T::from(stroke)));
             }
             // A run knows the ports.
-            Drive::Force | Drive::Pressure { .. } | Drive::Chambers { .. } => {}
+            Drive::Force | Drive::Pressure { .. } | Drive::Chambers { .. } | Drive::Air(_) => {}
         }
         list
     }
@@ -437,7 +440,7 @@ impl<T: Real> Model<T> {
             Event::Open => mode.closed = false,
             Event::Q9 => mode.down = false,
             Event::Q10 => mode.down = true,
-            Event::Port(..) | Event::Level(_) => {}
+            Event::Port(..) | Event::Whole(..) | Event::End(_) | Event::Level(_) => {}
             Event::Joint(i, side) => mode.joints[i] = side,
             // Vented, the relay rests where it drives again from.
             Event::Vent(vented) => (mode.vented, mode.down) = (vented, true),

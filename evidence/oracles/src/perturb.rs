@@ -35,13 +35,17 @@ impl Changes {
         Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
     }
 
-    fn factor(&mut self) -> f64 {
+    /// From -1 to 1.
+    fn part(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
-        // The upper 53 bits, from -1 to 1.
-        let part = 2.0 * ((self.0 >> 11) as f64 / (1u64 << 53) as f64) - 1.0;
-        1.0 + RELATIVE * part
+        // The upper 53 bits.
+        2.0 * ((self.0 >> 11) as f64 / (1u64 << 53) as f64) - 1.0
+    }
+
+    fn factor(&mut self) -> f64 {
+        1.0 + RELATIVE * self.part()
     }
 
     fn off(&mut self, x: &mut f64) {
@@ -117,6 +121,17 @@ pub fn perturbed(
                 port.open.iter_mut().chain(&mut port.shut).for_each(|x| changes.off(x));
             }
             areas.each_mut().map(|x| changes.off(x))
+        }
+        Drive::Air(law) => {
+            let error = law.error.max(RELATIVE);
+            law.off = [(); 2].map(|()| error * changes.part());
+            let volumes = law.dead_volumes.iter_mut().chain([&mut law.cylinder, &mut law.height]);
+            let openings = law.ports.iter_mut().chain([&mut law.discharge, &mut law.leakage]);
+            let outside = law.outside.iter_mut().chain([&mut law.temperature, &mut law.drag]);
+            let edges = law.edges.as_flattened_mut().iter_mut().chain(&mut law.areas);
+            let all = volumes.chain(openings).chain(outside).chain(edges);
+            all.for_each(|x| *x *= 1.0 + error * changes.part());
+            [(); 2]
         }
         Drive::Force => [(); 2],
     };

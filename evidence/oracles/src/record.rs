@@ -79,4 +79,8 @@ pub struct Sampled<T> {
     pub force: T,
     /// The ledger then.
     pub energies: Energies<T>,
+    /// Pressures of the chambers of air, Pa, and the mass taken from its supply, kg; zeros without.
+    pub pressures: [T; 2],
+    /// See there.
+    pub taken: T,
 }

@@ -12,15 +12,18 @@
 //! plain doubles the same is a second opinion of what double precision can know.
 
 mod ahead;
+mod breath;
+mod ledger;
 
+use crate::air::{Air, Flow};
 use crate::chambers::{Chambers, PRESSURES};
 use crate::crossing::{Outcome, Zero, scan};
 use crate::guard_perturbation::{GuardPerturbation, PerturbedGuards};
-use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, State};
+use crate::law::{Event, Guard, Memory, Mode, Quantity, State};
 use crate::linear::Real;
 use crate::model::Model;
 use crate::perturb;
-use crate::record::{Energies, GivenUp, Passed, Sampled};
+use crate::record::{GivenUp, Passed, Sampled};
 use crate::scene::{Action, Scene};
 use crate::taylor::{Accuracy, Polynomials, Series, Works, shifted};
 
@@ -50,6 +53,8 @@ pub struct Run<T> {
     since: T,
     /// Those that drive, if they do; their pressures stand among the inputs.
     chambers: Option<Chambers<T>>,
+    /// What drives with air, if it does; what its pressures exceed the exhaust's by stands there likewise.
+    air: Option<Air>,
     /// Sums of modes that are over: loss of the loading lines, of the dashpot, retuning.
     lost: [T; 3],
     /// Stored energy, and gravity's potential, at the start.
@@ -78,7 +83,13 @@ impl<T: Real> Run<T> {
         let (state, mode, memory) = model.start();
         let zero = T::default();
         let chambers = Chambers::start(scene, model.quantity(Quantity::Relative, &state));
-        let place = Place { time: zero, state, works: Works::default() };
+        let vr = model.quantity(Quantity::Relative, &state);
+        let air = Air::start(scene, vr);
+        let mut works = Works::default();
+        if let Some(air) = &air {
+            works.air = air.filled(vr, zero);
+        }
+        let place = Place { time: zero, state, works };
         let mut run = Self {
             unit: model.unit(),
             accuracy,
@@ -88,6 +99,7 @@ impl<T: Real> Run<T> {
             inputs: scene.inputs.map(|value| vec![T::from(value)]),
             since: zero,
             chambers,
+            air,
             lost: [zero; 3],
             start: [zero; 2],
             pending: Vec::new(),
@@ -103,6 +115,7 @@ impl<T: Real> Run<T> {
         if let Some(chambers) = &run.chambers {
             chambers.put(&mut run.inputs);
         }
+        run.flow_anew();
         run.start = [run.stored(), run.fallen(&run.place.state)];
         run.enter();
         run
@@ -142,20 +155,10 @@ impl<T: Real> Run<T> {
         self.place.state.u[self.model.tip]
     }
 
-    fn stored(&self) -> T {
-        let parts = self.model.stored(self.mode, &self.memory, &self.place.state);
-        parts.iter().fold(T::default(), |sum, &part| sum + part)
-    }
-
-    /// Gravity's work from `u = 0`, J.
-    fn fallen(&self, state: &State<T>) -> T {
-        let pairs = self.model.weight.iter().zip(&state.u);
-        pairs.fold(T::default(), |sum, (&w, &u)| sum + w * u)
-    }
-
     fn guards(&self) -> Vec<Guard<T>> {
         let mut list = self.model.guards(self.mode, &self.memory);
         list.extend(self.chambers.iter().flat_map(Chambers::guards));
+        list.extend(self.air.iter().flat_map(Air::guards));
         if let Some((guard_perturbation, perturbed_guards)) = &self.guard_perturbation {
             for guard in &mut list {
                 let (shift, height) =
@@ -172,30 +175,6 @@ impl<T: Real> Run<T> {
         self.pending = vec![None; self.guards().len()];
         self.entered = [self.tip(), self.place.state.psi];
         self.unit = self.model.unit();
-    }
-
-    /// A mode or a tuning ends: what it lost so far.
-    fn leave(&mut self) {
-        let [rock, viscous] = self.losses(&self.place.state);
-        self.lost[0] = self.lost[0] + rock;
-        self.lost[1] = self.lost[1] + viscous;
-    }
-
-    /// Loss of the loading line and of the dashpot since the mode or tuning began.
-    fn losses(&self, state: &State<T>) -> [T; 2] {
-        let law = &self.model.scene.rock;
-        let [from, psi] = self.entered;
-        let one = T::from(1.0);
-        let rock = match self.mode.rock {
-            Rock::DFC | Rock::FC => {
-                let to = state.u[self.model.tip];
-                let factor =
-                    T::from(0.5) * (one - one / T::from(law.ratio)) * T::from(law.stiffness);
-                factor * (to - from) * (to + from - self.memory.ul - self.memory.ul)
-            }
-            _ => T::default(),
-        };
-        [rock, state.psi - psi]
     }
 
     /// Integrates through all `instants` (ascending), sampling at each, and does what the
@@ -229,7 +208,7 @@ impl<T: Real> Run<T> {
         Series::new(
             &self.model,
             (self.mode, &self.memory),
-            &self.inputs_now(),
+            (&self.inputs_now(), self.air.as_ref()),
             (&self.place.state, &self.place.works),
             self.accuracy.order,
             self.unit,
@@ -238,7 +217,9 @@ impl<T: Real> Run<T> {
 
     fn act(&mut self, action: &Action) {
         match action {
-            Action::Set(input, _) if self.chambers.is_some() && PRESSURES.contains(input) => {}
+            Action::Set(input, _)
+                if (self.chambers.is_some() || self.air.is_some()) && PRESSURES.contains(input) => {
+            }
             Action::Set(input, derivatives) => {
                 self.rebase();
                 let mut factor = T::from(1.0);
@@ -298,29 +279,21 @@ impl<T: Real> Run<T> {
         let forces = [contact, self.model.rock_force(mode, &memory, state)];
         let joints = self.model.joint_forces(mode, &state.u, &state.v);
         let energies = self.energies();
-        let force = self.model.driving(mode, &self.inputs_now())[0][0];
+        let force = self.drive_force();
+        let (pressures, taken) = (self.pressures(), self.place.works.air[4]);
         let state = state.clone();
-        self.samples.push(Sampled { time, mode, memory, state, forces, joints, force, energies });
-    }
-
-    fn energies(&self) -> Energies<T> {
-        let state = &self.place.state;
-        let [rock, viscous] = self.losses(state);
-        let stored = self.model.stored(self.mode, &self.memory, state);
-        let mut sums = Energies {
-            drive: self.place.works.drive,
-            gravity: self.fallen(state) - self.start[1],
-            feed: self.place.works.feed,
-            stored,
-            rock: self.lost[0] + rock,
-            viscous: self.lost[1] + viscous,
-            damping: T::default(),
-            retuned: self.lost[2],
-        };
-        let held = stored.iter().fold(-self.start[0], |sum, &part| sum + part);
-        let given = sums.drive + sums.gravity + sums.feed + sums.retuned;
-        sums.damping = given - held - sums.rock - sums.viscous;
-        sums
+        self.samples.push(Sampled {
+            time,
+            mode,
+            memory,
+            state,
+            forces,
+            joints,
+            force,
+            energies,
+            pressures,
+            taken,
+        });
     }
 
     /// One step, one transition, or the end of a chamber's line; true if `target` was reached.
@@ -357,6 +330,18 @@ impl<T: Real> Run<T> {
             self.pending = vec![None; self.guards().len()];
             return;
         }
+        if let Some(air) = &mut self.air {
+            let vr = self.model.quantity(Quantity::Relative, &self.place.state);
+            match event {
+                Event::Vent(vented) => air.vent(vented, vr, &mut self.place.works.air),
+                Event::End(inside) => air.end(inside, vr, &mut self.place.works.air),
+                Event::Port(..) | Event::Whole(..) => air.turn(event),
+                _ => return,
+            }
+            self.flow_anew();
+            self.pending = vec![None; self.guards().len()];
+            return;
+        }
         let (Event::Port(chamber, port, opens), Some(chambers)) = (event, &mut self.chambers)
         else {
             return;
@@ -374,9 +359,9 @@ impl<T: Real> Run<T> {
         self.steps += 1;
         let series = self.series();
         let remaining = (target - self.place.time) * T::from(1.0 / self.unit);
-        let reach = series.reach(self.accuracy);
-        let arrives = remaining.to_f64() <= reach;
-        let x = if arrives { remaining } else { T::from(reach) };
+        let (reach, change) = self.stride(&series);
+        let arrives = (remaining - reach).to_f64() <= 0.0;
+        let x = if arrives { remaining } else { reach };
         if let Some(crossing) = self.first_crossing(&series, x.to_f64()) {
             let now = crossing.1.time;
             if let Some((guard, place)) = self.decided(Some(crossing), now) {
@@ -387,7 +372,21 @@ impl<T: Real> Run<T> {
         let time = if arrives { target } else { self.place.time + x * T::from(self.unit) };
         let (state, works) = series.at(x);
         self.place = Place { time, state, works };
+        self.breathe();
+        if let Some(change) = change.filter(|_| !arrives) {
+            self.flow_as(change);
+        }
         Ok(arrives)
+    }
+
+    /// How far a series reaches, in units of time: to its accuracy, or to where a flow of air passes to
+    /// another formula, and which.
+    fn stride(&self, series: &Series<T>) -> (T, Option<(usize, Flow)>) {
+        let reach = series.reach(self.accuracy);
+        match series.air.as_ref().and_then(|air| air.change(reach)) {
+            Some((x, change)) => (x, Some(change)),
+            None => (T::from(reach), None),
+        }
     }
 
     /// The first transition of a step, if any; otherwise notes what is pending.
@@ -459,7 +458,8 @@ impl<T: Real> Run<T> {
                 let inputs = self.inputs_now();
                 let about = (self.mode, &self.memory);
                 let from = (state, &self.place.works);
-                let series = Series::new(&self.model, about, &inputs, from, 1, self.unit);
+                let given = (&inputs, self.air.as_ref());
+                let series = Series::new(&self.model, about, given, from, 1, self.unit);
                 series.quantity(&self.model, Quantity::TipSpeed)[1] * T::from(1.0 / self.unit)
             }
         };

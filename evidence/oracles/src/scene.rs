@@ -82,6 +82,37 @@ pub struct Port {
     pub shut: [f64; 2],
 }
 
+/// The air of two chambers; drive and return, or supply and exhaust.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AirLaw {
+    /// `A_drive` and `A_return`, m2.
+    pub areas: [f64; 2],
+    /// `V_d0` and `V_r0`, m3.
+    pub dead_volumes: [f64; 2],
+    /// `s`, m.
+    pub cylinder: f64,
+    /// Relative positions at which the ports begin to open: supply and exhaust of each chamber, m.
+    pub edges: [[f64; 2]; 2],
+    /// Travel from there to where they are wholly open, m.
+    pub height: f64,
+    /// Areas of a supply and of an exhaust, wholly open, m2.
+    pub ports: [f64; 2],
+    /// Discharge coefficient.
+    pub discharge: f64,
+    /// Opening between the chambers, m2.
+    pub leakage: f64,
+    /// Drag of the piston in its cylinder, N s/m.
+    pub drag: f64,
+    /// Temperature of the air outside, K.
+    pub temperature: f64,
+    /// Pressures of supply and exhaust, Pa.
+    pub outside: [f64; 2],
+    /// To what the air is known, relative: who integrates it to that solves another scene by as much.
+    pub error: f64,
+    /// What the pressures that act are off by, relative: 0, but where one shows what such an error does.
+    pub off: [f64; 2],
+}
+
 /// Where the force on the piston comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Drive {
@@ -106,6 +137,8 @@ pub enum Drive {
         /// Drive and return chamber; supply and exhaust of each.
         ports: [[Port; 2]; 2],
     },
+    /// The same, the pressures those of air that flows through ports.
+    Air(AirLaw),
 }
 
 impl Drive {
@@ -113,7 +146,7 @@ impl Drive {
     pub fn relay(&self) -> [f64; 2] {
         match *self {
             Self::Relay { amplitude, stroke } => [amplitude, stroke],
-            Self::Force | Self::Pressure { .. } | Self::Chambers { .. } => [0.0; 2],
+            _ => [0.0; 2],
         }
     }
 }

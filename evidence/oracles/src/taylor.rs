@@ -11,6 +11,7 @@
 //! and the works of the loads alike. `unit` is about the reciprocal of the fastest frequency,
 //! which keeps the coefficients far from overflow; a power of two, so that scaling is exact.
 
+use crate::air::{Air, AirSeries, Content};
 use crate::law::{Memory, Mode, Quantity, Rock, State};
 use crate::linear::Real;
 use crate::model::Model;
@@ -28,13 +29,15 @@ pub struct Accuracy {
 /// Tolerance of works over that of motion.
 const WORKS: f64 = 1e5;
 
-/// Works of the loads since the start, J.
+/// Works of the loads since the start, J, and the air in the chambers, which goes along with them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Works<T> {
     /// Of `F_A`.
     pub drive: T,
     /// Of the feed.
     pub feed: T,
+    /// Nothing without air.
+    pub air: Content<T>,
 }
 
 /// The inputs: rows of coefficients of `x^k` by [`Input`].
@@ -47,6 +50,8 @@ pub struct Series<T> {
     v: Vec<Vec<T>>,
     psi: Vec<T>,
     works: [Vec<T>; 2],
+    /// Of the air, if there is any.
+    pub air: Option<AirSeries<T>>,
 }
 
 /// `sum c_k x^k`.
@@ -66,7 +71,7 @@ pub fn shifted<T: Real>(c: &[T], x: T) -> Vec<T> {
 }
 
 /// Coefficient `k` of a product.
-fn product<T: Real>(a: &[T], b: &[T], k: usize) -> T {
+pub(crate) fn product<T: Real>(a: &[T], b: &[T], k: usize) -> T {
     let first = (k + 1).saturating_sub(b.len());
     (first..a.len().min(k + 1)).fold(T::default(), |sum, i| sum + a[i] * b[k - i])
 }
@@ -81,7 +86,7 @@ impl<T: Real> Series<T> {
     pub fn new(
         model: &Model<T>,
         (mode, memory): (Mode, &Memory<T>),
-        inputs: &Polynomials<T>,
+        (inputs, air): (&Polynomials<T>, Option<&Air>),
         (state, works): (&State<T>, &Works<T>),
         order: usize,
         unit: f64,
@@ -91,8 +96,12 @@ impl<T: Real> Series<T> {
             v: vec![state.v.clone()],
             psi: vec![state.psi],
             works: [vec![works.drive], vec![works.feed]],
+            air: air.map(|air| AirSeries::new(air, model.scene.anvil_area, &works.air)),
         };
-        let [force, pressing] = model.driving(mode, inputs);
+        let [mut force, mut pressing] = match air {
+            Some(_) => Default::default(),
+            None => model.driving(mode, inputs),
+        };
         let feed = &inputs[Input::Feed as usize];
         let nothing = vec![T::default(); model.nodes()];
         let (mut rate, mut load) = (nothing.clone(), model.standing(mode, memory));
@@ -100,6 +109,13 @@ impl<T: Real> Series<T> {
         let mut ways: [Vec<T>; 3] = std::array::from_fn(|_| Vec::new());
         for k in 0..order {
             let step = T::from(unit) / T::from((k + 1) as f64);
+            if let Some(air) = &mut series.air {
+                let gap = T::from(if k == 0 { model.scene.gap } else { 0.0 });
+                let [place, speed] = [&series.u[k], &series.v[k]].map(|x| model.mean_difference(x));
+                let [on_piston, on_bit] = air.grow([place - gap, speed], step);
+                force.push(on_piston);
+                pressing.push(on_bit);
+            }
             if k < force.len().max(feed.len()).max(pressing.len()) {
                 let of = |row: &[T]| row.get(k).copied().unwrap_or_default();
                 load[model.fed()] = load[model.fed()] + of(feed);
@@ -150,6 +166,10 @@ impl<T: Real> Series<T> {
         let works = WORKS * accuracy.tolerance;
         let motion = until(accuracy.tolerance, &|k| size(&self.u[k]))
             .min(until(accuracy.tolerance, &|k| size(&self.v[k])));
+        let contents = self.air.iter().flat_map(|air| &air.content);
+        let motion = contents.fold(motion, |least, row| {
+            least.min(until(accuracy.tolerance, &|k| row[k].to_f64().abs()))
+        });
         let rows = self.works.iter().chain([&self.psi]);
         rows.fold(motion, |least, row| least.min(until(works, &|k| row[k].to_f64().abs())))
     }
@@ -167,7 +187,8 @@ impl<T: Real> Series<T> {
         };
         let state = State { u: row(&self.u), v: row(&self.v), psi: horner(&self.psi, x) };
         let [drive, feed] = [0, 1].map(|i| horner(&self.works[i], x));
-        (state, Works { drive, feed })
+        let air = self.air.as_ref().map(|air| air.content.each_ref().map(|row| horner(row, x)));
+        (state, Works { drive, feed, air: air.unwrap_or_default() })
     }
 
     /// The polynomial of a watched quantity.

@@ -168,7 +168,9 @@ pub fn translated_actions(start: &Parameters, schedule: &[(f64, Action)]) -> Sch
         Input::DriveForce => scene::Input::Force,
         Input::DrivePressure => scene::Input::DrivePressure,
         Input::ReturnPressure => scene::Input::ReturnPressure,
-        Input::SupplyPressure | Input::ExhaustPressure => panic!("{}", crate::scene::NO_AIR),
+        Input::SupplyPressure | Input::ExhaustPressure => {
+            unreachable!("a drawn script leaves what is outside the chambers alone")
+        }
     };
     let translated = |action: &Action| match action {
         Action::Set(which, derivatives) => scene::Action::Set(input(which), derivatives.clone()),

@@ -66,6 +66,13 @@ pub fn unknowns(p: &Parameters) -> usize {
     of(Body::Piston) + of(Body::Bit)
 }
 
+/// Mass of air that both chambers hold at most, kg, at this pressure.
+pub fn air(p: &Parameters, pressure: f64) -> f64 {
+    let swept = (p.drive.area_drive + p.drive.area_return) * p.air.cylinder;
+    let volume = p.air.drive.dead_volume + p.air.returning.dead_volume + swept;
+    pressure * volume / (287.05 * p.air.temperature)
+}
+
 /// Largest forces of chambers on the piston, up or down, and on what it strikes, N.
 pub fn largest_push(p: &Parameters) -> [f64; 2] {
     let of = |law: &ChamberLaw| {

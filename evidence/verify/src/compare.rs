@@ -7,10 +7,16 @@
 //! double precision can know; where they take different events the comparison ends. Up to
 //! there the engine must take the same events, and everything that it shows may differ by
 //! [`FACTOR`] times what the perturbed runs do, and by rounding of the largest number of its
-//! kind so far.
+//! kind so far. Of air, which the engine integrates to a stated error, every number is off by as much as
+//! that in these runs, and what the chambers hold may differ by [`FACTOR`] times that.
+//! Of the force of a window of `h` what is left out has no mean there, so that it may be `(T/h)^2` times the
+//! error, `T` being the time of a stroke, and move a speed inside by `T/h` times that: for `T/h` up to
+//! [`FACTOR`].
 
 use crate::actions::{self, Action};
-use crate::observables::{OBSERVABLES, Observed, Scales, of_engine, of_reference};
+use crate::observables::{
+    AIR, FORCE, OBSERVABLES, Observed, SPEED, Scales, of_engine, of_reference,
+};
 use crate::random_scene::RandomScene;
 use crate::scene;
 use hammer::{Error, Machine};
@@ -366,7 +372,14 @@ fn judge(
             let apart = |other: &Trajectory| (other.observed[i][q] - known).abs();
             let spread = others.iter().map(apart).fold(0.0, f64::max);
             let error = (engine.observed[i][q] - known).abs();
-            let allowed = FACTOR * spread + rounding * scales.of(kind);
+            let mut allowed = FACTOR * spread + rounding * scales.of(kind);
+            let part = match kind {
+                FORCE => FACTOR * FACTOR,
+                SPEED => FACTOR,
+                kind if kind >= AIR => FACTOR,
+                _ => 0.0,
+            };
+            allowed += part * scales.air_error * scales.of(kind);
             if error > allowed {
                 let basis = engine.mismatch * (1 + before) as f64 * scales.of(kind);
                 found.rough = found.rough.max((error - allowed) / basis);

@@ -29,6 +29,7 @@ pub mod monitor;
 mod observables;
 pub mod order;
 pub mod properties;
+mod random_air;
 pub mod random_scene;
 pub mod reference;
 pub mod report;

@@ -3,7 +3,7 @@
 use crate::bodies;
 use crate::random_scene::RandomScene;
 use crate::scene::is_loose;
-use hammer::Machine;
+use hammer::{Machine, Source};
 use oracles::dd::Dd;
 use oracles::law::{Event, Quantity};
 use oracles::linear::Real;
@@ -11,7 +11,7 @@ use oracles::record::Sampled;
 use oracles::run::Run;
 
 /// What is compared at an instant; its kind says which numbers it is measured by.
-pub(crate) const OBSERVABLES: [(&str, usize); 27] = [
+pub(crate) const OBSERVABLES: [(&str, usize); 30] = [
     ("piston_position", 0),
     ("bit_position", 0),
     ("bit_tip_position", 0),
@@ -39,7 +39,17 @@ pub(crate) const OBSERVABLES: [(&str, usize); 27] = [
     ("chuck_force", 2),
     ("relative_position", 4),
     ("relative_velocity", 1),
+    ("drive_chamber_pressure", 5),
+    ("return_chamber_pressure", 5),
+    ("air_mass", 6),
 ];
+
+/// The kinds of numbers that are speeds and forces.
+pub(crate) const SPEED: usize = 1;
+pub(crate) const FORCE: usize = 2;
+
+/// The first kind of number that is the air's own.
+pub(crate) const AIR: usize = 5;
 
 /// Where the casing's are among them.
 const CASING: usize = 22;
@@ -59,6 +69,10 @@ pub(crate) struct Scales {
     speed: f64,
     force: f64,
     energy: f64,
+    /// Of the air: pressure, Pa, mass in both chambers, kg, and to what it is known, relative.
+    pressure: f64,
+    air: f64,
+    pub(crate) air_error: f64,
     viscosity: f64,
     /// Of the springs that hold the bit, N/m, and how far it has been moved, or the casing.
     spring: f64,
@@ -103,7 +117,28 @@ impl Scales {
         }
         let (bit, force) = (load * bars, load + viscosity * speed);
         let (energy, guards) = (load * place, p.resolutions());
-        Self { place, drift, speed, force, energy, viscosity, spring, bit, mass, guards }
+        let (pressure, air, air_error) = match p.drive.source {
+            Source::Air => {
+                let most = case.inputs.supply_pressure.max(case.inputs.exhaust_pressure);
+                (most, bodies::air(p, most), p.air.error)
+            }
+            _ => (0.0, 0.0, 0.0),
+        };
+        Self {
+            place,
+            drift,
+            speed,
+            force,
+            energy,
+            pressure,
+            air,
+            air_error,
+            viscosity,
+            spring,
+            bit,
+            mass,
+            guards,
+        }
     }
 
     /// Takes what is shown into account.
@@ -113,7 +148,9 @@ impl Scales {
                 0 | 4 => &mut self.place,
                 1 => &mut self.speed,
                 2 => &mut self.force,
-                _ => &mut self.energy,
+                3 => &mut self.energy,
+                5 => &mut self.pressure,
+                _ => &mut self.air,
             };
             *scale = scale.max(value.abs());
         }
@@ -125,7 +162,8 @@ impl Scales {
     }
 
     pub(crate) fn of(&self, kind: usize) -> f64 {
-        [self.place, self.speed, self.force, self.energy, self.place + self.drift][kind]
+        let Self { place, drift, speed, force, energy, pressure, air, .. } = *self;
+        [place, speed, force, energy, place + drift, pressure, air][kind]
     }
 
     /// What the engine's guards resolve of a kind: a place, a speed, the force of the springs and
@@ -133,7 +171,9 @@ impl Scales {
     pub(crate) fn resolved(&self, kind: usize) -> f64 {
         let [place, speed] = self.guards;
         let energy = self.force * place + self.mass * self.speed * speed;
-        [place, speed, self.spring * place + self.viscosity * speed, energy, place][kind]
+        let force = self.spring * place + self.viscosity * speed;
+        // Guards resolve nothing of the air.
+        [place, speed, force, energy, place, 0.0, 0.0][kind]
     }
 
     /// The kind of number that a guard is which announces this event.
@@ -141,7 +181,7 @@ impl Scales {
         match event {
             Event::Close | Event::Open | Event::Q1 | Event::Q5 | Event::LiftOff => 0,
             Event::Q9 | Event::Q10 | Event::Port(..) | Event::Level(_) => 0,
-            Event::Joint(..) | Event::Vent(_) => 0,
+            Event::Whole(..) | Event::End(_) | Event::Joint(..) | Event::Vent(_) => 0,
             Event::Q2 | Event::Q4 | Event::Q6 | Event::Q7 | Event::Q8 => 1,
             Event::Q3 => 3,
         }
@@ -196,6 +236,9 @@ pub(crate) fn exactly(run: &Run<Dd>, sample: &Sampled<Dd>) -> [Dd; OBSERVABLES.l
         chuck,
         model.quantity(Quantity::Relative, state),
         model.mean_difference(&state.v),
+        sample.pressures[0],
+        sample.pressures[1],
+        sample.taken,
     ]
 }
 
@@ -230,12 +273,17 @@ pub(crate) fn of_engine(machine: &Machine) -> Observed {
     observables[MOTIONS] = k.applied_drive_force;
     // All but the residual.
     observables[MOTIONS + 1..CASING].copy_from_slice(&e.values()[..11]);
+    let is_air = machine.parameters().drive.source == Source::Air;
+    let pressures = machine.chamber_pressures().map(|[p, _]| if is_air { p } else { 0.0 });
     observables[CASING..].copy_from_slice(&[
         k.casing_position,
         k.casing_velocity,
         k.chuck_force,
         k.relative_position,
         k.relative_velocity,
+        pressures[0],
+        pressures[1],
+        machine.air_mass()[0],
     ]);
     observables
 }

@@ -7,7 +7,8 @@
 use crate::bodies;
 use crate::hard::trajectory;
 use crate::monitor::{Monitored, Violation};
-use crate::random_scene::{RandomScene, heavier, larger, meshed, mixed};
+use crate::random_scene::{RandomScene, meshed, mixed};
+use crate::scaling::{heavier, larger};
 use crate::scene::is_loose;
 use hammer::{Body, Error, Kinematics, Machine, Parameters, State, WorkLimit};
 use proptest::strategy::{BoxedStrategy, Strategy};
@@ -74,14 +75,23 @@ pub fn refusal(case: &RandomScene, error: &Error) -> Option<&'static str> {
             (fastest_rate(case) > CHATTER).then_some(REFUSALS[0])
         }
         Error::Spectrum { .. } => case.parameters.has_casing().then_some(REFUSALS[1]),
+        Error::Air { place, range: [top, bottom], .. } => {
+            let least = (place - top).min(bottom - place);
+            (least < EMPTY * (bottom - top)).then_some(REFUSALS[2])
+        }
         _ => None,
     }
 }
 
+/// Part of the piston's way to where a chamber has no volume, from where on it is refused: its air is more than
+/// a hundred thousand times as dense as at the start.
+const EMPTY: f64 = 1e-6;
+
 /// The refusals that are accepted, in words.
-pub const REFUSALS: [&str; 2] = [
+pub const REFUSALS: [&str; 3] = [
     "overwork, where a node can move at 1e7/s",
     "modes of piston, bit and casing joined not found to working accuracy",
+    "a chamber of air left without volume",
 ];
 
 /// How a property ended on a scene.

@@ -2,6 +2,7 @@
 
 use crate::actions::{Action, Actions, actions};
 use crate::bodies;
+use crate::random_air::{AirRow, air, set_air};
 use hammer::parameters::{
     Bit, Casing, ChamberLaw, ChamberLaws, ChuckLaw, Contact, Drive, FASTEST_WAVE, MAX_DEGREE,
     Material, Mesh, Piston, PortLaw, Rock, SOFTEST_JOINT,
@@ -47,7 +48,12 @@ impl RandomScene {
                 let push = down * p.drive.area_drive - up * p.drive.area_return;
                 [push.abs(), (up * p.drive.anvil_area).abs()]
             }
-            Source::Chambers | Source::Air => bodies::largest_push(p),
+            Source::Chambers => bodies::largest_push(p),
+            Source::Air => {
+                let most = i.supply_pressure.max(i.exhaust_pressure);
+                let [down, up] = [p.drive.area_drive, p.drive.area_return].map(|area| most * area);
+                [down.max(up), up]
+            }
         }
     }
 
@@ -97,12 +103,12 @@ impl RandomScene {
     }
 }
 
-fn log(low: f64, high: f64) -> impl Strategy<Value = f64> + Clone {
+pub(crate) fn log(low: f64, high: f64) -> impl Strategy<Value = f64> + Clone {
     (low.ln()..high.ln()).prop_map(f64::exp)
 }
 
 /// Log-uniform, or zero one time in six.
-fn or_zero(low: f64, high: f64) -> impl Strategy<Value = f64> + Clone {
+pub(crate) fn or_zero(low: f64, high: f64) -> impl Strategy<Value = f64> + Clone {
     prop_oneof![1 => Just(0.0), 5 => log(low, high)]
 }
 
@@ -326,7 +332,7 @@ fn around() -> impl Strategy<Value = (Option<CasingRow>, Option<StringRow>)> {
 }
 
 /// Most that the feed has to spare where it holds a casing or a string down, N.
-const MOST_HELD: f64 = 2e4;
+pub(crate) const MOST_HELD: f64 = 2e4;
 
 /// Any scene, with everything that may occur together: any drive, rock that is reloaded in either way, a
 /// casing, a drill string, and what is done to it.
@@ -337,19 +343,32 @@ const MOST_HELD: f64 = 2e4;
 /// drilling cycle begins, so that retuning the rock begins one at no speed, and rounding decides what
 /// comes next.
 pub fn mixed() -> impl Strategy<Value = RandomScene> {
-    let source = prop::sample::select(
-        Source::ALL.into_iter().filter(|s| *s != Source::Air).collect::<Vec<_>>(),
-    );
+    let others = Source::ALL.into_iter().filter(|source| *source != Source::Air).collect();
+    mixed_by(others, Just(None))
+}
+
+/// The same, driven by air.
+pub fn airy() -> impl Strategy<Value = RandomScene> {
+    mixed_by(vec![Source::Air], air().prop_map(Some))
+}
+
+fn mixed_by(
+    sources: Vec<Source>,
+    air: impl Strategy<Value = Option<AirRow>>,
+) -> impl Strategy<Value = RandomScene> {
+    let source = prop::sample::select(sources);
     let pressures = (signed(1e3, 1e8), signed(1e3, 1e8));
     let areas = (or_zero(1e-5, 1e-1), or_zero(1e-5, 1e-1), or_zero(1e-5, 1e-1));
     let strike = prop::option::weighted(0.8, (log(0.1, 20.0), or_zero(1e-3, 0.5)));
     let held = prop::option::weighted(0.75, log(1.0, MOST_HELD));
     let drive = (source, pressures, areas, ports());
     let reloads = prop::bool::weighted(0.25);
-    (meshed(), drive, reloads, around(), strike, held).prop_flat_map(
-        |(mut case, (source, pressures, areas, ports), reloads, (casing, string), strike, held)| {
+    (meshed(), drive, reloads, around(), strike, (held, air)).prop_flat_map(
+        |(mut case, (source, pressures, areas, ports), reloads, (casing, string), strike, last)| {
+            let (held, air) = last;
             let p = &mut case.parameters;
-            p.drive.source = source;
+            // Air comes in when the bodies are what they are.
+            p.drive.source = if air.is_some() { Source::Force } else { source };
             (p.drive.area_drive, p.drive.area_return, p.drive.anvil_area) = areas;
             (case.inputs.drive_pressure, case.inputs.return_pressure) = pressures;
             if reloads {
@@ -365,6 +384,9 @@ pub fn mixed() -> impl Strategy<Value = RandomScene> {
             }
             if source == Source::Chambers {
                 set_ports(&mut case, &ports);
+            }
+            if let Some(air) = air {
+                set_air(&mut case, air, string.is_some());
             }
             let (cased, loose) = (casing.is_some(), string.is_some());
             if let Some(casing) = casing {
@@ -413,70 +435,3 @@ fn coarsen(p: &mut Parameters) {
 
 /// Elements of a drawn drill string: the reference pays for each.
 const MOST_ELEMENTS: usize = 40;
-
-/// The scene with every mass, stiffness, viscosity, force and `WR` times `a`.
-pub fn heavier(case: &RandomScene, a: f64) -> RandomScene {
-    let mut d = case.clone();
-    let p = &mut d.parameters;
-    // Through the section: density and modulus keep the waves' speed.
-    p.cross_section *= a;
-    let segments = p.piston.segment.iter_mut().chain(&mut p.bit.segment);
-    let segments = segments.chain(&mut p.casing.segment);
-    segments.for_each(|segment| segment.area *= a);
-    for x in [
-        &mut p.contact.stiffness,
-        &mut p.rock.stiffness,
-        &mut p.rock.viscosity,
-        &mut p.rock.energy_barrier,
-        &mut p.drive.amplitude,
-        &mut p.drive.area_drive,
-        &mut p.drive.area_return,
-        &mut p.drive.anvil_area,
-        &mut p.casing.mass,
-        &mut p.casing.impedance,
-        &mut p.chuck.stiffness,
-        &mut p.chuck.viscosity,
-        &mut p.drill.shank.area,
-        &mut p.drill.rod.area,
-        &mut p.drill.coupling.area,
-        &mut p.drill.joint.stiffness,
-        &mut d.inputs.feed_force,
-        &mut d.inputs.drive_force,
-    ] {
-        *x *= a;
-    }
-    d
-}
-
-/// The scene with every displacement, velocity and force times `b`, and `WR` times `b^2`.
-pub fn larger(case: &RandomScene, b: f64) -> RandomScene {
-    let mut d = case.clone();
-    let p = &mut d.parameters;
-    p.rock.energy_barrier *= b * b;
-    for chamber in [&mut p.chambers.drive, &mut p.chambers.returning] {
-        for port in [&mut chamber.supply, &mut chamber.exhaust] {
-            port.position *= b;
-            port.open_pressure *= b;
-            port.shut_pressure *= b;
-        }
-    }
-    for x in [
-        &mut p.piston.initial_velocity,
-        &mut p.contact.initial_gap,
-        &mut p.rock.standstill_speed,
-        &mut p.rock.standstill_penetration,
-        &mut p.drive.amplitude,
-        &mut p.drive.stroke,
-        &mut p.chuck.travel,
-        &mut p.chuck.idle_travel,
-        &mut p.drill.joint.slack,
-        &mut p.gravity,
-        &mut d.inputs.feed_force,
-        &mut d.inputs.drive_force,
-        &mut d.inputs.drive_pressure,
-        &mut d.inputs.return_pressure,
-    ] {
-        *x *= b;
-    }
-    d
-}

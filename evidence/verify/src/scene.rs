@@ -48,9 +48,6 @@ pub fn is_loose(p: &Parameters) -> bool {
     p.drill.rods > 0 && p.drill.joint.stiffness > 0.0
 }
 
-/// Series do not follow a gas: air has evidence of its own.
-pub const NO_AIR: &str = "the oracle of drawn scenes knows no air";
-
 /// The finite element hammer of a scene.
 pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
     let mut bodies = vec![body(p, Part::Piston)];
@@ -94,13 +91,16 @@ pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
                 ports: [p.chambers.drive, p.chambers.returning]
                     .map(|chamber| [chamber.supply, chamber.exhaust].map(port)),
             },
-            Source::Air => panic!("{NO_AIR}"),
+            Source::Air => scene::Drive::Air(air(p, inputs)),
             Source::Force => scene::Drive::Force,
             Source::Pressure => {
                 scene::Drive::Pressure { areas: [p.drive.area_drive, p.drive.area_return] }
             }
         },
-        anvil_area: p.drive.anvil_area,
+        anvil_area: match p.drive.source {
+            Source::Air => p.drive.area_return,
+            _ => p.drive.anvil_area,
+        },
         gravity: p.gravity,
         inputs: [
             inputs.feed_force,
@@ -122,6 +122,26 @@ pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
             idle_travel: p.chuck.idle_travel,
         }),
         resolutions: p.resolutions(),
+    }
+}
+
+fn air(p: &Parameters, inputs: &InputValues) -> scene::AirLaw {
+    let law = &p.air;
+    let chambers = [law.drive, law.returning];
+    scene::AirLaw {
+        areas: [p.drive.area_drive, p.drive.area_return],
+        dead_volumes: chambers.map(|chamber| chamber.dead_volume),
+        cylinder: law.cylinder,
+        edges: chambers.map(|chamber| [chamber.supply, chamber.exhaust]),
+        height: law.port_height,
+        ports: [law.supply_area, law.exhaust_area],
+        discharge: law.discharge,
+        leakage: law.leakage_area,
+        drag: law.drag,
+        temperature: law.temperature,
+        outside: [inputs.supply_pressure, inputs.exhaust_pressure],
+        error: law.error,
+        off: [0.0; 2],
     }
 }
 
@@ -220,7 +240,10 @@ pub fn event(record: &Record, cased: bool) -> law::Event {
         hammer::Event::Port { chamber, port, opens } => {
             Event::Port(place(chamber), usize::from(port == Port::Exhaust), opens)
         }
-        hammer::Event::Opening { .. } | hammer::Event::End(_) => panic!("{NO_AIR}"),
+        hammer::Event::Opening { chamber, port, full } => {
+            Event::Whole(place(chamber), usize::from(port == Port::Exhaust), full)
+        }
+        hammer::Event::End(inside) => Event::End(inside),
         hammer::Event::Level(chamber) => Event::Level(place(chamber)),
         hammer::Event::Tie(Tie::Joint(joint), to) => {
             Event::Joint(usize::from(joint) + usize::from(cased), side(to))

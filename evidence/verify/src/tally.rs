@@ -65,6 +65,8 @@ pub enum Kind {
     Still,
     /// Everything that may occur together, and a script.
     Mixed,
+    /// The same, driven by air.
+    Air,
 }
 
 impl Kind {
@@ -72,6 +74,7 @@ impl Kind {
         match self {
             Self::Still => random_scene::meshed().boxed(),
             Self::Mixed => random_scene::mixed().boxed(),
+            Self::Air => random_scene::airy().boxed(),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Where a hammer starts.
 
 use super::Model;
+use crate::air::Air;
 use crate::chambers::Chambers;
 use crate::law::{Memory, Mode, Rock, Side, State};
 use crate::linear::Real;
@@ -24,7 +25,15 @@ impl<T: Real> Model<T> {
         mode.joints[..self.joints.len()].fill(Side::Pressed);
         // The piston hangs free: the drive's reaction lifts a casing.
         let mut dead = self.weight.clone();
-        self.push(&mut dead, &self.driving(mode, &inputs).map(|force| force[0]));
+        let vr = -T::from(self.scene.gap);
+        let forces = match Air::start(&self.scene, vr) {
+            Some(air) => {
+                let motion = [vr, T::from(self.scene.bodies[0].velocity)];
+                air.drive(self.scene.anvil_area, &air.filled(vr, zero), motion)
+            }
+            None => self.driving(mode, &inputs).map(|force| force[0]),
+        };
+        self.push(&mut dead, &forces);
         dead[self.fed()] = dead[self.fed()] + inputs[Input::Feed as usize][0];
         let sum = |forces: &[T]| forces.iter().fold(zero, |sum, &f| sum + f);
         let load = sum(&dead[self.bit..]);

@@ -43,15 +43,18 @@ impl<T: Real> Run<T> {
             }
             let ahead = ahead.get_or_insert_with(|| self.clone());
             let series = ahead.series();
-            let x = series.reach(ahead.accuracy);
-            let next = ahead.first_crossing(&series, x);
+            let (x, change) = ahead.stride(&series);
+            let next = ahead.first_crossing(&series, x.to_f64());
             found = match (next, found) {
                 (Some(next), Some(found)) if !precedes(&next, &found) => Some(found),
                 (next, found) => next.filter(|(_, place)| is_open(place)).or(found),
             };
-            let (state, works) = series.at(T::from(x));
-            let time = ahead.place.time + T::from(x * ahead.unit);
+            let (state, works) = series.at(x);
+            let time = ahead.place.time + x * T::from(ahead.unit);
             ahead.place = Place { time, state, works };
+            if let Some(change) = change {
+                ahead.flow_as(change);
+            }
         }
         self.dropped = self.near_miss();
         found

@@ -1,0 +1,48 @@
+//! A run's air: what it presses with, and how it flows.
+
+use super::Run;
+use crate::air::Flow;
+use crate::chambers::PRESSURES;
+use crate::law::Quantity;
+use crate::linear::Real;
+
+impl<T: Real> Run<T> {
+    /// Pressures of the chambers of air, Pa; zeros without.
+    pub(super) fn pressures(&self) -> [T; 2] {
+        let vr = self.model.quantity(Quantity::Relative, &self.place.state);
+        let of = |air: &crate::air::Air| air.pressures(&self.place.works.air, vr);
+        self.air.as_ref().map_or([T::default(); 2], of)
+    }
+
+    /// The drive's force on the piston, N.
+    pub(super) fn drive_force(&self) -> T {
+        let state = &self.place.state;
+        let Some(air) = &self.air else {
+            return self.model.driving(self.mode, &self.inputs_now())[0][0];
+        };
+        let vr = self.model.quantity(Quantity::Relative, state);
+        let motion = [vr, self.model.mean_difference(&state.v)];
+        air.drive(self.model.scene.anvil_area, &self.place.works.air, motion)[0]
+    }
+
+    /// Writes what the air's pressures exceed the exhaust's by as the inputs that stand for them.
+    pub(super) fn breathe(&mut self) {
+        let Some(air) = &self.air else { return };
+        let exhaust = T::from(air.exhaust());
+        for (input, pressure) in PRESSURES.into_iter().zip(self.pressures()) {
+            self.inputs[input as usize] = vec![pressure - exhaust];
+        }
+    }
+
+    /// A port or the vent has turned: formulas by the present pressures.
+    pub(super) fn flow_anew(&mut self) {
+        let pressures = self.pressures();
+        self.air.iter_mut().for_each(|air| air.classify(pressures));
+        self.breathe();
+    }
+
+    /// A flow passes to another formula.
+    pub(super) fn flow_as(&mut self, change: (usize, Flow)) {
+        self.air.iter_mut().for_each(|air| air.change(change));
+    }
+}

@@ -1,0 +1,93 @@
+//! Air drawn for a scene.
+
+use crate::bodies;
+use crate::random_scene::{MOST_HELD, RandomScene, log, or_zero};
+use hammer::{AirChamber, AirLaw, Fidelity, Source};
+use proptest::prelude::*;
+
+/// What air is drawn by: lengths, areas and volumes in parts of others.
+#[derive(Clone, Debug)]
+pub(crate) struct AirRow {
+    /// Rigid bodies, whose blows the reference follows furthest.
+    rigid: bool,
+    /// Gap, m; faces over the section, and the return's over the drive's.
+    size: (f64, f64, f64),
+    /// Dead volumes over what the face sweeps through the gap; the cylinder's travel beyond it; height of
+    /// the ports; all over the gap.
+    shares: [f64; 4],
+    /// Edges over the gap.
+    edges: Vec<f64>,
+    /// Supply, exhaust and leak over the smaller face.
+    openings: [f64; 3],
+    /// Discharge, and drag over the piston's mass, 1/s.
+    losses: (f64, f64),
+    /// Temperature, K, and pressures outside, Pa.
+    outside: [f64; 3],
+    error: f64,
+}
+
+pub(crate) fn air() -> impl Strategy<Value = AirRow> {
+    let shares = [log(0.02, 1.0), log(0.02, 1.0), log(0.02, 2.0), log(0.01, 0.3)];
+    let edges = prop::collection::vec(0.02..1f64, 4);
+    let openings = [or_zero(1e-3, 0.3), or_zero(1e-3, 0.3), or_zero(1e-5, 1e-2)];
+    let outside = [log(200.0, 600.0), log(1e5, 1e7), log(1e4, 1e6)];
+    let losses = (log(0.1, 1.0), or_zero(1e-3, 10.0));
+    let size = (log(1e-3, 0.3), log(0.03, 1.0), log(0.5, 2.0));
+    let rest = (any::<bool>(), log(1e-11, 1e-8));
+    (rest, size, shares, edges, openings, losses, outside).prop_map(
+        |((rigid, error), size, shares, edges, openings, losses, outside)| AirRow {
+            rigid,
+            size,
+            shares,
+            edges,
+            openings,
+            losses,
+            outside,
+            error,
+        },
+    )
+}
+
+/// Air for a scene, whose gap is wide enough that the bodies do not fill it where their loads strain them.
+pub(crate) fn set_air(case: &mut RandomScene, row: AirRow, loose: bool) {
+    let [drive_dead, return_dead, beyond, height] = row.shares;
+    let (gap, face, ratio) = row.size;
+    let [temperature, supply, exhaust] = row.outside;
+    let p = &mut case.parameters;
+    if row.rigid && !loose {
+        p.fidelity = Fidelity::Rigid;
+    }
+    p.drive.source = Source::Air;
+    p.drive.area_drive = face * p.cross_section;
+    p.drive.area_return = ratio * p.drive.area_drive;
+    (case.inputs.supply_pressure, case.inputs.exhaust_pressure) = (supply, exhaust);
+    let strained =
+        (case.loads().iter().sum::<f64>() + MOST_HELD) * bodies::compliance(&case.parameters);
+    let gap = gap.max(4.0 * strained);
+    // Without a load rounding decides whether the bit stands.
+    if case.inputs.feed_force == 0.0 {
+        case.inputs.feed_force = 1.0;
+    }
+    let p = &mut case.parameters;
+    p.contact.initial_gap = gap;
+    let chamber = |dead: f64, area: f64, k: usize| AirChamber {
+        dead_volume: dead * gap * area,
+        supply: -gap * row.edges[k],
+        exhaust: -gap * row.edges[k + 1],
+    };
+    let [supply_area, exhaust_area, leakage_area] =
+        row.openings.map(|part| part * p.drive.area_drive.min(p.drive.area_return));
+    p.air = AirLaw {
+        drive: chamber(drive_dead, p.drive.area_drive, 0),
+        returning: chamber(return_dead, p.drive.area_return, 2),
+        cylinder: (1.0 + beyond) * gap,
+        port_height: height * gap,
+        supply_area,
+        exhaust_area,
+        discharge: row.losses.0,
+        leakage_area,
+        drag: row.losses.1 * p.piston_mass(),
+        temperature,
+        error: row.error,
+    };
+}
