@@ -10,12 +10,12 @@
 //! kind so far. Of air, which the engine integrates to a stated error, every number is off by as much as
 //! that in these runs, and what the chambers hold may differ by [`FACTOR`] times that.
 //! Of the force of a window of `h` what is left out has no mean there, so that it may be `(T/h)^2` times the
-//! error, `T` being the time of a stroke, and move a speed inside by `T/h` times that: for `T/h` up to
-//! [`FACTOR`].
+//! error, `T` being the time of a stroke; it moves a speed inside by `T/h` times the error, a place by once:
+//! for `T/h` up to [`FACTOR`], and energies like speeds.
 
 use crate::actions::{self, Action};
 use crate::observables::{
-    AIR, FORCE, OBSERVABLES, Observed, SPEED, Scales, of_engine, of_reference,
+    FORCE, OBSERVABLES, Observed, PLACE, RELATIVE, Scales, of_engine, of_reference,
 };
 use crate::random_scene::RandomScene;
 use crate::scene;
@@ -375,9 +375,8 @@ fn judge(
             let mut allowed = FACTOR * spread + rounding * scales.of(kind);
             let part = match kind {
                 FORCE => FACTOR * FACTOR,
-                SPEED => FACTOR,
-                kind if kind >= AIR => FACTOR,
-                _ => 0.0,
+                PLACE | RELATIVE => 1.0,
+                _ => FACTOR,
             };
             allowed += part * scales.air_error * scales.of(kind);
             if error > allowed {

@@ -44,12 +44,10 @@ pub(crate) const OBSERVABLES: [(&str, usize); 30] = [
     ("air_mass", 6),
 ];
 
-/// The kinds of numbers that are speeds and forces.
-pub(crate) const SPEED: usize = 1;
+/// Kinds of numbers: places, forces, places that a casing's is a part of.
+pub(crate) const PLACE: usize = 0;
 pub(crate) const FORCE: usize = 2;
-
-/// The first kind of number that is the air's own.
-pub(crate) const AIR: usize = 5;
+pub(crate) const RELATIVE: usize = 4;
 
 /// Where the casing's are among them.
 const CASING: usize = 22;
