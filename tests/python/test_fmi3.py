@@ -157,7 +157,8 @@ def test_terminals_are_valid_and_of_variables_that_there_are(either: Path) -> No
         ]
         for terminal in terminals.iter("Terminal")
     }
-    assert kinds == {"drive": ["input"] * 2 + ["output"] * 2, "feed": ["input", "output"]}
+    pair = ["input", "output"]
+    assert kinds == {"drive": ["input"] * 2 + ["output"] * 2, "air": pair, "feed": pair}
     # By the rule "plug", members are connected by name.
     for member in terminals.iter("TerminalMemberVariable"):
         assert member.get("memberName") == member.get("variableName")

@@ -273,7 +273,7 @@ impl Air {
     fn sides(&self, path: usize) -> [Side; 2] {
         match path {
             4 => [Side::Chamber(0), Side::Chamber(1)],
-            _ if path % 2 == 0 => [Side::Outside(0), Side::Chamber(path / 2)],
+            _ if path.is_multiple_of(2) => [Side::Outside(0), Side::Chamber(path / 2)],
             _ => [Side::Chamber(path / 2), Side::Outside(1)],
         }
     }
