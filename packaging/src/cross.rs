@@ -5,7 +5,7 @@
 //! here, from the sources that Debian's package of it brings: a rustup toolchain may have
 //! no way to fetch them.
 
-use crate::library::{Binary, cargo, compile, output};
+use crate::binary::{Binary, cargo, compile, output};
 use crate::licenses::{self, License};
 use crate::{About, Failure, inspect, tell};
 use dth_hammer::MODEL_IDENTIFIER;

@@ -1,7 +1,7 @@
 //! `documentation/index.html`, from its template and the variable table.
 
 use crate::Standard;
-use crate::library::Binary;
+use crate::binary::Binary;
 use crate::licenses::License;
 use dth_hammer::category::Category;
 use dth_hammer::waves;

@@ -1,16 +1,13 @@
-//! Builds the shared library with the same cargo that runs this program.
+//! Builds the shared library for this machine.
 
-use crate::archive::File;
+use crate::binary::{Binary, cargo, compile};
 #[cfg(unix)]
 use crate::cross;
 use crate::licenses::License;
-use crate::{About, Failure, Standard, inspect};
+use crate::{Failure, inspect};
 use dth_hammer::MODEL_IDENTIFIER;
-use serde::Deserialize;
-use std::ffi::OsStr;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::{env, fs};
+use std::env;
+use std::path::Path;
 
 /// What the machine that this runs on is called in the names of folders: in FMI 2.0, in FMI 3.0.
 const PLATFORM: [&str; 2] = if cfg!(target_os = "windows") {
@@ -20,72 +17,6 @@ const PLATFORM: [&str; 2] = if cfg!(target_os = "windows") {
 } else {
     ["linux64", "linux"]
 };
-
-/// One line of `cargo build --message-format=json`, as far as it matters here.
-#[derive(Deserialize)]
-struct Message {
-    reason: String,
-    target: Option<Target>,
-    #[serde(default)]
-    filenames: Vec<PathBuf>,
-}
-
-#[derive(Deserialize)]
-struct Target {
-    name: String,
-}
-
-/// Cargo, the one that started us.
-pub fn cargo(root: &Path) -> Command {
-    let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command.current_dir(root);
-    command
-}
-
-/// What a program prints.
-///
-/// # Errors
-/// If it cannot be run or does not succeed; what it says to the user is shown as it goes.
-pub fn output(command: &mut Command) -> Result<Vec<u8>, Failure> {
-    let program = format!("{command:?}");
-    let fail = |reason: String| Failure::Program { program: program.clone(), reason };
-    let output = command
-        .stdin(Stdio::null())
-        .stderr(Stdio::inherit())
-        .output()
-        .map_err(|error| fail(error.to_string()))?;
-    if output.status.success() { Ok(output.stdout) } else { Err(fail(output.status.to_string())) }
-}
-
-/// A shared library for some machine.
-pub struct Binary {
-    /// Where it is in an archive of FMI 2.0.
-    pub place: String,
-    /// Its folders in an archive of FMI 3.0: processor and system.
-    pub folders: Vec<String>,
-    /// What runs it.
-    pub runs_on: String,
-    /// Content.
-    pub bytes: Vec<u8>,
-}
-
-impl Binary {
-    /// Where it is in the archive of a standard.
-    pub fn places(&self, standard: Standard) -> Vec<String> {
-        let name = self.place.rsplit('/').next().unwrap_or_default();
-        match standard {
-            Standard::Two => vec![self.place.clone()],
-            Standard::Three => {
-                self.folders.iter().map(|folder| format!("binaries/{folder}/{name}")).collect()
-            }
-        }
-    }
-
-    /// Its files in that archive.
-    pub fn files(&self, standard: Standard) -> impl Iterator<Item = File> {
-        self.places(standard).into_iter().map(|place| File::new(place, &*self.bytes))
-    }
-}
 
 /// Builds the library for this machine, on Linux for old ones too if zig is there; and what others have
 /// in it.
@@ -112,51 +43,4 @@ pub fn build(root: &Path) -> Result<(Binary, Vec<License>), Failure> {
     let (system, processor) = (env::consts::OS, env::consts::ARCH);
     let runs_on = format!("{system} on {processor}{}", glibc.unwrap_or_default());
     Ok((Binary { place, folders, runs_on, bytes }, of_linker.into_iter().collect()))
-}
-
-/// Has the given cargo build the library, in the profile made for it and with `flags` for the
-/// compiler, and reads it.
-///
-/// # Errors
-/// If it does not build.
-pub fn compile(mut cargo: Command, flags: &[String], extension: &str) -> Result<Vec<u8>, Failure> {
-    let flags = [flags, &anonymous()?].concat();
-    cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\u{1f}"));
-    cargo.args(["build", "--locked", "--profile", "fmu", "--package", "dth-fmu", "--lib"]);
-    cargo.arg("--message-format=json-render-diagnostics");
-    let program = format!("{cargo:?}");
-    let messages = output(&mut cargo)?;
-    let path = shared_library(&messages, extension)?
-        .ok_or_else(|| Failure::Program { program, reason: "it made no shared library".into() })?;
-    fs::read(&path).about(&path)
-}
-
-/// Flags that keep the folders of this machine out of the library: a message of a panic names
-/// its source file, of the standard library too where its sources are installed.
-fn anonymous() -> Result<Vec<String>, Failure> {
-    let home = env::var_os("CARGO_HOME").map(PathBuf::from);
-    let home = home.or_else(|| Some(env::home_dir()?.join(".cargo"))).unwrap_or_default();
-    let sources = home.join("registry/src");
-    let mut flags = Vec::new();
-    for entry in fs::read_dir(&sources).about(&sources)? {
-        let folder = entry.about(&sources)?.path();
-        flags.push(format!("--remap-path-prefix={}=crates", folder.display()));
-    }
-    let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
-    let printed = output(Command::new(rustc).args(["--print", "sysroot"]))?;
-    let toolchain = String::from_utf8_lossy(&printed).trim().to_owned();
-    flags.push(format!("--remap-path-prefix={toolchain}/lib/rustlib/src/rust=rust"));
-    Ok(flags)
-}
-
-fn shared_library(messages: &[u8], extension: &str) -> Result<Option<PathBuf>, Failure> {
-    let wanted = Some(OsStr::new(extension));
-    for line in messages.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
-        let message: Message = serde_json::from_slice(line)?;
-        let ours = message.target.is_some_and(|target| target.name == MODEL_IDENTIFIER);
-        if message.reason == "compiler-artifact" && ours {
-            return Ok(message.filenames.into_iter().find(|f| f.extension() == wanted));
-        }
-    }
-    Ok(None)
 }

@@ -1,6 +1,6 @@
 //! Licences of everything that is linked into the library.
 
-use crate::library::{cargo, output};
+use crate::binary::{cargo, output};
 use crate::{About, Failure};
 use serde::Deserialize;
 use std::collections::{BTreeMap, BTreeSet};

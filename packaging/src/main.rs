@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 mod archive;
+mod binary;
 #[cfg(unix)]
 mod cross;
 mod document;
@@ -16,9 +17,9 @@ mod related;
 #[cfg(unix)]
 mod release;
 
+use binary::Binary;
 use clap::{Parser, Subcommand};
 use dth_hammer::MODEL_IDENTIFIER;
-use library::Binary;
 use licenses::License;
 use std::fs;
 use std::io;

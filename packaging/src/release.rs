@@ -3,8 +3,8 @@
 //! On Linux on x86-64 those for Linux and Windows, on macOS that for macOS. The wheels, the
 //! bill of materials and the hashes are made from them by `release.py`.
 
+use crate::binary::Binary;
 use crate::cross::{self, AARCH64, LINUX, MACOS, WINDOWS, Workshop};
-use crate::library::Binary;
 use crate::licenses::{self, License};
 use crate::{About, Failure, Standard, lab, tell};
 use dth_hammer::MODEL_IDENTIFIER;

@@ -58,8 +58,8 @@ def test_each_rate_has_the_range_of_its_own_rock() -> None:
             assert (table[f"{rate}_low"] == table[rate] / wide).all()
             assert (table[f"{rate}_high"] == table[rate] * wide).all()
             assert table[rate].iloc[0] > 0.0
-        shown = convert(table, "metric").attrs["units"]
-        assert {shown[column] for column in shown if column.startswith("rop")} == {"m/h"}
+        units = convert(table, "metric").attrs["units"]
+        assert {units[column] for column in units if column.startswith("rop")} == {"m/h"}
         assert "blow_energy_low" not in table
 
 

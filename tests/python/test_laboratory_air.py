@@ -68,9 +68,9 @@ def test_the_air_taken_is_told_and_follows_the_pressure(opened: OPEN) -> None:
     expect(page.locator("[id='slide-drive.amplitude']")).to_be_hidden()
 
     def air() -> float:
-        told = page.inner_text("#value-air")
+        text = page.inner_text("#value-air")
         flow = page.evaluate("60 * laboratory.blows.at(-1).air_flow")
-        assert told == f"{float(f'{flow:.4g}'):g} m³/min"
+        assert text == f"{float(f'{flow:.4g}'):g} m³/min"
         return float(flow)
 
     before = air()

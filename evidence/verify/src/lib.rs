@@ -15,6 +15,7 @@ pub mod closed;
 pub mod compare;
 pub mod continuum;
 pub mod cycle;
+mod draws;
 pub mod feed;
 pub mod graze;
 pub mod hard;

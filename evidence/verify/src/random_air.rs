@@ -1,8 +1,8 @@
 //! Air drawn for a scene.
 
 use crate::bodies;
-use crate::random_scene::{MOST_HELD, RandomScene, log, or_zero};
-use hammer::{AirChamber, AirLaw, Fidelity, Source};
+use crate::draws::{log, or_zero};
+use hammer::{AirChamber, AirLaw, Fidelity, InputValues, Parameters, Source};
 use proptest::prelude::*;
 
 /// What air is drawn by: lengths, areas and volumes in parts of others.
@@ -48,27 +48,31 @@ pub(crate) fn air() -> impl Strategy<Value = AirRow> {
     )
 }
 
-/// Air for a scene, whose gap is wide enough that the bodies do not fill it where their loads strain them.
-pub(crate) fn set_air(case: &mut RandomScene, row: AirRow, loose: bool) {
+/// Air for a scene, whose gap is wide enough that the bodies do not fill it where the air, the feed and `held`
+/// (N) strain them.
+pub(crate) fn set_air(
+    (p, inputs): (&mut Parameters, &mut InputValues),
+    row: AirRow,
+    loose: bool,
+    held: f64,
+) {
     let [drive_dead, return_dead, beyond, height] = row.shares;
     let (gap, face, ratio) = row.size;
     let [temperature, supply, exhaust] = row.outside;
-    let p = &mut case.parameters;
     if row.rigid && !loose {
         p.fidelity = Fidelity::Rigid;
     }
     p.drive.source = Source::Air;
     p.drive.area_drive = face * p.cross_section;
     p.drive.area_return = ratio * p.drive.area_drive;
-    (case.inputs.supply_pressure, case.inputs.exhaust_pressure) = (supply, exhaust);
-    let strained =
-        (case.loads().iter().sum::<f64>() + MOST_HELD) * bodies::compliance(&case.parameters);
-    let gap = gap.max(4.0 * strained);
+    (inputs.supply_pressure, inputs.exhaust_pressure) = (supply, exhaust);
     // Without a load rounding decides whether the bit stands.
-    if case.inputs.feed_force == 0.0 {
-        case.inputs.feed_force = 1.0;
+    if inputs.feed_force == 0.0 {
+        inputs.feed_force = 1.0;
     }
-    let p = &mut case.parameters;
+    let push =
+        supply.max(exhaust) * (p.drive.area_drive.max(p.drive.area_return) + p.drive.area_return);
+    let gap = gap.max(4.0 * (push + inputs.feed_force.abs() + held) * bodies::compliance(p));
     p.contact.initial_gap = gap;
     let chamber = |dead: f64, area: f64, k: usize| AirChamber {
         dead_volume: dead * gap * area,

@@ -2,6 +2,7 @@
 
 use crate::actions::{Action, Actions, actions};
 use crate::bodies;
+use crate::draws::{log, or_zero, signed};
 use crate::random_air::{AirRow, air, set_air};
 use hammer::parameters::{
     Bit, Casing, ChamberLaw, ChamberLaws, ChuckLaw, Contact, Drive, FASTEST_WAVE, MAX_DEGREE,
@@ -101,19 +102,6 @@ impl RandomScene {
     pub fn schedule(&self) -> Result<Vec<(f64, Action)>, Error> {
         self.actions.schedule(&self.parameters, &self.inputs, self.end())
     }
-}
-
-pub(crate) fn log(low: f64, high: f64) -> impl Strategy<Value = f64> + Clone {
-    (low.ln()..high.ln()).prop_map(f64::exp)
-}
-
-/// Log-uniform, or zero one time in six.
-pub(crate) fn or_zero(low: f64, high: f64) -> impl Strategy<Value = f64> + Clone {
-    prop_oneof![1 => Just(0.0), 5 => log(low, high)]
-}
-
-fn signed(low: f64, high: f64) -> impl Strategy<Value = f64> + Clone {
-    (or_zero(low, high), any::<bool>()).prop_map(|(x, s)| if s { -x } else { x })
 }
 
 fn bodies() -> impl Strategy<Value = (Fidelity, Material, f64, Piston, Bit)> {
@@ -332,7 +320,7 @@ fn around() -> impl Strategy<Value = (Option<CasingRow>, Option<StringRow>)> {
 }
 
 /// Most that the feed has to spare where it holds a casing or a string down, N.
-pub(crate) const MOST_HELD: f64 = 2e4;
+const MOST_HELD: f64 = 2e4;
 
 /// Any scene, with everything that may occur together: any drive, rock that is reloaded in either way, a
 /// casing, a drill string, and what is done to it.
@@ -386,7 +374,7 @@ fn mixed_by(
                 set_ports(&mut case, &ports);
             }
             if let Some(air) = air {
-                set_air(&mut case, air, string.is_some());
+                set_air((&mut case.parameters, &mut case.inputs), air, string.is_some(), MOST_HELD);
             }
             let (cased, loose) = (casing.is_some(), string.is_some());
             if let Some(casing) = casing {
