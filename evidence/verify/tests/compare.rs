@@ -103,3 +103,10 @@ agree! {
 fn standing_in_a_casing_of_grams() {
     compared("standing_in_a_casing_of_grams");
 }
+
+/// Open: what disagreed of 5,000 scenes, three by more than rounding of their bases.
+#[test]
+#[ignore = "disagrees: not traced yet"]
+fn open_after_five_thousand() {
+    compared("open_after_five_thousand");
+}
