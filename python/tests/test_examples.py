@@ -54,8 +54,8 @@ def test_an_air_hammer_idles_below_the_feed_that_holds_its_casing(tmp_path: Path
     assert idle["blows"] < 0.9 * full["blows"]
     assert more["rop"] == pytest.approx(full["rop"], rel=0.1)
     assert thrust.knee(table) == 10e3
-    # Thrown about without feed, a chamber loses its volume: no number instead of a wrong one.
-    assert np.isnan(lost["rop"])
+    # Thrown about without feed, it still has a number, and a lower one.
+    assert 0.0 <= lost["rop"] < full["rop"]
     thrust.draw_air(table).savefig(tmp_path / "thrust.png", dpi=40)
 
 

@@ -10,8 +10,9 @@ use support::run::{Failure, locked, run};
 /// Crates of the engine and of what it is held to.
 const ENGINE: [&str; 3] = ["hammer", "oracles", "verify"];
 /// What a browser tests; the pages are built before.
-const IN_A_BROWSER: [&str; 7] = [
+const IN_A_BROWSER: [&str; 8] = [
     "tests/python/test_laboratory.py",
+    "tests/python/test_laboratory_air.py",
     "tests/python/test_laboratory_casing.py",
     "tests/python/test_laboratory_screens.py",
     "tests/python/test_laboratory_texts.py",
