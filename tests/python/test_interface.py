@@ -28,6 +28,12 @@ PARAMETERS = {
 }
 INPUTS = """feed_force drive_force drive_pressure return_pressure
     supply_pressure exhaust_pressure"""
+# What an output follows at once: the drive's force its inputs, pressures of vented chambers the exhaust's.
+FED = {
+    "applied_drive_force": [*INPUTS.split()[1:4], "exhaust_pressure"],
+    "drive_chamber_pressure": ["exhaust_pressure"],
+    "return_chamber_pressure": ["exhaust_pressure"],
+}
 OUTPUTS = """piston_position piston_velocity bit_position bit_velocity bit_tip_position
     bit_tip_velocity relative_position relative_velocity contact_gap contact_force rock_force
     applied_drive_force hole_depth contact_impulse rock_impulse contact_count blow_count
@@ -108,8 +114,7 @@ def test_the_model_structure_is_exact(
         # Missing, the attribute would mean a dependence on everything.
         assert unknown.dependencies is not None, unknown.variable.name
         fed = [variable.name for variable in unknown.dependencies]
-        drive = INPUTS.split()[1:4] if unknown.variable.name == "applied_drive_force" else []
-        assert fed == drive, unknown.variable.name
+        assert fed == FED.get(unknown.variable.name, []), unknown.variable.name
     initial = [order.index(unknown.variable.name) for unknown in description.initialUnknowns]
     assert initial == sorted(set(initial))
     assert float(description.defaultExperiment.stepSize) > 0.0
