@@ -28,7 +28,7 @@ PARAMETERS = {
 }
 INPUTS = """feed_force drive_force drive_pressure return_pressure
     supply_pressure exhaust_pressure"""
-# What an output follows at once: the drive's force its inputs, pressures of vented chambers the exhaust's.
+# What an output follows at once: the drive's force its inputs, vented chambers the exhaust.
 FED = {
     "applied_drive_force": [*INPUTS.split()[1:4], "exhaust_pressure"],
     "drive_chamber_pressure": ["exhaust_pressure"],
