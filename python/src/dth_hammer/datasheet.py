@@ -222,4 +222,5 @@ FIELD: Mapping[str, tuple[float, str]] = {
     "N": (1e-3, "kN"),
     "m": (1e3, "mm"),
     "J/m3": (1e-6, "MJ/m3"),
+    "m3/s": (60.0, "m3/min"),
 }

@@ -36,7 +36,6 @@ SHOWN: Mapping[str, str] = {
     "height where the piston turns": "mm",
     "advance per turn": "mm",
     "rotation for 10 to 19 mm of advance per turn": "1/min",
-    "air taken": "m3/min",
     "free air": "m3/min",
     "oil or water taken": "l/min",
 }
@@ -46,7 +45,7 @@ FOUND = (
     *("rotation for 10 to 19 mm of advance per turn", "advance per turn"),
     "up-hole velocity of the air",
 )
-FLOWS = {"air_flow": "air taken", "flow": "oil or water taken"}
+FLOWS = {"air_flow": "free air", "flow": "oil or water taken"}
 FORCES = {"contact_force_peak": "largest contact force", "rock_force_peak": "largest rock force"}
 Row = tuple[float, float, float, str]
 
@@ -59,7 +58,9 @@ def headline(
     ``least`` and ``largest`` are those of the range of what is not determined. Forces and stresses
     are the largest of the run's second half and of the last blow.
     """
-    rows = {**_blows(run, sheet), **_drive(sheet), **_loads(run, waves)}
+    blows = _blows(run, sheet)
+    # The air of a hammer with its air inside is that of its blows.
+    rows = {**blows, **(_drive(sheet) | blows), **_loads(run, waves)}
     if life is not None:
         seconds, factor = 3600.0 * float(life.worst["hours"]), 1.0 + life.life_error
         rows["life of what breaks first"] = seconds, seconds / factor, seconds * factor, "s"
