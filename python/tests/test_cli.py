@@ -44,6 +44,35 @@ def test_sweep_takes_lists_and_ranges(tmp_path: Path, capsys: pytest.CaptureFixt
     assert "feed_force [N]" in capsys.readouterr().out
 
 
+def test_means_of_many_hammers_come_from_a_file_and_only_what_is_missing_is_sought(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows, table = tmp_path / "rows.csv", tmp_path / "means.csv"
+    rows.write_text("feed_force,gravity\n4 kN,9.81\n5000,9.81\n", encoding="utf-8")
+    command = ["steady", "--set", "fidelity=Rigid", "--quiet"]
+    assert main([*command, "--rows", str(rows), "-o", str(table)]) == 0
+    assert pd.read_csv(table)["feed_force"].tolist() == [4e3, 5e3]
+    # A cycle of its own: a row that was known is not sought again.
+    known = table.read_text(encoding="utf-8").replace("cycle", "known")
+    table.write_text(known, encoding="utf-8")
+    with rows.open("a", encoding="utf-8") as file:
+        file.write("6 kN,9.81\n")
+    assert main([*command, "--rows", str(rows), "-o", str(table)]) == 0
+    assert pd.read_csv(table)["kind"].tolist() == ["known", "known", "cycle"]
+    capsys.readouterr()
+    assert main([*command, "--over", "feed_force=4e3:6e3:2", "--units", "rop=m/h"]) == 0
+    heads, first, *_ = capsys.readouterr().out.splitlines()
+    assert "rop_error [m/h]" in heads
+    assert "cycle" in first
+    for options, message in (
+        (["--rows", str(rows), "--over", "gravity=0"], "not both"),
+        (["--rows", "nowhere.csv"], "nowhere.csv cannot be read"),
+        (["--rows", str(rows), "-o", "x.csv", "--units", "us"], "keeps SI units"),
+    ):
+        assert main([*command, *options]) == 2
+        assert message in capsys.readouterr().err
+
+
 def test_info_tells_units_domains_and_presets(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info"]) == 0
     text = capsys.readouterr().out

@@ -12,7 +12,7 @@ import dth_hammer as dth
 import numpy as np
 import pandas as pd
 import pytest
-from dth_hammer import calibration, cycle, designs, longrun, trends
+from dth_hammer import calibration, cycle, designs, response, trends, workers
 from dth_hammer.errors import DthHammerError
 
 RIGID = {"fidelity": "Rigid"}
@@ -119,7 +119,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     def responses(points: Sequence[object], *_: object, **__: object) -> Iterator[Any]:
         return ((k, answer) for k in range(len(points)))
 
-    for module in (calibration, cycle, designs, longrun, trends):
+    for module in (calibration, cycle, designs, response, trends, workers):
         monkeypatch.setattr(module, "responses", responses)
 
 
@@ -150,7 +150,7 @@ def test_wrong_arguments_are_told(name: str, tmp_path: Path) -> None:
 
 def wrong() -> Iterator[tuple[Callable[[], object], str]]:
     """What people have written, and what helps them."""
-    yield lambda: dth.steady([{"feed_force": 1.0}]), r'sweep\(grid, "steady"\)'  # type: ignore[list-item]
+    yield lambda: dth.steady([{"feed_force": 1.0}], starts=2), r'sweep\(grid, "steady", cases'  # type: ignore[call-overload]
     yield lambda: dth.calibrate({"rop": 0.034}, ["feed_force"]), "give .value, standard error"
     yield lambda: dth.calibrate({"rop": (1.0, 0.1)}, "feed_force"), "free = 'feed_force' is not"
     yield lambda: dth.trend(None, {"feed_force": "5 %"}), r"widths\['feed_force'\] = '5 %' is not a"  # type: ignore[dict-item]

@@ -57,6 +57,20 @@ def test_the_same_call_seeks_only_what_is_missing(
         assert sought == [5e3, 0.0, 0.0]
 
 
+def test_steady_takes_a_grid_a_list_or_a_frame_and_takes_up_where_it_was(tmp_path: Path) -> None:
+    out = tmp_path / "means.csv"
+    grid = {"feed_force": np.linspace(0.0, 5e3, 2)[::-1], "fidelity": "Rigid"}
+    table = steady(grid, error=0.03, out=out, scheduler="processes", workers=1)
+    swept = sweep(GRID, "steady", parameters=RIGID, error=0.03)
+    pd.testing.assert_frame_equal(table[[*swept]], swept)
+    rows = [RIGID | {"feed_force": feed} for feed in grid["feed_force"]]
+    for same in (rows, pd.DataFrame(rows), {"feed_force": pd.Series([5e3, 0.0])} | RIGID):
+        known = out.read_bytes()
+        again = steady(same, error=0.03, out=out)
+        pd.testing.assert_frame_equal(again[[*table]], table)
+        assert out.read_bytes() == known
+
+
 def test_rows_may_be_a_list_or_a_frame_and_tell_why_there_is_none() -> None:
     rows = [
         RIGID | {"drive.source": "Relay", "rock.stiffness": 2e8},
@@ -90,6 +104,9 @@ def test_what_is_asked_wrongly_is_told() -> None:
         sweep(GRID, "steady", outputs=["rate"])
     with pytest.raises(DomainError, match="the same in each"):
         sweep([{"feed_force": 1.0}, {"gravity": 0.0}], "steady")
-    for many in ([{"feed_force": 1.0}], pd.DataFrame(GRID), np.zeros(3)):
-        with pytest.raises(DomainError, match=r"sweep\(grid, \"steady\"\)"):
-            steady(many)  # type: ignore[arg-type]
+    with pytest.raises(DomainError, match=r"sweep\(grid, \"steady\", cases=...\)"):
+        steady(GRID, starts=2)  # type: ignore[call-overload]
+    with pytest.raises(DomainError, match="for many hammers: give lists or rows"):
+        steady(RIGID, workers=2)  # type: ignore[call-overload]
+    with pytest.raises(DomainError, match="the same in each"):
+        steady(np.zeros(3))  # type: ignore[call-overload]

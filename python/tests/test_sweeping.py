@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import psutil
 import pytest
@@ -249,8 +250,8 @@ def test_a_file_that_cannot_be_written_is_refused_before_anything_runs(
     ("grid", "message"),
     [
         ({"feed_force": []}, "feed_force has no value"),
-        ({"feed_force": "3 kN"}, "is not a list of"),
-        ({"feed_force": 3e3}, "is not a list of"),
+        ({"feed_force": {"low": 3e3}}, "or a list of"),
+        ({"feed_force": None}, "or a list of"),
         ({}, "grid is empty"),
         (pd.DataFrame(), "grid is empty"),
         (pd.DataFrame({"feed_force": [3e3, float("nan")]}), "feed_force must be finite"),
@@ -259,6 +260,11 @@ def test_a_file_that_cannot_be_written_is_refused_before_anything_runs(
 def test_a_grid_that_is_none_is_refused(grid: Any, message: str) -> None:
     with forbidden_runs(), pytest.raises(DomainError, match=message):
         sweep(grid, UNTIL)
+
+
+def test_a_single_value_is_shared_by_all_points() -> None:
+    table = sweep({"feed_force": np.array([3e3, 4e3]), "gravity": "0 m/s2"}, UNTIL)
+    assert table[["feed_force", "gravity"]].to_numpy().tolist() == [[3e3, 0.0], [4e3, 0.0]]
 
 
 def test_a_point_that_is_there_twice_has_two_rows_and_one_run() -> None:

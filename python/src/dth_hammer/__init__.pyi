@@ -24,7 +24,6 @@ from .fatigue import SNCurve as SNCurve
 from .fatigue import life as life
 from .hammer import Hammer as Hammer
 from .longrun import Steady as Steady
-from .longrun import steady as steady
 from .mesh import Mesh as Mesh
 from .mesh import mesh_for as mesh_for
 from .optimisation import Optimum as Optimum
@@ -33,6 +32,7 @@ from .page import report as report
 from .quantities import convert as convert
 from .quantities import with_units as with_units
 from .records import Record as Record
+from .response import steady as steady
 from .rocks import ROCKS as ROCKS
 from .rocks import Rock as Rock
 from .rocks import rock as rock

@@ -8,7 +8,7 @@ where the return map jumps; the next simulation begins another.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -20,7 +20,7 @@ from .cycle import BranchPoint, Cycle, Cycles, found
 from .errors import DomainError
 from .extras import need
 from .hammer import Hammer
-from .longrun import repeats
+from .stepped import repeats
 from .variables import VARIABLES, Array, Value, model
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class Settled:
 
 def atlas(
     name: str,
-    values: Sequence[float] | Array,
+    values: Collection[float],
     parameters: Mapping[str, Value] | None = None,
     *,
     returns: int = 3,

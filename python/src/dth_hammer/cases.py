@@ -15,9 +15,10 @@ from .band import sides
 from .contract import typed
 from .errors import DomainError, RefusedError
 from .hammer import Hammer
-from .longrun import KIND, Acts, Steady, Wanted, moved, responses
+from .longrun import KIND, Steady, Wanted, responses
 from .run import play
 from .signals import Signal, instants_in, instants_of, signals_of
+from .stepped import Acts, moved
 from .store import RUN
 from .variables import STEP, VARIABLES, Value, model
 from .variables import numbers as checked

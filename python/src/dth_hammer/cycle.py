@@ -15,7 +15,8 @@ from .band import in_words
 from .contract import typed
 from .errors import DomainError, RefusedError, warn
 from .gradients import differentiable
-from .longrun import MEANS, SAME, Wanted, responses, unit
+from .longrun import MEANS, Wanted, responses, unit
+from .motions import SAME
 from .variables import Array, Value, numbers, whole
 
 if TYPE_CHECKING:

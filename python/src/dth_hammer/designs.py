@@ -19,6 +19,8 @@ from .variables import VARIABLES, Array, Value, whole
 Measure = str | Callable[[Steady], float]
 #: Lower and upper limit; None where there is none.
 Limit = tuple[Value | None, Value | None]
+#: Limits of what a goal may be: names, functions, or both.
+Limits = Mapping[str, Limit] | Mapping[Callable[[Steady], float], Limit] | Mapping[Measure, Limit]
 
 #: A refused design is so much worse than the worst, in spreads of what was found.
 WORSE = 1.0
@@ -208,7 +210,7 @@ def scatter(offsets: Array, goals: Array) -> float:
 _Side = tuple[str, Callable[[Steady], float], float, float, float]
 
 
-def limits_of(limits: Mapping[Measure, Limit]) -> Iterator[_Side]:
+def limits_of(limits: Limits) -> Iterator[_Side]:
     """Returns one number per side of each limit; a positive one violates the limit."""
     for given, pair in limits.items():
         name = given if isinstance(given, str) else getattr(given, "__name__", "limit")

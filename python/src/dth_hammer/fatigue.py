@@ -15,8 +15,9 @@ from .contract import typed
 from .errors import DomainError, RefusedError
 from .extras import need
 from .fixed import Fixed
-from .longrun import Steady, steady
+from .longrun import Steady
 from .mesh import ELEMENTS, mesh_for
+from .response import steady
 from .variables import Array, Value, numbers, whole
 
 #: Periods that are left out at the start, and those that are counted of blows that do not repeat.

@@ -6,23 +6,19 @@ import html
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
-from copy import deepcopy
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Protocol
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
 from . import _native, answers, quantities
 from .band import beside, in_words
-from .contract import typed
-from .errors import DomainError, RefusedError, UnknownNameError, warn
+from .errors import DomainError, RefusedError, UnknownNameError
 from .extras import need
-from .hammer import Hammer
-from .motions import drawn, met
 from .scene import Scene
-from .signals import Function, Signal, move, signals_of
-from .variables import STEP, VARIABLES, Array, Value, whole
+from .signals import Signal
+from .variables import VARIABLES, Array, Value, whole
 from .variables import numbers as checked
 
 if TYPE_CHECKING:
@@ -48,21 +44,12 @@ NOT_REACHED = (
 )
 #: How long results are waited for before progress is told, s.
 PART = 0.3
-#: Fewest blows of a mean; blows that are compared; how near they are if they repeat.
-FEWEST, OBSERVED, SAME = 100, 12, 1e-6
-#: What is read of a hammer that Python moves, in the order of a blow's numbers.
-BLOW = ("blow_period", "blow_penetration", "blow_speed", "blow_energy")
-PEAKS = ("contact_force_peak", "rock_force_peak")
+#: Fewest blows of a mean.
+FEWEST = 100
+#: Energies of a blow.
 WORKS = tuple(name for name in MEANS if name.startswith("energy_"))
 #: A hammer: a scene, or parameters by name.
 Hammerlike = Scene | Mapping[str, Value] | None
-
-
-class Stepped(Protocol):
-    """Something that steps a hammer, as a `Coupling` does."""
-
-    def advance(self, to: float) -> object:
-        """Steps up to an instant, s."""
 
 
 @dataclass(frozen=True)
@@ -219,85 +206,6 @@ class Wanted:
         return [self.by_mean.get(name, np.inf) for name in MEANS]
 
 
-@typed(scene='of many hammers: sweep(grid, "steady")')
-def steady(
-    scene: Hammerlike = None,
-    *,
-    preset: str | None = None,
-    error: float | Mapping[str, float] = Wanted.error,
-    blows: int = Wanted.blows,
-    limit: float | str = Wanted.limit,
-    starts: int = 1,
-    seed: int = 1,
-    inputs: Mapping[str, Signal] | None = None,
-    control: Callable[[Hammer], None] | None = None,
-    partner: Callable[[Hammer], Stepped] | None = None,
-    step: float | str | None = None,
-    progress: bool = False,
-) -> Steady:
-    """Finds the long-run means of a hammer, with their errors.
-
-    If the blows repeat, the stationary cycle is solved for; its means have no error. Otherwise
-    several simulations run side by side until the standard error of the rate of penetration is
-    small enough. The start of each is left out, and correlated blows are averaged in batches.
-
-    Args:
-        scene: a `Scene`, or parameters by dotted name as for `simulate`; constant inputs too.
-        preset: parameter set to start from.
-        error: largest standard error of the rates of hole and tip, over the rate; or of any means
-            by name: ``{"blow_energy": 0.005}``.
-        blows: the largest number of blows to simulate; if they are not enough, `Steady.reached`
-            is false and a warning is given.
-        limit: a hammer that strikes no blow for this long (s) counts as stalled.
-        starts: from how many starts it is simulated: its own, and others that are drawn, with the
-            piston elsewhere above the bit and at another speed. `Steady.motions` has what they
-            settle to; the answer is that of its own start.
-        seed: of the starts that are drawn.
-        inputs: over time, as for `simulate`.
-        control: called with the hammer before each step.
-        partner: takes a hammer and returns what steps it, such as a `Coupling` with a model of
-            its drive.
-        step: communication step of inputs, control and partner; 1 ms if not given.
-        progress: shows blows and error so far.
-
-    Raises:
-        RefusedError: the engine refuses the hammer; the message says why.
-
-    Example:
-        >>> from dth_hammer import steady
-        >>> found = steady({"feed_force": "6 kN"})
-        >>> print(found.kind, f"{found.mean['blow_frequency']:.2f} Hz")
-        cycle 21.99 Hz
-    """
-    given, signals = _numbers(scene, preset)
-    wanted = Wanted(error=error, blows=blows, limit=quantities.duration(limit, "limit"))
-    signals |= inputs or {}
-    if starts < 1:
-        raise DomainError(f"starts = {starts} must be 1 or more")
-    if signals or control or partner:
-        if starts > 1:
-            raise DomainError("starts are drawn of hammers without inputs, control or partner only")
-        size = STEP if step is None else quantities.duration(step, "step")
-        acts = Acts(signals_of(signals), deepcopy(control), partner, size)
-        with closing(_Bar(progress)) as bar:
-            return moved(given, wanted, acts, bar.tell)
-    if step is not None:
-        raise DomainError("a step changes nothing without inputs over time, control or a partner")
-    ((_, found),) = responses([given], wanted, progress=progress)
-    if isinstance(found, str):
-        raise RefusedError(found)
-    for text in found.warnings:
-        warn(text)
-    if starts == 1:
-        return found
-    speed = found["blow_speed"] if found.kind != "stalled" else 1.0
-    others = responses(drawn(given, speed, starts - 1, seed), wanted, progress=progress)
-    motions, texts = met(found, [answer for _, answer in sorted(others, key=lambda pair: pair[0])])
-    for text in texts:
-        warn(text)
-    return replace(found, motions=motions, warnings=(*found.warnings, *texts))
-
-
 def responses(
     points: Sequence[Mapping[str, float]],
     wanted: Wanted,
@@ -317,7 +225,7 @@ def responses(
         return
     ways = (wanted.errors, wanted.blows, wanted.limit, wanted.returns)
     batch = _native.Batch.steady(scenes, ways, threads or cores())
-    bar, done = _Bar(progress, len(scenes)), 0
+    bar, done = Bar(progress, len(scenes)), 0
     with closing(bar):
         try:
             while done < len(scenes):
@@ -347,10 +255,11 @@ def _answer(values: Sequence[float], point: Mapping[str, float], warnings: Seque
         parts[:] = np.nan
     short = () if reached > 0.5 else (NOT_REACHED.format(int(blows)),)
     reasons = (*warnings, *short)
-    return Steady(kind, _table(parts, point), int(blows), not short, dict(point), reasons)
+    return Steady(kind, tabled(parts, point), int(blows), not short, dict(point), reasons)
 
 
-def _table(parts: Array, given: Mapping[str, float]) -> pd.DataFrame:
+def tabled(parts: Array, given: Mapping[str, float]) -> pd.DataFrame:
+    """Returns means, errors and spreads as a table of outputs."""
     columns = dict(zip(("mean", "error", "spread"), parts, strict=True))
     frame = beside(pd.DataFrame(columns, index=pd.Index(MEANS, name="output")), "mean", given)
     frame["unit"] = [unit(name) for name in MEANS]
@@ -359,13 +268,13 @@ def _table(parts: Array, given: Mapping[str, float]) -> pd.DataFrame:
 
 def numbers_of(scene: Hammerlike, preset: str | None) -> dict[str, float]:
     """Returns the checked numbers of a hammer without inputs over time."""
-    given, signals = _numbers(scene, preset)
+    given, signals = given_of(scene, preset)
     if signals:
         raise DomainError(f"{', '.join(signals)} over time: only constant inputs are possible here")
     return given
 
 
-def _numbers(scene: Hammerlike, preset: str | None) -> tuple[dict[str, float], dict[str, Signal]]:
+def given_of(scene: Hammerlike, preset: str | None) -> tuple[dict[str, float], dict[str, Signal]]:
     """Checked numbers of a hammer, and its inputs over time."""
     if isinstance(scene, Scene):
         given = checked(preset or scene.preset, scene.parameters)
@@ -373,7 +282,7 @@ def _numbers(scene: Hammerlike, preset: str | None) -> tuple[dict[str, float], d
     return checked(preset, scene), {}
 
 
-class _Bar:
+class Bar:
     """A progress bar, if it is wanted."""
 
     def __init__(self, shown: bool, total: int = 1) -> None:
@@ -390,111 +299,6 @@ class _Bar:
             self._bar.set_postfix_str(f"error {known}")
 
     def close(self) -> None:
+        """Removes the bar."""
         if self._bar is not None:
             self._bar.close()
-
-
-@dataclass(frozen=True)
-class Acts:
-    """Inputs over time, controller and partner of a hammer."""
-
-    signals: Mapping[str, Function]
-    control: Callable[[Hammer], None] | None
-    partner: Callable[[Hammer], Stepped] | None
-    #: Communication step, s.
-    size: float
-
-    def stepper(self, hammer: Hammer) -> Callable[[], None]:
-        """Makes a step."""
-        coupled = self.partner(hammer) if self.partner else hammer
-        if not hasattr(coupled, "advance"):
-            raise DomainError(
-                f"partner returned a {type(coupled).__name__}, which does not step a hammer"
-            )
-
-        def step() -> None:
-            to = hammer.time + self.size
-            move(hammer, self.signals, to)
-            if self.control:
-                self.control(hammer)
-            coupled.advance(to)
-
-        return step
-
-
-def moved(
-    given: Mapping[str, float],
-    wanted: Wanted,
-    acts: Acts,
-    tell: Callable[[int, float], None] = lambda *_: None,
-) -> Steady:
-    """Returns the long-run response of a hammer that Python steps."""
-    for name in wanted.by_mean:
-        if name.startswith("rebound"):
-            raise DomainError(
-                f"{name} has no error with inputs over time, control or a partner: leave it out"
-            )
-    start = dict(given) | {name: signal(0.0) for name, signal in acts.signals.items()}
-    with Hammer(start) as hammer:
-        step = acts.stepper(hammer)
-        blows: list[list[float]] = []
-        due = FEWEST
-        for blow in _blows(hammer, step, wanted.limit):
-            blows.append(blow)
-            count = len(blows)
-            if count < due:
-                continue
-            due += due // 2
-            table = np.array(blows)
-            if order := repeats(table[-OBSERVED:, 0]):
-                parts = np.array(_native.means(table[-order:], exact=True)[:3])
-                kind = "cycle" if order == 1 else f"cycle of {order}"
-                means = _table(parts, given)
-                return Steady(kind, means, order, True, dict(given), tuple(hammer.warnings))
-            *known, kept = _native.means(table)
-            found = np.array(known)
-            asked = np.isfinite(wanted.errors)
-            over = found[1][asked] / np.abs(found[0][asked]) / np.array(wanted.errors)[asked]
-            excess = float(over.max())
-            tell(count, excess)
-            if excess <= 1.0 or count >= wanted.blows:
-                short = [] if excess <= 1.0 else [NOT_REACHED.format(count)]
-                for text in short:
-                    warn(text)
-                reasons = (*hammer.warnings, *short)
-                means = _table(found, given)
-                return Steady("irregular", means, kept, not short, dict(given), reasons)
-        none = np.full((3, len(MEANS)), np.nan)
-        return Steady("stalled", _table(none, given), 0, True, dict(given), tuple(hammer.warnings))
-
-
-def _blows(hammer: Hammer, step: Callable[[], None], limit: float) -> Iterator[list[float]]:
-    """Numbers of blow after blow, as `_native.means` wants them; ends where none come.
-
-    How the piston rebounds is not read. Works are differences between communication points; the
-    length drilled is that of the blow.
-    """
-    read = hammer.reader(["blow_count", "stalled", "rop", "air_flow", *BLOW, *PEAKS, *WORKS])
-    count, last, peaks, before = 0.0, hammer.time, np.zeros(2), np.zeros(len(WORKS))
-    while hammer.time - last <= limit:
-        step()
-        now, stalled, rop, air, *numbers = read()
-        own, works = numbers[: len(BLOW)], np.array(numbers[len(BLOW) + 2 :])
-        peaks = np.maximum(peaks, numbers[len(BLOW) : len(BLOW) + 2])
-        if now > count + 1:
-            raise DomainError(
-                f"{now - count:g} blows in one step at {hammer.time:g} s: give a smaller step"
-            )
-        if now > count:
-            if own[0] > 0.0:
-                yield [*own, np.nan, *peaks, *(works - before), rop * own[0], air * own[0]]
-            count, last, peaks, before = now, hammer.time, np.zeros(2), works
-        elif stalled:
-            return
-
-
-def repeats(periods: Array) -> int:
-    """The number of blows after which the last periods repeat; 0 if they do not."""
-    ways = range(1, len(periods) // 2 + 1)
-    same = (k for k in ways if np.allclose(periods[k:], periods[:-k], rtol=SAME, atol=0.0))
-    return next(same, 0)

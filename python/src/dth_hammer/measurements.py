@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,7 +16,7 @@ from .trends import sobol, table_of
 from .variables import VARIABLES, Array, Value, whole
 
 #: A value with its standard error, or repeated measurements; None and NaN are missing.
-Measured = tuple[Value, Value] | Sequence[Value | None] | Array
+Measured = tuple[Value, Value] | Collection[Value | None]
 #: Parameters to find: their names, or bounds by name, None if there are none.
 Free = Sequence[str] | Mapping[str, tuple[Value, Value] | None]
 

@@ -19,7 +19,7 @@ import pandas as pd
 from . import answers
 from .band import sides
 from .contract import typed
-from .designs import KEPT, Limit, Measure, Problem, Row, limits_of
+from .designs import KEPT, Limits, Measure, Problem, Row, limits_of
 from .errors import DomainError
 from .extras import need
 from .longrun import Hammerlike, Steady, Wanted, numbers_of
@@ -100,7 +100,7 @@ def optimise(
     scene: Hammerlike = None,
     *,
     least: bool = False,
-    limits: Mapping[Measure, Limit] | None = None,
+    limits: Limits | None = None,
     preset: str | None = None,
     design: Callable[[Mapping[str, float]], Mapping[str, Value]] | None = None,
     tolerance: float = 0.01,

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .errors import OutputError
+from .errors import DomainError, OutputError
 from .extras import need
 
 if TYPE_CHECKING:
@@ -74,6 +74,21 @@ def write(table: pd.DataFrame, path: Path, *, index: bool = True) -> None:
     except OSError as error:
         new.unlink(missing_ok=True)
         raise OutputError(f"{path} cannot be written: {error.strerror or error}") from None
+
+
+def read(path: Path) -> pd.DataFrame:
+    """Reads a table that has values as they are written, with units or without."""
+    import pandas as pd  # noqa: PLC0415
+
+    if path.suffix.lower() not in STORED:
+        raise DomainError(f"{path.name} must end in {either(STORED)}")
+    try:
+        if path.suffix.lower() == ".csv":
+            # As text: how pandas reads a float has changed, and float() is exact.
+            return pd.read_csv(path, dtype=str, keep_default_na=False)
+        return pd.read_parquet(path)
+    except (ValueError, TypeError, OSError) as error:
+        raise DomainError(f"{path} cannot be read as a table: {error}") from None
 
 
 def _write_matlab(table: pd.DataFrame, path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -162,7 +162,7 @@ def simulate(
     *,
     preset: str | None = None,
     step: float | str | None = None,
-    times: Sequence[float | str] | Array | None = None,
+    times: Collection[float | str] | None = None,
     outputs: Iterable[str] | None = None,
     waves: bool = False,
     gradient: Iterable[str] = (),

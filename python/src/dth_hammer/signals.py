@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,7 @@ POINTS = 1e8
 def instants_of(
     until: float | str | None,
     step: float | str | None,
-    times: Sequence[float | str] | Array | None = None,
+    times: Collection[float | str] | None = None,
 ) -> Array:
     """The communication points of a run, s."""
     if times is not None:

@@ -104,20 +104,14 @@ class Store:
 
     def _read(self, path: Path) -> pd.DataFrame:
         try:
-            if path.suffix.lower() == ".csv":
-                # As text: how pandas reads a float has changed, and float() is exact.
-                table = pd.read_csv(path, dtype=str, keep_default_na=False)
-            else:
-                table = pd.read_parquet(path)
+            table = outputs.read(path)
             if RUN not in table:
                 raise OutputError(f"{path} is there and is no sweep's table: it would be lost")
             # Numbers are floats, whatever one sweep or another has written them as.
             table = table.reset_index(drop=True)
             columns = {n: c if n in TEXTS else _numbers(c) for n, c in table.items()}
-        except (ValueError, TypeError, OSError) as error:
-            if isinstance(error, OutputError):
-                raise
-            raise OutputError(f"{path} is there and cannot be read as a table: {error}") from None
+        except (ValueError, TypeError) as error:
+            raise OutputError(f"{path} is there and is no sweep's table: {error}") from None
         return pd.DataFrame(columns)
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import closing, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 import pandas as pd
@@ -27,7 +27,11 @@ from .workers import parts_of
 if TYPE_CHECKING:
     from dask.distributed import Client
 
-Grid = Mapping[str, Sequence[Value]] | Sequence[Mapping[str, Value]] | pd.DataFrame
+    #: Scheduler, number of workers, and runs of a task.
+    Workers = tuple[str | Client | None, int | None, int | None]
+
+#: Values by parameter, or rows.
+Grid = Mapping[str, Value | Collection[Value]] | Sequence[Mapping[str, Value]] | pd.DataFrame
 #: In place of a duration: long-run responses.
 STEADY = "steady"
 #: Columns of a long-run response beside its means.
@@ -69,8 +73,8 @@ def sweep(
     """Runs every point of a grid, or finds its long-run means, and returns one row per run.
 
     Args:
-        grid: values by parameter (all combinations), or one row per run: a DataFrame, or a list of
-            parameters by name.
+        grid: values by parameter (all combinations; a single value is shared by all), or one row
+            per run: a DataFrame, or a list of parameters by name.
         until: seconds of each run, or text with a unit; ``"steady"`` for the long-run response
             instead, as `steady` finds it: means, their errors as ``rop_error`` and so on, what
             kind of motion it is, of how many blows, and whether the error was reached. Either way
@@ -118,8 +122,35 @@ def sweep(
         raise DomainError(f'error is of a long-run response: until = {until!r} is not "{STEADY}"')
     else:
         end = quantities.duration(until, "until")
+    by = (scheduler, workers, batch)
+    return table_of(
+        grid,
+        end,
+        parameters=parameters,
+        preset=preset,
+        cases=cases,
+        outputs=outputs,
+        out=out,
+        by=by,
+        progress=progress,
+    )
+
+
+def table_of(
+    grid: Grid,
+    end: float | Wanted,
+    *,
+    parameters: Mapping[str, Value] | None = None,
+    preset: str | None = None,
+    cases: Mapping[str, Case] | None = None,
+    outputs: Iterable[str] | None = None,
+    out: str | Path | None = None,
+    by: Workers = (None, None, None),
+    progress: bool = False,
+) -> pd.DataFrame:
+    """Returns a row for each point of a grid, as `sweep` does."""
     names = columns(outputs, steady=isinstance(end, Wanted))
-    counts(workers=workers, batch=batch)
+    counts(workers=by[1], batch=by[2])
     common = checked(preset, parameters)
     points = [checked(None, point) for point in _points(grid)]
     chosen = {"": Case()} if cases is None else dict(cases)
@@ -136,7 +167,7 @@ def sweep(
     runs = {run.key: run for run in plan}
     store = Store(Path(out)) if out is not None else None
     with store.alone() if store else nullcontext():
-        tables = _run(runs, store, (scheduler, workers, batch), progress)
+        tables = _run(runs, store, by, progress)
         if store:
             store.finish()
     settings = [*dict.fromkeys(name for run in plan for name in run.numbers)]
@@ -177,7 +208,7 @@ def of(column: str) -> str:
 def _run(
     runs: Mapping[str, Job],
     store: Store | None,
-    by: tuple[str | Client | None, int | None, int | None],
+    by: Workers,
     progress: bool,
 ) -> list[pd.DataFrame]:
     """Returns the stored rows, and runs and stores the missing ones."""
@@ -256,7 +287,7 @@ def _points(grid: Grid) -> list[dict[str, Any]]:
         if len(points) < len(grid) or any({*point} != {*points[0]} for point in points):
             raise DomainError("the rows of the grid must be parameters by name, the same in each")
     else:
-        axes = {name: list(values) for name, values in grid.items()}
+        axes = {n: list(v) if several(v) else [v] for n, v in grid.items()}
         for name, listed in axes.items():
             if not listed:
                 raise DomainError(f"{name} has no value in the grid")
@@ -264,6 +295,12 @@ def _points(grid: Grid) -> list[dict[str, Any]]:
     if not points or not points[0]:
         raise DomainError("the grid is empty: name at least one parameter and its values")
     return points
+
+
+def several(values: Value | Collection[Value]) -> TypeGuard[Collection[Value]]:
+    """Whether these are values of a parameter, and not one."""
+    listed = isinstance(values, Collection) and not isinstance(values, str | bytes | Mapping)
+    return listed and getattr(values, "ndim", 1) > 0
 
 
 def _tell(table: pd.DataFrame) -> None:

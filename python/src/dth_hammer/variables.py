@@ -19,15 +19,17 @@ from .errors import DomainError, UnknownNameError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    import numpy as np
     from numpy.typing import NDArray
 
     Array = NDArray[Any]
+    # A number of NumPy's is one when the program runs too.
+    Value = float | int | bool | str | np.integer[Any] | np.floating[Any]
 else:
     Array = Any
-
-#: A number in the declared unit, a label of an enumeration, text such as ``"60 mm"``, or a
-#: quantity of pint's.
-Value = float | int | bool | str
+    #: A number in the declared unit, a label of an enumeration, text such as ``"60 mm"``, or a
+    #: quantity of pint's.
+    Value = float | int | bool | str
 #: A member of a family along the bodies, counted from 1.
 INDEXED = re.compile(r"(\w+)\[([1-9]\d*)\]")
 #: Communication step and duration, s, where none is given: those that the FMU proposes too.

@@ -11,11 +11,11 @@ import numpy as np
 import pandas as pd
 
 from .. import outputs
-from ..band import with_sides
+from ..band import reason, with_sides
 from ..errors import DomainError
 from ..fixed import Fixed
 from ..quantities import SYSTEMS, convert, with_units
-from ..variables import UNTIL, Variable
+from ..variables import UNTIL, VARIABLES, Variable, numbers
 
 #: Most values that a range may stand for.
 LONGEST = 1_000_000
@@ -61,6 +61,45 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
     """The options that choose a hammer and a duration."""
     add_hammer(parser)
     parser.add_argument("--until", default=f"{UNTIL:g} s", help='duration, in s or as "500 ms"')
+
+
+def add_many(parser: argparse.ArgumentParser) -> None:
+    """The options that give many hammers, and who shares them."""
+    parser.add_argument(
+        "--over",
+        action="append",
+        default=[],
+        metavar="NAME=VALUES",
+        help="values as feed_force=3e3,5e3,8e3, or first:last:number as feed_force=1e3:9e3:5",
+    )
+    parser.add_argument(
+        "--rows", type=Path, help="CSV or Parquet file with a hammer a row, a parameter a column"
+    )
+    parser.add_argument(
+        "--scheduler", help="threads, processes, or the address of a Dask scheduler"
+    )
+    parser.add_argument("--workers", type=int, help="number of workers; one per core if not given")
+
+
+def many(options: argparse.Namespace) -> Any:
+    """The hammers of these options; none if none are given."""
+    if options.over and options.rows:
+        raise DomainError("give --over or --rows, not both")
+    if options.units and options.out and (options.over or options.rows):
+        raise DomainError("a file of many hammers keeps SI units: give --units without -o")
+    if options.rows:
+        return outputs.read(options.rows)
+    axes = assignments(options.over)
+    return {name: values(VARIABLES.settable(name), text) for name, text in axes.items()}
+
+
+def tell_many(options: argparse.Namespace, table: pd.DataFrame, names: Sequence[str]) -> None:
+    """Prints columns of many hammers, and why their rates have ranges."""
+    shown = table[[*with_sides(names), "error"]]
+    shown.attrs = table.attrs
+    print(readable(in_units(shown, own_units(options.units, shown)), index=False))
+    if not any(name.startswith("rock.specific_energy") for name in table.attrs["swept"]):
+        print(reason(numbers(options.preset, assignments(options.set))))
 
 
 def add_curve(parser: argparse.ArgumentParser, *, required: bool = False) -> None:
@@ -167,16 +206,17 @@ def own_units(texts: Sequence[str], table: pd.DataFrame) -> list[str]:
     for text in texts:
         name, equals, unit = (part.strip() for part in text.partition("="))
         if equals:
-            chosen += [f"{column}={unit}" for column in with_sides([name]) if column in table]
+            names = [*with_sides([name]), f"{name}_error"]
+            chosen += [f"{column}={unit}" for column in names if column in table]
         else:
             chosen.append(text)
     return chosen
 
 
-def check_units(texts: Sequence[str], known: dict[str, Variable]) -> None:
-    """Raises if units are given for columns that the table will not have."""
+def check_units(texts: Sequence[str], known: dict[str, str]) -> None:
+    """Raises if units are given for columns that the table will not have, by their SI units."""
     displayed = pd.DataFrame({name: [0.0] for name in known})
-    displayed.attrs = {"units": {name: v.unit for name, v in known.items()}}
+    displayed.attrs = {"units": known}
     in_units(displayed, texts)
 
 

@@ -34,7 +34,7 @@ def run(options: argparse.Namespace) -> None:
     """Reads the scene, runs it and writes the page."""
     scene = Scene.read(options.scene)
     out = outputs.check(options.out or options.scene.with_suffix(".html"), (".html", ".htm"))
-    common.check_units(options.units, {v.name: v for v in VARIABLES.of("output", "local")})
+    common.check_units(options.units, {v.name: v.unit for v in VARIABLES.of("output", "local")})
 
     from ..fatigue import SNCurve  # noqa: PLC0415
     from ..page import report  # noqa: PLC0415

@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> None:
     until = quantities.duration(options.until, "--until")
     step = quantities.duration(options.step, "--step")
     common.check_outputs(options.out, options.plot)
-    displayed = {v.name: v for v in VARIABLES.of("output", "local")}
+    displayed = {v.name: v.unit for v in VARIABLES.of("output", "local")}
     common.check_units(options.units, displayed)
     made = simulate(
         common.assignments(options.set),

@@ -1,4 +1,4 @@
-"""`dth-hammer steady`: computes the long-run means of a hammer, with errors."""
+"""`dth-hammer steady`: computes the long-run means of a hammer, or of many, with errors."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ import argparse
 import pandas as pd
 
 from .. import _native, outputs
+from ..variables import VARIABLES
 from . import common
 
-HELP = "compute the long-run response of a hammer, periodic or not, with errors"
+HELP = "compute the long-run response of hammers, periodic or not, with errors"
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,24 +28,31 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--blows", type=int, default=blows, help="largest number of blows to simulate"
     )
     common.add_table(parser)
+    common.add_many(parser)
     parser.add_argument("--quiet", action="store_true", help="no progress bar")
 
 
 def run(options: argparse.Namespace) -> None:
-    """Computes the long-run response, then writes and prints means, errors and spreads."""
-    common.check_outputs(options.out)
+    """Computes the long-run responses, then writes and prints means and errors."""
+    from ..longrun import MEANS, unit  # noqa: PLC0415
+    from ..response import steady  # noqa: PLC0415
 
-    from ..longrun import MEANS, steady, unit  # noqa: PLC0415
-
+    grid, given = common.many(options), common.assignments(options.set)
+    common.check_outputs(options.out, kinds=outputs.STORED if len(grid) else outputs.TABLES)
     units = {name: unit(name) for name in MEANS}
+    asked = {"preset": options.preset, "error": options.error, "blows": options.blows}
+    asked["progress"] = not options.quiet
+    if len(grid):
+        common.check_units(options.units, units | {n: VARIABLES.settable(n).unit for n in grid})
+        shared = {name: value for name, value in given.items() if name not in grid}
+        rows = grid.assign(**shared) if isinstance(grid, pd.DataFrame) else grid | shared
+        by = {"scheduler": options.scheduler, "workers": options.workers, "out": options.out}
+        table = steady(rows, **asked, **by)
+        read = ["rop", "rop_error", "blow_frequency", "blow_energy"]
+        common.tell_many(options, table, [*grid, "kind", "blows", *read])
+        return
     common.by_name(pd.DataFrame(index=pd.Index(MEANS)), units, options.units)
-    found = steady(
-        common.assignments(options.set),
-        preset=options.preset,
-        error=options.error,
-        blows=options.blows,
-        progress=not options.quiet,
-    )
+    found = steady(given, **asked)
     table = common.by_name(found.outputs.drop(columns="unit"), units, options.units)
     if options.out:
         outputs.write(table, options.out)
