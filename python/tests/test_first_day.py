@@ -26,7 +26,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
 PAGES = sorted((ROOT / "guide" / "pages").glob("*.md"))
-PINS = ("demo", "suite", "python", "wheel")
+PINS = ("demo", "suite", "python", "pages", "wheel")
 INSTALL = "## Install"
 PYTHON_README = ROOT / "python" / "README.md"
 #: Commands in the fences of pages that no test runs as they stand, and why.
