@@ -1,9 +1,10 @@
 //! What people wait for, for a profiler: `runs 20 rock` makes 20 runs of 1 s, each in another rock;
-//! `runs count rock` counts the instructions of one beyond the first by valgrind.
+//! `runs count rock` counts the instructions of the second of two by valgrind.
 //! `evidence/bench/cost.py` makes a page of it.
 //!
-//! Words after the number: `rock`, `feed`: what differs from run to run; `start`: up to the second
-//! blow only; `mean`: the long-run response; `gradient`: a run of 1 s with its derivatives by the
+//! Words after the number: `rock`, `feed`: what differs from run to run; `seconds=10`: how long each
+//! is; `events`, `blows`: how many come in it; `start`: up to the second blow only; `mean`: the
+//! long-run response; `gradient`: a run with its derivatives by the
 //! rock's stiffness and the feed force; `steps`: in ten steps; `rigid`, `elements=20`,
 //! `preset=top_hammer`, `mesh.degree=3` or any other number of the table: the scene; `chambers`: the drive; `coupled`: pressures with their derivatives, set
 //! every 100 us; `AVX2` and the like: the vectors.
@@ -14,16 +15,15 @@ use callgrind::instructions;
 use hammer::periodic::{Wanted, steady};
 use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
 use hammer::variables::{Role, Slot, VARIABLES};
-use hammer::{Error, Fidelity, Input, Source, Vectors};
-
-/// Length of a run, s.
-const SECOND: f64 = 1.0;
+use hammer::{Error, Fidelity, Input, Machine, Source, Vectors};
 
 /// What differs from run to run, and what is done in each.
 struct Plan {
     scene: Scene,
     varied: Vec<Argument>,
-    action: fn(&Scene, u32) -> Result<f64, Error>,
+    action: fn(&Self, &Scene) -> Result<f64, Error>,
+    /// Length of a run, s.
+    seconds: f64,
     steps: u32,
 }
 
@@ -31,49 +31,64 @@ fn argument(name: &str) -> Argument {
     Argument::named(name).expect("a name of the table")
 }
 
-/// In a run of 1 s; the hole's depth, m.
-fn run(scene: &Scene, steps: u32) -> Result<f64, Error> {
-    let mut machine = scene.machine()?;
-    for step in 1..=steps {
-        machine.advance(SECOND * f64::from(step) / f64::from(steps))?;
+/// What is done in a scene.
+impl Plan {
+    fn simulated(&self, scene: &Scene) -> Result<Machine, Error> {
+        let mut machine = scene.machine()?;
+        for step in 1..=self.steps {
+            machine.advance(self.seconds * f64::from(step) / f64::from(self.steps))?;
+        }
+        Ok(machine)
     }
-    Ok(machine.kinematics().hole_depth)
-}
 
-fn start(scene: &Scene, _: u32) -> Result<f64, Error> {
-    let mut machine = scene.machine()?;
-    while machine.counters().blows < 2 {
-        machine.advance(machine.time() + 1e-3)?;
+    /// The hole's depth at the end of a run, m.
+    fn depth(&self, scene: &Scene) -> Result<f64, Error> {
+        Ok(self.simulated(scene)?.kinematics().hole_depth)
     }
-    Ok(machine.time())
-}
 
-fn mean(scene: &Scene, _: u32) -> Result<f64, Error> {
-    Ok(steady(scene, &Wanted::default(), &mut |_, _| true)?.mean.rop())
-}
-
-fn gradient(scene: &Scene, _: u32) -> Result<f64, Error> {
-    let by = ["rock.stiffness", "feed_force"].map(argument);
-    let sample = |scene: &Scene| {
-        Sample::of_run(&mut scene.machine()?, &[SECOND], &|m| vec![m.kinematics().hole_depth])
-    };
-    Ok(derivatives(scene, &by, &sample)?.iter().map(|row| row.values[0]).sum())
-}
-
-/// Pressures of a partner that gives their derivatives, from step to step: the force of a spring on
-/// the piston, which only that feels.
-fn coupled(scene: &Scene, _: u32) -> Result<f64, Error> {
-    let mut machine = scene.machine()?;
-    for step in 1..=10_000 {
-        let (x, v) = {
-            let now = machine.kinematics();
-            (now.relative_position, now.relative_velocity)
-        };
-        machine.set_input(Input::DrivePressure, &[4e5 - 3e7 * (x + 0.02), -3e7 * v])?;
-        machine.set_input(Input::ReturnPressure, &[4e5 + 3e7 * (x + 0.02), 3e7 * v])?;
-        machine.advance(SECOND * f64::from(step) / 10_000.0)?;
+    fn events(&self, scene: &Scene) -> Result<f64, Error> {
+        Ok(self.simulated(scene)?.counters().events as f64)
     }
-    Ok(machine.kinematics().hole_depth)
+
+    fn blows(&self, scene: &Scene) -> Result<f64, Error> {
+        Ok(self.simulated(scene)?.counters().blows as f64)
+    }
+
+    fn start(&self, scene: &Scene) -> Result<f64, Error> {
+        let mut machine = scene.machine()?;
+        while machine.counters().blows < 2 {
+            machine.advance(machine.time() + 1e-3)?;
+        }
+        Ok(machine.time())
+    }
+
+    fn mean(&self, scene: &Scene) -> Result<f64, Error> {
+        Ok(steady(scene, &Wanted::default(), &mut |_, _| true)?.mean.rop())
+    }
+
+    fn gradient(&self, scene: &Scene) -> Result<f64, Error> {
+        let by = ["rock.stiffness", "feed_force"].map(argument);
+        let depth = |machine: &mut Machine| vec![machine.kinematics().hole_depth];
+        let sample =
+            |scene: &Scene| Sample::of_run(&mut scene.machine()?, &[self.seconds], &|m| depth(m));
+        Ok(derivatives(scene, &by, &sample)?.iter().map(|row| row.values[0]).sum())
+    }
+
+    /// Pressures of a partner that gives their derivatives, from step to step: the force of a spring
+    /// on the piston, which only that feels.
+    fn coupled(&self, scene: &Scene) -> Result<f64, Error> {
+        let mut machine = scene.machine()?;
+        for step in 1..=10_000 {
+            let (x, v) = {
+                let now = machine.kinematics();
+                (now.relative_position, now.relative_velocity)
+            };
+            machine.set_input(Input::DrivePressure, &[4e5 - 3e7 * (x + 0.02), -3e7 * v])?;
+            machine.set_input(Input::ReturnPressure, &[4e5 + 3e7 * (x + 0.02), 3e7 * v])?;
+            machine.advance(self.seconds * f64::from(step) / 10_000.0)?;
+        }
+        Ok(machine.kinematics().hole_depth)
+    }
 }
 
 /// Sets a parameter or an input of the table.
@@ -97,20 +112,24 @@ fn set(scene: &mut Scene, name: &str, value: &str) -> Result<(), Box<dyn std::er
 
 impl Plan {
     fn new(words: &[String]) -> Result<Self, Box<dyn std::error::Error>> {
-        let mut plan = Self { scene: Scene::default(), varied: Vec::new(), action: run, steps: 1 };
+        let (scene, varied) = (Scene::default(), Vec::new());
+        let mut plan = Self { scene, varied, action: Self::depth, seconds: 1.0, steps: 1 };
         for word in words {
             let p = &mut plan.scene.parameters;
             match word.split_once('=').unwrap_or((word, "")) {
                 ("rock", _) => plan.varied.push(argument("rock.stiffness")),
                 ("feed", _) => plan.varied.push(argument("feed_force")),
-                ("start", _) => plan.action = start,
-                ("mean", _) => plan.action = mean,
-                ("gradient", _) => plan.action = gradient,
+                ("seconds", number) => plan.seconds = number.parse()?,
+                ("events", _) => plan.action = Self::events,
+                ("blows", _) => plan.action = Self::blows,
+                ("start", _) => plan.action = Self::start,
+                ("mean", _) => plan.action = Self::mean,
+                ("gradient", _) => plan.action = Self::gradient,
                 ("steps", _) => plan.steps = 10,
                 ("chambers", _) => p.drive.source = Source::Chambers,
                 ("coupled", _) => {
                     p.drive.source = Source::Pressure;
-                    plan.action = coupled;
+                    plan.action = Self::coupled;
                 }
                 ("rigid", _) => p.fidelity = Fidelity::Rigid,
                 ("elements", count) => {
@@ -137,7 +156,7 @@ impl Plan {
         let vary = |scene: Scene, argument: &Argument| {
             argument.at(&scene, argument.value(&scene) * (1.0 + 1e-3 * f64::from(i)))
         };
-        (self.action)(&self.varied.iter().fold(self.scene, vary), self.steps)
+        (self.action)(self, &self.varied.iter().fold(self.scene, vary))
     }
 }
 
@@ -145,8 +164,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let more = words.get(1..).unwrap_or_default();
     if words.first().is_some_and(|word| word == "count") {
-        let [one, four] = [instructions(1, more)?, instructions(4, more)?];
-        println!("{}", (four - one) / 3);
+        let [one, two] = [instructions(1, more)?, instructions(2, more)?];
+        println!("{}", two - one);
         return Ok(());
     }
     let runs: u32 = words.first().map_or(Ok(20), |text| text.parse())?;

@@ -95,3 +95,15 @@ fn the_hammers_named_by_size_have_a_maker_s_piston_mass_and_feed() {
         assert!((least..=most).contains(&scene.inputs.feed_force), "{name}");
     }
 }
+
+/// The page shows forces and stresses of one hammer, on the mesh that the rule has for a hundredth.
+#[test]
+fn the_laboratory_explains_forces_on_the_mesh_of_the_rule() {
+    let (p, _) = Preset::named("hammer_3_inch").expect("a preset").start();
+    let mesh = p.mesh_for(Reading::Force, 0.01).expect("a mesh");
+    let stated = format!(
+        "FORCE_MESH = {{ \"mesh.degree\": {}, \"piston.elements\": {}, \"bit.elements\": {} }};",
+        mesh.degree, mesh.piston, mesh.bit
+    );
+    assert!(include_str!("../../lab/explore.js").contains(&stated), "{stated}");
+}

@@ -49,6 +49,34 @@ pub(crate) struct Force {
     pub viscosity: f64,
 }
 
+/// A system, where its stretch ends, and the damping form there.
+type End<'a> = (&'a Arc<System>, &'a [f64], f64);
+
+/// Damping forms at the ends of a stretch and of that before it. Where a group goes on as it was, its form
+/// at the start is that at the end before.
+#[derive(Default)]
+pub(crate) struct Forms<'a> {
+    before: Vec<End<'a>>,
+    now: Vec<End<'a>>,
+}
+
+impl<'a> Forms<'a> {
+    fn begin(&mut self) {
+        std::mem::swap(&mut self.before, &mut self.now);
+        self.now.clear();
+    }
+
+    /// At the start and the end.
+    fn of(&mut self, system: &'a Arc<System>, [start, end]: [&'a [f64]; 2]) -> [f64; 2] {
+        let same = |known: &&End| Arc::ptr_eq(known.0, system) && known.1 == start;
+        let form = system.damping_form();
+        let first = self.before.iter().find(same).map_or_else(|| form.of(start), |known| known.2);
+        let last = form.of(end);
+        self.now.push((system, end, last));
+        [first, last]
+    }
+}
+
 /// The stretch, with the states at both its ends.
 #[derive(Debug)]
 pub(crate) struct PendingIntegrals {
@@ -250,11 +278,18 @@ impl PendingIntegrals {
         if self.damped { self.system.prepare_damping_form() } else { Ok(()) }
     }
 
-    /// The integrals. Damping of the piston in flight is integrated when the flight ends.
-    pub fn sums(&self) -> Sums {
+    /// The integrals; `forms` go from the end of the stretch before to the end of this. Damping of the
+    /// piston in flight is integrated when the flight ends.
+    pub fn sums<'a>(&'a self, forms: &mut Forms<'a>) -> Sums {
         let pushed = &self.pushed.polynomials();
         let main = self.stretch(pushed);
         let mut sums = Sums::default();
+        forms.begin();
+        let mut damping = |system, track: &Stretch, ends: &'a [f64]| {
+            let (start, end) = ends.split_at(ends.len() / 2);
+            if self.damped { track.damping(forms.of(system, [start, end])) } else { 0.0 }
+        };
+        sums.damping += damping(&self.system, &main, &self.ends);
         self.add_group(self.group, &main, &mut sums);
         if let Some(system) = &self.piston {
             // Loads on a free body work on its translation only; the oscillation can be left out.
@@ -264,17 +299,15 @@ impl PendingIntegrals {
             self.add_works(Group::PISTON, &piston, &mut sums);
         }
         for other in &self.others {
-            self.add_group(other.group, &self.beside(other, pushed), &mut sums);
+            let track = self.beside(other, pushed);
+            sums.damping += damping(&other.system, &track, &other.ends);
+            self.add_group(other.group, &track, &mut sums);
         }
         self.add_rock(&main, &mut sums);
         sums
     }
 
     fn add_group(&self, group: Group, track: &Stretch, sums: &mut Sums) {
-        if self.damped {
-            let form = track.system.damping_form();
-            sums.damping += track.damping([track.start, track.end].map(|z| form.of(z)));
-        }
         self.add_works(group, track, sums);
         let contact = self.graph.inside(group).find(|edge| edge.tie == Tie::Contact);
         let share = self.graph.share(group, Displacement::Tie(Tie::Contact));
@@ -286,15 +319,16 @@ impl PendingIntegrals {
     fn add_works(&self, group: Group, track: &Stretch, sums: &mut Sums) {
         for (displacement, _, parts) in &self.graph.loaded {
             let Some(share) = self.graph.share(group, *displacement) else { continue };
-            let none = Poly::default();
-            let acting = std::array::from_fn(|i| {
-                // The fluid's work follows from where the piston stands.
-                let works = parts[i] != 0.0 && i != Channel::Fluid as usize;
-                if works { &track.loads[i] } else { &none }
-            });
-            let works = track.works::<CHANNELS>(share, acting);
-            let each = sums.work.iter_mut().zip(parts).zip(works);
-            each.for_each(|((sum, part), work)| *sum += part * work);
+            // The fluid's work follows from where the piston stands.
+            let acts = |i: &usize| parts[*i] != 0.0 && *i != Channel::Fluid as usize;
+            let change = track.change(share);
+            for i in (0..CHANNELS).filter(acts) {
+                let work = match &self.pushed {
+                    Pushed::Steadily { loads, .. } => loads[i] * change,
+                    Pushed::Freely(_) => track.work(share, &track.loads[i], change),
+                };
+                sums.work[i] += parts[i] * work;
+            }
         }
     }
 

@@ -301,15 +301,19 @@ impl Graph {
     /// Index of a group's share of a displacement among its system's functionals; none if it has
     /// none. The shares of all groups add up to the displacement.
     pub(crate) fn share(&self, group: Group, displacement: Displacement) -> Option<usize> {
-        let mut place = 0;
-        for (other, bodies) in &self.listed {
-            let has = bodies.meet(group.bodies);
-            if *other == displacement {
-                return has.then_some(place);
-            }
-            place += usize::from(has);
-        }
-        None
+        self.share_of_listed(group, self.place(displacement)?)
+    }
+
+    /// Where a displacement is listed.
+    pub(crate) fn place(&self, displacement: Displacement) -> Option<usize> {
+        self.listed.iter().position(|(other, _)| *other == displacement)
+    }
+
+    /// [`Self::share`] of the displacement that is listed there.
+    pub(crate) fn share_of_listed(&self, group: Group, place: usize) -> Option<usize> {
+        let has = |(_, bodies): &&(Displacement, Bodies)| bodies.meet(group.bodies);
+        let (before, rest) = self.listed.split_at(place);
+        rest.first().filter(has).map(|_| before.iter().filter(has).count())
     }
 
     /// The displacements of which a group has a share, in the order of its system's functionals.

@@ -14,7 +14,6 @@ use crate::modal::system::{CHANNELS, Functional, System, TAYLOR};
 use crate::modal::track::Track;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
-use std::cell::LazyCell;
 
 /// Radians of the fastest motion that a series covers: `2^24 / 24!` is below rounding.
 pub(crate) const PANEL: f64 = 2.0;
@@ -79,17 +78,14 @@ impl<'a> Stretch<'a> {
         poly + kernel::dot(&f.integral, self.end) - kernel::dot(&f.integral, self.start)
     }
 
-    /// `int load(t) u'(t) dt` of each load for the displacement `index`.
-    pub fn works<const COUNT: usize>(&self, index: usize, loads: [&Poly; COUNT]) -> [f64; COUNT] {
-        let change = LazyCell::new(|| self.change(index));
-        loads.map(|load| {
-            if load.is_constant() {
-                return load.0[0] * *change;
-            }
-            let rate = self.poly(index).derivative();
-            let [modal, _] = self.moment_and_size(index, load);
-            load.integral_of_product(&rate, self.span) + modal
-        })
+    /// `int load(t) u'(t) dt` of a load for the displacement `index`, which changes by `change`.
+    pub fn work(&self, index: usize, load: &Poly, change: f64) -> f64 {
+        if load.is_constant() {
+            return load.0[0] * change;
+        }
+        let rate = self.poly(index).derivative();
+        let [modal, _] = self.moment_and_size(index, load);
+        load.integral_of_product(&rate, self.span) + modal
     }
 
     /// `int load(t) c . z(t) dt` of a displacement's rate `c . z`, by parts, and the sum of the sizes of

@@ -29,7 +29,7 @@ use crate::modal::system::CHANNELS;
 use crate::modal::track::{ROUNDED, Track};
 use crate::numerics::{instant::Double, kernel, poly::Poly};
 use crate::quantities::{inputs::Input, parameters::Parameters};
-use state::{Milestone, MotionState};
+use state::{Anchor, Milestone, MotionState};
 
 /// A displacement and its first two rates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -209,6 +209,18 @@ impl Motion {
         self.graph().share(self.state.anchors[index].group, displacement)
     }
 
+    /// The tracks that have a share of a displacement, each with its functional.
+    pub(crate) fn shares(
+        &self,
+        displacement: Displacement,
+    ) -> impl Iterator<Item = (usize, usize)> + use<'_> {
+        let place = self.graph().place(displacement);
+        let share = move |(index, anchor): (usize, &Anchor)| {
+            Some((index, self.graph().share_of_listed(anchor.group, place?)?))
+        };
+        self.state.anchors.iter().enumerate().filter_map(share)
+    }
+
     /// Static and translating part of a functional of track `index`, after the epoch.
     pub(crate) fn poly(&self, index: usize, functional: usize) -> Poly {
         let driven = &self.state.anchors[index].driven;
@@ -222,14 +234,15 @@ impl Motion {
         displacement: Displacement,
         t: f64,
     ) -> PointMotion {
-        let shares = tracks.iter().enumerate().filter_map(|(index, track)| {
-            let functional = self.share(index, displacement)?;
+        let shares = self.shares(displacement).take_while(|(index, _)| *index < tracks.len());
+        let shares = shares.map(|(index, functional)| {
+            let track = &tracks[index];
             let rows = &track.system.functionals[functional].rows;
             let mut rates = self.poly(index, functional).rates_at(t);
             for (rate, row) in rates.iter_mut().zip(rows) {
                 *rate += kernel::dot(row, &track.z);
             }
-            Some(rates)
+            rates
         });
         let sum = shares.reduce(|a, b| std::array::from_fn(|k| a[k] + b[k])).unwrap_or_default();
         PointMotion { displacement: sum[0], velocity: sum[1], acceleration: sum[2] }

@@ -26,6 +26,7 @@ use crate::numerics::combine;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
 use crate::quantities::parameters::{Rock, Source};
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 /// Bound on the rounding of a transition. The state goes through two bases, each term with
@@ -56,7 +57,8 @@ impl Motion {
             }
         }
         if self.graph().is_loose() {
-            for group in self.graph().groups(&mode) {
+            let stands = |group: &Group| self.state.anchors.iter().any(|a| a.group == *group);
+            for group in self.graph().groups(&mode).into_iter().filter(|group| !stands(group)) {
                 self.model.system(group, mode)?;
             }
         }
@@ -285,7 +287,7 @@ impl Motion {
         let (track, anchor) = (&self.tracks[index], &self.state.anchors[index]);
         let (system, mut y) = (track.system.clone(), track.z.clone());
         system.add_driven(&self.state.loads, &anchor.driven, 0.0, &mut y);
-        Standing { group: anchor.group, system, y }
+        Standing { group: anchor.group, system, y, bodies: OnceCell::new() }
     }
 
     /// Puts track `index` on the system of `group`, with the state of its bodies `from`; a
@@ -303,9 +305,7 @@ impl Motion {
         if !self.carry_straight(group, from, &mut y)? {
             let mut state = vec![0.0; 2 * system.modes()];
             for old in from {
-                let mut bodies = vec![0.0; 2 * old.system.modes()];
-                old.system.to_bodies(&old.y, &mut bodies);
-                let (q, v) = bodies.split_at(old.system.modes());
+                let (q, v) = old.bodies().split_at(old.system.modes());
                 let shared = self.graph().overlaps(old.group, group);
                 shared.iter().for_each(|overlap| overlap.copy([q, v], &mut state));
             }
@@ -449,4 +449,16 @@ struct Standing {
     group: Group,
     system: Arc<System>,
     y: Vec<f64>,
+    bodies: OnceCell<Vec<f64>>,
+}
+
+impl Standing {
+    /// In the bodies' modes: made once for all groups that it goes to.
+    fn bodies(&self) -> &[f64] {
+        self.bodies.get_or_init(|| {
+            let mut state = vec![0.0; 2 * self.system.modes()];
+            self.system.to_bodies(&self.y, &mut state);
+            state
+        })
+    }
 }

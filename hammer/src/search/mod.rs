@@ -305,9 +305,7 @@ fn signal(motion: &Motion, guard: &Guard) -> Signal {
     let resolution = motion.model().resolutions[order];
     let level = guard.level - if order == 0 { motion.ahead(displacement) } else { 0.0 };
     let mut parts = [None; 2];
-    let shares = (0..motion.tracks().len())
-        .filter_map(|track| Some((track, motion.share(track, displacement)?)));
-    for (part, (track, functional)) in parts.iter_mut().zip(shares) {
+    for (part, (track, functional)) in parts.iter_mut().zip(motion.shares(displacement)) {
         *part = Some(Part { track, functional, factor });
     }
     let each = parts.into_iter().flatten();

@@ -447,11 +447,13 @@ impl GuardTracker {
     /// left near it.
     fn polish(&mut self, tracks: &mut [Track], root: f64) -> f64 {
         let [Some(part), None] = self.signal.parts else {
-            let mut tracks = tracks.to_vec();
-            for track in &mut tracks {
-                track.rotate_to(root);
-            }
-            return self.signal.polish(&tracks, root);
+            let parts = self.signal.parts.into_iter().flatten();
+            let before: Vec<_> =
+                parts.map(|part| (part.track, tracks[part.track].clone())).collect();
+            before.iter().for_each(|(index, _)| _ = tracks[*index].rotate_to(root));
+            let sharp = self.signal.polish(tracks, root);
+            before.into_iter().for_each(|(index, track)| tracks[index] = track);
+            return sharp;
         };
         let track = &mut tracks[part.track];
         self.ahead.part_from(track);
