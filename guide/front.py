@@ -42,7 +42,6 @@ def speed() -> list[str]:
     """One cycle: its time, its first time, and the solvers beside it."""
     data = json.loads((ROOT / "reports" / "speed-against-error.json").read_text(encoding="utf-8"))
     (engine,) = [p for p in data["points"] if p["solver"] == OURS]
-    (size,) = [s for s in data["sizes"] if s["elements"] == ELEMENTS]
     times = ratios()
     scan = times.pop(WRITTEN_HERE)
     fastest = sorted(times.items(), key=lambda item: item[1])[:3]
@@ -51,7 +50,7 @@ def speed() -> list[str]:
         f"* {where(data)}, a pressure cycle of the preset `overdamped` ({ELEMENTS} elements per "
         f"bar, {data['events']} events) takes {engine['cpu'] * 1e3:.2f} ms with an error of "
         f"{engine['verdict']['error']:.0e} mm and m/s; the first one takes "
-        f"{size['first'] * 1e3:.1f} ms, because it also computes the modes of each system."
+        f"{engine['setup'] * 1e3:.1f} ms, because it also computes the modes of each system."
         f"{vectors(data)} Measured by `cargo bench-report speed`.",
         f"* At an error of {ERROR} mm and m/s, the fastest general solvers take longer by these "
         f"factors: {peers}; and {scan} a program of our own for this hammer alone, which tabulates "
@@ -63,7 +62,7 @@ def vectors(data: dict[str, Any]) -> str:
     """A settled cycle of a long run by what the processor has."""
     costs = {row["vectors"]: row["long"] for row in data["vectors"]}
     others = [f"{1e3 * costs[name]:.2f} ms in {name} vectors" for name in costs if name != "scalar"]
-    takes = " In a long run of 1 ms steps a settled cycle takes"
+    takes = " In a long run of 1 ms steps a settled cycle of the reference takes"
     return f"{takes} {' and '.join(others)}." if others else ""
 
 
@@ -133,10 +132,8 @@ def checks() -> list[str]:
 
 
 def where(data: dict[str, str]) -> str:
-    """The machine, as far as the report names it."""
-    processor = data["processor"].replace("Avx512", "AVX-512").replace("Avx2", "AVX2")
-    named = "vectors" in processor
-    return f"On one {processor}" + ("" if named else " (its vectors were not recorded)")
+    """The machine."""
+    return f"On one {data['processor']}"
 
 
 if __name__ == "__main__":

@@ -55,6 +55,8 @@ DONE = {
 #: Growth over spans of a bar, and over rods on the mesh that a rate needs (17 spans a rod and 5).
 SPANS = (8, 16, 32, 64, 128)
 RODS = (1, 2, 4, 8)
+#: Growth over blows: the same hammer for so many seconds.
+SECONDS = (1, 4, 16)
 #: In node, by `browser.mjs`, which knows no gradients.
 WASM = "wasm in node"
 BODIES = {
@@ -161,6 +163,32 @@ def count(words: list[str]) -> float:
     return 1e-6 * int(done.stdout)
 
 
+def counted(words: list[str]) -> int:
+    """What the example says of one run: how many blows or events."""
+    done = subprocess.run(run(1, words), capture_output=True, check=True, text=True)
+    return round(float(done.stdout.split()[-1]))
+
+
+def growth() -> None:
+    """Prints how instructions grow with blows, and what an event takes in each scene."""
+    print("\n## Growth over blows, reference, new feed force (AVX2)\n")
+    print("| seconds | blows | millions | a blow |\n|---|---:|---:|---:|")
+    for seconds in SECONDS:
+        words = ["feed", f"seconds={seconds}"]
+        blows, whole = counted([*words, "blows"]), count(words)
+        print(f"| {seconds} | {blows} | {whole:.1f} | {whole / blows:.2f} |", flush=True)
+    print("\n## Growth over events, 1 s with a new feed force, by rising number (AVX2)\n")
+    print("| scene | blows | events | millions | a thousand events |\n|---|---:|---:|---:|---:|")
+    table = []
+    for name, scene in SCENES.items():
+        words = [*scene, "feed"]
+        blows, events = (counted([*words, of]) for of in ("blows", "events"))
+        table.append((events, blows, name, count(words)))
+    for events, blows, name, whole in sorted(table):
+        each = 1e3 * whole / events
+        print(f"| {name} | {blows} | {events} | {whole:.1f} | {each:.1f} |", flush=True)
+
+
 def rows(title: str, head: list[str], cells: dict[str, list[list[str]]]) -> dict[str, list[float]]:
     """Prints a table of counts, row by row, and returns it."""
     print(f"\n## {title}\n\n| " + " | ".join(head) + " |\n|---|" + "---:|" * (len(head) - 1))
@@ -174,7 +202,7 @@ def rows(title: str, head: list[str], cells: dict[str, list[list[str]]]) -> dict
 def counts() -> dict[str, dict[str, list[float]]]:
     """Instructions of each action and scene, and how they grow."""
     spans = [["feed"], ["rock"]]
-    return {
+    tables = {
         "actions": rows(
             "Instructions, in millions (16 spans of degree 3 per bar, AVX2)",
             ["reference", "millions"],
@@ -196,6 +224,8 @@ def counts() -> dict[str, dict[str, list[float]]]:
             {str(n): [string(n), [*string(n), "drill.joint.stiffness=3e9"]] for n in RODS},
         ),
     }
+    growth()
+    return tables
 
 
 def string(rods: int) -> list[str]:
@@ -248,19 +278,19 @@ def main() -> None:
         print(
             "\nNode goes on compiling while the first runs are under way; that is in its numbers."
         )
-    counted = counts() if shutil.which("valgrind") else {}
+    tables = counts() if shutil.which("valgrind") else {}
     from_python()
     print("\n## A thousand hammers side by side\n")
     command = [str(EXAMPLES / "fleet"), "1000"]
     print(subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip())
     if shutil.which("valgrind"):
         command = [str(EXAMPLES / "fleet"), "count"]
-        counted = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        fleet = subprocess.run(command, capture_output=True, text=True, check=True).stdout
         print("\nThe hammers in turn integrate works and losses, because there is no room to store")
         print("what they follow from; those one after another leave it until somebody asks.\n")
-        print("".join(f"- {line}\n" for line in counted.splitlines()), end="")
+        print("".join(f"- {line}\n" for line in fleet.splitlines()), end="")
     processor = names[0] if names else platform.processor()
-    print(json.dumps({"processor": f"{processor}, {kinds[0]} vectors", "counts": counted}))
+    print(json.dumps({"processor": f"{processor}, {kinds[0]} vectors", "counts": tables}))
 
 
 if __name__ == "__main__":

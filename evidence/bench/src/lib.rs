@@ -20,5 +20,5 @@ pub fn processor() -> String {
     let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix("model name"));
     let name = line.map_or("unknown".into(), |l| l.trim_matches([' ', '\t', ':']).to_string());
-    format!("{name}, {:?} vectors", hammer::Vectors::in_use())
+    format!("{name}, {} vectors", hammer::Vectors::in_use())
 }

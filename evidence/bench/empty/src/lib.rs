@@ -1,4 +1,5 @@
-//! All functions of FMI 2.0 co-simulation, none of which does anything.
+//! All functions of FMI 2.0 co-simulation, and those of FMI 3.0 that a step takes, none of which does
+//! anything.
 
 use std::ffi::{c_char, c_void};
 use std::ptr::without_provenance_mut;
@@ -48,6 +49,11 @@ ok! {
     fmi2GetIntegerStatus(Handle, i32, *mut i32);
     fmi2GetBooleanStatus(Handle, i32, *mut i32);
     fmi2GetStringStatus(Handle, i32, *mut Text);
+    fmi3EnterInitializationMode(Handle, bool, f64, f64, bool, f64);
+    fmi3ExitInitializationMode(Handle);
+    fmi3DoStep(Handle, f64, f64, bool, *mut bool, *mut bool, *mut bool, *mut f64);
+    fmi3SetFloat64(Handle, *const u32, usize, *const f64, usize);
+    fmi3GetFloat64(Handle, *const u32, usize, *mut f64, usize);
 }
 
 #[unsafe(no_mangle)]
@@ -75,3 +81,24 @@ extern "C" fn fmi2Instantiate(
 
 #[unsafe(no_mangle)]
 extern "C" fn fmi2FreeInstance(_: Handle) {}
+
+#[unsafe(no_mangle)]
+extern "C" fn fmi3InstantiateCoSimulation(
+    _: Text,
+    _: Text,
+    _: Text,
+    _: bool,
+    _: bool,
+    _: bool,
+    _: bool,
+    _: *const u32,
+    _: usize,
+    _: Handle,
+    _: *const c_void,
+    _: *const c_void,
+) -> Handle {
+    without_provenance_mut(1)
+}
+
+#[unsafe(no_mangle)]
+extern "C" fn fmi3FreeInstance(_: Handle) {}

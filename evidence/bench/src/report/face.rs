@@ -9,19 +9,22 @@ use dth_hammer::GUID;
 use hammer::variables::{Read, Role, VARIABLES};
 use hammer::{Input, InputValues, Machine, Parameters};
 use serde::Serialize;
-use std::ffi::CString;
+use std::ffi::{CStr, CString};
 use std::fmt::Write as _;
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use support::run::{cargo, run, target};
 
-/// What is measured, in the order of the samples; the engine has the like of the first six.
-const ROWS: [&str; 13] = [
+/// What is measured, in the order of the samples; the engine has the like of the first nine.
+const ROWS: [&str; 16] = [
     "`fmi2DoStep` of 1 us without an event",
     "that, and `fmi2GetReal` of all outputs",
     "`fmi2SetReal` of all inputs, `fmi2DoStep`, `fmi2GetReal` of all outputs",
     "`fmi2SetReal` of all inputs, `fmi2GetReal` of all outputs, no step between",
+    "`fmi3DoStep` of 1 us without an event",
+    "that, and `fmi3GetFloat64` of all outputs",
+    "`fmi3SetFloat64` of all inputs, `fmi3DoStep`, `fmi3GetFloat64` of all outputs",
     "`fmi2GetFMUstate` and `fmi2FreeFMUstate`",
     "`fmi2SetFMUstate`",
     "`fmi2SerializedFMUstateSize` and `fmi2SerializeFMUstate`",
@@ -213,6 +216,7 @@ fn library(path: &Path, ports: &Ports) -> Result<Vec<f64>, Failure> {
     instance.step(1e-3, BEGIN - 1e-3);
     let start = instance.save();
     let mut round = steps(&instance, &start, ports).to_vec();
+    round.extend(steps3(&library, &guid, ports)?);
     round.extend(states(&instance, &start));
     instance.forget(start);
     round.extend(marks.windows(2).map(|pair| (pair[1] - pair[0]).as_secs_f64()));
@@ -251,6 +255,28 @@ fn steps(instance: &Instance, start: &State, ports: &Ports) -> [f64; 4] {
     [quiet, read, coupled, both]
 }
 
+/// The first three of them by the functions of FMI 3.0, an instance each.
+fn steps3(library: &Fmu, token: &CStr, ports: &Ports) -> Result<[f64; 3], Failure> {
+    let inputs: Vec<u32> = ports.inputs.iter().map(|input| input.0).collect();
+    let outputs: Vec<u32> = ports.outputs.iter().map(|output| output.0).collect();
+    let mut values = vec![0.0; outputs.len()];
+    let mut times = [0.0; 3];
+    for (time, [sets, gets]) in times.iter_mut().zip([[false; 2], [false, true], [true; 2]]) {
+        let instance = library.start3(token)?;
+        instance.step(0.0, BEGIN);
+        *time = clock(STEPS, |i| {
+            if sets {
+                instance.set(&inputs, &ports.starts);
+            }
+            instance.step(point(i), STEP);
+            if gets {
+                instance.get(&outputs, &mut values);
+            }
+        });
+    }
+    Ok(times)
+}
+
 fn states(instance: &Instance, start: &State) -> [f64; 4] {
     let saved = clock(REPEATS, |_| instance.forget(instance.save()));
     let restored = clock(REPEATS, |_| instance.restore(start));
@@ -263,7 +289,7 @@ fn states(instance: &Instance, start: &State) -> [f64; 4] {
     [saved, restored, written, got_back]
 }
 
-/// A round of the same on the engine alone, s: the first six rows.
+/// A round of the same on the engine alone, s: the first nine rows, of which three have the like twice.
 fn engine(ports: &Ports) -> Result<Vec<f64>, Failure> {
     let mut machine = machine(&Parameters::default());
     machine.advance(BEGIN)?;
@@ -299,5 +325,5 @@ fn engine(ports: &Ports) -> Result<Vec<f64>, Failure> {
     });
     let saved = clock(REPEATS, |_| drop(black_box(machine.state())));
     let restored = clock(REPEATS, |_| machine.restore(&start).expect("its own state"));
-    Ok(vec![quiet, read, coupled, both, saved, restored])
+    Ok(vec![quiet, read, coupled, both, quiet, read, coupled, saved, restored])
 }

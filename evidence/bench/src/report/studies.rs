@@ -5,8 +5,6 @@ use bench::engine::machine;
 use hammer::{Machine, Parameters, Vectors};
 use serde::Serialize;
 
-/// Period of the stationary response, s.
-pub const PERIOD: f64 = 45.613e-3;
 const STEP: f64 = 1e-3;
 
 /// Cost against the number of elements of each bar, s.
