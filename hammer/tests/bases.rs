@@ -1,7 +1,6 @@
 //! Every system that a scene can meet has its modes: on each of 161 meshes of the reference hammer, bare and in
 //! every casing, and of hammers drawn over the whole domain. The suite takes a part of both;
-//! `BASES=600 cargo test -p hammer --features internals --test bases` takes 600. Two of these, 583 and 609, are
-//! still refused: strings 3e4 and 6e4 times as strong as the bodies.
+//! `BASES=1500 cargo test -p hammer --features internals --test bases` takes 1500.
 
 use hammer::laws::event::Bodies;
 use hammer::laws::rock::Spring;
@@ -22,10 +21,11 @@ const CASINGS: [(&str, bool, f64); 5] = [
 /// that is real had the vector of nothing where a row of the secular matrix vanishes.
 const ONCE: [(usize, usize); 10] =
     [(1, 35), (1, 75), (1, 90), (1, 100), (3, 100), (3, 115), (4, 80), (5, 95), (5, 105), (6, 105)];
-/// Drawn hammers that once had none. Of two, the slow decay beside dashpots 1e5 times as strong as a bar had a root
-/// that was off by 1e-3, or no vector; of the others, bars that are equal and strongly damped, two roots were
-/// refined to one.
-const DRAWN: [usize; 4] = [171, 199, 337, 499];
+/// Drawn hammers that once had none. Of 171 and 199, the slow decay beside dashpots 1e5 times as strong as a bar had
+/// a root that was off by 1e-3, or no vector; of 337 and 499, bars that are equal and strongly damped, two roots were
+/// refined to one; of 583 and 609, whose strings are 3e4 and 6e4 times as strong as the bodies, roots on a long way
+/// in small steps were taken for settled.
+const DRAWN: [usize; 6] = [171, 199, 337, 499, 583, 609];
 
 /// How many drawn hammers are wanted, if not a part of all.
 fn wanted() -> Option<usize> {
@@ -185,10 +185,10 @@ fn drawn(c: &mut Chance) -> Parameters {
 fn hammers_that_are_drawn_have_their_modes() {
     let (mut chance, mut drawn_in_all, mut found, mut worst) = (Chance(40), 0, 0, 0.0_f64);
     let (mut failed, mut rough) = (Vec::new(), 0);
-    while found < wanted().unwrap_or(450) {
+    while found < wanted().unwrap_or(480) {
         let p = drawn(&mut chance);
         drawn_in_all += 1;
-        assert!(drawn_in_all < 2000, "most are refused: {:?}", p.validate());
+        assert!(drawn_in_all < 3000, "most are refused: {:?}", p.validate());
         if p.validate().is_err() {
             continue;
         }
@@ -196,7 +196,7 @@ fn hammers_that_are_drawn_have_their_modes() {
         if wanted().is_none() && found % 50 > 0 && !DRAWN.contains(&drawn_in_all) {
             continue;
         }
-        let (mismatch, failures) = decompose(&p, &format!("drawn {drawn_in_all}: {p:?}"));
+        let (mismatch, failures) = decompose(&p, &format!("drawn {drawn_in_all}"));
         failed.extend(failures);
         (worst, rough) = (worst.max(mismatch), rough + usize::from(mismatch > 1e-10));
     }

@@ -2,10 +2,16 @@
 
 use crate::numerics::math;
 use crate::numerics::matrix2::Matrix2;
+use num_complex::Complex64 as C;
 
 /// Two roots that differ by less than this times their sum form one block: separately, their
 /// vectors would be nearly parallel.
 pub(crate) const CONFLUENT: f64 = 0.15;
+
+/// True for a root that is real, or one of two that nearly coincide.
+pub(crate) fn is_real(root: C) -> bool {
+    root.im.abs() <= CONFLUENT * root.re.abs()
+}
 
 /// Two real coordinates, `y' = b y`, and their shapes in the free modes, scaled so that the norm of
 /// `exp(b t)` never exceeds 1.

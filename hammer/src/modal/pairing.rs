@@ -2,7 +2,7 @@
 
 use crate::error::SpectrumError;
 use crate::interrupt;
-use crate::modal::block::{Block, CONFLUENT};
+use crate::modal::block::{Block, CONFLUENT, is_real};
 use crate::modal::cluster::{self, Eigenpair};
 use crate::modal::confluence::{self, Circle};
 use crate::modal::quotient::Factor;
@@ -53,26 +53,19 @@ impl<'a> Pairing<'a> {
     ///
     /// # Errors
     ///
-    /// [`SpectrumError`], if complex roots have no conjugates.
+    /// [`SpectrumError::Cancelled`].
     pub(crate) fn blocks(&self) -> Result<Vec<Block>, SpectrumError> {
         let (mut reals, mut blocks) = (Vec::new(), Vec::new());
-        let (mut upper, mut lower) = (0usize, 0usize);
         for (k, &root) in self.roots.iter().enumerate() {
             if interrupt::is_set() {
                 return Err(SpectrumError::Cancelled);
             }
             let s = self.secular.value(root);
-            if s.im.abs() <= CONFLUENT * s.re.abs() {
+            if is_real(s) {
                 reals.push((s, k));
             } else if s.im > 0.0 {
-                upper += 1;
                 blocks.push(self.oscillation(k));
-            } else {
-                lower += 1;
             }
-        }
-        if upper != lower || reals.len() % 2 != 0 {
-            return Err(SpectrumError::Unpaired);
         }
         // Slowest with fastest, and so on inward: a confluent pair meets in the middle.
         reals.sort_by(|a, b| b.0.re.total_cmp(&a.0.re));

@@ -3,6 +3,7 @@
 
 use crate::error::SpectrumError;
 use crate::interrupt;
+use crate::modal::block::is_real;
 use crate::modal::secular::{Root, Secular};
 use crate::numerics::math::norm;
 use crate::numerics::poles::{self, Pairs, Point};
@@ -31,10 +32,14 @@ const COINCIDENT: f64 = 1e-6;
 const ROUGH: f64 = 1e-2;
 
 /// Number of consecutive steps below these limits.
-fn steps_in_place(before: u8, size: f64, sweep: usize, expanded: bool) -> u8 {
-    let rough = if expanded { ROUGH } else { COINCIDENT };
-    if size <= WHOLE || (sweep > 60 && size <= rough) { before + 1 } else { u8::from(size <= HALF) }
+fn steps_in_place(before: u8, size: f64, rough: f64) -> u8 {
+    if size <= WHOLE.max(rough) { before + 1 } else { u8::from(size <= HALF) }
 }
+
+/// Sweeps after which such a root may count as settled. Beside a dashpot 1e4 times as strong as the bodies, roots
+/// whose start is far away need two hundred, in steps as small: where the first are not enough, the second are.
+const HASTE: usize = 60;
+const PATIENCE: usize = 300;
 
 /// The result of an iteration for one root.
 enum Step {
@@ -116,16 +121,19 @@ impl<'a> Roots<'a> {
     ///
     /// # Errors
     ///
-    /// [`SpectrumError`], if they do not converge or do not fit the trace.
+    /// [`SpectrumError`], if they do not converge, are no conjugates, or do not fit the trace.
     pub(crate) fn solve(&self) -> Result<Vec<Root>, SpectrumError> {
-        let tied = (0..self.gaps.len() / 2).map(|i| self.secular.poles[2 * i].im > 0.0).collect();
-        self.settled(tied).or_else(|_| self.settled(vec![false; self.gaps.len() / 2]))
+        self.settled(true, HASTE)
+            .or_else(|_| self.settled(false, HASTE))
+            .or_else(|_| self.settled(false, PATIENCE))
     }
 
-    /// The same. `tied` roots of a mode are conjugates and take one common step, until they come
-    /// near the real axis, where they may separate.
-    fn settled(&self, mut tied: Vec<bool>) -> Result<Vec<Root>, SpectrumError> {
+    /// The same. Roots of a mode that are tied are conjugates and take one common step, until they come
+    /// near the real axis, where they may separate. Those known to few digits settle after `patience` sweeps.
+    fn settled(&self, ties: bool, patience: usize) -> Result<Vec<Root>, SpectrumError> {
         let start = self.start();
+        let turns = |i: usize| ties && self.secular.poles[2 * i].im > 0.0;
+        let mut tied: Vec<bool> = (0..self.gaps.len() / 2).map(turns).collect();
         let mut roots = start.clone();
         let mut sites = Pairs::new(tied.len(), poles::PLACES);
         for (i, _) in tied.iter().enumerate().filter(|(_, tied)| **tied) {
@@ -157,7 +165,8 @@ impl<'a> Roots<'a> {
                         roots[k].offset = if is_there { f64::EPSILON * from } else { left };
                         let near = roots[k].offset.norm_sqr().min(value.norm_sqr());
                         let size = (step.norm_sqr() / near).sqrt();
-                        settled[k] = steps_in_place(settled[k], size, sweep, self.secular.expanded);
+                        let rough = if sweep > patience { self.rough() } else { 0.0 };
+                        settled[k] = steps_in_place(settled[k], size, rough);
                         self.rebase(&mut roots[k]);
                     }
                     Step::Exact => {
@@ -188,6 +197,11 @@ impl<'a> Roots<'a> {
             }
         }
         Err(SpectrumError::Unsettled)
+    }
+
+    /// Steps as small as this, relative to the way from the pole, may be all that rounding leaves.
+    fn rough(&self) -> f64 {
+        if self.secular.expanded { ROUGH } else { COINCIDENT }
     }
 
     /// The conjugate of a root.
@@ -254,6 +268,8 @@ impl<'a> Roots<'a> {
         if !sum.is_finite() || norm(sum + trace) > 1e-7 * size {
             return Err(SpectrumError::Trace);
         }
-        Ok(())
+        let values = roots.iter().map(|&root| self.secular.value(root));
+        let sides = values.filter(|&s| !is_real(s)).map(|s| s.im.signum());
+        if sides.sum::<f64>() == 0.0 { Ok(()) } else { Err(SpectrumError::Unpaired) }
     }
 }

@@ -8,7 +8,7 @@
 //! `(s + t) x . y + x . C y`).
 
 use crate::interrupt;
-use crate::modal::block::CONFLUENT;
+use crate::modal::block::is_real;
 use crate::modal::cluster::Eigenpair;
 use crate::modal::refinement::{MOVED, Refinement};
 use crate::modal::secular::{Root, Secular};
@@ -60,9 +60,10 @@ pub(crate) fn separated(secular: &Secular, roots: &mut [Root]) -> BTreeMap<usize
 /// Real roots, those together that lie close to each other.
 fn groups(secular: &Secular, roots: &[Root]) -> Vec<Vec<usize>> {
     let value = |k: usize| secular.value(roots[k]);
-    let is_real = |&k: &usize| value(k).im.abs() <= CONFLUENT * value(k).re.abs();
-    let mut real: Vec<usize> =
-        (0..roots.len()).filter(is_real).filter(|&k| !secular.slides(roots[k])).collect();
+    let mut real: Vec<usize> = (0..roots.len())
+        .filter(|&k| is_real(value(k)))
+        .filter(|&k| !secular.slides(roots[k]))
+        .collect();
     real.sort_by(|&i, &j| value(i).re.total_cmp(&value(j).re));
     let near = |&i: &usize, &j: &usize| norm(value(i) - value(j)) <= NEAR * norm(value(i));
     real.chunk_by(near).filter(|group| group.len() > 1).map(<[usize]>::to_vec).collect()
