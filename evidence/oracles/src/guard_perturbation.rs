@@ -5,11 +5,15 @@
 //! The terms are those of any arithmetic that moves a body by its static shape and oscillations
 //! about it: the places themselves, and how far and how fast the state swings. Bodies that stand
 //! still in equilibrium have none of the latter, and a level at which they rest is met exactly.
+//!
+//! What nothing but the drill string's dashpot `Zs` holds comes to its steady speed `F / Zs` as
+//! `exp(-Zs t / M)`: its place is where it would come to, less `(F / Zs - v) M / Zs` that is still to
+//! come, metres on a weak string. Each of these is rounded, and their difference is the place.
 
 use crate::law::{MAX_JOINTS, Memory, Mode, Quantity, Rock, Side, State};
 use crate::linear::Real;
 use crate::model::Model;
-use crate::perturb::RELATIVE;
+use crate::perturb::{self, RELATIVE};
 
 /// Roundings of a guard that its resolution must exceed to mean anything: each of a sum of twenty
 /// or so, sixteen times.
@@ -83,6 +87,22 @@ impl GuardPerturbation {
     }
 }
 
+/// Makes the places of bodies that only the string brakes off by their rounding, by `seed` in another way.
+pub fn round_braked<T: Real>(
+    model: &Model<T>,
+    mode: Mode,
+    load: &[T],
+    state: &mut State<T>,
+    seed: u64,
+) {
+    let offs = swings(model, mode, load, state);
+    let parts = perturb::parts(seed);
+    for ((body, [_, _, braked]), part) in model.starts.windows(2).zip(offs).zip(parts) {
+        let off = T::from(RELATIVE * part * braked);
+        state.u[body[0]..body[1]].iter_mut().for_each(|u| *u = *u + off);
+    }
+}
+
 /// Sizes of the terms of each quantity.
 fn sizes<T: Real>(
     model: &Model<T>,
@@ -90,45 +110,13 @@ fn sizes<T: Real>(
     load: &[T],
     state: &State<T>,
 ) -> [f64; COUNT] {
-    let (n, bit, starts) = (model.nodes(), model.bit, &model.starts);
-    let (bodies, rods) = (starts.len() - 1, model.scene.bodies.len());
-    let mut left = vec![T::default(); n];
-    model.imbalance(mode, load, &state.u, &state.v, &mut left);
-    let rock = match mode.rock {
-        Rock::FF => 0.0,
-        Rock::DFC | Rock::FC => 1.0 / model.scene.rock.stiffness,
-        Rock::BC | Rock::SS => 1.0 / (model.scene.rock.ratio * model.scene.rock.stiffness),
-    };
+    let (n, bit) = (model.nodes(), model.bit);
+    let (bodies, rods) = (model.starts.len() - 1, model.scene.bodies.len());
     let size = |x: T| x.to_f64().abs();
-    // What holds bodies together, and yields.
-    let body = |node: usize| starts.partition_point(|&start| start <= node) - 1;
-    let contact = mode.closed.then_some(([0, 1], 1.0 / model.contact_stiffness.to_f64()));
-    let joints = model.joints.iter().zip(mode.joints).filter(|(_, side)| *side != Side::Open);
-    let joints = joints.map(|(joint, _)| (joint.nodes.map(body), 1.0 / joint.stiffness.to_f64()));
-    let held: Vec<_> = contact.into_iter().chain(joints).collect();
-    // Displacements and speeds that the imbalance of bodies that hold together, and their motion, swing by.
-    let group = |body: usize| -> [f64; 2] {
-        let mut joined = vec![false; bodies];
-        joined[body] = true;
-        for _ in 0..bodies {
-            for ([one, other], _) in &held {
-                let both = joined[*one] || joined[*other];
-                (joined[*one], joined[*other]) = (both, both);
-            }
-        }
-        let nodes = (0..bodies).filter(|&i| joined[i]).flat_map(|i| starts[i]..starts[i + 1]);
-        let bars = nodes.clone().filter(|&i| i + 1 < n).map(|i| size(model.bars.off[i]));
-        let bars: f64 = bars.filter(|k| *k > 0.0).map(|k| 1.0 / k).sum();
-        let springs = held.iter().filter(|([one, _], _)| joined[*one]).map(|(_, yields)| yields);
-        let yields = bars + springs.sum::<f64>() + if joined[rods - 1] { rock } else { 0.0 };
-        let mass: f64 = nodes.clone().map(|i| size(model.mass.diagonal[i])).sum();
-        let force: f64 = nodes.clone().map(|i| size(left[i])).sum();
-        let speed = nodes.map(|i| size(state.v[i])).fold(0.0, f64::max);
-        let time = (mass * yields).sqrt();
-        if time == 0.0 {
-            return [0.0, speed];
-        }
-        [force * yields + speed * time, speed + force * yields / time]
+    let swings = swings(model, mode, load, state);
+    let group = |body: usize| {
+        let [far, speed, braked] = swings[body];
+        [far + braked, speed]
     };
     let [above, struck, lowest, last] = [0, 1, rods - 1, bodies - 1].map(group);
     let ends = |i: usize| size(state.u[i]);
@@ -143,8 +131,67 @@ fn sizes<T: Real>(
     sizes[..4].copy_from_slice(&[gap, tip, lowest[1], relative]);
     for (i, joint) in model.joints.iter().enumerate() {
         let faces: f64 = joint.nodes.map(ends).iter().sum();
-        let [one, other] = joint.nodes.map(|node| group(body(node)));
+        let [one, other] = joint.nodes.map(|node| group(body_of(model, node)));
         sizes[4 + i] = faces + joint.travel.to_f64() + one[0] + other[0];
     }
     sizes
+}
+
+fn body_of<T: Real>(model: &Model<T>, node: usize) -> usize {
+    model.starts.partition_point(|&start| start <= node) - 1
+}
+
+/// Of each body, how far (m) and how fast (m/s) those that hold together with it swing by the imbalance of
+/// their forces and their motion, and how far they are from where the string alone brakes them, m.
+fn swings<T: Real>(model: &Model<T>, mode: Mode, load: &[T], state: &State<T>) -> Vec<[f64; 3]> {
+    let (n, starts) = (model.nodes(), &model.starts);
+    let (bodies, rods) = (starts.len() - 1, model.scene.bodies.len());
+    let mut left = vec![T::default(); n];
+    model.imbalance(mode, load, &state.u, &state.v, &mut left);
+    let rock = match mode.rock {
+        Rock::FF => 0.0,
+        Rock::DFC | Rock::FC => 1.0 / model.scene.rock.stiffness,
+        Rock::BC | Rock::SS => 1.0 / (model.scene.rock.ratio * model.scene.rock.stiffness),
+    };
+    let size = |x: T| x.to_f64().abs();
+    // What holds bodies together, and yields.
+    let contact = mode.closed.then_some(([0, 1], 1.0 / model.contact_stiffness.to_f64()));
+    let joints = model.joints.iter().zip(mode.joints).filter(|(_, side)| *side != Side::Open);
+    let joints = joints.map(|(joint, _)| {
+        (joint.nodes.map(|node| body_of(model, node)), 1.0 / joint.stiffness.to_f64())
+    });
+    let held: Vec<_> = contact.into_iter().chain(joints).collect();
+    let string = model.scene.casing.as_ref().map_or(0.0, |casing| casing.impedance);
+    let group = |body: usize| -> [f64; 3] {
+        let mut joined = vec![false; bodies];
+        joined[body] = true;
+        for _ in 0..bodies {
+            for ([one, other], _) in &held {
+                let both = joined[*one] || joined[*other];
+                (joined[*one], joined[*other]) = (both, both);
+            }
+        }
+        let nodes = (0..bodies).filter(|&i| joined[i]).flat_map(|i| starts[i]..starts[i + 1]);
+        let bars = nodes.clone().filter(|&i| i + 1 < n).map(|i| size(model.bars.off[i]));
+        let bars: f64 = bars.filter(|k| *k > 0.0).map(|k| 1.0 / k).sum();
+        let springs = held.iter().filter(|([one, _], _)| joined[*one]).map(|(_, yields)| yields);
+        let rock = if joined[rods - 1] { rock } else { 0.0 };
+        let yields = bars + springs.sum::<f64>() + rock;
+        let mass: f64 = nodes.clone().map(|i| size(model.mass.diagonal[i])).sum();
+        let force: f64 = nodes.clone().map(|i| size(left[i])).sum();
+        let speed = nodes.clone().map(|i| size(state.v[i])).fold(0.0, f64::max);
+        // The dashpot's force lacks as much to that of the steady speed as all forces together.
+        let braked = if string > 0.0 && rock == 0.0 && bodies > rods && joined[bodies - 1] {
+            size(nodes.map(|i| left[i]).fold(T::default(), |sum, f| sum + f)) * mass
+                / string.powi(2)
+        } else {
+            0.0
+        };
+        let time = (mass * yields).sqrt();
+        if time == 0.0 {
+            return [0.0, speed, braked];
+        }
+        [force * yields + speed * time, speed + force * yields / time, braked]
+    };
+    (0..bodies).map(group).collect()
 }

@@ -64,6 +64,12 @@ impl Changes {
     }
 }
 
+/// Numbers from -1 to 1, by `seed` others.
+pub fn parts(seed: u64) -> impl Iterator<Item = f64> {
+    let mut changes = Changes::of(seed);
+    std::iter::from_fn(move || Some(changes.part()))
+}
+
 /// A state of whose moving nodes all numbers are off by as much, by `seed` in another way.
 pub fn round<T: Real>(state: &mut State<T>, seed: u64) {
     let mut changes = Changes::of(seed);

@@ -18,7 +18,7 @@ mod ledger;
 use crate::air::{Air, Flow};
 use crate::chambers::{Chambers, PRESSURES};
 use crate::crossing::{Outcome, Zero, scan};
-use crate::guard_perturbation::{GuardPerturbation, PerturbedGuards};
+use crate::guard_perturbation::{GuardPerturbation, PerturbedGuards, round_braked};
 use crate::law::{Event, Guard, Memory, Mode, Quantity, State};
 use crate::linear::Real;
 use crate::model::Model;
@@ -70,6 +70,8 @@ pub struct Run<T> {
     pub events: Vec<Passed<T>>,
     /// The states so far.
     pub samples: Vec<Sampled<T>>,
+    /// What guards resolve, over what the scene states.
+    pub finer: f64,
     /// Series summed so far.
     pub steps: usize,
     /// Series allowed.
@@ -108,6 +110,7 @@ impl<T: Real> Run<T> {
             entered: [zero; 2],
             events: Vec::new(),
             samples: Vec::new(),
+            finer: 1.0,
             steps: 0,
             patience: usize::MAX,
             model,
@@ -128,12 +131,23 @@ impl<T: Real> Run<T> {
         self
     }
 
-    /// Where a mode, a tuning or an input begins, guards are off in another way.
+    /// What a change of basis leaves is rounded; what stands still is not.
+    fn round_state(&mut self) {
+        if let Some((guard_perturbation, _)) = self.guard_perturbation {
+            let seed = guard_perturbation.seed + 8 * self.events.len() as u64;
+            perturb::round(&mut self.place.state, seed);
+        }
+    }
+
+    /// Where a mode, a tuning or an input begins, guards are off in another way, and what the string
+    /// brakes has another place to come to.
     fn perturb_guards(&mut self) {
         let Some((guard_perturbation, _)) = self.guard_perturbation else { return };
         let load = self.model.load_of(self.mode, &self.memory, &self.inputs_now());
         let about = (self.mode, &self.memory);
         let count = self.events.len();
+        let seed = guard_perturbation.seed + 8 * count as u64;
+        round_braked(&self.model, self.mode, &load, &mut self.place.state, seed);
         let perturbed = guard_perturbation.at(&self.model, about, &load, &self.place.state, count);
         self.guard_perturbation = Some((guard_perturbation, perturbed));
     }
@@ -159,6 +173,7 @@ impl<T: Real> Run<T> {
         let mut list = self.model.guards(self.mode, &self.memory);
         list.extend(self.chambers.iter().flat_map(Chambers::guards));
         list.extend(self.air.iter().flat_map(Air::guards));
+        list.iter_mut().for_each(|guard| guard.height *= self.finer);
         if let Some((guard_perturbation, perturbed_guards)) = &self.guard_perturbation {
             for guard in &mut list {
                 let (shift, height) =
@@ -239,6 +254,7 @@ impl<T: Real> Run<T> {
                 self.lost[2] = self.lost[2] + self.stored() - before;
                 self.enter();
                 self.rescale(unit);
+                self.round_state();
                 self.perturb_guards();
                 return;
             }
@@ -431,11 +447,7 @@ impl<T: Real> Run<T> {
         self.enter();
         self.rescale(unit);
         self.turn(guard.event, rate);
-        if let Some((guard_perturbation, _)) = self.guard_perturbation {
-            // What a transition leaves is rounded; what stands still is not.
-            let seed = guard_perturbation.seed + 8 * self.events.len() as u64;
-            perturb::round(&mut self.place.state, seed);
-        }
+        self.round_state();
         self.perturb_guards();
         let now = self.events.iter().rev().take_while(|e| e.time == time).count();
         if now > SIMULTANEOUS {

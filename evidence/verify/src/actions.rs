@@ -146,7 +146,8 @@ pub fn perform(machine: &mut Machine, start: &Parameters, action: &Action) -> Re
     }
 }
 
-/// Drives a machine to `end`, doing on the way what is due from where it stands on.
+/// Drives a machine to `end`, doing on the way what is due from where it stands on. At the start that comes
+/// before anything happens there: a guard that rests at its level is watched under what is set.
 pub fn follow(
     machine: &mut Machine,
     start: &Parameters,
@@ -155,7 +156,9 @@ pub fn follow(
 ) -> Result<(), Error> {
     let from = machine.time();
     for (time, action) in schedule.iter().filter(|(time, _)| (from..end).contains(time)) {
-        machine.advance(*time)?;
+        if *time > machine.time() {
+            machine.advance(*time)?;
+        }
         perform(machine, start, action)?;
     }
     machine.advance(end)

@@ -39,6 +39,14 @@ pub fn lightness(p: &Parameters, body: Body, lower: bool) -> f64 {
     of_span(p, spans[if lower { spans.len() - 1 } else { 0 }])
 }
 
+/// The mass of all bodies times the most that an end of piston or bit yields.
+pub fn unevenness(p: &Parameters) -> f64 {
+    let ends = [(Body::Piston, true), (Body::Bit, false), (Body::Bit, true)];
+    let yields = ends.map(|(body, lower)| lightness(p, body, lower));
+    let mass = p.piston_mass() + p.bit_mass() + p.casing_mass();
+    mass * yields.into_iter().fold(0.0, f64::max)
+}
+
 /// The same of the lightest span of an elastic body.
 pub fn lightest_span(p: &Parameters, body: Body) -> f64 {
     spans(p, body).into_iter().map(|span| of_span(p, span)).fold(0.0, f64::max)

@@ -34,20 +34,19 @@ pub(crate) const OBSERVABLES: [(&str, usize); 30] = [
     ("energy_viscous", 3),
     ("energy_damping", 3),
     ("energy_retuned", 3),
-    ("casing_position", 4),
+    ("casing_position", 0),
     ("casing_velocity", 1),
     ("chuck_force", 2),
-    ("relative_position", 4),
+    ("relative_position", 0),
     ("relative_velocity", 1),
-    ("drive_chamber_pressure", 5),
-    ("return_chamber_pressure", 5),
-    ("air_mass", 6),
+    ("drive_chamber_pressure", 4),
+    ("return_chamber_pressure", 4),
+    ("air_mass", 5),
 ];
 
-/// Kinds of numbers: places, forces, places that a casing's is a part of.
+/// Kinds of numbers: places, forces.
 pub(crate) const PLACE: usize = 0;
 pub(crate) const FORCE: usize = 2;
-pub(crate) const RELATIVE: usize = 4;
 
 /// Where the casing's are among them.
 const CASING: usize = 22;
@@ -61,9 +60,6 @@ pub(crate) type Observed = [f64; OBSERVABLES.len()];
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scales {
     place: f64,
-    /// The same of places that a casing's is a part of: it drifts in the string's dashpot, about where this
-    /// lets it come to under the load, `F Mc / Zs^2`, metres away on a weak string.
-    drift: f64,
     speed: f64,
     force: f64,
     energy: f64,
@@ -87,7 +83,7 @@ impl Scales {
         let load = case.loads().iter().sum::<f64>() + mass * p.gravity.abs();
         let bars = bodies::compliance(p);
         let yielded = load * (1.0 / p.rock.stiffness + 1.0 / p.meeting_stiffness() + bars);
-        let (mut place, mut drift) = (p.contact.initial_gap + yielded, 0.0);
+        let mut place = p.contact.initial_gap + yielded;
         let waves =
             load / bodies::least_impedance(p) + load / (p.rock.stiffness * p.bit_mass()).sqrt();
         let mut speed = p.piston.initial_velocity.abs() + waves;
@@ -98,9 +94,6 @@ impl Scales {
             place += load / p.chuck.stiffness;
             speed += load / (p.chuck.stiffness * p.bit_mass().min(p.casing_mass())).sqrt();
             viscosity += p.chuck.viscosity + p.casing.impedance;
-            if p.casing.impedance > 0.0 {
-                drift = load * p.casing_mass() / p.casing.impedance.powi(2);
-            }
             spring += p.chuck.stiffness;
         }
         if is_loose(p) {
@@ -124,7 +117,6 @@ impl Scales {
         };
         Self {
             place,
-            drift,
             speed,
             force,
             energy,
@@ -143,11 +135,11 @@ impl Scales {
     pub(crate) fn grow(&mut self, observables: &Observed) {
         for (value, (_, kind)) in observables.iter().zip(OBSERVABLES) {
             let scale = match kind {
-                0 | 4 => &mut self.place,
+                0 => &mut self.place,
                 1 => &mut self.speed,
                 2 => &mut self.force,
                 3 => &mut self.energy,
-                5 => &mut self.pressure,
+                4 => &mut self.pressure,
                 _ => &mut self.air,
             };
             *scale = scale.max(value.abs());
@@ -160,8 +152,7 @@ impl Scales {
     }
 
     pub(crate) fn of(&self, kind: usize) -> f64 {
-        let Self { place, drift, speed, force, energy, pressure, air, .. } = *self;
-        [place, speed, force, energy, place + drift, pressure, air][kind]
+        [self.place, self.speed, self.force, self.energy, self.pressure, self.air][kind]
     }
 
     /// What the engine's guards resolve of a kind: a place, a speed, the force of the springs and
@@ -171,7 +162,7 @@ impl Scales {
         let energy = self.force * place + self.mass * self.speed * speed;
         let force = self.spring * place + self.viscosity * speed;
         // Guards resolve nothing of the air.
-        [place, speed, force, energy, place, 0.0, 0.0][kind]
+        [place, speed, force, energy, 0.0, 0.0][kind]
     }
 
     /// The kind of number that a guard is which announces this event.
