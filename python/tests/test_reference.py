@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 import inspect
+import pkgutil
 import re
 from pathlib import Path
 
@@ -89,6 +90,22 @@ def test_every_public_name_has_its_place_in_the_reference() -> None:
         heads = re.findall(rf"^#+ {name}$", text, re.MULTILINE)
         # Tables and the module of FMUs have a page that lists them.
         assert len(heads) == 1 or (not callable(getattr(dth_hammer, name)) and name in text), name
+
+
+def test_the_table_of_names_lists_those_that_are_there() -> None:
+    text = (ROOT / "docs" / "names.md").read_text(encoding="utf-8")
+    kept, rows = text.split("What the other")
+    assert {*CODE.findall(kept)} - {"import dth_hammer"} == {*dth_hammer.__all__}
+    before: list[str] = []
+    for row in rows.splitlines()[4:]:
+        _, old, now, *_ = row.split("|")
+        before += CODE.findall(old)
+        for name in CODE.findall(now):
+            place, _, end = f"dth_hammer.{name}".rpartition(".")
+            found = pkgutil.resolve_name(place)
+            # A field without a default is an annotation alone.
+            assert hasattr(found, end) or end in found.__annotations__, name
+    assert len(before) == 20
 
 
 def test_every_variable_is_on_one_page_and_none_of_them_is_long() -> None:
