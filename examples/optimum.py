@@ -1,80 +1,71 @@
-"""Three designs, each found by `optimise` and beside it by brute force.
+"""Three questions of the trade, answered by `optimise`, each beside a grid of hammers.
 
-    python examples/optimum.py --out optimum.png     # minutes: three grids of hammers
-    python examples/optimum.py --air --out ports.png # where an air hammer's ports are best
+    python examples/optimum.py --out optimum.png           # minutes: three grids of hammers
+    python examples/optimum.py stroke --out stroke.png     # bore and stroke alone
 
-* the shape of a stepped piston of fixed mass and length,
-* bore and stroke of a drive at fixed pressure, with a limit on the blow's energy,
-* the feed force that drills fastest,
-* apart from these, the place of an air hammer's exhaust port for a compressor that is given.
+* ports: where an air hammer's drive chamber closes its supply and opens its exhaust, for a given
+  compressor,
+* stroke: bore and stroke of a drive at fixed pressure, with a limit on the blow's energy,
+* feed: the least feed at which a hammer in its casing drills at a rate that is asked for.
+
+Both the optimum and each point of a grid are means over hammers that are off by up to one per cent.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+import itertools
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-from dth_hammer import VARIABLES, Optimum, optimise
-from dth_hammer.figures import PISTON
-from dth_hammer.longrun import Wanted, numbers_of, responses
-from dth_hammer.style import styled
-from dth_hammer.variables import Value
+from dth_hammer import Optimum, Steady, optimise, steady
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+#: Of each free number, a part of it, and the middles of its three parts.
+TOLERANCE = 0.01
+PARTS = (-2.0 / 3.0, 0.0, 2.0 / 3.0)
+#: Standard error of a rate, over it.
+ERROR = 0.01
+HOUR, MINUTE = 3600.0, 60.0
+#: What is free, on an axis: its name and the factor from SI units.
+LABELS = {
+    "air.drive.supply": ("drive chamber's supply closes, mm above the bit", -1e3),
+    "air.drive.exhaust": ("drive chamber's exhaust opens, mm above the bit", -1e3),
+    "bore": ("bore (mm)", 1e3),
+    "stroke": ("stroke (mm)", 1e3),
+    "feed_force": ("feed force (kN)", 1e-3),
+}
 #: Enough to show how it goes, and quick.
-COARSE: Mapping[str, Value] = {
+COARSE: Mapping[str, float | str] = {
     "piston.elements": 4,
     "bit.elements": 4,
     "contact.stiffness": 2e10,
 }
-LENGTH, AREA = (float(VARIABLES[n].start or 0.0) for n in ("piston.length", "cross_section"))
-PRESSURE = 20e5  # Pa
-#: What is free, on an axis.
-LABELS = {
-    "upper_length": "length of the upper section over the whole",
-    "upper_over_lower": "area, upper over lower",
-    "bore": "bore (m)",
-    "stroke": "stroke (m)",
-    "feed": "feed force (N)",
-    "exhaust": "drive chamber's exhaust opens at (m, above the bit)",
+RIGID: Mapping[str, float | str] = {"fidelity": "Rigid"}
+#: A strong drive in a casing, which it lifts off with too little feed.
+STRONG: Mapping[str, float | str] = {
+    **RIGID,
+    "casing.mass": 40.0,
+    "rock.stiffness": 3e8,
+    "drive.amplitude": 3e3,
+    "drive.stroke": 0.08,
 }
-#: Standard error of a rate, over it: the rate jumps by as much from design to design.
-ERROR = 0.01
 
 
-def shape(chosen: Mapping[str, float]) -> dict[str, Value]:
-    """A piston of two sections with the mass and length of the uniform one."""
-    part, ratio = chosen["upper_length"], chosen["upper_over_lower"]
-    lower = AREA / (part * ratio + (1.0 - part))
-    return {
-        "piston.segments": 2,
-        "piston.segment[1].length": part * LENGTH,
-        "piston.segment[2].length": (1.0 - part) * LENGTH,
-        "piston.segment[1].area": ratio * lower,
-        "piston.segment[2].area": lower,
-    }
-
-
-def bore(chosen: Mapping[str, float]) -> dict[str, Value]:
-    """A drive at a fixed pressure."""
-    force = PRESSURE * 0.25 * np.pi * chosen["bore"] ** 2
+def bore(chosen: Mapping[str, float]) -> dict[str, float]:
+    """A drive at 20 bar."""
+    force = 20e5 * 0.25 * np.pi * chosen["bore"] ** 2
     return {"drive.amplitude": force, "drive.stroke": chosen["stroke"]}
 
 
-def feed(chosen: Mapping[str, float]) -> dict[str, Value]:
-    """The feed force alone."""
-    return {"feed_force": chosen["feed"]}
-
-
-def ports(chosen: Mapping[str, float]) -> dict[str, Value]:
-    """An air hammer whose drive chamber is vented lower or higher."""
-    return {"air.drive.exhaust": -chosen["exhaust"]}
+def feed(found: Steady) -> float:
+    """The feed force, N."""
+    return found["feed_force"]
 
 
 @dataclass(frozen=True)
@@ -82,108 +73,143 @@ class Case:
     """A design to be found."""
 
     title: str
-    design: Callable[[Mapping[str, float]], dict[str, Value]]
     free: Mapping[str, tuple[float, float]]
-    energy: float | None = None  # J, at most
-    air: float | None = None  # m3/s of free air, at most
+    limits: Mapping[str, tuple[float | None, float | None]]
+    others: Mapping[str, float | str] = field(default_factory=dict)
     preset: str | None = None
+    design: Callable[[Mapping[str, float]], Mapping[str, float]] = dict
+    goal: str | Callable[[Steady], float] = "rop"
+    least: bool = False
 
     def found(self) -> Optimum:
         """By `optimise`."""
-        given = {"blow_energy": self.energy, "air_flow": self.air}
-        limits = {name: (None, most) for name, most in given.items() if most}
-        asked: dict[str, Any] = {"limits": limits, "design": self.design, "error": ERROR}
-        return optimise("rop", self.free, self.others, preset=self.preset, **asked)
-
-    @property
-    def others(self) -> Mapping[str, Value]:
-        """What is not free."""
-        return {} if self.preset else COARSE
+        return optimise(
+            self.goal,
+            self.free,
+            self.others,
+            least=self.least,
+            limits=self.limits,
+            preset=self.preset,
+            design=self.design,
+            tolerance=TOLERANCE,
+            error=ERROR,
+        )
 
     def brute(self, count: int) -> pd.DataFrame:
-        """The rate on a grid; not a number where the limit is passed."""
+        """Mean rates over the tolerance on a grid, and which of them keep the limits."""
         axes = [np.linspace(low, high, count) for low, high in self.free.values()]
-        points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
-        table = pd.DataFrame(points, columns=pd.Index([*self.free]))
-        designs = [self.design(dict(row)) for row in table.to_dict("records")]
-        scenes = [numbers_of({**self.others, **design}, self.preset) for design in designs]
-        for row, found in responses(scenes, Wanted(error=ERROR)):
-            past = (
-                isinstance(found, str)
-                or found["blow_energy"] > (self.energy or np.inf)
-                or found["air_flow"] > (self.air or np.inf)
-            )
-            table.loc[row, "rop"] = np.nan if past else found["rop"]
-        return table
+        points = np.array([*itertools.product(*axes)])
+        off = 1.0 + TOLERANCE * np.array([*itertools.product(PARTS, repeat=len(axes))])
+        near = (points[:, None] * off).reshape(-1, len(axes))
+        designs = [self.design(dict(zip(self.free, row, strict=True))) for row in near.tolist()]
+        table = steady([{**self.others, **d} for d in designs], preset=self.preset, error=ERROR)
+        read = [*dict.fromkeys(["rop", *self.limits])]
+        means = table[read].to_numpy(float).reshape(len(points), len(off), -1).mean(axis=1)
+        grid = pd.DataFrame(means, columns=pd.Index(read))
+        sides = [
+            grid[n].between(low or 0.0, high or np.inf) for n, (low, high) in self.limits.items()
+        ]
+        return grid.assign(
+            kept=np.all(sides, axis=0), **dict(zip(self.free, points.T, strict=True))
+        )
 
 
-CASES = (
-    Case(
-        "shape at fixed mass",
-        shape,
-        {"upper_length": (0.2, 0.8), "upper_over_lower": (0.4, 2.5)},
+CASES = {
+    "ports": Case(
+        "ports, air up to 18.5 m³/min",
+        {"air.drive.supply": (-0.05, -0.038), "air.drive.exhaust": (-0.034, -0.02)},
+        {"air_flow": (None, 18.5 / MINUTE)},
+        RIGID,
+        "air_4_inch",
     ),
-    Case(
-        "drive at fixed pressure",
-        bore,
+    "stroke": Case(
+        "drive at 20 bar, blows up to 240 J",
         {"bore": (0.028, 0.04), "stroke": (0.03, 0.06)},
-        energy=240.0,
+        {"blow_energy": (None, 240.0)},
+        COARSE,
+        design=bore,
     ),
-    Case("feed", feed, {"feed": (1e3, 25e3)}),
-)
+    "feed": Case(
+        "casing of 40 kg, least feed for 27 m/h",
+        {"feed_force": (1.5e3, 4e3)},
+        {"rop": (27.0 / HOUR, None)},
+        STRONG,
+        goal=feed,
+        least=True,
+    ),
+}
+
+Answer = tuple[Case, Optimum, pd.DataFrame]
 
 
-#: Of a compressor of 18.5 m3/min.
-AIR = Case("ports at given air", ports, {"exhaust": (0.02, 0.036)}, None, 18.5 / 60, "air_4_inch")
-
-
-def run(count: int = 9, cases: Sequence[Case] = CASES) -> list[tuple[Case, Optimum, pd.DataFrame]]:
+def run(count: int = 9, names: Iterable[str] = CASES) -> list[Answer]:
     """Each case, found and by brute force."""
-    return [(case, case.found(), case.brute(count)) for case in cases]
+    return [(CASES[name], CASES[name].found(), CASES[name].brute(count)) for name in names]
 
 
-def draw(found: list[tuple[Case, Optimum, pd.DataFrame]]) -> Figure:
+def draw(found: list[Answer]) -> Figure:
     """The grids, and a star where `optimise` ended."""
-    with styled(max(4.5, 3.3 * len(found)), 3.6) as figure:
-        panels = figure.subplots(1, len(found), squeeze=False)[0]
-        for axes, (case, best, grid) in zip(panels, found, strict=True):
-            _panel(axes, case, best, grid)
+    size = (max(4.5, 3.8 * len(found)), 3.8)
+    figure, panels = plt.subplots(1, len(found), squeeze=False, figsize=size, layout="constrained")
+    for axes, (case, best, grid) in zip(panels[0], found, strict=True):
+        names = [*case.free]
+        star = [LABELS[name][1] * best.parameters[name] for name in names]
+        if len(names) == 1:
+            _curve(axes, case, names[0], grid)
+            star.append(HOUR * best.steady["rop"])
+        else:
+            _map(axes, names, grid)
+        axes.plot(*star, "k*", ms=12, mec="white")
+        axes.set_xlabel(LABELS[names[0]][0])
+        axes.set_title(f"{case.title}\n{told(case, best, grid)}", fontsize=9)
     return figure
 
 
-def _panel(axes: Axes, case: Case, best: Optimum, grid: pd.DataFrame) -> None:
-    names = [*case.free]
-    if len(names) == 1:
-        axes.plot(grid[names[0]], 3600 * grid["rop"], "o-", ms=3, color=PISTON)
-        axes.plot(best.parameters[names[0]], 3600 * best.value, "k*", ms=12)
-        axes.set_ylabel("rate of penetration (m/h)")
-    else:
-        table = 3600 * grid.pivot_table(
-            index=names[1], columns=names[0], values="rop", dropna=False
-        )
-        drawn = axes.pcolormesh(table.columns, table.index, table.to_numpy(), shading="nearest")
-        axes.plot(*best.parameters[names], "k*", ms=12, mec="white")
-        axes.set_ylabel(LABELS[names[1]])
-        axes.figure.colorbar(drawn, ax=axes, label="m/h")
-    axes.set_xlabel(LABELS[names[0]])
-    top = 3600 * grid["rop"].max()
-    white = f" (white: above {case.energy:.0f} J)" if case.energy else ""
-    text = f"{case.title}{white}\nfound {3600 * best.value:.2f}, grid {top:.2f} m/h"
-    axes.set_title(text, fontsize=9)
+def _curve(axes: Axes, case: Case, name: str, grid: pd.DataFrame) -> None:
+    axes.plot(LABELS[name][1] * grid[name], HOUR * grid["rop"], "o-", ms=3)
+    for limit in case.limits["rop"]:
+        if limit is not None:
+            axes.axhline(HOUR * limit, color="0.6", lw=0.8)
+    axes.set_ylabel("rate of penetration (m/h)")
+
+
+def _map(axes: Axes, names: list[str], grid: pd.DataFrame) -> None:
+    table = grid.assign(shown=HOUR * grid["rop"].where(grid["kept"]))
+    wide = table.pivot_table(index=names[1], columns=names[0], values="shown", dropna=False)
+    scales = [
+        LABELS[name][1] * of for name, of in zip(names, (wide.columns, wide.index), strict=True)
+    ]
+    drawn = axes.pcolormesh(*scales, wide.to_numpy(), shading="nearest")
+    axes.set_ylabel(LABELS[names[1]][0])
+    axes.figure.colorbar(drawn, ax=axes, label="m/h; white: beyond the limit")
+
+
+def told(case: Case, best: Optimum, grid: pd.DataFrame) -> str:
+    """The answer and that of the grid, in the units of the trade."""
+    kept = grid[grid["kept"]]
+    if case.least:
+        return f"found {best.value / 1e3:.2f} kN, grid {kept['feed_force'].min() / 1e3:.2f} kN"
+    return f"found {HOUR * best.value:.2f}, grid {HOUR * kept['rop'].max():.2f} m/h"
 
 
 def main() -> None:
-    """Finds all, prints and draws them."""
+    """Finds, prints and draws what is named, or all."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("names", nargs="*", metavar="CASE", help=f"of {', '.join(CASES)}")
     parser.add_argument("--count", type=int, default=9, help="points of the grid along a side")
     parser.add_argument("--out", type=Path, default=Path("optimum.png"))
-    parser.add_argument("--air", action="store_true", help="the air hammer's ports alone")
     asked = parser.parse_args()
-    found = run(asked.count, [AIR] if asked.air else CASES)
+    if unknown := {*asked.names} - {*CASES}:
+        parser.error(f"no case is called {', '.join(unknown)}")
+    found = run(asked.count, asked.names or CASES)
     for case, best, grid in found:
-        print(f"{case.title}: {3600 * best.value:.2f} m/h by {best.evaluations} hammers, ", end="")
-        print(f"{3600 * grid['rop'].max():.2f} on a grid of {len(grid)}; {best.message}")
-        print(best.parameters.to_string())
+        print(
+            f"{case.title}: {told(case, best, grid)}, {best.hammers} hammers and {len(grid)} points"
+        )
+        for name, value in best.parameters.items():
+            label, factor = LABELS[str(name)]
+            print(f"    {label}: {factor * value:.2f}")
+        print(f"    {best.message}")
     draw(found).savefig(asked.out, dpi=160)
 
 

@@ -206,10 +206,10 @@ def laboratory() -> None:
 
 
 def designs() -> None:
-    """Three designs by `optimise`, beside grids of hammers."""
+    """Three answers of `optimise`, beside grids of hammers."""
     import optimum  # noqa: PLC0415
 
-    found = optimum.run(5)
+    found = optimum.run(7)
     optimum.draw(found).savefig(MEASURED / "designs.png", dpi=160)
 
 
