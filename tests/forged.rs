@@ -86,15 +86,26 @@ fn arrays_longer_than_a_host_can_ask_for_are_refused() {
     }
 }
 
-/// A forged state could otherwise hold its reader for as long as it says itself.
+/// A forged state could otherwise hold its reader for as long as it says itself: in whatever place it says so.
 #[test]
 fn a_state_that_allows_more_work_than_its_reader_is_refused() {
     let library = Library::load();
-    let counts = &[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 31)];
-    let generous = Structure { counts, reals: &[] };
-    let bytes = honest(&library, &generous);
-    let other = Host::new(&library);
-    assert_eq!(receive(&other, &bytes), [OK, ERROR]);
-    other.set_int("work_limit", 31);
-    assert_eq!(receive(&other, &bytes), [OK, OK]);
+    let allowed = |counts| honest(&library, &Structure { counts, reals: &[] });
+    let two = allowed(&[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 2)]);
+    let more = allowed(&[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 29)]);
+    let reader = |limit: i32, bytes: &[u8]| {
+        let other = Host::new(&library);
+        other.set_int("work_limit", limit);
+        receive(&other, bytes)
+    };
+    assert_eq!(reader(2, &more), [OK, ERROR]);
+    assert_eq!(reader(29, &more), [OK, OK]);
+    let places = (HEADER..two.len()).filter(|&place| two[place] != more[place]);
+    let places: Vec<usize> = places.collect();
+    assert_eq!(places.len(), 2, "of the settings and of the engine");
+    for place in places {
+        let mut forged = two.clone();
+        forged[place] = more[place];
+        assert_eq!(reader(2, &sealed(forged)), [OK, ERROR], "{place}");
+    }
 }

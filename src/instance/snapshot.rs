@@ -4,14 +4,14 @@ use super::events::Events;
 use super::{Inputs, Instance, Phase, Settings};
 use crate::GUID;
 use crate::error::CallError;
-use hammer::{Machine, Parameters, State};
+use hammer::{Machine, State};
 use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
 
 /// First bytes of a serialised state.
 const MAGIC: [u8; 4] = *b"DTHS";
 /// Version of the layout; raised when it changes.
-const VERSION: u32 = 9;
+const VERSION: u32 = 10;
 /// Magic, version, payload length, checksum, GUID.
 const HEADER: usize = 4 + 4 + 8 + 4 + GUID.len();
 
@@ -24,10 +24,9 @@ pub struct Snapshot {
     inputs: Inputs,
     start: f64,
     stop: Option<f64>,
-    retune: bool,
     last_step_failed: bool,
     /// The engine's state once it runs; before, it follows from the rest.
-    engine: Option<(Parameters, State)>,
+    engine: Option<State>,
     #[serde(skip)]
     bytes: OnceLock<Vec<u8>>,
 }
@@ -44,9 +43,8 @@ impl Instance {
             inputs: self.inputs.clone(),
             start: self.start,
             stop: self.stop,
-            retune: self.retune,
             last_step_failed: self.last_step_failed,
-            engine: engine.map(|machine| (*machine.parameters(), machine.state())),
+            engine: engine.map(|machine| machine.state()),
             bytes: OnceLock::new(),
         }
     }
@@ -60,7 +58,8 @@ impl Instance {
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), CallError> {
         let work_limit = |settings: &Settings| settings.named("work_limit");
         let (allowed, wanted) = (work_limit(&self.settings), work_limit(&snapshot.settings));
-        let engine = snapshot.engine.as_ref().map_or(0.0, |(p, _)| p.work_limit as f64);
+        let engine = snapshot.engine.as_ref();
+        let engine = engine.map_or(0.0, |state| state.parameters().work_limit as f64);
         if wanted.max(engine) > allowed {
             return Err(CallError::Argument(format!(
                 "the state has work_limit = {}, above this instance's {allowed}: set that first",
@@ -68,9 +67,9 @@ impl Instance {
             )));
         }
         match &snapshot.engine {
-            Some((parameters, state)) => {
-                self.variant.check(parameters)?;
-                self.restore_engine(parameters, state)?;
+            Some(state) => {
+                self.variant.check(state.parameters())?;
+                self.restore_engine(state)?;
             }
             None => self.machine = None,
         }
@@ -82,16 +81,16 @@ impl Instance {
         self.events = snapshot.events.of_state(self.face);
         self.inputs = snapshot.inputs.clone();
         (self.start, self.stop) = (snapshot.start, snapshot.stop);
-        self.retune = snapshot.retune;
+        self.retune = true; // Where nothing was tuned, that changes nothing.
         self.last_step_failed = snapshot.last_step_failed;
         Ok(())
     }
 
-    fn restore_engine(&mut self, parameters: &Parameters, state: &State) -> Result<(), CallError> {
+    fn restore_engine(&mut self, state: &State) -> Result<(), CallError> {
         if let Some(machine) = &mut self.machine {
             return Ok(machine.restore(state)?);
         }
-        let mut machine = Machine::new(parameters, &self.inputs.starting(), self.start)?;
+        let mut machine = Machine::new(state.parameters(), &self.inputs.starting(), self.start)?;
         machine.restore(state)?;
         self.machine = Some(machine);
         Ok(())

@@ -18,7 +18,6 @@ pub struct Pending {
     /// With the tunables as they were set.
     pub parameters: Parameters,
     inputs: [Option<Polynomial>; Input::ALL.len()],
-    retunes: bool,
     /// Where steps end before their time, if anywhere.
     pub stops: Option<Stops>,
 }
@@ -30,6 +29,8 @@ pub struct Session {
     /// Values along the bodies, if they were asked for since the last step.
     profile: Option<Profile>,
     handed: bool,
+    /// True if a tunable parameter may be another than the machine's.
+    retunes: bool,
 }
 
 impl Session {
@@ -38,14 +39,22 @@ impl Session {
         let mut machine = scene.machine()?;
         machine.keep_journal(journal);
         let inputs = [None; Input::ALL.len()];
-        let pending = Pending { parameters: scene.parameters, inputs, retunes: false, stops: None };
-        Ok(Self { machine, pending, profile: None, handed: true })
+        let pending = Pending { parameters: scene.parameters, inputs, stops: None };
+        Ok(Self { machine, pending, profile: None, handed: true, retunes: false })
     }
 
-    /// Continues from elsewhere.
+    /// Continues from elsewhere; a state may not allow calls more work than this machine does.
     pub fn resume(&mut self, state: &hammer::State, pending: &Pending) -> Result<(), Failure> {
+        let [allowed, wanted] =
+            [self.machine.parameters(), state.parameters()].map(|p| p.work_limit);
+        if wanted > allowed {
+            return Err(Failure::Refused(format!(
+                "the state has work_limit = {wanted}, above this hammer's {allowed}"
+            )));
+        }
         self.machine.restore(state)?;
         (self.pending, self.profile, self.handed) = (pending.clone(), None, false);
+        self.retunes = true;
         Ok(())
     }
 
@@ -68,15 +77,15 @@ impl Session {
     pub fn tune(&mut self, row: usize, value: f64) {
         if let Role::Parameter { slot, .. } = &VARIABLES[row].role {
             slot.write(&mut self.pending.parameters, value);
-            self.pending.retunes = true;
+            self.retunes = true;
         }
     }
 
     /// Steps to an instant, or to what ends the step before.
     pub fn advance(&mut self, to: f64) -> Result<(), Failure> {
-        if self.pending.retunes {
+        if self.retunes {
             self.machine.retune(&self.pending.parameters)?;
-            self.pending.retunes = false;
+            self.retunes = false;
         }
         self.hand_over()?;
         self.profile = None;
