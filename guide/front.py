@@ -94,25 +94,24 @@ def face() -> list[str]:
 
 
 def costs() -> list[str]:
-    """What users run beside the reference, in instructions of a simulated second."""
+    """What users run beside the reference, in instructions of a blow."""
     report = ROOT / "reports" / "cost.json"
     if not report.exists():
         return []
     data = json.loads(report.read_text(encoding="utf-8"))
-    scenes = {name: row[0] for name, row in data["counts"]["scenes"].items()}
+    scenes = {name: row[0] / data["blows"] for name, row in data["counts"]["scenes"].items()}
     reference = scenes.pop("reference")
-    others = ", ".join(f"{name} {1e-3 * scenes[name]:.2g}" for name in scenes)
-    actions = {name: 1e-3 * row[0] for name, row in data["counts"]["actions"].items()}
-    means, gradient = (
+    others = ", ".join(f"{name} {scenes[name]:.2g}" for name in scenes)
+    actions = {name: row[0] for name, row in data["counts"]["actions"].items()}
+    second, means, gradient = (
         next(actions[name] for name in actions if name.startswith(begin))
-        for begin in ("long-run means", "gradient")
+        for begin in ("a run of 1 s, new rock", "long-run means", "gradient")
     )
     return [
-        f"* A second of the reference takes {1e-3 * reference:.2g} thousand million instructions "
-        f"in AVX2 vectors, its long-run means {means:.2g}, a second with its gradient by two "
-        f"parameters {gradient:.2g}, both in a new rock. A second of others, in the same unit: "
-        f"{others}. "
-        "Measured by `cargo bench-report cost`."
+        f"* In a new rock a second of the reference takes {second:.0f} million instructions in "
+        f"AVX2 vectors, its long-run means {means:.0f}, a second with its gradient by two "
+        f"parameters {gradient:.0f}. A blow of it takes {reference:.2g}, one of others, in the "
+        f"same unit: {others}. Measured by `cargo bench-report cost`."
     ]
 
 

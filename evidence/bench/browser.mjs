@@ -34,16 +34,17 @@ const actions = {
     return read(hammer, "hole_depth");
   },
   start(hammer) {
-    while (read(hammer, "blow_count") < 2) hammer.advance(hammer.time + 1e-3);
+    while (read(hammer, "blow_count") < first) hammer.advance(hammer.time + 1e-3);
     return hammer.time;
   },
   mean: (hammer) => longRun(hammer).mean.rop,
 };
-let action = actions.run;
+let action = actions.run, first = 0;
 for (const word of words) {
   const [name, value] = word.split("=");
   if (name === "rock") varied.push("rock.stiffness");
   else if (name === "feed") varied.push("feed_force");
+  else if (name === "first") [first, action] = [Number(value), actions.start];
   else if (name in actions) action = actions[name];
   else if (name === "rigid") values.fidelity = 1;
   else if (name === "elements") values["piston.elements"] = values["bit.elements"] = Number(value);

@@ -32,7 +32,7 @@ ACTIONS = {
     "a run of 1 s, the same hammer again": [],
     "a run of 1 s, new feed force": ["feed"],
     "a run of 1 s, new rock": ["rock"],
-    "two blows, new rock": ["rock", "start"],
+    "two blows, new rock": ["rock", "first=2"],
     "long-run means, new rock": ["rock", "mean"],
     "gradient of a run of 1 s by two, new rock": ["rock", "gradient"],
 }
@@ -46,12 +46,10 @@ SCENES = {
     "top hammer, four rods": ["preset=top_hammer"],
     "the same, joints loose": ["preset=top_hammer", "drill.joint.stiffness=3e9"],
 }
-#: What is done in each of them.
-DONE = {
-    "1 s, new feed force": ["feed"],
-    "1 s, new rock": ["rock"],
-    "two blows, new rock": ["rock", "start"],
-}
+#: What is done in each of them: so many blows from the start.
+BLOWS = 4
+FIRST = f"first={BLOWS}"
+DONE = {"new feed force": ["feed"], "new rock": ["rock"]}
 #: Growth over spans of a bar, and over rods on the mesh that a rate needs (17 spans a rod and 5).
 SPANS = (8, 16, 32, 64, 128)
 RODS = (1, 2, 4, 8)
@@ -163,30 +161,29 @@ def count(words: list[str]) -> float:
     return 1e-6 * int(done.stdout)
 
 
-def counted(words: list[str]) -> int:
-    """What the example says of one run: how many blows or events."""
+def blows_and_events(words: list[str]) -> list[int]:
+    """What the example says of one run."""
     done = subprocess.run(run(1, words), capture_output=True, check=True, text=True)
-    return round(float(done.stdout.split()[-1]))
+    return [int(word) for word in done.stdout.split()[-2:]]
 
 
-def growth() -> None:
+def growth(scenes: dict[str, list[float]]) -> None:
     """Prints how instructions grow with blows, and what an event takes in each scene."""
     print("\n## Growth over blows, reference, new feed force (AVX2)\n")
     print("| seconds | blows | millions | a blow |\n|---|---:|---:|---:|")
     for seconds in SECONDS:
         words = ["feed", f"seconds={seconds}"]
-        blows, whole = counted([*words, "blows"]), count(words)
+        blows, whole = blows_and_events(words)[0], count(words)
         print(f"| {seconds} | {blows} | {whole:.1f} | {whole / blows:.2f} |", flush=True)
-    print("\n## Growth over events, 1 s with a new feed force, by rising number (AVX2)\n")
-    print("| scene | blows | events | millions | a thousand events |\n|---|---:|---:|---:|---:|")
+    print(
+        f"\n## Growth over events, {BLOWS} blows with a new feed force, by rising number (AVX2)\n"
+    )
+    print("| scene | events | millions | a thousand events |\n|---|---:|---:|---:|")
     table = []
     for name, scene in SCENES.items():
-        words = [*scene, "feed"]
-        blows, events = (counted([*words, of]) for of in ("blows", "events"))
-        table.append((events, blows, name, count(words)))
-    for events, blows, name, whole in sorted(table):
-        each = 1e3 * whole / events
-        print(f"| {name} | {blows} | {events} | {whole:.1f} | {each:.1f} |", flush=True)
+        table.append((blows_and_events([*scene, "feed", FIRST])[1], name, scenes[name][0]))
+    for events, name, whole in sorted(table):
+        print(f"| {name} | {events} | {whole:.1f} | {1e3 * whole / events:.1f} |")
 
 
 def rows(title: str, head: list[str], cells: dict[str, list[list[str]]]) -> dict[str, list[float]]:
@@ -201,7 +198,6 @@ def rows(title: str, head: list[str], cells: dict[str, list[list[str]]]) -> dict
 
 def counts() -> dict[str, dict[str, list[float]]]:
     """Instructions of each action and scene, and how they grow."""
-    spans = [["feed"], ["rock"]]
     tables = {
         "actions": rows(
             "Instructions, in millions (16 spans of degree 3 per bar, AVX2)",
@@ -209,28 +205,37 @@ def counts() -> dict[str, dict[str, list[float]]]:
             {action: [words] for action, words in ACTIONS.items()},
         ),
         "scenes": rows(
-            "Instructions of what users run, in millions (AVX2)",
+            f"Instructions of the first {BLOWS} blows of what users run, in millions (AVX2)",
             ["scene", *DONE],
-            {name: [words + do for do in DONE.values()] for name, words in SCENES.items()},
+            {
+                name: [[*words, *do, FIRST] for do in DONE.values()]
+                for name, words in SCENES.items()
+            },
         ),
         "spans": rows(
             "Growth over spans of degree 3 per bar, reference, in millions (AVX2)",
             ["spans", "1 s, new feed force", "1 s, new rock"],
-            {str(n): [[f"elements={n}", *do] for do in spans] for n in SPANS},
+            {str(n): [[f"elements={n}", *do] for do in DONE.values()] for n in SPANS},
         ),
         "rods": rows(
-            "Growth over rods of the top hammer, tight and loose, 1 s with a new feed force (AVX2)",
+            f"Growth over rods of a top hammer, {BLOWS} blows, new feed force, in millions (AVX2)",
             ["rods", "tight", "loose"],
             {str(n): [string(n), [*string(n), "drill.joint.stiffness=3e9"]] for n in RODS},
         ),
     }
-    growth()
+    growth(tables["scenes"])
     return tables
 
 
 def string(rods: int) -> list[str]:
     """The words of a top hammer with so many rods."""
-    return ["preset=top_hammer", "feed", f"drill.rods={rods}", f"bit.elements={17 * rods + 5}"]
+    return [
+        "preset=top_hammer",
+        "feed",
+        FIRST,
+        f"drill.rods={rods}",
+        f"bit.elements={17 * rods + 5}",
+    ]
 
 
 def from_python() -> None:
@@ -290,7 +295,8 @@ def main() -> None:
         print("what they follow from; those one after another leave it until somebody asks.\n")
         print("".join(f"- {line}\n" for line in fleet.splitlines()), end="")
     processor = names[0] if names else platform.processor()
-    print(json.dumps({"processor": f"{processor}, {kinds[0]} vectors", "counts": tables}))
+    named = f"{processor}, {kinds[0]} vectors"
+    print(json.dumps({"processor": named, "blows": BLOWS, "counts": tables}))
 
 
 if __name__ == "__main__":

@@ -3,11 +3,11 @@
 //! `evidence/bench/cost.py` makes a page of it.
 //!
 //! Words after the number: `rock`, `feed`: what differs from run to run; `seconds=10`: how long each
-//! is; `events`, `blows`: how many come in it; `start`: up to the second blow only; `mean`: the
-//! long-run response; `gradient`: a run with its derivatives by the
-//! rock's stiffness and the feed force; `steps`: in ten steps; `rigid`, `elements=20`,
-//! `preset=top_hammer`, `mesh.degree=3` or any other number of the table: the scene; `chambers`: the drive; `coupled`: pressures with their derivatives, set
-//! every 100 us; `AVX2` and the like: the vectors.
+//! is; `first=4`: up to so many blows instead; `mean`: the long-run response; `gradient`: a run with its
+//! derivatives by the rock's stiffness and the feed force; `steps`: in ten steps; `rigid`,
+//! `elements=20`, `preset=top_hammer`, `mesh.degree=3` or any other number of the table: the scene;
+//! `chambers`: the drive; `coupled`: pressures with their derivatives, set every 100 us; `AVX2` and the
+//! like: the vectors. It prints the vectors, a sum of results, and blows and events of the last run.
 
 mod callgrind;
 
@@ -16,15 +16,22 @@ use hammer::periodic::{Wanted, steady};
 use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
 use hammer::variables::{Role, Slot, VARIABLES};
 use hammer::{Error, Fidelity, Input, Machine, Source, Vectors};
+use std::cell::Cell;
+
+type Action = fn(&Plan, &Scene) -> Result<f64, Error>;
 
 /// What differs from run to run, and what is done in each.
 struct Plan {
     scene: Scene,
     varied: Vec<Argument>,
-    action: fn(&Self, &Scene) -> Result<f64, Error>,
+    action: Action,
     /// Length of a run, s.
     seconds: f64,
+    /// After which blow one ends, if not then.
+    first: u64,
     steps: u32,
+    /// Blows and events of the last run.
+    counted: Cell<[u64; 2]>,
 }
 
 fn argument(name: &str) -> Argument {
@@ -33,33 +40,27 @@ fn argument(name: &str) -> Argument {
 
 /// What is done in a scene.
 impl Plan {
-    fn simulated(&self, scene: &Scene) -> Result<Machine, Error> {
+    /// The hole's depth at the end of a run, m.
+    fn depth(&self, scene: &Scene) -> Result<f64, Error> {
         let mut machine = scene.machine()?;
         for step in 1..=self.steps {
             machine.advance(self.seconds * f64::from(step) / f64::from(self.steps))?;
         }
-        Ok(machine)
+        Ok(self.end(&machine))
     }
 
-    /// The hole's depth at the end of a run, m.
-    fn depth(&self, scene: &Scene) -> Result<f64, Error> {
-        Ok(self.simulated(scene)?.kinematics().hole_depth)
-    }
-
-    fn events(&self, scene: &Scene) -> Result<f64, Error> {
-        Ok(self.simulated(scene)?.counters().events as f64)
-    }
-
-    fn blows(&self, scene: &Scene) -> Result<f64, Error> {
-        Ok(self.simulated(scene)?.counters().blows as f64)
-    }
-
+    /// The same in steps of 1 ms up to a blow.
     fn start(&self, scene: &Scene) -> Result<f64, Error> {
         let mut machine = scene.machine()?;
-        while machine.counters().blows < 2 {
+        while machine.counters().blows < self.first {
             machine.advance(machine.time() + 1e-3)?;
         }
-        Ok(machine.time())
+        Ok(self.end(&machine))
+    }
+
+    fn end(&self, machine: &Machine) -> f64 {
+        self.counted.set([machine.counters().blows, machine.counters().events]);
+        machine.kinematics().hole_depth
     }
 
     fn mean(&self, scene: &Scene) -> Result<f64, Error> {
@@ -69,8 +70,8 @@ impl Plan {
     fn gradient(&self, scene: &Scene) -> Result<f64, Error> {
         let by = ["rock.stiffness", "feed_force"].map(argument);
         let depth = |machine: &mut Machine| vec![machine.kinematics().hole_depth];
-        let sample =
-            |scene: &Scene| Sample::of_run(&mut scene.machine()?, &[self.seconds], &|m| depth(m));
+        let end = self.seconds;
+        let sample = |scene: &Scene| Sample::of_run(&mut scene.machine()?, &[end], &|m| depth(m));
         Ok(derivatives(scene, &by, &sample)?.iter().map(|row| row.values[0]).sum())
     }
 
@@ -113,16 +114,18 @@ fn set(scene: &mut Scene, name: &str, value: &str) -> Result<(), Box<dyn std::er
 impl Plan {
     fn new(words: &[String]) -> Result<Self, Box<dyn std::error::Error>> {
         let (scene, varied) = (Scene::default(), Vec::new());
-        let mut plan = Self { scene, varied, action: Self::depth, seconds: 1.0, steps: 1 };
+        let (action, counted) = (Self::depth as Action, Cell::default());
+        let mut plan = Self { scene, varied, action, seconds: 1.0, first: 0, steps: 1, counted };
         for word in words {
             let p = &mut plan.scene.parameters;
             match word.split_once('=').unwrap_or((word, "")) {
                 ("rock", _) => plan.varied.push(argument("rock.stiffness")),
                 ("feed", _) => plan.varied.push(argument("feed_force")),
                 ("seconds", number) => plan.seconds = number.parse()?,
-                ("events", _) => plan.action = Self::events,
-                ("blows", _) => plan.action = Self::blows,
-                ("start", _) => plan.action = Self::start,
+                ("first", blows) => {
+                    plan.first = blows.parse()?;
+                    plan.action = Self::start;
+                }
                 ("mean", _) => plan.action = Self::mean,
                 ("gradient", _) => plan.action = Self::gradient,
                 ("steps", _) => plan.steps = 10,
@@ -171,6 +174,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let runs: u32 = words.first().map_or(Ok(20), |text| text.parse())?;
     let plan = Plan::new(more)?;
     let sum: f64 = (0..runs).map(|i| plan.run(i)).sum::<Result<f64, _>>()?;
-    println!("{} {sum:e}", Vectors::in_use());
+    let [blows, events] = plan.counted.get();
+    println!("{} {sum:e} {blows} {events}", Vectors::in_use());
     Ok(())
 }

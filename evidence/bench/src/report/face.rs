@@ -5,7 +5,7 @@ use crate::{Written, duration, root};
 use bench::Failure;
 use bench::engine::machine;
 use bench::library::{Fmu, Instance, State};
-use dth_hammer::GUID;
+use dth_hammer::{GUID, TOKEN};
 use hammer::variables::{Read, Role, VARIABLES};
 use hammer::{Input, InputValues, Machine, Parameters};
 use serde::Serialize;
@@ -216,7 +216,7 @@ fn library(path: &Path, ports: &Ports) -> Result<Vec<f64>, Failure> {
     instance.step(1e-3, BEGIN - 1e-3);
     let start = instance.save();
     let mut round = steps(&instance, &start, ports).to_vec();
-    round.extend(steps3(&library, &guid, ports)?);
+    round.extend(steps3(&library, &CString::new(TOKEN)?, ports)?);
     round.extend(states(&instance, &start));
     instance.forget(start);
     round.extend(marks.windows(2).map(|pair| (pair[1] - pair[0]).as_secs_f64()));
