@@ -110,7 +110,7 @@ class Case:
             grid[n].between(low or 0.0, high or np.inf) for n, (low, high) in self.limits.items()
         ]
         return grid.assign(
-            kept=np.all(sides, axis=0), **dict(zip(self.free, points.T, strict=True))
+            within=np.all(sides, axis=0), **dict(zip(self.free, points.T, strict=True))
         )
 
 
@@ -161,7 +161,7 @@ def draw(found: list[Answer]) -> Figure:
             _map(axes, names, grid)
         axes.plot(*star, "k*", ms=12, mec="white")
         axes.set_xlabel(LABELS[names[0]][0])
-        axes.set_title(f"{case.title}\n{told(case, best, grid)}", fontsize=9)
+        axes.set_title(f"{case.title}\n{in_words(case, best, grid)}", fontsize=9)
     return figure
 
 
@@ -174,8 +174,8 @@ def _curve(axes: Axes, case: Case, name: str, grid: pd.DataFrame) -> None:
 
 
 def _map(axes: Axes, names: list[str], grid: pd.DataFrame) -> None:
-    table = grid.assign(shown=HOUR * grid["rop"].where(grid["kept"]))
-    wide = table.pivot_table(index=names[1], columns=names[0], values="shown", dropna=False)
+    table = grid.assign(rate=HOUR * grid["rop"].where(grid["within"]))
+    wide = table.pivot_table(index=names[1], columns=names[0], values="rate", dropna=False)
     scales = [
         LABELS[name][1] * of for name, of in zip(names, (wide.columns, wide.index), strict=True)
     ]
@@ -184,12 +184,12 @@ def _map(axes: Axes, names: list[str], grid: pd.DataFrame) -> None:
     axes.figure.colorbar(drawn, ax=axes, label="m/h; white: beyond the limit")
 
 
-def told(case: Case, best: Optimum, grid: pd.DataFrame) -> str:
+def in_words(case: Case, best: Optimum, grid: pd.DataFrame) -> str:
     """The answer and that of the grid, in the units of the trade."""
-    kept = grid[grid["kept"]]
+    within = grid[grid["within"]]
     if case.least:
-        return f"found {best.value / 1e3:.2f} kN, grid {kept['feed_force'].min() / 1e3:.2f} kN"
-    return f"found {HOUR * best.value:.2f}, grid {HOUR * kept['rop'].max():.2f} m/h"
+        return f"found {best.value / 1e3:.2f} kN, grid {within['feed_force'].min() / 1e3:.2f} kN"
+    return f"found {HOUR * best.value:.2f}, grid {HOUR * within['rop'].max():.2f} m/h"
 
 
 def main() -> None:
@@ -203,9 +203,8 @@ def main() -> None:
         parser.error(f"no case is called {', '.join(unknown)}")
     found = run(asked.count, asked.names or CASES)
     for case, best, grid in found:
-        print(
-            f"{case.title}: {told(case, best, grid)}, {best.hammers} hammers and {len(grid)} points"
-        )
+        print(f"{case.title}: {in_words(case, best, grid)}", end="")
+        print(f", {best.hammers} hammers and {len(grid)} points")
         for name, value in best.parameters.items():
             label, factor = LABELS[str(name)]
             print(f"    {label}: {factor * value:.2f}")

@@ -301,19 +301,19 @@ def test_without_its_programs_the_container_says_what_to_install(
 def test_bore_and_stroke_are_those_of_brute_force(tmp_path: Path) -> None:
     case = replace(optimum.CASES["stroke"], others=optimum.RIGID)
     best, grid = case.found(), case.brute(5)
-    kept = grid[grid["kept"]]
+    within = grid[grid["within"]]
     # Means over other hammers of the same tolerance: within the standard errors of both, three
     # times over, of what no point of the grid can be above.
-    assert best.value >= kept["rop"].max() * (1.0 - 3.0 * optimum.ERROR)
+    assert best.value >= within["rop"].max() * (1.0 - 3.0 * optimum.ERROR)
     assert best.at_limits == ("blow_energy",)
-    assert 0 < len(kept) < len(grid)
+    assert 0 < len(within) < len(grid)
     figure = optimum.draw([(case, best, grid)])
     figure.savefig(tmp_path / "optimum.png", dpi=40)
     # Millimetres and metres an hour.
     axes, colours = figure.axes
     assert axes.get_xlim()[1] == pytest.approx(41.5)
     assert axes.get_ylim()[1] == pytest.approx(63.75)
-    assert colours.get_ylim()[1] == pytest.approx(3600.0 * kept["rop"].max())
+    assert colours.get_ylim()[1] == pytest.approx(3600.0 * within["rop"].max())
 
 
 def test_a_filter_follows_a_rock_that_changes_under_way(tmp_path: Path) -> None:

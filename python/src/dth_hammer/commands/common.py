@@ -95,9 +95,9 @@ def many(options: argparse.Namespace) -> Any:
 
 def tell_many(options: argparse.Namespace, table: pd.DataFrame, names: Sequence[str]) -> None:
     """Prints columns of many hammers, and why their rates have ranges."""
-    shown = table[[*with_sides(names), "error"]]
-    shown.attrs = table.attrs
-    print(readable(in_units(shown, own_units(options.units, shown)), index=False))
+    printed = table[[*with_sides(names), "error"]]
+    printed.attrs = table.attrs
+    print(readable(in_units(printed, own_units(options.units, printed)), index=False))
     if not any(name.startswith("rock.specific_energy") for name in table.attrs["swept"]):
         print(reason(numbers(options.preset, assignments(options.set))))
 
