@@ -336,3 +336,9 @@ def test_a_hammer_that_cannot_drill_is_warned_of() -> None:
         Hammer({"feed_force": "-50 kN"}).close()
     with pytest.warns(HammerWarning, match="a piston at rest stays at rest"):
         Hammer({"drive.amplitude": 10.0}).close()
+
+
+def test_a_state_that_allows_calls_more_work_than_its_reader_is_refused() -> None:
+    refused = pytest.raises(RefusedError, match="work_limit = 31, above this hammer's 30")
+    with Hammer({"work_limit": 31}) as generous, Hammer() as other, refused:
+        other.restore(generous.save())
