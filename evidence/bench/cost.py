@@ -176,6 +176,10 @@ def growth(scenes: dict[str, list[float]]) -> None:
         blows, whole = blows_and_events(words)[0], count(words)
         print(f"| {seconds} | {blows} | {whole:.1f} | {whole / blows:.2f} |", flush=True)
     print(
+        "\nEach in one step. What works, losses and peaks follow from is stored for some 120 blows;"
+    )
+    print("beyond that they are integrated on the way, whether anybody reads them or not.")
+    print(
         f"\n## Growth over events, {BLOWS} blows with a new feed force, by rising number (AVX2)\n"
     )
     print("| scene | events | millions | a thousand events |\n|---|---:|---:|---:|")
