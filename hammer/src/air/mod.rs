@@ -7,6 +7,7 @@
 //! a host's communication point. Its polynomials hold up to any event inside it.
 
 mod newton;
+pub(crate) mod problem;
 pub(crate) mod solve;
 
 use crate::laws::air::{FREE_DENSITY, GAS, KAPPA, Openings, Regime, Side, heated};

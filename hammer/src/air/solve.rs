@@ -12,6 +12,7 @@
 //! does in the time `T` of a stroke.
 
 use super::newton::{Factors, Newton, Triangles};
+use super::problem::{Problem, Solved, Steel};
 use super::{Air, Content, PATHS, Past, Sides, Window, flows, gains, volumes};
 use crate::laws::air::{GAS, KAPPA, Regime};
 use crate::numerics::collocation::{Nodal, Powers, Rule, STAGES, dot, slope, value};
@@ -33,45 +34,6 @@ pub(super) const WITHIN: f64 = 1e-12;
 const KEPT: f64 = 1e-9;
 /// Heat of air at constant pressure, J/(kg K).
 const HEAT: f64 = KAPPA * GAS / (KAPPA - 1.0);
-
-/// What a window is solved from.
-#[derive(Debug)]
-pub(crate) struct Problem<'a> {
-    pub parameters: &'a Parameters,
-    /// Mass of the piston, kg.
-    pub mass: f64,
-    /// Acceleration of its relative position by each of the forces, if all bodies are free, 1/kg.
-    pub gains: [f64; 2],
-    /// What of it the ties of those that are not free may take back, 1/kg.
-    pub tied: [f64; 2],
-    /// Pressures of supply and exhaust after the epoch.
-    pub outside: [Poly; 2],
-    /// Length, s.
-    pub span: f64,
-}
-
-/// The piston's relative position and velocity at the nodes, under these forces.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Steel {
-    pub place: Nodal,
-    pub speed: Nodal,
-    pub forces: [Nodal; 2],
-}
-
-/// The air of a window, at the nodes.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Solved {
-    /// Rates of the content, relative to that at the epoch, 1/s.
-    rates: [Nodal; 4],
-    pub place: Nodal,
-    pub speed: Nodal,
-    /// `F_A`, and of the return chamber on the bit, N.
-    pub forces: [Nodal; 2],
-    /// Flow from the supply, enthalpy that comes in, and the force of the pressures alone.
-    sums: [Nodal; 3],
-    /// The error over that allowed.
-    pub error: f64,
-}
 
 /// What the air at one node gives.
 struct Instant {
@@ -368,52 +330,6 @@ fn root(low: f64, high: f64, function: impl Fn(f64) -> f64) -> f64 {
     high[0]
 }
 
-impl Problem<'_> {
-    /// Relative change of a pressure if the piston at `place` were off by `by`.
-    pub(crate) fn stir(&self, place: f64, by: f64) -> f64 {
-        let (volumes, drive) = (volumes(self.parameters, place), &self.parameters.drive);
-        let [one, other] = [drive.area_drive / volumes[0], drive.area_return / volumes[1]];
-        KAPPA * by.abs() * one.abs().max(other.abs())
-    }
-
-    /// True if what the forces of a solution differ from those under which the steel moved cannot matter,
-    /// beyond what the free bodies do, which the solution has.
-    pub(crate) fn is_trifle(&self, solved: &Solved, steel: &Steel, allowed: f64) -> bool {
-        let off: [Nodal; 2] = from_fn(|k| from_fn(|i| solved.forces[k][i] - steel.forces[k][i]));
-        let twice = &Rule::get().twice;
-        (0..STAGES).all(|i| {
-            let by = |k: usize| self.tied[k] * dot(&twice[i], &off[k]).abs();
-            self.stir(steel.place[i], self.span * self.span * (by(0) + by(1))) <= allowed
-        })
-    }
-
-    /// Largest relative change of a pressure if the steel moved like this instead.
-    pub(crate) fn misfit(&self, solved: &Solved, steel: &Steel) -> f64 {
-        (0..STAGES).fold(0.0, |most: f64, i| {
-            let off = self.stir(steel.place[i], steel.place[i] - solved.place[i]);
-            // Not a number counts as the most.
-            if off <= most { most } else { off }
-        })
-    }
-
-    /// The error of a window over that allowed.
-    fn error(&self, solved: &Solved) -> f64 {
-        let (rule, parameters) = (Rule::get(), self.parameters);
-        let last = |values: &Nodal| rule.last(values).abs();
-        let content = solved.rates.iter().map(last).fold(0.0, f64::max);
-        let content = self.span * content / (4 * STAGES - 2) as f64;
-        let supply = self.outside[0].0[0].max(self.outside[1].0[0]);
-        let scale = supply * (parameters.drive.area_drive + parameters.drive.area_return);
-        let stroke = (self.mass * parameters.air.cylinder / scale).sqrt();
-        let part = self.span / stroke;
-        let force = part * (part + NOISE) * last(&solved.forces[0]) / scale;
-        content.max(force) / parameters.air.error
-    }
-}
-
-/// Part of the force's last term that may go over into its mean, where the motion rings.
-const NOISE: f64 = 0.1;
-
 /// A polynomial of time from what is known at the nodes of a window.
 pub(crate) fn polynomial(values: &Nodal, span: f64) -> Poly {
     let mut poly = Poly::default();
@@ -446,8 +362,9 @@ mod tests {
         let mut gas = Air::start(&parameters, place, pressures);
         gas.classify(&parameters, place, pressures);
         let outside = pressures.map(Poly::constant);
-        let (mass, gains, tied) = (1e12, [0.0; 2], [0.0; 2]);
-        let problem = Problem { parameters: &parameters, mass, gains, tied, outside, span };
+        let (mass, none) = (1e12, [0.0; 2]);
+        let (gains, tied, give) = (none, none, none);
+        let problem = Problem { parameters: &parameters, mass, gains, tied, give, outside, span };
         let steel =
             Steel { place: [place; STAGES], speed: [0.0; STAGES], forces: [[0.0; STAGES]; 2] };
         let solved = gas.solve(&problem, &steel, &mut gas.guess(span)).expect("a solution");

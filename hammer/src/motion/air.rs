@@ -2,7 +2,8 @@
 
 use super::Motion;
 use crate::air::Air;
-use crate::air::solve::{Problem, Solved, Steel, polynomial};
+use crate::air::problem::{Problem, Solved, Steel};
+use crate::air::solve::polynomial;
 use crate::error::Error;
 use crate::laws::event::Displacement;
 use crate::modal::graph::{Channel, Graph};
@@ -13,6 +14,7 @@ use crate::numerics::math;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::Parameters;
+use crate::quantities::sections::Body;
 
 /// Trials of a window, each shorter or with another formula of a flow.
 const TRIALS: usize = 64;
@@ -55,8 +57,16 @@ pub(super) fn problem<'a>(
     let reaction = if graph.is_framed() { frame } else { 0.0 };
     let gains = [piston + reaction, if graph.is_framed() { frame } else { -frame }];
     let tied = [if flies { reaction } else { piston + reaction }, frame];
+    let give = |body: Body| match parameters.is_elastic(body) {
+        true => parameters.sections(body).compliance(parameters.material.youngs_modulus),
+        false => 0.0,
+    };
+    let give = match graph.is_framed() {
+        true => [give(Body::Piston) + give(Body::Casing), give(Body::Casing)],
+        false => [give(Body::Piston), give(Body::Bit)],
+    };
     let mass = graph.bodies[0].mass;
-    Problem { parameters, mass, gains, tied, outside: outside(inputs), span }
+    Problem { parameters, mass, gains, tied, give, outside: outside(inputs), span }
 }
 
 impl Motion {
