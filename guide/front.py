@@ -35,7 +35,10 @@ def split(page: str) -> tuple[str, str]:
 def text() -> str:
     """The part."""
     lines = [*speed(), *face(), *costs(), *checks()]
-    return "".join(textwrap.fill(line, 100, subsequent_indent="  ") + "\n" for line in lines)
+    return "".join(
+        textwrap.fill(line, 100, subsequent_indent="  ", break_on_hyphens=False) + "\n"
+        for line in lines
+    )
 
 
 def speed() -> list[str]:
