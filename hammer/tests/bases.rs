@@ -1,6 +1,7 @@
 //! Every system that a scene can meet has its modes: on each of 161 meshes of the reference hammer, bare and in
 //! every casing, and of hammers drawn over the whole domain. The suite takes a part of both;
-//! `BASES=1500 cargo test -p hammer --features internals --test bases` takes 1500.
+//! `BASES=1500 cargo test -p hammer --features internals --test bases` takes 1500. Three systems of two of these are
+//! still refused: of 971 the roots do not settle, of 1265 the basis does not fit its inverse.
 
 use hammer::laws::event::Bodies;
 use hammer::laws::rock::Spring;
