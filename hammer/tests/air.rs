@@ -241,6 +241,22 @@ fn a_lifted_hammer_is_vented_and_starts_again() {
     assert!(machine.energies().residual.abs() <= machine.energies().residual_bound());
 }
 
+/// Twice the pressure throws the piston faster than steel stands.
+#[test]
+fn a_blow_faster_than_steel_stands_is_warned_of() {
+    let p = driven(Fidelity::Rigid);
+    for (pressure, fast) in [(2.5e6, false), (6e6, true)] {
+        let mut machine = Machine::new(&p, &InputValues::default(), 0.0).expect("a scene");
+        machine.set_input(Input::SupplyPressure, &[pressure]).expect("a pressure");
+        assert!(machine.too_fast().is_none());
+        machine.advance(0.2).expect("a step");
+        let speed = machine.blow().expect("a blow").speed;
+        assert_eq!(speed > 13.0, fast, "{speed}");
+        let warned = machine.warnings().into_iter().any(|text| text.contains("beyond 13 m/s"));
+        assert_eq!(warned, fast);
+    }
+}
+
 /// The piston's way up to where the last port is wholly open, 39 mm, is longer than a cylinder of 38 mm.
 #[test]
 fn a_cylinder_shorter_than_its_ports_need_is_warned_of() {

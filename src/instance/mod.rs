@@ -247,6 +247,8 @@ impl Instance {
         if self.phase != Phase::Failed {
             self.demand("Terminate", &[Phase::Stepping])?;
             self.check_balance();
+            let fast = self.machine.as_ref().and_then(Machine::too_fast);
+            self.warn(fast);
         }
         self.phase = Phase::Terminated;
         Ok(())

@@ -1,11 +1,12 @@
 //! Least squares over what is known, in logarithms: an error is a share of its number.
 
 use super::assume::{Assumption, area};
-use super::quantity::{FASTEST, Quantity};
+use super::quantity::Quantity;
 use super::relay::{Relay, Throw};
 use super::response::Response;
 use super::{Datasheet, DatasheetError, EFFICIENCY};
 use crate::numerics::math;
+use crate::quantities::warnings::FASTEST;
 use crate::sensitivity::Scene;
 use nalgebra::{DMatrix, DVector};
 

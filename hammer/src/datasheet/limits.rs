@@ -4,9 +4,10 @@ use super::Datasheet;
 use super::air::AirBlow;
 use super::assume::area;
 use super::fit::{Fit, Unknowns};
-use super::quantity::{FASTEST, Quantity};
+use super::quantity::Quantity;
 use super::relay::Throw;
 use super::response::Response;
+use crate::quantities::warnings::FASTEST;
 
 /// Most blows a second: air hammers do 15 to 45, water hammers up to 70.
 const MOST_BY_AIR: f64 = 50.0;

@@ -2,9 +2,6 @@
 
 use crate::quantities::domain::{Domain, ParameterError};
 
-/// Fastest impact that the steel of piston and bit stands for long, m/s.
-pub(super) const FASTEST: f64 = 13.0;
-
 /// A row of the list.
 struct Row {
     quantity: Quantity,

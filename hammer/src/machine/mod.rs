@@ -152,12 +152,18 @@ impl Machine {
         self.motion.parameters()
     }
 
-    /// Warnings about this scene, with the inputs that it has now.
+    /// A warning about the last blow, if it was faster than steel stands.
+    pub fn too_fast(&self) -> Option<String> {
+        self.blow().and_then(|blow| warnings::fast(blow.speed))
+    }
+
+    /// Warnings about this scene, with the inputs that it has now, and about its last blow.
     pub fn warnings(&self) -> Vec<String> {
         let parameters = self.motion.parameters();
         let inputs = Inputs(Input::ALL.map(|input| Poly::constant(self.input(input))));
         let mut list = warnings::warnings(parameters);
         list.extend(warnings::idle(parameters, &inputs));
+        list.extend(self.too_fast());
         list
     }
 

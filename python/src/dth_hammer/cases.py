@@ -117,6 +117,7 @@ class Job:
             start = {name: s(0.0) for name, s in signals_of(self.case.inputs).items()}
             with Hammer(dict(self.numbers) | start, quiet=True) as hammer:
                 self._played(hammer)
+                hammer.look()
                 return self.result(hammer.reader(self.names)(), "", hammer.warnings)
         except RefusedError as error:
             return self.result([], str(error), [])

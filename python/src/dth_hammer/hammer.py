@@ -197,6 +197,10 @@ class Hammer:
         self._diagnostics = diagnostics.Diagnostics(self._initial)
         self._note([*self._machine.warnings(), *self._diagnostics.start()])
 
+    def look(self) -> None:
+        """Adds to ``warnings`` what the engine finds doubtful now: a blow that is too fast."""
+        self._note(self.machine.warnings())
+
     def close(self) -> None:
         """Frees the engine; a second call does nothing. Any other use is then an error."""
         self._machine = None

@@ -213,6 +213,7 @@ def simulate(
         rows, blows = play(hammer, instants, signals, [*chosen], control=control, progress=progress)
         if hidden := int(hammer["blow_count"]) - len(blows):
             warn(f"{hidden} blows are missing: a step had too many, or `control` made one")
+        hammer.look()
         warnings = tuple(hammer.warnings) + coarse_for(asked, waves, given)
     frame = _frame(rows, [*chosen.values()], instants)
     by = [*dict.fromkeys(gradient)]
