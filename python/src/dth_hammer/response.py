@@ -105,7 +105,8 @@ def steady(
         control: called with the hammer before each step.
         partner: takes a hammer and returns what steps it, such as a `Coupling` with a model of
             its drive.
-        step: communication step of inputs, control and partner; 1 ms if not given.
+        step: communication step of inputs, control and partner; 1 ms if not given. How the piston
+            rebounds is not read between such steps: `rebound_speed` and `rebound_ratio` are NaN.
         out: Parquet or CSV file for the rows of many hammers: the same call made again seeks
             only what is missing, as with `sweep`.
         scheduler: who shares many hammers, as for `sweep`; threads if None.
