@@ -152,9 +152,11 @@ impl Machine {
         self.motion.parameters()
     }
 
-    /// A warning about the last blow, if it was faster than steel stands.
+    /// A warning about the last blow, if air drove the piston faster than steel stands. (The forces of
+    /// other drives are the user's own.)
     pub fn too_fast(&self) -> Option<String> {
-        self.blow().and_then(|blow| warnings::fast(blow.speed))
+        let blow = self.blow().filter(|_| self.parameters().drive.source == Source::Air);
+        blow.and_then(|blow| warnings::fast(blow.speed))
     }
 
     /// Warnings about this scene, with the inputs that it has now, and about its last blow.
