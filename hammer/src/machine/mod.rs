@@ -43,7 +43,7 @@ use crate::modal::model::Model;
 use crate::motion::Motion;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
-use crate::quantities::parameters::{InputValues, Parameters};
+use crate::quantities::parameters::{InputValues, Parameters, Source};
 use crate::quantities::warnings;
 use crate::search::Search;
 use blows::{Closing, Progress};
