@@ -7,7 +7,7 @@ use super::fit::{Fit, Unknowns};
 use super::quantity::Quantity;
 use super::relay::Throw;
 use super::response::Response;
-use crate::quantities::warnings::FASTEST;
+use crate::quantities::warnings::{FASTEST, fast, is_fast};
 
 /// Most blows a second: air hammers do 15 to 45, water hammers up to 70.
 const MOST_BY_AIR: f64 = 50.0;
@@ -34,11 +34,8 @@ impl Fit<'_> {
                 1e3 * height,
                 throw.speed
             ));
-        } else if throw.speed > 1.005 * FASTEST {
-            list.push(format!(
-                "An impact at {:.1} m/s: steel that strikes steel does not last beyond {FASTEST} m/s.",
-                throw.speed
-            ));
+        } else if is_fast(throw.speed) {
+            list.push(fast(throw.speed) + ".");
         }
         let frequency = 1.0 / response.period;
         if frequency > if self.sheet.is_air() { MOST_BY_AIR } else { MOST } {
@@ -63,12 +60,7 @@ impl Fit<'_> {
 impl AirBlow {
     /// What no air hammer does.
     pub(super) fn impossible(&self, sheet: &Datasheet) -> Vec<String> {
-        let fast = (self.speed > FASTEST).then(|| {
-            format!(
-                "An impact at {:.1} m/s: steel that strikes steel does not last beyond {FASTEST} m/s.",
-                self.speed
-            )
-        });
+        let fast = (self.speed > FASTEST).then(|| fast(self.speed) + ".");
         fast.into_iter().chain(sheet.flushed()).collect()
     }
 }

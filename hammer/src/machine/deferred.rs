@@ -179,6 +179,7 @@ mod tests {
         assert_eq!(last.impulses(), alone.impulses());
         assert_eq!(last.peaks(), alone.peaks());
     }
+
     /// Read often, each stretch finds no forms of the one before.
     #[test]
     fn forms_that_go_on_from_stretch_to_stretch_change_no_bit() {

@@ -155,8 +155,9 @@ impl Machine {
     /// A warning about the last blow, if air drove the piston faster than steel stands. (The forces of
     /// other drives are the user's own.)
     pub fn too_fast(&self) -> Option<String> {
-        let blow = self.blow().filter(|_| self.parameters().drive.source == Source::Air);
-        blow.and_then(|blow| warnings::fast(blow.speed))
+        let by_air = self.parameters().drive.source == Source::Air;
+        let speed = self.blow().map(|blow| blow.speed);
+        speed.filter(|speed| by_air && warnings::is_fast(*speed)).map(warnings::fast)
     }
 
     /// Warnings about this scene, with the inputs that it has now, and about its last blow.

@@ -32,14 +32,16 @@ impl fmt::Display for Suspect {
 /// Fastest impact that the steel of piston and bit stands for long, m/s.
 pub(crate) const FASTEST: f64 = 13.0;
 
-/// That a blow was faster than that; one at the limit is not told.
-pub(crate) fn fast(speed: f64) -> Option<String> {
-    (speed > 1.005 * FASTEST).then(|| {
-        format!(
-            "the last blow struck at {speed:.1} m/s: steel that strikes steel does not last beyond \
-             {FASTEST} m/s"
-        )
-    })
+/// True for an impact faster than that, and not just at the limit.
+pub(crate) fn is_fast(speed: f64) -> bool {
+    speed > 1.005 * FASTEST
+}
+
+/// What is said of it.
+pub(crate) fn fast(speed: f64) -> String {
+    format!(
+        "An impact at {speed:.1} m/s: steel that strikes steel does not last beyond {FASTEST} m/s"
+    )
 }
 
 /// A stiffness or viscosity of this many times the bodies' own is out of proportion.

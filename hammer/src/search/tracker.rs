@@ -448,8 +448,7 @@ impl GuardTracker {
     fn polish(&mut self, tracks: &mut [Track], root: f64) -> f64 {
         let [Some(part), None] = self.signal.parts else {
             let parts = self.signal.parts.into_iter().flatten();
-            let before: Vec<_> =
-                parts.map(|part| (part.track, tracks[part.track].clone())).collect();
+            let before: Vec<_> = parts.map(|p| (p.track, tracks[p.track].clone())).collect();
             before.iter().for_each(|(index, _)| _ = tracks[*index].rotate_to(root));
             let sharp = self.signal.polish(tracks, root);
             before.into_iter().for_each(|(index, track)| tracks[index] = track);
