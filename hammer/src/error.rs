@@ -2,6 +2,7 @@
 
 use crate::interrupt;
 use crate::laws::mode::{Mode, Tie};
+use crate::laws::tie::VENTING;
 pub use crate::numerics::display::DisplayNumber;
 pub use crate::quantities::domain::ParameterError;
 use crate::quantities::inputs::Input;
@@ -116,7 +117,7 @@ pub enum Error {
         to: f64,
     },
     /// A tie is pulled from the start.
-    #[error("{tie} of the drill string is pulled apart by {} N at the start: raise feed_force until it is pressed, or set drill.joint.slack = 0, which holds it both ways", DisplayNumber(-*.force))]
+    #[error("{tie} of the drill string is pulled apart by {} N at the start: raise feed_force until it is pressed, or set {} = 0, which holds it both ways", DisplayNumber(-*.force), .tie.travel_name())]
     TiePulled {
         /// Which.
         tie: Tie,
@@ -124,7 +125,7 @@ pub enum Error {
         force: f64,
     },
     /// The piston is where a chamber has no volume left: nothing has stopped it.
-    #[error("the air cannot be followed beyond t = {} s with the piston at relative_position = {} m: the drive chamber has volume above {} m (air.cylinder, air.drive.dead_volume), the return chamber below {} m (air.return.dead_volume); a bit that hangs out vents the drive if chuck.idle_travel is less than that, and more feed_force holds the casing down", DisplayNumber(*.time), DisplayNumber(*.place), DisplayNumber(.range[0]), DisplayNumber(.range[1]))]
+    #[error("the air cannot be followed beyond t = {} s with the piston at relative_position = {} m: the drive chamber has volume above {} m (air.cylinder, air.drive.dead_volume), the return chamber below {} m (air.return.dead_volume); {}", DisplayNumber(*.time), DisplayNumber(*.place), DisplayNumber(.range[0]), DisplayNumber(.range[1]), VENTING)]
     Air {
         /// When, s.
         time: f64,
@@ -199,7 +200,7 @@ pub enum Error {
         suspect: Option<Suspect>,
     },
     /// A stored state belongs to a scene of other dimensions.
-    #[error("the stored state is that of another hammer: its bodies, meshes or joints differ")]
+    #[error("the stored state is that of another hammer: its bodies or meshes differ")]
     Foreign,
     /// A stored state is corrupt.
     #[error("the stored state is damaged: {what}")]

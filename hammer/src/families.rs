@@ -4,42 +4,8 @@
 use crate::machine::blows::Blow;
 use crate::machine::outputs::Profile;
 use crate::quantities::parameters::{Fidelity, Parameters};
-use crate::quantities::quantity::{Quantity, STRESS, VELOCITY};
-use crate::quantities::sections::Body;
+pub use crate::variables::{ALONG, Along};
 use crate::variables::{Output, Role, VARIABLES};
-
-/// Values of one kind along one body, counted from its upper end.
-pub struct Along {
-    /// Name without index.
-    pub name: &'static str,
-    /// What they are.
-    pub description: &'static str,
-    /// Type.
-    pub quantity: Quantity,
-    /// Order of magnitude.
-    pub nominal: f64,
-    /// Whose.
-    pub body: Body,
-    /// One at each end of an element; else one at each element's middle.
-    pub nodal: bool,
-}
-
-/// Everything along the bodies.
-#[rustfmt::skip]
-pub const ALONG: [Along; 6] = [
-    Along { name: "piston_stress", description: "Axial stress at the middle of an element of the piston, tension positive",
-        quantity: STRESS, nominal: 1e8, body: Body::Piston, nodal: false },
-    Along { name: "bit_stress", description: "Axial stress at the middle of an element of the bit, tension positive",
-        quantity: STRESS, nominal: 1e8, body: Body::Bit, nodal: false },
-    Along { name: "piston_node_velocity", description: "Velocity of a node of the piston, positive downward",
-        quantity: VELOCITY, nominal: 10.0, body: Body::Piston, nodal: true },
-    Along { name: "bit_node_velocity", description: "Velocity of a node of the bit, positive downward",
-        quantity: VELOCITY, nominal: 10.0, body: Body::Bit, nodal: true },
-    Along { name: "casing_stress", description: "Axial stress at the middle of an element of an elastic casing, tension positive",
-        quantity: STRESS, nominal: 1e7, body: Body::Casing, nodal: false },
-    Along { name: "casing_node_velocity", description: "Velocity of a node of an elastic casing, positive downward",
-        quantity: VELOCITY, nominal: 1.0, body: Body::Casing, nodal: true },
-];
 
 impl Along {
     /// How many an elastic body has; 0 of a rigid one, or where there is none.
@@ -52,11 +18,7 @@ impl Along {
     /// The value with an index from 0; `None` beyond the mesh.
     #[must_use]
     pub fn value(&self, profile: &Profile, index: usize) -> Option<f64> {
-        let (stress, nodes) = match self.body {
-            Body::Piston => (&profile.piston_stress, &profile.piston),
-            Body::Bit => (&profile.bit_stress, &profile.bit),
-            Body::Casing => (&profile.casing_stress, &profile.casing),
-        };
+        let (stress, nodes) = profile.along(self.body);
         if self.nodal {
             nodes.get(index).map(|[_, velocity]| *velocity)
         } else {

@@ -54,7 +54,6 @@ pub use num_complex::Complex64;
 pub use numerics::vectors::Vectors;
 pub use quantities::air::{AirChamber, AirLaw};
 pub use quantities::domain::Domain;
-pub use quantities::drill::{Drill, Joint};
 pub use quantities::inputs::Input;
 pub use quantities::parameters;
 pub use quantities::parameters::{

@@ -11,6 +11,7 @@ use crate::quantities::inputs::Input;
 pub use crate::quantities::inputs::{INPUTS, InputRow};
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::quantities::quantity::*;
+use crate::quantities::sections::Body;
 pub use crate::quantities::table::{Change, PARAMETERS, Parameter, Reader, Slot};
 
 /// Communication step that is proposed to a host, s.
@@ -396,4 +397,37 @@ static RESULTS: &[Variable] = &[
     truth("near_miss", "Bodies have come so close to touching, or the rock to another mode, that rounding decided against it",
         |m| m.counters().near_misses > 0),
     truth("stalled", "The piston rests on the bit and the drive (Relay, Chambers or Air) cannot switch", |m| m.stalled()),
+];
+
+/// Values of one kind along one body, counted from its upper end.
+pub struct Along {
+    /// Name without index.
+    pub name: &'static str,
+    /// What they are.
+    pub description: &'static str,
+    /// Type.
+    pub quantity: Quantity,
+    /// Order of magnitude.
+    pub nominal: f64,
+    /// Whose.
+    pub body: Body,
+    /// One at each end of an element; else one at each element's middle.
+    pub nodal: bool,
+}
+
+/// Everything along the bodies.
+#[rustfmt::skip]
+pub const ALONG: [Along; 6] = [
+    Along { name: "piston_stress", description: "Axial stress at the middle of an element of the piston, tension positive",
+        quantity: STRESS, nominal: 1e8, body: Body::Piston, nodal: false },
+    Along { name: "bit_stress", description: "Axial stress at the middle of an element of the bit, tension positive",
+        quantity: STRESS, nominal: 1e8, body: Body::Bit, nodal: false },
+    Along { name: "piston_node_velocity", description: "Velocity of a node of the piston, positive downward",
+        quantity: VELOCITY, nominal: 10.0, body: Body::Piston, nodal: true },
+    Along { name: "bit_node_velocity", description: "Velocity of a node of the bit, positive downward",
+        quantity: VELOCITY, nominal: 10.0, body: Body::Bit, nodal: true },
+    Along { name: "casing_stress", description: "Axial stress at the middle of an element of an elastic casing, tension positive",
+        quantity: STRESS, nominal: 1e7, body: Body::Casing, nodal: false },
+    Along { name: "casing_node_velocity", description: "Velocity of a node of an elastic casing, positive downward",
+        quantity: VELOCITY, nominal: 1.0, body: Body::Casing, nodal: true },
 ];

@@ -18,8 +18,7 @@ fn cased(p: &Parameters, elastic: bool, impedance: f64) -> Option<(Parameters, I
         p.casing.segment[0] = Segment { length: 1.0, area: 5e-3 };
     }
     let mesh = p.mesh_for(Reading::Force, 1e-3)?;
-    (p.mesh.degree, p.piston.elements, p.bit.elements) = (mesh.degree, mesh.piston, mesh.bit);
-    p.casing.elements = mesh.casing.unwrap_or(p.casing.elements);
+    mesh.apply(&mut p);
     let inputs = InputValues { feed_force: p.drive.amplitude + 5e3, ..InputValues::default() };
     Some((p, inputs))
 }

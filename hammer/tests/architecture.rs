@@ -357,3 +357,40 @@ fn no_variable_is_named_beside_the_table() {
     });
     assert_eq!(listed.count(), SECOND.len(), "a file in the list names no variable any more");
 }
+
+/// Files of the engine that name a tie of bit and casing or of rods, or the casing itself, and why.
+const TIED: [(&str, &str); 12] = [
+    ("quantities/sections.rs", "the bodies' names"),
+    ("quantities/parameters.rs", "the numbers of ties and bodies"),
+    ("quantities/drill.rs", "those of rods and of what joins them"),
+    ("quantities/table.rs", "their rows"),
+    ("quantities/inputs.rs", "what the feed acts on, in the row of the input"),
+    ("quantities/validation.rs", "their limits"),
+    ("quantities/warnings.rs", "what is out of proportion among them"),
+    ("laws/mode.rs", "the ties, with their ends"),
+    ("laws/tie.rs", "their laws"),
+    ("machine/outputs.rs", "what their outputs read"),
+    ("variables.rs", "the rows of their outputs"),
+    ("presets/air.rs", "hammers with a casing"),
+];
+
+/// Everything else goes by bodies, groups and ties, whichever they are: so that another tie touches no more
+/// than `ARCHITECTURE.md` says.
+#[test]
+fn ties_are_named_where_their_laws_and_numbers_are_alone() {
+    let mut files = Vec::new();
+    sources(&source(), &mut files);
+    let names_one = |file: &&PathBuf| {
+        let text = code(&fs::read_to_string(file).expect("a source file")).to_lowercase();
+        // A matrix has an adjoint.
+        let text = text.replace("adjoint", "");
+        ["casing", "chuck", "joint"].iter().any(|word| text.contains(word))
+    };
+    let name = |file: &PathBuf| {
+        let inside = file.strip_prefix(source()).expect("a source file");
+        inside.to_string_lossy().replace('\\', "/")
+    };
+    let actual: BTreeSet<String> = files.iter().filter(names_one).map(name).collect();
+    let listed = TIED.iter().map(|(file, _)| (*file).to_string()).collect();
+    assert_eq!(actual, listed);
+}

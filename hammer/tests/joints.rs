@@ -2,7 +2,8 @@
 
 mod scenes;
 
-use hammer::presets::PRESETS;
+use hammer::parameters::{Drill, Joint};
+use hammer::presets::{PRESETS, Preset};
 use hammer::sensitivity::{Argument, NonSmooth, Sample, Scene, derivatives};
 use hammer::{
     Error, Event, Input, InputValues, Machine, Parameters, Segment, Source, State, Tie, TieState,
@@ -368,7 +369,7 @@ fn strings_that_cannot_be_are_refused_by_name() {
     );
     assert!(refused.to_string().starts_with("joint 1 of the drill string"), "{refused}");
     let tied = Parameters {
-        drill: hammer::Drill { joint: hammer::Joint { slack: 0.0, ..p.drill.joint }, ..p.drill },
+        drill: Drill { joint: Joint { slack: 0.0, ..p.drill.joint }, ..p.drill },
         ..p
     };
     assert!(Machine::new(&tied, &lifted, 0.0).is_ok(), "held both ways");
@@ -412,4 +413,21 @@ fn loose_joints_cost_the_top_hammer_depth() {
     };
     let [(blows, depth), (others, less)] = [tight, loose].map(run);
     assert!(blows.abs_diff(others) <= 1 && less < 0.97 * depth, "{depth} {less}");
+}
+
+/// Read often, each stretch finds no forms of the one before.
+#[test]
+fn forms_that_go_on_from_stretch_to_stretch_change_no_bit() {
+    let (mut parameters, inputs) = Preset::named("top_hammer").expect("a preset").start();
+    parameters.drill.joint.stiffness = 3e9;
+    let scene = Scene { parameters, inputs };
+    let [mut once, mut often] = [(); 2].map(|()| scene.machine().expect("a scene"));
+    for step in 1..=60 {
+        let time = 5e-4 * f64::from(step);
+        once.advance(time).expect("a step");
+        often.advance(time).expect("a step");
+        assert!(often.energies().damping >= 0.0);
+    }
+    assert!(once.counters().events > 300, "{:?}", once.counters());
+    assert_eq!(once.energies(), often.energies());
 }

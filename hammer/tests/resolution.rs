@@ -49,15 +49,15 @@ fn forces_on_the_advised_mesh_err_by_no_more_than_was_asked_for() {
         let error = [1e-2, 1e-3][case % 2];
         let mut p = drawn(&mut seed);
         let Some(mesh) = p.mesh_for(Reading::Force, error) else { panic!("no mesh for {p:?}") };
-        (p.mesh.degree, p.piston.elements, p.bit.elements) = (mesh.degree, mesh.piston, mesh.bit);
+        mesh.apply(&mut p);
         let found = peak(&p);
         let mut fine = p;
-        (fine.mesh.degree, fine.piston.elements, fine.bit.elements) =
-            (MAX_DEGREE, 2 * mesh.piston, 2 * mesh.bit);
+        fine.mesh.degree = MAX_DEGREE;
+        Body::ALL.iter().for_each(|body| *fine.elements_mut(*body) *= 2);
         let off = (found / peak(&fine) - 1.0).abs();
         assert!(off <= error, "{off:e} where {error:e} was asked for: {mesh:?} {p:?}");
         let mut coarse = p;
-        (coarse.piston.elements, coarse.bit.elements) = (mesh.piston / 3, mesh.bit / 3);
+        Body::ALL.iter().for_each(|body| *coarse.elements_mut(*body) /= 3);
         needed += usize::from((peak(&coarse) / peak(&fine) - 1.0).abs() > error);
     }
     // Not so fine that anything would do: a third of the spans is too coarse for most (not
@@ -94,10 +94,10 @@ fn rates_on_the_advised_mesh_err_by_no_more_than_was_asked_for() {
     }
     for mut p in scenes {
         let mesh = p.mesh_for(Reading::Rate, 0.01).expect("a mesh");
-        (p.mesh.degree, p.piston.elements, p.bit.elements) = (mesh.degree, mesh.piston, mesh.bit);
+        mesh.apply(&mut p);
         let mut fine = p;
-        (fine.mesh.degree, fine.piston.elements, fine.bit.elements) =
-            (5, 3 * mesh.piston, 3 * mesh.bit);
+        fine.mesh.degree = 5;
+        Body::ALL.iter().for_each(|body| *fine.elements_mut(*body) *= 3);
         for (found, exact) in mean(&p).into_iter().zip(mean(&fine)) {
             let off = found / exact - 1.0;
             assert!(off.abs() <= 0.01, "{off:e}: {mesh:?} {p:?}");
@@ -111,7 +111,7 @@ fn the_advised_spans_are_no_longer_than_the_error_allows() {
     for _ in 0..50 {
         let p = drawn(&mut seed);
         let mesh = p.mesh_for(Reading::Force, 3e-3).expect("a mesh");
-        for (body, spans) in Body::ALL.into_iter().zip([mesh.piston, mesh.bit]) {
+        for (body, spans) in mesh.spans {
             let nodes = p.sections(body).nodes(spans);
             let longest = nodes.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
             assert!(p.mesh_error(longest) <= 3e-3 * (1.0 + 1e-9), "{body:?} {longest}");
@@ -147,8 +147,8 @@ fn the_chucks_force_on_an_advised_casing_errs_by_no_more_than_was_asked_for() {
         }
         (p.chuck.stiffness, p.chuck.viscosity) = (1e9 * (1.5 * unit(5)).exp(), 0.0);
         let mesh = p.mesh_for(Reading::Force, error).expect("a mesh");
-        let casing = mesh.casing.expect("it is elastic");
-        (p.mesh.degree, p.piston.elements, p.bit.elements) = (mesh.degree, mesh.piston, mesh.bit);
+        let casing = mesh.of(Body::Casing).expect("it is elastic");
+        mesh.apply(&mut p);
         let on = |elements| {
             let mut p = p;
             p.casing.elements = elements;
@@ -161,7 +161,7 @@ fn the_chucks_force_on_an_advised_casing_errs_by_no_more_than_was_asked_for() {
     }
     assert!(needed >= 3, "a sixth of the spans is too coarse for most: {needed} of 6");
     let mut bare = Parameters::default();
-    assert_eq!(bare.mesh_for(Reading::Force, 1e-3).expect("a mesh").casing, None);
+    assert_eq!(bare.mesh_for(Reading::Force, 1e-3).expect("a mesh").of(Body::Casing), None);
     // A front of a chuck that is stiffer than the contact is the bit's sharpest too.
     let width = bare.front_width();
     (bare.casing.mass, bare.chuck.stiffness) = (40.0, 4.0 * bare.contact.stiffness);

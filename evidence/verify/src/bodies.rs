@@ -43,7 +43,7 @@ pub fn lightness(p: &Parameters, body: Body, lower: bool) -> f64 {
 pub fn unevenness(p: &Parameters) -> f64 {
     let ends = [(Body::Piston, true), (Body::Bit, false), (Body::Bit, true)];
     let yields = ends.map(|(body, lower)| lightness(p, body, lower));
-    let mass = p.piston_mass() + p.bit_mass() + p.casing_mass();
+    let mass = p.total_mass();
     mass * yields.into_iter().fold(0.0, f64::max)
 }
 

@@ -151,7 +151,7 @@ pub fn momentum() -> Result<Vec<Row>, Error> {
         let end = 0.1;
         m.advance(end)?;
         let (k, rock) = (*m.kinematics(), m.impulses().rock);
-        let masses = p.piston_mass() + p.bit_mass() + p.casing_mass();
+        let masses = p.total_mass();
         let pressed = (feed + masses * p.gravity) * end;
         let string = p.casing.impedance * (k.casing_position - from);
         let mut rows = Rows::new(name, "momentum", MOMENTUM);

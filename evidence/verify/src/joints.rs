@@ -2,9 +2,9 @@
 
 use crate::mesh;
 use crate::row::{Row, Rows};
+use hammer::parameters::{Drill, Joint};
 use hammer::{
-    Drill, Error, Event, Input, InputValues, Joint, Machine, Parameters, Segment, Source, Tie,
-    TieState,
+    Error, Event, Input, InputValues, Machine, Parameters, Segment, Source, Tie, TieState,
 };
 use oracles::joint::{Loose, trapped};
 use std::f64::consts::PI;

@@ -79,7 +79,7 @@ pub(crate) struct Scales {
 impl Scales {
     pub(crate) fn new(case: &RandomScene) -> Self {
         let p = &case.parameters;
-        let mass = p.piston_mass() + p.bit_mass() + p.casing_mass();
+        let mass = p.total_mass();
         let load = case.loads().iter().sum::<f64>() + mass * p.gravity.abs();
         let bars = bodies::compliance(p);
         let yielded = load * (1.0 / p.rock.stiffness + 1.0 / p.meeting_stiffness() + bars);

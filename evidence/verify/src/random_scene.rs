@@ -5,13 +5,10 @@ use crate::bodies;
 use crate::draws::{log, or_zero, signed};
 use crate::random_air::{AirRow, air, set_air};
 use hammer::parameters::{
-    Bit, Casing, ChamberLaw, ChamberLaws, ChuckLaw, Contact, Drive, FASTEST_WAVE, MAX_DEGREE,
-    Material, Mesh, Piston, PortLaw, Rock, SOFTEST_JOINT,
+    Bit, Casing, ChamberLaw, ChamberLaws, ChuckLaw, Contact, Drill, Drive, FASTEST_WAVE, Joint,
+    MAX_DEGREE, Material, Mesh, Piston, PortLaw, Rock, SOFTEST_JOINT,
 };
-use hammer::{
-    Drill, Error, Fidelity, InputValues, Joint, MAX_SEGMENTS, Parameters, Reloading, Segment,
-    Source,
-};
+use hammer::{Error, Fidelity, InputValues, MAX_SEGMENTS, Parameters, Reloading, Segment, Source};
 use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
 

@@ -1,9 +1,9 @@
 //! The engine's scenes told to the oracles, which have words of their own for them.
 
-use hammer::parameters::PortLaw;
+use hammer::parameters::{Drill, PortLaw};
 use hammer::{
-    Body as Part, Chamber, Drill, Fidelity, InputValues, Mode, Parameters, Port, Record, Relay,
-    Reloading, RockEvent, RockMode, Segment, Source, Tie, TieState,
+    Body as Part, Chamber, Fidelity, InputValues, Mode, Parameters, Port, Record, Relay, Reloading,
+    RockEvent, RockMode, Segment, Source, Tie, TieState,
 };
 use oracles::scene::{self, Body, RockLaw};
 use oracles::{law, waves};

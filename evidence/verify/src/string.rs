@@ -6,7 +6,8 @@
 
 use crate::mesh::{self, SPEED};
 use crate::row::{Row, Rows};
-use hammer::{Body, Drill, Error, Machine, Parameters, Segment};
+use hammer::parameters::Drill;
+use hammer::{Body, Error, Machine, Parameters, Segment};
 use oracles::string::Joints;
 use serde::Deserialize;
 

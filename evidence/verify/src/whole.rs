@@ -260,8 +260,7 @@ impl Mesh {
             }
             Self::Rule(reading) => {
                 let mesh = p.mesh_for(reading, reading.usual_error())?;
-                (p.mesh.degree, p.piston.elements, p.bit.elements) =
-                    (mesh.degree, mesh.piston, mesh.bit);
+                mesh.apply(p);
             }
             Self::Own => {}
         }

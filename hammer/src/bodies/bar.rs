@@ -55,11 +55,9 @@ impl Bar {
     ///
     /// None if its modes cannot be found to working accuracy.
     pub fn of(parameters: &Parameters, body: Body) -> Option<Self> {
-        let sections = parameters.sections(body);
         match parameters.is_elastic(body) {
-            false if body == Body::Casing => Some(Self::rigid(parameters.casing_mass())),
-            false => Some(Self::rigid(sections.mass(parameters.material.density))),
-            true => Self::elastic(parameters, &sections, parameters.spans(body)),
+            false => Some(Self::rigid(parameters.mass(body))),
+            true => Self::elastic(parameters, &parameters.sections(body), parameters.spans(body)),
         }
     }
 
@@ -67,21 +65,21 @@ impl Bar {
     ///
     /// None as above.
     pub(crate) fn string(parameters: &Parameters) -> Option<Vec<Self>> {
-        let joints = parameters.drill.loose();
-        if joints == 0 {
+        let loose = parameters.drill.loose();
+        if loose == 0 {
             return Some(vec![Self::of(parameters, Body::Bit)?]);
         }
         let all = parameters.sections(Body::Bit);
         let spans = all.spans(parameters.spans(Body::Bit));
         let mut bodies: Vec<usize> = parameters.drill.sections().map(|(body, _)| body).collect();
-        bodies.resize(spans.len(), joints);
+        bodies.resize(spans.len(), loose);
         let of = |body: usize| {
             let first = bodies.iter().position(|b| *b == body)?;
             let end = bodies.iter().rposition(|b| *b == body)? + 1;
             let sections = Sections::new(&all.as_slice()[first..end])?;
             Self::elastic(parameters, &sections, spans[first..end].iter().sum())
         };
-        (0..=joints).map(of).collect()
+        (0..=loose).map(of).collect()
     }
 
     fn elastic(parameters: &Parameters, sections: &Sections, spans: usize) -> Option<Self> {

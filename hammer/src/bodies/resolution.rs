@@ -25,7 +25,7 @@
 
 use crate::numerics::math;
 use crate::quantities::parameters::{MAX_ELEMENTS, Parameters};
-use crate::quantities::sections::{Body, Segment};
+use crate::quantities::sections::Body;
 
 /// What is read of a scene, for which its mesh is to be fine enough.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,20 +66,29 @@ impl Reading {
 }
 
 /// A mesh for a stated error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MeshAdvice {
     /// Degree of the splines.
     pub degree: usize,
-    /// Spans of the piston.
-    pub piston: usize,
-    /// Spans of the bit.
-    pub bit: usize,
-    /// Spans of a casing, if that has sections.
-    pub casing: Option<usize>,
+    /// Spans of each body that has sections.
+    pub spans: Vec<(Body, usize)>,
 }
 
-/// The chuck's largest force comes after waves have run through bit and casing, in which errors of
-/// several fronts add up: as if its front were that much narrower (empirical).
+impl MeshAdvice {
+    /// Spans of one body.
+    pub fn of(&self, body: Body) -> Option<usize> {
+        self.spans.iter().find(|(other, _)| *other == body).map(|(_, spans)| *spans)
+    }
+
+    /// Gives a scene this mesh.
+    pub fn apply(&self, parameters: &mut Parameters) {
+        parameters.mesh.degree = self.degree;
+        self.spans.iter().for_each(|(body, spans)| *parameters.elements_mut(*body) = *spans);
+    }
+}
+
+/// Where a frame is tied, the largest force comes after waves have run through it and the bit, in which
+/// errors of several fronts add up: as if the front were that much narrower (empirical).
 const SHARPER: f64 = 0.5;
 /// Below this error, the higher degree is the cheaper one.
 const FINE: f64 = 1e-4;
@@ -97,7 +106,7 @@ const STRING_SPAN: f64 = 0.22;
 const LEAST_SPANS: f64 = 4.0;
 
 impl Parameters {
-    /// Width of the sharpest front that contact, rock and chuck can make in piston and bit, m.
+    /// Width of the sharpest front that ties and rock can make in piston and bit, m.
     pub fn front_width(&self) -> f64 {
         let [piston, bit] = Body::ALL.map(|body| self.sections(body));
         let (above, below) = (piston.as_slice(), bit.as_slice());
@@ -105,17 +114,7 @@ impl Parameters {
             .map(|section| self.impedance_of(section.area));
         let contact = a * b / (a + b) / self.contact.stiffness;
         let rock = tip / (self.rock.unloading_ratio * self.rock.stiffness);
-        let chuck = if self.has_casing() { self.chuck_front() } else { f64::INFINITY };
-        (self.wave_speed() * contact.min(rock)).min(chuck)
-    }
-
-    /// Width of the front that the chuck makes in bit and casing, m.
-    fn chuck_front(&self) -> f64 {
-        let end = |section: &Segment| 1.0 / self.impedance_of(section.area);
-        let (bit, casing) = (self.sections(Body::Bit), self.sections(Body::Casing));
-        let casing_end =
-            if self.casing.segments > 0 { casing.as_slice().last().map_or(0.0, end) } else { 0.0 };
-        self.wave_speed() / ((end(&bit.as_slice()[0]) + casing_end) * self.chuck.stiffness)
+        (self.wave_speed() * contact.min(rock)).min(self.frame_front())
     }
 
     /// Relative error of the forces at an impact on the scene's own mesh, by the formula above: that of
@@ -176,40 +175,44 @@ impl Parameters {
             };
             self.spans_of(body, (part * span).min(shortest_wave).min(keeps_shape))
         };
-        let width = self.front_width();
-        let casing = match self.casing.segments {
-            0 => None,
-            _ => Some(spans(Body::Casing, self.chuck_front())?),
-        };
-        let [piston, bit] = Body::ALL.map(|body| spans(body, width));
-        Some(MeshAdvice { degree: RATE_DEGREE, piston: piston?, bit: bit?, casing })
+        self.mesh_of(RATE_DEGREE, 1.0, spans)
     }
 
-    /// The mesh on which what is read has a relative error of at most `error`. In an elastic casing the
-    /// chuck makes the front. `None` if a body would need more than [`MAX_ELEMENTS`] spans because
-    /// contact, rock, chuck and damping make too sharp a front.
+    /// A mesh of so many spans in each body, by the width of the front there: in a frame, this part of the
+    /// one that its tie makes.
+    fn mesh_of(
+        &self,
+        degree: usize,
+        part: f64,
+        spans: impl Fn(Body, f64) -> Option<usize>,
+    ) -> Option<MeshAdvice> {
+        let [width, framed] = [self.front_width(), part * self.frame_front()];
+        let of = |body: Body| {
+            let width = if Body::ALL.contains(&body) { width } else { framed };
+            Some((body, spans(body, width)?))
+        };
+        let meshed = self.bodies().filter(|body| !self.is_lumped(*body));
+        Some(MeshAdvice { degree, spans: meshed.map(of).collect::<Option<_>>()? })
+    }
+
+    /// The mesh on which what is read has a relative error of at most `error`. In an elastic frame its tie
+    /// makes the front. `None` if a body would need more than [`MAX_ELEMENTS`] spans because ties, rock and
+    /// damping make too sharp a front.
     ///
     /// ```
-    /// use hammer::{Parameters, Reading};
+    /// use hammer::{Body, Parameters, Reading};
     ///
     /// let mesh = Parameters::default().mesh_for(Reading::Rate, 0.01).expect("a mesh");
-    /// assert_eq!((mesh.degree, mesh.piston, mesh.casing), (3, 16, None));
+    /// assert_eq!((mesh.degree, mesh.of(Body::Piston)), (3, Some(16)));
     /// let mesh = Parameters::default().mesh_for(Reading::Force, 1e-3).expect("a mesh");
-    /// assert_eq!((mesh.degree, mesh.piston, mesh.casing), (5, 83, None));
+    /// assert_eq!((mesh.degree, mesh.of(Body::Piston)), (5, Some(83)));
     /// ```
     pub fn mesh_for(&self, reading: Reading, error: f64) -> Option<MeshAdvice> {
         if reading == Reading::Rate {
             return self.mesh_for_rate(error);
         }
-        let width = self.front_width();
         let spans =
             |body: Body, width: f64| self.spans_of(body, self.span_for(body, width, error)?);
-        let casing = match self.casing.segments {
-            0 => None,
-            _ => Some(spans(Body::Casing, SHARPER * self.chuck_front())?),
-        };
-        let [piston, bit] = Body::ALL.map(|body| spans(body, width));
-        let degree = DEGREES[usize::from(error < FINE)];
-        Some(MeshAdvice { degree, piston: piston?, bit: bit?, casing })
+        self.mesh_of(DEGREES[usize::from(error < FINE)], SHARPER, spans)
     }
 }

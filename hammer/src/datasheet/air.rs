@@ -21,10 +21,6 @@ const ROUNDS: usize = 8;
 const ATMOSPHERE: f64 = 101_325.0;
 /// Outside diameters of the hammers that the model is known of, m: 3.5 to 6 inches.
 const SIZES: [f64; 2] = [0.079, 0.155];
-/// Ports of the 4-inch preset, over the outside diameter squared.
-const PORTS: f64 = 2.2e-4 / (0.105 * 0.105);
-/// Mass of the casing over the outside diameter squared, kg/m2: between those of the presets.
-const CASING: f64 = 2500.0;
 /// Feed over outside diameter squared and pressure: what the presets of 4 and 5 inches have.
 const FEED: f64 = 0.58;
 
@@ -108,14 +104,9 @@ impl Datasheet {
         let (outer, pressure) = (self.of_air()?, self.get(Quantity::Pressure)?);
         let wanted = self.get(Quantity::AirFlow)?;
         let feed = self.get(Quantity::Feed).or_else(|| self.feed_of_air())?;
-        let hammer = AirHammer {
-            outer: self.get(Quantity::Bore).map_or(outer, |bore| bore / AirHammer::BORE),
-            piston: unknowns.mass,
-            casing: CASING * outer * outer,
-            supply: PORTS * outer * outer,
-            hole: scene.parameters.hole.diameter,
-            feed,
-        };
+        let hole = scene.parameters.hole.diameter;
+        let mut hammer = AirHammer::in_proportion(outer, unknowns.mass, hole, feed);
+        hammer.outer = self.get(Quantity::Bore).map_or(outer, |bore| bore / AirHammer::BORE);
         let dressed = |hammer: &AirHammer| {
             let mut of_air = hammer.at(pressure);
             let (p, own) = (&mut of_air.parameters, &scene.parameters);

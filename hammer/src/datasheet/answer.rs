@@ -8,7 +8,7 @@ use super::response::Response;
 use super::{Comparison, Found, OWN_BIT, Solution};
 use crate::numerics::display::digits;
 use crate::numerics::math;
-use crate::presets::DAMPING;
+use crate::presets::{AirHammer, DAMPING};
 use crate::sensitivity::Scene;
 
 /// Advance of the hole per turn of the bit that makers recommend (Epiroc), m: named where it is told.
@@ -66,11 +66,7 @@ impl Fit<'_> {
             found.retain(|row| !OF_RELAY.contains(&row.name));
             let value = blow.flow;
             found.push(Found { name: "free air", value, range: [value; 2], unit: "m3/s" });
-            assumed.push(
-                "Faces, stroke, ports and casing are those of the air presets, in proportion to the area; \
-                 the supply ports are fitted to the air."
-                    .into(),
-            );
+            assumed.push(AirHammer::ASSUMED.into());
         }
         Solution { scene, compared, found, assumed, contradictions }
     }

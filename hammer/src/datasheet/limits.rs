@@ -93,7 +93,7 @@ impl Datasheet {
         (piston + height > ROOM * whole).then(|| {
             format!(
                 "The piston of some {:.0} mm turns {:.0} mm above the bit: in a hammer of {:.0} mm \
-                 there is no room for both beside chuck, valve and back head.",
+                 there is no room for both beside its other parts.",
                 1e3 * piston,
                 1e3 * height,
                 1e3 * whole

@@ -17,6 +17,8 @@ use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
 use crate::laws::mode::{Mode, Tie, TieState};
 use crate::laws::rock::Coefficients;
 use crate::quantities::parameters::Parameters;
+use crate::quantities::sections::{Body, Segment};
+use crate::quantities::table::name_of;
 
 /// The law of a tie.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,6 +61,21 @@ impl TieLaw {
     }
 }
 
+impl Tie {
+    /// Name of the parameter that is its travel; empty if it has none.
+    pub(crate) fn travel_name(self) -> &'static str {
+        match self {
+            Self::Chuck => name_of(|p| &mut p.chuck.travel),
+            Self::Joint(_) => name_of(|p| &mut p.drill.joint.slack),
+            Self::Contact | Self::String | Self::Fluid => "",
+        }
+    }
+}
+
+/// What keeps a piston from running out of its cylinder.
+pub(crate) const VENTING: &str = "a bit that hangs out vents the drive if chuck.idle_travel is less than that, \
+    and more feed_force holds the casing down";
+
 impl Parameters {
     /// The guard of venting, while the bit hangs free.
     pub(crate) fn vent_guard(&self, mode: &Mode) -> Option<Guard> {
@@ -70,6 +87,17 @@ impl Parameters {
             level: self.chuck.idle_travel,
             event: Event::Vent(!vented),
         })
+    }
+
+    /// Width of the front that the tie of a frame makes in what it ties, m; infinite without one.
+    pub(crate) fn frame_front(&self) -> f64 {
+        if !self.has_casing() {
+            return f64::INFINITY;
+        }
+        let give = |section: &Segment| 1.0 / self.impedance_of(section.area);
+        let lower = give(&self.sections(Body::Bit).as_slice()[0]);
+        let upper = self.own(Body::Casing).2.last().map_or(0.0, give);
+        self.wave_speed() / ((lower + upper) * self.chuck.stiffness)
     }
 
     /// The ties of a scene, in the order in which their events are looked for.

@@ -179,22 +179,4 @@ mod tests {
         assert_eq!(last.impulses(), alone.impulses());
         assert_eq!(last.peaks(), alone.peaks());
     }
-
-    /// Read often, each stretch finds no forms of the one before.
-    #[test]
-    fn forms_that_go_on_from_stretch_to_stretch_change_no_bit() {
-        let (mut parameters, inputs) =
-            crate::presets::Preset::named("top_hammer").expect("a preset").start();
-        parameters.drill.joint.stiffness = 3e9;
-        let scene = Scene { parameters, inputs };
-        let [mut once, mut often] = [(); 2].map(|()| scene.machine().expect("a scene"));
-        for step in 1..=60 {
-            let time = 5e-4 * f64::from(step);
-            once.advance(time).expect("a step");
-            often.advance(time).expect("a step");
-            assert!(often.energies().damping >= 0.0);
-        }
-        assert!(once.counters().events > 300, "{:?}", once.counters());
-        assert_eq!(once.energies(), often.energies());
-    }
 }

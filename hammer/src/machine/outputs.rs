@@ -10,6 +10,7 @@ use crate::modal::track::Track;
 use crate::motion::{Motion, PointMotion};
 use crate::numerics::poly::Poly;
 use crate::quantities::parameters::Material;
+use crate::quantities::sections::Body;
 
 /// Motion and forces at one instant. SI units, positive downward.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -246,6 +247,15 @@ impl<'a> Present<'a> {
 }
 
 impl Profile {
+    /// Stresses in a body's spans, and displacement and velocity of its nodes.
+    pub fn along(&self, body: Body) -> (&[f64], &[[f64; 2]]) {
+        match body {
+            Body::Piston => (&self.piston_stress, &self.piston),
+            Body::Bit => (&self.bit_stress, &self.bit),
+            Body::Casing => (&self.casing_stress, &self.casing),
+        }
+    }
+
     /// At the present instant.
     pub(crate) fn of(motion: &Motion) -> Self {
         let (state, graph) = (motion.state(), motion.graph());
@@ -268,13 +278,12 @@ impl Profile {
         let (mut bit, mut bit_stress) = (Vec::new(), Vec::new());
         let (mut casing, mut casing_stress) = (Vec::new(), Vec::new());
         for body in bodies {
-            let is_of_string = graph.string().have(body.0);
             let (nodes, stress) = along(body, 0.0);
-            if is_of_string {
+            if graph.string().have(body.0) {
                 bit.pop(); // At a joint, what is below.
                 bit.extend(nodes);
                 bit_stress.extend(stress);
-            } else {
+            } else if body.0 == graph.frame {
                 (casing, casing_stress) = (nodes, stress);
             }
         }

@@ -162,6 +162,11 @@ impl Graph {
         self.frame > 1
     }
 
+    /// The tie by which the string carries a frame.
+    pub(crate) fn carrier(&self) -> Option<&Edge> {
+        self.ties.iter().find(|edge| self.is_framed() && edge.upper == Some(self.frame))
+    }
+
     /// True of a displacement in which a body beside piston and string has a share.
     pub(crate) fn is_of_frame(&self, displacement: Displacement) -> bool {
         let frame = Bodies::one(self.frame);

@@ -61,10 +61,9 @@ pub(super) fn problem<'a>(
         true => parameters.sections(body).compliance(parameters.material.youngs_modulus),
         false => 0.0,
     };
-    let give = match graph.is_framed() {
-        true => [give(Body::Piston) + give(Body::Casing), give(Body::Casing)],
-        false => [give(Body::Piston), give(Body::Bit)],
-    };
+    let [piston, frame] =
+        [Some(Body::Piston), parameters.bodies().last()].map(|b| b.map_or(0.0, give));
+    let give = [if graph.is_framed() { piston + frame } else { piston }, frame];
     let mass = graph.bodies[0].mass;
     Problem { parameters, mass, gains, tied, give, outside: outside(inputs), span }
 }

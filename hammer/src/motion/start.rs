@@ -45,13 +45,14 @@ impl Motion {
         let [drive, anvil] = start_forces(&model, &inputs, &gas)?;
         let weight = |bodies| graph.mass(bodies) * parameters.gravity;
         let string = weight(graph.string()) + anvil;
-        let beyond = graph.edge(Tie::Chuck).map_or(Bodies::default(), |edge| edge.beyond);
+        let carrier = graph.carrier();
+        let beyond = carrier.map_or(Bodies::default(), |edge| edge.beyond);
         let shoulder = feed + weight(beyond) - drive - anvil;
-        let lifted = graph.is_framed() && (shoulder <= 0.0 || shoulder + string < 0.0);
-        let above = match graph.is_framed() {
-            false => feed,
-            true if lifted => 0.0,
-            true => shoulder,
+        let lifted = carrier.is_some() && (shoulder <= 0.0 || shoulder + string < 0.0);
+        let above = match carrier {
+            None => feed,
+            Some(_) if lifted => 0.0,
+            Some(_) => shoulder,
         };
         let mut held = above + anvil;
         for edge in graph.ties.iter().filter(|edge| edge.tie.joins_modes()) {
@@ -65,8 +66,8 @@ impl Motion {
         let stands = press > 0.0 || press == 0.0 && !lifted;
         let rock = if stands { RockMode::Standstill } else { RockMode::FreeFlight };
         let mut mode = Mode::starting(rock);
-        if graph.is_framed() && !lifted {
-            mode = mode.with(Tie::Chuck, TieState::Pressed);
+        if let Some(carrier) = carrier.filter(|_| !lifted) {
+            mode = mode.with(carrier.tie, TieState::Pressed);
         }
         let loads =
             loads(&parameters, &inputs, mode, &gas, [drive, anvil].map(Poly::constant), 0.0);
@@ -161,8 +162,9 @@ impl Motion {
         modes.skip(1).for_each(|(q, (top, omega2))| *q = top * feed / omega2);
         let strain: f64 = frame.bottom.iter().zip(&state).map(|(bottom, q)| bottom * q).sum();
         // Here the frame's own displacement is 0, if only by a drift that is replaced.
-        let chuck = self.share(0, Displacement::Tie(Tie::Chuck));
-        let shoulder = chuck.map_or(0.0, |bit| self.poly(0, bit).at(0.0));
+        let carrier = graph.carrier();
+        let carried = carrier.and_then(|edge| self.share(0, Displacement::Tie(edge.tie)));
+        let shoulder = carried.map_or(0.0, |bit| self.poly(0, bit).at(0.0));
         state[0] = (shoulder - strain) * frame.mass.sqrt();
         self.enter(index, group, &state)
     }

@@ -14,6 +14,7 @@
 //! casing down at 24 bar; the most that SPM prints for these sizes, for pressures up to 17 bar, is 11.8, 12.3,
 //! 13.5 and 18.1 kN, with which the three larger ones idle part of the time.
 
+use super::Preset;
 use super::hammers::{DAMPING, REFERENCE_HOLE};
 use crate::quantities::air::{AirChamber, AirLaw};
 use crate::quantities::parameters::{InputValues, Parameters, Source};
@@ -23,6 +24,11 @@ use crate::quantities::sections::Segment;
 const FRONT: f64 = 0.0125;
 /// Supply: 350 psi over the atmosphere, Pa.
 const SUPPLY: f64 = 2.413e6 + 101_325.0;
+
+/// Ports of the 4-inch hammer, over the outside diameter squared.
+const PORTS: f64 = 2.2e-4 / (0.105 * 0.105);
+/// Mass of the casing over the outside diameter squared, kg/m2: between those of the presets.
+const CASING: f64 = 2500.0;
 
 /// What differs from one to the next.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +50,16 @@ pub struct AirHammer {
 impl AirHammer {
     /// The bore over the outer diameter.
     pub const BORE: f64 = 0.866;
+
+    /// What is assumed of one [in proportion](Self::in_proportion), fitted to the air that it takes.
+    pub const ASSUMED: &str = "Faces, stroke, ports and casing are those of the air presets, in proportion \
+        to the area; the supply ports are fitted to the air.";
+
+    /// One like the presets, with casing and ports in proportion to the area of its outside diameter (m).
+    pub fn in_proportion(outer: f64, piston: f64, hole: f64, feed: f64) -> Self {
+        let [casing, supply] = [CASING, PORTS].map(|part| part * outer * outer);
+        Self { outer, piston, casing, supply, hole, feed }
+    }
 
     /// Its scene, at the pressure of the presets.
     pub fn start(&self) -> (Parameters, InputValues) {
@@ -99,25 +115,41 @@ impl AirHammer {
 }
 
 /// 3.5 inches: 85 mm.
-pub fn three_and_a_half_inch(p: &mut Parameters, inputs: &mut InputValues) {
-    let (outer, piston, casing, supply) = (0.085, 5.5, 16.0, 1.45e-4);
-    AirHammer { outer, piston, casing, supply, hole: 0.09, feed: 12_000.0 }.build(p, inputs);
-}
+pub const THREE_AND_A_HALF_INCH: Preset = Preset {
+    name: "air_3_5_inch",
+    description: "A 3.5-inch hammer driven by air at 24 bar in a casing, 85 mm, 90 mm hole: piston's mass and air from makers, ports and areas assumed",
+    change: |p, inputs| {
+        let (outer, piston, casing, supply) = (0.085, 5.5, 16.0, 1.45e-4);
+        AirHammer { outer, piston, casing, supply, hole: 0.09, feed: 12_000.0 }.build(p, inputs);
+    },
+};
 
 /// 4 inches: 105 mm.
-pub fn four_inch(p: &mut Parameters, inputs: &mut InputValues) {
-    let (outer, piston, casing, supply) = (0.105, 9.1, 27.0, 2.2e-4);
-    AirHammer { outer, piston, casing, supply, hole: 0.115, feed: 17_000.0 }.build(p, inputs);
-}
+pub const FOUR_INCH: Preset = Preset {
+    name: "air_4_inch",
+    description: "A 4-inch hammer driven by air at 24 bar in a casing, 105 mm, 115 mm hole: piston's mass and air from makers, ports and areas assumed",
+    change: |p, inputs| {
+        let (outer, piston, casing, supply) = (0.105, 9.1, 27.0, 2.2e-4);
+        AirHammer { outer, piston, casing, supply, hole: 0.115, feed: 17_000.0 }.build(p, inputs);
+    },
+};
 
 /// 5 inches: 127 mm.
-pub fn five_inch(p: &mut Parameters, inputs: &mut InputValues) {
-    let (outer, piston, casing, supply) = (0.127, 19.0, 40.0, 1.92e-4);
-    AirHammer { outer, piston, casing, supply, hole: 0.14, feed: 19_000.0 }.build(p, inputs);
-}
+pub const FIVE_INCH: Preset = Preset {
+    name: "air_5_inch",
+    description: "A 5-inch hammer driven by air at 24 bar in a casing, 127 mm, 140 mm hole: piston's mass and air from makers, ports and areas assumed",
+    change: |p, inputs| {
+        let (outer, piston, casing, supply) = (0.127, 19.0, 40.0, 1.92e-4);
+        AirHammer { outer, piston, casing, supply, hole: 0.14, feed: 19_000.0 }.build(p, inputs);
+    },
+};
 
 /// 6 inches: 150 mm.
-pub fn six_inch(p: &mut Parameters, inputs: &mut InputValues) {
-    let (outer, piston, casing, supply) = (0.15, 23.9, 65.0, 1.9e-4);
-    AirHammer { outer, piston, casing, supply, hole: 0.165, feed: 25_000.0 }.build(p, inputs);
-}
+pub const SIX_INCH: Preset = Preset {
+    name: "air_6_inch",
+    description: "A 6-inch hammer driven by air at 24 bar in a casing, 150 mm, 165 mm hole: piston's mass and air from makers, ports and areas assumed",
+    change: |p, inputs| {
+        let (outer, piston, casing, supply) = (0.15, 23.9, 65.0, 1.9e-4);
+        AirHammer { outer, piston, casing, supply, hole: 0.165, feed: 25_000.0 }.build(p, inputs);
+    },
+};

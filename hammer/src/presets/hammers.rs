@@ -59,8 +59,7 @@ impl Hammer<'_> {
         p.hole.diameter = self.hole;
         let usual = Reading::Rate.usual_error();
         if let Some(mesh) = p.mesh_for(Reading::Rate, usual) {
-            (p.mesh.degree, p.piston.elements, p.bit.elements) =
-                (mesh.degree, mesh.piston, mesh.bit);
+            mesh.apply(p);
         }
         // To three digits, so that it is the same number wherever the modes are computed.
         let damping =

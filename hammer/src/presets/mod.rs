@@ -100,26 +100,10 @@ pub const PRESETS: &[Preset] = &[
         description: "A hydraulic drifter on four rods of 3.66 m, 76 mm hole in granite: power and blows as published of its class, the rest assumed",
         change: hammers::top_hammer,
     },
-    Preset {
-        name: "air_3_5_inch",
-        description: "A 3.5-inch hammer driven by air at 24 bar in a casing, 85 mm, 90 mm hole: piston's mass and air from makers, ports and areas assumed",
-        change: air::three_and_a_half_inch,
-    },
-    Preset {
-        name: "air_4_inch",
-        description: "A 4-inch hammer driven by air at 24 bar in a casing, 105 mm, 115 mm hole: piston's mass and air from makers, ports and areas assumed",
-        change: air::four_inch,
-    },
-    Preset {
-        name: "air_5_inch",
-        description: "A 5-inch hammer driven by air at 24 bar in a casing, 127 mm, 140 mm hole: piston's mass and air from makers, ports and areas assumed",
-        change: air::five_inch,
-    },
-    Preset {
-        name: "air_6_inch",
-        description: "A 6-inch hammer driven by air at 24 bar in a casing, 150 mm, 165 mm hole: piston's mass and air from makers, ports and areas assumed",
-        change: air::six_inch,
-    },
+    air::THREE_AND_A_HALF_INCH,
+    air::FOUR_INCH,
+    air::FIVE_INCH,
+    air::SIX_INCH,
 ];
 
 impl Preset {

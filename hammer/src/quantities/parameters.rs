@@ -4,7 +4,7 @@
 //! kg piston, 26 cm2 section, about 200 J per blow, 22 Hz, in soft rock. SI units throughout.
 
 use crate::quantities::air::AirLaw;
-use crate::quantities::drill::{Drill, Joint};
+pub use crate::quantities::drill::{Drill, Joint};
 use crate::quantities::sections::{Body, MAX_SEGMENTS, Segment};
 use serde::{Deserialize, Serialize};
 
@@ -411,31 +411,58 @@ impl Parameters {
         self.casing_mass() > 0.0
     }
 
-    /// The bodies of a scene.
+    /// Casing mass: the sum over its sections, or `casing.mass`, kg; 0: there is none.
+    pub fn casing_mass(&self) -> f64 {
+        self.mass(Body::Casing)
+    }
+
+    /// Mass of a body: the sum over its sections, or its own, kg.
+    pub fn mass(&self, body: Body) -> f64 {
+        match self.is_lumped(body) {
+            true => self.casing.mass,
+            false => self.sections(body).mass(self.material.density),
+        }
+    }
+
+    /// True if a body is a mass alone: a casing without sections.
+    pub fn is_lumped(&self, body: Body) -> bool {
+        body == Body::Casing && self.casing.segments == 0
+    }
+
+    /// The bodies of a scene; the last is the one that is fed, and from which the drive sees the piston.
     pub fn bodies(&self) -> impl Iterator<Item = Body> {
         Body::ALL.into_iter().chain(self.has_casing().then_some(Body::Casing))
     }
 
-    /// True if a body is elastic: a casing without sections is rigid.
+    /// True if a body is elastic.
     pub fn is_elastic(&self, body: Body) -> bool {
-        self.fidelity == Fidelity::Elastic && (body != Body::Casing || self.casing.segments > 0)
+        self.fidelity == Fidelity::Elastic && !self.is_lumped(body)
     }
 
     /// Number of sections of a body's own.
     pub fn segments(&self, body: Body) -> usize {
-        match body {
-            Body::Piston => self.piston.segments,
-            Body::Bit => self.bit.segments,
-            Body::Casing => self.casing.segments,
-        }
+        self.own(body).2.len()
     }
 
-    /// The sections of a body.
-    pub fn segments_mut(&mut self, body: Body) -> &mut [Segment; MAX_SEGMENTS] {
+    /// Length (m) that a body has if it is uniform, its elements, and its own sections.
+    pub(crate) fn own(&self, body: Body) -> (f64, usize, &[Segment]) {
+        let Self { piston, bit, casing, .. } = self;
+        let (length, elements, count, list) = match body {
+            Body::Piston => (piston.length, piston.elements, piston.segments, &piston.segment),
+            Body::Bit => (bit.length, bit.elements, bit.segments, &bit.segment),
+            Body::Casing => {
+                (casing.segment[0].length, casing.elements, casing.segments, &casing.segment)
+            }
+        };
+        (length, elements, &list[..count.min(MAX_SEGMENTS)])
+    }
+
+    /// Number of elements of a body's mesh.
+    pub fn elements_mut(&mut self, body: Body) -> &mut usize {
         match body {
-            Body::Piston => &mut self.piston.segment,
-            Body::Bit => &mut self.bit.segment,
-            Body::Casing => &mut self.casing.segment,
+            Body::Piston => &mut self.piston.elements,
+            Body::Bit => &mut self.bit.elements,
+            Body::Casing => &mut self.casing.elements,
         }
     }
 }

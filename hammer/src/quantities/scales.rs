@@ -2,7 +2,7 @@
 //! resolutions.
 
 use crate::quantities::parameters::{Parameters, Source};
-use crate::quantities::sections::{Body, MAX_SEGMENTS, Sections, Segment};
+use crate::quantities::sections::{Body, Sections, Segment};
 
 /// Resolution of displacement guards, relative to the travel.
 const RESOLUTION: f64 = 2e-13;
@@ -40,20 +40,13 @@ impl Parameters {
         area * (self.material.youngs_modulus * self.material.density).sqrt()
     }
 
-    /// The sections of a body; one of `length` and `cross_section` if it has none of its own. (A
-    /// casing without any is rigid, of a mass alone: its first is not read.) The bit's are below those
-    /// of the drill string, if there are rods.
+    /// The sections of a body; one of `length` and `cross_section` if it has none of its own. (That of a
+    /// body which is a mass alone is not read.) The bit's are below those of the drill string, if there
+    /// are rods.
     pub fn sections(&self, body: Body) -> Sections {
-        let (length, list) = match body {
-            Body::Piston => (self.piston.length, &self.piston.segment),
-            Body::Bit => (self.bit.length, &self.bit.segment),
-            Body::Casing => (self.casing.segment[0].length, &self.casing.segment),
-        };
+        let (length, _, own) = self.own(body);
         let uniform = [Segment { length, area: self.cross_section }];
-        let listed = match self.segments(body).min(MAX_SEGMENTS) {
-            0 => &uniform[..],
-            count => &list[..count],
-        };
+        let listed = if own.is_empty() { &uniform[..] } else { own };
         let string = (body == Body::Bit).then(|| self.drill.sections().map(|(_, section)| section));
         let (last, above) = (listed[listed.len() - 1], listed[..listed.len() - 1].iter().copied());
         Sections::ending(string.into_iter().flatten().chain(above), last)
@@ -66,9 +59,9 @@ impl Parameters {
     }
 
     /// The same of one body, at its end that is tied to the bit, or the bit's upper one; infinite for a
-    /// casing that is not elastic.
+    /// mass alone.
     pub(crate) fn end_stiffness(&self, body: Body) -> f64 {
-        if body == Body::Casing && !self.is_elastic(body) {
+        if self.is_lumped(body) {
             return f64::INFINITY;
         }
         let sections = self.sections(body);
@@ -80,30 +73,22 @@ impl Parameters {
 
     /// Number of spans of a body's mesh: its elements, at least one a section.
     pub fn spans(&self, body: Body) -> usize {
-        let elements = match body {
-            Body::Piston => self.piston.elements,
-            Body::Bit => self.bit.elements,
-            Body::Casing => self.casing.elements,
-        };
-        elements.max(self.sections(body).as_slice().len())
+        self.own(body).1.max(self.sections(body).as_slice().len())
     }
 
     /// Piston mass: `rho A Lp`, or the sum over its sections, kg.
     pub fn piston_mass(&self) -> f64 {
-        self.sections(Body::Piston).mass(self.material.density)
+        self.mass(Body::Piston)
     }
 
     /// Bit mass: `rho A Lb`, or the sum over its sections, kg.
     pub fn bit_mass(&self) -> f64 {
-        self.sections(Body::Bit).mass(self.material.density)
+        self.mass(Body::Bit)
     }
 
-    /// Casing mass: the sum over its sections, or `casing.mass`, kg; 0: there is none.
-    pub fn casing_mass(&self) -> f64 {
-        match self.casing.segments {
-            0 => self.casing.mass,
-            _ => self.sections(Body::Casing).mass(self.material.density),
-        }
+    /// Mass of all bodies, kg.
+    pub fn total_mass(&self) -> f64 {
+        self.bodies().map(|body| self.mass(body)).sum()
     }
 
     /// Work that a metre of hole takes, `E_v pi D^2 / 4`, J/m.
@@ -124,8 +109,7 @@ impl Parameters {
             Source::Force | Source::Pressure => 0.0,
         };
         let flight = self.piston.initial_velocity.abs() * self.transits();
-        let masses = self.piston_mass() + self.bit_mass() + self.casing_mass();
-        let weight = self.gravity.abs() * masses;
+        let weight = self.gravity.abs() * self.total_mass();
         let rest = weight / self.rock.stiffness;
         let travel = self.contact.initial_gap.max(stroke).max(flight).max(rest);
         if travel > 0.0 { travel } else { self.sections(Body::Piston).length() }

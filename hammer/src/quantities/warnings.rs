@@ -162,12 +162,11 @@ pub(crate) fn idle(parameters: &Parameters, inputs: &Inputs) -> Vec<String> {
         ));
     }
     let feed = inputs.of(Input::FeedForce).at(0.0);
-    let mass = parameters.piston_mass() + parameters.bit_mass() + parameters.casing_mass();
     let (driven, and) = match parameters.has_casing() {
         true => (0.0, ""),
         false => (throws + anvil, " and the drive's largest force"),
     };
-    let held = mass * gravity + driven;
+    let held = parameters.total_mass() * gravity + driven;
     if feed + held < 0.0 {
         list.push(format!(
             "feed_force = {feed:.1} N lifts the hammer off the rock: its weight{and}: {held:.1} N"

@@ -5,7 +5,7 @@ use crate::table::row;
 use hammer::families::{ALONG, Along};
 use hammer::sensitivity::Scene;
 use hammer::variables::Role;
-use hammer::{Body, Fidelity, Input, Parameters, Reading};
+use hammer::{Body, Fidelity, Input, MeshAdvice, Parameters, Reading};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use std::collections::HashMap;
@@ -86,7 +86,8 @@ pub fn mesh(
     let reading =
         Reading::named(of).ok_or_else(|| refused("a mesh is for a rate, a force or a stress"))?;
     let advice = parameters.mesh_for(reading, error);
-    let list = advice.map(|m| [m.degree, m.piston, m.bit].into_iter().chain(m.casing).collect());
+    let spans = |mesh: &MeshAdvice| mesh.spans.iter().map(|(_, spans)| *spans).collect::<Vec<_>>();
+    let list = advice.map(|mesh| [vec![mesh.degree], spans(&mesh)].concat());
     Ok((parameters.front_width(), list))
 }
 
@@ -94,8 +95,7 @@ pub fn mesh(
 #[pyfunction]
 pub fn elastic_bodies(numbers: HashMap<String, f64>) -> PyResult<Vec<&'static str>> {
     let parameters = checked(&numbers)?;
-    let bodies = Body::ALL.into_iter().chain([Body::Casing]);
-    Ok(bodies.filter(|body| parameters.is_elastic(*body)).map(Body::name).collect())
+    Ok(parameters.bodies().filter(|body| parameters.is_elastic(*body)).map(Body::name).collect())
 }
 
 /// Names of all that a hammer has along its bodies.
