@@ -1,10 +1,12 @@
 //! `reports/face-cost.md`: what a call of the FMU costs, beside an FMU whose functions do nothing
-//! and, where there is the like, the engine alone.
+//! and, where there is the like, the engine alone. All in CPU time of the thread, so that other
+//! programs take nothing from it but caches.
 
 use crate::{Written, duration, root};
 use bench::Failure;
 use bench::engine::machine;
 use bench::library::{Fmu, Instance, State};
+use cpu_time::ThreadTime;
 use dth_hammer::{GUID, TOKEN};
 use hammer::variables::{Read, Role, VARIABLES};
 use hammer::{Input, InputValues, Machine, Parameters};
@@ -13,18 +15,17 @@ use std::ffi::{CStr, CString};
 use std::fmt::Write as _;
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 use support::run::{cargo, run, target};
 
 /// What is measured, in the order of the samples; the engine has the like of the first nine.
 const ROWS: [&str; 16] = [
     "`fmi2DoStep` of 1 us without an event",
-    "that, and `fmi2GetReal` of all outputs",
-    "`fmi2SetReal` of all inputs, `fmi2DoStep`, `fmi2GetReal` of all outputs",
-    "`fmi2SetReal` of all inputs, `fmi2GetReal` of all outputs, no step between",
     "`fmi3DoStep` of 1 us without an event",
-    "that, and `fmi3GetFloat64` of all outputs",
+    "`fmi2DoStep`, and `fmi2GetReal` of all outputs",
+    "`fmi3DoStep`, and `fmi3GetFloat64` of all outputs",
+    "`fmi2SetReal` of all inputs, `fmi2DoStep`, `fmi2GetReal` of all outputs",
     "`fmi3SetFloat64` of all inputs, `fmi3DoStep`, `fmi3GetFloat64` of all outputs",
+    "`fmi2SetReal` of all inputs, `fmi2GetReal` of all outputs, no step between",
     "`fmi2GetFMUstate` and `fmi2FreeFMUstate`",
     "`fmi2SetFMUstate`",
     "`fmi2SerializedFMUstateSize` and `fmi2SerializeFMUstate`",
@@ -133,8 +134,8 @@ fn text(data: &Data) -> String {
         "# Cost of the face: `cargo bench-report face`\n\n\
          A call of the FMU, of an FMU whose functions do nothing (`evidence/bench/empty`) and, where \
          there is the like, of the engine alone, all from Rust and the libraries through their C \
-         symbols; one core ({processor}), {rounds} rounds of each in turn: the median, and in \
-         brackets the quartiles. The reference hammer; {inputs} inputs, \
+         symbols; CPU time on one core ({processor}), {rounds} rounds of each in turn: the median, and \
+         in brackets the quartiles. The reference hammer; {inputs} inputs, \
          {outputs} outputs; steps of 1 us in the 4 ms before the first blow. What the face costs is \
          the first column less the third.\n\n\
          | calls | this FMU | an empty FMU | the engine alone | the face |\n|---|---|---|---|---|\n",
@@ -166,9 +167,9 @@ fn point(i: usize) -> f64 {
     BEGIN + STEP * i as f64
 }
 
-/// Mean time of one of `count` calls, s.
+/// Mean CPU time of one of `count` calls, s.
 fn clock(count: usize, work: impl FnMut(usize)) -> f64 {
-    let begun = Instant::now();
+    let begun = ThreadTime::now();
     (0..count).for_each(work);
     begun.elapsed().as_secs_f64() / count as f64
 }
@@ -204,23 +205,24 @@ impl Ports {
 /// A round of a library's calls, s.
 fn library(path: &Path, ports: &Ports) -> Result<Vec<f64>, Failure> {
     let guid = CString::new(GUID)?;
-    let mut marks = vec![Instant::now()];
+    let mut marks = vec![ThreadTime::now()];
     let library = Fmu::load(path)?;
-    marks.push(Instant::now());
+    marks.push(ThreadTime::now());
     let instance = library.instantiate(&guid)?;
-    marks.push(Instant::now());
+    marks.push(ThreadTime::now());
     instance.initialise();
-    marks.push(Instant::now());
+    marks.push(ThreadTime::now());
     instance.step(0.0, 1e-3);
-    marks.push(Instant::now());
+    marks.push(ThreadTime::now());
     instance.step(1e-3, BEGIN - 1e-3);
     let start = instance.save();
-    let mut round = steps(&instance, &start, ports).to_vec();
-    round.extend(steps3(&library, &CString::new(TOKEN)?, ports)?);
+    let [quiet, read, coupled, both] = steps(&instance, &start, ports);
+    let [quiet3, read3, coupled3] = steps3(&library, &CString::new(TOKEN)?, ports)?;
+    let mut round = vec![quiet, quiet3, read, read3, coupled, coupled3, both];
     round.extend(states(&instance, &start));
     instance.forget(start);
-    round.extend(marks.windows(2).map(|pair| (pair[1] - pair[0]).as_secs_f64()));
-    round.push((marks[4] - marks[0]).as_secs_f64());
+    round.extend(marks.windows(2).map(|pair| pair[1].duration_since(pair[0]).as_secs_f64()));
+    round.push(marks[4].duration_since(marks[0]).as_secs_f64());
     Ok(round)
 }
 
@@ -255,7 +257,7 @@ fn steps(instance: &Instance, start: &State, ports: &Ports) -> [f64; 4] {
     [quiet, read, coupled, both]
 }
 
-/// The first three of them by the functions of FMI 3.0, an instance each.
+/// The first three by the functions of FMI 3.0, an instance each.
 fn steps3(library: &Fmu, token: &CStr, ports: &Ports) -> Result<[f64; 3], Failure> {
     let inputs: Vec<u32> = ports.inputs.iter().map(|input| input.0).collect();
     let outputs: Vec<u32> = ports.outputs.iter().map(|output| output.0).collect();
@@ -325,5 +327,5 @@ fn engine(ports: &Ports) -> Result<Vec<f64>, Failure> {
     });
     let saved = clock(REPEATS, |_| drop(black_box(machine.state())));
     let restored = clock(REPEATS, |_| machine.restore(&start).expect("its own state"));
-    Ok(vec![quiet, read, coupled, both, quiet, read, coupled, saved, restored])
+    Ok(vec![quiet, quiet, read, read, coupled, coupled, both, saved, restored])
 }
