@@ -2,12 +2,13 @@
 
     cargo bench-report cost
 
-builds what is measured, runs this, and writes `reports/cost.md`. The engine's part is of two
-examples of `hammer`, and of the laboratory's library in the node that playwright brings; sweep and
-calibration are of the package, in the Python that runs this (the variable PYTHON), if it has it.
-CPU time does not count what other programs do meanwhile, but caches are shared with them: the
-least of some rounds, in turn, is given. Instructions do not depend on the load: `--counts` prints
-them alone. The last line is what the front page reads, as JSON.
+builds what is measured, runs this in the project's Python, and writes `reports/cost.md`, all of
+which is printed here. The engine's part is of two examples of `hammer`, and of the laboratory's
+library in the node that playwright brings; sweep and calibration are of the package. CPU time does
+not count what other programs do meanwhile, but caches are shared with them: the least of some
+rounds, in turn, is taken, and told as a ratio to another of the same rounds. Instructions, counted
+by valgrind if it is there, do not depend on the load: `--counts` prints them alone. The last line
+is what the front page reads, as JSON.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import resource
 import shutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR", "target"))
@@ -28,9 +30,11 @@ EXAMPLES = TARGET / "release" / "examples"
 ROUNDS = 3
 RUNS = 6
 
+#: What times are told in.
+UNIT = "a run of 1 s, new feed force"
 ACTIONS = {
     "a run of 1 s, the same hammer again": [],
-    "a run of 1 s, new feed force": ["feed"],
+    UNIT: ["feed"],
     "a run of 1 s, new rock": ["rock"],
     "two blows, new rock": ["rock", "first=2"],
     "long-run means, new rock": ["rock", "mean"],
@@ -49,6 +53,8 @@ SCENES = {
 #: What is done in each of them: so many blows from the start.
 BLOWS = 4
 FIRST = f"first={BLOWS}"
+#: Up to which blow a run goes on where only what is beyond those counts.
+LATER = 24
 DONE = {"new feed force": ["feed"], "new rock": ["rock"]}
 #: Growth over spans of a bar, and over rods on the mesh that a rate needs (17 spans a rod and 5).
 SPANS = (8, 16, 32, 64, 128)
@@ -57,12 +63,20 @@ RODS = (1, 2, 4, 8)
 SECONDS = (1, 4, 16)
 #: In node, by `browser.mjs`, which knows no gradients.
 WASM = "wasm in node"
+
+
+def mesh(spans: int, degree: int = 3) -> list[str]:
+    """The words of bars on so many spans each."""
+    return [f"elements={spans}", f"mesh.degree={degree}"]
+
+
+USUAL = mesh(16)
 BODIES = {
+    "16": USUAL,
     "rigid": ["rigid"],
-    "16": [],
-    "64": ["elements=64"],
-    "16, degree 7": ["elements=16", "mesh.degree=7"],
-    "20, degree 1": ["elements=20", "mesh.degree=1"],
+    "64": mesh(64),
+    "16, degree 7": mesh(16, 7),
+    "20, degree 1": mesh(20, 1),
 }
 
 PYTHON = """
@@ -142,23 +156,32 @@ def vectors() -> list[str]:
     return known
 
 
-def table(title: str, columns: dict[str, list[str]]) -> None:
-    """Actions by columns, in milliseconds."""
+def table(title: str, rows: dict[str, list[str]], columns: dict[str, list[str]]) -> float:
+    """Prints rows by columns, in the time of the unit's row in the first column; returns it."""
+    cases = [row + more for row in rows.values() for more in columns.values()]
+    times = measured(cases)
+    unit = times[list(rows).index(UNIT) * len(columns)] if UNIT in rows else times[0]
     print(f"\n## {title}\n")
-    print("| ms | " + " | ".join(columns) + " |")
+    print(f"| 1 is {unit:.2f} ms | " + " | ".join(columns) + " |")
     print("|---|" + "---:|" * len(columns))
-    cases = [action + more for action in ACTIONS.values() for more in columns.values()]
-    times = iter(measured(cases))
-    for action in ACTIONS:
-        row = [next(times) for _ in columns]
-        print(f"| {action} | " + " | ".join(f"{t:.2f}" if t < math.inf else "" for t in row) + " |")
+    for k, name in enumerate(rows):
+        row = times[k * len(columns) :][: len(columns)]
+        cells = (f"{time / unit:.2f}" if time < math.inf else "" for time in row)
+        print(f"| {name} | " + " | ".join(cells) + " |")
+    return unit
 
 
-def count(words: list[str]) -> float:
+def instructions(words: list[str]) -> float:
     """Millions of instructions of a run beyond the first, in AVX2, by valgrind."""
     command = [str(EXAMPLES / "runs"), "count", "AVX2", *words]
     done = subprocess.run(command, capture_output=True, check=True, text=True)
     return 1e-6 * int(done.stdout)
+
+
+def count(cases: list[list[str]]) -> list[float]:
+    """The same of many, on all cores: other programs do not change a count."""
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(instructions, cases))
 
 
 def blows_and_events(words: list[str]) -> list[int]:
@@ -169,35 +192,39 @@ def blows_and_events(words: list[str]) -> list[int]:
 
 def growth(scenes: dict[str, list[float]]) -> None:
     """Prints how instructions grow with blows, and what an event takes in each scene."""
-    print("\n## Growth over blows, reference, new feed force (AVX2)\n")
+    lengths = [["feed", f"seconds={seconds}"] for seconds in SECONDS]
+    print("\n## Growth over blows, reference, new feed force, each in one step (AVX2)\n")
     print("| seconds | blows | millions | a blow |\n|---|---:|---:|---:|")
-    for seconds in SECONDS:
-        words = ["feed", f"seconds={seconds}"]
-        blows, whole = blows_and_events(words)[0], count(words)
-        print(f"| {seconds} | {blows} | {whole:.1f} | {whole / blows:.2f} |", flush=True)
-    print(
-        "\nEach in one step. What works, losses and peaks follow from is stored for some 120 blows;"
-    )
-    print("beyond that they are integrated on the way, whether anybody reads them or not.")
+    for seconds, words, whole in zip(SECONDS, lengths, count(lengths), strict=True):
+        blows = blows_and_events(words)[0]
+        print(f"| {seconds} | {blows} | {whole:.1f} | {whole / blows:.2f} |")
+    # What is new in the second of two runs of another length is the rest of the longer one.
+    title = f"A blow after the first {BLOWS}, up to blow {LATER}, in steps of 1 ms"
+    print(f"\n## {title} (AVX2)\n\n| scene | millions |\n|---|---:|")
+    starts = [[*scene, "feed"] for scene in SCENES.values()]
+    ends = [[*words, f"first={last}"] for words in starts for last in (BLOWS, LATER)]
+    both = count(ends)
+    for name, few, many in zip(SCENES, both[::2], both[1::2], strict=True):
+        print(f"| {name} | {(many - few) / (LATER - BLOWS):.2f} |")
     print(
         f"\n## Growth over events, {BLOWS} blows with a new feed force, by rising number (AVX2)\n"
     )
     print("| scene | events | millions | a thousand events |\n|---|---:|---:|---:|")
-    table = []
+    lines = []
     for name, scene in SCENES.items():
-        table.append((blows_and_events([*scene, "feed", FIRST])[1], name, scenes[name][0]))
-    for events, name, whole in sorted(table):
+        lines.append((blows_and_events([*scene, "feed", FIRST])[1], name, scenes[name][0]))
+    for events, name, whole in sorted(lines):
         print(f"| {name} | {events} | {whole:.1f} | {1e3 * whole / events:.1f} |")
 
 
 def rows(title: str, head: list[str], cells: dict[str, list[list[str]]]) -> dict[str, list[float]]:
-    """Prints a table of counts, row by row, and returns it."""
+    """Prints a table of counts, and returns it."""
     print(f"\n## {title}\n\n| " + " | ".join(head) + " |\n|---|" + "---:|" * (len(head) - 1))
-    table = {}
-    for name, row in cells.items():
-        table[name] = [count(words) for words in row]
-        print(f"| {name} | " + " | ".join(f"{x:.1f}" for x in table[name]) + " |", flush=True)
-    return table
+    counted = iter(count([words for row in cells.values() for words in row]))
+    numbers = {name: [next(counted) for _ in row] for name, row in cells.items()}
+    for name, row in numbers.items():
+        print(f"| {name} | " + " | ".join(f"{x:.1f}" for x in row) + " |")
+    return numbers
 
 
 def counts() -> dict[str, dict[str, list[float]]]:
@@ -206,7 +233,7 @@ def counts() -> dict[str, dict[str, list[float]]]:
         "actions": rows(
             "Instructions, in millions (16 spans of degree 3 per bar, AVX2)",
             ["reference", "millions"],
-            {action: [words] for action, words in ACTIONS.items()},
+            {action: [[*USUAL, *words]] for action, words in ACTIONS.items()},
         ),
         "scenes": rows(
             f"Instructions of the first {BLOWS} blows of what users run, in millions (AVX2)",
@@ -219,7 +246,7 @@ def counts() -> dict[str, dict[str, list[float]]]:
         "spans": rows(
             "Growth over spans of degree 3 per bar, reference, in millions (AVX2)",
             ["spans", "1 s, new feed force", "1 s, new rock"],
-            {str(n): [[f"elements={n}", *do] for do in DONE.values()] for n in SPANS},
+            {str(n): [[*mesh(n), *do] for do in DONE.values()] for n in SPANS},
         ),
         "rods": rows(
             f"Growth over rods of a top hammer, {BLOWS} blows, new feed force, in millions (AVX2)",
@@ -242,20 +269,39 @@ def string(rods: int) -> list[str]:
     ]
 
 
-def from_python() -> None:
-    """The package on one thread, if this Python has it."""
+def from_python(unit: float) -> None:
+    """The package on one thread, in the unit of so many ms, if this Python has it."""
     if importlib.util.find_spec("dth_hammer") is None:
         return
-    print("\n## From Python, on one thread\n")
-    print("With the native module that this Python has.\n")
-    print("| | CPU ms | a second and core |\n|---|---:|---:|")
     rounds = []
     for _ in range(ROUNDS):
         done = subprocess.run([sys.executable, "-c", PYTHON], check=True, capture_output=True)
         rounds.append(json.loads(done.stdout.splitlines()[-1]))
+    print("\n## From Python, on one thread\n")
+    print(f"| 1 is {unit:.2f} ms | |\n|---|---:|")
     for name in rounds[0]:
-        least = min(done[name] for done in rounds)
-        print(f"| {name} | {1e3 * least:.2f} | {1 / least:.1f} |")
+        print(f"| {name} | {1e3 * min(done[name] for done in rounds) / unit:.2f} |")
+
+
+def fleet(counted: bool) -> None:
+    """Many hammers in one process."""
+
+    def answer(word: str) -> str:
+        words = [str(EXAMPLES / "fleet"), word]
+        return subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()
+
+    print(f"\n## A thousand hammers side by side\n\n{answer('1000')}\n")
+    print("The hammers in turn integrate works and losses, because there is no room to store")
+    print("what they follow from; those one after another leave it until somebody asks.")
+    if counted:
+        print("\n" + "\n".join(f"- {line}" for line in answer("count").splitlines()))
+
+
+def processor() -> str:
+    """Its name."""
+    text = Path("/proc/cpuinfo").read_text() if platform.system() == "Linux" else ""
+    names = [line.split(":")[1].strip() for line in text.splitlines() if "model name" in line]
+    return names[0] if names else platform.processor()
 
 
 def main() -> None:
@@ -264,42 +310,32 @@ def main() -> None:
         counts()
         return
     if sys.argv[1:] == ["--short"]:
-        table("By spans per bar, of degree 3 if not said", {"16": []})
+        table("By spans per bar", ACTIONS, {"16": USUAL})
         print(json.dumps({}))
         return
-    text = Path("/proc/cpuinfo").read_text() if platform.system() == "Linux" else ""
-    names = [line.split(":")[1].strip() for line in text.splitlines() if "model name" in line]
-    kinds = vectors()
+    kinds, counted = vectors(), shutil.which("valgrind") is not None
     print("# Cost by what people do: `cargo bench-report cost`\n")
     print(
-        f"{names[0] if names else platform.processor()}, {os.cpu_count()} cores, CPU time of one "
-        f"thread; the least of {ROUNDS} rounds in turn, each the mean of {RUNS} runs beyond the "
-        f"first. Each new rock is one that the process has not seen. The load of the machine was "
-        f"{os.getloadavg()[1]:.0f} at the start."
+        f"{processor()}, {os.cpu_count()} cores, {kinds[0]} vectors if not said. Times are CPU "
+        f"times of one thread, the least of {ROUNDS} rounds in turn, each the mean of {RUNS} runs "
+        "beyond the first, told as ratios; what 1 is stands in each table. Each new rock is one "
+        "that the process has not seen. Instructions are those of a process's second run, by "
+        f"callgrind. The load of the machine was {os.getloadavg()[1]:.0f} at the start."
     )
-    table(f"By spans per bar, of degree 3 if not said ({kinds[0]})", BODIES)
+    unit = table("By spans per bar, of degree 3 if not said", ACTIONS, BODIES)
     kinds += [WASM] if node() else []
-    table(
-        "By the processor's vectors (16 spans of degree 3 per bar)",
-        {kind: [kind] for kind in kinds},
-    )
+    by_kind = {kind: [*USUAL, kind] for kind in kinds}
+    table("By the processor's vectors (16 spans of degree 3 per bar)", ACTIONS, by_kind)
     if WASM in kinds:
         print(
             "\nNode goes on compiling while the first runs are under way; that is in its numbers."
         )
-    tables = counts() if shutil.which("valgrind") else {}
-    from_python()
-    print("\n## A thousand hammers side by side\n")
-    command = [str(EXAMPLES / "fleet"), "1000"]
-    print(subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip())
-    if shutil.which("valgrind"):
-        command = [str(EXAMPLES / "fleet"), "count"]
-        fleet = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-        print("\nThe hammers in turn integrate works and losses, because there is no room to store")
-        print("what they follow from; those one after another leave it until somebody asks.\n")
-        print("".join(f"- {line}\n" for line in fleet.splitlines()), end="")
-    processor = names[0] if names else platform.processor()
-    named = f"{processor}, {kinds[0]} vectors"
+    first = {name: [*do, FIRST] for name, do in DONE.items()}
+    table(f"The first {BLOWS} blows of what users run", SCENES, first)
+    tables = counts() if counted else {}
+    from_python(unit)
+    fleet(counted)
+    named = f"{processor()}, {kinds[0]} vectors"
     print(json.dumps({"processor": named, "blows": BLOWS, "counts": tables}))
 
 

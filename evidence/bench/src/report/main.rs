@@ -21,7 +21,7 @@ enum Page {
     Speed,
     /// What a call of the FMU costs (a minute)
     Face,
-    /// What users run, by what they do (a quarter of an hour)
+    /// What users run, by what they do (some minutes beside what is built)
     Cost,
 }
 
@@ -93,9 +93,10 @@ fn cost(short: bool) -> Result<Written, Failure> {
     if !short {
         run(cargo(&root).args(["lab"]))?;
     }
-    let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".into());
-    let mut command = std::process::Command::new(python);
-    command.current_dir(&root).arg("evidence/bench/cost.py");
+    // The short one needs nothing of the project's own.
+    let needs = if short { Needs::Demo } else { Needs::Suite };
+    let mut command = Environment::prepare(&root, needs)?.command("python");
+    command.arg("evidence/bench/cost.py");
     command.env("CARGO_TARGET_DIR", target(&root)).args(short.then_some("--short"));
     let done = command.stderr(Stdio::inherit()).output()?;
     if !done.status.success() {
