@@ -1,42 +1,71 @@
 //! Bodies on springs that hold both ways: their modes together, one spring taken in after another.
 //!
 //! In the modes of all before it, each spring is a dyad. Its damping is proportional like the bodies'
-//! own, so the modes together stay real, `V' V = 1`.
+//! own, so the modes together stay real, `V' V = 1`. They are the same whatever acts on the tip, and in
+//! every run of a sweep over a rock or a load, so they are made once per process and cached.
 
+use crate::bodies::cache::Recent;
 use crate::interrupt;
 use crate::modal::block::Block;
 use crate::modal::structure::{Attachment, Structure};
 use crate::numerics::combine::combine_in_order;
 use crate::numerics::kernel::{LANES, inner_product};
 use crate::numerics::rank_one;
+use std::sync::Arc;
+
+/// Bytes of the modes that are cached: all groups of eight rods on the mesh that a rate needs.
+const BUDGET: usize = 1 << 24;
+
+/// The number of the bodies' modes, their frequencies, and the springs, bit for bit.
+type Key = Vec<u64>;
+
+static MODES: Recent<Key, Modes> = Recent::new(BUDGET, Modes::bytes);
+
+/// Empties the cache.
+pub(crate) fn forget() {
+    MODES.forget();
+}
+
+fn key(structure: &Structure) -> Key {
+    let springs = structure.proportional.iter();
+    let springs = springs.flat_map(|a| std::iter::once(&a.stiffness).chain(a.shape));
+    let numbers = structure.omega2.iter().chain(springs).map(|x| x.to_bits());
+    std::iter::once(structure.omega2.len() as u64).chain(numbers).collect()
+}
 
 /// Modes of joined bodies.
-pub(crate) struct Joined {
+struct Modes {
     /// Squared frequencies, rad2/s2.
     omega2: Vec<f64>,
     /// Each mode in the bodies' own, one after the other, filled up to whole groups.
     shapes: Vec<f64>,
+}
+
+/// The same, with what acts on them.
+pub(crate) struct Joined {
+    modes: Arc<Modes>,
     /// Shapes of the structure's attachments in these modes.
     attached: Vec<Vec<f64>>,
     /// The translation of all bodies in these modes, if the structure slides.
     sliding: Option<Vec<f64>>,
 }
 
-impl Joined {
-    /// Those of a structure with its proportional springs. None if an interrupt comes.
-    pub(crate) fn new(structure: &Structure) -> Option<Self> {
+impl Modes {
+    /// None if an interrupt comes.
+    fn new(structure: &Structure) -> Option<Self> {
         let n = structure.omega2.len();
         let (omega2, room) = (structure.omega2.to_vec(), n.next_multiple_of(LANES));
         let mut shapes = vec![0.0; n * room];
         shapes.iter_mut().step_by(room + 1).for_each(|own| *own = 1.0);
-        let mut joined = Self { omega2, shapes, attached: Vec::new(), sliding: None };
+        let mut modes = Self { omega2, shapes };
         for spring in &structure.proportional {
-            joined.take_in(spring)?;
+            modes.take_in(spring)?;
         }
-        let attached = structure.attachments.iter().map(|a| joined.amplitudes(a.shape));
-        joined.attached = attached.collect();
-        joined.sliding = structure.sliding.map(|shape| joined.amplitudes(shape));
-        Some(joined)
+        Some(modes)
+    }
+
+    fn bytes(&self) -> usize {
+        size_of::<f64>() * (self.omega2.len() + self.shapes.len())
     }
 
     fn take_in(&mut self, spring: &Attachment) -> Option<()> {
@@ -54,29 +83,6 @@ impl Joined {
         Some(())
     }
 
-    /// The structure in these modes.
-    pub(crate) fn structure<'a>(&'a self, of: &Structure) -> Structure<'a> {
-        let attached = of.attachments.iter().zip(&self.attached);
-        let attached = attached.map(|(a, shape)| Attachment {
-            shape,
-            stiffness: a.stiffness,
-            viscosity: a.viscosity,
-        });
-        let (attachments, sliding) = (attached.collect(), self.sliding.as_deref());
-        Structure { attachments, sliding, ..Structure::free(&self.omega2, of.beta) }
-    }
-
-    /// A block of these modes in the bodies' own.
-    pub(crate) fn block(&self, block: Block) -> Block {
-        let count = self.omega2.len();
-        let shapes = block.shapes.each_ref().map(|shape| {
-            let mut shape = self.in_bodies(shape);
-            shape.truncate(count);
-            shape
-        });
-        Block { shapes, ..block }
-    }
-
     /// A point's amplitudes in these modes, from those in the bodies' own.
     fn amplitudes(&self, shape: &[f64]) -> Vec<f64> {
         let modes = self.shapes.chunks_exact(shape.len().next_multiple_of(LANES));
@@ -88,5 +94,38 @@ impl Joined {
         let mut sum = vec![0.0; shape.len().next_multiple_of(LANES)];
         combine_in_order(&self.shapes, shape, &mut sum);
         sum
+    }
+}
+
+impl Joined {
+    /// Those of a structure with its proportional springs. None if an interrupt comes.
+    pub(crate) fn new(structure: &Structure) -> Option<Self> {
+        let modes = MODES.find(key(structure), |_| Modes::new(structure))?;
+        let attached = structure.attachments.iter().map(|a| modes.amplitudes(a.shape)).collect();
+        let sliding = structure.sliding.map(|shape| modes.amplitudes(shape));
+        Some(Self { modes, attached, sliding })
+    }
+
+    /// The structure in these modes.
+    pub(crate) fn structure<'a>(&'a self, of: &Structure) -> Structure<'a> {
+        let attached = of.attachments.iter().zip(&self.attached);
+        let attached = attached.map(|(a, shape)| Attachment {
+            shape,
+            stiffness: a.stiffness,
+            viscosity: a.viscosity,
+        });
+        let (attachments, sliding) = (attached.collect(), self.sliding.as_deref());
+        Structure { attachments, sliding, ..Structure::free(&self.modes.omega2, of.beta) }
+    }
+
+    /// A block of these modes in the bodies' own.
+    pub(crate) fn block(&self, block: Block) -> Block {
+        let count = self.modes.omega2.len();
+        let shapes = block.shapes.each_ref().map(|shape| {
+            let mut shape = self.modes.in_bodies(shape);
+            shape.truncate(count);
+            shape
+        });
+        Block { shapes, ..block }
     }
 }

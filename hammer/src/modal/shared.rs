@@ -10,6 +10,7 @@ use crate::error::Error;
 use crate::laws::mode::Mode;
 use crate::laws::rock::Spring;
 use crate::modal::graph::Group;
+use crate::modal::joined;
 use crate::modal::passage::Passage;
 use crate::modal::system::{Recipe, System};
 use std::collections::{BTreeMap, VecDeque};
@@ -127,6 +128,7 @@ fn system_in(
 /// nothing behind (except in a process that was forked while another thread held the lock).
 pub fn forget() {
     cache::forget();
+    joined::forget();
     if let Ok(mut cache) = CACHE.try_lock() {
         *cache = Cache::new(BUDGET);
     }
