@@ -105,7 +105,8 @@ def insert(name: str, made: dict[str, Callable[[], str]]) -> str:
         return made[path.stem]()
     folder = GUIDE if path.parts[0] == "measured" else ROOT
     text = (folder / path).read_text(encoding="utf-8")
-    return text if path.suffix == ".md" else f"```python\n{text}```"
+    # A report has a title, which is the page's here.
+    return re.sub(r"\A# .*\n+", "", text) if path.suffix == ".md" else f"```python\n{text}```"
 
 
 def with_results(page: Path, folder: Path) -> str:

@@ -70,8 +70,9 @@ def held(table: pd.DataFrame) -> pd.Series:
 
 
 def report(table: pd.DataFrame) -> str:
-    """The table of the guide."""
-    lines = ["| hammer | parameter | intervals that hold | median error | hammers simulated |"]
+    """The table of the guide, under a heading of its own."""
+    lines = ["# How often intervals of `calibrate` hold", ""]
+    lines += ["| hammer | parameter | intervals that hold | median error | hammers simulated |"]
     lines += ["|---" * 5 + "|"]
     for (hammer, name), part in table.groupby(["hammer", "parameter"], sort=False):
         counts = f"{held(part).sum()} of {len(part)} | {part['error'].median():.1%}"

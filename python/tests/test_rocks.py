@@ -23,6 +23,7 @@ from dth_hammer import (
     steady,
 )
 from dth_hammer.cli import main
+from dth_hammer.summary import displayed
 
 HOLE = {"hole.diameter": 0.09, "rock.specific_energy": 399e6}
 AREA = math.pi / 4 * 0.09**2
@@ -241,3 +242,22 @@ def test_a_hammer_that_never_repeats_has_a_specific_energy_too() -> None:
         there = simulate(own, until=8.0, preset="overdamped", step="50 ms")
     mean = there.summary(1.0).loc["rate of penetration", "mean"]
     assert mean * 3600 == pytest.approx(30, rel=0.03)
+
+
+def test_the_digits_of_a_summary_follow_the_spread() -> None:
+    columns = ["mean", "low", "high", "spread", "unit"]
+    none = float("nan")
+    cases = [
+        # A mean has four digits, and none below the second of its spread.
+        ((11.19281, 0.3456, "J"), ("11.19", "± 0.35")),
+        ((11.19281, 3.456, "J"), ("11.2", "± 3.5")),
+        ((11.19281, 0.005139, "J"), ("11.19", "± 0.01")),
+        ((0.816164, 3.96e-5, "1"), ("0.8162", "< 0.0001")),
+        ((0.04487, 0.0, "s"), ("44.87", "< 0.01")),
+        ((941830.0, 12345.0, "N"), ("942000", "± 12000")),
+        ((4845.1, none, "W"), ("4.845", "")),
+    ]
+    for (mean, spread, unit), expected in cases:
+        table = pd.DataFrame([[mean, none, none, spread, unit]], index=["x"], columns=columns)
+        ((_, number, _, wide, _),) = displayed(table)
+        assert (number, wide) == expected

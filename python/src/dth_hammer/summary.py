@@ -140,10 +140,21 @@ def displayed(table: pd.DataFrame) -> list[tuple[str, str, str, str, str]]:
     for name, (mean, low, high, spread, si) in table.iterrows():
         for factor, named in FIELD.get((si, str(name)), FIELD.get(si, ((1.0, si),))):
             sides = "" if math.isnan(low) else interval(factor * low, factor * high)
-            wide = "" if math.isnan(spread) else f"± {factor * spread:.4g}"
-            unit = "" if named == "1" else named
-            rows.append((str(name), f"{factor * mean:.4g}", sides, wide, unit))
+            value, wide = _digits(factor * mean, factor * spread)
+            rows.append((str(name), value, sides, wide, "" if named == "1" else named))
     return rows
+
+
+def _digits(mean: float, spread: float) -> tuple[str, str]:
+    """A mean to four digits and its spread to two, both to the coarser of these places."""
+    ends = [(abs(mean), 3), (spread, 1)]
+    place = min([p - math.floor(math.log10(x)) for x, p in ends if 0.0 < x < math.inf], default=3)
+    number, wide, least = (
+        f"{round(x, place):.{max(place, 0)}f}" for x in (mean, spread, 10.0**-place)
+    )
+    if math.isnan(spread):
+        return number, ""
+    return number, f"± {wide}" if float(wide) else f"< {least}"
 
 
 #: Factors and units in which a unit is shown, or that of one quantity.
