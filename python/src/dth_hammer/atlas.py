@@ -78,7 +78,7 @@ def atlas(
         name: the parameter or input.
         values: values in SI units, in order, none of them 0.
         parameters: all other parameters.
-        returns: longest cycle to follow, in returns (usually blows).
+        returns: longest cycle to follow, in returns of the drive (usually blows).
         preset: parameter set to start from.
         simulated: simulates at each value; otherwise one branch is followed from each value
             that no other has reached.

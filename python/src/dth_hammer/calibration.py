@@ -182,8 +182,8 @@ def calibrate(
         preset: parameter set to start from.
         loss: ``linear``, or a robust one of `scipy.optimize.least_squares`: ``soft_l1``,
             ``huber``, ``cauchy``, ``arctan``.
-        error: relative error of the rate of penetration of each simulated hammer.
-        seed: of the simulated points.
+        error: relative standard error of the rate of penetration of each simulated hammer.
+        seed: random seed of the simulated points.
         progress: shows progress bars.
 
     Example:

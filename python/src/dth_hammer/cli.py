@@ -8,6 +8,7 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
+from typing import Any
 
 from .commands import COMMANDS
 from .errors import DthHammerError, FmuNotFoundError, HammerWarning
@@ -28,7 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.simplefilter("always", HammerWarning)
             warnings.showwarning = _Teller()
             need_all(_packages(options))
-            options.command(options)
+            options.module.run(options)
         sys.stdout.flush()
     except BrokenPipeError:
         # The reader has closed the pipe; Python must not complain at exit.
@@ -46,20 +47,32 @@ def _parser() -> argparse.ArgumentParser:
     description = "Simulate a down-the-hole percussive drilling hammer."
     parser = argparse.ArgumentParser(prog="dth-hammer", description=description)
     parser.add_argument("--version", action=_Version, nargs=0, help="print the versions and exit")
-    subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
-    for name in COMMANDS:
-        module = importlib.import_module(f".commands.{name}", __package__)
-        command = subparsers.add_parser(
-            name, help=module.HELP, description=module.__doc__, formatter_class=_Defaults
-        )
-        module.arguments(command)
-        command.set_defaults(command=module.run, needs=getattr(module, "NEEDS", ()))
+    subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Command)
+    for name, does in COMMANDS.items():
+        subparsers.add_parser(name, help=does, description=f"{does[0].upper()}{does[1:]}.")
     return parser
+
+
+class _Command(argparse.ArgumentParser):
+    """Imports its command when it is chosen."""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Adds the command's options before they are read."""
+        from .commands.options import Call  # noqa: PLC0415
+
+        module: Any = importlib.import_module(f".commands.{self.prog.split()[-1]}", __package__)
+        for call in vars(module).values():
+            if isinstance(call, Call):
+                call.declare(self)
+        if hasattr(module, "arguments"):
+            module.arguments(self)
+        self.set_defaults(module=module)
+        return super().parse_known_args(args, namespace)
 
 
 def _packages(options: argparse.Namespace) -> list[str]:
     """The optional packages that a command needs with these options."""
-    found = [*options.needs]
+    found = [*getattr(options.module, "NEEDS", ())]
     if getattr(options, "quiet", True) is False:
         found.append("tqdm")
     if getattr(options, "plot", None) or getattr(options, "report", None):
@@ -69,14 +82,6 @@ def _packages(options: argparse.Namespace) -> list[str]:
     if (out := getattr(options, "out", None)) is not None:
         found += FORMATS.get(out.suffix.lower(), [])
     return list(dict.fromkeys(found))
-
-
-class _Defaults(argparse.HelpFormatter):
-    """Adds the default of an option to its help."""
-
-    def _get_help_string(self, action: argparse.Action) -> str | None:
-        has_default = action.default not in (None, False, "", [], argparse.SUPPRESS)
-        return f"{action.help} (default: %(default)s)" if has_default else action.help
 
 
 class _Version(argparse.Action):

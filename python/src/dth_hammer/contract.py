@@ -39,7 +39,7 @@ def typed(**remedies: str) -> Callable[[Made], Made]:
 
         @functools.wraps(function)
         def checked(*arguments: Any, **named: Any) -> Any:
-            hints.update(hints or _hints(signature, sys.modules[made.__module__]))
+            hints.update(hints or hints_of(function))
             # A wrong number or a wrong name of an argument is Python's own error.
             for name, value in signature.bind(*arguments, **named).arguments.items():
                 if wrong := _wrong(value, hints[name], name):
@@ -55,8 +55,9 @@ def typed(**remedies: str) -> Callable[[Made], Made]:
     return decorate
 
 
-def _hints(signature: inspect.Signature, module: types.ModuleType) -> dict[str, Any]:
+def hints_of(function: Callable[..., Any]) -> dict[str, Any]:
     """Returns the annotations of the arguments."""
+    signature, module = inspect.signature(function), sys.modules[function.__module__]
     names, hints = _Names(vars(module)), dict.fromkeys(signature.parameters, Any)
     for name, parameter in signature.parameters.items():
         # An attribute of what a type checker alone imports is not there.
@@ -69,7 +70,7 @@ def _wrong(value: Any, hint: Any, name: str) -> str:
     """Returns what is wrong with a value; nothing if it is as annotated."""
     if _is_one(value, hint):
         return ""
-    for side in _sides(hint) if isinstance(value, Mapping) else ():
+    for side in alternatives(hint) if isinstance(value, Mapping) else ():
         inner = get_args(side)
         for key, item in value.items() if get_origin(side) is Mapping else ():
             if not _is_one(key, inner[0]):
@@ -79,12 +80,13 @@ def _wrong(value: Any, hint: Any, name: str) -> str:
     return f"{name} = {_shown(value)} is not {_words(hint)}"
 
 
-def _sides(hint: Any) -> tuple[Any, ...]:
+def alternatives(hint: Any) -> tuple[Any, ...]:
+    """The types of which a value may have one."""
     return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
 
 
 def _is_one(value: Any, hint: Any) -> bool:
-    sides = _sides(hint)
+    sides = alternatives(hint)
     if len(sides) > 1:
         return any(_is_one(value, side) for side in sides)
     origin, inner = get_origin(hint), get_args(hint)
@@ -160,7 +162,7 @@ WORDS: dict[Any, str] = {
 
 def _words(hint: Any) -> str:
     """Returns a type in words."""
-    sides, origin = _sides(hint), get_origin(hint)
+    sides, origin = alternatives(hint), get_origin(hint)
     if len(sides) > 1:
         plain = {int, bool, type(None)} if float in sides else {type(None)}
         texts = [*dict.fromkeys(_words(side) for side in sides if side not in plain)]

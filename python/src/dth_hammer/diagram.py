@@ -14,7 +14,7 @@ from .errors import DthHammerError, TooFewBlowsError
 from .fixed import Fixed
 from .mesh import BODIES
 from .run import Run, simulate
-from .variables import Array, Value, numbers, whole
+from .variables import UNTIL, Array, Value, numbers, whole
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -94,7 +94,7 @@ class Waves:
 @typed()
 def waves(
     parameters: Mapping[str, Value] | None = None,
-    until: float | str | None = None,
+    until: float | str | None = UNTIL,
     *,
     preset: str | None = None,
     times: Sequence[float] | Array | None = None,
@@ -107,7 +107,7 @@ def waves(
 
     Args:
         parameters: as of `simulate`.
-        until: the waves are those of the last impact before this time, s.
+        until: the waves are those of the last impact before this time: s, or text with a unit.
         preset: parameter set to start from.
         times: instants to look at, in seconds from the impact. If not given: four times a
             wave's way through both bodies and back, four instants an element passed.

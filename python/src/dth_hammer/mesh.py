@@ -60,13 +60,18 @@ def mesh_for(
 ) -> Mesh:
     """Returns a mesh on which a result has at most the relative error ``error``.
 
-    The result (``of``) is a ``rate`` (also period, energy and power of blows; an error of 1 % if
-    none is given), a ``force`` (the largest of contact or rock; 5 %), or a ``stress`` along the
-    bodies (5 %).
     ``reports/mesh.md`` compares the rule with measured errors of many hammers.
 
-    Raises `DomainError` if the error is not between 0 and 1, if the result is none of these, or
-    if the error needs more spans than a body may have.
+    Args:
+        error: largest relative error, between 0 and 1. If None, the engine's choice for the result.
+        parameters: of the hammer, as for `simulate`.
+        preset: parameter set to start from.
+        of: the result: a ``rate`` (also period, energy and power of blows), a ``force`` (the
+            largest of contact or rock), or a ``stress`` along the bodies.
+
+    Raises:
+        DomainError: the error is not between 0 and 1, the result is none of these, or the error
+            needs more spans than a body may have.
 
     Example:
         >>> from dth_hammer import mesh_for
@@ -76,7 +81,7 @@ def mesh_for(
     """
     known = _native.mesh_readings()
     if of not in known:
-        raise DomainError(f"of = {of!r} must be one of {', '.join(known)}")
+        raise DomainError(f"of = {of!r} must be one of {', '.join(sorted(known))}")
     error = known[of] if error is None else error
     if not 0.0 < error < 1.0:
         raise DomainError(f"error = {error:g} must be between 0 and 1")

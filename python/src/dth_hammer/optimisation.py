@@ -122,17 +122,18 @@ def optimise(
             ``lambda s: s["energy_drive"] / s["advance"]``.
         free: bounds by name: parameters, inputs, or what ``design`` takes.
         scene: the others: a `Scene`, or parameters by name.
-        least: looks for the smallest value instead.
+        least: looks for the smallest value instead of the largest.
         limits: lower and upper limits of what a goal may be, None where there is none:
             ``{"blow_energy": (None, "240 J")}``.
         preset: parameter set to start from.
         design: makes parameters of the free numbers, for instance a shape of a given mass.
-        tolerance: of each free number, a part of its value: goal and limits are means over hammers
-            that are off by so much, those of a design at a bound to either side of it; 0 for the
-            design alone.
-        starts: how many at most; the first is where ``scene`` is, or the middle of the bounds.
-        error: of the rate of penetration of each design, over it.
-        seed: of the other starts.
+        tolerance: by which each free number may be off, a part of its value: goal and limits are
+            means over hammers that are off by so much, those of a design at a bound to either side
+            of it; 0 for the design alone.
+        starts: number of starts at most; the first is where the scene is, or the middle of the
+            bounds.
+        error: relative standard error of the rate of penetration of each design.
+        seed: random seed of the other starts.
 
     Raises:
         RefusedError: no design keeps the limits, or none has a long-run response.

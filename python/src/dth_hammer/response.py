@@ -92,25 +92,27 @@ def steady(
             and so on, what kind of motion it is, of how many blows, and whether the error was
             reached; why one is refused is in ``error``.
         preset: parameter set to start from.
-        error: largest standard error of the rates of hole and tip, over the rate; or of any means
-            by name: ``{"blow_energy": 0.005}``.
-        blows: the largest number of blows to simulate; if they are not enough, `Steady.reached`
+        error: largest relative standard error of the rates of hole and tip. A mapping
+            has one for any means by name: ``{"blow_energy": 0.005}``.
+        blows: the largest number of blows to simulate. If they are not enough, `Steady.reached`
             is false and a warning is given.
-        limit: a hammer that strikes no blow for this long (s) counts as stalled.
-        starts: from how many starts it is simulated: its own, and others that are drawn, with the
-            piston elsewhere above the bit and at another speed. `Steady.motions` has what they
-            settle to; the answer is that of its own start.
-        seed: of the starts that are drawn.
+        limit: a hammer that strikes no blow for this long counts as stalled: s, or text with a
+            unit.
+        starts: number of starts from which it is simulated: its own, and others that are drawn,
+            with the piston elsewhere above the bit and at another speed. `Steady.motions` has what
+            they settle to; the answer is that of its own start.
+        seed: random seed of the starts that are drawn.
         inputs: over time, as for `simulate`.
         control: called with the hammer before each step.
         partner: takes a hammer and returns what steps it, such as a `Coupling` with a model of
             its drive.
-        step: communication step of inputs, control and partner; 1 ms if not given. How the piston
-            rebounds is not read between such steps: `rebound_speed` and `rebound_ratio` are NaN.
+        step: communication step of inputs, control and partner; as of `simulate` if None. How the
+            piston rebounds is not read between such steps: `rebound_speed` and `rebound_ratio` are
+            NaN.
         out: Parquet or CSV file for the rows of many hammers: the same call made again seeks
             only what is missing, as with `sweep`.
-        scheduler: who shares many hammers, as for `sweep`; threads if None.
-        workers: how many of these; as many as there are cores if None.
+        scheduler: what shares many hammers out, as for `sweep`; threads if not given.
+        workers: number of workers; as many as there are cores if not given.
         progress: shows blows and error so far.
 
     Raises:

@@ -57,9 +57,9 @@ def rock(
 
     Args:
         name: a key of `ROCKS`, or a word that only one has (``"granite"``).
-        hole: its diameter, m or text with a unit; it decides the inserts if none are given.
-        inserts: how many.
-        insert_radius: of each one's tip, m or text with a unit.
+        hole: diameter of the hole, m or text with a unit; it decides the inserts if none are given.
+        inserts: number of inserts.
+        insert_radius: radius of the tip of an insert, m or text with a unit.
         rebound: share of an insert's work that the rock gives back, in place of the table's.
         specific_energy: work per volume that drilling takes, J/m3, in place of the table's.
 

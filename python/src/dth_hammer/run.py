@@ -21,7 +21,7 @@ from .mesh import coarse_for
 from .scene import Scene
 from .signals import Function, Signal, instants_of, move, signals_of
 from .summary import operation, summary
-from .variables import VARIABLES, Array, Value, Variable, model, numbers, whole
+from .variables import STEP, UNTIL, VARIABLES, Array, Value, Variable, model, numbers, whole
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -157,11 +157,11 @@ class Run:
 @typed()
 def simulate(
     parameters: Mapping[str, Value] | None = None,
-    until: float | str | None = None,
+    until: float | str | None = UNTIL,
     inputs: Mapping[str, Signal] | None = None,
     *,
     preset: str | None = None,
-    step: float | str | None = None,
+    step: float | str | None = STEP,
     times: Collection[float | str] | None = None,
     outputs: Iterable[str] | None = None,
     waves: bool = False,
@@ -175,19 +175,19 @@ def simulate(
         parameters: by dotted name: a number in the declared unit, a label of an
             enumeration, or text with a unit (``"60 mm"``). What is not given is that of the
             reference hammer.
-        until: seconds to simulate, or text with a unit (``"500 ms"``); 0.6 s if not given.
+        until: seconds to simulate, or text with a unit (``"500 ms"``).
         inputs: over time: a number, a function of time, or a Series over rising instants
             (held before its first and after its last). Between communication points they
             are straight lines.
-        preset: parameter set to start from, see `dth-hammer info`.
-        step: communication step, as ``until``; 1 ms if not given. The physics does not depend
-            on it: it only sets how often outputs are read.
+        preset: parameter set to start from.
+        step: communication step, s, or text with a unit. The physics does not depend on it: it
+            only sets how often outputs are read.
         times: instants at which outputs are read, in place of a step.
         outputs: names to read; all outputs and local variables if not given.
         waves: reads also stress and velocity along piston and bit, as many columns as the
-            mesh needs; `dth_hammer.waves` makes a diagram of them.
+            mesh needs. `dth_hammer.waves` makes a diagram of them.
         gradient: parameters and inputs by which the outputs are differentiated, through every
-            event; an input stands for a constant added to it all along. The derivatives are
+            event. An input stands for a constant added to it all along. The derivatives are
             columns ``"rop per rock.stiffness"``; `Run.gradient` sorts them out.
         control: called with the hammer at each communication point before the step,
             for instance to set tunable parameters by depth.
@@ -228,7 +228,8 @@ def simulate(
             warn(text)
         warnings += tuple(texts)
         frame = with_derivatives(frame, found, by)
-    scene = Scene("run", "", preset, dict(parameters or {}), dict(inputs or {}), until)
+    end = until if times is None else float(instants[-1])
+    scene = Scene("run", "", preset, dict(parameters or {}), dict(inputs or {}), end)
     table, work = _blows(blows)
     return Run(frame, table, scene, given, work, warnings, {n: whole(given)[n] for n in by})
 

@@ -84,7 +84,7 @@ def sweep(
         preset: parameter set to start from.
         cases: by name, what is done with every point of the grid: rocks, inputs over time,
             controllers. The table has the name in the column ``case``.
-        outputs: what to read at the end of a run, or which means.
+        outputs: names to read at the end of a run. Of a long-run response, names of means.
         error: of a long-run response, as for `steady`.
         out: Parquet or CSV file for the rows. They are kept beside it in parts as they come:
             the same call made again runs only what is missing, and another grid adds its
@@ -92,10 +92,11 @@ def sweep(
         scheduler: ``"threads"`` (the engine's own; runs with inputs or controllers one after
             another in Python), ``"processes"`` (of this machine, without sockets), the address
             of a Dask scheduler, or a Dask client. Who reaches a Dask scheduler runs code there.
-            If None, threads, and processes for cases with inputs or controllers.
-        workers: how many, for processes and threads; as many as there are cores if None.
-        batch: runs a task: a part file and a tick of the progress bar. If None, threads
-            make a part of what came within half a second, processes of up to 25 runs.
+            If not given, threads, and processes for cases with inputs or controllers.
+        workers: number of workers, for processes and threads; as many as there are cores if not
+            given.
+        batch: number of runs in a task: a part file and a tick of the progress bar. If not given,
+            threads make a part of what came within half a second, processes of up to 25 runs.
         progress: shows a progress bar.
 
     Raises:

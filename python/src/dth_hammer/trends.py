@@ -122,11 +122,11 @@ def trend(
     Args:
         scene: a `Scene`, or parameters by name.
         widths: by parameter or constant input, how far from its value, as a part of it: 0.05.
-        outputs: means of `Steady`.
+        outputs: means of the long-run response, as ``rop`` or ``blow_energy``.
         preset: parameter set to start from.
-        points: how many, rounded up to a power of two; four a coefficient if not given.
-        error: of the rate of penetration at a point, over it.
-        seed: of the points.
+        points: number of hammers, rounded up to a power of two; four a coefficient if not given.
+        error: relative standard error of the rate of penetration at each point.
+        seed: random seed of the points.
         progress: shows a progress bar.
 
     Example:

@@ -1,29 +1,30 @@
-"""The subcommands of `dth-hammer`: a module each.
+"""The subcommands of `dth-hammer`: a module each, imported when it is chosen.
 
-A module has ``HELP`` (a line), ``arguments(parser)`` and ``run(options)``, and ``NEEDS`` if it
-needs optional packages whatever its options are. `dth_hammer.cli` prints errors and handles
-interrupts. To add a command, write its module and name it here.
+A module has ``run(options)``; ``CALL``, the function whose arguments are its options;
+``arguments(parser)`` if there are others; and ``NEEDS`` if it needs optional packages whatever its
+options are. `dth_hammer.cli` prints errors and handles interrupts. To add a command, write its
+module and name it here.
 """
 
 from __future__ import annotations
 
-#: Names in the order in which they are listed; the module is called alike.
-COMMANDS = (
-    "demo",
-    "run",
-    "steady",
-    "trend",
-    "calibrate",
-    "optimise",
-    "waves",
-    "life",
-    "sweep",
-    "report",
-    "configure",
-    "system",
-    "mesh",
-    "datasheet",
-    "rock",
-    "atlas",
-    "info",
-)
+#: What each does, by name, in the order in which they are listed; the module is called alike.
+COMMANDS = {
+    "demo": "simulate the reference hammer, print its numbers, draw its settled cycle",
+    "run": "simulate one hammer over time",
+    "steady": "compute the long-run response of hammers, periodic or not, with errors",
+    "trend": "compute what the long-run response depends on, with errors and roughness",
+    "calibrate": "estimate parameters from measured means, with errors",
+    "optimise": "find the parameters, within bounds and limits, for which a mean is largest",
+    "waves": "compute stresses along piston and bit, or write an FMU that does",
+    "life": "compute the fatigue life of piston and bit from an S-N line",
+    "sweep": "simulate a grid of hammers",
+    "report": "write a run as one HTML page with figures, tables and settings",
+    "configure": "write an FMU that starts with your parameters, for hosts that cannot set them",
+    "system": "write an .ssp of the hammer and its drive, connected by name",
+    "mesh": "print the mesh that a stated error needs",
+    "datasheet": "find the hammer that a datasheet or a catalogue describes, and report on it",
+    "rock": "list rocks, with sources and scatter, or print the parameters of one under a bit",
+    "atlas": "follow stationary cycles along a parameter, stable or not",
+    "info": "list variables, units and presets",
+}

@@ -3,58 +3,37 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from .. import outputs
-from ..errors import DomainError
+from ..atlas import atlas, figure
 from ..variables import VARIABLES
 from . import common
+from .options import Call, Written, assignments
 
-HELP = "follow stationary cycles along a parameter, stable or not"
+CALL = Call(
+    atlas,
+    {"name": "named by --over", "values": "given by --over"},
+    simulated=Written("--no-simulation", help="follow the cycle only, without simulations"),
+)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments to its parser."""
-    common.add_hammer(parser)
+    """Adds what is no argument of the function."""
     parser.add_argument(
         "--over",
         required=True,
         metavar="NAME=VALUES",
         help="first:last:number, as rock.stiffness=6e7:2.4e8:200",
     )
-    parser.add_argument(
-        "--returns",
-        type=int,
-        help="longest cycle to follow, in returns of the drive (usually blows)",
-    )
-    parser.add_argument(
-        "--no-simulation", action="store_true", help="follow the cycle only, without simulations"
-    )
-    parser.add_argument("-o", "--out", type=Path, help=f"table to write: {outputs.either()}")
-    parser.add_argument("--plot", type=Path, help="figure to write")
-    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+    common.add_files(parser, table="table to write", figure="figure to write")
 
 
 def run(options: argparse.Namespace) -> None:
     """Follows the cycle, writes the requested files and prints what was found."""
-    axes = common.assignments([options.over])
-    (name, text), *_ = axes.items()
+    (name, text), *_ = assignments([options.over]).items()
     values = [float(v) for v in common.values(VARIABLES.settable(name), text)]
-    if len(values) < 2:
-        raise DomainError(f"{name}: a cycle is followed over at least two values")
     common.check_outputs(options.out, options.plot)
-
-    from ..atlas import atlas, figure  # noqa: PLC0415
-
-    table = atlas(
-        name,
-        values,
-        common.assignments(options.set),
-        **common.given(options, "returns"),
-        preset=options.preset,
-        simulated=not options.no_simulation,
-        progress=not options.quiet,
-    )
+    table = atlas(name, values, **CALL.given(options))
     if options.out:
         outputs.write(table, options.out, index=False)
     if options.plot:

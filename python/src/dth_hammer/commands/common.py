@@ -15,56 +15,15 @@ from ..band import reason, with_sides
 from ..errors import DomainError
 from ..fixed import Fixed
 from ..quantities import SYSTEMS, convert, with_units
-from ..variables import UNTIL, VARIABLES, Variable, numbers
+from ..variables import VARIABLES, Variable, numbers
+from .options import assignments
 
 #: Most values that a range may stand for.
 LONGEST = 1_000_000
 
 
-def given(options: argparse.Namespace, *names: str) -> dict[str, Any]:
-    """Returns the options that are given: defaults are those of the function that takes them."""
-    return {name: value for name in names if (value := getattr(options, name)) is not None}
-
-
-def add_fmu(parser: argparse.ArgumentParser) -> None:
-    """The FMU that a file is made from."""
-    parser.add_argument("--fmu", type=Path, help="FMU to use instead of the one in the package")
-    parser.add_argument("--fmi", type=int, choices=(2, 3), default=2, help="version of FMI")
-
-
-def add_hammer(parser: argparse.ArgumentParser) -> None:
-    """The options that choose a hammer."""
-    parser.add_argument(
-        "--preset", help="parameter set to start from, as listed by `dth-hammer info`"
-    )
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help='a parameter, for instance rock.stiffness=2e9 or "piston.length=7 in"',
-    )
-
-
-def add_free(parser: argparse.ArgumentParser, alone: str = "") -> None:
-    """The option that chooses what is free."""
-    parser.add_argument(
-        "--free",
-        action="append",
-        required=True,
-        metavar="NAME=LOW:HIGH",
-        help=f'a free parameter and its bounds: "drive.stroke=30 mm:60 mm"{alone}; repeatable',
-    )
-
-
-def add_scene(parser: argparse.ArgumentParser) -> None:
-    """The options that choose a hammer and a duration."""
-    add_hammer(parser)
-    parser.add_argument("--until", default=f"{UNTIL:g} s", help='duration, in s or as "500 ms"')
-
-
 def add_many(parser: argparse.ArgumentParser) -> None:
-    """The options that give many hammers, and who shares them."""
+    """The options that give many hammers."""
     parser.add_argument(
         "--over",
         action="append",
@@ -75,10 +34,6 @@ def add_many(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--rows", type=Path, help="CSV or Parquet file with a hammer a row, a parameter a column"
     )
-    parser.add_argument(
-        "--scheduler", help="threads, processes, or the address of a Dask scheduler"
-    )
-    parser.add_argument("--workers", type=int, help="number of workers; one per core if not given")
 
 
 def many(options: argparse.Namespace) -> Any:
@@ -102,20 +57,17 @@ def tell_many(options: argparse.Namespace, table: pd.DataFrame, names: Sequence[
         print(reason(numbers(options.preset, assignments(options.set))))
 
 
-def add_curve(parser: argparse.ArgumentParser, *, required: bool = False) -> None:
-    """The option that gives an S-N line."""
-    parser.add_argument(
-        "--sn",
-        required=required,
-        metavar="STRENGTH,CYCLES,SLOPE[,ULTIMATE]",
-        help='S-N line of the steel: amplitude, cycles to failure at it, slope, as "300 MPa,1e7,8"',
-    )
-
-
-def add_table(parser: argparse.ArgumentParser, kinds: tuple[str, ...] = outputs.TABLES) -> None:
-    """The options that choose a table and its units."""
-    parser.add_argument("-o", "--out", type=Path, help=f"table to write: {outputs.either(kinds)}")
-    add_units(parser)
+def add_files(
+    parser: argparse.ArgumentParser, *, table: str = "", figure: str = "", units: bool = False
+) -> None:
+    """The options that choose a table, a figure and units; texts say of what they are."""
+    if table:
+        text = f"{table}: {outputs.either()}"
+        parser.add_argument("-o", "--out", type=Path, help=text)
+    if figure:
+        parser.add_argument("--plot", type=Path, help=figure)
+    if units:
+        add_units(parser)
 
 
 def add_units(parser: argparse.ArgumentParser) -> None:
@@ -128,35 +80,6 @@ def add_units(parser: argparse.ArgumentParser) -> None:
         metavar="UNITS",
         help=f"units of tables: {', '.join(SYSTEMS)}, NAME=UNIT, or several: us,rop=m/h",
     )
-
-
-def assignments(texts: Sequence[str]) -> dict[str, Any]:
-    """Names and values of several ``NAME=VALUE``."""
-    pairs: dict[str, Any] = {}
-    for text in texts:
-        name, equals, value = (part.strip() for part in text.partition("="))
-        if not equals or not name:
-            raise DomainError(f"{text!r} is not NAME=VALUE")
-        if name in pairs:
-            raise DomainError(f"{name} is given twice")
-        pairs[name] = value
-    return pairs
-
-
-def bounds(texts: Sequence[str], *, alone: bool = False) -> dict[str, Any]:
-    """Bounds of several ``NAME=LOW:HIGH``, None for a side left empty, and for a name alone where
-    that is allowed.
-    """
-    pairs: dict[str, Any] = {}
-    for text in texts:
-        name, equals, both = (part.strip() for part in text.partition("="))
-        sides = tuple(part.strip() or None for part in both.split(":"))
-        if not name or not ((len(sides) == 2 and any(sides)) or (alone and not equals)):
-            raise DomainError(f"{text!r} is not NAME=LOW:HIGH")
-        if name in pairs:
-            raise DomainError(f"{name} is given twice")
-        pairs[name] = sides if equals else None
-    return pairs
 
 
 def values(variable: Variable, text: str) -> list[Any]:

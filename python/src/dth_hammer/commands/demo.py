@@ -9,15 +9,15 @@ from ..band import with_band
 from ..run import Run
 from . import common
 
-HELP = "simulate the reference hammer, print its numbers, draw its figure"
 NEEDS = ("matplotlib",)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the command's arguments to its parser."""
     parser.add_argument("--preset", help="parameter set to use, as listed by `dth-hammer info`")
+    file = Path("dth-hammer.png")
     parser.add_argument(
-        "-o", "--out", type=Path, default=Path("dth-hammer.png"), help="figure to write"
+        "-o", "--out", type=Path, default=file, help=f"figure to write (default: {file})"
     )
 
 

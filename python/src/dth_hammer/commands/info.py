@@ -7,14 +7,13 @@ import argparse
 from ..errors import FmuNotFoundError
 from ..fmu.package import load
 from ..variables import PRESETS, VARIABLES, Variable, model
-from . import common
+from .options import Call
 
-HELP = "list variables, units and presets"
+CALL = Call(load)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments to its parser."""
-    common.add_fmu(parser)
+    """Adds the name."""
     parser.add_argument("name", nargs="?", help="one variable only")
 
 
@@ -41,7 +40,7 @@ def run(options: argparse.Namespace) -> None:
 
 def _fmu(options: argparse.Namespace) -> str:
     try:
-        package = load(options.fmu)
+        package = load(**CALL.given(options))
         return f"{package.name} {package.version}\n{package.path}"
     except FmuNotFoundError as error:
         return str(error)

@@ -3,30 +3,28 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
+from functools import partial
 
 from .. import outputs
-from ..fatigue import SNCurve, life
+from ..fatigue import life
 from . import common
+from .options import Call
 
-HELP = "compute the fatigue life of piston and bit from an S-N line"
+CALL = Call(life)
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments to its parser."""
-    common.add_hammer(parser)
-    common.add_curve(parser, required=True)
-    parser.add_argument("-o", "--out", type=Path, help=f"table of all places: {outputs.either()}")
-    parser.add_argument(
-        "--plot", type=Path, help="figure to write: wave diagram with the worst place"
-    )
+arguments = partial(
+    common.add_files,
+    table="table of all places",
+    figure="figure to write: wave diagram with the worst place",
+)
 
 
 def run(options: argparse.Namespace) -> None:
     """Counts stress cycles, prints each section's worst place and writes the requested files."""
     common.check_outputs(options.out, options.plot)
-    given = common.assignments(options.set)
-    found = life(SNCurve.read(options.sn), given, preset=options.preset)
+    given = CALL.given(options)
+    found = life(**given)
     print(found)
     if options.out:
         outputs.write(found.places, options.out)
@@ -34,4 +32,5 @@ def run(options: argparse.Namespace) -> None:
         from ..diagram import waves  # noqa: PLC0415
         from ..figures import wave_diagram  # noqa: PLC0415
 
-        wave_diagram(waves(given, preset=options.preset), found).savefig(options.plot)
+        del given["curve"]
+        wave_diagram(waves(**given), found).savefig(options.plot)

@@ -9,8 +9,8 @@ from .. import outputs
 from ..scene import Scene
 from ..variables import VARIABLES
 from . import common
+from .options import SN, listed
 
-HELP = "write a run as one HTML page with figures, tables and settings"
 NEEDS = ("matplotlib",)
 
 
@@ -24,10 +24,11 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--gradient",
         metavar="NAME,...",
-        default="",
+        type=listed,
+        default=[],
         help="parameters by which the page tells trends and exact slopes of the long-run response",
     )
-    common.add_curve(parser)
+    parser.add_argument("--sn", help=SN.help, **SN.keywords)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -36,11 +37,9 @@ def run(options: argparse.Namespace) -> None:
     out = outputs.check(options.out or options.scene.with_suffix(".html"), (".html", ".htm"))
     common.check_units(options.units, {v.name: v.unit for v in VARIABLES.of("output", "local")})
 
-    from ..fatigue import SNCurve  # noqa: PLC0415
     from ..page import report  # noqa: PLC0415
 
     units = common.systems(options.units)
-    by = [name.strip() for name in options.gradient.split(",") if name.strip()]
-    curve = SNCurve.read(options.sn) if options.sn else None
-    path = report(scene, out, units=units, gradient=by, curve=curve)
+    curve = SN.read(options.sn) if options.sn else None
+    path = report(scene, out, units=units, gradient=options.gradient, curve=curve)
     print(f"{path}: {path.stat().st_size / 1e6:.1f} MB")

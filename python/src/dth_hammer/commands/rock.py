@@ -5,21 +5,16 @@ from __future__ import annotations
 import argparse
 
 from ..rocks import ROCKS, rock
+from .options import Call, Written
 
 #: The unit in which a number of an SI unit is printed, and how many of the SI unit it is.
 FIELD = {"1": (1.0, ""), "Pa": (1e9, " GPa"), "J/m3": (1e6, " MJ/m3")}
-HELP = "list rocks, with sources and scatter, or print the parameters of one under a bit"
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments to its parser."""
-    names = " or ".join(ROCKS)
-    parser.add_argument("name", nargs="?", help=f"rock to print: {names}; all if not given")
-    parser.add_argument("--hole", help='diameter of the hole, for instance "115 mm"')
-    parser.add_argument("--inserts", type=int, help="number of inserts; by the hole if not given")
-    parser.add_argument("--insert-radius", help='radius of the tip of an insert, as "7 mm"')
-    parser.add_argument("--rebound", help="share of an insert's work that the rock gives back")
-    parser.add_argument("--specific-energy", help="specific energy in J/m3, instead of the table's")
+CALL = Call(
+    rock,
+    name=Written("name", help=f"rock: {' or '.join(ROCKS)}; all if not given", nargs="?"),
+)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -34,13 +29,10 @@ def run(options: argparse.Namespace) -> None:
             value, low, high = (x / size for x in (figure.value, figure.low, figure.high))
             print(f"  {of.replace('_', ' ')}: {value:.4g}{unit} ({low:.4g} to {high:.4g})")
             print(f"    {known}{figure.source}")
-    bit = {"hole": options.hole, "inserts": options.inserts, "insert_radius": options.insert_radius}
-    if not named or not any(value is not None for value in bit.values()):
+    if not named or all(v is None for v in (options.hole, options.inserts, options.insert_radius)):
         print("give a name and --hole, or --inserts and --insert-radius, for its parameters")
         return
-    found = rock(
-        options.name, **bit, rebound=options.rebound, specific_energy=options.specific_energy
-    )
+    found = rock(**CALL.given(options))
     for name, number in found.items():
         print(f"--set {name}={number:.6g}")
     print("assumed:", *found.assumed, sep="\n  ")

@@ -4,46 +4,40 @@ from __future__ import annotations
 
 import argparse
 from contextlib import suppress
-from pathlib import Path
 
-from .. import outputs, quantities
+from .. import outputs
 from ..band import reason
 from ..errors import TooFewBlowsError
 from ..run import simulate
 from ..summary import readable
-from ..variables import STEP, VARIABLES
+from ..variables import VARIABLES
 from . import common
+from .options import Call
 
-HELP = "simulate one hammer"
+CALL = Call(
+    simulate,
+    {
+        "inputs": "functions of time; of a scene in a file, `dth-hammer report` reads them",
+        "outputs": "what is printed needs all",
+        "control": "a function",
+    },
+)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments to its parser."""
-    common.add_scene(parser)
-    common.add_table(parser)
-    parser.add_argument(
-        "--step", default=f"{STEP:g} s", help="communication step: the interval between two rows"
-    )
+    """Adds the files, the units, and what the summary needs."""
+    common.add_files(parser, table="table to write", figure="figure to write", units=True)
     parser.add_argument("--pipe", help='outside diameter of the drill pipe, as "76 mm"')
     parser.add_argument("--rotation", help='turns of the bit per time, as "30 1/min"')
-    parser.add_argument("--plot", type=Path, help="figure to write")
-    parser.add_argument("--quiet", action="store_true", help="no progress bar")
 
 
 def run(options: argparse.Namespace) -> None:
     """Simulates, writes, and prints a row per blow."""
-    until = quantities.duration(options.until, "--until")
-    step = quantities.duration(options.step, "--step")
+    given = CALL.given(options)
     common.check_outputs(options.out, options.plot)
     displayed = {v.name: v.unit for v in VARIABLES.of("output", "local")}
     common.check_units(options.units, displayed)
-    made = simulate(
-        common.assignments(options.set),
-        until,
-        preset=options.preset,
-        step=step,
-        progress=not options.quiet,
-    )
+    made = simulate(**given)
     if options.out:
         written = common.in_units(made.frame, options.units)
         written.attrs |= {"parameters": dict(made.parameters), "model": made.model}

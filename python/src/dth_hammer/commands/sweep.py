@@ -4,41 +4,44 @@ from __future__ import annotations
 
 import argparse
 
-from .. import outputs, quantities
+from .. import outputs
 from ..errors import DomainError
-from ..variables import VARIABLES
+from ..sweeping import RESULTS, sweep
+from ..variables import UNTIL, VARIABLES
 from . import common
+from .options import SHARED, Call, Written
 
-HELP = "simulate a grid of hammers"
+CALL = Call(
+    sweep,
+    {
+        "grid": "--over or --rows",
+        "cases": "inputs over time and functions",
+        "error": "of a long-run response, for which there is `dth-hammer steady`",
+    },
+    until=Written(
+        "--until",
+        SHARED["until"].read,
+        help=f'duration of a run in s, or as "500 ms" (default: {UNTIL:g})',
+        required=False,
+        default=UNTIL,
+    ),
+)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments to its parser."""
-    common.add_scene(parser)
-    common.add_table(parser, outputs.STORED)
+    """Adds the grid and the units."""
     common.add_many(parser)
-    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+    common.add_units(parser)
 
 
 def run(options: argparse.Namespace) -> None:
     """Runs the grid points that the file does not have yet and prints one row per run."""
-    until = quantities.duration(options.until, "--until")
+    given = CALL.given(options)
     grid = common.many(options)
     if not len(grid):
         raise DomainError("give the hammers: --over feed_force=3e3,5e3 or --rows FILE")
     common.check_outputs(options.out, kinds=outputs.STORED)
-
-    from ..sweeping import RESULTS, sweep  # noqa: PLC0415
-
-    common.check_units(options.units, {n: VARIABLES[n].unit for n in [*grid, *RESULTS]})
-    table = sweep(
-        grid,
-        until,
-        parameters=common.assignments(options.set),
-        preset=options.preset,
-        scheduler=options.scheduler,
-        workers=options.workers,
-        progress=not options.quiet,
-        out=options.out,
-    )
-    common.tell_many(options, table, [*grid, "blow_count", "blow_period", "blow_speed", "rop"])
+    read = options.outputs or RESULTS
+    common.check_units(options.units, {n: VARIABLES[n].unit for n in [*grid, *read]})
+    few = options.outputs or ["blow_count", "blow_period", "blow_speed", "rop"]
+    common.tell_many(options, sweep(grid, **given), [*grid, *few])

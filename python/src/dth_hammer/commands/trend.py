@@ -3,50 +3,45 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
+from collections.abc import Sequence
+from functools import partial
 
 from .. import outputs
 from ..quantities import read
+from ..trends import trend
 from . import common
+from .options import Call, Written, assignments
 
-HELP = "compute what the long-run response depends on, with errors and roughness"
 NEEDS = ("scipy",)
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments to its parser."""
-    common.add_hammer(parser)
-    parser.add_argument(
+def widths(texts: Sequence[str]) -> dict[str, float]:
+    """Relative widths by name."""
+    return {n: read(w, "1", f"the width of {n}") for n, w in assignments(texts).items()}
+
+
+CALL = Call(
+    trend,
+    widths=Written(
         "--over",
+        widths,
+        help="a parameter and the relative width around its value: rock.stiffness=0.05; repeatable",
         action="append",
         required=True,
         metavar="NAME=WIDTH",
-        help="a parameter and the relative width around its value: rock.stiffness=0.05",
-    )
-    parser.add_argument("--outputs", help="means, separated by commas: rop,blow_energy")
-    parser.add_argument("--points", type=int, help="number of hammers")
-    parser.add_argument("-o", "--out", type=Path, help=f"table to write: {outputs.either()}")
-    parser.add_argument("--plot", type=Path, help="figure to write: tornado chart")
-    parser.add_argument("--quiet", action="store_true", help="no progress bar")
+    ),
+)
+
+
+arguments = partial(
+    common.add_files, table="table to write", figure="figure to write: tornado chart"
+)
 
 
 def run(options: argparse.Namespace) -> None:
     """Computes the trends, writes and prints them."""
     common.check_outputs(options.out, options.plot)
-
-    from ..trends import OUTPUTS, trend  # noqa: PLC0415
-
-    widths = {
-        n: read(w, "1", f"the width of {n}") for n, w in common.assignments(options.over).items()
-    }
-    found = trend(
-        common.assignments(options.set),
-        widths,
-        [o.strip() for o in options.outputs.split(",")] if options.outputs else OUTPUTS,
-        preset=options.preset,
-        points=options.points,
-        progress=not options.quiet,
-    )
+    found = trend(**CALL.given(options))
     if options.out:
         outputs.write(found.table.reset_index(), options.out, index=False)
     if options.plot:

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
-from .. import outputs, quantities
+from .. import outputs
 from ..diagram import Waves, waves
 from ..errors import DomainError
+from ..fmu.package import load
 from ..fmu.variant import configure
 from ..mesh import ELEMENTS
 from ..variables import numbers, whole
 from . import common
+from .options import Call
 
-HELP = "compute stresses along piston and bit, or write an FMU that does"
 VARIANT = ".fmu"
 
 
+CALL = Call(waves, {"times": "instants about an impact that is not known before"})
+FILE = Call(load)
+
+
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments to its parser."""
-    common.add_scene(parser)
-    common.add_fmu(parser)
+    """Adds mesh and files."""
     parser.add_argument(
         "--elements",
         type=int,
@@ -28,24 +30,19 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         metavar=("PISTON", "BIT"),
         help="number of elements of each body",
     )
-    parser.add_argument(
-        "-o",
-        "--out",
-        type=Path,
-        help="an .fmu with stress and velocity along that mesh among its outputs, or a table "
-        f"of the stresses after the last impact: {outputs.either()}",
-    )
-    parser.add_argument(
-        "--plot", type=Path, help="figure to write: wave diagram of the last impact"
+    common.add_files(
+        parser,
+        table="an .fmu with stress and velocity along that mesh among its outputs, or a table of "
+        "the stresses after the last impact",
+        figure="figure to write: wave diagram of the last impact",
     )
 
 
 def run(options: argparse.Namespace) -> None:
     """Writes the requested files and prints the greatest stresses."""
-    given = common.assignments(options.set)
+    given = CALL.given(options)
     if options.elements:
-        given |= dict(zip(ELEMENTS, options.elements, strict=True))
-    until = quantities.duration(options.until, "--until")
+        given["parameters"] |= dict(zip(ELEMENTS, options.elements, strict=True))
     if options.out is None and options.plot is None:
         raise DomainError("nothing to write: give --plot, -o, or both")
     if options.out is not None:
@@ -53,10 +50,10 @@ def run(options: argparse.Namespace) -> None:
     common.check_outputs(None, options.plot)
     variant = options.out is not None and options.out.suffix == VARIANT
     if variant:
-        _write_variant(options, numbers(options.preset, given))
+        _write_variant(options, numbers(options.preset, given["parameters"]))
     if variant and options.plot is None:
         return
-    record = waves(given, until, preset=options.preset)
+    record = waves(**given)
     if options.out and not variant:
         outputs.write(record.table(), options.out)
     if options.plot:
@@ -68,7 +65,7 @@ def run(options: argparse.Namespace) -> None:
 
 def _write_variant(options: argparse.Namespace, given: dict[str, float]) -> None:
     mesh = [int(whole(given)[name]) for name in ELEMENTS]
-    added = configure(options.out, given, waves=True, fmu=options.fmu, fmi=options.fmi)
+    added = configure(options.out, given, waves=True, **FILE.given(options))
     print(f"{options.out}: {added} more outputs, along {mesh[0]} and {mesh[1]} elements")
 
 

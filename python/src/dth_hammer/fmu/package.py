@@ -121,6 +121,10 @@ def _load(path: Path, _stamp: tuple[int, int]) -> Package:
 def load(fmu: str | Path | Package | None = None, *, fmi: int = 2) -> Package:
     """Reads the FMU that `find` finds; a process reads a file again only if it has changed.
 
+    Args:
+        fmu: file to use in place of the one in the package.
+        fmi: version of FMI, 2 or 3, of the one in the package.
+
     Example:
         >>> import dth_hammer
         >>> from dth_hammer import fmu

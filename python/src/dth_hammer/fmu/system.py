@@ -52,7 +52,7 @@ def write_system(
     *,
     preset: str | None = None,
     step: float | str = STEP,
-    until: float | str | None = None,
+    until: float | str = UNTIL,
     fmu: str | Path | Package | None = None,
     fmi: int = 2,
 ) -> list[tuple[Port, Port]]:
@@ -61,14 +61,14 @@ def write_system(
     It is of SSP 1.0, or of SSP 2.0 if the hammer is of FMI 3.0: then partners may be of either.
 
     Args:
-        out: the file to write.
+        out: the .ssp to write.
         partners: FMUs for co-simulation by the names of their components, for instance a drive.
         parameters: of the hammer, as for `simulate`; start values of inputs too.
         preset: parameter set to start from.
         step: step of the exchange that the file proposes, s, or text with a unit.
-        until: end that the file proposes; the FMU's if not given.
-        fmu: file of the hammer to use instead of the one found.
-        fmi: version of FMI, 2 or 3, of the one to find.
+        until: end that the file proposes, s, or text with a unit.
+        fmu: file of the hammer, in place of the one in the package.
+        fmi: version of FMI, 2 or 3, of the one in the package.
 
     Returns what is connected, from an output to an input.
 
@@ -78,7 +78,7 @@ def write_system(
     """
     package, out = load(fmu, fmi=fmi), Path(out)
     size = quantities.duration(step, "step")
-    end = UNTIL if until is None else quantities.duration(until, "until")
+    end = quantities.duration(until, "until")
     descriptions = {HAMMER: _described(package.path, package.fmi)}
     for name, path in partners.items():
         descriptions[_fit(name, descriptions)] = _described(Path(path), package.fmi)

@@ -59,14 +59,14 @@ def configure(
     plain FMU lets it set.
 
     Args:
-        out: the file to write.
+        out: the .fmu to write.
         parameters: by dotted name, as for `simulate`; start values of inputs too; of an FMU of
             FMI 3.0 those of its events and lengths of arrays.
         preset: parameter set to start from.
         waves: lists stress and velocity along the scene's mesh among the outputs.
-        arrays: the same, and the blows of a step, as arrays of FMI 3.0.
-        fmu: file to use instead of the one found.
-        fmi: version of FMI, 2 or 3, of the one to find.
+        arrays: with FMI 3, lists the same, and the blows of a step, as arrays.
+        fmu: file to use in place of the one in the package.
+        fmi: version of FMI, 2 or 3, of the one in the package.
 
     Returns the number of outputs added.
 
@@ -174,10 +174,10 @@ def write_variant(
     """Writes the FMU with stress and velocity along a mesh among its outputs.
 
     Args:
-        out: the file to write.
+        out: the .fmu to write.
         elements: the mesh, as element counts of piston and bit; those of the FMU's start
             values if not given.
-        fmu: file to use instead of the one found.
+        fmu: file to use in place of the one in the package.
 
     Returns the number of outputs added.
 

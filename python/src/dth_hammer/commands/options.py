@@ -1,0 +1,184 @@
+"""Options of a command, from the signature and the docstring of the function that it calls."""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import re
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from types import NoneType
+from typing import Any, Literal, get_args, get_origin
+
+from .. import quantities
+from ..contract import alternatives, hints_of
+from ..errors import DomainError
+from ..fatigue import SNCurve
+
+
+class Written:
+    """An argument that is not written as its annotation says: `argparse` gets the keywords."""
+
+    def __init__(
+        self,
+        flags: str = "",
+        read: Callable[[Any], Any] = lambda text: text,
+        *,
+        help: str = "",
+        more: str = "",
+        **keywords: Any,
+    ) -> None:
+        #: Such as ``-o --out``, or a word alone; that of the argument's name if empty.
+        self.flags = flags.split()
+        #: What its text stands for.
+        self.read = read
+        #: In place of the docstring's words, and added to these.
+        self.help, self.more = help, more
+        self.keywords = keywords
+
+
+class Call:
+    """A function whose arguments are options, but for some, each with the reason."""
+
+    def __init__(
+        self,
+        function: Callable[..., Any],
+        without: Mapping[str, str] | None = None,
+        **written: Written,
+    ) -> None:
+        self.function, self.without = function, without or {}
+        self.parameters = inspect.signature(function).parameters
+        if strange := ({*self.without} | {*written}) - {*self.parameters}:
+            raise TypeError(f"{function.__name__} does not take {', '.join(strange)}")
+        named = [name for name in self.parameters if name not in self.without]
+        self.written = {n: written.get(n) or SHARED.get(n) or Written() for n in named}
+        for name, written_ in self.written.items():
+            written_.flags = written_.flags or [f"--{name.replace('_', '-')}"]
+
+    def declare(self, parser: argparse.ArgumentParser) -> None:
+        """Adds the options to a parser."""
+        hints, meanings = hints_of(self.function), described(self.function)
+        for name, written in self.written.items():
+            default = self.parameters[name].default
+            given = default is not inspect.Parameter.empty
+            keywords = kind(name, hints[name], default) | written.keywords
+            if written.flags[0].startswith("-"):
+                keywords = {"required": not given} | keywords
+            text = (written.help or meanings[name]) + written.more
+            if given and keywords.get("action") is None and default is not None and default != ():
+                text += f" (default: {shown(default)})"
+            parser.add_argument(*written.flags, help=text.replace("%", "%%"), **keywords)
+
+    def given(self, options: argparse.Namespace) -> dict[str, Any]:
+        """The arguments that are given; what is not is the function's own to decide."""
+        found = {}
+        for name, written in self.written.items():
+            value = getattr(options, written.flags[-1].lstrip("-").replace("-", "_"))
+            if value is not None:
+                found[name] = written.read(value)
+        return found
+
+
+def kind(name: str, hint: Any, default: Any) -> dict[str, Any]:
+    """How `argparse` reads an argument with this annotation."""
+    kinds = [side for side in alternatives(hint) if side is not NoneType]
+    origins = [get_origin(side) for side in kinds]
+    if Literal in origins:
+        return {"choices": get_args(kinds[0])}
+    if kinds == [bool]:
+        return {"action": "store_false" if default else "store_true"}
+    if str in kinds:
+        return {}
+    for number in (float, int):
+        if number in kinds:
+            return {"type": number}
+    if any(origin is not None and issubclass(origin, Mapping) for origin in origins):
+        return {"action": "append"}
+    word = "NAME" if get_args(kinds[0]) == (str,) else name.removesuffix("s").upper()
+    return {"metavar": f"{word},...", "type": listed}
+
+
+def listed(text: str) -> list[str]:
+    """Words between commas."""
+    return [word.strip() for word in text.split(",") if word.strip()]
+
+
+def described(function: Callable[..., Any]) -> dict[str, str]:
+    """The first sentence that the docstring has on each argument: others are of Python."""
+    section = (inspect.getdoc(function) or "").partition("Args:\n")[2].split("\n\n")[0]
+    found = re.findall(r"^    (\w+): (.*(?:\n {8}.*)*)", section, re.MULTILINE)
+    plain = {name: " ".join(text.split()).replace("``", "").strip(".") for name, text in found}
+    texts = {name: re.split(r"\. (?=[A-Z`])", text)[0] for name, text in plain.items()}
+    return dict.fromkeys(inspect.signature(function).parameters, "") | texts
+
+
+def shown(default: Any) -> str:
+    """A default as one would write it."""
+    if isinstance(default, tuple):
+        return ", ".join(default)
+    return f"{default:g}" if isinstance(default, float) else str(default)
+
+
+def assignments(texts: Sequence[str]) -> dict[str, Any]:
+    """Names and values of several ``NAME=VALUE``."""
+    return _pairs(texts, "NAME=VALUE", lambda value: value or None)
+
+
+def bounds(texts: Sequence[str]) -> dict[str, Any]:
+    """Bounds of several ``NAME=LOW:HIGH``, None for a side left empty."""
+    return _pairs(texts, "NAME=LOW:HIGH", _ends)
+
+
+def _ends(text: str) -> tuple[str | None, ...] | None:
+    ends = tuple(part.strip() or None for part in text.split(":"))
+    return ends if len(ends) == 2 and any(ends) else None
+
+
+def _pairs(texts: Sequence[str], form: str, read: Callable[[str], Any]) -> dict[str, Any]:
+    pairs: dict[str, Any] = {}
+    for text in texts:
+        name, _, value = (part.strip() for part in text.partition("="))
+        if not name or (found := read(value)) is None:
+            raise DomainError(f"{text!r} is not {form}")
+        if name in pairs:
+            raise DomainError(f"{name} is given twice")
+        pairs[name] = found
+    return pairs
+
+
+#: What a free parameter is.
+FREE = 'a free parameter and its bounds, repeatable: "drive.stroke=30 mm:60 mm"'
+#: A hammer's parameters.
+SET = Written(
+    "--set",
+    assignments,
+    help='a parameter, for instance rock.stiffness=2e9 or "piston.length=7 in"; repeatable',
+    action="append",
+    default=[],
+    metavar="NAME=VALUE",
+)
+#: The fatigue strength of a steel.
+SN = Written(
+    "--sn",
+    SNCurve.read,
+    help='S-N line of the steel: amplitude, cycles to failure at it, slope, as "300 MPa,1e7,8"',
+    metavar="STRENGTH,CYCLES,SLOPE[,ULTIMATE]",
+)
+#: What is written alike wherever a function takes it.
+SHARED = {
+    "parameters": SET,
+    "scene": SET,
+    "preset": Written(more=", as listed by `dth-hammer info`"),
+    "until": Written("--until", lambda text: quantities.duration(text, "--until")),
+    "step": Written("--step", lambda text: quantities.duration(text, "--step")),
+    "scheduler": Written(
+        help="threads (if not given), processes, or the address of a Dask scheduler"
+    ),
+    "progress": Written(
+        "--quiet", lambda quiet: not quiet, help="show no progress bar", action="store_true"
+    ),
+    "curve": SN,
+    "out": Written("-o --out", type=Path),
+    "fmu": Written("--fmu", type=Path),
+    "fmi": Written("--fmi", type=int, choices=(2, 3)),
+}
