@@ -34,6 +34,12 @@ function chart(place, options, data) {
   return plot;
 }
 
+/** Says in an empty picture which button fills it. */
+function invite(pen, x, y, button, scale = 1) {
+  Object.assign(pen, { font: `${13 * scale}px system-ui, sans-serif`, fillStyle: palette.ink, textAlign: "center", textBaseline: "middle" });
+  pen.fillText(say("empty_until", { button: say(button) }), x, y);
+}
+
 const line = (label, stroke, more = {}) => ({ label, stroke, width: 1.6, points: { show: false }, ...more });
 
 /** A path through points in their own order: a loop is no function. */

@@ -34,6 +34,9 @@ class Curves {
       scales: { x: { time: false }, y: { range: { min: { pad: 0.1, soft: 0, mode: 1 }, max: { pad: 0.1 } } } },
       axes: axes(" ", " "),
       series: [{}, ...ends, line("mean", () => palette.piston, shown), line("now", () => palette.ink, { points: { show: true, size: 11 } })],
+      hooks: { draw: [({ ctx, bbox: { left, top, width, height } }) => {
+        if (!this.points.length) invite(ctx, left + 0.5 * width, top + 0.5 * height, "draw", devicePixelRatio);
+      }] },
       bands: [{ series: [2, 1], fill: () => `${palette.piston}44` }],
     }, [[], [], [], [], []]);
   }

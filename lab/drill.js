@@ -31,6 +31,7 @@ class Drill {
     }
     this.label();
     find("drill-start").textContent = say("drill");
+    new ResizeObserver(() => this.draw()).observe(this.canvas);
   }
 
   makeLayers() {
@@ -168,6 +169,7 @@ class Drill {
     pen.font = `${width < 450 ? 11 : 12}px system-ui, sans-serif`;
     this.ground(pen, layers, y, column);
     TRACKS.forEach((track, i) => this.track(pen, track, y, [column + i * room + 8, column + (i + 1) * room], [top, low]));
+    if (!this.rows.length && !this.worker) invite(pen, 0.5 * (column + width), 0.5 * (top + low), "drill");
   }
 
   readable() {

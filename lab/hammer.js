@@ -66,8 +66,11 @@ class Picture {
     this.colours = stressColours();
     pen.clearRect(0, 0, width, height);
     const room = this.curve ? 0.62 * width : width;
-    const across = Math.min(STRETCH * (height / (this.span[1] - this.span[0])), (0.3 * room) / hole.radius);
-    this.middle = room * (this.names ? 0.4 : 0.5);
+    // Beside the hole there is room for a word, on a phone too.
+    const words = this.names ? Math.max(0.2 * room, 92) : 0;
+    this.middle = 0.5 * (room - words);
+    const widest = Math.min(0.3 * room, this.middle - 8) / hole.radius;
+    const across = Math.min(STRETCH * (height / (this.span[1] - this.span[0])), widest);
     this.x = (radius) => radius * across;
     const y = (metres) => this.place(metres), tops = this.tops(index);
     const bottom = y(cycle.hole_depth[index] - this.base + bodies[1].length);
@@ -289,16 +292,20 @@ class Picture {
     Object.assign(pen, { textBaseline: "middle", textAlign: "left" });
     let free = 0;
     for (const [key, from, wanted] of rows) {
-      const level = Math.max(wanted, free, 10);
-      free = level + 18;
+      const level = Math.max(wanted, free, 10), most = room - at - 2;
+      // Two lines rather than squeezed, on a phone.
+      const lines = pen.measureText(say(key)).width > most ? say(key).split(/(?<=:) /) : [say(key)];
+      free = level + 18 * lines.length;
       Object.assign(pen, { strokeStyle: palette.ink, lineWidth: 1 });
       pen.beginPath();
       pen.moveTo(middle + from, wanted);
       pen.lineTo(at - 5, level);
       pen.stroke();
       Object.assign(pen, { lineWidth: 4, strokeStyle: palette.paper, fillStyle: palette.ink });
-      pen.strokeText(say(key), at, level, room - at - 2);
-      pen.fillText(say(key), at, level, room - at - 2);
+      lines.forEach((text, i) => {
+        pen.strokeText(text, at, level + 18 * i, most);
+        pen.fillText(text, at, level + 18 * i, most);
+      });
     }
   }
 
