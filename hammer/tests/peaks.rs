@@ -56,7 +56,7 @@ fn the_peak_of_a_step_is_found_wherever_the_step_begins_and_ends() {
 }
 
 /// The bit rings undamped in its standstill, 10 N more of feed being far below the standstill's speed.
-/// On its way up the piston passes a port of the chambers, which push it by nothing, every 0.4 s.
+/// On its way up the piston passes a port of the chambers, which push it by nothing, every 1.6 s.
 fn ringing() -> Machine {
     let mut p = Parameters { gravity: 0.0, ..Parameters::default() };
     (p.material.damping_time, p.drive.source) = (0.0, Source::Chambers);
@@ -66,7 +66,7 @@ fn ringing() -> Machine {
         [&mut drive.supply, &mut returning.supply, &mut returning.exhaust, &mut drive.exhaust];
     for (port, count) in ports.into_iter().zip(1..) {
         (port.open_time, port.shut_time) = (0.0, 0.0);
-        port.position = -p.contact.initial_gap - 0.04 * f64::from(count);
+        port.position = -p.contact.initial_gap - 0.16 * f64::from(count);
     }
     let inputs = InputValues::default();
     let mut m = Machine::new(&p, &inputs, 0.0).expect("a scene");
@@ -79,8 +79,8 @@ fn ringing() -> Machine {
 #[test]
 fn a_step_that_rings_too_long_for_its_peaks_is_told_and_a_shorter_one_is_searched() {
     let mut m = ringing();
-    m.advance(2.0).expect("a step");
-    assert_eq!(m.counters().events, 4, "stretches of 0.4 s, none of which would be too long");
+    m.advance(8.0).expect("a step");
+    assert_eq!(m.counters().events, 4, "stretches of 1.6 s, none of which would be too long");
     let refusal = m.prepare_peaks();
     let Err(Error::Overwork { limit: WorkLimit::Peaks, .. }) = &refusal else {
         panic!("{refusal:?}")
@@ -90,7 +90,7 @@ fn a_step_that_rings_too_long_for_its_peaks_is_told_and_a_shorter_one_is_searche
     let mut other = ringing();
     other.restore(&m.state()).expect("a state");
     assert_eq!(other.prepare_peaks(), refusal, "after a state");
-    m.advance(2.01).expect("a step");
+    m.advance(8.01).expect("a step");
     assert_eq!(m.prepare_peaks(), Ok(()));
     assert!(
         m.peaks().rock_force() > InputValues::default().feed_force + 10.0,

@@ -8,6 +8,7 @@ use crate::allowance::Allowance;
 use crate::error::{Error, WorkLimit};
 use crate::interrupt;
 use crate::laws::mode::Tie;
+use crate::modal::generator::Generator;
 use crate::modal::system::TAYLOR;
 use crate::modal::track::Track;
 use crate::motion::Motion;
@@ -15,13 +16,13 @@ use crate::numerics::kernel;
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
 use crate::search::signal::{Part, Signal};
-use crate::search::window::{EVALUATIONS, Window, maximum};
+use crate::search::window::{EVALUATIONS, Window, maximum, step_below};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 /// The error of a peak corresponds to a displacement of this many guard resolutions.
 const COARSE: f64 = 10.0;
-/// Windows of a stretch that cost nothing: a collision of a damped hammer needs no more, and the
+/// Windows and steps of a stretch that cost nothing: a collision of a damped hammer needs no more, and the
 /// stretches of a step are limited by the budget of its search.
 const FREE: usize = 64;
 /// Most work of one communication step beyond: windows, each as long as the modal vector and
@@ -29,6 +30,11 @@ const FREE: usize = 64;
 const BUDGET: u64 = 50_000_000;
 /// What a window costs beside, in coordinates.
 const WINDOW: u64 = 64;
+/// A step that bounds alone allow is left to a window if it is shorter than this, in radians of the fastest
+/// mode: a window is a few radians long, and costs three steps.
+const SHORT_STEP: f64 = 1.0;
+/// What part of a window's cost a step has: a third, rounded up.
+const STEP: u64 = 2;
 
 /// Largest forces over the last communication step, N: `F_R`, then of [`Tie::REPORTED`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -189,18 +195,32 @@ impl Pending {
         let (mut track, end) = (start.clone(), self.stretch.span);
         let part = Part { track: 0, functional: force.functional, factor: 1.0 };
         let guard = Signal::new(force.poly, [Some(part), None], 0, self.resolution);
-        let cost = track.z.len() as u64 + WINDOW;
-        for window in 0.. {
+        let (whole, rate) = (track.z.len() as u64 + WINDOW, track.system.rate_max);
+        let rates = force.rates();
+        for look in 0.. {
             let t = track.at;
-            if force.ceiling(&track, t, end) <= best || *work > BUDGET || interrupt::is_set() {
+            let ceiling = force.ceiling(&rates[0], &track, [t, end]);
+            if ceiling <= best || *work > BUDGET || interrupt::is_set() {
                 break;
             }
+            let below = force.step_below(&rates[1..], &track, [t, end], best);
+            if t + below >= end {
+                break;
+            }
+            let step = Some(below).filter(|below| below * rate > SHORT_STEP);
+            let step = step.and_then(Generator::level_below);
+            let cost = if step.is_some() { whole / STEP } else { whole };
             if !Allowance::spend(cost) {
                 *work = u64::MAX;
                 break;
             }
-            if window >= FREE {
+            if look >= FREE {
                 *work = work.saturating_add(cost);
+            }
+            if let Some((level, length)) = step {
+                track.system.generator.rotate_level(level, &mut track.z);
+                track.at += length;
+                continue;
             }
             let Window { h, q, .. } = guard.expand(std::slice::from_ref(&track), t, 0.0);
             let last = ((end - t) / h).clamp(0.0, 1.0);
@@ -234,20 +254,34 @@ impl Searched {
 }
 
 impl Force {
-    /// Bound on the force from `t` to `end`.
-    fn ceiling(&self, track: &Track, t: f64, end: f64) -> f64 {
+    /// The polynomial part's first three rates.
+    fn rates(&self) -> [Poly; 3] {
+        let mut rate = self.poly;
+        std::array::from_fn(|_| {
+            rate = rate.derivative();
+            rate
+        })
+    }
+
+    /// How long from `t` on, where the track stands, the force surely stays below `level`: by its value, its
+    /// rate and a bound on its second derivative up to `end`, s. `bends` are the polynomial part's second rate
+    /// and its third.
+    fn step_below(&self, bends: &[Poly], track: &Track, [t, end]: [f64; 2], level: f64) -> f64 {
         let f = &track.system.functionals[self.functional];
-        let (rate, span) = (self.poly.derivative(), end - t);
-        let drift = if rate == Poly::default() {
-            0.0
-        } else {
-            rate.shifted(t)
-                .0
-                .iter()
-                .enumerate()
-                .map(|(k, c)| c.abs() * math::powi(span, k))
-                .sum::<f64>()
-        };
+        let drift = self.poly.rates_at(t);
+        let [u, v, a] = std::array::from_fn(|k| drift[k] + kernel::dot(&f.rows[k], &track.z));
+        let wave = |k: usize| kernel::bound(&f.weights[k], &track.z);
+        let bound = self.stiffness.abs() * (largest(&bends[0], [t, end]) + wave(2))
+            + self.viscosity.abs() * (largest(&bends[1], [t, end]) + wave(3));
+        let of = |x: f64, rate: f64| self.stiffness * x + self.viscosity * rate;
+        let room = level - of(u, v);
+        if room > 0.0 { step_below(room, of(v, a), bound) } else { 0.0 }
+    }
+
+    /// Bound on the force from `t` to `end`; `rate` is the polynomial part's.
+    fn ceiling(&self, rate: &Poly, track: &Track, [t, end]: [f64; 2]) -> f64 {
+        let f = &track.system.functionals[self.functional];
+        let (drift, span) = (largest(rate, [t, end]), end - t);
         let wave = |k: usize| kernel::bound(&f.weights[k], &track.z);
         self.stiffness * self.poly.at(t)
             + self.stiffness.abs() * (drift * span + wave(0))
@@ -264,4 +298,13 @@ impl Force {
             coefficient
         })
     }
+}
+
+/// Bound on a polynomial between two instants.
+fn largest(poly: &Poly, [from, to]: [f64; 2]) -> f64 {
+    if *poly == Poly::default() {
+        return 0.0;
+    }
+    let terms = poly.shifted(from).0;
+    terms.iter().enumerate().map(|(k, c)| c.abs() * math::powi(to - from, k)).sum()
 }
