@@ -101,13 +101,14 @@ impl Problem<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::quantities::air::ATMOSPHERE;
 
     /// A piston in flight that gives 1e-9 m for 3 N: the pressure of a chamber changes by
     /// `kappa A / V` of itself times that.
     #[test]
     fn a_force_that_shortens_the_piston_may_matter() {
         let parameters = Parameters::default();
-        let outside = [2e6, 101_325.0].map(Poly::constant);
+        let outside = [2e6, ATMOSPHERE].map(Poly::constant);
         let (mass, gains, tied, place) = (10.0, [0.1; 2], [0.0; 2], -0.01);
         let steel =
             Steel { place: [place; STAGES], speed: [0.0; STAGES], forces: [[0.0; STAGES]; 2] };

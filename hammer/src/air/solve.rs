@@ -344,6 +344,7 @@ pub(crate) fn polynomial(values: &Nodal, span: f64) -> Poly {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::quantities::air::ATMOSPHERE;
     use crate::quantities::parameters::Source;
 
     /// A chamber at 20 bar that empties for `span` through a choked opening, the piston at rest: the largest
@@ -358,7 +359,7 @@ mod tests {
         (parameters.air.supply_area, back.exhaust) = (0.0, -1.0);
         parameters.air.error = 1e-11; // Newton's method goes on to 1e-13.
         let (law, place) = (parameters.air, -0.01);
-        let pressures = [2e6, 101_325.0];
+        let pressures = [2e6, ATMOSPHERE];
         let mut gas = Air::start(&parameters, place, pressures);
         gas.classify(&parameters, place, pressures);
         let outside = pressures.map(Poly::constant);

@@ -5,6 +5,7 @@ use super::response::Response;
 use super::{Datasheet, DatasheetError, Quantity};
 use crate::numerics::math;
 use crate::presets::AirHammer;
+use crate::quantities::air::ATMOSPHERE;
 use crate::quantities::parameters::InputValues;
 use crate::quantities::sections::Segment;
 use crate::sensitivity::Scene;
@@ -17,8 +18,6 @@ const PATIENCE: f64 = 3.0;
 /// How closely the air is met, and in how many rounds.
 const CLOSE: f64 = 2e-3;
 const ROUNDS: usize = 8;
-/// Atmosphere, Pa.
-const ATMOSPHERE: f64 = 101_325.0;
 /// Outside diameters of the hammers that the model is known of, m: 3.5 to 6 inches.
 const SIZES: [f64; 2] = [0.079, 0.155];
 /// Feed over outside diameter squared and pressure: what the presets of 4 and 5 inches have.

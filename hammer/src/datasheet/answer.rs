@@ -5,10 +5,10 @@ use super::assume::{Assumption, area};
 use super::fit::{Fit, Unknowns};
 use super::quantity::Quantity;
 use super::response::Response;
-use super::{Comparison, Found, OWN_BIT, Solution};
+use super::{Comparison, Found, Solution};
 use crate::numerics::display::digits;
 use crate::numerics::math;
-use crate::presets::{AirHammer, DAMPING};
+use crate::presets::{AirHammer, DAMPING, REFERENCE_HOLE};
 use crate::sensitivity::Scene;
 
 /// Advance of the hole per turn of the bit that makers recommend (Epiroc), m: named where it is told.
@@ -186,14 +186,12 @@ impl Fit<'_> {
                 format!("The hole is {} mm wide, usual for that {from}.", digits(1e3 * hole));
             say(true, text);
         }
+        let bit = 1e3 * REFERENCE_HOLE;
         match sheet.hole() {
             _ if sheet.own_rock => {}
-            None => {
-                let bit = 1e3 * OWN_BIT;
-                say(true, format!("The rock is that under a bit of {bit} mm."));
-            }
+            None => say(true, format!("The rock is that under a bit of {bit} mm.")),
             Some((hole, _)) => {
-                let (bit, share) = (1e3 * OWN_BIT, (hole / OWN_BIT) * (hole / OWN_BIT));
+                let share = (hole / REFERENCE_HOLE) * (hole / REFERENCE_HOLE);
                 say(
                     true,
                     format!(

@@ -6,12 +6,11 @@ use super::relay::{Relay, Throw};
 use super::response::Response;
 use super::{Datasheet, DatasheetError, EFFICIENCY};
 use crate::numerics::math;
+use crate::quantities::air::ATMOSPHERE;
 use crate::quantities::warnings::FASTEST;
 use crate::sensitivity::Scene;
 use nalgebra::{DMatrix, DVector};
 
-/// Atmosphere, Pa.
-const ATMOSPHERE: f64 = 101_325.0;
 /// Error of a limit.
 const CERTAIN: f64 = 0.01;
 /// What a column has beside the others is nothing below this part of the largest.

@@ -42,8 +42,6 @@ use thiserror::Error as ThisError;
 const ROUNDS: usize = 30;
 const CLOSE: f64 = 1e-3;
 const SCATTER: f64 = 1e-2;
-/// Bit that the reference rock's parameters are taken for, m: that of a 3 inch hammer.
-const OWN_BIT: f64 = 0.09;
 /// Power of the blows over pressure times flow of a liquid: assumed, to a quarter.
 const EFFICIENCY: f64 = 0.6;
 
@@ -211,10 +209,7 @@ impl Datasheet {
         let hole = self.hole().map(|(hole, _)| hole);
         p.hole.diameter = hole.unwrap_or(p.hole.diameter);
         if let Some(hole) = hole.filter(|_| !self.own_rock) {
-            let share = (hole / OWN_BIT) * (hole / OWN_BIT);
-            p.rock.stiffness *= share;
-            p.rock.viscosity *= share;
-            p.rock.energy_barrier *= share;
+            p.rock.spread(hole);
         }
         let damping = p.damping_time_of(self.get(Quantity::DampingRatio).unwrap_or(DAMPING));
         p.material.damping_time = damping.unwrap_or(p.material.damping_time);

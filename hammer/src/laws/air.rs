@@ -36,7 +36,7 @@ use crate::laws::chambers::opening;
 use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
 use crate::laws::mode::{Chamber, Port};
 use crate::numerics::math;
-use crate::quantities::air::AirLaw;
+use crate::quantities::air::{ATMOSPHERE, AirLaw};
 use crate::quantities::parameters::Parameters;
 use serde::{Deserialize, Serialize};
 
@@ -45,7 +45,7 @@ pub const GAS: f64 = 287.05;
 /// Its ratio of heats, 7/5: of two atoms.
 pub const KAPPA: f64 = 1.4;
 /// Density of free air, at 0 degrees Celsius and 1.01325e5 Pa, kg/m3.
-pub const FREE_DENSITY: f64 = 101_325.0 / (GAS * 273.15);
+pub const FREE_DENSITY: f64 = ATMOSPHERE / (GAS * 273.15);
 /// `V^(kappa - 1)`.
 pub(crate) fn heated(volume: f64) -> f64 {
     math::two_fifths(volume)

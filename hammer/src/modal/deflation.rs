@@ -7,7 +7,7 @@
 
 use crate::modal::block::Block;
 use crate::modal::structure::Structure;
-use crate::numerics::kernel::inner_product as dot;
+use crate::numerics::kernel::{inner_product as dot, norm};
 use crate::numerics::math;
 use num_complex::Complex64 as C;
 use std::iter::Sum;
@@ -78,8 +78,7 @@ impl Deflated {
                 }
             }
         }
-        let sizes =
-            |shape: &Vec<f64>| (shape.iter().map(|x| x.abs()).collect(), dot(shape, shape).sqrt());
+        let sizes = |shape: &Vec<f64>| (shape.iter().map(|x| x.abs()).collect(), norm(shape));
         left.sizes = left.shapes.iter().map(sizes).collect();
         (left, blocks)
     }
@@ -117,9 +116,9 @@ fn combinations(structure: &Structure, cluster: &[usize]) -> Vec<(Vec<f64>, bool
     }
     if let ([only], &[i, j]) = (&attachments[..], cluster) {
         let (a, b) = (only.shape[i], only.shape[j]);
-        let norm = math::hypot(a, b);
-        if norm > 0.0 {
-            let (a, b) = (a / norm, b / norm);
+        let length = math::hypot(a, b);
+        if length > 0.0 {
+            let (a, b) = (a / length, b / length);
             return vec![(vec![a, b], true), (vec![b, -a], false)];
         }
     }
@@ -128,7 +127,7 @@ fn combinations(structure: &Structure, cluster: &[usize]) -> Vec<(Vec<f64>, bool
     let others = (0..size).map(axis);
     let directions = felt.map(|v| (v, true)).chain(others.map(|v| (v, false)));
     for (mut direction, felt) in directions {
-        let before = dot(&direction, &direction).sqrt();
+        let before = norm(&direction);
         // Twice is enough (Kahan).
         for _ in 0..2 {
             for (known, _) in &list {
@@ -136,7 +135,7 @@ fn combinations(structure: &Structure, cluster: &[usize]) -> Vec<(Vec<f64>, bool
                 direction.iter_mut().zip(known).for_each(|(x, k)| *x -= share * k);
             }
         }
-        let after = dot(&direction, &direction).sqrt();
+        let after = norm(&direction);
         // A direction that earlier ones span is not counted.
         if after > before * if felt { SPANNED } else { 0.5 / (size as f64).sqrt() } {
             direction.iter_mut().for_each(|x| *x /= after);

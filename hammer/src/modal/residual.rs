@@ -2,7 +2,7 @@
 
 use crate::modal::block::Block;
 use crate::modal::deflation::Deflated;
-use crate::numerics::kernel::inner_product as dot;
+use crate::numerics::kernel::{inner_product as dot, norm as size};
 use crate::numerics::matrix2::Matrix2;
 
 /// The residual `R = K V + C V B + V B^2` of a block `(V, B)` in the dual basis, relative to `B`;
@@ -97,10 +97,6 @@ impl<'a> Residual<'a> {
         let terms = |c: usize| terms(self.system, &self.v[c], &self.rate[c]);
         self.sum([0, 1].map(|c| f64::EPSILON * terms(c)))
     }
-}
-
-fn size(x: &[f64]) -> f64 {
-    dot(x, x).sqrt()
 }
 
 /// `V B`.

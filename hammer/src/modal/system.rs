@@ -27,7 +27,7 @@ use crate::modal::structure::{Attachment, Structure};
 use crate::numerics::combine::{Columns, combine};
 use crate::numerics::form::Form;
 use crate::numerics::gram::gram;
-use crate::numerics::kernel::{self, LANES, inner_product};
+use crate::numerics::kernel::{self, LANES, inner_product, norm};
 #[cfg(feature = "internals")]
 use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
@@ -125,7 +125,7 @@ impl System {
         if basis.mismatch > BASIS_TOLERANCE {
             return Err(fail(SpectrumError::Mismatch));
         }
-        let sizes = loads.each_ref().map(|load| inner_product(load, load).sqrt());
+        let sizes = loads.each_ref().map(|load| norm(load));
         let drives = loads.map(|load| {
             let state = [vec![0.0; load.len()], load].concat();
             let mut b = vec![0.0; 2 * generator.n];

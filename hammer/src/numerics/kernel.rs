@@ -157,6 +157,11 @@ vectorised! {
     }
 }
 
+/// The length of a vector.
+pub fn norm(x: &[f64]) -> f64 {
+    inner_product(x, x).sqrt()
+}
+
 vectorised! {
     /// `w . |y|`, in whole groups.
     pub fn bound(w: &'a [f64], y: &'a [f64]) -> f64 as Bound, simd {

@@ -7,7 +7,7 @@
 //! computed eigenvalues are exact (Gu and Eisenstat, SIAM J. Matrix Anal. Appl. 15, 1994): orthogonal to
 //! rounding however near two eigenvalues are.
 
-use crate::numerics::kernel::inner_product;
+use crate::numerics::kernel::norm;
 
 /// Relative difference of values that are equal to rounding.
 const EQUAL: f64 = 4.0 * f64::EPSILON;
@@ -19,7 +19,7 @@ pub fn pairs(d: &[f64], k: f64, z: &[f64]) -> Vec<(f64, Vec<f64>)> {
     let n = d.len();
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|&i, &j| d[i].total_cmp(&d[j]));
-    let reach = k * inner_product(z, z).sqrt();
+    let reach = k * norm(z);
     // Directions that the dyad moves, one for each value of D, and those that it leaves alone.
     let (mut moved, mut left): (Vec<Moved>, Vec<(f64, Direction)>) = (Vec::new(), Vec::new());
     for i in order {
@@ -49,7 +49,7 @@ pub fn pairs(d: &[f64], k: f64, z: &[f64]) -> Vec<(f64, Vec<f64>)> {
     }
     for zero in zeros {
         let shares: Vec<f64> = (0..moved.len()).map(|i| z[i] / zero.below(&moved, i)).collect();
-        let size = inner_product(&shares, &shares).sqrt();
+        let size = norm(&shares);
         let mut v = vec![0.0; n];
         for (share, direction) in shares.iter().zip(&moved) {
             whole(&direction.v, share / size, &mut v);
@@ -159,6 +159,7 @@ fn exact(all: &[Moved], zeros: &[Zero], i: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numerics::kernel::inner_product;
 
     /// Values that are zero, equal, nearly equal and far apart, and parts of `z` from one to nothing: the
     /// vectors are orthonormal, and with their values they make up the matrix.

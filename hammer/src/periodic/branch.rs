@@ -19,7 +19,7 @@
 use crate::bodies::bar::Bar;
 use crate::laws::event::Event;
 use crate::modal::model::Model;
-use crate::numerics::kernel::inner_product;
+use crate::numerics::kernel::{inner_product, norm};
 use crate::periodic::error::CycleError;
 use crate::periodic::find::{Cycle, Orbit, Search, find};
 use crate::periodic::krylov::Solver;
@@ -112,7 +112,7 @@ pub struct Branch {
 }
 
 fn unit(mut x: Vec<f64>) -> Vec<f64> {
-    let size = inner_product(&x, &x).sqrt();
+    let size = norm(&x);
     x.iter_mut().for_each(|x| *x /= size);
     x
 }
@@ -148,7 +148,7 @@ impl Branch {
         let mut map = ReturnMap::new(scene.machine()?, &section);
         map.image(&orbit.0)?;
         let measured = orbit.0.weighted(&map.weights);
-        let size = LARGER * inner_product(&measured, &measured).sqrt();
+        let size = LARGER * norm(&measured);
         let amplitudes = amplitudes(map.machine.motion().model(), measured.len());
         let metric = map.weights.iter().zip(amplitudes).map(|(w, a)| w / (size * a)).collect();
         let y: Vec<f64> = measured.iter().map(|x| x / size).chain([1.0]).collect();
@@ -216,7 +216,7 @@ impl Branch {
     fn leads_to(&self, position: &Position, step: f64, tangent: &[f64]) -> bool {
         let off = position.from(&self.here.along(&self.local.tangent, step));
         let bent: Vec<f64> = tangent.iter().zip(&self.local.tangent).map(|(a, b)| a - b).collect();
-        let [aside, bent] = [&off, &bent].map(|x| inner_product(x, x).sqrt());
+        let [aside, bent] = [&off, &bent].map(|x| norm(x));
         aside <= step * (FAINT + BENT * bent) && aside <= step
     }
 
@@ -258,7 +258,7 @@ impl Branch {
             let corrected =
                 self.correct(&self.here.along(&direction, part * longest), &direction)?;
             let moved = corrected.0.from(&self.here);
-            (inner_product(&moved, &moved).sqrt() <= JUMP * longest).then_some(corrected)
+            (norm(&moved) <= JUMP * longest).then_some(corrected)
         })
     }
 

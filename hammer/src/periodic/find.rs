@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::laws::event::Event;
 use crate::machine::Machine;
 use crate::machine::state::State;
-use crate::numerics::kernel::inner_product;
+use crate::numerics::kernel::norm;
 use crate::numerics::math;
 use crate::periodic::error::CycleError;
 use crate::periodic::krylov::{Solver, leading};
@@ -293,7 +293,7 @@ fn gradient(
     let (moved, own) = slope.values.split_at(map.weights.len());
     let (x, left) = solver.solve(moved, |u| map.times(point, image, u));
     let (moved_errors, own_errors) = slope.errors.split_at(map.weights.len());
-    let [size, error] = [moved, moved_errors].map(|x| inner_product(x, x).sqrt());
+    let [size, error] = [moved, moved_errors].map(norm);
     let relative = PRODUCT + left + if size > 0.0 { error / size } else { 0.0 };
     let through = x.get(map.weights.len()..).unwrap_or_default().iter().copied();
     let through: Vec<f64> = through.chain(std::iter::repeat(0.0)).take(own.len()).collect();

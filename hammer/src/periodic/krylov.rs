@@ -1,6 +1,6 @@
 //! Linear equations and eigenvalues of a matrix that is known by what it does to a vector.
 
-use crate::numerics::kernel::inner_product;
+use crate::numerics::kernel::{inner_product, norm};
 use crate::numerics::math;
 use crate::periodic::eigen;
 use num_complex::Complex64 as C;
@@ -13,10 +13,6 @@ const DONE: f64 = 1e-9;
 const ENOUGH: usize = 4;
 /// Least part that a new direction must keep of itself.
 const NEW: f64 = 1e-13;
-
-fn norm(x: &[f64]) -> f64 {
-    inner_product(x, x).sqrt()
-}
 
 fn add(y: &mut [f64], factor: f64, x: &[f64]) {
     y.iter_mut().zip(x).for_each(|(y, x)| *y += factor * x);

@@ -7,7 +7,7 @@ use crate::machine::journal::Record;
 use crate::machine::ledger::Energies;
 use crate::machine::peaks::Peaks;
 use crate::machine::{Machine, Observer};
-use crate::numerics::kernel::inner_product;
+use crate::numerics::kernel::{inner_product, norm};
 use crate::periodic::error::CycleError;
 use crate::periodic::point::{Point, weights};
 use crate::periodic::response::{Response, Strike};
@@ -270,7 +270,7 @@ impl<'a> ReturnMap<'a> {
     pub fn times(&mut self, point: &Point, image: &Image, u: &[f64]) -> Vec<f64> {
         let here = point.weighted(&self.weights);
         let base = image.sample(&self.weights);
-        let size = inner_product(&here, &here).sqrt() / inner_product(u, u).sqrt();
+        let size = norm(&here) / norm(u);
         let mut part = STEP;
         loop {
             let mut side = |h: f64| -> Option<Sample> {

@@ -15,15 +15,15 @@
 //! 13.5 and 18.1 kN, with which the three larger ones idle part of the time.
 
 use super::Preset;
-use super::hammers::{DAMPING, REFERENCE_HOLE};
-use crate::quantities::air::{AirChamber, AirLaw};
+use super::hammers::DAMPING;
+use crate::quantities::air::{ATMOSPHERE, AirChamber, AirLaw};
 use crate::quantities::parameters::{InputValues, Parameters, Source};
 use crate::quantities::sections::Segment;
 
 /// Width of a wave's front that the contact's stiffness makes, m.
 const FRONT: f64 = 0.0125;
 /// Supply: 350 psi over the atmosphere, Pa.
-const SUPPLY: f64 = 2.413e6 + 101_325.0;
+const SUPPLY: f64 = 2.413e6 + ATMOSPHERE;
 
 /// Ports of the 4-inch hammer, over the outside diameter squared.
 const PORTS: f64 = 2.2e-4 / (0.105 * 0.105);
@@ -82,10 +82,7 @@ impl AirHammer {
         (p.mesh.degree, p.piston.elements, p.bit.elements) = (3, 16, 16);
         p.contact.stiffness = rounded(p.material.youngs_modulus * area / FRONT);
         p.contact.initial_gap = 0.06;
-        let share = (self.hole / REFERENCE_HOLE) * (self.hole / REFERENCE_HOLE);
-        p.rock.stiffness *= share;
-        p.rock.viscosity *= share;
-        p.rock.energy_barrier *= share;
+        p.rock.spread(self.hole);
         p.hole.diameter = self.hole;
         p.casing.mass = self.casing;
         p.chuck.idle_travel = 0.02;

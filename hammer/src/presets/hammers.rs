@@ -16,9 +16,6 @@ use crate::bodies::resolution::Reading;
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::quantities::sections::Segment;
 
-/// Bit diameter that the reference rock is meant for, m.
-pub(super) const REFERENCE_HOLE: f64 = 0.09;
-
 /// Damping ratio that is assumed of the piston's first elastic mode, where nothing is known.
 pub const DAMPING: f64 = 0.005;
 
@@ -52,10 +49,7 @@ impl Hammer<'_> {
         p.bit.segments = sections(&mut p.bit.segment, self.bit);
         (p.drive.amplitude, p.drive.stroke) = (self.force, self.stroke);
         (p.contact.stiffness, p.contact.initial_gap) = (self.contact, self.stroke);
-        let share = (self.hole / REFERENCE_HOLE) * (self.hole / REFERENCE_HOLE);
-        p.rock.stiffness *= share;
-        p.rock.viscosity *= share;
-        p.rock.energy_barrier *= share;
+        p.rock.spread(self.hole);
         p.hole.diameter = self.hole;
         let usual = Reading::Rate.usual_error();
         if let Some(mesh) = p.mesh_for(Reading::Rate, usual) {

@@ -10,6 +10,7 @@ use crate::variables::differences;
 
 pub use air::AirHammer;
 pub use hammers::DAMPING;
+pub(crate) use rocks::REFERENCE_HOLE;
 pub use rocks::{Figure, Inserts, ROCKS, RockError, RockType};
 
 /// A parameter set.

@@ -17,6 +17,19 @@ use crate::quantities::parameters::{Parameters, Rock};
 use std::f64::consts::PI;
 use thiserror::Error;
 
+/// Diameter of the bit that the reference rock's parameters are taken for, m: that of a 3 inch hammer.
+pub(crate) const REFERENCE_HOLE: f64 = 0.09;
+
+impl Rock {
+    /// Makes rock under a bit like the reference's that under one of another diameter (m), by its area.
+    pub(crate) fn spread(&mut self, diameter: f64) {
+        let share = (diameter / REFERENCE_HOLE) * (diameter / REFERENCE_HOLE);
+        self.stiffness *= share;
+        self.viscosity *= share;
+        self.energy_barrier *= share;
+    }
+}
+
 /// A number of a rock, with what it is known by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {

@@ -3,6 +3,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Pressure of the atmosphere, Pa.
+pub const ATMOSPHERE: f64 = 101_325.0;
+
 /// A chamber beside the piston.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AirChamber {

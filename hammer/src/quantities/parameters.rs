@@ -3,7 +3,7 @@
 //! Every default number is written here and only here. The defaults are the reference hammer: 3.4
 //! kg piston, 26 cm2 section, about 200 J per blow, 22 Hz, in soft rock. SI units throughout.
 
-use crate::quantities::air::AirLaw;
+use crate::quantities::air::{ATMOSPHERE, AirLaw};
 pub use crate::quantities::drill::{Drill, Joint};
 use crate::quantities::sections::{Body, MAX_SEGMENTS, Segment};
 use serde::{Deserialize, Serialize};
@@ -303,7 +303,7 @@ impl Default for InputValues {
             drive_pressure: 0.0,
             return_pressure: 0.0,
             supply_pressure: 1.5e6,
-            exhaust_pressure: 101_325.0,
+            exhaust_pressure: ATMOSPHERE,
         }
     }
 }

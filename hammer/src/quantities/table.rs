@@ -111,67 +111,25 @@ macro_rules! sections {
 macro_rules! port {
     ($chamber:ident $name:literal $port:ident $side:literal) => {
         &[
-            real(
-                concat!("chambers.", $name, ".", stringify!($port), ".position"),
-                LENGTH,
-                Domain::Any,
-                concat!(
-                    "Position of the piston over the bit at which the ",
-                    stringify!($port),
-                    " of the ",
-                    $name,
-                    " chamber turns: open ",
-                    $side,
-                    " it"
-                ),
-                |p| &mut p.chambers.$chamber.$port.position,
-            )
-            .read_by(Reader::Ports),
-            real(
-                concat!("chambers.", $name, ".", stringify!($port), ".open_pressure"),
-                PRESSURE,
-                Domain::AtLeast(0.0),
-                concat!(
-                    "Pressure that the ",
-                    $name,
-                    " chamber goes to when its ",
-                    stringify!($port),
-                    " opens"
-                ),
-                |p| &mut p.chambers.$chamber.$port.open_pressure,
-            )
-            .read_by(Reader::Ports),
-            real(
-                concat!("chambers.", $name, ".", stringify!($port), ".open_time"),
-                TIME,
-                Domain::AtLeast(0.0),
-                "Time that this takes; 0: at once",
-                |p| &mut p.chambers.$chamber.$port.open_time,
-            )
-            .read_by(Reader::Ports),
-            real(
-                concat!("chambers.", $name, ".", stringify!($port), ".shut_pressure"),
-                PRESSURE,
-                Domain::AtLeast(0.0),
-                concat!(
-                    "Pressure that the ",
-                    $name,
-                    " chamber goes to when its ",
-                    stringify!($port),
-                    " closes"
-                ),
-                |p| &mut p.chambers.$chamber.$port.shut_pressure,
-            )
-            .read_by(Reader::Ports),
-            real(
-                concat!("chambers.", $name, ".", stringify!($port), ".shut_time"),
-                TIME,
-                Domain::AtLeast(0.0),
-                "Time that this takes; 0: at once",
-                |p| &mut p.chambers.$chamber.$port.shut_time,
-            )
-            .read_by(Reader::Ports),
+            port!(@ $chamber $name $port position LENGTH Any, "Position of the piston over the bit at which the ",
+                stringify!($port), " of the ", $name, " chamber turns: open ", $side, " it"),
+            port!(@ $chamber $name $port open_pressure PRESSURE AtLeast(0.0), "Pressure that the ", $name,
+                " chamber goes to when its ", stringify!($port), " opens"),
+            port!(@ $chamber $name $port open_time TIME AtLeast(0.0), "Time that this takes; 0: at once"),
+            port!(@ $chamber $name $port shut_pressure PRESSURE AtLeast(0.0), "Pressure that the ", $name,
+                " chamber goes to when its ", stringify!($port), " closes"),
+            port!(@ $chamber $name $port shut_time TIME AtLeast(0.0), "Time that this takes; 0: at once"),
         ]
+    };
+    (@ $chamber:ident $name:literal $port:ident $number:ident $quantity:ident $domain:expr, $($meaning:expr),*) => {
+        real(
+            concat!("chambers.", $name, ".", stringify!($port), ".", stringify!($number)),
+            $quantity,
+            $domain,
+            concat!($($meaning),*),
+            |p| &mut p.chambers.$chamber.$port.$number,
+        )
+        .read_by(Reader::Ports)
     };
 }
 

@@ -85,16 +85,10 @@ impl Budget {
     pub fn count(&mut self, event: Option<Event>) {
         let cause = match event {
             Some(Event::Rock(_)) => 0,
-            Some(
-                Event::Relay(_)
-                | Event::Port { .. }
-                | Event::Opening { .. }
-                | Event::Level(_)
-                | Event::Vent(_)
-                | Event::End(_),
-            ) => 1,
-            None => 2,
             Some(Event::Tie(tie, _)) => 3 + tie.index(),
+            // The drive's.
+            Some(_) => 1,
+            None => 2,
         };
         self.spent[cause] += TRANSITION;
         self.pause.set(self.pause.get().saturating_sub(TRANSITION));
