@@ -5,7 +5,6 @@
 //! * [`run`]: its solution by Taylor series in double-double arithmetic, through any script of
 //!   inputs and retuning; [`reference`](mod@reference) keeps some of these;
 //! * [`waves`]: the continuum that meshes approximate, by characteristics;
-//! * [`lattice`]: stepped pistons and long bits, by characteristics too;
 //! * [`string`]: what couplings of a drill string let through;
 //! * [`joint`]: what loose joints of one do;
 //! * [`closed`]: closed forms and published numbers.
@@ -22,7 +21,6 @@ pub mod crossing;
 pub mod dd;
 pub mod guard_perturbation;
 pub mod joint;
-pub mod lattice;
 pub mod law;
 pub mod linear;
 pub mod model;

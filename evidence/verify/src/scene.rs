@@ -168,10 +168,13 @@ pub fn rock_law(p: &Parameters) -> RockLaw {
 
 /// The continuum of a scene, driven by its relay.
 pub fn continuum(p: &Parameters, inputs: &InputValues) -> waves::Scene {
-    let scales = p.timescales();
+    let speed = p.wave_speed();
+    let section = |s: &Segment| waves::Section {
+        impedance: p.impedance_of(s.area),
+        transit: s.length / speed,
+    };
     waves::Scene {
-        impedance: p.impedance(),
-        transit: [scales.piston_transit, scales.bit_transit],
+        bodies: Part::ALL.map(|part| p.sections(part).as_slice().iter().map(section).collect()),
         damping: p.material.damping_time,
         penalty: p.contact.stiffness,
         stiffness: p.rock.stiffness,
@@ -185,6 +188,11 @@ pub fn continuum(p: &Parameters, inputs: &InputValues) -> waves::Scene {
         gap: p.contact.initial_gap,
         speed: [p.piston.initial_velocity, 0.0],
     }
+}
+
+/// That continuum between rigid faces and undamped.
+pub fn sharp(p: &Parameters, inputs: &InputValues) -> waves::Scene {
+    waves::Scene { damping: 0.0, penalty: f64::INFINITY, ..continuum(p, inputs) }
 }
 
 /// A mode of the engine in a scene.

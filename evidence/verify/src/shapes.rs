@@ -7,9 +7,10 @@
 
 use crate::mesh::{self, SPEED};
 use crate::row::{Row, Rows};
+use crate::scene::sharp;
 use hammer::{Error, Machine, Parameters, Segment};
 use oracles::closed::BEST_PULSE;
-use oracles::lattice::of_piston;
+use oracles::waves::Waves;
 
 /// Spans a piston, and lengths of the bit over the piston's.
 const SPANS: usize = 32;
@@ -35,14 +36,28 @@ fn scene(shape: &[f64], b: f64) -> Parameters {
     p
 }
 
-/// The engine's efficiency: the line of loading holds `F^2 / (2 KR)` where the force is largest.
+/// The wave is at the tip after the bit's transit; what the tip throws back comes again after three.
+fn end(p: &Parameters) -> f64 {
+    mesh::strike() + 3.0 * p.timescales().bit_transit
+}
+
+/// The line of loading holds `F^2 / (2 KR)` where the force is largest: over the piston's energy.
+fn held(p: &Parameters, largest: f64) -> f64 {
+    largest.powi(2) / p.rock.stiffness / (p.piston_mass() * SPEED * SPEED)
+}
+
+/// The engine's efficiency.
 fn efficiency(p: &Parameters) -> Result<f64, Error> {
     let mut m = Machine::new(p, &mesh::no_inputs(), 0.0)?;
-    // The wave is there after the bit's transit; what the tip throws back comes again after
-    // three.
-    m.advance(mesh::strike() + 3.0 * p.timescales().bit_transit)?;
-    let work = 0.5 * m.peaks().rock_force().powi(2) / p.rock.stiffness;
-    Ok(work / (0.5 * p.piston_mass() * SPEED * SPEED))
+    m.advance(end(p))?;
+    Ok(held(p, m.peaks().rock_force()))
+}
+
+/// That of the exact waves, which are constant between fronts: a step a section.
+fn exact(p: &Parameters) -> f64 {
+    let mut waves = Waves::new(sharp(p, &mesh::no_inputs()), p.piston.segments as u32);
+    waves.advance(end(p));
+    held(p, waves.peak)
 }
 
 /// Areas that grow upward by a factor a section, over the bit's: the lowest is the first.
@@ -62,7 +77,8 @@ pub fn efficiencies() -> Result<Vec<Row>, Error> {
         let shape = growing(sections, factor, lowest);
         let case = format!("{sections} sections, each {factor} times the next below, b = {b}");
         let mut rows = Rows::new(case, "characteristics in stepped bars", FRONT);
-        rows.add(name, of_piston(&shape, b), efficiency(&scene(&shape, b))?, 2.0 * delay);
+        let p = scene(&shape, b);
+        rows.add(name, exact(&p), efficiency(&p)?, 2.0 * delay);
         list.append(&mut rows.list);
     }
     Ok(list)

@@ -35,6 +35,17 @@ impl Line {
             Self::Spread(line) => line.at(time, (line.cells(time) - ROUNDING).ceil() - 1.0),
         }
     }
+
+    /// What was sent just after `time`, if it has not come out since.
+    ///
+    /// # Panics
+    /// If the line is damped: how far its content has spread on the way is not kept.
+    pub fn sent(&self, time: f64) -> f64 {
+        match self {
+            Self::Sharp(line) => line.sent(time),
+            Self::Spread(_) => panic!("the inside of a damped bar"),
+        }
+    }
 }
 
 /// What was sent during one step: a chord.
@@ -70,8 +81,11 @@ impl Sharp {
     }
 
     fn after(&self, time: f64) -> f64 {
-        let sent = time - self.delay;
-        self.at(sent, self.chords.partition_point(|c| c.start <= sent + self.tiny))
+        self.sent(time - self.delay)
+    }
+
+    fn sent(&self, time: f64) -> f64 {
+        self.at(time, self.chords.partition_point(|c| c.start <= time + self.tiny))
     }
 
     fn before(&self, time: f64) -> f64 {

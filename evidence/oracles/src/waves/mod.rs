@@ -1,19 +1,21 @@
 //! Exact waves: the continuum that every mesh approximates, by characteristics.
 //!
-//! Each bar is a pair of delay lines that carry d'Alembert's waves; the contact is a
+//! Each section of a bar is a pair of delay lines that carry d'Alembert's waves; the contact is a
 //! unilateral junction, rigid or a spring, the rock the five-mode law, the loads uniform
 //! accelerations removed by a falling frame. Undamped, jumps of a wave are followed exactly
 //! from end to end, and between them a wave is a chord a step; damped, it is spread as
 //! Kelvin-Voigt damping spreads it. The error falls with the square of the step. Nothing of
 //! the engine is used.
 
+mod body;
 mod line;
 mod scene;
 mod settle;
 
+use body::Body;
 use line::{Line, Sharp, Spread};
 use scene::Jump;
-pub use scene::{Collision, Mean, Rock, Scene};
+pub use scene::{Collision, Mean, Rock, Scene, Section};
 use std::collections::BinaryHeap;
 
 /// Transits for which a jump is followed.
@@ -28,7 +30,7 @@ pub struct Waves {
     step: f64,
     ticks: u64,
     tiny: [f64; 2],
-    lines: [[Line; 2]; 2],
+    bodies: [Body; 2],
     jumps: BinaryHeap<Jump>,
     closed: bool,
     down: bool,
@@ -80,14 +82,10 @@ impl Waves {
     /// `steps` steps per transit of the piston; a transit of damped bars is a whole number
     /// of steps.
     pub fn new(scene: Scene, steps: u32) -> Self {
-        let [tp, tb] = scene.transit;
+        let [tp, _] = scene.transits();
         let tiny = [ROUNDING[0] * tp, ROUNDING[1] * scene.scale()];
-        let weight = scene.masses()[1] * scene.gravity;
-        let press = scene.feed + weight;
-        let (z2, half) = (2.0 * scene.impedance, 0.5);
+        let press = scene.feed + scene.masses()[1] * scene.gravity;
         let [vp, vb] = scene.speed;
-        // The preloaded bit: compression `FS` at its top, `FS + Mb G` at its tip.
-        let slope = weight / (z2 * tb);
         let line = |transit: f64, content: [f64; 2]| {
             if scene.damping == 0.0 {
                 return Line::Sharp(Sharp::new(transit, tiny[0], content));
@@ -96,17 +94,18 @@ impl Waves {
             let cells = (transit / cell).round() as usize;
             Line::Spread(Spread::new(cells, cell, scene.damping, content))
         };
-        let free = || line(tp, [half * vp, 0.0]);
-        let down = line(tb, [half * vb + scene.feed / z2, -slope]);
-        let up = line(tb, [half * vb - press / z2, -slope]);
+        // The preloaded bit: compression `FS` at its top, `FS + Mb G` at its tip.
+        let bodies = [
+            Body::new(&scene.bodies[0], (vp, 0.0, 0.0), line),
+            Body::new(&scene.bodies[1], (vb, scene.feed, scene.gravity), line),
+        ];
         let held = scene.stiffness > 0.0 && press > 0.0;
         let tip = if held { press / (scene.ratio * scene.stiffness) } else { 0.0 };
         Self {
-            scene,
             step: tp / f64::from(steps),
             ticks: 0,
             tiny,
-            lines: [[free(), free()], [down, up]],
+            bodies,
             jumps: BinaryHeap::from([Jump { time: 0.0, lives: LIVES }]),
             closed: false,
             down: true,
@@ -129,12 +128,20 @@ impl Waves {
             returns: Vec::new(),
             depths: Vec::new(),
             cycles: 0,
+            scene,
         }
     }
 
     /// Hole depth.
     pub fn depth(&self) -> f64 {
         self.upper
+    }
+
+    /// Waves downward and upward now in a section of piston (0) or bit (1), undamped, a part of its
+    /// length below its top: they move at their sum in the falling frame, and press by their difference
+    /// times the impedance.
+    pub fn inside(&self, body: usize, section: usize, part: f64) -> [f64; 2] {
+        self.bodies[body].inside(self.time, section, part)
     }
 
     /// Present mode of the rock.
@@ -160,8 +167,8 @@ impl Waves {
         if self.scene.damping > 0.0 {
             return; // a damped bar spreads a jump before it is back
         }
-        for transit in self.scene.transit {
-            self.jumps.push(Jump { time: self.time + transit, lives });
+        for section in self.scene.bodies.iter().flatten() {
+            self.jumps.push(Jump { time: self.time + section.transit, lives });
         }
     }
 
@@ -190,7 +197,7 @@ impl Waves {
 
     /// Speed at which open faces approach, from the waves that arrive.
     fn approach(&self, piston: f64, bit: f64, frames: [f64; 2]) -> f64 {
-        2.0 * (piston - bit) + frames[0] - frames[1] - self.scene.feed / self.scene.impedance
+        2.0 * (piston - bit) + frames[0] - frames[1] - self.scene.feed / self.scene.ends()[1]
     }
 
     /// A length that is none.
@@ -213,10 +220,10 @@ impl Waves {
         if !self.closed {
             [self.gap - (speed[0] + 0.5 * slope * t) * t, 0.0]
         } else if self.scene.penalty.is_infinite() {
-            [0.0, 0.5 * self.scene.impedance * (speed[0] + slope * t)]
+            [0.0, self.scene.meeting() * (speed[0] + slope * t)]
         } else {
-            // The faces' overlap d: d' = speed - 2 F / Z, F = KC d, and F late by `lag`.
-            let decay = 2.0 * self.scene.penalty / self.scene.impedance;
+            // The faces' overlap d: d' = speed - F / Z, F = KC d, and F late by `lag`.
+            let decay = self.scene.penalty / self.scene.meeting();
             let ease = 1.0 / (1.0 - self.lag() * decay);
             let drive = [speed[0] * ease, slope * ease];
             let [overlap, _] = relaxed(-self.gap, decay * ease, drive, t);
@@ -237,9 +244,9 @@ impl Waves {
         let [stiffness, _, origin] = self.line();
         Step {
             span,
-            piston: ends(&self.lines[0][0]),
-            bit: ends(&self.lines[1][1]),
-            incident: ends(&self.lines[1][0]),
+            piston: ends(self.bodies[0].bottom()),
+            bit: ends(self.bodies[1].top()),
+            incident: ends(self.bodies[1].bottom()),
             frames: [0, 1].map(|i| [self.frame[i], self.frame[i] + a[i] * span]),
             stiffness,
             origin,
@@ -251,7 +258,7 @@ impl Waves {
     /// with the mode, and is left out: it shifts a front by `lag` while the rock is viscous.
     fn yielding(&self) -> [f64; 2] {
         let [k, c, _] = self.line();
-        let z = self.scene.impedance;
+        let [.., z] = self.scene.ends();
         let ease = z / (z + c - self.lag() * k * z / (z + c));
         [ease, k / z * ease]
     }
@@ -280,7 +287,7 @@ impl Waves {
     /// own impulse: the faces' and the tip's way say what that is. Else the means drift from
     /// the faces, blow after blow, and the relay, which looks at the means, with them.
     fn chords(&self, step: &Step, t: f64) -> [[f64; 2]; 2] {
-        let z = self.scene.impedance;
+        let [.., z] = self.scene.ends();
         let at = |x: [f64; 2]| x[0] + (x[1] - x[0]) * t / step.span;
         let ends = [0.0, t].map(|x| self.meet(step, x));
         let reach = [0.0, t].map(|x| self.relax(step, x));
@@ -289,7 +296,7 @@ impl Waves {
             + self.approach(at(step.piston), at(step.bit), frames[1]);
         let drives = 2.0 * (step.incident[0] + at(step.incident)) + frames[0][1] + frames[1][1];
         let impulses = [
-            0.5 * z * (0.5 * speeds * t + ends[1][0] - ends[0][0]),
+            self.scene.meeting() * (0.5 * speeds * t + ends[1][0] - ends[0][0]),
             z * (0.5 * drives * t - reach[1][0] + reach[0][0]),
         ];
         let forces = [ends.map(|e| e[1]), reach.map(|r| self.push(r))];
@@ -370,12 +377,12 @@ impl Waves {
     /// Commits a step in which nothing changes its status.
     fn commit(&mut self, end: f64) {
         let step = self.gather(end);
-        let (time, span, z) = (self.time, step.span, self.scene.impedance);
-        let top = [self.lines[0][1].after(time), self.lines[0][1].before(end)];
+        let (time, span) = (self.time, step.span);
+        let top = self.bodies[0].top();
+        let top = [top.after(time), top.before(end)];
         let reach = [self.relax(&step, 0.0), self.relax(&step, span)];
         let [force, rock] = self.chords(&step, span);
         let frames = |k: usize| step.frames.map(|f| f[k]);
-        let shoulder = force.map(|f| (f + self.scene.feed) / z);
         if self.rock == Rock::Viscous {
             let work = self.viscous_work(&step, span);
             self.psi += work;
@@ -389,20 +396,13 @@ impl Waves {
         self.note_force(force, met[0][1].max(met[1][1]), span);
         self.means = self.carried(&step, span);
         self.gap = met[1][0];
-        self.lines[0][0].send(time, end, top[0], top[1]);
-        self.lines[0][1].send(
-            time,
-            end,
-            step.piston[0] - force[0] / z,
-            step.piston[1] - force[1] / z,
-        );
-        self.lines[1][0].send(time, end, step.bit[0] + shoulder[0], step.bit[1] + shoulder[1]);
-        self.lines[1][1].send(
-            time,
-            end,
-            step.incident[0] - rock[0] / z,
-            step.incident[1] - rock[1] / z,
-        );
+        let [face, anvil, tip] = self.scene.ends();
+        let sent = |wave: [f64; 2], force: [f64; 2], impedance: f64| {
+            [0, 1].map(|k| wave[k] + force[k] / impedance)
+        };
+        self.bodies[0].send(time, end, [top, sent(step.piston, force.map(|f| -f), face)]);
+        let shoulder = sent(step.bit, force.map(|f| f + self.scene.feed), anvil);
+        self.bodies[1].send(time, end, [shoulder, sent(step.incident, rock.map(|f| -f), tip)]);
         self.peak = reach.iter().map(|r| self.push(*r)).fold(self.peak, f64::max);
         self.tip = step.origin + reach[1][0];
         self.frame = frames(1);
@@ -414,7 +414,7 @@ impl Waves {
         if let Some(last) = self.collisions.last_mut().filter(|_| self.closed) {
             last.impulse += 0.5 * (force[0] + force[1]) * span;
             // Faces may stay together without force: rounding is no push.
-            let felt = 1e3 * self.tiny[1] * self.scene.impedance;
+            let felt = 1e3 * self.tiny[1] * self.scene.meeting();
             last.push += if large > felt { span } else { 0.0 };
         }
     }

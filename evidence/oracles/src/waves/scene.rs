@@ -1,12 +1,19 @@
 //! What exact waves are told and tell: scenes, modes, collisions, mean motion.
 
-/// What strikes what. SI units, or any consistent ones.
+/// A uniform stretch of a bar.
 #[derive(Clone, Copy, Debug)]
-pub struct Scene {
-    /// Impedance of both bars.
+pub struct Section {
+    /// Impedance.
     pub impedance: f64,
-    /// Transit times of piston and bit.
-    pub transit: [f64; 2],
+    /// Transit time.
+    pub transit: f64,
+}
+
+/// What strikes what. SI units, or any consistent ones.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Sections of piston and bit, top to bottom.
+    pub bodies: [Vec<Section>; 2],
     /// Kelvin-Voigt damping time `beta`.
     pub damping: f64,
     /// Contact stiffness `KC`; infinite for rigid faces.
@@ -36,9 +43,9 @@ pub struct Scene {
 impl Scene {
     /// A unit piston that touches a bit of length `bit` on virgin rock, and nothing else.
     pub fn unit(kappa: f64, gamma: f64, bit: f64) -> Self {
+        let uniform = |transit| vec![Section { impedance: 1.0, transit }];
         Self {
-            impedance: 1.0,
-            transit: [1.0, bit],
+            bodies: [uniform(1.0), uniform(bit)],
             damping: 0.0,
             penalty: f64::INFINITY,
             stiffness: kappa,
@@ -54,8 +61,30 @@ impl Scene {
         }
     }
 
-    pub(super) fn masses(&self) -> [f64; 2] {
-        self.transit.map(|t| self.impedance * t)
+    /// Sums over the sections of piston and bit.
+    fn sums(&self, of: impl Fn(&Section) -> f64) -> [f64; 2] {
+        self.bodies.each_ref().map(|sections| sections.iter().map(&of).sum())
+    }
+
+    /// Masses of piston and bit.
+    pub fn masses(&self) -> [f64; 2] {
+        self.sums(|section| section.impedance * section.transit)
+    }
+
+    pub(super) fn transits(&self) -> [f64; 2] {
+        self.sums(|section| section.transit)
+    }
+
+    /// Impedances of the piston's face, of the bit's, and of its tip.
+    pub(super) fn ends(&self) -> [f64; 3] {
+        let [piston, bit] = &self.bodies;
+        [&piston[piston.len() - 1], &bit[0], &bit[bit.len() - 1]].map(|section| section.impedance)
+    }
+
+    /// The faces' impedance: their speed of approach over the force that stops it.
+    pub(super) fn meeting(&self) -> f64 {
+        let [piston, bit, _] = self.ends();
+        piston * bit / (piston + bit)
     }
 
     /// A speed to measure rounding by.
@@ -95,7 +124,7 @@ pub struct Collision {
     pub speed: f64,
 }
 
-/// A jump on its way: when it is at an end of a bar, and for how many more transits it is
+/// A jump on its way: when it is at an end of a section, and for how many more transits it is
 /// followed. Behind that it is smeared over a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Jump {

@@ -8,7 +8,7 @@ impl Waves {
     pub(super) fn settle(&mut self) {
         for _ in 0..20 {
             let (piston, bit) =
-                (self.lines[0][0].after(self.time), self.lines[1][1].after(self.time));
+                (self.bodies[0].bottom().after(self.time), self.bodies[1].top().after(self.time));
             let speed = self.approach(piston, bit, self.frame);
             let rigid = self.scene.penalty.is_infinite();
             let parted = if rigid { speed < -self.tiny[1] } else { self.gap >= 0.9 * self.small() };
@@ -37,12 +37,14 @@ impl Waves {
     /// The tip's velocity from now on.
     fn rate(&self) -> f64 {
         let ([ease, decay], [_, _, origin]) = (self.yielding(), self.line());
-        let drive = 2.0 * self.lines[1][0].after(self.time) + self.frame[1];
+        let drive = 2.0 * self.bodies[1].bottom().after(self.time) + self.frame[1];
         ease * drive - decay * (self.tip - origin)
     }
 
     fn settle_rock(&mut self) -> bool {
-        let s = self.scene;
+        let s = &self.scene;
+        let (barrier, ratio, viscosity) = (s.barrier, s.ratio, s.viscosity);
+        let [slow, little] = s.standstill;
         if s.stiffness == 0.0 {
             return false;
         }
@@ -51,9 +53,9 @@ impl Waves {
         let before = self.rock;
         match self.rock {
             Rock::Free if self.tip >= self.lower - small && rate > tiny => self.drill(self.lower),
-            Rock::Viscous if self.psi >= s.barrier => self.rock = Rock::Forward,
+            Rock::Viscous if self.psi >= barrier => self.rock = Rock::Forward,
             Rock::Viscous | Rock::Forward if rate < -tiny => {
-                let upper = self.tip - (self.tip - self.lower) / s.ratio;
+                let upper = self.tip - (self.tip - self.lower) / ratio;
                 self.gain = upper - self.upper;
                 (self.upper, self.rock) = (upper, Rock::Backward);
             }
@@ -61,20 +63,20 @@ impl Waves {
                 (self.rock, self.lower, self.lifted) = (Rock::Free, self.upper, self.time);
             }
             Rock::Backward if rate > tiny => {
-                if self.gain < s.standstill[1] {
+                if self.gain < little {
                     self.rock = Rock::Still;
                 } else {
-                    self.drill(self.tip - s.ratio * (self.tip - self.upper));
+                    self.drill(self.tip - ratio * (self.tip - self.upper));
                 }
             }
-            Rock::Still if rate > s.standstill[0] + tiny => {
-                self.drill(self.tip - s.ratio * (self.tip - self.upper));
+            Rock::Still if rate > slow + tiny => {
+                self.drill(self.tip - ratio * (self.tip - self.upper));
             }
-            Rock::Still if rate < -s.standstill[0] - tiny => self.rock = Rock::Backward,
+            Rock::Still if rate < -slow - tiny => self.rock = Rock::Backward,
             _ => {}
         }
         // A viscous force starts or ends at once.
-        if s.viscosity > 0.0 && (before == Rock::Viscous) != (self.rock == Rock::Viscous) {
+        if viscosity > 0.0 && (before == Rock::Viscous) != (self.rock == Rock::Viscous) {
             self.start_jump(LIVES);
         }
         self.rock != before
