@@ -1,7 +1,7 @@
 //! What a check needs to know of bodies of sections and of their mesh, beyond their masses.
 
 use hammer::parameters::ChamberLaw;
-use hammer::{Body, Fidelity, Parameters};
+use hammer::{Body, Fidelity, Machine, Parameters};
 
 /// Compliance of both bodies pulled at their ends, `sum L / (E A)`, m/N.
 pub fn compliance(p: &Parameters) -> f64 {
@@ -39,8 +39,21 @@ pub fn lightness(p: &Parameters, body: Body, lower: bool) -> f64 {
     of_span(p, spans[if lower { spans.len() - 1 } else { 0 }])
 }
 
+/// The largest [mismatch](hammer::modal::system::System::mismatch) of a basis that a machine uses now, times
+/// what an end makes of it: by so much of the fastest it errs in each of `n` modes, of which none is
+/// faster than `sqrt(M) V`, if all of the mass `M` moves with `V`. An end moves by `sum phi_i y_i`, and
+/// `sum phi_i^2` is its yield, so that it errs by `sqrt(n M yield)` of `V` at most (Cauchy and Schwarz):
+/// a light bit below heavy bodies by more than these.
+pub fn mismatch(machine: &Machine) -> f64 {
+    let uneven = unevenness(machine.parameters());
+    let (tracks, _) = machine.tracked();
+    let off =
+        tracks.iter().map(|t| t.system.mismatch() * (t.system.modes() as f64 * uneven).sqrt());
+    off.fold(0.0, f64::max)
+}
+
 /// The mass of all bodies times the most that an end of piston or bit yields.
-pub fn unevenness(p: &Parameters) -> f64 {
+fn unevenness(p: &Parameters) -> f64 {
     let ends = [(Body::Piston, true), (Body::Bit, false), (Body::Bit, true)];
     let yields = ends.map(|(body, lower)| lightness(p, body, lower));
     let mass = p.total_mass();

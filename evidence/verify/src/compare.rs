@@ -100,11 +100,7 @@ pub struct Differences {
     /// From when on a guard that is off by rounding rests at its level, neither beyond its resolution
     /// nor back, where an input or the end finds it, s.
     pub rests: f64,
-    /// The largest [mismatch](hammer::modal::system::System::mismatch) of a basis that was used, times
-    /// what an end makes of it: by so much of the fastest it errs in each of `n` modes, of which none is
-    /// faster than `sqrt(M) V`, if all of the mass `M` moves with `V`. An end moves by `sum phi_i y_i`, and
-    /// `sum phi_i^2` is its yield, so that it errs by `sqrt(n M yield)` of `V` at most (Cauchy and Schwarz):
-    /// a light bit below heavy bodies by more than these.
+    /// The largest [mismatch](bodies::mismatch) of a basis that was used.
     pub mismatch: f64,
     /// What exceeds what is allowed, over what bases of that mismatch may make of it: each change of
     /// basis errs by as much of all that moves.
@@ -347,11 +343,7 @@ fn engine(
         let on_the_way = passed.iter().filter(|&&time| from < time && time < instant);
         for &time in on_the_way.chain([&instant]) {
             actions::follow(&mut machine, p, schedule, time)?;
-            let (tracks, _) = machine.tracked();
-            let off = tracks.iter().map(|t| {
-                t.system.mismatch() * (t.system.modes() as f64 * bodies::unevenness(p)).sqrt()
-            });
-            mismatch = off.fold(mismatch, f64::max);
+            mismatch = mismatch.max(bodies::mismatch(&machine));
         }
         observed.push(of_engine(&machine));
     }

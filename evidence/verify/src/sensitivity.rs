@@ -13,6 +13,7 @@
 //! hammers, of those in a casing, and of those that are retuned or whose inputs change on the way.
 
 use crate::actions::{self, Action};
+use crate::bodies;
 use crate::compare::{ACCURACY, FACTOR, PATIENCE, ROUNDING};
 use crate::observables::{MOTIONS, OBSERVABLES, Scales, exactly, motions};
 use crate::random_scene::{RandomScene, mixed};
@@ -196,9 +197,7 @@ fn compare(name: &str, case: &RandomScene, first: usize, tally: &mut Tally) -> O
     };
     let mut machine = start.machine().ok()?;
     actions::follow(&mut machine, &case.parameters, &schedule, end).ok()?;
-    let (tracks, _) = machine.tracked();
-    let mismatch = tracks.iter().map(|t| t.system.mismatch() * t.system.modes() as f64);
-    let mismatch = mismatch.fold(0.0, f64::max);
+    let mismatch = bodies::mismatch(&machine);
     for argument in (first..first + EACH).map(|k| list[k % list.len()]) {
         let own = argument.value(&start);
         if own == 0.0 || !is_told_exactly(&case.parameters, argument) {
