@@ -203,7 +203,9 @@ impl<T: Real> Run<T> {
             let target = instants[self.samples.len()];
             match schedule.get(next) {
                 Some((time, action)) if *time < target => {
-                    if self.step(T::from(*time))? && !self.settle()? {
+                    // All that is done at one instant is done before anything happens there.
+                    let together = next > 0 && schedule[next - 1].0 == *time;
+                    if together || self.step(T::from(*time))? && !self.settle()? {
                         self.act(action);
                         next += 1;
                     }

@@ -25,6 +25,9 @@ struct Arguments {
     /// Only the page of feed and rate
     #[arg(long)]
     feed: bool,
+    /// Only the report's account of drawn scenes, as `cargo compare --keep` last left it
+    #[arg(long)]
+    compared: bool,
     /// Blows of the long run
     #[arg(long, default_value_t = 1_000_000)]
     blows: u64,
@@ -51,6 +54,8 @@ enum Failure {
     Json(#[from] serde_json::Error),
     #[error("{python} with matplotlib is wanted for the figures (cargo demo makes one): {status}")]
     Figures { python: String, status: String },
+    #[error("the report has no such section: cargo verify makes it whole")]
+    Section,
     #[error("{0} checks do not hold; the report says which")]
     Checks(usize),
 }
@@ -82,6 +87,8 @@ fn run(root: &Path, folder: &Path, asked: &Arguments) -> Result<(), Failure> {
         write(root.join("reports/mesh.md"), &text)
     } else if asked.feed {
         feed(root)
+    } else if asked.compared {
+        compared(&root.join("reports/verification.md"), folder)
     } else {
         write_report(root, folder, asked.cases)
     }
@@ -105,6 +112,24 @@ fn long_run(folder: &Path, asked: &Arguments) -> Result<(), Failure> {
     report::long(&mut text, Some(&run));
     println!("{text}");
     Ok(())
+}
+
+/// What `cargo compare` last wrote, as a section.
+fn account(folder: &Path) -> String {
+    let mut text = String::new();
+    report::compared(&mut text, std::fs::read_to_string(folder.join("compared.txt")).ok());
+    text
+}
+
+/// Puts that section in the place of the one that the report has.
+fn compared(report: &Path, folder: &Path) -> Result<(), Failure> {
+    let text = std::fs::read_to_string(report)
+        .map_err(|source| Failure::File { path: report.into(), source })?;
+    let section = account(folder);
+    let heading: String = section.split_inclusive('\n').take(2).collect();
+    let (before, rest) = text.split_once(&heading).ok_or(Failure::Section)?;
+    let after = rest.find("\n## ").map_or("", |next| &rest[next..]);
+    write(report.into(), &format!("{before}{section}{after}"))
 }
 
 fn feed(root: &Path) -> Result<(), Failure> {
@@ -150,7 +175,7 @@ fn write_report(root: &Path, folder: &Path, cases: u32) -> Result<(), Failure> {
     let numbers = target(root).join("studies.json");
     studies(&numbers, &mut body, &step)?;
     progress.finish_and_clear();
-    report::compared(&mut body, std::fs::read_to_string(folder.join("compared.txt")).ok());
+    body += &account(folder);
     let run = std::fs::read_to_string(folder.join("long.json")).ok();
     let run = run.and_then(|text| serde_json::from_str(&text).ok());
     report::long(&mut body, run.as_ref());

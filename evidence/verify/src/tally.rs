@@ -111,8 +111,13 @@ enum Said {
 }
 
 /// Compares so many drawn scenes of a kind, always the same ones, on all cores. What disagrees is told at
-/// once.
-pub fn tally(scenes: u32, from: u32, kind: Kind, mut tell: impl FnMut(&str)) -> Tally {
+/// once; what came of all so far, after each batch of a core.
+pub fn tally(
+    (scenes, from): (u32, u32),
+    kind: Kind,
+    mut tell: impl FnMut(&str),
+    mut so_far: impl FnMut(&Tally),
+) -> Tally {
     let threads = thread::available_parallelism().map_or(1, |count| count.get());
     let (sender, heard) = mpsc::channel();
     let share = |thread: usize, sender: Sender<Said>| {
@@ -141,7 +146,7 @@ pub fn tally(scenes: u32, from: u32, kind: Kind, mut tell: impl FnMut(&str)) -> 
                 Said::Text(text) => tell(&text),
                 Said::Part(part) => {
                     whole.join(part);
-                    tell(&whole.line());
+                    so_far(&whole);
                 }
             }
         }

@@ -5,7 +5,7 @@
 
 use clap::Parser;
 use std::process::ExitCode;
-use verify::tally::{Kind, Name, tally, these};
+use verify::tally::{Kind, Name, Tally, tally, these};
 
 #[derive(Parser)]
 #[command(about = "Compares the engine with the extended-precision reference on drawn scenes")]
@@ -28,8 +28,8 @@ struct Arguments {
     /// Derivatives by parameters, against differences
     #[arg(long)]
     derivatives: bool,
-    /// Write what came of it to reports/verification/compared.txt, from where `cargo verify` takes it;
-    /// that of derivatives to reports/derivatives.md
+    /// Write what came of it, so far after each batch, to reports/verification/compared.txt, from where
+    /// `cargo verify` takes it; that of derivatives to reports/derivatives.md
     #[arg(long, conflicts_with_all = ["only", "kind"])]
     keep: bool,
 }
@@ -65,6 +65,12 @@ fn write(name: &str, text: &str) -> ExitCode {
     }
 }
 
+/// What came of a run so far: one that is stopped has said what it knew.
+fn account(scenes: u32, from: u32, found: &Tally) -> String {
+    let stopped = if found.scenes < scenes { ", stopped before its end" } else { "" };
+    format!("`cargo compare --scenes {scenes} --from {from}`{stopped}\n\n{}\n", found.line())
+}
+
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     if arguments.derivatives {
@@ -79,17 +85,17 @@ fn main() -> ExitCode {
         return if found.failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE };
     }
     let tell = |text: &str| println!("{text}");
+    let Arguments { scenes, from, keep, .. } = arguments;
+    let mut written = ExitCode::SUCCESS;
     let found = if arguments.only.is_empty() {
-        tally(arguments.scenes, arguments.from, arguments.kind, tell)
+        tally((scenes, from), arguments.kind, tell, |found| {
+            println!("{}", found.line());
+            if keep {
+                written = write("verification/compared.txt", &account(scenes, from, found));
+            }
+        })
     } else {
         these(&arguments.only, arguments.kind, arguments.events, tell)
     };
-    if arguments.keep {
-        let Arguments { scenes, from, .. } = arguments;
-        let text = format!("`cargo compare --scenes {scenes} --from {from}`\n\n{}\n", found.line());
-        if write("verification/compared.txt", &text) == ExitCode::FAILURE {
-            return ExitCode::FAILURE;
-        }
-    }
-    if found.failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    if found.failures.is_empty() { written } else { ExitCode::FAILURE }
 }
