@@ -118,12 +118,12 @@ pub fn relay_dead() -> Result<Vec<Row>, Error> {
     relay_rows("equal rigid masses, dashpot", &p, 12, slide)
 }
 
-/// Mean forces over a cycle of the reference hammer, after its `blows`-th blow.
 /// The last blow; zeros before the first.
 fn blow(m: &Machine) -> Blow {
     m.blow().copied().unwrap_or_default()
 }
 
+/// Mean forces over a cycle of the reference hammer, after its `blows`-th blow.
 fn means(blows: u64) -> Result<Vec<Row>, Error> {
     let (p, inputs) = (Parameters::default(), InputValues::default());
     let mut m = Machine::new(&p, &inputs, 0.0)?;

@@ -1,10 +1,12 @@
 //! Grazes: what is just reached, and just missed.
 
-use crate::hard::{Case, Play, missed};
+use crate::hard::{Case, missed};
 use crate::mesh;
 use crate::monitor::{Monitored, Violation};
 use hammer::{Event, Fidelity, Input, InputValues, Parameters, RockEvent, Source};
 
+/// What is done in a case; the string is the outcome.
+type Play = fn(&mut Monitored) -> Result<String, Violation>;
 /// Q2: the tip turns while viscous work is done.
 const TURN: Event = Event::Rock(RockEvent::DissipativeTurn);
 /// Q3: the barrier is reached.
@@ -20,7 +22,7 @@ fn thrown(name: &'static str, setting: &'static str, excess: f64, play: Play) ->
     let reach = p.contact.initial_gap + excess;
     p.piston.initial_velocity = (2.0 * brake / p.piston_mass() * reach).sqrt();
     let inputs = InputValues { drive_force: -brake, ..mesh::no_inputs() };
-    Case { name, setting, parameters: p, inputs, allowed: 100_000, play }
+    Case { name, setting, parameters: p, inputs, allowed: 100_000, play: Box::new(play) }
 }
 
 fn touches(w: &mut Monitored) -> Result<String, Violation> {
@@ -58,7 +60,7 @@ fn brought_back(excess: f64, play: Play, name: &'static str, setting: &'static s
     p.gravity = 0.0;
     p.contact.initial_gap = 1.0;
     let inputs = InputValues { feed_force: -PULL, drive_force: excess, ..mesh::no_inputs() };
-    Case { name, setting, parameters: p, inputs, allowed: 100_000, play }
+    Case { name, setting, parameters: p, inputs, allowed: 100_000, play: Box::new(play) }
 }
 
 const PULL: f64 = 100.0;
@@ -120,7 +122,14 @@ fn struck() -> Parameters {
 fn barrier(name: &'static str, setting: &'static str, factor: f64, play: Play) -> Case {
     let mut p = struck();
     p.rock.energy_barrier = full_work() * factor;
-    Case { name, setting, parameters: p, inputs: mesh::no_inputs(), allowed: 100_000, play }
+    Case {
+        name,
+        setting,
+        parameters: p,
+        inputs: mesh::no_inputs(),
+        allowed: 100_000,
+        play: Box::new(play),
+    }
 }
 
 fn first_turn(w: &mut Monitored) -> Result<Option<Event>, Violation> {

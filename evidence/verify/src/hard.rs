@@ -3,8 +3,8 @@
 use crate::monitor::{Monitored, Violation};
 use hammer::{Counters, InputValues, Parameters};
 
-/// How a case goes beyond being driven.
-pub type Play = fn(&mut Monitored) -> Result<String, Violation>;
+/// What is done in a case; the string is the outcome.
+type Play = dyn Fn(&mut Monitored) -> Result<String, Violation>;
 
 /// One hard case.
 pub struct Case {
@@ -18,8 +18,8 @@ pub struct Case {
     pub inputs: InputValues,
     /// Samples that it may take.
     pub allowed: u64,
-    /// What is done; the string is the outcome.
-    pub play: Play,
+    /// What is done.
+    pub play: Box<Play>,
 }
 
 /// What came of it.
@@ -61,11 +61,11 @@ pub(crate) fn case(
     name: &'static str,
     setting: &'static str,
     change: impl FnOnce(&mut Parameters, &mut InputValues),
-    play: Play,
+    play: impl Fn(&mut Monitored) -> Result<String, Violation> + 'static,
 ) -> Case {
     let (mut parameters, mut inputs) = (Parameters::default(), InputValues::default());
     change(&mut parameters, &mut inputs);
-    Case { name, setting, parameters, inputs, allowed: BLOWS, play }
+    Case { name, setting, parameters, inputs, allowed: BLOWS, play: Box::new(play) }
 }
 
 pub(crate) fn summary(w: &mut Monitored) -> String {
@@ -74,10 +74,17 @@ pub(crate) fn summary(w: &mut Monitored) -> String {
     format!("{} blows, {} drilling cycles, ends {:?}{stalled}", c.blows, c.rock_cycles, mode.rock)
 }
 
+/// Driven for a time, in so many steps.
+pub(crate) fn run(span: f64, steps: u32) -> impl Fn(&mut Monitored) -> Result<String, Violation> {
+    move |w| {
+        w.run(span, steps)?;
+        Ok(summary(w))
+    }
+}
+
 /// Two cycles of the reference hammer.
 pub(crate) fn cycles(w: &mut Monitored) -> Result<String, Violation> {
-    w.run(0.1, 200)?;
-    Ok(summary(w))
+    run(0.1, 200)(w)
 }
 
 /// A case that did not show what it is for.

@@ -1,7 +1,7 @@
 //! Hard cases, all of them; here those of parameters: stiffness, damping, rock, lengths, meshes, loads.
 
 use crate::graze;
-use crate::hard::{Case, case, cycles, missed, summary};
+use crate::hard::{Case, case, cycles, missed, run, summary};
 use crate::hard_scenes;
 use crate::mesh;
 use hammer::{Fidelity, Parameters};
@@ -192,10 +192,7 @@ fn bodies() -> Vec<Case> {
             "four_hundred",
             "400 elements per bar, through the first blow",
             |p, _| elements(p, 400, 400),
-            |w| {
-                w.run(0.015, 20)?;
-                Ok(summary(w))
-            },
+            run(0.015, 20),
         ),
         case("rigid", "rigid bodies", |p, _| p.fidelity = Fidelity::Rigid, cycles),
         case(
@@ -205,10 +202,7 @@ fn bodies() -> Vec<Case> {
                 elements(p, 100, 100);
                 mesh::soften_contact(p);
             },
-            |w| {
-                w.run(0.02, 20)?;
-                Ok(summary(w))
-            },
+            run(0.02, 20),
         ),
         case(
             "quiet_tip",

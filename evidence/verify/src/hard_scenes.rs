@@ -1,6 +1,6 @@
 //! Hard cases of loads, starts, steps and interventions.
 
-use crate::hard::{BLOWS, Case, case, cycles, missed, summary, trajectory};
+use crate::hard::{BLOWS, Case, case, cycles, missed, run, summary, trajectory};
 use crate::monitor::{Monitored, Violation};
 use hammer::RockMode;
 use hammer::{Input, InputValues, Parameters, Relay, Source};
@@ -24,10 +24,7 @@ fn loads() -> Vec<Case> {
             "feed_negative",
             "FS = -2000 N: the bit is lifted off from the start",
             |_, i| i.feed_force = -2000.0,
-            |w| {
-                w.run(0.1, 200)?;
-                Ok(summary(w))
-            },
+            cycles,
         ),
         case(
             "lifted_from_standstill",
@@ -113,28 +110,19 @@ fn rests() -> Vec<Case> {
                 p.drive.amplitude = 0.0;
                 p.rock.standstill_speed = 0.0;
             },
-            |w| {
-                w.run(1e-3, 200)?;
-                Ok(summary(w))
-            },
+            run(1e-3, 200),
         ),
         case(
             "creeping_flight",
             "D1 = 0.5 m: the bit creeps in DFC through a long flight",
             |p, _| p.drive.stroke = 0.5,
-            |w| {
-                w.run(0.5, 100)?;
-                Ok(summary(w))
-            },
+            run(0.5, 100),
         ),
         case(
             "equal_bars_long",
             "equal bars, every frequency twice: twenty cycles",
             |_, _| (),
-            |w| {
-                w.run(1.0, 200)?;
-                Ok(summary(w))
-            },
+            run(1.0, 200),
         ),
     ]
 }
@@ -146,10 +134,7 @@ fn interventions() -> Vec<Case> {
             "no_drive",
             "F0 = 0: the piston falls once and rests",
             |p, _| p.drive.amplitude = 0.0,
-            |w| {
-                w.run(1.0, 200)?;
-                Ok(summary(w))
-            },
+            run(1.0, 200),
         ),
         case(
             "swinging_drive",
@@ -181,15 +166,7 @@ fn interventions() -> Vec<Case> {
                 Ok(summary(w))
             },
         ),
-        case(
-            "step_of_ten_seconds",
-            "one communication step of 10 s",
-            |_, _| (),
-            |w| {
-                w.run(10.0, 1)?;
-                Ok(summary(w))
-            },
-        ),
+        case("step_of_ten_seconds", "one communication step of 10 s", |_, _| (), run(10.0, 1)),
         case(
             "steps_of_a_nanosecond",
             "steps of 1 ns through an impact; bitwise as one step",

@@ -39,20 +39,19 @@ pub fn rows() -> Result<Vec<Row>, Error> {
     let scene = reference();
     let (events, tip) = run(&scene)?;
     let mut list = Vec::new();
-    for a in [16.0, 1.0 / 64.0] {
-        let (ours, place) = run(&heavier(&scene, a))?;
+    let heavier = [16.0, 1.0 / 64.0].map(|a| {
         let case = format!("two blows; masses, stiffnesses, viscosities, forces, WR times {a}");
-        let mut rows = Rows::new(case, "scaling law", EXACT);
-        rows.add("largest difference of an event's time, s", 0.0, apart(&events, &ours), 0.0);
-        rows.add("place of the tip, m", tip, place, 0.0);
-        list.extend(rows.list);
-    }
-    for b in [0.25, 2.0, 8.0] {
-        let (ours, place) = run(&larger(&scene, b))?;
+        (case, heavier(&scene, a), ("place of the tip, m", 1.0))
+    });
+    let larger = [0.25, 2.0, 8.0].map(|b| {
         let case = format!("two blows; displacements, velocities, forces times {b}, WR times b^2");
+        (case, larger(&scene, b), ("place of the tip / b, m", b))
+    });
+    for (case, scaled, (what, unit)) in heavier.into_iter().chain(larger) {
+        let (ours, place) = run(&scaled)?;
         let mut rows = Rows::new(case, "scaling law", EXACT);
         rows.add("largest difference of an event's time, s", 0.0, apart(&events, &ours), 0.0);
-        rows.add("place of the tip / b, m", tip, place / b, 0.0);
+        rows.add(what, tip, place / unit, 0.0);
         list.extend(rows.list);
     }
     Ok(list)
