@@ -6,6 +6,7 @@ use crate::random_scene::{self, RandomScene};
 use clap::ValueEnum;
 use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use std::fmt;
 use std::str::FromStr;
 use std::sync::mpsc::{self, Sender};
 use std::thread;
@@ -91,6 +92,12 @@ pub struct Name {
     place: usize,
 }
 
+impl fmt::Display for Name {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}.{}", self.batch, self.place)
+    }
+}
+
 impl FromStr for Name {
     type Err = String;
 
@@ -165,7 +172,7 @@ pub fn these(names: &[Name], kind: Kind, events: bool, mut tell: impl FnMut(&str
         if events {
             tell(&beside(&case).unwrap_or_else(|error| error.to_string()));
         }
-        tally.add(&format!("scene {}.{}", name.batch, name.place), &case, &mut tell);
+        tally.add(&format!("scene {name}"), &case, &mut tell);
     }
     tell(&tally.line());
     tally

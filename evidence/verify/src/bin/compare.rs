@@ -29,8 +29,9 @@ struct Arguments {
     #[arg(long)]
     derivatives: bool,
     /// Write what came of it, so far after each batch, to reports/verification/compared.txt, from where
-    /// `cargo verify` takes it; that of derivatives to reports/derivatives.md
-    #[arg(long, conflicts_with_all = ["only", "kind"])]
+    /// `cargo verify` takes it, named scenes below what is there; that of derivatives to
+    /// reports/derivatives.md
+    #[arg(long, conflicts_with = "kind")]
     keep: bool,
 }
 
@@ -53,6 +54,9 @@ inverse proportion to the step. The error told counts the size of the number its
 /// The folder of reports.
 const REPORTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../reports");
 
+/// What came of drawn scenes, in that folder.
+const COMPARED: &str = "verification/compared.txt";
+
 /// Writes a report, and says why it cannot.
 fn write(name: &str, text: &str) -> ExitCode {
     let path = format!("{REPORTS}/{name}");
@@ -63,6 +67,14 @@ fn write(name: &str, text: &str) -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// Adds what came of named scenes to what a run has left.
+fn append(names: &[Name], found: &Tally) -> ExitCode {
+    let before = std::fs::read_to_string(format!("{REPORTS}/{COMPARED}")).unwrap_or_default();
+    let names: Vec<String> = names.iter().map(Name::to_string).collect();
+    let command = format!("`cargo compare --only {}`", names.join(" "));
+    write(COMPARED, &format!("{before}\n{command}\n\n{}\n", found.line()))
 }
 
 /// What came of a run so far: one that is stopped has said what it knew.
@@ -91,11 +103,14 @@ fn main() -> ExitCode {
         tally((scenes, from), arguments.kind, tell, |found| {
             println!("{}", found.line());
             if keep {
-                written = write("verification/compared.txt", &account(scenes, from, found));
+                written = write(COMPARED, &account(scenes, from, found));
             }
         })
     } else {
         these(&arguments.only, arguments.kind, arguments.events, tell)
     };
+    if keep && !arguments.only.is_empty() {
+        written = append(&arguments.only, &found);
+    }
     if found.failures.is_empty() { written } else { ExitCode::FAILURE }
 }
