@@ -1,7 +1,6 @@
 //! Every system that a scene can meet has its modes: on each of 161 meshes of the reference hammer, bare and in
 //! every casing, and of hammers drawn over the whole domain. The suite takes a part of both;
-//! `BASES=1500 cargo test -p hammer --features internals --test bases` takes 1500. Three systems of two of these are
-//! still refused: of 971 the roots do not settle, of 1265 the basis does not fit its inverse.
+//! `BASES=1500 cargo test -p hammer --features internals --test bases` takes 1500.
 
 use hammer::laws::event::Bodies;
 use hammer::laws::rock::Spring;
@@ -25,8 +24,9 @@ const ONCE: [(usize, usize); 10] =
 /// Drawn hammers that once had none. Of 171 and 199, the slow decay beside dashpots 1e5 times as strong as a bar had
 /// a root that was off by 1e-3, or no vector; of 337 and 499, bars that are equal and strongly damped, two roots were
 /// refined to one; of 583 and 609, whose strings are 3e4 and 6e4 times as strong as the bodies, roots on a long way
-/// in small steps were taken for settled.
-const DRAWN: [usize; 6] = [171, 199, 337, 499, 583, 609];
+/// in small steps were taken for settled. Of 971, a bit of 19 g between springs 1e6 times as stiff, and of 1265, equal
+/// bars with dashpots, the secular function has digits enough only in twice as many.
+const DRAWN: [usize; 8] = [171, 199, 337, 499, 583, 609, 971, 1265];
 
 /// How many drawn hammers are wanted, if not a part of all.
 fn wanted() -> Option<usize> {
@@ -186,7 +186,7 @@ fn drawn(c: &mut Chance) -> Parameters {
 fn hammers_that_are_drawn_have_their_modes() {
     let (mut chance, mut drawn_in_all, mut found, mut worst) = (Chance(40), 0, 0, 0.0_f64);
     let (mut failed, mut rough) = (Vec::new(), 0);
-    while found < wanted().unwrap_or(480) {
+    while found < wanted().unwrap_or(940) {
         let p = drawn(&mut chance);
         drawn_in_all += 1;
         assert!(drawn_in_all < 3000, "most are refused: {:?}", p.validate());
@@ -194,7 +194,7 @@ fn hammers_that_are_drawn_have_their_modes() {
             continue;
         }
         found += 1;
-        if wanted().is_none() && found % 50 > 0 && !DRAWN.contains(&drawn_in_all) {
+        if wanted().is_none() && found % 100 > 0 && !DRAWN.contains(&drawn_in_all) {
             continue;
         }
         let (mismatch, failures) = decompose(&p, &format!("drawn {drawn_in_all}"));

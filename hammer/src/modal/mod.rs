@@ -8,6 +8,7 @@
 //! jet          functions of s with their derivatives
 //! secular      the function whose zeros are the eigenvalues, and its vectors
 //! bordered     the same of more than two attachments
+//! exact        the same in twice the digits
 //! roots        all zeros at once
 //! cluster      vectors of roots among several modes of nearly equal frequency
 //! refinement   an eigenpair by Newton's method, its residuals in twice the digits
@@ -41,6 +42,7 @@ mod cluster;
 mod confluence;
 mod deflation;
 pub mod driven;
+mod exact;
 mod functional;
 pub(crate) mod generator;
 pub mod graph;

@@ -15,8 +15,9 @@ use crate::modal::cluster::{Eigenpair, form};
 use crate::modal::secular::Secular;
 use crate::numerics::instant::Double;
 use crate::numerics::math::norm;
+use crate::numerics::wide::Wide;
 use num_complex::Complex64 as C;
-use std::ops::{Add, Mul};
+use std::ops::Add;
 
 /// Steps at most: a solution that keeps two digits of sixteen takes eight.
 const STEPS: usize = 10;
@@ -33,51 +34,6 @@ const MOST: usize = 16;
 /// Steps of a vector beside known ones at most, and the size of the one that is the last.
 const BESIDE: usize = 40;
 const SETTLED: f64 = 1e-4;
-
-/// A complex number in twice the digits.
-#[derive(Clone, Copy, Debug, Default)]
-struct Wide {
-    re: Double,
-    im: Double,
-}
-
-impl Wide {
-    fn new(z: C) -> Self {
-        Self { re: Double::new(z.re), im: Double::new(z.im) }
-    }
-
-    fn value(self) -> C {
-        C::new(self.re.value(), self.im.value())
-    }
-}
-
-impl Add for Wide {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self { re: self.re + other.re, im: self.im + other.im }
-    }
-}
-
-impl Mul for Wide {
-    type Output = Self;
-
-    fn mul(self, other: Self) -> Self {
-        Self {
-            re: self.re * other.re - self.im * other.im,
-            im: self.re * other.im + self.im * other.re,
-        }
-    }
-}
-
-impl Mul<f64> for Wide {
-    type Output = Self;
-
-    fn mul(self, factor: f64) -> Self {
-        let factor = Double::new(factor);
-        Self { re: self.re * factor, im: self.im * factor }
-    }
-}
 
 /// An eigenpair under refinement.
 pub(crate) struct Refinement<'a> {

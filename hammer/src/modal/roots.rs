@@ -128,13 +128,39 @@ impl<'a> Roots<'a> {
             .or_else(|_| self.settled(false, PATIENCE))
     }
 
-    /// The same. Roots of a mode that are tied are conjugates and take one common step, until they come
-    /// near the real axis, where they may separate. Those known to few digits settle after `patience` sweeps.
+    /// The same by the function in twice the digits, from where the first fifteen of them lead.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::solve`].
+    pub(crate) fn solve_exactly(&self) -> Result<Vec<Root>, SpectrumError> {
+        let mut roots = self.start();
+        let first = self.settle(&mut roots, |root| self.secular.function(root), false, HASTE);
+        if first == Err(SpectrumError::Cancelled) {
+            return Err(SpectrumError::Cancelled);
+        }
+        self.settle(&mut roots, |root| self.secular.exact_function(root), false, MAX_SWEEPS)?;
+        Ok(roots)
+    }
+
     fn settled(&self, ties: bool, patience: usize) -> Result<Vec<Root>, SpectrumError> {
-        let start = self.start();
+        let mut roots = self.start();
+        self.settle(&mut roots, |root| self.secular.function(root), ties, patience)?;
+        Ok(roots)
+    }
+
+    /// Iterates. Roots of a mode that are tied are conjugates and take one common step, until they come
+    /// near the real axis, where they may separate. Those known to few digits settle after `patience` sweeps.
+    fn settle(
+        &self,
+        roots: &mut [Root],
+        function: impl Fn(Root) -> (C, C, C),
+        ties: bool,
+        patience: usize,
+    ) -> Result<(), SpectrumError> {
+        let start = roots.to_vec();
         let turns = |i: usize| ties && self.secular.poles[2 * i].im > 0.0;
         let mut tied: Vec<bool> = (0..self.gaps.len() / 2).map(turns).collect();
-        let mut roots = start.clone();
         let mut sites = Pairs::new(tied.len(), poles::PLACES);
         for (i, _) in tied.iter().enumerate().filter(|(_, tied)| **tied) {
             roots[2 * i + 1] = self.mirrored(roots[2 * i]);
@@ -156,7 +182,7 @@ impl<'a> Roots<'a> {
                 if interrupt::is_set() {
                     return Err(SpectrumError::Cancelled);
                 }
-                match self.correction(&roots, &mut sites, k) {
+                match self.correction(&function, roots, &mut sites, k) {
                     Step::By(step) => {
                         let value = self.secular.value(roots[k]);
                         // Rounded to its pole: the zero is nearer than this, and not there.
@@ -192,8 +218,7 @@ impl<'a> Roots<'a> {
                 self.place(&mut sites, k, roots[k]);
             }
             if !moving {
-                self.check(&roots)?;
-                return Ok(roots);
+                return self.check(roots);
             }
         }
         Err(SpectrumError::Unsettled)
@@ -212,8 +237,14 @@ impl<'a> Roots<'a> {
     }
 
     /// The Ehrlich-Aberth step `1 / (P'/P - sum_k 1/(x - x_k))`, `P = f prod d_i`.
-    fn correction(&self, roots: &[Root], sites: &mut Pairs, k: usize) -> Step {
-        let (f, slope, poles) = self.secular.function(roots[k]);
+    fn correction(
+        &self,
+        function: impl Fn(Root) -> (C, C, C),
+        roots: &[Root],
+        sites: &mut Pairs,
+        k: usize,
+    ) -> Step {
+        let (f, slope, poles) = function(roots[k]);
         if f == C::default() {
             return Step::Exact;
         }

@@ -29,6 +29,8 @@ pub(crate) enum Care {
     Thorough,
     /// Beside that, real roots that lie close together are refined each to a pair of its own.
     Separating,
+    /// The secular function itself has twice the digits.
+    Exact,
 }
 
 /// Blocks of a structure, the translation first, then by rising rate.
@@ -54,8 +56,10 @@ pub(crate) fn blocks(structure: &Structure, care: Care) -> Result<Vec<Block>, Sp
 
 /// Blocks of the modes that are coupled to the attachments.
 fn paired(secular: &Secular, care: Care) -> Result<Vec<Block>, SpectrumError> {
-    let mut roots = Roots::new(secular).solve()?;
-    let separates = care == Care::Separating;
+    let iteration = Roots::new(secular);
+    let is_exact = care == Care::Exact;
+    let mut roots = if is_exact { iteration.solve_exactly() } else { iteration.solve() }?;
+    let separates = care >= Care::Separating;
     let close = if separates { separated(secular, &mut roots) } else { BTreeMap::new() };
     let paired = Pairing::new(secular, &roots, care > Care::Usual, close).blocks()?;
     let misses = |block: &Block| misses(&secular.system, block, DEFECT);

@@ -51,7 +51,8 @@ pub struct Recipe<'a> {
 /// would have fewer than ten digits.
 const BASIS_TOLERANCE: f64 = 1e-5;
 /// A basis with a larger mismatch is made again of pairs that are refined in every amplitude: small ones
-/// count where a stiff spring acts on a light body. Where that is not enough, real roots are separated.
+/// count where a stiff spring acts on a light body. Where that is not enough, real roots are separated, and then
+/// all found anew in twice the digits.
 const ACCURATE: f64 = 1e-11;
 
 /// A decomposed system.
@@ -115,7 +116,12 @@ impl System {
             parts.as_ref().map_or(f64::INFINITY, |parts| parts.basis.mismatch)
         };
         let mut parts = Decomposition::new(&structure, solved, Care::Usual);
-        for (care, limit) in [(Care::Thorough, ACCURATE), (Care::Separating, BASIS_TOLERANCE)] {
+        let cares = [
+            (Care::Thorough, ACCURATE),
+            (Care::Separating, BASIS_TOLERANCE),
+            (Care::Exact, BASIS_TOLERANCE),
+        ];
+        for (care, limit) in cares {
             if mismatch(&parts) > limit {
                 let other = Decomposition::new(&structure, solved, care);
                 parts = if mismatch(&other) <= mismatch(&parts) { other } else { parts };

@@ -15,3 +15,4 @@ pub mod poles;
 pub mod poly;
 pub mod rank_one;
 pub mod vectors;
+pub(crate) mod wide;
