@@ -25,6 +25,12 @@ pub enum WorkLimit {
     /// The relay or the chambers switch too often in one step.
     #[error("the drive switches again and again")]
     Drive,
+    /// The instant of the rock's energy barrier needs too many integrals.
+    #[error("most of it is for the instant at which the rock's dashpot reaches the energy barrier")]
+    Barrier,
+    /// The air in the chambers needs too many iterations.
+    #[error("most of it is for the air in the chambers")]
+    Air,
     /// Inputs vary too fast for their power series.
     #[error("an input varies too fast")]
     Loads,
@@ -74,8 +80,8 @@ pub enum CorruptState {
     /// The communication step starts before the last event or after the present.
     #[error("its communication step does not begin between its last event and its present time")]
     Step,
-    /// An anchor is later than the last event.
-    #[error("one of its reference instants is later than its last event")]
+    /// An anchor is later than the last event, or earlier of what does not fly alone.
+    #[error("one of its reference instants is not that of its last event")]
     Ahead,
     /// A coordinate's index is too large.
     #[error("it has more modal coordinates than its bodies have modes")]

@@ -118,3 +118,39 @@ fn a_state_whose_past_is_to_come_is_refused() {
     let state = serde_json::from_value(honest).expect("a state");
     other.restore(&state).expect("as it was written");
 }
+
+/// A host's name of an instant is rounded, so a state may name an event's a little before it: nothing is turned
+/// back then.
+#[test]
+fn a_state_that_is_named_before_its_event_stands_at_it() {
+    let machine = scene(Fidelity::Elastic, Source::Relay, 0.0);
+    let mut state = serde_json::to_value(machine.state()).expect("a state in JSON");
+    let epoch = state["motion"]["epoch"]["high"].as_f64().expect("a number");
+    let named = epoch - 1e-12 * (1.0 + 0.9 * epoch);
+    let place = |state: &mut Value, place: &str, value: f64| {
+        *state.pointer_mut(place).unwrap_or_else(|| panic!("{place}")) = value.into();
+    };
+    place(&mut state, "/motion/time", named);
+    place(&mut state, "/motion/now", 0.0);
+    place(&mut state, "/step_start", 0.0);
+    let mut other = scene(Fidelity::Elastic, Source::Relay, 0.0);
+    let state = serde_json::from_value(state).expect("a state");
+    other.restore(&state).expect("within the rounding");
+    let before = other.kinematics().relative_position;
+    other.advance(named).expect("no step");
+    // 1 m/s for 1e-12 s, and the forces of a blow.
+    let moved = other.kinematics().relative_position - before;
+    assert!(moved.abs() < 1e-11, "{moved:e}");
+    other.advance(epoch + 1e-3).expect("a step");
+}
+
+/// The tip's work would be summed from there in panels of some 1e-6 s.
+#[test]
+fn a_bit_that_stands_ages_before_its_event_is_refused() {
+    let machine = scene(Fidelity::Elastic, Source::Relay, 0.0);
+    let mut state = serde_json::to_value(machine.state()).expect("a state in JSON");
+    state["motion"]["anchors"][0]["at"] = (-1e6).into();
+    let state: State = serde_json::from_value(state).expect("a state");
+    let mut other = scene(Fidelity::Elastic, Source::Relay, 0.0);
+    assert!(matches!(other.restore(&state), Err(Error::Corrupt { .. })));
+}

@@ -297,6 +297,30 @@ fn unsafe_blocks_functions_and_implementations_are_in_one_file() {
     assert!(inside > 5 && outside.is_empty(), "{inside} there, elsewhere {outside:#?}");
 }
 
+/// What a host or a file says to engine and faces touches no file and no network: no code of theirs can.
+#[test]
+fn neither_engine_nor_faces_name_files_network_or_programs() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut files = Vec::new();
+    for folder in ["hammer/src", "src", "python/native/src"] {
+        sources(&root.join(folder), &mut files);
+    }
+    let mut found = Vec::new();
+    for file in &files {
+        let text = fs::read_to_string(file).expect("a source file");
+        let lines = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+        let words = |line: &str| {
+            let mut words = line.split(|c: char| !c.is_alphanumeric() && c != '_');
+            words.any(|word| {
+                ["fs", "net", "File", "Command", "TcpStream", "UdpSocket"].contains(&word)
+            })
+        };
+        let reaches = lines.filter(|line| line.contains("::") && words(line));
+        found.extend(reaches.map(|line| format!("{}: {line}", file.display())));
+    }
+    assert!(files.len() > 100 && found.is_empty(), "{} files: {found:#?}", files.len());
+}
+
 /// The table, whose rows are all names.
 const TABLE: [&str; 3] = [
     "hammer/src/quantities/table.rs",

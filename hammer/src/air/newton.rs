@@ -9,6 +9,8 @@ pub(crate) struct Newton {
     /// The rates, at first guessed.
     pub(super) rates: [Nodal; 4],
     pub(super) factors: Option<[Option<Factors>; 2]>,
+    /// How many it took.
+    pub(crate) iterations: u64,
 }
 
 /// The factorised matrix of a chamber, `1 - h A (x) J`, with a `J` that is triangular.

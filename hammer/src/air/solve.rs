@@ -102,7 +102,7 @@ impl Air {
 
     /// The rates that the window before goes on to; zero if it says nothing that can be.
     pub(crate) fn guess(&self, span: f64) -> Newton {
-        Newton { rates: self.rates_beyond(span), factors: None }
+        Newton { rates: self.rates_beyond(span), factors: None, iterations: 0 }
     }
 
     fn rates_beyond(&self, span: f64) -> [Nodal; 4] {
@@ -148,6 +148,7 @@ impl Air {
             error: 0.0,
         };
         for _ in 0..MOST {
+            newton.iterations += 1;
             let pushed: Nodal = from_fn(|i| {
                 let off = |k: usize| problem.gains[k] * (solved.forces[k][i] - steel.forces[k][i]);
                 off(0) + off(1)

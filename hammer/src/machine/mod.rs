@@ -40,6 +40,7 @@ use crate::laws::mode::{Mode, RockMode, Tie, TieState};
 use crate::laws::rock::Memory;
 use crate::modal::graph::Channel;
 use crate::modal::model::Model;
+use crate::modal::track::ROUNDED;
 use crate::motion::Motion;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
@@ -279,7 +280,9 @@ impl Machine {
         loop {
             self.ledger.work_off(false)?;
             self.peaks.work_off()?;
-            let (target, reach) = (self.motion.until(to), self.motion.reach());
+            // The host's name of an event's instant may lie before it.
+            let target = self.motion.until(to).max(-ROUNDED);
+            let reach = self.motion.reach();
             let level = self.motion.next_level().filter(|(at, _)| *at <= target.min(reach));
             let end = level.map_or(target.min(reach), |(at, _)| at);
             let crossing = self.search.next(&mut self.motion, end)?;
@@ -424,7 +427,7 @@ impl Machine {
 
     /// Goes on from the epoch: the air's window, then the search for the next event.
     fn resume(&mut self) -> Result<(), Error> {
-        self.search.work.samples += self.motion.renew_air()?;
+        self.search.work.count_air(self.motion.renew_air()?);
         self.restart_search();
         Ok(())
     }

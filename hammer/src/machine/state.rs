@@ -7,6 +7,7 @@ use super::peaks::Searched;
 use super::zeno::ZenoDetector;
 use crate::air::Air;
 use crate::error::{CorruptState, Error};
+use crate::modal::graph::Group;
 use crate::motion::state::{Anchor, MotionState};
 use crate::numerics::instant::Double;
 use crate::quantities::inputs::Input;
@@ -93,7 +94,9 @@ impl State {
         if !(0.0..=motion.now).contains(&self.step_start) {
             return refuse(CorruptState::Step);
         }
-        if motion.anchors.iter().any(|anchor| anchor.at > 0.0) {
+        // Only a piston that flies alone is left where it was.
+        let elsewhere = |anchor: &Anchor| anchor.at != 0.0 && anchor.group != Group::PISTON;
+        if motion.anchors.iter().any(|anchor| anchor.at > 0.0 || elsewhere(anchor)) {
             return refuse(CorruptState::Ahead);
         }
         let strange = |anchor: &Anchor| {

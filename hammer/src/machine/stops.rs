@@ -10,8 +10,10 @@
 //! end, the same events are noted, and the step goes on.
 
 use crate::error::Error;
+use crate::laws::event::Displacement;
 use crate::machine::Machine;
 use crate::machine::outputs::Kinematics;
+use crate::search::near_misses::NEAR;
 use crate::search::positions::Positions;
 use crate::search::work::Work;
 use serde::{Deserialize, Serialize};
@@ -54,6 +56,23 @@ impl Stops {
         let up = goes.into_iter().find(|rate| *rate != 0.0).is_some_and(|rate| rate > 0.0);
         let beyond = |at: f64| now.relative_position > at || now.relative_position == at && up;
         Self { ends: true, blows, levels: positions.iter().map(|&at| (at, beyond(at))).collect() }
+    }
+
+    /// True if these are what calls ask for that ask for this.
+    pub fn are(&self, blows: bool, positions: &[f64]) -> bool {
+        self.blows == blows && self.positions().eq(positions.iter().copied())
+    }
+
+    /// Puts the piston on the side of each position where a machine has it, which was restored: a stored side
+    /// may be wrong. It counts only where the piston is so near that a guard might not have seen it pass.
+    pub fn settle(&mut self, machine: &Machine) {
+        let near = NEAR * machine.motion().resolved(Displacement::Relative);
+        let x = machine.kinematics().relative_position;
+        for (level, beyond) in &mut self.levels {
+            if (x - *level).abs() > near {
+                *beyond = x > *level;
+            }
+        }
     }
 
     /// The positions, m.

@@ -191,6 +191,11 @@ impl<'a> Stretch<'a> {
         sum
     }
 
+    /// How many panels that takes over a span.
+    pub(crate) fn panels(system: &System, span: f64) -> u64 {
+        (span * system.rate_max / PANEL).ceil() as u64
+    }
+
     /// `int p'^2 dt` of the tip, whose polynomial part has the rate `drift`; `start` is the viscous form
     /// at the start.
     pub(crate) fn tip_square(&self, tip: usize, drift: &Poly, start: f64) -> f64 {

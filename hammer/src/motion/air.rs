@@ -105,13 +105,13 @@ impl Motion {
     }
 
     /// Solves the air of the window that begins at the epoch, unless the chambers are vented; returns the
-    /// number of rotations.
+    /// number of rotations and that of iterations.
     ///
     /// # Errors
     /// [`Error::Air`].
-    pub(crate) fn renew_air(&mut self) -> Result<u64, Error> {
+    pub(crate) fn renew_air(&mut self) -> Result<[u64; 2], Error> {
         let Some(mut air) = self.state.air.take_if(|air| air.vented.is_none()) else {
-            return Ok(0);
+            return Ok([0; 2]);
         };
         let motion = self.in_cylinder(&self.tracks, 0.0);
         air.classify(self.parameters(), motion[0], self.outside(0.0));
@@ -119,7 +119,7 @@ impl Motion {
         let flies = self.flying().is_some();
         let inputs = &self.state.inputs;
         let mut problem = problem(&parameters, self.graph(), inputs, flies, air.ahead);
-        let (mut work, mut rejected) = (0, false);
+        let (mut work, mut rejected) = ([0; 2], false);
         for _ in 0..TRIALS {
             let shorter = match self.attempt(&air, &problem, motion, &mut work) {
                 // A guess may be what leads astray.
@@ -164,16 +164,18 @@ impl Motion {
         air: &Air,
         problem: &Problem,
         motion: [f64; 2],
-        work: &mut u64,
+        [rotations, iterations]: &mut [u64; 2],
     ) -> Option<Solved> {
         if air.past.is_none() {
             self.press(air.forces(problem, motion)?.map(Poly::constant));
         } // Otherwise the forces of the window before go on, as they stand.
-        let mut steel = self.steel(problem.span, work);
+        let mut steel = self.steel(problem.span, rotations);
         let mut newton = air.guess(problem.span);
         let agreed = AGREED * problem.parameters.air.error;
         for _ in 0..PASSES {
-            let solved = air.solve(problem, &steel, &mut newton)?;
+            let solved = air.solve(problem, &steel, &mut newton);
+            *iterations += std::mem::take(&mut newton.iterations);
+            let solved = solved?;
             if solved.error > HOPELESS {
                 return Some(solved);
             }
@@ -181,7 +183,7 @@ impl Motion {
             if problem.is_trifle(&solved, &steel, agreed) {
                 return Some(solved);
             }
-            steel = self.steel(problem.span, work);
+            steel = self.steel(problem.span, rotations);
             if problem.misfit(&solved, &steel) <= agreed {
                 return Some(solved);
             }

@@ -374,9 +374,13 @@ impl Motion {
 
     /// Overlap of the bodies that rounding cannot distinguish from a gap, m.
     pub(crate) fn least_overlap(&self) -> f64 {
+        self.resolved(Displacement::Tie(Tie::Contact))
+    }
+
+    /// What rounding and guards resolve of a displacement, m.
+    pub(crate) fn resolved(&self, displacement: Displacement) -> f64 {
         let tracks = 0..self.tracks.len();
-        let shares =
-            tracks.filter_map(|i| Some((i, self.share(i, Displacement::Tie(Tie::Contact))?)));
+        let shares = tracks.filter_map(|i| Some((i, self.share(i, displacement)?)));
         let rounding: f64 = shares.map(|(index, share)| self.rounding(index, share, 0)).sum();
         rounding.max(self.model.resolutions[0])
     }

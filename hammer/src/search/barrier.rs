@@ -6,7 +6,7 @@
 //! bound on the remaining `int p'^2`; if that cannot reach the barrier, nothing is evaluated.
 
 use crate::modal::generator::Generator;
-use crate::modal::stretch::LITTLE;
+use crate::modal::stretch::{LITTLE, Stretch};
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::kernel;
@@ -36,6 +36,9 @@ const SHORT_STEP: f64 = 1e-3;
 const NEWTONS: usize = 5;
 /// Bisections before Newton's method.
 const HALVINGS: usize = 20;
+
+/// A form takes as long as an evaluation for so many coordinates.
+const FORM: u64 = 16;
 
 /// The search for the barrier along one track.
 #[derive(Clone, Debug)]
@@ -104,14 +107,16 @@ impl Barrier {
         self.fine && track.at * track.system.rate_max <= LONGEST
     }
 
-    fn done(&self, motion: &Motion, track: &Track) -> f64 {
+    fn done(&self, motion: &Motion, track: &Track, work: &mut Work) -> f64 {
         let stretch = motion.stretch(0, track, track.at);
+        work.barrier += track.z.len() as u64 / FORM;
         let closed = || stretch.tip_square_uncancelled(self.tip, &self.drift, self.form);
         if self.sums(track) {
             if let Some(closed) = (!self.is_calm).then(closed).flatten() {
                 return self.viscosity * closed;
             }
-            let Track { at, z, .. } = &self.cursor;
+            let Track { at, z, system } = &self.cursor;
+            work.count_panels(Stretch::panels(system, track.at - at));
             let more = stretch.tip_square_by_series(self.tip, &self.drift, *at, z);
             return self.done + self.viscosity * more;
         }
@@ -135,7 +140,7 @@ impl Barrier {
         let mut ahead = self.cursor.clone();
         work.samples += ahead.rotate_to(self.cursor.at + length);
         work.evaluations += 1;
-        let done = self.done(motion, &ahead);
+        let done = self.done(motion, &ahead, work);
         if done < self.room {
             (self.clear, self.done) = (ahead.at, done);
             self.cursor = ahead;
@@ -158,7 +163,7 @@ impl Barrier {
             let mut at = self.cursor.clone();
             work.samples += at.rotate_to(self.cursor.at + x);
             work.evaluations += 1;
-            let excess = self.done(motion, &at) - self.room;
+            let excess = self.done(motion, &at, work) - self.room;
             if excess > 0.0 {
                 high = x
             } else {

@@ -8,7 +8,7 @@
 mod ahead;
 pub mod barrier;
 mod drift;
-mod near_misses;
+pub(crate) mod near_misses;
 pub(crate) mod positions;
 pub mod signal;
 mod steep;
@@ -20,6 +20,7 @@ use crate::error::Error;
 use crate::laws::event::RockEvent;
 use crate::laws::event::{Displacement, Event, Guard, Quantity};
 use crate::laws::mode::RockMode;
+use crate::modal::stretch::Stretch;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::poly::Poly;
@@ -112,9 +113,13 @@ impl Search {
         self.barrier.as_ref().map(|barrier| barrier.form).filter(|form| *form > 0.0)
     }
 
-    /// True if the barrier's work up to where the tip's track stands was summed from series.
-    pub fn sums_series(&self, tip: &Track) -> bool {
-        self.barrier.as_ref().is_some_and(|barrier| barrier.sums(tip))
+    /// True if the barrier's work up to where the tip's track stands was summed from series, and has to be again.
+    pub fn sums_series(&mut self, tip: &Track) -> bool {
+        let sums = self.barrier.as_ref().is_some_and(|barrier| barrier.sums(tip));
+        if sums {
+            self.work.count_panels(Stretch::panels(&tip.system, tip.at));
+        }
+        sums
     }
 
     /// Ends the search at `at`; returns the number of near misses until then.

@@ -43,6 +43,11 @@ pub(crate) struct Probe {
 pub(crate) const STEEP: f64 = 2.5;
 
 impl Probe {
+    /// True of what a state that is finite gives, but for numbers near the largest.
+    pub(super) fn is_finite(&self) -> bool {
+        (self.value + self.slope + self.amplitude + self.curvature).is_finite()
+    }
+
     /// True if the guard is certain to rise through zero soon; `m` bounds the size of its second
     /// derivative.
     #[inline]

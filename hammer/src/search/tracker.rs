@@ -202,7 +202,7 @@ impl GuardTracker {
         }
         let (mut here, rotations) = self.signal.evaluate(tracks, t, &mut self.ahead.spare);
         work.samples += rotations;
-        if here.value.is_nan() {
+        if !here.is_finite() {
             return self.clear = f64::NAN; // No proof: the search ends in an error.
         }
         self.raise_resolution(tracks, t, here.amplitude);

@@ -14,11 +14,13 @@ use std::cell::Cell;
 
 /// What a unit costs beside the scene's coordinates, in coordinates.
 const BESIDE: usize = 20;
-/// Share of transitions in a step's work from which on they are its cause.
+/// Share of transitions in a step's work from which on they are its cause, and of other work.
 const BUSY: f64 = 0.01;
+const MOST: f64 = 0.5;
 /// Units between two polls of the interrupt: 0.1 ms, or 4 ms on the finest mesh.
 const PAUSE: u64 = 500;
-/// Units of a Taylor window, and of a transition: each takes about as long as so many evaluations.
+/// Units of a Taylor window, a panel of the barrier's series or an iteration of the air's, and of a transition:
+/// each takes about as long as so many evaluations.
 const WINDOW: u64 = 16;
 const TRANSITION: u64 = 100;
 
@@ -33,6 +35,10 @@ pub struct Work {
     pub windows: u64,
     /// Steps of scans within windows.
     pub scans: u64,
+    /// Units of the barrier's integrals.
+    pub(super) barrier: u64,
+    /// Units of the iterations for the air in the chambers.
+    air: u64,
 }
 
 impl Work {
@@ -43,8 +49,20 @@ impl Work {
         self.samples += 1;
     }
 
+    /// Counts panels of the barrier's series.
+    pub(super) fn count_panels(&mut self, panels: u64) {
+        self.barrier += WINDOW * panels;
+    }
+
+    /// Counts what a window of air took: rotations, and iterations.
+    pub(crate) fn count_air(&mut self, [rotations, iterations]: [u64; 2]) {
+        self.samples += rotations;
+        self.air += WINDOW * iterations;
+    }
+
     fn units(&self) -> u64 {
-        self.evaluations + self.samples + self.scans + WINDOW * self.windows
+        let beside = self.barrier + self.air;
+        self.evaluations + self.samples + self.scans + WINDOW * self.windows + beside
     }
 }
 
@@ -57,8 +75,8 @@ fn causes() -> impl Iterator<Item = WorkLimit> {
 /// The work of the present step, paid for from the call's [`Allowance`] now and then.
 #[derive(Debug, Default)]
 pub(crate) struct Budget {
-    /// Units of [`Work`] at the start of the step.
-    start: u64,
+    /// [`Work`] at the start of the step.
+    start: Work,
     /// Units of [`Work`] and of transitions since that are paid for.
     paid: Cell<u64>,
     /// What a unit costs, in coordinates.
@@ -75,7 +93,7 @@ impl Budget {
     pub fn begin_step(&mut self, motion: &Motion, work: &Work) {
         let coordinates: usize = motion.tracks().iter().map(|track| track.z.len()).sum();
         self.price = (coordinates + BESIDE) as u64;
-        self.start = work.units();
+        self.start = *work;
         self.paid.set(0);
         self.spent = Default::default();
         self.pause.set(0);
@@ -101,16 +119,17 @@ impl Budget {
     /// [`Error::Cancelled`]; [`Error::Overwork`] if the call's [`Allowance`] is spent.
     #[inline]
     pub fn check(&self, motion: &Motion, work: &Work, time: f64) -> Result<(), Error> {
-        if work.units() < self.pause.get() { Ok(()) } else { self.poll(motion, time, work.units()) }
+        if work.units() < self.pause.get() { Ok(()) } else { self.poll(motion, time, work) }
     }
 
     #[cold]
-    fn poll(&self, motion: &Motion, time: f64, units: u64) -> Result<(), Error> {
+    fn poll(&self, motion: &Motion, time: f64, work: &Work) -> Result<(), Error> {
         Error::if_interrupted()?;
-        let done = units - self.start + self.transitions();
+        let units = work.units();
+        let done = units - self.start.units() + self.transitions();
         let due = done.saturating_sub(self.paid.replace(done));
         if !Allowance::spend(self.price.saturating_mul(due)) {
-            return Err(self.refusal(motion, time, done));
+            return Err(self.refusal(motion, time, work, done));
         }
         self.pause.set(units + PAUSE);
         Ok(())
@@ -120,11 +139,15 @@ impl Budget {
         self.spent.iter().sum()
     }
 
-    fn refusal(&self, motion: &Motion, time: f64, done: u64) -> Error {
+    fn refusal(&self, motion: &Motion, time: f64, work: &Work, done: u64) -> Error {
         // Some of the work is that of the searches after transitions.
         let most = causes().zip(self.spent).max_by_key(|(_, spent)| *spent);
         let is_busy = self.transitions() as f64 > BUSY * done as f64;
         let limit = most.filter(|_| is_busy).map_or(WorkLimit::Search, |(cause, _)| cause);
+        let barrier = (WorkLimit::Barrier, work.barrier - self.start.barrier);
+        let beside = [barrier, (WorkLimit::Air, work.air - self.start.air)];
+        let mut beside = beside.into_iter().filter(|(_, units)| *units as f64 > MOST * done as f64);
+        let limit = beside.next().map_or(limit, |(cause, _)| cause);
         let parameters = motion.parameters();
         let (suspect, work_limit) = (parameters.suspect(), Some(parameters.work_limit));
         Error::Overwork { time, limit, mode: motion.mode(), suspect, work_limit }
