@@ -5,7 +5,7 @@ mod abuser;
 mod support;
 
 use abuser::three::ThreeAbuser;
-use abuser::{Abuser, Watchdog};
+use abuser::{Abuser, SLOWER, Watchdog};
 use dth_hammer::CAPACITY;
 use hammer::variables::{Role, VARIABLES};
 use rand::SeedableRng;
@@ -212,7 +212,7 @@ fn memory_is_clean_under_valgrind() {
         .arg(std::env::current_exe().unwrap())
         .args(["--exact", "--test-threads=1"])
         .arg("random_calls_neither_crash_nor_hang_nor_disturb_a_neighbour")
-        .env(CALLS, "3000")
+        .envs([(CALLS, "3000"), (SLOWER, "50")])
         .output()
         .unwrap();
     let stderr = String::from_utf8_lossy(&output.stderr);

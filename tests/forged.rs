@@ -4,7 +4,9 @@
 mod abuser;
 mod support;
 
-use abuser::forger::{HEADER, forge, honest, honest_three, receive, receive_three, sealed};
+use abuser::forger::{
+    HEADER, PRESENT, SPAN, forge, honest, honest_three, receive, receive_three, sealed,
+};
 use abuser::{STRUCTURES, Structure};
 use dth_hammer::events::MAX_POSITIONS;
 use rand::SeedableRng;
@@ -84,6 +86,43 @@ fn arrays_longer_than_a_host_can_ask_for_are_refused() {
             assert_eq!(receive_three(&host, &sealed(forged)), [ERROR, ERROR]);
         }
     }
+}
+
+/// Where the piston is tells on which side of a position it is: a stored side that says otherwise would report
+/// a passage that is none, or hide one. Positions that are not the parameters' are refused.
+#[test]
+fn a_forged_side_of_a_position_changes_no_event() {
+    let library = Library::load();
+    let (bytes, parameters) = honest_three(&library);
+    let first = &bytes[parameters..parameters + 8];
+    let behind = bytes[parameters + 8..].windows(8).position(|window| window == first);
+    let watched =
+        parameters + 8 + behind.expect("the positions that are watched, each with its side");
+    let events = |bytes: &[u8]| {
+        let host = Three::new(&library, true, true);
+        assert_eq!(host.adopt(bytes), [OK, OK]);
+        let (mut point, mut events) = (PRESENT, Vec::new());
+        let end = PRESENT + 2.0 * SPAN; // Over a blow.
+        while point < end {
+            let ended = host.step(point, end - point);
+            point = ended.time;
+            if ended.event {
+                host.event(|_, what| events.push((point.to_bits(), what)));
+            }
+        }
+        events
+    };
+    let honest = events(&bytes);
+    assert!(honest.len() > MAX_POSITIONS / 2, "{honest:?}");
+    for index in 0..MAX_POSITIONS {
+        let (mut forged, side) = (bytes.clone(), watched + 9 * index + 8);
+        assert!(forged[side] <= 1, "a side");
+        forged[side] ^= 1;
+        assert_eq!(events(&sealed(forged)), honest, "position {index}");
+    }
+    let mut forged = bytes.clone();
+    forged[watched..watched + 8].copy_from_slice(&(-0.02_f64).to_le_bytes());
+    assert_eq!(Three::new(&library, true, true).adopt(&sealed(forged)), [ERROR, ERROR]);
 }
 
 /// A forged state could otherwise hold its reader for as long as it says itself: in whatever place it says so.

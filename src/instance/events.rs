@@ -3,7 +3,7 @@
 use super::{Instance, Phase};
 use crate::error::CallError;
 use crate::events::{Extra, Length, MAX_LENGTH, MAX_POSITIONS};
-use hammer::{Input, ParameterError, Stop, Stops};
+use hammer::{Input, Machine, ParameterError, Stop, Stops};
 use serde::{Deserialize, Serialize};
 
 /// The standard that the host uses, and what it has agreed to.
@@ -82,20 +82,21 @@ impl Default for Events {
 impl Events {
     /// True if calls alone can have set these. Checked because a stored state may be corrupt.
     pub(super) fn is_sound(&self) -> bool {
-        let few = |stops: &Stops| stops.positions().len() <= MAX_POSITIONS;
+        let asked = self.position.get(..self.positions.unsigned_abs() as usize);
+        let are = |stops: &Stops| asked.is_some_and(|asked| stops.are(self.blow, asked));
         self.last.position.is_none_or(|index| index < MAX_POSITIONS)
             && self.position.iter().all(|place| place.is_finite())
             && Input::ALL.iter().all(|i| i.check(1, self.slopes[*i as usize]).is_ok())
             && self.lengths.iter().all(|length| (1..=MAX_LENGTH).contains(length))
-            && self
-                .stops
-                .as_ref()
-                .is_none_or(|stops| few(stops) && stops.positions().all(f64::is_finite))
+            && self.stops.as_ref().is_none_or(are)
     }
 
-    /// As they stand, for a host that may not handle events.
-    pub(super) fn of_state(&self, face: Face) -> Self {
+    /// As they stand where the engine does, for a host that may not handle events.
+    pub(super) fn of_state(&self, face: Face, machine: Option<&Machine>) -> Self {
         let mut events = self.clone();
+        if let (Some(stops), Some(machine)) = (&mut events.stops, machine) {
+            stops.settle(machine);
+        }
         if events.mode == Mode::Event && !face.handles_events() {
             events.mode = Mode::Plain;
         }

@@ -78,7 +78,7 @@ impl Instance {
         self.origin = None;
         self.phase = snapshot.phase;
         self.settings = snapshot.settings.clone();
-        self.events = snapshot.events.of_state(self.face);
+        self.events = snapshot.events.of_state(self.face, self.machine.as_ref());
         self.inputs = snapshot.inputs.clone();
         (self.start, self.stop) = (snapshot.start, snapshot.stop);
         self.retune = true; // Where nothing was tuned, that changes nothing.

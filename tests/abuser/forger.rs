@@ -1,6 +1,6 @@
 //! States that somebody has changed, and given the right checksum; and hosts that take them.
 
-use super::Structure;
+use super::{Stopwatch, Structure};
 use crate::support::host::{Host, vr};
 use crate::support::library::{ERROR, Handle, Library, OK};
 use crate::support::three::{Three, extra};
@@ -8,16 +8,16 @@ use dth_hammer::events::{Extra, MAX_POSITIONS};
 use hammer::variables::VARIABLES;
 use rand::{Rng, RngExt};
 use std::ops::Range;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Where the payload begins: magic, version, length, checksum, GUID.
 pub const HEADER: usize = 4 + 4 + 8 + 4 + 36;
 const CHECKSUM: Range<usize> = 16..20;
 /// The present of an honest state, s.
-const PRESENT: f64 = 0.02 + 1.25e-3;
+pub const PRESENT: f64 = 0.02 + 1.25e-3;
 /// What is stepped on from there, s.
-const SPAN: f64 = 0.02;
-/// What takes longer hangs, also on a busy machine: before, such a reader searched for ever.
+pub const SPAN: f64 = 0.02;
+/// What works longer hangs: before, such a reader searched for ever.
 const PATIENCE: Duration = Duration::from_secs(300);
 /// More steps of FMI 3.0 that end at events than any motion of that span has.
 const MOST_ENDS: usize = 1000;
@@ -104,7 +104,7 @@ fn step_to(host: &Three, mut point: f64, target: f64) -> i32 {
 /// Takes a state from bytes, reads all there is and steps on, which goes well or ends in an error
 /// that says why; how the state was received.
 pub fn receive(host: &Host, bytes: &[u8]) -> [i32; 2] {
-    let (library, begun) = (host.library, Instant::now());
+    let (library, begun) = (host.library, Stopwatch::start());
     let mut state = Handle(0);
     let mut received = [library.deserialize(host.handle, bytes, &mut state), ERROR];
     if received[0] == OK {
@@ -122,14 +122,14 @@ pub fn receive(host: &Host, bytes: &[u8]) -> [i32; 2] {
         assert_eq!(stepped == ERROR, log.iter().any(|line| line.0 == ERROR), "{log:?}");
         internal_errors(log.iter().map(|line| &*line.2));
     }
-    assert!(begun.elapsed() < PATIENCE, "{:?}", begun.elapsed());
+    assert!(begun.worked() < PATIENCE, "{:?}", begun.worked());
     internal_errors(host.take_log().iter().map(|line| &*line.2));
     received
 }
 
 /// The same by FMI 3.0, in steps that end at events.
 pub fn receive_three(host: &Three, bytes: &[u8]) -> [i32; 2] {
-    let begun = Instant::now();
+    let begun = Stopwatch::start();
     let received = host.adopt(bytes);
     if received == [OK, OK] {
         let extras = Extra::all().map(Extra::reference);
@@ -145,7 +145,7 @@ pub fn receive_three(host: &Three, bytes: &[u8]) -> [i32; 2] {
         assert!(stepped == OK || !lines.is_empty(), "an error without a word");
         internal_errors(lines.iter().map(String::as_str));
     }
-    assert!(begun.elapsed() < PATIENCE, "{:?}", begun.elapsed());
+    assert!(begun.worked() < PATIENCE, "{:?}", begun.worked());
     internal_errors(host.lines().iter().map(String::as_str));
     received
 }

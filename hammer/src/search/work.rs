@@ -148,6 +148,9 @@ impl Budget {
         let beside = [barrier, (WorkLimit::Air, work.air - self.start.air)];
         let mut beside = beside.into_iter().filter(|(_, units)| *units as f64 > MOST * done as f64);
         let limit = beside.next().map_or(limit, |(cause, _)| cause);
+        // Of a hammer under air it is the air's windows that are renewed.
+        let is_air = limit == WorkLimit::Loads && motion.air().is_some();
+        let limit = if is_air { WorkLimit::Air } else { limit };
         let parameters = motion.parameters();
         let (suspect, work_limit) = (parameters.suspect(), Some(parameters.work_limit));
         Error::Overwork { time, limit, mode: motion.mode(), suspect, work_limit }

@@ -54,6 +54,9 @@ impl Session {
         }
         self.machine.restore(state)?;
         (self.pending, self.profile, self.handed) = (pending.clone(), None, false);
+        if let Some(stops) = &mut self.pending.stops {
+            stops.settle(&self.machine);
+        }
         self.retunes = true;
         Ok(())
     }
