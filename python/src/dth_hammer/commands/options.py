@@ -66,7 +66,7 @@ class Call:
                 keywords = {"required": not given} | keywords
             text = (written.help or meanings[name]) + written.more
             if given and keywords.get("action") is None and default is not None and default != ():
-                text += f" (default: {shown(default)})"
+                text += f" (default: {as_text(default)})"
             parser.add_argument(*written.flags, help=text.replace("%", "%%"), **keywords)
 
     def given(self, options: argparse.Namespace) -> dict[str, Any]:
@@ -112,7 +112,7 @@ def described(function: Callable[..., Any]) -> dict[str, str]:
     return dict.fromkeys(inspect.signature(function).parameters, "") | texts
 
 
-def shown(default: Any) -> str:
+def as_text(default: Any) -> str:
     """A default as one would write it."""
     if isinstance(default, tuple):
         return ", ".join(default)
