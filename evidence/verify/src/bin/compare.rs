@@ -44,11 +44,9 @@ derivative the engine tells an estimate of its error, from two steps: how often 
 is not, it is still by rounding alone if it is less than one unit in the last place of the quantity's size over
 the engine's step.
 
-Two of the first 300 scenes disagree (`scene BATCH.PLACE` of `cargo compare --derivatives`). In 0.82 it is the reference: the
+One of the first 300 scenes disagrees, 0.82 (`scene BATCH.PLACE` of `cargo compare --derivatives`), by the reference: the
 rock's unloading ratio is retuned on the way to a number that is rounded to double precision, by up to four millionths of
-what it changes over 2^-36; over 2e-6 the reference's own difference is the engine's to twelve digits. In 2.97 it is
-rounding: on a rock of 1e11 N/m the bit is 2e-8 m from where it began, known to 2e-16 m, and the difference errs in
-inverse proportion to the step. The error told counts the size of the number itself.
+what it changes over 2^-36; over 2e-6 the reference's own difference is the engine's to twelve digits.
 ";
 
 /// The folder of reports.
