@@ -1,0 +1,177 @@
+//! One build of the engine with all changes in it, in a copy of the project.
+
+use crate::Problem;
+use crate::changes::{Change, Source};
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use support::run::{cargo, run, target};
+
+/// What reads the switch, and notes which changes a run comes past if it is asked to.
+const SWITCH: &str = include_str!("switch.rs.in");
+
+/// A copy of the project whose engine has every change that compiles.
+pub struct Build {
+    root: PathBuf,
+    sources: Vec<Source>,
+    /// File and place there of each change; a switch's number is one more than its place here.
+    switches: Vec<(usize, usize)>,
+    /// Switches whose change does not compile.
+    pub refused: BTreeSet<usize>,
+}
+
+impl Build {
+    /// Copies the project and finds the changes of these parts of the engine.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be read or written, or is no Rust.
+    pub fn new(project: &Path, parts: &[String]) -> Result<Self, Problem> {
+        let root = target(project).join("mutants/tree");
+        let listed = Command::new("git").args(["ls-files"]).current_dir(project).output();
+        let listed = listed.map_err(|error| Problem::file("git", error))?.stdout;
+        let (mut sources, mut switches) = (Vec::new(), Vec::new());
+        for file in String::from_utf8_lossy(&listed).lines() {
+            let from = project.join(file);
+            let Ok(bytes) = std::fs::read(&from) else { continue };
+            let part = |part: &String| file.starts_with(&format!("hammer/src/{part}"));
+            if file.ends_with(".rs") && parts.iter().any(part) {
+                let text = String::from_utf8_lossy(&bytes);
+                let source = Source::read(file, &text)
+                    .map_err(|error| Problem::NotRust { file: from.clone(), error })?;
+                let of = (0..source.changes.len()).map(|change| (sources.len(), change));
+                switches.extend(of);
+                sources.push(source);
+            } else if file != "hammer/src/lib.rs" {
+                write(&root.join(file), &bytes)?;
+            }
+        }
+        let library = "hammer/src/lib.rs";
+        let text = std::fs::read_to_string(project.join(library));
+        let text = text.map_err(|error| Problem::file(library, error))?;
+        let text = format!("{text}\n#[doc(hidden)]\npub mod switch;\n");
+        write(&root.join(library), text.as_bytes())?;
+        let count = (switches.len() + 1).to_string();
+        let switch = SWITCH.replace("COUNT", &count);
+        write(&root.join("hammer/src/switch.rs"), switch.as_bytes())?;
+        Ok(Self { root, sources, switches, refused: BTreeSet::new() })
+    }
+
+    /// The folder in which the engine's tests run.
+    pub fn folder(&self) -> PathBuf {
+        self.root.join("hammer")
+    }
+
+    pub fn count(&self) -> usize {
+        self.switches.len()
+    }
+
+    pub fn change(&self, switch: usize) -> &Change {
+        let (source, change) = self.switches[switch - 1];
+        &self.sources[source].changes[change]
+    }
+
+    fn cargo(&self, task: &str) -> Command {
+        let mut command = cargo(&self.root);
+        let folder = self.root.with_file_name("build");
+        command.env("CARGO_TARGET_DIR", folder).env("RUSTFLAGS", "--cap-lints=allow");
+        command.args([task, "--locked", "--package", "hammer", "--features", "internals"]);
+        command
+    }
+
+    /// Writes the changed files; leaves out, one round after another, what does not compile.
+    ///
+    /// # Errors
+    ///
+    /// An error of the compiler that is at none of the changes.
+    pub fn compile(&mut self) -> Result<(), Problem> {
+        loop {
+            let mut places = Vec::new();
+            for (index, source) in self.sources.iter().enumerate() {
+                let first = self.switches.partition_point(|(source, _)| *source < index);
+                let number = |change: usize| {
+                    let switch = first + change + 1;
+                    (!self.refused.contains(&switch)).then_some(switch)
+                };
+                let written = source.rewrite(number);
+                write(&self.root.join(&source.file), written.text.as_bytes())?;
+                let of_file = written.places.into_iter();
+                places.extend(of_file.map(|(change, range)| (index, first + change + 1, range)));
+            }
+            let mut check = self.cargo("check");
+            let output = check.args(["--tests", "--quiet", "--message-format=json"]).output();
+            let output = output.map_err(|error| Problem::file("cargo check", error))?;
+            if output.status.success() {
+                return Ok(());
+            }
+            let before = self.refused.len();
+            let text = String::from_utf8_lossy(&output.stdout);
+            for message in text.lines().filter_map(|line| serde_json::from_str(line).ok()) {
+                self.refused.extend(self.blamed(&message, &places));
+            }
+            if self.refused.len() == before {
+                let errors = text.lines().filter_map(|line| serde_json::from_str(line).ok());
+                let rendered = errors.filter_map(|message: Value| {
+                    message["message"]["rendered"].as_str().map(str::to_owned)
+                });
+                let said = String::from_utf8_lossy(&output.stderr).into_owned();
+                return Err(Problem::Compiler(rendered.take(3).chain([said]).collect()));
+            }
+            println!("{} of {} changes do not compile", self.refused.len(), self.count());
+        }
+    }
+
+    /// The innermost changes at an error's places.
+    fn blamed(
+        &self,
+        message: &Value,
+        places: &[(usize, usize, std::ops::Range<usize>)],
+    ) -> Vec<usize> {
+        let message = &message["message"];
+        if message["level"] != "error" {
+            return Vec::new();
+        }
+        let spans = message["spans"].as_array().cloned().unwrap_or_default();
+        let innermost = |span: &Value| {
+            let name = span["file_name"].as_str()?;
+            let at = usize::try_from(span["byte_start"].as_u64()?).ok()?;
+            let inside = places.iter().filter(|(source, _, range)| {
+                self.sources[*source].file.ends_with(name.trim_start_matches("hammer/"))
+                    && range.contains(&at)
+            });
+            inside.min_by_key(|(_, _, range)| range.len()).map(|(_, switch, _)| *switch)
+        };
+        spans.iter().filter_map(innermost).collect()
+    }
+
+    /// The programs of the engine's tests, by name.
+    ///
+    /// # Errors
+    ///
+    /// What cargo says.
+    pub fn programs(&self) -> Result<Vec<(String, PathBuf)>, Problem> {
+        let mut build = self.cargo("test");
+        run(build.args(["--no-run", "--lib", "--tests", "--quiet"]))?;
+        let mut list = self.cargo("test");
+        list.args(["--no-run", "--lib", "--tests", "--quiet", "--message-format=json"]);
+        let output = list.output().map_err(|error| Problem::file("cargo test", error))?;
+        let text = String::from_utf8_lossy(&output.stdout);
+        let messages = text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+        let program = |message: Value| {
+            let path = message["executable"].as_str()?;
+            Some((message["target"]["name"].as_str()?.to_owned(), PathBuf::from(path)))
+        };
+        Ok(messages.filter_map(program).collect())
+    }
+}
+
+/// Writes a file, unless it has these bytes: cargo looks at times.
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Problem> {
+    if std::fs::read(path).is_ok_and(|old| old == bytes) {
+        return Ok(());
+    }
+    let folder = path.parent().expect("a file is in a folder");
+    let done = std::fs::create_dir_all(folder).and_then(|()| std::fs::write(path, bytes));
+    done.map_err(|error| Problem::file(&path.display().to_string(), error))
+}

@@ -1,0 +1,162 @@
+//! Changes of the engine that its tests should notice, each made once.
+//!
+//! All are in one build, each behind a switch that a variable of the environment turns: a change
+//! costs the tests that come past it, not a build. Those that no test notices are listed, with the
+//! file `target/mutants/outcomes.txt` of all; evidence/mutants.md says what is known of them.
+
+#![forbid(unsafe_code)]
+
+mod build;
+mod changes;
+mod trial;
+
+use build::Build;
+use clap::Parser;
+use indicatif::{ProgressBar, ProgressStyle};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+use support::run::{Failure, target};
+use trial::{Experience, Outcome, Test};
+
+/// Why it ended early.
+#[derive(Debug, thiserror::Error)]
+enum Problem {
+    #[error("{what}: {source}")]
+    File { what: String, source: std::io::Error },
+    #[error("{}: {error}", file.display())]
+    NotRust { file: PathBuf, error: syn::Error },
+    #[error("errors that are at no change:\n{0}")]
+    Compiler(String),
+    #[error(transparent)]
+    Run(#[from] Failure),
+}
+
+impl Problem {
+    fn file(what: &str, source: std::io::Error) -> Self {
+        Self::File { what: what.to_owned(), source }
+    }
+}
+
+#[derive(Parser)]
+#[command(about = "Changes of the engine that no test of it notices")]
+struct Arguments {
+    /// Folders or files of hammer/src to change
+    #[arg(default_values = ["laws/", "machine/", "motion/", "search/"])]
+    parts: Vec<String>,
+    /// Changes tried at a time
+    #[arg(long, default_value_t = std::thread::available_parallelism().map_or(1, usize::from))]
+    jobs: usize,
+    /// Only every so many-th change
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    every: u32,
+    /// Leave out a test that takes longer than this on the unchanged engine, s
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..))]
+    longest: u64,
+    /// Only these programs of tests: `hammer` has the unit tests
+    #[arg(long)]
+    tests: Vec<String>,
+}
+
+fn main() -> ExitCode {
+    match run(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(problem) => {
+            eprintln!("error: {problem}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<(), Problem> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    println!("Building the engine with every change in it (some minutes the first time)");
+    let mut build = Build::new(&root, &arguments.parts)?;
+    build.compile()?;
+    let mut programs = build.programs()?;
+    programs.retain(|(name, _)| arguments.tests.is_empty() || arguments.tests.contains(name));
+    println!("Each test once on the unchanged engine");
+    let limit = Duration::from_secs(arguments.longest);
+    let tests = trial::tests(&programs, &build.folder(), limit)?;
+    let switches = (1..=build.count()).filter(|switch| !build.refused.contains(switch));
+    let chosen: Vec<_> = switches.step_by(arguments.every as usize).collect();
+    println!("{} changes of {}, {} tests", chosen.len(), build.count(), tests.len());
+    let path = target(&root).join("mutants/outcomes.txt");
+    let outcomes = all(&build, &tests, &chosen, arguments.jobs, &path)?;
+    report(&build, &outcomes);
+    Ok(())
+}
+
+/// Tries every change, and writes what became of each as it is known.
+fn all(
+    build: &Build,
+    tests: &[Test],
+    chosen: &[usize],
+    jobs: usize,
+    path: &Path,
+) -> Result<BTreeMap<usize, Outcome>, Problem> {
+    let file = std::fs::File::create(path);
+    let file = Mutex::new(file.map_err(|error| Problem::file("outcomes.txt", error))?);
+    let style = ProgressStyle::with_template("{wide_bar} {pos}/{len} {eta}").expect("a template");
+    let bar = ProgressBar::new(chosen.len() as u64).with_style(style);
+    let (next, experience) = (AtomicUsize::new(0), Experience::default());
+    let outcomes = Mutex::new(BTreeMap::new());
+    let work = || -> Result<(), Problem> {
+        while let Some(&switch) = chosen.get(next.fetch_add(1, Ordering::Relaxed)) {
+            let change = build.change(switch);
+            let outcome = experience.try_out(tests, &build.folder(), &change.file, switch)?;
+            let line = format!("{}\t{outcome:?}\n", described(build, switch));
+            let mut file = file.lock().expect("no panic while locked");
+            let written = file.write_all(line.as_bytes());
+            written.map_err(|error| Problem::file("outcomes.txt", error))?;
+            outcomes.lock().expect("no panic while locked").insert(switch, outcome);
+            bar.inc(1);
+        }
+        Ok(())
+    };
+    std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..jobs.max(1)).map(|_| scope.spawn(work)).collect();
+        threads.into_iter().try_for_each(|thread| thread.join().expect("no panic"))
+    })?;
+    bar.finish_and_clear();
+    Ok(outcomes.into_inner().expect("no panic while locked"))
+}
+
+fn described(build: &Build, switch: usize) -> String {
+    let change = build.change(switch);
+    format!("{}:{} {}: {}", change.file, change.line, change.function, change.what)
+}
+
+fn report(build: &Build, outcomes: &BTreeMap<usize, Outcome>) {
+    for (outcome, title) in
+        [(Outcome::Survives, "No test notices"), (Outcome::Unmet, "No test comes past")]
+    {
+        let of = outcomes.iter().filter(|(_, result)| **result == outcome);
+        let lines: Vec<_> = of.map(|(&switch, _)| described(build, switch)).collect();
+        println!("\n{title}: {}", lines.len());
+        lines.iter().for_each(|line| println!("{line}"));
+    }
+    println!("\n| file | changes | caught | of these by no end | survive | never met |");
+    println!("|---|---|---|---|---|---|");
+    let mut files: BTreeMap<&str, [usize; 5]> = BTreeMap::new();
+    for (&switch, outcome) in outcomes {
+        let row = files.entry(&build.change(switch).file).or_default();
+        row[0] += 1;
+        match outcome {
+            Outcome::Caught(_) => row[1] += 1,
+            Outcome::Endless(_) => {
+                row[1] += 1;
+                row[2] += 1;
+            }
+            Outcome::Survives => row[3] += 1,
+            Outcome::Unmet => row[4] += 1,
+        }
+    }
+    for (file, [made, caught, endless, survive, unmet]) in files {
+        println!("| `{file}` | {made} | {caught} | {endless} | {survive} | {unmet} |");
+    }
+}
