@@ -161,6 +161,7 @@ SET = Written(
 SN = Written(
     "--sn",
     SNCurve.read,
+    type=str,
     help='S-N line of the steel: amplitude, cycles to failure at it, slope, as "300 MPa,1e7,8"',
     metavar="STRENGTH,CYCLES,SLOPE[,ULTIMATE]",
 )
