@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import inspect
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import NoneType
 from typing import Any, Literal, get_args, get_origin
@@ -61,7 +61,9 @@ class Call:
         for name, written in self.written.items():
             default = self.parameters[name].default
             given = default is not inspect.Parameter.empty
-            keywords = kind(name, hints[name], default) | written.keywords
+            keywords = written.keywords
+            if not keywords.keys() & {"type", "action"}:
+                keywords = kind(name, hints[name], default) | keywords
             if written.flags[0].startswith("-"):
                 keywords = {"required": not given} | keywords
             text = (written.help or meanings[name]) + written.more
@@ -94,6 +96,8 @@ def kind(name: str, hint: Any, default: Any) -> dict[str, Any]:
             return {"type": number}
     if any(origin is not None and issubclass(origin, Mapping) for origin in origins):
         return {"action": "append"}
+    if not any(origin is not None and issubclass(origin, Iterable) for origin in origins):
+        raise TypeError(f"an option cannot be read as {hint}: {name} wants a type")
     word = "NAME" if get_args(kinds[0]) == (str,) else name.removesuffix("s").upper()
     return {"metavar": f"{word},...", "type": listed}
 
