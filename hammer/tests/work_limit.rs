@@ -142,3 +142,15 @@ fn waves_faster_than_any_solid_s_are_refused_by_name() {
     p.fidelity = Fidelity::Rigid;
     assert!(Machine::new(&p, &InputValues::default(), 0.0).is_ok(), "no waves, no limit");
 }
+
+/// Each window of air is solved by iterations, which take longer than the search of a rigid hammer: they use up what a
+/// call may do, and are named.
+#[test]
+fn air_uses_up_a_call_and_is_named() {
+    let mut p = Parameters { fidelity: Fidelity::Rigid, ..Parameters::default() };
+    (p.drive.source, p.work_limit) = (Source::Air, 1);
+    let mut m = machine(&(p, InputValues::default()));
+    let error = m.advance(1e6).expect_err("air for ever");
+    assert!(matches!(error, Error::Overwork { limit: WorkLimit::Air, .. }), "{error}");
+    assert!(m.counters().blows > 10, "not before it began");
+}

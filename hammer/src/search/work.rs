@@ -156,3 +156,32 @@ impl Budget {
         Error::Overwork { time, limit, mode: motion.mode(), suspect, work_limit }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::modal::model::Model;
+    use crate::quantities::inputs::Inputs;
+    use crate::quantities::parameters::{InputValues, Parameters};
+
+    /// A million million units are beyond any second.
+    #[test]
+    fn every_kind_of_work_is_paid_for_and_the_most_is_named() {
+        let (parameters, many) = (Parameters::default(), 1 << 40);
+        let model = Model::new(&parameters).expect("a model");
+        let inputs = Inputs::constant(&InputValues::default());
+        let motion = Motion::new(model, inputs, 0.0).expect("a scene");
+        let none = Work::default();
+        for (work, cause) in [
+            (Work { evaluations: many, ..none }, WorkLimit::Search),
+            (Work { barrier: many, evaluations: many / 2, ..none }, WorkLimit::Barrier),
+            (Work { air: many, samples: many / 2, ..none }, WorkLimit::Air),
+        ] {
+            let mut budget = Budget::default();
+            budget.begin_step(&motion, &none);
+            let checked = Allowance::of_seconds(1).within(|| budget.check(&motion, &work, 0.0));
+            let Err(Error::Overwork { limit, .. }) = checked else { panic!("{checked:?}") };
+            assert_eq!(limit, cause);
+        }
+    }
+}
