@@ -5,7 +5,8 @@ mod abuser;
 mod support;
 
 use abuser::three::ThreeAbuser;
-use abuser::{Abuser, SLOWER, Watchdog};
+use abuser::watchdog::SLOWER;
+use abuser::{Abuser, Watchdog};
 use dth_hammer::CAPACITY;
 use hammer::variables::{Role, VARIABLES};
 use rand::SeedableRng;
