@@ -27,7 +27,7 @@ use oracles::linear::Real;
 use oracles::perturb::{Near, perturbed};
 use oracles::record::GivenUp;
 use oracles::run::Run;
-use oracles::scene::{Scene, Schedule};
+use oracles::scene::{Action as Given, Scene, Schedule};
 use oracles::taylor::Accuracy;
 
 /// The reference's series: their last term is a millionth of a double's last digit.
@@ -149,6 +149,8 @@ struct Trajectory {
 /// What the reference and its perturbed runs say of a scene.
 struct Known {
     instants: Vec<f64>,
+    /// When inputs are set, s.
+    set: Vec<f64>,
     reference: Trajectory,
     others: Vec<Trajectory>,
     /// Until when they go and agree, and from when on a guard has not decided, s.
@@ -160,7 +162,7 @@ impl Known {
     /// Adds what another run says, when it was given up, and from when on it was not decided.
     fn add(&mut self, (other, given_up, pending): (Trajectory, f64, f64)) {
         self.rests = self.rests.min(pending);
-        let parted = parting(&self.reference.events, &other.events);
+        let parted = parting(&self.reference.events, &other.events, &self.set);
         self.until = self.until.min(given_up).min(parted);
         self.others.push(other);
     }
@@ -183,8 +185,10 @@ fn known(
 ) -> Known {
     let solve = |run, schedule: &Schedule| solve(run, schedule, instants, patience);
     let (reference, given_up, pending) = solve(Run::new(scene, ACCURACY), schedule);
+    let set = schedule.iter().filter(|(_, action)| matches!(action, Given::Set(..)));
     let mut known = Known {
         instants: instants.to_vec(),
+        set: set.map(|(time, _)| *time).collect(),
         others: Vec::new(),
         until: given_up.min(pending),
         rests: f64::INFINITY,
@@ -257,7 +261,7 @@ pub fn compare_over(case: &RandomScene, patience: usize) -> Result<Differences, 
     let (case, scene) = exact_scene(case, patience);
     let schedule = case.schedule()?;
     let known = known_of(&case, &scene, &schedule, patience)?;
-    let Known { instants, reference, others, until, rests } = known;
+    let Known { instants, reference, others, until, rests, .. } = known;
     let passed: Vec<f64> = reference.events.iter().map(|e| e.0.to_f64()).collect();
     let engine = engine(&case, &schedule, &instants, (until, &passed))?;
     let accounts = (&engine, &reference, &*others);
@@ -292,15 +296,19 @@ pub fn beside(case: &RandomScene) -> Result<String, Error> {
     Ok(lines.join("\n"))
 }
 
-/// When two sequences of events first differ, s. One that comes later after the event before it by a
-/// part 1 / [`FACTOR`] of the time between is another: what is granted would exceed that time.
-fn parting(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)]) -> f64 {
-    let gap = |list: &[(Dd, Event, Mode)], i: usize| {
-        let before = i.checked_sub(1).map_or(Dd::default(), |before| list[before].0);
-        (list[i].0 - before).to_f64()
-    };
+/// When two sequences of events first differ, s. One that comes later after the event before it, or after
+/// the last setting of an input, by a part 1 / [`FACTOR`] of the time between is another: what is granted
+/// would exceed that time.
+fn parting(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)], set: &[f64]) -> f64 {
     let alike = |&i: &usize| {
-        let (x, y) = (gap(a, i), gap(b, i));
+        let both = a[i].0.to_f64().min(b[i].0.to_f64());
+        let set = set[..set.partition_point(|time| *time <= both)].last();
+        let set = set.map_or(Dd::default(), |time| Dd::from(*time));
+        let gap = |list: &[(Dd, Event, Mode)]| {
+            let before = i.checked_sub(1).map_or(Dd::default(), |before| list[before].0);
+            (list[i].0 - if set > before { set } else { before }).to_f64()
+        };
+        let (x, y) = (gap(a), gap(b));
         let together = hammer::TIME_RESOLUTION + f64::EPSILON * a[i].0.to_f64();
         let later = (x - y).abs() - together;
         a[i].1 == b[i].1 && a[i].2 == b[i].2 && FACTOR * later <= x.max(y)

@@ -98,4 +98,5 @@ agree! {
     set_at_the_start,
     unequal_bodies or rough,
     retuned_twice_at_once,
+    standing_tip_is_pushed,
 }
