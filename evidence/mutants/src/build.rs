@@ -29,7 +29,10 @@ impl Build {
     /// A file that cannot be read or written, or is no Rust.
     pub fn new(project: &Path, parts: &[String]) -> Result<Self, Problem> {
         let root = target(project).join("mutants/tree");
-        let listed = Command::new("git").args(["ls-files"]).current_dir(project).output();
+        let listed = Command::new("git")
+            .args(["ls-files", "-co", "--exclude-standard"])
+            .current_dir(project)
+            .output();
         let listed = listed.map_err(|error| Problem::file("git", error))?.stdout;
         let (mut sources, mut switches) = (Vec::new(), Vec::new());
         for file in String::from_utf8_lossy(&listed).lines() {
@@ -76,7 +79,14 @@ impl Build {
         let mut command = cargo(&self.root);
         let folder = self.root.with_file_name("build");
         command.env("CARGO_TARGET_DIR", folder).env("RUSTFLAGS", "--cap-lints=allow");
-        command.args([task, "--locked", "--package", "hammer", "--features", "internals"]);
+        command.args([task, "--locked", "--quiet"]);
+        command
+    }
+
+    /// The same for the engine alone, with its tests.
+    fn engine(&self, task: &str) -> Command {
+        let mut command = self.cargo(task);
+        command.args(["--package", "hammer", "--features", "internals"]);
         command
     }
 
@@ -99,8 +109,8 @@ impl Build {
                 let of_file = written.places.into_iter();
                 places.extend(of_file.map(|(change, range)| (index, first + change + 1, range)));
             }
-            let mut check = self.cargo("check");
-            let output = check.args(["--tests", "--quiet", "--message-format=json"]).output();
+            let mut check = self.engine("check");
+            let output = check.args(["--tests", "--message-format=json"]).output();
             let output = output.map_err(|error| Problem::file("cargo check", error))?;
             if output.status.success() {
                 return Ok(());
@@ -151,10 +161,10 @@ impl Build {
     ///
     /// What cargo says.
     pub fn programs(&self) -> Result<Vec<(String, PathBuf)>, Problem> {
-        let mut build = self.cargo("test");
-        run(build.args(["--no-run", "--lib", "--tests", "--quiet"]))?;
-        let mut list = self.cargo("test");
-        list.args(["--no-run", "--lib", "--tests", "--quiet", "--message-format=json"]);
+        let tests = ["--no-run", "--lib", "--tests"];
+        run(self.engine("test").args(tests))?;
+        let mut list = self.engine("test");
+        list.args(tests).arg("--message-format=json");
         let output = list.output().map_err(|error| Problem::file("cargo test", error))?;
         let text = String::from_utf8_lossy(&output.stdout);
         let messages = text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
@@ -163,6 +173,16 @@ impl Build {
             Some((message["target"]["name"].as_str()?.to_owned(), PathBuf::from(path)))
         };
         Ok(messages.filter_map(program).collect())
+    }
+
+    /// The program that compares the engine with the extended-precision reference.
+    ///
+    /// # Errors
+    ///
+    /// What cargo says.
+    pub fn comparison(&self) -> Result<PathBuf, Problem> {
+        run(self.cargo("build").args(["--package", "verify", "--bin", "compare"]))?;
+        Ok(self.root.with_file_name("build").join("debug/compare"))
     }
 }
 

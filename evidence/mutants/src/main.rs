@@ -13,7 +13,7 @@ mod trial;
 use build::Build;
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -57,9 +57,13 @@ struct Arguments {
     /// Leave out a test that takes longer than this on the unchanged engine, s
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..))]
     longest: u64,
-    /// Only these programs of tests: `hammer` has the unit tests
-    #[arg(long)]
+    /// Only these programs of tests: `hammer` has the unit tests, `compare` is the comparison of drawn
+    /// scenes with the extended-precision reference
+    #[arg(long, num_args = 1..)]
     tests: Vec<String>,
+    /// Only those changes that target/mutants/outcomes.txt says no test noticed or came past
+    #[arg(long)]
+    again: bool,
 }
 
 fn main() -> ExitCode {
@@ -77,18 +81,36 @@ fn run(arguments: &Arguments) -> Result<(), Problem> {
     println!("Building the engine with every change in it (some minutes the first time)");
     let mut build = Build::new(&root, &arguments.parts)?;
     build.compile()?;
+    let wanted =
+        |name: &str| arguments.tests.is_empty() || arguments.tests.iter().any(|n| n == name);
     let mut programs = build.programs()?;
-    programs.retain(|(name, _)| arguments.tests.is_empty() || arguments.tests.contains(name));
+    programs.retain(|(name, _)| wanted(name));
     println!("Each test once on the unchanged engine");
     let limit = Duration::from_secs(arguments.longest);
-    let tests = trial::tests(&programs, &build.folder(), limit)?;
-    let switches = (1..=build.count()).filter(|switch| !build.refused.contains(switch));
-    let chosen: Vec<_> = switches.step_by(arguments.every as usize).collect();
-    println!("{} changes of {}, {} tests", chosen.len(), build.count(), tests.len());
+    let mut tests = trial::tests(&programs, &build.folder(), limit)?;
+    if wanted("compare") {
+        tests.extend(trial::comparisons(&build.comparison()?, &build.folder())?);
+    }
     let path = target(&root).join("mutants/outcomes.txt");
+    let chosen = chosen(&build, arguments, &path);
+    println!("{} changes of {}, {} tests", chosen.len(), build.count(), tests.len());
     let outcomes = all(&build, &tests, &chosen, arguments.jobs, &path)?;
     report(&build, &outcomes);
     Ok(())
+}
+
+/// The switches of the changes to try.
+fn chosen(build: &Build, arguments: &Arguments, outcomes: &Path) -> Vec<usize> {
+    let before = std::fs::read_to_string(outcomes).unwrap_or_default();
+    let lines = before.lines().filter_map(|line| line.split_once('\t'));
+    let unnoticed: BTreeSet<&str> = lines
+        .filter(|(_, came)| *came == "Survives" || *came == "Unmet")
+        .map(|(of, _)| of)
+        .collect();
+    let switches = (1..=build.count()).filter(|switch| !build.refused.contains(switch));
+    let switches = switches.step_by(arguments.every as usize);
+    let left = |switch: &usize| !arguments.again || unnoticed.contains(&*described(build, *switch));
+    switches.filter(left).collect()
 }
 
 /// Tries every change, and writes what became of each as it is known.

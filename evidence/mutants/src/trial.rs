@@ -10,14 +10,76 @@ use std::time::{Duration, Instant};
 /// What a test may take of a changed engine, over what it takes of the unchanged one.
 const PATIENCE: (u32, Duration) = (10, Duration::from_secs(5));
 
+/// Scenes of one comparison, and how many comparisons of each kind there are.
+const SCENES: u32 = 40;
+const COMPARISONS: [(&str, u32); 2] = [("mixed", 12), ("air", 3)];
+
 /// A test of the engine.
 pub struct Test {
     /// Program and name.
     pub name: (String, String),
     path: PathBuf,
+    arguments: Vec<String>,
     time: Duration,
     /// The changes that it comes past, ascending.
     met: Vec<usize>,
+}
+
+impl Test {
+    /// A test of a program of tests.
+    fn of(program: &str, path: &Path, name: String) -> Self {
+        let arguments = ["--exact", &name, "--test-threads=1"].map(str::to_owned).to_vec();
+        Self::with((program.to_owned(), name), path, arguments)
+    }
+
+    fn with(name: (String, String), path: &Path, arguments: Vec<String>) -> Self {
+        Self { name, path: path.to_owned(), arguments, time: Duration::ZERO, met: Vec::new() }
+    }
+
+    /// Comparisons, each with the file in `folder` that has the reference's accounts.
+    fn comparisons(path: &Path, folder: &Path) -> Vec<(PathBuf, Self)> {
+        let one = |kind: &str, from: u32| {
+            let accounts = folder.join(format!("{kind}-{from}.accounts"));
+            let numbers = [("--scenes", SCENES), ("--from", from)];
+            let mut arguments = vec!["--kind".to_owned(), kind.to_owned()];
+            arguments.extend(["--accounts".to_owned(), accounts.display().to_string()]);
+            arguments.extend(numbers.into_iter().flat_map(|(k, n)| [k.to_owned(), n.to_string()]));
+            let name = ("compare".to_owned(), format!("{kind} {from}"));
+            (accounts, Self::with(name, path, arguments))
+        };
+        let all = |(kind, count)| (0..count).map(move |from| one(kind, from));
+        COMPARISONS.into_iter().flat_map(all).collect()
+    }
+
+    fn command(&self, folder: &Path) -> Command {
+        let mut command = Command::new(&self.path);
+        command.args(&self.arguments).current_dir(folder);
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+        command
+    }
+
+    /// The test, if it passes on the unchanged engine within `limit`, with its time and the changes
+    /// that it comes past.
+    fn tried(mut self, folder: &Path, limit: Duration) -> Result<Option<Self>, Problem> {
+        let notes = std::env::temp_dir().join(format!("mutants-{}", std::process::id()));
+        let _ = std::fs::remove_file(&notes);
+        let mut once = self.command(folder);
+        once.env("MUTANTS_MET", &notes);
+        let start = Instant::now();
+        let passed = wait(once, limit).map_err(|error| Problem::file(&self.name.1, error))?;
+        self.time = start.elapsed();
+        let text = std::fs::read_to_string(&notes).unwrap_or_default();
+        self.met = text.lines().filter_map(|line| line.parse().ok()).collect();
+        self.met.sort_unstable();
+        let _ = std::fs::remove_file(&notes);
+        if passed == Some(true) {
+            return Ok(Some(self));
+        }
+        let why = if passed.is_none() { "takes too long" } else { "fails" };
+        let (program, name) = &self.name;
+        println!("left out, for it {why} on the unchanged engine: {program} {name}");
+        Ok(None)
+    }
 }
 
 /// What became of a change.
@@ -30,13 +92,6 @@ pub enum Outcome {
     /// This test does not end.
     Endless(String),
     Survives,
-}
-
-fn command(path: &Path, folder: &Path, name: &str) -> Command {
-    let mut command = Command::new(path);
-    command.args(["--exact", name, "--test-threads=1"]).current_dir(folder);
-    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    command
 }
 
 fn names(path: &Path, folder: &Path, ignored: &[&str]) -> Result<Vec<String>, Problem> {
@@ -62,7 +117,7 @@ fn wait(mut command: Command, limit: Duration) -> std::io::Result<Option<bool>> 
     Ok(None)
 }
 
-/// All tests that pass within `limit`, with the changes that they come past; others are named.
+/// All tests that pass within `limit`; others are named.
 ///
 /// # Errors
 ///
@@ -72,30 +127,31 @@ pub fn tests(
     folder: &Path,
     limit: Duration,
 ) -> Result<Vec<Test>, Problem> {
-    let notes = std::env::temp_dir().join(format!("mutants-{}", std::process::id()));
     let mut tests = Vec::new();
     for (program, path) in programs {
         let ignored = names(path, folder, &["--ignored"])?;
         for name in names(path, folder, &[])?.into_iter().filter(|name| !ignored.contains(name)) {
-            let _ = std::fs::remove_file(&notes);
-            let start = Instant::now();
-            let mut once = command(path, folder, &name);
-            once.env("MUTANTS_MET", &notes);
-            let passed = wait(once, limit).map_err(|error| Problem::file(&name, error))?;
-            if passed != Some(true) {
-                let why = if passed.is_none() { "takes too long" } else { "fails" };
-                println!("left out, for it {why} on the unchanged engine: {program} {name}");
-                continue;
-            }
-            let text = std::fs::read_to_string(&notes).unwrap_or_default();
-            let mut met: Vec<usize> = text.lines().filter_map(|line| line.parse().ok()).collect();
-            met.sort_unstable();
-            let (time, name) = (start.elapsed(), (program.clone(), name));
-            tests.push(Test { name, path: path.clone(), time, met });
+            tests.extend(Test::of(program, path, name).tried(folder, limit)?);
         }
         println!("{program}: {} tests so far", tests.len());
     }
-    let _ = std::fs::remove_file(&notes);
+    Ok(tests)
+}
+
+/// The comparisons with the reference, whose accounts are made first.
+///
+/// # Errors
+///
+/// A program that cannot be run.
+pub fn comparisons(path: &Path, folder: &Path) -> Result<Vec<Test>, Problem> {
+    let mut tests = Vec::new();
+    for (accounts, test) in Test::comparisons(path, folder) {
+        let _ = std::fs::remove_file(accounts);
+        let mut first = test.command(folder);
+        first.status().map_err(|error| Problem::file(&test.name.1, error))?;
+        tests.extend(test.tried(folder, Duration::from_secs(60))?);
+    }
+    println!("compare: {} comparisons of {SCENES} scenes", tests.len());
     Ok(tests)
 }
 
@@ -134,7 +190,7 @@ impl Experience {
             return Ok(Outcome::Unmet);
         }
         for (index, test) in order {
-            let mut changed = command(&test.path, folder, &test.name.1);
+            let mut changed = test.command(folder);
             changed.env("MUTANT", switch.to_string());
             let passed = wait(changed, PATIENCE.0 * test.time + PATIENCE.1)
                 .map_err(|error| Problem::file(&test.name.1, error))?;

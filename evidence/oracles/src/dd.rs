@@ -11,10 +11,11 @@
 //! only some 17 digits, and it is slower (`examples/dd_speed.rs`).
 
 use crate::model::Real;
+use serde::{Deserialize, Serialize};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// `hi + lo`.
-#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Default, Serialize, Deserialize)]
 pub struct Dd {
     /// The nearest `f64`.
     pub hi: f64,

@@ -16,38 +16,15 @@
 
 use crate::actions::{self, Action};
 use crate::bodies;
-use crate::observables::{FORCE, OBSERVABLES, Observed, PLACE, Scales, of_engine, of_reference};
+use crate::known::{Account, FACTOR, Known, Trajectory};
+use crate::observables::{FORCE, OBSERVABLES, PLACE, Scales, of_engine};
 use crate::random_scene::RandomScene;
 use crate::scene;
 use hammer::{Error, Machine};
 use oracles::dd::Dd;
-use oracles::guard_perturbation::GuardPerturbation;
 use oracles::law::{Event, Mode};
 use oracles::linear::Real;
-use oracles::perturb::{Near, perturbed};
-use oracles::record::GivenUp;
-use oracles::run::Run;
-use oracles::scene::{Action as Given, Scene, Schedule};
-use oracles::taylor::Accuracy;
 
-/// The reference's series: their last term is a millionth of a double's last digit.
-pub(crate) const ACCURACY: Accuracy = Accuracy { order: 36, tolerance: 1e-24 };
-/// Series a run may take; by then each has seen some thousand radians of the fastest motion.
-pub(crate) const PATIENCE: usize = 700;
-/// Perturbed runs. Their numbers are off in drawn directions: that none of four shows a tenth of a
-/// change that is normally distributed has a chance of 4e-5, of two, 6e-3, and many numbers of
-/// many scenes are compared.
-const SEEDS: [u64; 4] = [1, 2, 3, 4];
-/// What the perturbed runs resolve, over what can be resolved.
-const COARSER: [f64; 4] = [4.0, 0.25, 4.0, 0.25];
-/// What the engine's guards are sure to count, over what they resolve: of an excursion between these they may
-/// do either (`hammer/src/search/tracker.rs`, statements 1 and 2).
-const COUNTED: f64 = 3.0 / 8.0;
-/// Instants compared.
-pub(crate) const INSTANTS: usize = 12;
-/// Multiple of what a change of four units in the last place brings about that is granted: a
-/// state passes through some tens of products a transition, each with a rounding of its own.
-pub const FACTOR: f64 = 32.0;
 /// Rounding granted to each number, over the scale of its kind ([`Scales`]).
 pub const ROUNDING: f64 = 256.0 * f64::EPSILON;
 /// Rounding granted for each event before, and for each action, likewise: the state goes through two
@@ -116,8 +93,8 @@ impl Differences {
         self.unlike.is_none() && self.observed.ratio() <= 1.0 && self.timing.ratio() <= 1.0
     }
 
-    /// True if events differ after a guard has come to rest within rounding of its level: whether it
-    /// has crossed, nobody can know.
+    /// True if events differ after a guard has come to rest within rounding of its level, or as it leaves it:
+    /// whether it has crossed, nobody can know.
     pub fn from_guard_at_rest(&self) -> bool {
         self.unlike.is_some() && self.rests <= self.parted
     }
@@ -136,148 +113,27 @@ impl Differences {
     }
 }
 
-/// An engine's or a reference's account of a scene.
-struct Trajectory {
-    events: Vec<(Dd, Event, Mode)>,
-    /// Rates of the guards at these, of a reference.
-    rates: Vec<f64>,
-    observed: Vec<Observed>,
-    /// Largest [mismatch](Differences::mismatch) of a basis, of an engine.
-    mismatch: f64,
-}
-
-/// What the reference and its perturbed runs say of a scene.
-struct Known {
-    instants: Vec<f64>,
-    /// When inputs are set, s.
-    set: Vec<f64>,
-    reference: Trajectory,
-    others: Vec<Trajectory>,
-    /// Until when they go and agree, and from when on a guard has not decided, s.
-    until: f64,
-    rests: f64,
-}
-
-impl Known {
-    /// Adds what another run says, when it was given up, and from when on it was not decided.
-    fn add(&mut self, (other, given_up, pending): (Trajectory, f64, f64)) {
-        self.rests = self.rests.min(pending);
-        let parted = parting(&self.reference.events, &other.events, &self.set);
-        self.until = self.until.min(given_up).min(parted);
-        self.others.push(other);
-    }
-}
-
-/// A draw no longer than the reference's patience, in its words.
-fn exact_scene(case: &RandomScene, patience: usize) -> (RandomScene, Scene) {
-    let scene = scene::finite_elements(&case.parameters, &case.inputs);
-    // A unit of its pace a series, to be on the safe side: events take more.
-    let span = patience as f64 * Run::<f64>::new(&scene, ACCURACY).unit_time();
-    (case.within(span), scene)
-}
-
-/// The reference's account of a scene and its perturbed runs', `near` events at which it is retuned.
-fn known(
-    scene: &Scene,
-    schedule: &Schedule,
-    (instants, patience): (&[f64], usize),
-    near: &[Near],
-) -> Known {
-    let solve = |run, schedule: &Schedule| solve(run, schedule, instants, patience);
-    let (reference, given_up, pending) = solve(Run::new(scene, ACCURACY), schedule);
-    let set = schedule.iter().filter(|(_, action)| matches!(action, Given::Set(..)));
-    let mut known = Known {
-        instants: instants.to_vec(),
-        set: set.map(|(time, _)| *time).collect(),
-        others: Vec::new(),
-        until: given_up.min(pending),
-        rests: f64::INFINITY,
-        reference,
-    };
-    let mut finer = Run::new(scene, ACCURACY);
-    finer.finer = COUNTED;
-    known.add(solve(finer, schedule));
-    for (seed, coarser) in SEEDS.into_iter().zip(COARSER) {
-        let at = known.reference.events.iter().map(|e| Near { at: e.0.to_f64(), known: 0.0 });
-        let near: Vec<Near> = at.chain(near.iter().copied()).collect();
-        let (scene, schedule) = perturbed(scene, schedule, seed, &near);
-        let settles = seed % 2 == 0;
-        let run = Run::<Dd>::new(&scene, ACCURACY).perturbed_guards(GuardPerturbation {
-            seed,
-            coarser,
-            settles,
-        });
-        known.add(solve(run, &schedule));
-    }
-    known
-}
-
-/// What is known of a scene and its script.
-fn known_of(
-    case: &RandomScene,
-    scene: &Scene,
-    schedule: &[(f64, Action)],
-    patience: usize,
-) -> Result<Known, Error> {
-    let instants: Vec<f64> =
-        (1..=INSTANTS).map(|i| case.end() * i as f64 / INSTANTS as f64).collect();
-    let solve = |schedule: &[(f64, Action)], near: &[Near]| {
-        let translated = actions::translated_actions(&case.parameters, schedule);
-        known(scene, &translated, (&instants, patience), near)
-    };
-    if case.actions.at_event.is_none() {
-        return Ok(solve(schedule, &[]));
-    }
-    // How far the event is known at which it is retuned, the scene tells that is not.
-    let mut before = case.clone();
-    before.actions.at_event = None;
-    let Known { reference, others, .. } = solve(&before.schedule()?, &[]);
-    let near = reference.events.iter().enumerate().map(|(i, event)| {
-        let spread = others.iter().filter_map(|other| other.events.get(i));
-        let spread = spread.filter(|own| own.1 == event.1).map(|own| (own.0 - event.0).to_f64());
-        Near { at: event.0.to_f64(), known: spread.map(f64::abs).fold(0.0, f64::max) }
-    });
-    Ok(solve(schedule, &near.collect::<Vec<_>>()))
-}
-
-/// Series of a drawn scene: a wave goes a long way down a drill string, and back.
-fn patience(case: &RandomScene) -> usize {
-    if scene::is_loose(&case.parameters) { 4 * PATIENCE } else { PATIENCE }
-}
-
 /// Compares the engine with the reference.
 ///
 /// # Errors
 /// The engine's, if it refuses the scene before the scene is undecided.
-pub fn compare(case: &RandomScene) -> Result<Differences, Error> {
-    compare_over(case, patience(case))
-}
-
-/// The same, through so many series of the reference.
-///
-/// # Errors
-/// See [`compare`].
-pub fn compare_over(case: &RandomScene, patience: usize) -> Result<Differences, Error> {
-    let (case, scene) = exact_scene(case, patience);
-    let schedule = case.schedule()?;
-    let known = known_of(&case, &scene, &schedule, patience)?;
+pub fn compare(account: &Account) -> Result<Differences, Error> {
+    let Account { case, schedule, known } = account;
     let Known { instants, reference, others, until, rests, .. } = known;
     let passed: Vec<f64> = reference.events.iter().map(|e| e.0.to_f64()).collect();
-    let engine = engine(&case, &schedule, &instants, (until, &passed))?;
-    let accounts = (&engine, &reference, &*others);
-    let found = judge(accounts, &schedule, &instants, (until, Scales::new(&case)));
-    Ok(Differences { rests, ..found })
+    let engine = engine(case, schedule, instants, (*until, &passed))?;
+    let accounts = (&engine, reference, &**others);
+    let found = judge(accounts, schedule, instants, (*until, Scales::new(case)));
+    let at_rest = known.vague.contains(&found.events);
+    Ok(Differences { rests: if at_rest { found.parted } else { *rests }, ..found })
 }
 
 /// The events of the engine, the reference and its perturbed runs beside one another, a line each, with
 /// what is done to the scene before them.
-pub fn beside(case: &RandomScene) -> Result<String, Error> {
-    let patience = patience(case);
-    let (case, scene) = exact_scene(case, patience);
-    let schedule = case.schedule()?;
-    let known = known_of(&case, &scene, &schedule, patience)?;
+pub fn beside(account: &Account) -> String {
+    let Account { case, schedule, known } = account;
     let Known { reference, others, instants, .. } = known;
-    let engine = engine(&case, &schedule, &instants, (f64::INFINITY, &[]));
+    let engine = engine(case, schedule, instants, (f64::INFINITY, &[]));
     let engine = engine.map(|trajectory| trajectory.events).unwrap_or_default();
     let mut lines: Vec<String> =
         schedule.iter().map(|(time, action)| format!("at {time:.16e} {action:?}")).collect();
@@ -293,47 +149,7 @@ pub fn beside(case: &RandomScene) -> Result<String, Error> {
         });
         lines.push(format!("{i}: {}", cells.collect::<Vec<_>>().join(" | ")));
     }
-    Ok(lines.join("\n"))
-}
-
-/// When two sequences of events first differ, s. One that comes later after the event before it, or after
-/// the last setting of an input, by a part 1 / [`FACTOR`] of the time between is another: what is granted
-/// would exceed that time.
-fn parting(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)], set: &[f64]) -> f64 {
-    let alike = |&i: &usize| {
-        let both = a[i].0.to_f64().min(b[i].0.to_f64());
-        let set = set[..set.partition_point(|time| *time <= both)].last();
-        let set = set.map_or(Dd::default(), |time| Dd::from(*time));
-        let gap = |list: &[(Dd, Event, Mode)]| {
-            let before = i.checked_sub(1).map_or(Dd::default(), |before| list[before].0);
-            (list[i].0 - if set > before { set } else { before }).to_f64()
-        };
-        let (x, y) = (gap(a), gap(b));
-        let together = hammer::TIME_RESOLUTION + f64::EPSILON * a[i].0.to_f64();
-        let later = (x - y).abs() - together;
-        a[i].1 == b[i].1 && a[i].2 == b[i].2 && FACTOR * later <= x.max(y)
-    };
-    let same = (0..a.len().min(b.len())).take_while(alike).count();
-    let next = [a, b].map(|list| list.get(same).map_or(f64::INFINITY, |e| e.0.to_f64()));
-    next[0].min(next[1])
-}
-
-/// The reference's account, until when it goes, and from when on a guard had not decided.
-fn solve(
-    mut run: Run<Dd>,
-    schedule: &Schedule,
-    instants: &[f64],
-    patience: usize,
-) -> (Trajectory, f64, f64) {
-    run.patience = patience;
-    let given_up = match run.through(instants, schedule) {
-        Ok(()) => f64::INFINITY,
-        Err(GivenUp::Zeno(time) | GivenUp::Long(time)) => time,
-    };
-    let events = run.events.iter().map(|e| (e.time, e.event, e.mode)).collect();
-    let rates = run.events.iter().map(|e| e.rate.to_f64()).collect();
-    let observed = run.samples.iter().map(|sample| of_reference(&run, sample)).collect();
-    (Trajectory { events, rates, observed, mismatch: 0.0 }, given_up, run.near_miss())
+    lines.join("\n")
 }
 
 fn engine(

@@ -22,6 +22,7 @@ pub mod hard;
 pub mod hard_cases;
 mod hard_scenes;
 pub mod joints;
+pub mod known;
 pub mod long;
 pub mod map;
 pub mod measured;

@@ -14,7 +14,8 @@
 
 use crate::actions::{self, Action};
 use crate::bodies;
-use crate::compare::{ACCURACY, FACTOR, PATIENCE, ROUNDING};
+use crate::compare::ROUNDING;
+use crate::known::{ACCURACY, FACTOR, PATIENCE};
 use crate::observables::{MOTIONS, OBSERVABLES, Scales, exactly, motions};
 use crate::random_scene::{RandomScene, mixed};
 use crate::scene;

@@ -1,11 +1,14 @@
 //! Many drawn scenes compared with the reference, and what came of it.
 
-use crate::compare::{INSTANTS, Worst, beside, compare};
+use crate::compare::{Differences, Worst, beside, compare};
+use crate::known::{Account, INSTANTS};
 use crate::properties::refusal;
 use crate::random_scene::{self, RandomScene};
 use clap::ValueEnum;
+use hammer::Error;
 use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 use std::sync::mpsc::{self, Sender};
@@ -60,7 +63,7 @@ pub(crate) fn batches(
 }
 
 /// Which scenes are drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 pub enum Kind {
     /// Loads stay what they are, but for the relay.
     Still,
@@ -170,10 +173,30 @@ pub fn these(names: &[Name], kind: Kind, events: bool, mut tell: impl FnMut(&str
         let case = lists.next().and_then(|(_, mut list)| list.drain(..).nth(name.place));
         let case = case.expect("a batch has as many scenes as a name can tell apart");
         if events {
-            tell(&beside(&case).unwrap_or_else(|error| error.to_string()));
+            let account = Account::of(&case);
+            tell(&account.map_or_else(|error| error.to_string(), |account| beside(&account)));
         }
         tally.add(&format!("scene {name}"), &case, &mut tell);
     }
+    tell(&tally.line());
+    tally
+}
+
+/// The reference's accounts of so many drawn scenes, but for those that the engine refuses.
+pub fn accounts((scenes, from): (u32, u32), kind: Kind) -> Vec<Account> {
+    let strategy = kind.strategy();
+    let drawn = batches(&strategy, STREAM, from, scenes).flat_map(|(_, list)| list);
+    let accounts = drawn.filter_map(|case| Account::of(&case).ok());
+    accounts.filter(|account| compare(account).is_ok()).collect()
+}
+
+/// Compares the engine with accounts of scenes that it does not refuse.
+pub fn against(accounts: &[Account], mut tell: impl FnMut(&str)) -> Tally {
+    let mut tally = Tally::default();
+    for (index, account) in accounts.iter().enumerate() {
+        tally.note(&format!("account {index}"), &account.case, compare(account), &mut tell);
+    }
+    tally.failures.extend((0..tally.refused).map(|_| "refused".to_owned()));
     tell(&tally.line());
     tally
 }
@@ -197,8 +220,20 @@ impl Tally {
 
     /// Compares one more scene.
     pub fn add(&mut self, name: &str, case: &RandomScene, tell: &mut impl FnMut(&str)) {
+        let found = Account::of(case).and_then(|account| compare(&account));
+        self.note(name, case, found, tell);
+    }
+
+    /// Counts what came of one more scene.
+    fn note(
+        &mut self,
+        name: &str,
+        case: &RandomScene,
+        found: Result<Differences, Error>,
+        tell: &mut impl FnMut(&str),
+    ) {
         self.scenes += 1;
-        let violation = match compare(case) {
+        let violation = match found {
             Ok(found) => {
                 self.events += found.events;
                 self.instants += found.instants;

@@ -4,8 +4,10 @@
 //! bases alone, what by less than anyone sees, and how near the rest came.
 
 use clap::Parser;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use verify::tally::{Kind, Name, Tally, tally, these};
+use verify::known::Account;
+use verify::tally::{Kind, Name, Tally, accounts, against, tally, these};
 
 #[derive(Parser)]
 #[command(about = "Compares the engine with the extended-precision reference on drawn scenes")]
@@ -33,6 +35,10 @@ struct Arguments {
     /// reports/derivatives.md
     #[arg(long, conflicts_with = "kind")]
     keep: bool,
+    /// What the reference says of the scenes, which no change of the engine changes: read from this file, or
+    /// written to it if there is none
+    #[arg(long, conflicts_with_all = ["only", "derivatives", "keep"])]
+    accounts: Option<PathBuf>,
 }
 
 /// What the report of derivatives is about.
@@ -81,6 +87,25 @@ fn account(scenes: u32, from: u32, found: &Tally) -> String {
     format!("`cargo compare --scenes {scenes} --from {from}`{stopped}\n\n{}\n", found.line())
 }
 
+/// The scenes of a file of accounts, and what the reference says of them.
+type Stored = ((u32, u32), Kind, Vec<Account>);
+
+/// Accounts from a file, or for it.
+fn accounts_of(path: &Path, scenes: (u32, u32), kind: Kind) -> Result<Vec<Account>, String> {
+    let wrong = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+    if path.exists() {
+        let bytes = std::fs::read(path).map_err(|error| wrong(&error))?;
+        let stored = postcard::from_bytes(&bytes).map_err(|error| wrong(&error))?;
+        let (of, its_kind, accounts): Stored = stored;
+        let same = of == scenes && its_kind == kind;
+        return if same { Ok(accounts) } else { Err(wrong(&"has other scenes")) };
+    }
+    let stored: Stored = (scenes, kind, accounts(scenes, kind));
+    let bytes = postcard::to_allocvec(&stored).map_err(|error| wrong(&error))?;
+    std::fs::write(path, bytes).map_err(|error| wrong(&error))?;
+    Ok(stored.2)
+}
+
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     if arguments.derivatives {
@@ -97,7 +122,15 @@ fn main() -> ExitCode {
     let tell = |text: &str| println!("{text}");
     let Arguments { scenes, from, keep, .. } = arguments;
     let mut written = ExitCode::SUCCESS;
-    let found = if arguments.only.is_empty() {
+    let found = if let Some(path) = &arguments.accounts {
+        match accounts_of(path, (scenes, from), arguments.kind) {
+            Ok(accounts) => against(&accounts, tell),
+            Err(error) => {
+                eprintln!("error: {error}");
+                return ExitCode::FAILURE;
+            }
+        }
+    } else if arguments.only.is_empty() {
         tally((scenes, from), arguments.kind, tell, |found| {
             println!("{}", found.line());
             if keep {
