@@ -2,10 +2,11 @@
 //! against what its definition gives from other outputs.
 
 use hammer::{
-    Energies, Error, Event, Fidelity, InputValues, Machine, Parameters, RockEvent, RockMode,
+    Energies, Error, Event, Fidelity, Input, InputValues, Machine, Parameters, RockEvent, RockMode,
     Source, State,
 };
 use serde_json::Value;
+use std::f64::consts::PI;
 
 fn machine() -> Machine {
     Machine::new(&Parameters::default(), &InputValues::default(), 0.0).expect("a scene")
@@ -106,6 +107,19 @@ fn the_hundred_and_first_transition_at_one_instant_is_an_error_that_says_so() {
     }
 }
 
+/// Each count may be as large as a double counts, and no larger.
+#[test]
+fn counts_that_no_run_reaches_are_refused() {
+    let mut machine = machine();
+    for count in ["contacts", "blows", "rock_cycles", "events", "near_misses", "basis_changes"] {
+        let most = (1u64 << 53) as f64;
+        let place = format!("/counters/{count}");
+        let [held, refused] = [most, most + 2.0].map(|count| planted(&machine, &place, |_| count));
+        assert!(machine.restore(&refused).is_err(), "{count}");
+        machine.restore(&held).expect("a count that could be");
+    }
+}
+
 /// Q6: standstill where the permanent gain of the cycle is below the limit, a new drilling cycle
 /// where it is not.
 #[test]
@@ -128,20 +142,28 @@ fn a_cycle_stands_still_below_the_limit_of_its_gain_and_drills_on_at_it() {
     }
 }
 
-/// The mean rate is all that the blows after the first have gained over all the time they took,
-/// to the rounding of each.
+/// The mean rates are all that the blows after the first have gained over all the time they took,
+/// to the rounding of each: a feed that grows has drilled before the first.
 #[test]
-fn the_mean_rate_is_the_blows_gains_over_their_periods() {
+fn the_mean_rates_are_the_blows_gains_over_their_periods() {
     let mut machine = machine();
+    machine.set_input(Input::FeedForce, &[20e3]).expect("an input");
     machine.advance(0.5).expect("ten blows");
     let blows: Vec<_> = machine.step_blows().iter().copied().collect();
     assert!(blows.len() > 8);
     // The response has not settled: the mean is not the last blow's rate.
-    let (mut gain, mut time) = (0.0, 0.0);
+    let Parameters { rock, hole, .. } = *machine.parameters();
+    let work_per_length = rock.specific_energy * PI / 4.0 * hole.diameter.powi(2);
+    let (mut gain, mut drilled, mut time) = (0.0, 0.0, 0.0);
     for blow in &blows[1..] {
         (gain, time) = (gain + blow.penetration, time + blow.period);
+        drilled += blow.rop * blow.period;
         assert!((blow.tip_rate_mean * time / gain - 1.0).abs() < 1e-13, "{blow:?}");
+        assert!((blow.rop_mean * time / drilled - 1.0).abs() < 1e-13, "{blow:?}");
+        let length = blow.rock_work / work_per_length;
+        assert!((blow.rop * blow.period / length - 1.0).abs() < 1e-13, "{blow:?}");
     }
+    assert!(machine.drilled_length() > 1.01 * drilled, "the feed drills first");
     let last = blows[blows.len() - 1];
     assert!((last.tip_rate_mean / last.tip_rate - 1.0).abs() > 1e-6, "{last:?}");
 }

@@ -1,6 +1,6 @@
 //! Rules of the state that hold at any instant, not only where a guard passes its level.
 
-use hammer::{Fidelity, Input, InputValues, Machine, Parameters, RockMode, Source};
+use hammer::{Error, Fidelity, Input, InputValues, Machine, Parameters, RockMode, Source};
 
 fn scene(parameters: &Parameters, feed_force: f64) -> Machine {
     let inputs = InputValues { feed_force, ..InputValues::default() };
@@ -40,6 +40,19 @@ fn a_guard_already_beyond_its_level_fires_at_once() {
         }
         assert!(looks[0] >= 50 && looks[1] >= 50, "{fidelity:?}: {looks:?} growing, falling");
     }
+}
+
+/// A step ends later than it begins, at an instant; what is refused changes nothing.
+#[test]
+fn a_step_back_or_without_end_is_refused() {
+    let mut machine = scene(&Parameters::default(), 5000.0);
+    machine.advance(0.01).expect("a step");
+    let before = machine.state();
+    for to in [0.0, 0.01 - 1e-9, f64::INFINITY, f64::NEG_INFINITY, f64::NAN] {
+        let refused = matches!(machine.advance(to), Err(Error::Backwards { .. }));
+        assert!(refused && machine.state() == before, "{to}");
+    }
+    machine.advance(0.02).expect("a step");
 }
 
 /// A stroke that no relay reads changes nothing, however large.
