@@ -308,3 +308,72 @@ fn largest(poly: &Poly, [from, to]: [f64; 2]) -> f64 {
     let terms = poly.shifted(from).0;
     terms.iter().enumerate().map(|(k, c)| c.abs() * math::powi(to - from, k)).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::Machine;
+    use crate::quantities::inputs::Input;
+    use crate::quantities::parameters::{Fidelity, InputValues, Parameters};
+
+    /// Of a polynomial without a negative coefficient the bound is its value at the end.
+    #[test]
+    fn largest_is_the_end_of_what_only_grows() {
+        let mut poly = Poly::default();
+        (poly.0[0], poly.0[2], poly.0[4]) = (5.0, 7.0, 0.5);
+        let poly = poly.shifted(-2.0);
+        let end = 5.0 + 7.0 * 9.0 + 0.5 * 81.0;
+        assert!((largest(&poly, [2.0, 5.0]) - end).abs() < 1e-12 * end);
+    }
+
+    /// Steps and ceilings by bounds against the force itself, at 40 places of each of its stretches: of a
+    /// casing whose loads grow so fast that they, and not only its waves, are bounded. Rounding is that of a
+    /// sum of modes, less than 1e-12 of the largest force.
+    #[test]
+    fn forces_stay_below_their_bounds() {
+        let mut looks = 0;
+        for (fidelity, feed) in [
+            (Fidelity::Rigid, [5e3, 2e7, 0.0, 0.0]),
+            (Fidelity::Rigid, [5e3, 0.0, 5e10, 0.0]),
+            (Fidelity::Elastic, [5e3, 1e8, 0.0, 3e17]),
+        ] {
+            let mut parameters = Parameters { fidelity, ..Parameters::default() };
+            parameters.casing.mass = 40.0;
+            let mut m = Machine::new(&parameters, &InputValues::default(), 0.0).expect("a scene");
+            m.set_input(Input::FeedForce, &feed).expect("an input");
+            for step in 0..30 {
+                m.advance(5e-6 * f64::from(step)).expect("a step");
+                let (now, span) = (m.motion.state().now, 2e-5);
+                let stretch = PendingIntegrals::new(&m.motion, m.motion.tracks(), now + span, None);
+                for force in stretch.forces().into_iter().flatten() {
+                    let at = |t: f64| {
+                        let mut track = stretch.track(&force);
+                        track.rotate_to(t);
+                        let f = &track.system.functionals[force.functional];
+                        let [u, v] = [0, 1]
+                            .map(|k| force.poly.rates_at(t)[k] + kernel::dot(&f.rows[k], &track.z));
+                        (force.stiffness * u + force.viscosity * v, track)
+                    };
+                    let end = now + span;
+                    let (first, track) = at(now);
+                    let rates = force.rates();
+                    let ceiling = force.ceiling(&rates[0], &track, [now, end]);
+                    let places = (0..=40).map(|i| f64::from(i) / 40.0);
+                    let most = places.clone().map(|x| at(now + x * span).0).fold(first, f64::max);
+                    let rounding = 1e-12 * most.abs().max(first.abs());
+                    assert!(most <= ceiling + rounding, "{most} above {ceiling}");
+                    for part in [0.01, 0.1, 0.5, 1.0] {
+                        let level = first + part * (most - first);
+                        let below = force.step_below(&rates[1..], &track, [now, end], level);
+                        let below = below.min(span);
+                        let highest = places.clone().map(|x| at(now + x * below).0);
+                        let highest = highest.fold(first, f64::max);
+                        assert!(highest <= level + rounding, "{highest} above {level}");
+                        looks += usize::from(below > 0.0);
+                    }
+                }
+            }
+        }
+        assert!(looks > 300, "{looks}");
+    }
+}
