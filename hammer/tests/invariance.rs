@@ -1,6 +1,6 @@
 //! What must not matter: how a host slices time, and whether it saves and restores.
 
-use hammer::{Input, InputValues, Machine, Parameters, Source, State};
+use hammer::{Input, InputValues, Machine, Parameters, Source, State, Stops};
 
 fn machine() -> Machine {
     Machine::new(&Parameters::default(), &InputValues::default(), 0.0).expect("a scene")
@@ -140,4 +140,26 @@ fn a_polynomial_input_is_integrated_exactly() {
     assert!((b.piston_velocity - velocity).abs() < 1e-12);
     let energies = once.energies();
     assert!(energies.residual.abs() < 1e-12 * energies.drive.abs().max(1.0));
+}
+
+/// The instant of an event is a sum of two doubles: its first part, by which a host calls it, may lie before it.
+#[test]
+fn a_state_is_restored_where_a_host_stops_at_a_blow_and_steps_by_nothing() {
+    let mut machine = machine();
+    machine.keep_journal(true);
+    let mut stops = Stops::new(&machine, true, &[]);
+    for _ in 0..40 {
+        machine.advance_keeping_start(10.0, Some(&mut stops)).expect("a step to a blow");
+        let time = machine.time();
+        machine.advance(time).expect("no step");
+        let mut restored = self::machine();
+        restored.restore(&machine.state()).expect("a state of its own");
+        assert_eq!(restored.kinematics(), machine.kinematics(), "at {time}");
+        for machine in [&mut restored, &mut machine] {
+            machine.advance(time + 1e-3).expect("a step");
+        }
+        assert_eq!(restored.state(), machine.state(), "after {time}");
+    }
+    let later = machine.take_journal().iter().filter(|record| record.time_rest > 0.0).count();
+    assert!(later > 40, "{later} events after the instant of their names");
 }

@@ -308,7 +308,8 @@ impl Machine {
                     self.resume()?;
                 }
                 None => {
-                    self.motion.set_present(target, to);
+                    // Before the event nothing is left to be seen.
+                    self.motion.set_present(target.max(0.0), to);
                     return Ok(());
                 }
             }
