@@ -57,6 +57,29 @@ fn the_balance_holds_in_the_middle_of_a_collision() {
     assert!(energies.residual.abs() <= energies.residual_bound(), "{energies:?}");
 }
 
+/// A spring that is made stiffer while it is compressed takes energy from whoever does it: that stands in the
+/// balance. Each drilling cycle that the journal tells is counted.
+#[test]
+fn the_balance_holds_over_a_change_of_the_rock_and_cycles_are_counted() {
+    let mut machine = machine();
+    machine.keep_journal(true);
+    machine.advance(0.1).expect("two blows");
+    let journal = machine.take_journal();
+    let begins = |record: &&hammer::Record| {
+        record.mode.rock == RockMode::DissipativeForward && matches!(record.event, Event::Rock(_))
+    };
+    let begun = journal.iter().filter(begins).count();
+    assert!(begun > 2 && machine.counters().rock_cycles == begun as u64, "{begun}");
+    let (mut machine, until) = before(|rock, _| rock == RockMode::DissipativeForward);
+    let mut tuned = *machine.parameters();
+    tuned.rock.stiffness *= 1.5;
+    machine.retune(&tuned).expect("another rock");
+    machine.advance(until).expect("a step");
+    let energies = machine.energies();
+    assert!(energies.retuned.abs() > 1e3 * energies.residual_bound(), "{energies:?}");
+    assert!(energies.residual.abs() < energies.residual_bound(), "{energies:?}");
+}
+
 /// A rigid piston falls freely: gravity's work becomes kinetic energy, and the rock holds what the loads
 /// stored in it, `F^2 / (2 gamma KR)`. The bound is the part of their sum that `Energies` promises.
 #[test]
