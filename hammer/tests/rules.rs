@@ -42,7 +42,7 @@ fn a_guard_already_beyond_its_level_fires_at_once() {
     }
 }
 
-/// A step ends later than it begins, at an instant; what is refused changes nothing.
+/// A step ends no earlier than it begins, and at an instant; what is refused changes nothing.
 #[test]
 fn a_step_back_or_without_end_is_refused() {
     let mut machine = scene(&Parameters::default(), 5000.0);

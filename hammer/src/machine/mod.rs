@@ -308,8 +308,7 @@ impl Machine {
                     self.resume()?;
                 }
                 None => {
-                    // Before the event nothing is left to be seen.
-                    self.motion.set_present(target.max(0.0), to);
+                    self.motion.set_present(target.max(0.0), to); // Never before the event.
                     return Ok(());
                 }
             }
