@@ -87,6 +87,9 @@ fn a_piston_that_nothing_stops_is_told_with_its_place() {
     let error = machine.advance(0.5).expect_err("no volume left");
     let Error::Air { place, range, .. } = error else { panic!("{error}") };
     assert!(place >= range[1] - 1e-6, "{error}");
+    // Where the dead volumes are used up, over the areas that push them out.
+    let top = -p.air.cylinder - p.air.drive.dead_volume / p.drive.area_drive;
+    assert_eq!(range, [top, p.air.returning.dead_volume / p.drive.area_return]);
     for name in ["relative_position", "air.return.dead_volume", "chuck.idle_travel", "feed_force"] {
         assert!(error.to_string().contains(name), "{error}");
     }

@@ -2,7 +2,7 @@
 
 mod scenes;
 
-use hammer::{InputValues, Machine, Parameters, Source};
+use hammer::{Fidelity, InputValues, Machine, Parameters, Source};
 use scenes::overdamped;
 
 /// A collision by its definition: closings within `2 (T1 + T2)` of the last opening are one.
@@ -174,5 +174,26 @@ fn what_is_slower_than_the_minimum_is_no_blow() {
         machine.advance(0.02).expect("a run");
         assert_eq!(machine.counters().blows, blows, "{minimum}");
         assert_eq!(machine.counters().contacts, 2);
+    }
+}
+
+/// Rigid masses that nothing else holds part after half a swing of the spring between them, `pi sqrt(m / k)`
+/// with `1 / m = 1 / mp + 1 / mb`. The rock, whose stiffness is `r` of that, changes that by less than `r`.
+#[test]
+fn rigid_masses_are_in_contact_for_half_a_swing_of_its_spring() {
+    for (piston, bit) in [(0.25, 0.21), (0.2, 0.4)] {
+        let mut p = Parameters { fidelity: Fidelity::Rigid, gravity: 0.0, ..unequal(piston, bit) };
+        (p.drive.source, p.piston.initial_velocity) = (Source::Force, 8.0);
+        let stiffness = p.meeting_stiffness();
+        (p.rock.stiffness, p.rock.viscosity) = (1e-6 * stiffness, 0.0);
+        let mut m = Machine::new(&p, &InputValues::default(), 0.0).expect("a scene");
+        let apart = m.kinematics().relative_position.abs() / p.piston.initial_velocity;
+        let mass = 1.0 / (1.0 / p.piston_mass() + 1.0 / p.bit_mass());
+        let half = std::f64::consts::PI * (mass / stiffness).sqrt();
+        assert_eq!(m.contact_duration(), 0.0);
+        m.advance(apart + 1.5 * half).expect("a blow");
+        let ratio = m.contact_duration() / half;
+        assert!((ratio - 1.0).abs() < 1e-6, "{ratio}");
+        assert_eq!(m.blow().map(|blow| blow.contact_duration), Some(m.contact_duration()));
     }
 }

@@ -78,3 +78,51 @@ fn positions_that_are_passed_together_are_noted_together() {
     }
     assert!(looked > 20, "{looked}");
 }
+
+/// At a position that is where the piston stands, its speed tells the side, and without one its acceleration:
+/// thrown up, it passes there when it comes back, `2 SPEED m / FORCE` later; let go, it never does.
+#[test]
+fn a_position_where_the_piston_stands_is_passed_only_on_the_way_back() {
+    let mut m = thrown();
+    let start = m.kinematics().relative_position;
+    let back = 2.0 * SPEED * m.parameters().piston_mass() / FORCE;
+    let mut stops = Stops::new(&m, false, &[start]);
+    let (_, stop) = m.advance_keeping_start(1.01 * back, Some(&mut stops)).expect("a step");
+    // Four roundings of the position over the speed, and four of the time.
+    let rounding = 4.0 * f64::EPSILON * ((start.abs() + height(&m)) / SPEED + back);
+    assert_eq!(stop.position, Some(0));
+    assert!((m.time() - back).abs() <= rounding, "{} {back}", m.time());
+
+    let mut p = *thrown().parameters();
+    p.piston.initial_velocity = 0.0;
+    let inputs = InputValues { drive_force: FORCE, ..InputValues::default() };
+    let mut m = Machine::new(&p, &inputs, 0.0).expect("a scene");
+    let falls = (2.0 * start.abs() * m.parameters().piston_mass() / FORCE).sqrt();
+    let mut stops = Stops::new(&m, false, &[start]);
+    let (_, stop) = m.advance_keeping_start(0.99 * falls, Some(&mut stops)).expect("a step");
+    assert_eq!((stop.position, m.time()), (None, 0.99 * falls));
+}
+
+/// Positions that were watched elsewhere are told where the piston is, unless it is so near one that its guard
+/// may have it on either side: what a step has just ended at does not end the next.
+#[test]
+fn positions_are_settled_by_where_the_piston_is_unless_it_is_at_one() {
+    let mut random = Random::new(3);
+    for round in 0..100 {
+        let mut m = thrown();
+        let start = m.kinematics().relative_position;
+        let level = start - random.between(0.01, 0.99) * height(&m);
+        let [[up, _], [back, speed]] = passages(&m, start, level);
+        let mut stops = Stops::new(&m, false, &[level]);
+        if round % 2 == 0 {
+            m.advance(0.5 * (up + back)).expect("a step");
+        } else {
+            m.advance_keeping_start(1.0, Some(&mut stops)).expect("a step");
+        }
+        stops.settle(&m);
+        let (_, stop) = m.advance_keeping_start(1.01 * back, Some(&mut stops)).expect("a step");
+        assert_eq!(stop.position, Some(0), "{round}");
+        let rounding = 4.0 * f64::EPSILON * ((start.abs() + height(&m)) / speed.abs() + back);
+        assert!((m.time() - back).abs() <= rounding, "{round}: {} {back}", m.time());
+    }
+}

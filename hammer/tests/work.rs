@@ -48,7 +48,12 @@ fn a_settled_cycle_takes_no_more_work_than_it_did() {
     // Within a step of 1 ms after the blow some of its events are seen, some not: 20 cycles
     // even that out to one part in twenty.
     assert!((47..=53).contains(&(events / cycles)), "{} events per cycle", events / cycles);
-    assert!(changes <= 44 * cycles, "{} changes of basis a cycle", changes / cycles);
+    // Only the relay, twice a cycle, and the barrier leave the basis as it is; a blow's contact makes two.
+    assert!(
+        (30..=44).contains(&(changes / cycles)),
+        "{} changes of basis a cycle",
+        changes / cycles
+    );
     assert!(evaluations <= 1050 * cycles, "{} evaluations per cycle", evaluations / cycles);
     assert!(windows <= 37 * cycles, "{} windows per cycle", windows / cycles);
     assert!(samples <= 1050 * cycles, "{} rotations per cycle", samples / cycles);

@@ -72,3 +72,39 @@ impl ZenoDetector {
         Err(Error::Chattering { time, transitions: self.simultaneous, from, to })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::modal::model::Model;
+    use crate::quantities::inputs::Inputs;
+    use crate::quantities::parameters::{InputValues, Parameters};
+
+    /// At one instant, and 100 s after the first: more than enough for so many transitions.
+    #[test]
+    fn a_long_run_of_transitions_is_an_error_where_it_took_too_short_a_time() {
+        let model = Model::new(&Parameters::default()).expect("a model");
+        let inputs = Inputs::constant(&InputValues::default());
+        let motion = Motion::new(model, inputs, 0.0).expect("a scene");
+        for (start, is_short) in [(0.0, true), (-100.0, false)] {
+            let mut detector = ZenoDetector::new(start);
+            for count in 1..MAX_BURST {
+                assert_eq!(detector.count(&motion, 0.0), Ok(()));
+                assert_eq!((detector.simultaneous, detector.burst), (count, count));
+                assert_eq!(detector.is_overrun(), count > MAX_SIMULTANEOUS);
+                let checked = detector.check_simultaneous(&motion, motion.mode());
+                assert_eq!(checked.is_err(), count > MAX_SIMULTANEOUS);
+            }
+            let last = detector.count(&motion, 2.0 * TIME_RESOLUTION);
+            assert_eq!(detector.simultaneous, 0);
+            if is_short {
+                let Err(Error::Overwork { limit, .. }) = last else { panic!("{last:?}") };
+                assert_eq!(limit, WorkLimit::Transitions);
+                assert!(detector.is_overrun());
+            } else {
+                assert_eq!((last, detector.burst), (Ok(()), 0));
+                assert_eq!(detector.burst_start, motion.state().epoch);
+            }
+        }
+    }
+}

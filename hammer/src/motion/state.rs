@@ -168,3 +168,45 @@ impl MotionState {
             && polys.flat_map(|poly| &poly.0).chain(anchors).all(|x| x.is_finite())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::Motion;
+    use crate::quantities::parameters::{InputValues, Parameters};
+
+    #[test]
+    fn a_state_is_finite_if_each_of_its_numbers_is() {
+        let model = Model::new(&Parameters::default()).expect("a model");
+        let inputs = Inputs::constant(&InputValues::default());
+        let state = Motion::new(model, inputs, 0.0).expect("a scene").state().clone();
+        assert!(state.is_finite());
+        let numbers: [fn(&mut MotionState, f64); 15] = [
+            |s, x| s.epoch = Double::new(x),
+            |s, x| s.origin = Double::new(x),
+            |s, x| s.memory.unloaded = x,
+            |s, x| s.memory.gain = x,
+            |s, x| s.now = x,
+            |s, x| s.time = x,
+            |s, x| s.psi = x,
+            |s, x| s.slack = x,
+            |s, x| s.began = x,
+            |s, x| s.inputs.0[0].0[0] = x,
+            |s, x| s.loads[0].0[0] = x,
+            |s, x| s.anchors[0].z[0] = x,
+            |s, x| s.anchors[0].at = x,
+            |s, x| s.anchors[0].form = x,
+            |s, x| s.anchors[0].driven.translation.0[0] = x,
+        ];
+        for (index, set) in numbers.into_iter().enumerate() {
+            for strange in [f64::NAN, f64::INFINITY] {
+                let mut altered = state.clone();
+                set(&mut altered, strange);
+                assert!(!altered.is_finite(), "number {index}: {strange}");
+            }
+        }
+        let mut altered = state;
+        altered.anchors[0].driven.reach = Some(f64::NAN);
+        assert!(!altered.is_finite());
+    }
+}

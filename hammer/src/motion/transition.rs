@@ -12,8 +12,7 @@
 use super::Motion;
 use crate::error::Error;
 use crate::laws::air::Opening;
-use crate::laws::event::Displacement;
-use crate::laws::event::{Event, RockEvent};
+use crate::laws::event::{Displacement, Event, RockEvent};
 use crate::laws::mode::{Chamber, Port, Relay, Tie, TieState};
 use crate::laws::rock::{Spring, Transition};
 use crate::modal::driven::Driven;
@@ -22,9 +21,7 @@ use crate::modal::passage::Passage;
 use crate::modal::system::System;
 use crate::modal::track::Track;
 use crate::motion::state::Anchor;
-use crate::numerics::combine;
-use crate::numerics::kernel;
-use crate::numerics::poly::Poly;
+use crate::numerics::{combine, kernel, poly::Poly};
 use crate::quantities::parameters::{Rock, Source};
 use std::cell::OnceCell;
 use std::sync::Arc;
@@ -458,5 +455,46 @@ impl Standing {
             self.system.to_bodies(&self.y, &mut state);
             state
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::modal::model::Model;
+    use crate::quantities::inputs::Inputs;
+    use crate::quantities::parameters::{InputValues, Parameters};
+
+    /// A scene of unequal bodies whose times are all so many times as long.
+    fn slower(slow: f64) -> Motion {
+        let mut p = Parameters::default();
+        (p.piston.length, p.piston.initial_velocity) = (0.17, 8.0 / slow);
+        let inputs = InputValues { feed_force: 5e3 / (slow * slow), ..InputValues::default() };
+        for value in [&mut p.contact.stiffness, &mut p.rock.stiffness, &mut p.gravity] {
+            *value /= slow * slow;
+        }
+        p.material.youngs_modulus /= slow * slow;
+        p.material.damping_time *= slow;
+        p.rock.viscosity /= slow;
+        let model = Model::new(&p).expect("a model");
+        Motion::new(model, Inputs::constant(&inputs), 0.0).expect("a scene")
+    }
+
+    /// What rounding does to a displacement does not depend on the unit of time; to a velocity, as a velocity
+    /// does. A power of two scales every number exactly but those of the decompositions.
+    #[test]
+    fn the_bound_on_rounding_has_the_unit_of_what_it_bounds() {
+        let (quick, slow) = (slower(1.0), slower(1024.0));
+        for (index, track) in quick.tracks.iter().enumerate() {
+            for functional in 0..track.system.functionals.len() {
+                for (order, scale) in [(0, 1.0), (1, 1024.0)] {
+                    let [a, b] = [&quick, &slow].map(|m| m.rounding(index, functional, order));
+                    assert!(
+                        a > 0.0 && (scale * b / a - 1.0).abs() < 1e-6,
+                        "{index} {order}: {a} {b}"
+                    );
+                }
+            }
+        }
     }
 }

@@ -210,3 +210,33 @@ fn reached([[a, p], [b, q]]: [[f64; 2]; 2]) -> f64 {
     }
     0.5 * (low + high)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `(x - r) (1 + b x + c x^2)`, nearly straight around its zero, seen from 0: each step is a quadratically
+    /// convergent one with one derivative more, so that its error is of the next power of `r`.
+    #[test]
+    fn each_derivative_brings_the_step_nearer_to_the_zero() {
+        let (b, c) = (0.4, 0.3);
+        for r in [1e-2, -1e-2, 1e-3] {
+            let derivatives = [1.0 - b * r, 2.0 * (b - c * r), 6.0 * c];
+            let off = steps(-r, derivatives).map(|step| (step - r).abs());
+            let sizes = [b * r * r, c * r * r * r].map(f64::abs);
+            assert!((off[0] / sizes[0] - 1.0).abs() < 0.05, "{r}: {off:?}");
+            assert!((off[1] / sizes[1] - 1.0).abs() < 0.05, "{r}: {off:?}");
+            assert!(off[2] <= 4.0 * f64::EPSILON * r.abs(), "{r}: {off:?}");
+        }
+    }
+
+    /// `(x - r) (x^2 + b)`, whose values and slopes at 0 and 1 are given.
+    #[test]
+    fn the_cubic_of_two_values_and_slopes_is_followed_to_its_zero() {
+        for (r, b) in [(0.1, 0.5), (0.5, 2.0), (0.93, 0.2)] {
+            let ends = [[-r * b, b], [(1.0 - r) * (1.0 + b), 1.0 + b + 2.0 * (1.0 - r)]];
+            let zero = reached(ends);
+            assert!((zero - r).abs() <= 0.5f64.powi(HALVINGS as i32), "{zero} {r}");
+        }
+    }
+}
