@@ -3,7 +3,7 @@
 mod scenes;
 
 use hammer::{Fidelity, InputValues, Machine, Parameters, Source};
-use scenes::overdamped;
+use scenes::{Random, overdamped};
 
 /// A collision by its definition: closings within `2 (T1 + T2)` of the last opening are one.
 #[derive(Clone, Copy, Debug)]
@@ -131,29 +131,25 @@ fn the_bit_s_rebound_belongs_to_the_blow() {
 /// Unequal and stepped bodies, feeds and forces: every scene that falls, bounces and rebounds.
 #[test]
 fn drawn_hammers_strike_as_many_blows_as_the_definition_says() {
-    let mut seed = 17u64;
-    let mut random = move || {
-        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (seed >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut random = Random::new(17);
     let (mut more, mut none) = (0, 0);
     for case in 0..24 {
-        let mut p = unequal(0.1 + 0.3 * random(), 0.1 + 0.3 * random());
+        let mut p = unequal(random.between(0.1, 0.4), random.between(0.1, 0.4));
         (p.piston.elements, p.bit.elements) = (8, 8);
-        p.rock.stiffness *= (2.0 * random()).exp();
+        p.rock.stiffness *= (2.0 * random.unit()).exp();
         p.blow.minimum_speed = [1.0, 0.0, 3.0][case % 3];
         if case % 4 == 1 {
             (p.piston.segments, p.mesh.degree) = (3, 3);
             p.piston.segment[0].area *= 2.0;
-            p.piston.segment[1].length *= 4.0 * random() + 0.1;
+            p.piston.segment[1].length *= 4.0 * random.unit() + 0.1;
         }
         if case % 4 == 2 {
             // A steady push: bounces that die away.
             p.drive.source = Source::Force;
         }
         let inputs = InputValues {
-            feed_force: 1e4 * random(),
-            drive_force: 300.0 + 2000.0 * random(),
+            feed_force: random.between(0.0, 1e4),
+            drive_force: random.between(300.0, 2300.0),
             ..InputValues::default()
         };
         let (collisions, blows) = check(&p, &inputs, 0.25);

@@ -1,35 +1,28 @@
 //! Bodies of very unequal masses, slender where they meet: rounding leaves the gap on the wrong side
 //! of zero right after its own event, and the rate alone tells that it is on its way.
 
+mod scenes;
+
 use hammer::{InputValues, Machine, Parameters, Segment, Source};
-
-/// A plain congruential sequence in (0, 1): the same on every machine.
-fn random(seed: &mut u64) -> f64 {
-    *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-    (*seed >> 11) as f64 / (1u64 << 53) as f64
-}
-
-fn log(seed: &mut u64, from: f64, to: f64) -> f64 {
-    from * (to / from).powf(random(seed))
-}
+use scenes::Random;
 
 /// One body 1e3 to 1e6 times as heavy as the other, one of them with a section down to 1e-6 of its
 /// area where they meet, thrown at one another and pressed together.
 fn scene(number: u64) -> (Parameters, InputValues) {
-    let s = &mut (number * 7919);
-    (0..3).for_each(|_| _ = random(s));
+    let mut random = Random::new(number * 7919);
+    (0..3).for_each(|_| _ = random.unit());
     let mut p = Parameters::default();
     p.drive.source = Source::Force;
-    p.mesh.degree = 1 + (random(s) * 5.0) as usize;
-    p.piston.elements = 2 + (random(s) * 7.0) as usize;
-    p.bit.elements = 2 + (random(s) * 7.0) as usize;
-    let root = log(s, 1e3, 1e6).sqrt();
+    p.mesh.degree = 1 + (random.unit() * 5.0) as usize;
+    p.piston.elements = 2 + (random.unit() * 7.0) as usize;
+    p.bit.elements = 2 + (random.unit() * 7.0) as usize;
+    let root = random.spread(1e3, 1e6).sqrt();
     let [mut heavy, mut light] = [root, 1.0 / root].map(|factor| factor * p.cross_section);
-    if random(s) < 0.5 {
+    if random.unit() < 0.5 {
         std::mem::swap(&mut heavy, &mut light);
     }
-    let (share, end) = (log(s, 0.01, 0.5), log(s, 1e-6, 1.0));
-    let [piston, bit] = if random(s) < 0.5 { [end, 1.0] } else { [1.0, end] };
+    let (share, end) = (random.spread(0.01, 0.5), random.spread(1e-6, 1.0));
+    let [piston, bit] = if random.unit() < 0.5 { [end, 1.0] } else { [1.0, end] };
     let part = |length: f64, area: f64| Segment { length, area };
     (p.piston.segments, p.bit.segments) = (2, 2);
     p.piston.segment[0] = part((1.0 - share) * p.piston.length, heavy);
@@ -37,8 +30,8 @@ fn scene(number: u64) -> (Parameters, InputValues) {
     p.bit.segment[0] = part(share * p.bit.length, bit * light);
     p.bit.segment[1] = part((1.0 - share) * p.bit.length, light);
     p.contact.initial_gap = 1e-5;
-    p.contact.stiffness *= log(s, 1e-2, 1e3);
-    p.piston.initial_velocity = log(s, 0.1, 15.0);
+    p.contact.stiffness *= random.spread(1e-2, 1e3);
+    p.piston.initial_velocity = random.spread(0.1, 15.0);
     let drive_force = 1e4 * p.piston_mass() * p.piston.initial_velocity.powi(2);
     (p, InputValues { drive_force, ..InputValues::default() })
 }

@@ -1,6 +1,9 @@
 //! What must not matter: how a host slices time, and whether it saves and restores.
 
+mod scenes;
+
 use hammer::{Input, InputValues, Machine, Parameters, Source, State, Stops};
+use scenes::Random;
 
 fn machine() -> Machine {
     Machine::new(&Parameters::default(), &InputValues::default(), 0.0).expect("a scene")
@@ -9,12 +12,6 @@ fn machine() -> Machine {
 /// The state without what belongs to the last step alone.
 fn trajectory(machine: &Machine) -> State {
     machine.state().without_step()
-}
-
-/// A plain congruential sequence in (0, 1): the same on every machine.
-fn random(seed: &mut u64) -> f64 {
-    *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-    (*seed >> 11) as f64 / (1u64 << 53) as f64
 }
 
 #[test]
@@ -27,8 +24,8 @@ fn the_trajectory_is_the_same_bit_for_bit_however_time_is_sliced() {
         even.advance(if i == 1000 { 0.1 } else { i as f64 * 1e-4 }).expect("a step");
     }
     assert_eq!(trajectory(&even), expected);
-    let (mut ragged, mut seed) = (machine(), 7);
-    let mut cuts: Vec<f64> = (0..999).map(|_| 0.1 * random(&mut seed)).collect();
+    let (mut ragged, mut random) = (machine(), Random::new(7));
+    let mut cuts: Vec<f64> = (0..999).map(|_| random.between(0.0, 0.1)).collect();
     cuts.sort_by(f64::total_cmp);
     for t in cuts.into_iter().chain([0.1]) {
         ragged.advance(t).expect("a step");
@@ -54,9 +51,9 @@ fn a_look_at_any_output_changes_nothing() {
 
 #[test]
 fn a_restored_state_continues_bit_for_bit() {
-    let mut seed = 11;
+    let mut random = Random::new(11);
     for _ in 0..20 {
-        let cut = 0.09 * random(&mut seed);
+        let cut = random.between(0.0, 0.09);
         let mut through = machine();
         through.advance(cut).expect("a step");
         let text = serde_json::to_string(&through.state()).expect("JSON");

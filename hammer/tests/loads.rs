@@ -1,6 +1,9 @@
 //! Loads that vary: every order of an input's derivatives, at any rate, on soft and stiff rock.
 
+mod scenes;
+
 use hammer::{Event, Fidelity, Input, InputValues, Machine, Parameters, Record, RockEvent, State};
+use scenes::Random;
 
 /// 5 kN with an oscillation of 1 kN at 500 Hz, and its derivatives.
 fn feed(t: f64) -> [f64; 5] {
@@ -126,17 +129,11 @@ fn steps_of_a_microsecond_keep_the_balance_at_every_order() {
     }
 }
 
-/// A plain congruential sequence in (-1, 1): the same on every machine.
-fn random(seed: &mut u64) -> f64 {
-    *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-    (*seed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-}
-
 /// Derivatives of any size, from loads that vary over milliseconds to loads that vary within
 /// the shortest wave: the balance holds, and cutting time in other places changes no bit.
 #[test]
 fn loads_of_any_rate_keep_the_balance_however_time_is_sliced() {
-    let mut seed = 3;
+    let mut random = Random::new(3);
     for (stiffness, viscosity) in [(1.2e8, 1.7e5), (1e6, 1.7e5), (1e5, 1e6), (1e10, 1e3)] {
         let parameters = rock(stiffness, viscosity);
         for rate in [1e2, 1e4, 1e6] {
@@ -145,7 +142,7 @@ fn loads_of_any_rate_keep_the_balance_however_time_is_sliced() {
             for i in 0..20 {
                 let mut derivatives = [5e3, 0.0, 0.0, 0.0, 0.0];
                 for (k, d) in derivatives.iter_mut().enumerate() {
-                    *d += 3e3 * random(&mut seed) * f64::powi(rate, k as i32);
+                    *d += random.between(-3e3, 3e3) * f64::powi(rate, k as i32);
                 }
                 let (from, to) = (f64::from(i) * span, f64::from(i + 1) * span);
                 for machine in [&mut one, &mut cut] {

@@ -1,8 +1,11 @@
 //! Free modes of stepped bodies: against the exact stepped bar, whose solution in every
 //! section is a cosine and a sine, and against an independent assembly of linear elements.
 
+mod scenes;
+
 use hammer::bodies::bar::{Bar, Section};
 use hammer::{MAX_DEGREE, Parameters, Sections, Segment};
+use scenes::Random;
 
 fn body(parts: &[(f64, f64)]) -> Sections {
     let list: Vec<Segment> = parts.iter().map(|&(length, area)| Segment { length, area }).collect();
@@ -107,17 +110,11 @@ fn end_amplitudes_make_up_the_receptances_of_the_exact_bar() {
     }
 }
 
-/// A plain congruential sequence in (0, 1).
-fn random(seed: &mut u64) -> f64 {
-    *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-    (*seed >> 11) as f64 / (1u64 << 53) as f64
-}
-
 /// Sections over the whole domain: a lathe's, and far beyond.
-fn drawn(seed: &mut u64, wide: f64) -> Vec<(f64, f64)> {
-    let count = 1 + (8.0 * random(seed)) as usize;
+fn drawn(random: &mut Random, wide: f64) -> Vec<(f64, f64)> {
+    let count = 1 + (8.0 * random.unit()) as usize;
     let log = |x: f64| (wide * (x - 0.5)).exp();
-    (0..count).map(|_| (0.1 * log(random(seed)), 2e-3 * log(random(seed)))).collect()
+    (0..count).map(|_| (0.1 * log(random.unit()), 2e-3 * log(random.unit()))).collect()
 }
 
 /// `(K - omega^2 M) phi`, row by row, of linear elements assembled here; over the sizes of
@@ -126,10 +123,10 @@ fn drawn(seed: &mut u64, wide: f64) -> Vec<(f64, f64)> {
 #[test]
 fn modes_of_linear_elements_satisfy_an_independent_assembly() {
     let material = Parameters::default().material;
-    let mut seed = 3;
+    let mut random = Random::new(3);
     for _ in 0..40 {
-        let parts = drawn(&mut seed, 4.0);
-        let total = parts.len() + (40.0 * random(&mut seed)) as usize;
+        let parts = drawn(&mut random, 4.0);
+        let total = parts.len() + (40.0 * random.unit()) as usize;
         let sections = body(&parts);
         let bar = bar(&parts, 1, total);
         let (nodes, n) = (sections.nodes(total), bar.len());
@@ -163,11 +160,11 @@ fn modes_of_linear_elements_satisfy_an_independent_assembly() {
 /// adding up to the mass that an end feels at once, which is less than all of it.
 #[test]
 fn drawn_bodies_of_every_degree_have_modes() {
-    let mut seed = 5;
+    let mut random = Random::new(5);
     for case in 0..120 {
-        let parts = drawn(&mut seed, if case % 2 == 0 { 5.0 } else { 18.0 });
+        let parts = drawn(&mut random, if case % 2 == 0 { 5.0 } else { 18.0 });
         let degree = 1 + case % MAX_DEGREE;
-        let bar = bar(&parts, degree, 1 + (50.0 * random(&mut seed)) as usize);
+        let bar = bar(&parts, degree, 1 + (50.0 * random.unit()) as usize);
         assert_eq!((bar.omega2[0], bar.top[0]), (0.0, 1.0 / bar.mass.sqrt()));
         assert!(
             bar.omega2.windows(2).all(|w| w[0] <= w[1]),
