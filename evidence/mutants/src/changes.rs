@@ -19,6 +19,8 @@ pub struct Change {
     /// The file, from the root.
     pub file: String,
     pub line: usize,
+    /// Column there.
+    pub column: usize,
     /// The function that it is in.
     pub function: String,
     /// What stands for what.
@@ -101,7 +103,8 @@ impl Source {
 
     fn change(&mut self, at: Span, what: String) -> usize {
         let (file, function) = (self.file.clone(), self.functions.join("::"));
-        self.changes.push(Change { file, line: at.start().line, function, what });
+        let (line, column) = (at.start().line, at.start().column + 1);
+        self.changes.push(Change { file, line, column, function, what });
         self.changes.len() - 1
     }
 

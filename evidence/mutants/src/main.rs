@@ -11,9 +11,11 @@ mod changes;
 mod trial;
 
 use build::Build;
+use changes::Change;
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -94,7 +96,7 @@ fn run(arguments: &Arguments) -> Result<(), Problem> {
     let path = target(&root).join("mutants/outcomes.txt");
     let chosen = chosen(&build, arguments, &path);
     println!("{} changes of {}, {} tests", chosen.len(), build.count(), tests.len());
-    let outcomes = all(&build, &tests, &chosen, arguments.jobs, &path)?;
+    let outcomes = all(&build, &tests, &chosen, arguments, &path)?;
     report(&build, &outcomes);
     Ok(())
 }
@@ -102,14 +104,13 @@ fn run(arguments: &Arguments) -> Result<(), Problem> {
 /// The switches of the changes to try.
 fn chosen(build: &Build, arguments: &Arguments, outcomes: &Path) -> Vec<usize> {
     let before = std::fs::read_to_string(outcomes).unwrap_or_default();
-    let lines = before.lines().filter_map(|line| line.split_once('\t'));
-    let unnoticed: BTreeSet<&str> = lines
-        .filter(|(_, came)| *came == "Survives" || *came == "Unmet")
-        .map(|(of, _)| of)
-        .collect();
+    // The last line of each change counts.
+    let last: BTreeMap<&str, &str> =
+        before.lines().filter_map(|line| line.split_once('\t')).collect();
+    let is_unnoticed = |of: &str| matches!(last.get(of), Some(&"Survives" | &"Unmet"));
     let switches = (1..=build.count()).filter(|switch| !build.refused.contains(switch));
     let switches = switches.step_by(arguments.every as usize);
-    let left = |switch: &usize| !arguments.again || unnoticed.contains(&*described(build, *switch));
+    let left = |switch: &usize| !arguments.again || is_unnoticed(&described(build, *switch));
     switches.filter(left).collect()
 }
 
@@ -118,10 +119,14 @@ fn all(
     build: &Build,
     tests: &[Test],
     chosen: &[usize],
-    jobs: usize,
+    arguments: &Arguments,
     path: &Path,
 ) -> Result<BTreeMap<usize, Outcome>, Problem> {
-    let file = std::fs::File::create(path);
+    let file = if arguments.again {
+        OpenOptions::new().append(true).open(path)
+    } else {
+        File::create(path)
+    };
     let file = Mutex::new(file.map_err(|error| Problem::file("outcomes.txt", error))?);
     let style = ProgressStyle::with_template("{wide_bar} {pos}/{len} {eta}").expect("a template");
     let bar = ProgressBar::new(chosen.len() as u64).with_style(style);
@@ -141,7 +146,7 @@ fn all(
         Ok(())
     };
     std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..jobs.max(1)).map(|_| scope.spawn(work)).collect();
+        let threads: Vec<_> = (0..arguments.jobs.max(1)).map(|_| scope.spawn(work)).collect();
         threads.into_iter().try_for_each(|thread| thread.join().expect("no panic"))
     })?;
     bar.finish_and_clear();
@@ -149,8 +154,8 @@ fn all(
 }
 
 fn described(build: &Build, switch: usize) -> String {
-    let change = build.change(switch);
-    format!("{}:{} {}: {}", change.file, change.line, change.function, change.what)
+    let Change { file, line, column, function, what } = build.change(switch);
+    format!("{file}:{line}:{column} {function}: {what}")
 }
 
 fn report(build: &Build, outcomes: &BTreeMap<usize, Outcome>) {

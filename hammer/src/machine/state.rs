@@ -132,3 +132,146 @@ impl State {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::Machine;
+    use crate::machine::blows::{Blow, MAX_STEP_BLOWS};
+    use crate::machine::zeno::MAX_BURST;
+    use crate::numerics::poly::Poly;
+    use crate::quantities::parameters::InputValues;
+
+    /// An alteration, and what it leads to.
+    type Case<Outcome, T> = (Outcome, fn(&mut T));
+
+    /// In the flight after its first blow, where a step has begun.
+    fn flying(source: Source) -> State {
+        let mut parameters = Parameters::default();
+        parameters.drive.source = source;
+        let mut machine = Machine::new(&parameters, &InputValues::default(), 0.0).expect("a scene");
+        for time in [0.0301, 0.0302] {
+            machine.advance(time).expect("a step");
+        }
+        let state = machine.state();
+        assert!(0.0 < state.step_start && state.step_start < state.motion.now);
+        assert_eq!((state.check(), state.motion.anchors.len()), (Ok(()), 2));
+        state
+    }
+
+    fn refused(state: &State, alter: impl Fn(&mut State)) -> Option<CorruptState> {
+        let mut altered = state.clone();
+        alter(&mut altered);
+        match altered.check() {
+            Err(Error::Corrupt { what }) => Some(what),
+            other => other.map(|()| None).expect("no other error"),
+        }
+    }
+
+    /// What a run cannot have left is refused by its name, and what is just within its bounds is not.
+    #[test]
+    fn each_part_of_a_state_is_refused_beyond_its_own_bounds() {
+        use CorruptState as Is;
+        let cases: [Case<Option<Is>, State>; 27] = [
+            (Some(Is::NotFinite), |s| s.motion.psi = f64::NAN),
+            (Some(Is::NotFinite), |s| s.step_start = f64::NAN),
+            (None, |s| s.motion.time += 0.5 * TIME_ROUNDING),
+            (Some(Is::Times), |s| s.motion.time += 2.0 * TIME_ROUNDING),
+            (Some(Is::Times), |s| s.motion.time -= 2.0 * TIME_ROUNDING),
+            (Some(Is::Times), |s| {
+                s.motion.now = -1e-9;
+                s.motion.time = s.motion.epoch.value() - 1e-9;
+            }),
+            (None, |s| s.zeno.burst_start = s.motion.epoch),
+            (Some(Is::Times), |s| s.zeno.burst_start.move_by(1.0)),
+            (Some(Is::Times), |s| s.blows.opened = Some(Double::new(s.motion.time + 1.0))),
+            (None, |s| s.step_start = 0.0),
+            (None, |s| s.step_start = s.motion.now),
+            (Some(Is::Step), |s| s.step_start = -1e-9),
+            (Some(Is::Step), |s| s.step_start = s.motion.now + 1e-9),
+            (None, |s| s.motion.anchors[1].at -= 1e-6),
+            (Some(Is::Ahead), |s| s.motion.anchors[1].at = 1e-6),
+            (Some(Is::Ahead), |s| s.motion.anchors[0].at = -1e-6),
+            (None, |s| slow(s, -1)),
+            (Some(Is::Coordinates), |s| slow(s, 0)),
+            (Some(Is::Series), |s| s.motion.anchors[0].driven.reach = Some(1.0)),
+            (None, |s| series(s, 1.0)),
+            (Some(Is::Series), |s| series(s, -1.0)),
+            (Some(Is::Series), |s| series(s, 0.5 * s.motion.now)),
+            (None, |s| s.blows.step.resize(MAX_STEP_BLOWS, Blow::default())),
+            (Some(Is::Blows), |s| s.blows.step.resize(MAX_STEP_BLOWS + 1, Blow::default())),
+            (None, |s| s.counters.events = 1 << 53),
+            (Some(Is::Counts), |s| s.counters.events = (1 << 53) + 1),
+            (Some(Is::Counts), |s| s.zeno.burst = MAX_BURST),
+        ];
+        let state = flying(Source::Relay);
+        for (index, (what, alter)) in cases.into_iter().enumerate() {
+            assert_eq!(refused(&state, alter), what, "{index}");
+        }
+    }
+
+    /// A load's part that follows slowly, for the coordinate so many after the last.
+    fn slow(state: &mut State, after: isize) {
+        let anchor = &mut state.motion.anchors[0];
+        let coordinate = anchor.z.len().saturating_add_signed(after);
+        anchor.driven.slow.push((coordinate, Poly::default()));
+    }
+
+    /// A series up to this instant, s, of a load that varies.
+    fn series(state: &mut State, reach: f64) {
+        state.motion.loads[0].0[1] = 1.0;
+        state.motion.anchors[0].driven.reach = Some(reach);
+    }
+
+    /// Of the chambers' gas, and of their air.
+    #[test]
+    fn a_state_of_the_chambers_is_refused_beyond_its_own_bounds() {
+        let gas: [Case<bool, State>; 5] = [
+            (true, |s| s.motion.gas[1].until = Some(s.motion.now)),
+            (false, |s| s.motion.gas[1].until = Some(0.5 * s.motion.now)),
+            (false, |s| s.motion.gas[0].until = Some(f64::INFINITY)),
+            (false, |s| s.motion.gas[0].level = f64::NAN),
+            (false, |s| s.motion.gas[1].slope = f64::INFINITY),
+        ];
+        let air: [Case<bool, (Air, f64)>; 17] = [
+            (true, |(air, now)| air.window.as_mut().expect("a window").reach = *now),
+            (false, |(air, now)| air.window.as_mut().expect("a window").reach = 0.5 * *now),
+            (false, |(air, _)| {
+                let window = air.window.as_mut().expect("a window");
+                window.reach = 1.5 * window.length;
+            }),
+            (false, |(air, _)| air.window.as_mut().expect("a window").place = f64::NAN),
+            (false, |(air, _)| air.window.as_mut().expect("a window").push[0] = f64::NAN),
+            (false, |(air, _)| air.window.as_mut().expect("a window").length = f64::INFINITY),
+            (false, |(air, _)| air.content[2] = 0.0),
+            (false, |(air, _)| air.content[0] = f64::INFINITY),
+            (false, |(air, _)| air.sums.mass = f64::NAN),
+            (false, |(air, _)| air.sums.enthalpy = f64::NAN),
+            (false, |(air, _)| air.sums.work = f64::NAN),
+            (false, |(air, _)| air.energy_start = f64::NAN),
+            (false, |(air, _)| air.ahead = 0.0),
+            (false, |(air, _)| air.ahead = f64::INFINITY),
+            (false, |(air, _)| air.window = None),
+            (false, |(air, _)| air.vented = Some(0.0)),
+            (false, |(air, _)| (air.window, air.vented) = (None, Some(0.0))),
+        ];
+        let (chambers, aired) = (flying(Source::Chambers), flying(Source::Air));
+        let expected = |is_sound: bool| (!is_sound).then_some(CorruptState::Chambers);
+        for (index, (is_sound, alter)) in gas.into_iter().enumerate() {
+            assert_eq!(refused(&chambers, alter), expected(is_sound), "gas {index}");
+        }
+        for (index, (is_sound, alter)) in air.into_iter().enumerate() {
+            let alter = |s: &mut State| {
+                let mut altered = (*s.motion.air.take().expect("air"), s.motion.now);
+                alter(&mut altered);
+                s.motion.air = Some(Box::new(altered.0));
+            };
+            assert_eq!(refused(&aired, alter), expected(is_sound), "air {index}");
+        }
+        // Vented by the mode alone; air where none drives, and none where it does.
+        assert_eq!(refused(&aired, |s| s.motion.mode.vented = true), expected(false));
+        assert_eq!(refused(&aired, |s| s.motion.air = None), expected(false));
+        let air = aired.motion.air.clone();
+        assert_eq!(refused(&chambers, |s| s.motion.air.clone_from(&air)), expected(false));
+    }
+}
