@@ -176,3 +176,84 @@ fn curvature(p: &[f64; TERMS], degree: usize, span: f64) -> f64 {
     let terms = (2..=degree).rev().map(|k| (k * (k - 1)) as f64 * p[k].abs());
     terms.fold(0.0, |sum, term| sum * span + term)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One of each kind, whose terms cancel near 0.4.
+    fn drifts() -> [Drift; 3] {
+        let mut high = Poly::default();
+        high.0[..5].copy_from_slice(&[0.3, -1.0, 0.4, 0.7, -0.5]);
+        [Drift::parabola([-0.7, 0.0, 0.0]), Drift::parabola([0.2, -1.1, 1.5]), Drift::new(high)]
+    }
+
+    /// The value by its definition, each term apart: off by less than the bound, of which that is a part that
+    /// does not vanish.
+    #[test]
+    fn a_value_is_known_to_its_bound_on_rounding() {
+        for drift in drifts() {
+            for t in [0.0, 0.1, 0.4, 3.0_f64] {
+                let c = match &drift {
+                    Drift::High(high) => high.poly.0,
+                    other => std::array::from_fn(|k| *other.start().get(k).unwrap_or(&0.0)),
+                };
+                let terms: Vec<f64> = (0..TERMS).map(|k| c[k] * t.powi(k as i32)).collect();
+                let sum = terms.iter().map(|term| term.abs()).sum::<f64>() * f64::EPSILON;
+                let bound = drift.rounding(t);
+                assert!((drift.at(t)[0] - terms.iter().sum::<f64>()).abs() <= bound);
+                assert!(sum <= bound && bound <= 5.1 * sum, "{drift:?} {t}: {bound} {sum}");
+            }
+        }
+    }
+
+    /// Between the start of a step and its end the drift is below, and its second derivative within its bounds.
+    #[test]
+    fn a_drift_is_below_its_margin_for_the_step_and_bends_no_more_than_it_says() {
+        let mut looked = 0;
+        for mut drift in drifts() {
+            drift.lower(1.0);
+            for (t, margin) in [0.0, 0.3, 0.9].into_iter().flat_map(|t| [0.1, 0.7].map(|m| (t, m)))
+            {
+                let (step, long) = (drift.step_below(margin, t, 0.4), 0.4);
+                let is_below = drift.at(t)[0] < -margin;
+                assert_eq!(step > 0.0, is_below, "{drift:?} {t} {margin}");
+                let [rise, fall] = drift.bends(t, long);
+                for i in 0..=100 {
+                    let part = f64::from(i) / 100.0;
+                    let x = t + part * step.min(long);
+                    assert!(!is_below || drift.at(x)[0] <= -margin + 1e-12, "{drift:?} {t} {x}");
+                    let h = 1e-4;
+                    let [before, now, after] =
+                        [-h, 0.0, h].map(|d| drift.at(t + part * long + d)[0]);
+                    // The difference quotient errs by some 1e-16 / h^2 and h^2.
+                    let bend = (before - 2.0 * now + after) / (h * h);
+                    assert!(
+                        (-rise - fall - 1e-6..=rise + 1e-6).contains(&bend),
+                        "{drift:?} {bend}"
+                    );
+                }
+                // A parabola is at its margin where its step ends.
+                if let (Drift::Parabola(_), true) = (&drift, 0.0 < step && step < f64::INFINITY) {
+                    assert!((drift.at(t + step)[0] + margin).abs() < 1e-12, "{drift:?} {t}");
+                    looked += 1;
+                }
+            }
+        }
+        assert!(looked >= 2, "{looked}");
+    }
+
+    /// The coefficients of a window are those of the drift from its start, in parts of its length.
+    #[test]
+    fn a_drift_is_expanded_about_the_start_of_a_window() {
+        for drift in drifts() {
+            let (t, h) = (0.3, 0.2);
+            let q = drift.expand(t, h);
+            for x in [0.0, 0.5, 1.0] {
+                let value = q.iter().rev().fold(0.0, |sum, c| sum * x + c);
+                let bound = 4.0 * drift.rounding(t + h);
+                assert!((value - drift.at(t + x * h)[0]).abs() <= bound, "{drift:?} {x}");
+            }
+        }
+    }
+}

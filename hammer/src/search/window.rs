@@ -259,6 +259,7 @@ impl Maximum<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numerics::instant::Double;
 
     /// `1 - s (x - c)^2` has its maximum 1 at `c`, also near either end.
     #[test]
@@ -289,5 +290,112 @@ mod tests {
         let (found, evaluations) = maximum(&falling(5, 3e194), 0.0);
         assert!(found == 1.0 && evaluations < EVALUATIONS, "{found} {evaluations}");
         assert_eq!(maximum(&falling(TAYLOR - 1, 1e305), 0.0), (1.0, EVALUATIONS));
+    }
+
+    /// Every combination of slope and curvature, of both signs, and none.
+    fn slopes() -> impl Iterator<Item = (f64, f64)> {
+        let each = [-3.0, -0.2, 0.0, 0.2, 3.0];
+        each.into_iter().flat_map(move |slope| each.map(|m| (slope, m)))
+    }
+
+    /// A parabola reaches `room` at the end of the step, and nowhere before; where the step is endless it never
+    /// does. The bound is three roundings of its terms.
+    #[test]
+    fn a_step_ends_where_its_parabola_first_reaches_the_room() {
+        for ((slope, m), room) in slopes().flat_map(|s| [0.0, 1e-3, 0.7].map(|room| (s, room))) {
+            let above = |s: f64| s * (slope + 0.5 * m * s) - room;
+            let step = step_below(room, slope, m);
+            let last = step.min(100.0);
+            assert!((1..200).all(|i| above(f64::from(i) / 200.0 * last) <= 0.0), "{slope} {m}");
+            if step < f64::INFINITY {
+                let rounding = 3.0 * f64::EPSILON * (step * (slope.abs() + m.abs() * step) + room);
+                assert!(above(step).abs() <= rounding, "{slope} {m} {room}: {step}");
+            } else {
+                assert!(slope <= 0.0 || slope * slope + 2.0 * m * room < 0.0, "{slope} {m} {room}");
+            }
+        }
+    }
+
+    /// Between both ends a parabola is below `-depth`, and at them it is there; without a dip it never is. A bound
+    /// on the curvature is never below zero.
+    #[test]
+    fn a_dip_is_where_its_parabola_is_below_the_depth() {
+        let cases = slopes().filter(|(_, m)| *m >= 0.0);
+        for ((slope, m), depth) in cases.flat_map(|s| [1e-3, 0.7].map(|depth| (s, depth))) {
+            let above = |s: f64| s * (slope + 0.5 * m * s) + depth;
+            let Some([down, up]) = dip(depth, slope, m) else {
+                assert!(slope >= 0.0 || slope * slope <= 2.0 * m * depth, "{slope} {m} {depth}");
+                continue;
+            };
+            let last = if m > 0.0 { up } else { down + 1.0 };
+            assert_eq!(up == f64::INFINITY, m == 0.0);
+            assert!((1..100).all(|i| above(down + f64::from(i) / 100.0 * (last - down)) < 0.0));
+            for end in [down, up].into_iter().filter(|end| *end < f64::INFINITY) {
+                let rounding = 3.0 * f64::EPSILON * (end * (slope.abs() + m * end) + depth);
+                assert!(above(end).abs() <= rounding, "{slope} {m} {depth}: {end}");
+            }
+        }
+    }
+
+    /// A cubic whose terms cancel, with zeros at 0.2, 0.55 and 0.9.
+    fn cubic(sign: f64) -> [f64; TAYLOR] {
+        let mut q = [0.0; TAYLOR];
+        q[..4].copy_from_slice(&[-0.099, 0.785, -1.65, 1.0].map(|c| sign * c));
+        q
+    }
+
+    /// Against exact values in double-double: the error is within the bound, and comes within a fiftieth of it.
+    #[test]
+    fn the_rounding_of_a_value_is_bounded_by_that_of_its_terms() {
+        let mut seed = 1u64;
+        let mut random = || {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (seed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        };
+        let mut nearest = 0.0f64;
+        for _ in 0..2000 {
+            let q: [f64; TAYLOR] = std::array::from_fn(|_| random());
+            let x = random().abs();
+            let exact = q
+                .iter()
+                .rev()
+                .fold(Double::default(), |sum, &c| sum * Double::new(x) + Double::new(c));
+            let off = (exact - Double::new(horner(&q, x).0)).value().abs();
+            nearest = nearest.max(off / rounding(&q));
+        }
+        assert!((0.02..=1.0).contains(&nearest), "{nearest}");
+    }
+
+    /// To the rounding of a value over the slope there.
+    #[test]
+    fn zeros_and_low_points_of_a_window_are_found() {
+        let (rising, falling) = (cubic(1.0), cubic(-1.0));
+        for (q, low, high, zero) in
+            [(rising, 0.0, 0.3, 0.2), (rising, 0.6, 1.0, 0.9), (falling, 0.3, 0.7, 0.55)]
+        {
+            let found = zero_between(&q, low, high);
+            let bound = 1e-14 + rounding(&q) / horner(&q, zero).1;
+            assert!((found - zero).abs() <= bound, "{found} {zero}");
+        }
+        // It starts above zero and falls below it at 0.2.
+        let low = low_point(&falling, 0.4).expect("it falls below zero");
+        assert!(horner(&falling, low).0 < 0.0 && low < 0.4);
+        assert_eq!(low_point(&rising, 1.0), None);
+        let mut shallow = [0.0; TAYLOR];
+        shallow[..3].copy_from_slice(&[1e-3, -2e-2, 1.0]);
+        assert_eq!(low_point(&shallow, 1.0), None);
+    }
+
+    /// Above zero at its end, a window is left at the point of the grid after which the guard stays above.
+    #[test]
+    fn a_window_is_left_before_a_rise_through_zero() {
+        let (rising, falling) = (cubic(1.0), cubic(-1.0));
+        let left = |q: &[f64; TAYLOR], end: f64| back_up(q, &grid::on_grid(q), end);
+        assert_eq!([left(&rising, 1.0), left(&rising, 0.75)], [0.875, 0.75]);
+        assert_eq!([left(&falling, 1.0), left(&falling, 0.75)], [1.0, 0.5]);
+        // Nowhere below: there is no earlier place.
+        let mut above = [0.0; TAYLOR];
+        above[0] = 1.0;
+        assert_eq!(left(&above, 0.5), 0.5);
     }
 }
