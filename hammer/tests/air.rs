@@ -167,6 +167,24 @@ fn both_balances_close() {
     }
 }
 
+/// What a state has too much of in one of its sums, the balance says.
+#[test]
+fn the_balance_of_the_air_says_what_is_missing() {
+    let (p, inputs) = scenes().remove(0);
+    let mut machine = run(&p, &inputs, &[0.1]);
+    let before = machine.air_residual();
+    for (sum, sign) in [("enthalpy", 1.0), ("work", -1.0)] {
+        let mut state = serde_json::to_value(machine.state()).expect("a state in JSON");
+        let of = &mut state["motion"]["air"]["sums"][sum];
+        *of = (of.as_f64().expect("a number") + 0.5).into();
+        let mut other = run(&p, &inputs, &[]);
+        other.restore(&serde_json::from_value(state).expect("a state")).expect("the same scene");
+        let more = other.air_residual() - before;
+        assert!((more - 0.5 * sign).abs() < 1e-9, "{sum}: {more}");
+    }
+    machine.advance(0.11).expect("a step");
+}
+
 /// A smaller error allowed leads to the same motion, within what the larger one allows.
 #[test]
 fn the_error_allowed_bounds_the_error() {
@@ -239,6 +257,8 @@ fn a_lifted_hammer_is_vented_and_starts_again() {
     machine.advance(machine.time() + 0.3).expect("a step");
     assert!(machine.counters().blows > blows + 2 && machine.air_mass()[0] > mass);
     assert!(machine.energies().residual.abs() <= machine.energies().residual_bound());
+    let turnover = 3.5 * GAS * p.air.temperature * machine.air_mass()[0];
+    assert!(machine.air_residual().abs() < p.air.error * turnover, "{}", machine.air_residual());
 }
 
 /// Twice the pressure throws the piston faster than steel stands.

@@ -126,3 +126,62 @@ fn positions_are_settled_by_where_the_piston_is_unless_it_is_at_one() {
         assert!((m.time() - back).abs() <= rounding, "{round}: {} {back}", m.time());
     }
 }
+
+/// So near a position that its guard may not have seen the piston pass, the side that is stored counts: the next
+/// step ends there at once. Farther beyond, the piston has passed.
+#[test]
+fn a_position_that_is_just_passed_is_still_to_be_noted() {
+    for (beyond, is_near) in [(1e-15, true), (1e-6, false)] {
+        let mut m = thrown();
+        let start = m.kinematics().relative_position;
+        let level = start - 0.5 * height(&m);
+        let [[up, _], [back, _]] = passages(&m, start, level);
+        let mut stops = Stops::new(&m, false, &[level]);
+        assert!(stops.are(false, &[level]) && !stops.are(true, &[level]));
+        assert!(!stops.are(false, &[level, level]) && !stops.are(false, &[start]));
+        m.advance(up + beyond / SPEED).expect("a step");
+        assert!(m.kinematics().relative_position <= level);
+        stops.settle(&m);
+        let (_, stop) = m.advance_keeping_start(1.01 * back, Some(&mut stops)).expect("a step");
+        assert_eq!(stop.position, Some(0));
+        assert!(
+            (m.time() - if is_near { up } else { back }).abs() < 1e-12,
+            "{beyond}: {}",
+            m.time()
+        );
+    }
+}
+
+/// Blows and passages of the reference hammer, one by one: the blows are those of a run without stops, each passage
+/// is at its level, of which the piston is then on the other side, and none is left out.
+#[test]
+fn a_hammer_stops_at_every_blow_and_at_every_passage_and_nowhere_else() {
+    let (p, inputs, end) = (Parameters::default(), InputValues::default(), 0.2);
+    let levels = [-0.03, -0.004];
+    let mut plain = Machine::new(&p, &inputs, 0.0).expect("a scene");
+    let (mut blows, mut passages) = (Vec::new(), 0);
+    let sides = |m: &Machine| levels.map(|level| m.kinematics().relative_position > level);
+    for step in 1..=20_000 {
+        let before = sides(&plain);
+        plain.advance(end * f64::from(step) / 2e4).expect("a step");
+        blows.extend(plain.step_blows().iter().map(|blow| blow.time));
+        passages += before.iter().zip(sides(&plain)).filter(|(a, b)| **a != *b).count();
+    }
+    let mut m = Machine::new(&p, &inputs, 0.0).expect("a scene");
+    let mut stops = Stops::new(&m, true, &levels);
+    let (mut struck, mut passed) = (Vec::new(), 0);
+    loop {
+        let (_, stop) = m.advance_keeping_start(end, Some(&mut stops)).expect("a step");
+        if !stop.any() {
+            break;
+        }
+        struck.extend(stop.blow.then_some(m.time()));
+        if let Some(index) = stop.position {
+            passed += 1;
+            let off = m.kinematics().relative_position - levels[index];
+            assert!(off.abs() < 1e-12, "{}: {off:e}", m.time());
+        }
+    }
+    assert_eq!((struck, passed, m.time()), (blows, passages, end));
+    assert!(passed > 8);
+}

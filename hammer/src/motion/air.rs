@@ -222,3 +222,51 @@ impl Motion {
         Steel { place, speed, forces: loads.map(|load| load.at_each(&times).map(|[x, _]| x)) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::modal::model::Model;
+    use crate::quantities::parameters::{Fidelity, InputValues};
+
+    /// Two masses that a force pushes apart: the piston and the casing, from which the drive pushes and which the
+    /// return chamber's force moves away from the piston; or the bit, which that force alone pushes away.
+    #[test]
+    fn the_force_s_effect_is_that_on_the_masses_it_pushes_apart() {
+        let mut p = Parameters::default();
+        p.piston.length = 0.17;
+        let inputs = Inputs::constant(&InputValues::default());
+        let give = |body: Body| p.sections(body).compliance(p.material.youngs_modulus);
+        let [piston, bit] = [Body::Piston, Body::Bit].map(give);
+        for (casing, fidelity) in
+            [(0.0, Fidelity::Elastic), (30.0, Fidelity::Elastic), (30.0, Fidelity::Rigid)]
+        {
+            (p.casing.mass, p.fidelity) = (casing, fidelity);
+            let model = Model::new(&p).expect("a model");
+            let [one, frame] = [p.piston_mass(), if casing > 0.0 { casing } else { p.bit_mass() }];
+            let [one, frame] = [1.0 / one, 1.0 / frame];
+            let elastic = if fidelity == Fidelity::Elastic { 1.0 } else { 0.0 };
+            for flies in [true, false] {
+                let problem = problem(&p, &model.graph, &inputs, flies, 1e-4);
+                let (gains, tied, give) = match casing > 0.0 {
+                    true => (
+                        [one + frame, frame],
+                        [if flies { frame } else { one + frame }, frame],
+                        [elastic * piston, 0.0],
+                    ),
+                    false => ([one, -frame], [if flies { 0.0 } else { one }, frame], [piston, bit]),
+                };
+                for (is, must) in
+                    [(problem.gains, gains), (problem.tied, tied), (problem.give, give)]
+                {
+                    for (is, must) in is.into_iter().zip(must) {
+                        assert!(
+                            (is - must).abs() <= 1e-12 * must.abs(),
+                            "{casing} {flies}: {is} {must}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
