@@ -182,10 +182,12 @@ mod tests {
     use super::*;
 
     /// One of each kind, whose terms cancel near 0.4.
-    fn drifts() -> [Drift; 3] {
+    fn drifts() -> [Drift; 4] {
         let mut high = Poly::default();
         high.0[..5].copy_from_slice(&[0.3, -1.0, 0.4, 0.7, -0.5]);
-        [Drift::parabola([-0.7, 0.0, 0.0]), Drift::parabola([0.2, -1.1, 1.5]), Drift::new(high)]
+        let parabolas = [[-0.7, 0.0, 0.0], [0.2, -1.1, 1.5], [-0.2, 1.1, -1.5]];
+        let [still, up, down] = parabolas.map(Drift::parabola);
+        [still, up, down, Drift::new(high)]
     }
 
     /// The value by its definition, each term apart: off by less than the bound, of which that is a part that
