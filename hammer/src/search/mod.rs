@@ -346,3 +346,25 @@ fn signal(motion: &Motion, guard: &Guard) -> Signal {
     poly.0[0] -= factor * level;
     Signal::new(poly, parts, order, resolution).within(motion.reach())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::laws::mode::Relay;
+
+    /// Events closer than the resolution of time are at one instant, where the contact comes before the rock and
+    /// that before the drive; others are in the order of their times.
+    #[test]
+    fn of_events_at_one_instant_the_first_in_order_comes_first() {
+        let events = [Event::CLOSING, Event::Rock(RockEvent::Touch), Event::Relay(Relay::Drive)];
+        for (i, j) in [(0, 1), (0, 2), (1, 2)] {
+            for (apart, earlier) in [(0.0, i), (0.5, i), (-0.5, i), (2.0, i), (-2.0, j)] {
+                // The later in order is so many resolutions later, or earlier.
+                let pair = [(1e-3, events[i]), (1e-3 + apart * TIME_RESOLUTION, events[j])];
+                let expected = pair[usize::from(earlier == j)];
+                assert_eq!(first(pair[0], pair[1]), expected, "{pair:?}");
+                assert_eq!(first(pair[1], pair[0]), expected, "{pair:?}");
+            }
+        }
+    }
+}

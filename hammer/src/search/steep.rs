@@ -21,10 +21,8 @@ use crate::search::work::Work;
 /// `S`, over `|g| / g'`.
 const FAR: f64 = 2.4;
 const _: () = assert!(STEEP > FAR && FAR - 1.0 - 0.5 * FAR * FAR / STEEP > 0.2);
-/// Newton steps; two or three are usual.
+/// Newton steps; two or three are usual, and a window finds what needs more.
 const STEPS: usize = 6;
-/// Part of the resolution that a zero may miss because of rounding.
-const LEFT: f64 = 1.0 / 16.0;
 
 /// The crossing of a guard from its value at an instant, if it is steep and can be extrapolated
 /// that far; `m` is an upper bound on its second derivative. A track of its own is left near the
@@ -73,7 +71,7 @@ fn rise(
     // The zero of the parabola.
     let root = (slope * slope - 2.0 * signal.bend(tracks) * value).max(0.0).sqrt();
     let mut at = t - 2.0 * value / (slope + root);
-    let (tolerance, mut left) = (0.25 * f64::EPSILON * at, f64::INFINITY);
+    let tolerance = 0.25 * f64::EPSILON * at;
     for _ in 0..STEPS {
         if !(t < at && at < end) {
             return None;
@@ -96,7 +94,6 @@ fn rise(
         if m * step * step <= slope * tolerance {
             return Some(at);
         }
-        left = value.abs();
     }
-    (left <= LEFT * signal.resolution && t < at && at < end).then_some(at)
+    None
 }
