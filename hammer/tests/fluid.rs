@@ -163,3 +163,19 @@ fn an_oil_chamber_that_is_told_of_stays_calm() {
     let informed = largest(own, 2e-5);
     assert!((informed - 1.0).abs() < 0.003, "{informed}");
 }
+
+/// A piston that a fluid holds starts as far from the bit, which a feed shortens, as one in flight.
+#[test]
+fn a_piston_starts_at_the_same_place_on_a_fluid_and_in_flight() {
+    for fidelity in Fidelity::ALL {
+        let gap = |stiffness| {
+            let mut p = driven(stiffness);
+            (p.fidelity, p.contact.initial_gap) = (fidelity, 1e-4);
+            let inputs = InputValues { feed_force: 5e4, ..InputValues::default() };
+            Machine::new(&p, &inputs, 0.0).unwrap().kinematics().contact_gap
+        };
+        // Some roundings of places below a millimetre; the feed shortens the bit by 4e-6 m.
+        assert!((gap(STIFFNESS) - gap(0.0)).abs() < 1e-17, "{fidelity:?}");
+        assert!(gap(0.0) > 1.03e-4, "{fidelity:?}");
+    }
+}

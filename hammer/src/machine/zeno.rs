@@ -80,14 +80,15 @@ mod tests {
     use crate::quantities::inputs::Inputs;
     use crate::quantities::parameters::{InputValues, Parameters};
 
-    /// At one instant, and 100 s after the first: more than enough for so many transitions.
+    /// At one instant, and in nine tenths and eleven tenths of the time that so many transitions must take.
     #[test]
     fn a_long_run_of_transitions_is_an_error_where_it_took_too_short_a_time() {
         let model = Model::new(&Parameters::default()).expect("a model");
         let inputs = Inputs::constant(&InputValues::default());
         let motion = Motion::new(model, inputs, 0.0).expect("a scene");
-        for (start, is_short) in [(0.0, true), (-100.0, false)] {
-            let mut detector = ZenoDetector::new(start);
+        let shortest = SHORTEST_SPACING * f64::from(MAX_BURST) / motion.model().fastest();
+        for (part, is_short) in [(0.0, true), (0.9, true), (1.1, false)] {
+            let mut detector = ZenoDetector::new(-part * shortest);
             for count in 1..MAX_BURST {
                 assert_eq!(detector.count(&motion, 0.0), Ok(()));
                 assert_eq!((detector.simultaneous, detector.burst), (count, count));

@@ -398,4 +398,41 @@ mod tests {
         above[0] = 1.0;
         assert_eq!(left(&above, 0.5), 0.5);
     }
+
+    /// A window whose drift, modes and values each round, of so long a motion that only a part of it is fine.
+    #[test]
+    fn a_window_is_halved_until_its_rounding_is_fine() {
+        let drift = |h: f64| 1e-16 + 1e-9 * h;
+        let mut q = [0.0; TAYLOR];
+        q[..4].copy_from_slice(&[0.3, -9.0, 40.0, 7.0]);
+        let modal = |growth| Noise { amplitude: 1e-17, operations: 40.0, growth };
+        // What the rounding of a window of this length must be, by its definition.
+        let bound = |h: f64, halvings: i32| {
+            let y = 3.0 * 0.5f64.powi(halvings);
+            let terms: Vec<f64> = (0..4).map(|k| q[k] * 0.5f64.powi(halvings * k as i32)).collect();
+            let sum = terms.iter().zip(1..).map(|(c, k)| f64::from(k) * f64::EPSILON * c.abs());
+            drift(h) + 1e-17 * (40.0 + 4.0 * y) * y.exp() + sum.sum::<f64>()
+        };
+        let h = 1e-3;
+        for wanted in [0, 1, 3, 7] {
+            let fine = 1.0001 * bound(h * 0.5f64.powi(wanted), wanted);
+            let window = Window { h, q, modal: modal(3.0), drift: drift(h) };
+            let (short, rounding) = window.shortened(fine, drift);
+            assert_eq!(short.h, h * 0.5f64.powi(wanted), "{wanted}");
+            assert!((rounding / fine - 1.0 / 1.0001).abs() < 1e-12, "{wanted}: {rounding} {fine}");
+            for x in [0.0, 0.4, 1.0] {
+                let whole = horner(&q, x * short.h / h).0;
+                assert!((horner(&short.q, x).0 - whole).abs() < 1e-13, "{wanted} {x}");
+            }
+        }
+        // Where no length is short enough for the modes, or for the value at the start, their part is left out.
+        let loud = Noise { amplitude: 1e-3, ..modal(3.0) };
+        let window = Window { h, q, modal: loud, drift: drift(h) };
+        let (short, rounding) = window.shortened(0.05, drift);
+        assert!(short.h == h && rounding < 1e-10, "{rounding}");
+        let window = Window { h, q, modal: modal(3.0), drift: drift(h) };
+        let (short, rounding) = window.shortened(1e-30, drift);
+        let least = 2.0 * (drift(0.0) + f64::EPSILON * q[0]);
+        assert!(short.h < h && rounding <= least && rounding > 0.5 * least, "{rounding} {least}");
+    }
 }

@@ -164,24 +164,83 @@ mod tests {
     use crate::quantities::inputs::Inputs;
     use crate::quantities::parameters::{InputValues, Parameters};
 
+    fn motion() -> Motion {
+        let model = Model::new(&Parameters::default()).expect("a model");
+        let inputs = Inputs::constant(&InputValues::default());
+        Motion::new(model, inputs, 0.0).expect("a scene")
+    }
+
+    /// What a second allows of a step that began at `start` and has come to `work`.
+    fn checked(budget: &Budget, work: &Work) -> Result<(), WorkLimit> {
+        let done = Allowance::of_seconds(1).within(|| budget.check(&motion(), work, 0.0));
+        done.map_err(|error| match error {
+            Error::Overwork { limit, .. } => limit,
+            other => panic!("{other}"),
+        })
+    }
+
     /// A million million units are beyond any second.
     #[test]
     fn every_kind_of_work_is_paid_for_and_the_most_is_named() {
-        let (parameters, many) = (Parameters::default(), 1 << 40);
-        let model = Model::new(&parameters).expect("a model");
-        let inputs = Inputs::constant(&InputValues::default());
-        let motion = Motion::new(model, inputs, 0.0).expect("a scene");
-        let none = Work::default();
+        let (many, none) = (1 << 40, Work::default());
         for (work, cause) in [
             (Work { evaluations: many, ..none }, WorkLimit::Search),
             (Work { barrier: many, evaluations: many / 2, ..none }, WorkLimit::Barrier),
             (Work { air: many, samples: many / 2, ..none }, WorkLimit::Air),
+            (Work { barrier: many, evaluations: 2 * many, ..none }, WorkLimit::Search),
+            (Work { windows: many, scans: many, ..none }, WorkLimit::Search),
         ] {
             let mut budget = Budget::default();
-            budget.begin_step(&motion, &none);
-            let checked = Allowance::of_seconds(1).within(|| budget.check(&motion, &work, 0.0));
-            let Err(Error::Overwork { limit, .. }) = checked else { panic!("{checked:?}") };
-            assert_eq!(limit, cause);
+            budget.begin_step(&motion(), &none);
+            assert_eq!(checked(&budget, &work), Err(cause));
+            // What was done before the step is not of it, and what is paid for is not paid for again.
+            budget.begin_step(&motion(), &work);
+            assert_eq!(checked(&budget, &work), Ok(()));
         }
+    }
+
+    /// Transitions count, and are named as the cause from a hundredth of the work on.
+    #[test]
+    fn transitions_are_paid_for_and_named_by_their_cause() {
+        use crate::laws::event::RockEvent;
+        use crate::laws::mode::Relay;
+        for (event, cause) in [
+            (Some(Event::Rock(RockEvent::Touch)), WorkLimit::Rock),
+            (Some(Event::Relay(Relay::Return)), WorkLimit::Drive),
+            (None, WorkLimit::Loads),
+            (Some(Event::CLOSING), WorkLimit::Tie(Tie::Contact)),
+        ] {
+            let mut budget = Budget::default();
+            budget.begin_step(&motion(), &Work::default());
+            for _ in 0..1 << 20 {
+                budget.count(event);
+            }
+            let transitions = budget.transitions();
+            assert_eq!(transitions, TRANSITION << 20);
+            for (share, cause) in [(90, cause), (110, WorkLimit::Search)] {
+                let all = Work { evaluations: share * transitions, ..Work::default() };
+                assert_eq!(checked(&budget, &all), Err(cause), "{event:?}");
+                budget.paid.set(0);
+                budget.pause.set(0);
+            }
+        }
+    }
+
+    #[test]
+    fn each_count_is_in_the_units_of_work() {
+        let mut work = Work::default();
+        work.count_evaluation();
+        work.count_panels(3);
+        work.count_air([5, 7]);
+        let expected = Work {
+            evaluations: 1,
+            samples: 6,
+            barrier: 3 * WINDOW,
+            air: 7 * WINDOW,
+            ..Work::default()
+        };
+        assert_eq!(work, expected);
+        (work.windows, work.scans) = (11, 13);
+        assert_eq!(work.units(), 1 + 6 + 13 + (3 + 7 + 11) * WINDOW);
     }
 }
