@@ -146,6 +146,23 @@ fn a_pair_of_crossings_is_found_however_close() {
     }
 }
 
+/// A guard that comes a resolution or more beyond its level crosses it, however short it stays there.
+#[test]
+fn a_peak_of_a_few_resolutions_is_a_crossing() {
+    let (w, a) = (3e4, 0.7);
+    for peak in [1.1, 1.5, 1.9, 3.0, 8.0] {
+        let level = a - peak * RESOLUTION;
+        let track = track(&[(w, a, std::f64::consts::PI)]);
+        let (found, near_misses, _) = search(&track, guard(poly(&[-level]), 0), 1e-3);
+        let found = found.expect("a crossing");
+        let before = (level / a).acos() / w;
+        let exact = std::f64::consts::PI / w - before;
+        let slope = w * (a * a - level * level).sqrt();
+        assert!(close(found, exact, f64::EPSILON * a, slope), "{peak}: {found} {exact}");
+        assert_eq!(near_misses, 0, "{peak}");
+    }
+}
+
 #[test]
 fn a_graze_from_below_is_counted_and_not_taken() {
     let w = 1e5;
