@@ -228,6 +228,7 @@ mod tests {
     use super::*;
     use crate::modal::model::Model;
     use crate::quantities::parameters::{Fidelity, InputValues};
+    use crate::quantities::sections::Segment;
 
     /// Two masses that a force pushes apart: the piston and the casing, from which the drive pushes and which the
     /// return chamber's force moves away from the piston; or the bit, which that force alone pushes away.
@@ -236,15 +237,20 @@ mod tests {
         let mut p = Parameters::default();
         p.piston.length = 0.17;
         let inputs = Inputs::constant(&InputValues::default());
+        p.casing.segment[0] = Segment { length: 1.3, area: 4e-3 };
         let give = |body: Body| p.sections(body).compliance(p.material.youngs_modulus);
         let [piston, bit] = [Body::Piston, Body::Bit].map(give);
-        for (casing, fidelity) in
-            [(0.0, Fidelity::Elastic), (30.0, Fidelity::Elastic), (30.0, Fidelity::Rigid)]
-        {
-            (p.casing.mass, p.fidelity) = (casing, fidelity);
+        // Without a casing, in a rigid one, in one of a section, and all bodies rigid.
+        for (casing, segments, fidelity) in [
+            (0.0, 0, Fidelity::Elastic),
+            (30.0, 0, Fidelity::Elastic),
+            (30.0, 1, Fidelity::Elastic),
+            (30.0, 0, Fidelity::Rigid),
+        ] {
+            (p.casing.mass, p.casing.segments, p.fidelity) = (casing, segments, fidelity);
             let model = Model::new(&p).expect("a model");
-            let [one, frame] = [p.piston_mass(), if casing > 0.0 { casing } else { p.bit_mass() }];
-            let [one, frame] = [1.0 / one, 1.0 / frame];
+            let shaft = segments as f64 * 1.3 / (4e-3 * p.material.youngs_modulus);
+            let [one, frame] = [0, model.graph.frame].map(|i| 1.0 / model.graph.bodies[i].mass);
             let elastic = if fidelity == Fidelity::Elastic { 1.0 } else { 0.0 };
             for flies in [true, false] {
                 let problem = problem(&p, &model.graph, &inputs, flies, 1e-4);
@@ -252,7 +258,7 @@ mod tests {
                     true => (
                         [one + frame, frame],
                         [if flies { frame } else { one + frame }, frame],
-                        [elastic * piston, 0.0],
+                        [elastic * piston + shaft, shaft],
                     ),
                     false => ([one, -frame], [if flies { 0.0 } else { one }, frame], [piston, bit]),
                 };
