@@ -1,7 +1,7 @@
 //! The largest forces over a step, against the forces themselves.
 
 use hammer::parameters::ChamberLaws;
-use hammer::{Error, Input, InputValues, Machine, Parameters, Source, WorkLimit};
+use hammer::{Error, Input, InputValues, Interrupt, Machine, Parameters, Source, WorkLimit};
 
 /// Where the first blow's contact force is largest, s, and the rock's force where
 /// the tip turns: smooth maxima.
@@ -108,6 +108,8 @@ fn half_a_second_of_ringing_is_searched() {
     let largest = looks.fold(0.0, f64::max);
     let mut m = ringing();
     m.advance(0.5).expect("a step");
-    assert_eq!(m.prepare_peaks(), Ok(()));
+    let cancelled = Interrupt::asking(|| true).watch(|| m.prepare_peaks());
+    assert_eq!(cancelled, Err(Error::Cancelled));
+    assert_eq!(m.prepare_peaks(), Ok(()), "a later look begins the search again");
     assert!(m.peaks().rock_force() >= largest, "{:?} {largest}", m.peaks());
 }
