@@ -134,8 +134,8 @@ fn the_start_has_one_limit_where_the_loads_just_carry_the_bit() {
     assert!((above.2.strain - below.2.strain).abs() < 1e-6 * above.2.strain);
 }
 
-/// A piston that a force turns back a resolution before the bit is counted once, while it is there, when it is away
-/// and after events that begin new guards; one that turns forty resolutions before is not.
+/// A piston that a force turns back a resolution before the bit is counted once, also after a changed input has
+/// begun new guards; one that turns forty resolutions before is not.
 #[test]
 fn a_piston_that_turns_back_just_before_the_bit_is_a_near_miss() {
     let mut p = Parameters { fidelity: Fidelity::Rigid, gravity: 0.0, ..Parameters::default() };

@@ -20,6 +20,11 @@ impl Random {
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 
+    /// Those of the last number.
+    pub fn bits(&self) -> u64 {
+        self.0
+    }
+
     /// Evenly between two numbers.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
