@@ -5,9 +5,9 @@ use crate::laws::event::Displacement;
 use crate::laws::mode::Mode;
 use crate::laws::rock::{Coefficients, Spring};
 use crate::modal::graph::{Channel, Edge, Graph, Group};
-use crate::modal::passage::{Overlap, Passage};
 use crate::modal::shared::Systems;
 use crate::modal::structure::{Attachment, Structure};
+use crate::modal::system::passage::{Overlap, Passage};
 use crate::modal::system::{Recipe, System};
 use crate::modal::{memory, shared};
 use crate::quantities::parameters::Parameters;
@@ -172,8 +172,8 @@ mod tests {
     use super::*;
     use crate::laws::event::Bodies;
     use crate::laws::mode::RockMode;
-    use crate::modal::driven::Driven;
     use crate::modal::system::CHANNELS;
+    use crate::modal::system::driven::Driven;
     use crate::numerics::combine;
     use crate::numerics::poly::Poly;
 

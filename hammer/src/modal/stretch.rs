@@ -1,7 +1,7 @@
 //! Exact integrals over a stretch between two events.
 //!
 //! Over such a stretch loads are polynomials and displacements are `c . z(t) + poly(t)` (slow
-//! coordinates, for which `B` is nearly singular, are in `poly`: see [`crate::modal::response`]),
+//! coordinates, for which `B` is nearly singular, are in `poly`: see [`crate::modal::system::response`]),
 //! and
 //!
 //! * `int f(t) c . z dt` follows from `z = (B^-1 z)'` by parts, once per degree;
@@ -9,7 +9,7 @@
 //!   `B^T Q + Q B = -W`: the damping's work (`W` the damping power of the velocities) and
 //!   the viscous work (`W` the square of the tip's velocity).
 
-use crate::modal::driven::Driven;
+use crate::modal::system::driven::Driven;
 use crate::modal::system::{CHANNELS, Functional, System, TAYLOR};
 use crate::modal::track::Track;
 use crate::numerics::kernel;

@@ -1,7 +1,7 @@
 //! A modal vector in motion.
 
-use crate::modal::generator::Generator;
 use crate::modal::system::System;
+use crate::modal::system::generator::Generator;
 use crate::numerics::kernel;
 use std::sync::Arc;
 

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Number of coefficients. An input of order [`crate::MAX_INPUT_ORDER`] moves a rigid body by a
 /// polynomial two degrees higher; a coordinate that is slow compared with its load needs the most
-/// (see `modal/response.rs`).
+/// (see `modal/system/response.rs`).
 pub const TERMS: usize = 24;
 const _: () = assert!(TERMS >= crate::MAX_INPUT_ORDER + 3);
 

@@ -1,6 +1,6 @@
 //! Double steps of a guard's proof, confirmed from both ends.
 
-use crate::modal::generator::Generator;
+use crate::modal::system::generator::Generator;
 use crate::modal::track::Track;
 use crate::search::signal::{Probe, Signal};
 use crate::search::work::Work;

@@ -5,8 +5,8 @@
 //! (see [`crate::modal::stretch`]). Under constant loads the viscous form of the state is an upper
 //! bound on the remaining `int p'^2`; if that cannot reach the barrier, nothing is evaluated.
 
-use crate::modal::generator::Generator;
 use crate::modal::stretch::{LITTLE, Stretch};
+use crate::modal::system::generator::Generator;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::kernel;

@@ -1,6 +1,6 @@
 //! A guard as a function of time: `g(t) = drift(t) + sum c . z(t)` over one or two tracks.
 
-use crate::modal::generator::Generator;
+use crate::modal::system::generator::Generator;
 use crate::modal::system::{Functional, System, TAYLOR};
 use crate::modal::track::Track;
 use crate::numerics::combine;

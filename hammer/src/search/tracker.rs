@@ -52,8 +52,8 @@
 //!
 //! Guards are evaluated at dyadic distances, one tabulated rotation apart.
 
-use crate::modal::generator::Generator;
 use crate::modal::system::TAYLOR;
+use crate::modal::system::generator::Generator;
 use crate::modal::track::Track;
 use crate::numerics::grid;
 use crate::search::TIME_RESOLUTION;

@@ -6,7 +6,7 @@
 
 use crate::bodies::cache::Recent;
 use crate::interrupt;
-use crate::modal::block::Block;
+use crate::modal::spectrum::block::Block;
 use crate::modal::structure::{Attachment, Structure};
 use crate::numerics::combine::combine_in_order;
 use crate::numerics::kernel::{LANES, inner_product};

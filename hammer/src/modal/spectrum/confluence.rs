@@ -4,9 +4,9 @@
 //! quadratic factor `(s - sigma)^2 + delta` with the mean and the divided difference of the
 //! eigenvector, which both stay smooth where the roots coincide.
 
-use crate::modal::block::Block;
-use crate::modal::quotient::Factor;
-use crate::modal::secular::{Root, Secular};
+use crate::modal::spectrum::block::Block;
+use crate::modal::spectrum::quotient::Factor;
+use crate::modal::spectrum::secular::{Root, Secular};
 use crate::numerics::math::{norm, sin_cos};
 use num_complex::Complex64 as C;
 

@@ -1,8 +1,8 @@
 //! The secular function of more than two attachments: one determinant, in which the modes that dominate
 //! near a root are rows and columns of their own, so that no power of their compliance has to cancel.
 
-use crate::modal::jet::{Jet, Jets, Sizes};
-use crate::modal::secular::{PAIRS, Root, Secular, size};
+use crate::modal::spectrum::jet::{Jet, Jets, Sizes};
+use crate::modal::spectrum::secular::{PAIRS, Root, Secular, size};
 use crate::numerics::minors::{self, MOST, Matrix};
 use crate::numerics::poles;
 use num_complex::Complex64 as C;

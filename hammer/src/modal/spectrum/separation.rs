@@ -8,10 +8,10 @@
 //! `(s + t) x . y + x . C y`).
 
 use crate::interrupt;
-use crate::modal::block::is_real;
-use crate::modal::cluster::Eigenpair;
-use crate::modal::refinement::{MOVED, Refinement};
-use crate::modal::secular::{Root, Secular};
+use crate::modal::spectrum::block::is_real;
+use crate::modal::spectrum::cluster::Eigenpair;
+use crate::modal::spectrum::refinement::{MOVED, Refinement};
+use crate::modal::spectrum::secular::{Root, Secular};
 use crate::numerics::math::norm;
 use num_complex::Complex64 as C;
 use std::collections::BTreeMap;

@@ -1,7 +1,7 @@
 //! Residual of a block: how far it is from an invariant pair.
 
-use crate::modal::block::Block;
-use crate::modal::deflation::Deflated;
+use crate::modal::spectrum::block::Block;
+use crate::modal::spectrum::deflation::Deflated;
 use crate::numerics::kernel::{inner_product as dot, norm as size};
 use crate::numerics::matrix2::Matrix2;
 

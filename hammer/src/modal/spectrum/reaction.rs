@@ -10,7 +10,7 @@
 //! holds for every free mode `i` to rounding of its own terms, and least squares over all of them
 //! give `f` to its own.
 
-use crate::modal::block::Block;
+use crate::modal::spectrum::block::Block;
 use crate::modal::structure::{Attachment, Structure};
 use crate::numerics::kernel::inner_product;
 use crate::numerics::math;

@@ -18,8 +18,8 @@
 //! up to `|B| t = `[`SPAN`], where the first of the omitted terms beyond [`TERMS`] is below
 //! rounding (`2^24 / 24!` is 3e-17). There the epoch is moved and the series renewed.
 
-use crate::modal::driven::Driven;
-use crate::modal::generator::Generator;
+use crate::modal::system::driven::Driven;
+use crate::modal::system::generator::Generator;
 use crate::numerics::collocation::STAGES;
 use crate::numerics::kernel;
 use crate::numerics::math;

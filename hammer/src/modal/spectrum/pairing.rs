@@ -2,13 +2,13 @@
 
 use crate::error::SpectrumError;
 use crate::interrupt;
-use crate::modal::block::{Block, CONFLUENT, is_real};
-use crate::modal::cluster::{self, Eigenpair};
-use crate::modal::confluence::{self, Circle};
-use crate::modal::quotient::Factor;
-use crate::modal::refinement::{ALONE, MOVED, Refinement};
-use crate::modal::residual::defect;
-use crate::modal::secular::{Root, Secular};
+use crate::modal::spectrum::block::{Block, CONFLUENT, is_real};
+use crate::modal::spectrum::cluster::{self, Eigenpair};
+use crate::modal::spectrum::confluence::{self, Circle};
+use crate::modal::spectrum::quotient::Factor;
+use crate::modal::spectrum::refinement::{ALONE, MOVED, Refinement};
+use crate::modal::spectrum::residual::defect;
+use crate::modal::spectrum::secular::{Root, Secular};
 use crate::numerics::math::norm;
 use num_complex::Complex64 as C;
 use std::collections::BTreeMap;

@@ -1,7 +1,7 @@
 //! The secular function in twice the digits: for roots that the first fifteen leave unsettled, because all of
 //! them cancel. Poles follow from the frequencies here, so their own rounding does not matter.
 
-use crate::modal::secular::{PAIRS, Root, Secular};
+use crate::modal::spectrum::secular::{PAIRS, Root, Secular};
 use crate::numerics::instant::Double;
 use crate::numerics::minors::{self, Matrix, Ring};
 use crate::numerics::wide::Wide;
@@ -111,7 +111,7 @@ impl Secular {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::modal::deflation::Deflated;
+    use crate::modal::spectrum::deflation::Deflated;
     use crate::modal::structure::{Attachment, Structure};
 
     /// Two unit masses on springs of 2^60 between them and 1/2 to the ground: `s^4 f` is `P = s^4 + (2^61 + 1/2) s^2

@@ -11,8 +11,8 @@
 //! unknowns of a small matrix, which is scaled and eliminated with complete pivoting. How well that is
 //! solved decides only how fast the iteration converges; what it converges to is known to twice the digits.
 
-use crate::modal::cluster::{Eigenpair, form};
-use crate::modal::secular::Secular;
+use crate::modal::spectrum::cluster::{Eigenpair, form};
+use crate::modal::spectrum::secular::Secular;
 use crate::numerics::instant::Double;
 use crate::numerics::math::norm;
 use crate::numerics::wide::Wide;
@@ -293,7 +293,8 @@ fn solved(mut rows: Vec<Vec<C>>) -> Option<Vec<C>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::modal::{deflation::Deflated, roots::Roots, structure::*};
+    use crate::modal::spectrum::{deflation::Deflated, roots::Roots};
+    use crate::modal::structure::*;
 
     /// Of three springs on four modes: from roots that are off by 1e-7 of themselves, and from vectors
     /// that are none, the equation of motion holds to a rounding of each of its terms.

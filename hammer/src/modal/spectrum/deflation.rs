@@ -5,7 +5,7 @@
 //! * A mode whose ends hardly move is uncoupled too: at the upper end of the spectrum of splines
 //!   each mode belongs to one end of a body, and moves the other end by a rounding only.
 
-use crate::modal::block::Block;
+use crate::modal::spectrum::block::Block;
 use crate::modal::structure::Structure;
 use crate::numerics::kernel::{inner_product as dot, norm};
 use crate::numerics::math;

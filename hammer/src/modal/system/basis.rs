@@ -1,7 +1,7 @@
 //! The modal basis: from free modes to a system's own coordinates and back.
 
 use crate::interrupt;
-use crate::modal::block::Block;
+use crate::modal::spectrum::block::Block;
 use crate::modal::structure::Structure;
 use crate::numerics::combine::{Columns, combine};
 use crate::numerics::kernel::{self, inner_product};

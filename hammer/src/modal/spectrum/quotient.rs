@@ -6,7 +6,7 @@
 //! its divided difference. For the secular function both are zero; for the eigenvector they are the
 //! two columns of an invariant pair.
 
-use crate::modal::secular::{Root, Secular};
+use crate::modal::spectrum::secular::{Root, Secular};
 use crate::numerics::instant::Double;
 use crate::numerics::minors::{self, Matrix, Ring};
 

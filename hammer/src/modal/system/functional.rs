@@ -1,8 +1,8 @@
 //! A linear functional of the displacements, with its derivatives and bounds.
 
-use crate::modal::driven::Driven;
-use crate::modal::generator::Generator;
-use crate::modal::response::{CHANNELS, ORDERS, Response};
+use crate::modal::system::driven::Driven;
+use crate::modal::system::generator::Generator;
+use crate::modal::system::response::{CHANNELS, ORDERS, Response};
 use crate::numerics::kernel::EvaluationRows;
 use crate::numerics::math;
 use crate::numerics::poly::Poly;

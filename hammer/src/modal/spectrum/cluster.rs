@@ -17,8 +17,8 @@
 //! differ by a relative `e`, rounding leaves an overlap of `eps / e`, which may be all of a vector;
 //! taking it out changes a vector by that much, and its residual by a rounding.
 
-use crate::modal::deflation::Deflated;
-use crate::modal::secular::{Root, Secular};
+use crate::modal::spectrum::deflation::Deflated;
+use crate::modal::spectrum::secular::{Root, Secular};
 use crate::numerics::math::norm;
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64 as C;

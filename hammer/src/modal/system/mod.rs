@@ -7,23 +7,39 @@
 //! y(t) = exp(B t) z + polynomials
 //! ```
 //!
-//! (see [`crate::modal::response`]), which is exact for any `t`. The blocks are chosen so that
-//! `|exp(B t) z|` never grows: amplitudes bound the motion for all later times.
+//! (see [`crate::modal::system::response`]), which is exact for any `t`. The blocks are chosen so that
+//! `|exp(B t) z|` never grows: amplitudes bound the motion for all later times. Each file uses only those above it:
+//!
+//! ```text
+//! generator    the blocks' flow
+//! basis        coordinates in and out
+//! passage      from one system's coordinates straight into another's
+//! driven       the part of a motion that is a polynomial
+//! response     what loads do to a system
+//! functional   a displacement, its bounds and its derivatives
+//! ```
+
+mod basis;
+pub mod driven;
+mod functional;
+pub(crate) mod generator;
+pub mod passage;
+mod response;
 
 use crate::error::{Error, SpectrumError};
 use crate::interrupt;
 use crate::laws::mode::Mode;
-use crate::modal::basis::Basis;
-use crate::modal::driven::Driven;
-pub use crate::modal::functional::{Functional, INTEGRALS, TAYLOR};
-use crate::modal::generator::Generator;
-use crate::modal::joined::Joined;
-use crate::modal::passage::{self, Overlap, Passage};
-use crate::modal::reaction;
-pub use crate::modal::response::CHANNELS;
-use crate::modal::response::Response;
+use crate::modal::spectrum::joined::Joined;
+use crate::modal::spectrum::reaction;
 use crate::modal::spectrum::{self, Care};
 use crate::modal::structure::{Attachment, Structure};
+use crate::modal::system::basis::Basis;
+use crate::modal::system::driven::Driven;
+pub use crate::modal::system::functional::{Functional, INTEGRALS, TAYLOR};
+use crate::modal::system::generator::Generator;
+use crate::modal::system::passage::{Overlap, Passage};
+pub use crate::modal::system::response::CHANNELS;
+use crate::modal::system::response::Response;
 use crate::numerics::combine::{Columns, combine};
 use crate::numerics::form::Form;
 use crate::numerics::gram::gram;

@@ -18,8 +18,8 @@
 //! `s + 1 / beta = -s^2 / (beta w_i^2)`. Where many such poles crowd there, these small numbers are
 //! stored ([`Secular::crowded`]), whose differences keep all their digits.
 
-use crate::modal::deflation::Deflated;
-use crate::modal::jet::Jet;
+use crate::modal::spectrum::deflation::Deflated;
+use crate::modal::spectrum::jet::Jet;
 use crate::numerics::minors::MOST;
 use crate::numerics::poles::{self, Pairs, Point, Weighed};
 use num_complex::Complex64 as C;

@@ -3,8 +3,8 @@
 
 use crate::error::SpectrumError;
 use crate::interrupt;
-use crate::modal::block::is_real;
-use crate::modal::secular::{Root, Secular};
+use crate::modal::spectrum::block::is_real;
+use crate::modal::spectrum::secular::{Root, Secular};
 use crate::numerics::math::norm;
 use crate::numerics::poles::{self, Pairs, Point};
 use num_complex::Complex64 as C;

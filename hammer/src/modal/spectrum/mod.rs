@@ -1,17 +1,49 @@
-//! Spectrum of a structure: from its free modes to blocks of two coordinates.
+//! Spectrum of a structure: from its free modes to blocks of two coordinates. Each file uses only those above it:
 //!
 //! ```text
-//! structure -> deflation -> secular function -> roots -> pairs -> blocks
+//! block        two coordinates of the result
+//! deflation    modes of equal frequency taken out
+//! jet          functions of s with their derivatives
+//! secular      the function whose zeros are the eigenvalues, and its vectors
+//! bordered     the same of more than two attachments
+//! exact        the same in twice the digits
+//! roots        all zeros at once
+//! cluster      vectors of roots among several modes of nearly equal frequency
+//! refinement   an eigenpair by Newton's method, its residuals in twice the digits
+//! quotient     remainders over the factor of two roots, to twice the digits
+//! confluence   two that nearly coincide
+//! residual     how far a block is from an invariant pair
+//! separation   real roots that are known to few digits
+//! pairing      roots into blocks
+//! joined       the modes of bodies that are joined
+//! reaction     the displacement of a stiff attachment, from the force in it
 //! ```
 
+pub(crate) mod block;
+mod bordered;
+mod cluster;
+mod confluence;
+pub(crate) mod deflation;
+mod exact;
+mod jet;
+pub(crate) mod joined;
+mod pairing;
+mod quotient;
+pub(crate) mod reaction;
+mod refinement;
+mod residual;
+mod roots;
+mod secular;
+mod separation;
+
 use crate::error::SpectrumError;
-use crate::modal::block::Block;
-use crate::modal::deflation::Deflated;
-use crate::modal::pairing::Pairing;
-use crate::modal::residual::misses;
-use crate::modal::roots::Roots;
-use crate::modal::secular::Secular;
-use crate::modal::separation::separated;
+use crate::modal::spectrum::block::Block;
+use crate::modal::spectrum::deflation::Deflated;
+use crate::modal::spectrum::pairing::Pairing;
+use crate::modal::spectrum::residual::misses;
+use crate::modal::spectrum::roots::Roots;
+use crate::modal::spectrum::secular::Secular;
+use crate::modal::spectrum::separation::separated;
 use crate::modal::structure::Structure;
 use std::collections::BTreeMap;
 

@@ -7,8 +7,8 @@
 //! consists of the columns of the one basis, each converted to the other, so that it rounds no more
 //! than the two products.
 
-use crate::modal::basis::Basis;
-use crate::modal::response::CHANNELS;
+use crate::modal::system::basis::Basis;
+use crate::modal::system::response::CHANNELS;
 use crate::numerics::combine::{Columns, combine};
 use crate::numerics::kernel;
 

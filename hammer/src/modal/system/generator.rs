@@ -5,7 +5,7 @@
 //! polynomial stored elsewhere; `B` is zero there. Where a dashpot to the ground brakes the
 //! translation, that is so of the block's first coordinate only, and the second is another decay.
 
-use crate::modal::block::Block;
+use crate::modal::spectrum::block::Block;
 use crate::numerics::form::Form;
 use crate::numerics::kernel;
 use crate::numerics::matrix2::{self, Matrix2};
