@@ -1,13 +1,11 @@
 //! A hammer that air drives, through the C functions: bits, states, events, what it takes and gives.
 
-mod support;
-
+use crate::support::host::{Host, vr};
+use crate::support::library::{ERROR, Handle, Library, OK};
+use crate::support::three::{Three, extra};
 use dth_hammer::capabilities::OVER_STEP;
 use dth_hammer::events::Extra;
 use hammer::variables::{Role, VARIABLES};
-use support::host::{Host, vr};
-use support::library::{ERROR, Handle, Library, OK};
-use support::three::{Three, extra};
 
 /// `drive.source = Air`.
 const AIR: i32 = 5;

@@ -1,11 +1,9 @@
 //! The blows of a communication step, one by one, through the C functions.
 
-mod support;
-
+use crate::support::host::Host;
+use crate::support::library::{ERROR, Handle, Library, OK};
 use dth_hammer::blows::{COUNT, first};
 use hammer::families::OF_BLOW;
-use support::host::Host;
-use support::library::{ERROR, Handle, Library, OK};
 
 const END: f64 = 0.4;
 

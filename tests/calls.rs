@@ -1,12 +1,10 @@
 //! What the contract says of calls and their order, through the C symbols.
 
-mod support;
-
+use crate::support::host::{Host, vr};
+use crate::support::library::{Callbacks, ERROR, Handle, Library, Log, OK};
 use dth_hammer::GUID;
 use hammer::Domain;
 use hammer::variables::{Role, Slot, VARIABLES};
-use support::host::{Host, vr};
-use support::library::{Callbacks, ERROR, Handle, Library, Log, OK};
 
 #[test]
 fn versions_are_those_of_the_standard() {

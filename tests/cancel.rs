@@ -1,11 +1,9 @@
 //! A step that another thread ends.
 
-mod support;
-
+use crate::support::host::{Host, vr};
+use crate::support::library::{ERROR, Handle, Library, OK};
 use std::thread;
 use std::time::{Duration, Instant};
-use support::host::{Host, vr};
-use support::library::{ERROR, Handle, Library, OK};
 
 /// From the call to the end of the step.
 const PROMPT: Duration = Duration::from_millis(50);

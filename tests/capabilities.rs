@@ -1,10 +1,8 @@
 //! Each capability that the description claims is used here.
 
-mod support;
-
+use crate::support::host::{Host, vr};
+use crate::support::library::{ERROR, Handle, Library, OK};
 use hammer::variables::{Role, VARIABLES};
-use support::host::{Host, vr};
-use support::library::{ERROR, Handle, Library, OK};
 
 const STEP: f64 = 1e-3;
 

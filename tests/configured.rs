@@ -1,11 +1,9 @@
 //! FMUs that start with other values than the plain one: their GUID tells the library.
 
-mod support;
-
+use crate::support::host::{Host, vr};
+use crate::support::library::{Handle, Library, OK};
 use dth_hammer::GUID;
 use dth_hammer::variant::SET;
-use support::host::{Host, vr};
-use support::library::{Handle, Library, OK};
 
 const SCENE: [(&str, f64); 6] = [
     ("drive.source", 3.0),

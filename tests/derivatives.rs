@@ -1,15 +1,13 @@
 //! Directional and adjoint derivatives, against differences of getters and closed forms.
 
-mod support;
-
+use crate::support::host::{Host, vr};
+use crate::support::library::{ERROR, Library, OK};
+use crate::support::three::{Three, extra};
 use dth_hammer::capabilities::OVER_STEP;
 use dth_hammer::events::Extra;
 use dth_hammer::{MODEL_DESCRIPTION, MODEL_DESCRIPTION_3};
 use hammer::Input;
 use hammer::variables::{Role, Slot, VARIABLES};
-use support::host::{Host, vr};
-use support::library::{ERROR, Library, OK};
-use support::three::{Three, extra};
 
 /// Value references of all real outputs, and their nominal values.
 fn outputs() -> (Vec<u32>, Vec<f64>) {

@@ -1,14 +1,12 @@
 //! The description and the exported symbols: the interface that hosts were promised.
 
-mod support;
-
+use crate::support::library::Library;
 use dth_hammer::{MODEL_DESCRIPTION, MODEL_DESCRIPTION_3, symbols};
 use hammer::InputValues;
 use hammer::quantity::{ENUMERATIONS, QUANTITIES};
 use hammer::variables::{Role, VARIABLES};
 use object::{Object, ObjectSymbol};
 use std::collections::BTreeSet;
-use support::library::Library;
 
 /// Names that hosts were promised: more may come, none may go.
 const PROMISED: &str = "

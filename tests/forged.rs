@@ -1,19 +1,16 @@
 //! States that somebody has changed, and given the right checksum, are read and stepped. How much work
 //! a step may take is counted in the engine's own test, `altered`.
 
-mod abuser;
-mod support;
-
-use abuser::forger::{
+use crate::abuser::forger::{
     HEADER, PRESENT, SPAN, forge, honest, honest_three, receive, receive_three, sealed,
 };
-use abuser::{STRUCTURES, Structure};
+use crate::abuser::{STRUCTURES, Structure};
+use crate::support::host::Host;
+use crate::support::library::{ERROR, Library, OK};
+use crate::support::three::Three;
 use dth_hammer::events::MAX_POSITIONS;
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
-use support::host::Host;
-use support::library::{ERROR, Library, OK};
-use support::three::Three;
 
 #[test]
 fn a_step_that_began_ages_ago_is_refused() {

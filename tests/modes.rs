@@ -1,11 +1,9 @@
 //! The state machine of FMI 3.0 co-simulation: which call is allowed in which mode, and what a host
 //! that goes back finds.
 
-mod support;
-
-use support::host::vr;
-use support::library::{ERROR, Handle, Library, OK};
-use support::three::{Ended, Three, extra};
+use crate::support::host::vr;
+use crate::support::library::{ERROR, Handle, Library, OK};
+use crate::support::three::{Ended, Three, extra};
 
 /// The modes, as messages name them, and how a host comes to each.
 const MODES: [(&str, &[&str]); 6] = [

@@ -1,13 +1,11 @@
 //! The FMU, by its own start values but for `overdamped`, against extended precision: what the
 //! comparison of the engine alone would not see is a face that reads or names something wrongly.
 
-mod support;
-
+use crate::support::host::{Host, vr};
+use crate::support::library::{Library, OK};
 use hammer::presets::Preset;
 use oracles::law::{Event, Rock};
 use oracles::reference::stored;
-use support::host::{Host, vr};
-use support::library::{Library, OK};
 
 /// The label of `rock_mode`, and whether the contact is closed.
 fn mode(host: &Host) -> (Rock, bool) {

@@ -1,11 +1,10 @@
 //! Hosts that close the library and open it again while instances live.
 
-mod support;
-
+use crate::support;
+use crate::support::host::Host;
+use crate::support::library::{ERROR, Library, OK};
 use std::fs;
 use std::path::{Path, PathBuf};
-use support::host::Host;
-use support::library::{ERROR, Library, OK};
 
 /// A copy of the library that no other test has open.
 struct Copy(PathBuf);

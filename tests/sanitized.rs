@@ -3,14 +3,12 @@
 
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))]
 
-mod support;
-
+use crate::support::host::{Host, vr};
+use crate::support::library::Library;
+use crate::support::three::Three;
 use dth_hammer::{GUID, TOKEN};
 use std::path::Path;
 use std::process::Command;
-use support::host::{Host, vr};
-use support::library::Library;
-use support::three::Three;
 
 const STEPS: usize = 60;
 const SIZE: f64 = 1e-3;

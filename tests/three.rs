@@ -1,13 +1,11 @@
 //! The FMI 3.0 face, by its C symbols: it is the hammer of FMI 2.0, and tells of events.
 
-mod support;
-
+use crate::support::host::{Host, vr};
+use crate::support::library::{ERROR, Handle, Library, OK};
+use crate::support::three::{Three, extra};
 use dth_hammer::events::Extra;
 use dth_hammer::{blows, symbols};
 use hammer::families::OF_BLOW;
-use support::host::{Host, vr};
-use support::library::{ERROR, Handle, Library, OK};
-use support::three::{Three, extra};
 
 const END: f64 = 0.25;
 const NAMES: [&str; 8] = [

@@ -1,9 +1,7 @@
 //! What is allowed but likely not meant is told once, as a warning in the log.
 
-mod support;
-
-use support::host::Host;
-use support::library::{Library, OK};
+use crate::support::host::Host;
+use crate::support::library::{Library, OK};
 
 const WARNING: i32 = 1;
 

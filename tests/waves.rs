@@ -1,15 +1,13 @@
 //! Stress and velocity along the bars, through the C functions.
 
-mod support;
-
+use crate::support::host::{Host, vr};
+use crate::support::library::{ERROR, Handle, Library, OK};
 use dth_hammer::GUID;
 use dth_hammer::variant::Variant;
 use dth_hammer::waves::first;
 use hammer::Parameters;
 use hammer::families::ALONG;
 use hammer::variables::VARIABLES;
-use support::host::{Host, vr};
-use support::library::{ERROR, Handle, Library, OK};
 
 const PISTON_STRESS: usize = 0;
 const BIT_STRESS: usize = 1;

@@ -418,3 +418,24 @@ fn ties_are_named_where_their_laws_and_numbers_are_alone() {
     let listed = TIED.iter().map(|(file, _)| (*file).to_string()).collect();
     assert_eq!(actual, listed);
 }
+
+/// A file that nothing names is no test that runs.
+#[test]
+fn every_file_of_tests_is_in_a_program() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut count = 0;
+    for home in ["", "hammer", "evidence/oracles", "evidence/verify"] {
+        let read = |file: &str| fs::read_to_string(root.join(home).join(file)).expect("a file");
+        let (all, manifest) = (read("tests/all.rs"), read("Cargo.toml"));
+        let folder = fs::read_dir(root.join(home).join("tests")).expect("a folder");
+        let files = folder.map(|entry| entry.expect("an entry").path());
+        for file in files.filter(|file| file.extension().is_some_and(|end| end == "rs")) {
+            let name = file.file_stem().expect("a name").to_string_lossy().into_owned();
+            let named = all.contains(&format!("mod {name};\n"))
+                || manifest.contains(&format!("[[test]]\nname = \"{name}\"\n"));
+            assert!(named, "{} is in no program of tests", file.display());
+            count += 1;
+        }
+    }
+    assert!(count > 40, "{count} files");
+}

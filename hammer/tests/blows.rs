@@ -1,9 +1,7 @@
 //! A blow is a blow: counted again here, from the motion sampled finely and the definition.
 
-mod scenes;
-
+use crate::scenes::{Random, overdamped};
 use hammer::{Fidelity, InputValues, Machine, Parameters, Source};
-use scenes::{Random, overdamped};
 
 /// A collision by its definition: closings within `2 (T1 + T2)` of the last opening are one.
 #[derive(Clone, Copy, Debug)]

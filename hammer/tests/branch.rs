@@ -1,11 +1,9 @@
 //! Branches of cycles along a parameter, against the simulation and single searches.
 
-mod scenes;
-
+use crate::scenes::overdamped;
 use hammer::periodic::{Branch, BranchPoint, Cycle, CycleError, Piece, Schedule, Search, find};
 use hammer::sensitivity::{Argument, Scene};
 use hammer::{Fidelity, Input, InputValues, Machine, Parameters, Source};
-use scenes::overdamped;
 
 fn scene(parameters: &Parameters) -> Scene {
     Scene { parameters: *parameters, ..Scene::default() }

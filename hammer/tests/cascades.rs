@@ -1,10 +1,8 @@
 //! Bodies of very unequal masses, slender where they meet: rounding leaves the gap on the wrong side
 //! of zero right after its own event, and the rate alone tells that it is on its way.
 
-mod scenes;
-
+use crate::scenes::Random;
 use hammer::{InputValues, Machine, Parameters, Segment, Source};
-use scenes::Random;
 
 /// One body 1e3 to 1e6 times as heavy as the other, one of them with a section down to 1e-6 of its
 /// area where they meet, thrown at one another and pressed together.

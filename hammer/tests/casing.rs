@@ -1,12 +1,10 @@
 //! The hammer in its casing: statics, balances, the string's dashpot, idling.
 
-mod scenes;
-
+use crate::scenes::{Random, cased, machine, overdamped};
 use hammer::{
     Body, Error, Event, Fidelity, Input, InputValues, Machine, Parameters, Record, Relay, Segment,
     Source, State, Tie, TieState,
 };
-use scenes::{Random, cased, machine, overdamped};
 
 /// A casing of any weight, chuck and string, and a feed that holds it down.
 fn drawn(random: &mut Random, stepped: bool) -> (Parameters, f64) {

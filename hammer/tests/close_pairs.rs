@@ -1,14 +1,12 @@
 //! Modes near critical damping: two roots that all but coincide, their vectors all but parallel.
 
-mod scenes;
-
+use crate::scenes::Random;
 use hammer::laws::rock::Spring;
 use hammer::modal::graph::Group;
 use hammer::modal::model::Model;
 use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{Recipe, System};
 use hammer::{Mode, Parameters, RockMode, Segment};
-use scenes::Random;
 
 const MODE: Mode = Mode::starting(RockMode::DissipativeForward);
 

@@ -1,11 +1,9 @@
 //! The stationary cycle, against the settled simulation, differences and scaling laws.
 
-mod scenes;
-
+use crate::scenes::overdamped;
 use hammer::periodic::{Cycle, CycleError, Piece, Response, Schedule, Search, find};
 use hammer::sensitivity::{Argument, Scene};
 use hammer::{Energies, Fidelity, Input, InputValues, Machine, Parameters, Source};
-use scenes::overdamped;
 
 fn scene(parameters: &Parameters) -> Scene {
     Scene { parameters: *parameters, ..Scene::default() }

@@ -1,15 +1,13 @@
 //! The search's rounding, proved: windows in intervals that are rounded outward hold every
 //! coefficient, and find the same events along the motion of whole scenes.
 
-mod scenes;
-
+use crate::scenes::Random;
 use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{Recipe, System, TAYLOR};
 use hammer::modal::track::Track;
 use hammer::numerics::poly::Poly;
 use hammer::search::signal::{Part, Signal};
 use hammer::{Event, InputValues, Machine, Mode, Parameters, Record, RockMode};
-use scenes::Random;
 use std::ops::{Add, Mul};
 use std::sync::Arc;
 

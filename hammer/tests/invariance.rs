@@ -1,9 +1,7 @@
 //! What must not matter: how a host slices time, and whether it saves and restores.
 
-mod scenes;
-
+use crate::scenes::Random;
 use hammer::{Input, InputValues, Machine, Parameters, Source, State, Stops};
-use scenes::Random;
 
 fn machine() -> Machine {
     Machine::new(&Parameters::default(), &InputValues::default(), 0.0).expect("a scene")

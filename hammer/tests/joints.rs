@@ -1,7 +1,6 @@
 //! Loose joints of a drill string, with a casing and without: statics, balances, the limit of tight ones, and what is refused.
 
-mod scenes;
-
+use crate::scenes::Random;
 use hammer::parameters::{Drill, Joint};
 use hammer::presets::{PRESETS, Preset};
 use hammer::sensitivity::{Argument, NonSmooth, Sample, Scene, derivatives};
@@ -9,7 +8,6 @@ use hammer::{
     Error, Event, Input, InputValues, Machine, Parameters, Segment, Source, State, Tie, TieState,
     Ties,
 };
-use scenes::Random;
 
 /// A string of unlike rods' steel, driven over 50 mm, on meshes as coarse as is allowed.
 fn drawn(random: &mut Random) -> (Parameters, InputValues) {

@@ -1,9 +1,7 @@
 //! A hammer that is lifted off the rock in its casing: at the start, later, and its vented drive.
 
-mod scenes;
-
+use crate::scenes::{cased, machine};
 use hammer::{Fidelity, Input, Parameters, RockMode, Segment, Source, Tie, TieState};
-use scenes::{cased, machine};
 
 /// What nothing carries begins at rest, and the string brakes it from there:
 /// `Mc v' = FS + Mc G - F_A - Zs v`, in closed form until the ring catches the bit.

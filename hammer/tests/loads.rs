@@ -1,9 +1,7 @@
 //! Loads that vary: every order of an input's derivatives, at any rate, on soft and stiff rock.
 
-mod scenes;
-
+use crate::scenes::Random;
 use hammer::{Event, Fidelity, Input, InputValues, Machine, Parameters, Record, RockEvent, State};
-use scenes::Random;
 
 /// 5 kN with an oscillation of 1 kN at 500 Hz, and its derivatives.
 fn feed(t: f64) -> [f64; 5] {

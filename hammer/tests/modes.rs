@@ -1,11 +1,9 @@
 //! Free modes of stepped bodies: against the exact stepped bar, whose solution in every
 //! section is a cosine and a sine, and against an independent assembly of linear elements.
 
-mod scenes;
-
+use crate::scenes::Random;
 use hammer::bodies::bar::{Bar, Section};
 use hammer::{MAX_DEGREE, Parameters, Sections, Segment};
-use scenes::Random;
 
 fn body(parts: &[(f64, f64)]) -> Sections {
     let list: Vec<Segment> = parts.iter().map(|&(length, area)| Segment { length, area }).collect();

@@ -1,7 +1,6 @@
 //! A bit that goes back along the unloading line, and the rate by specific energy.
 
-mod scenes;
-
+use crate::scenes;
 use hammer::periodic::{Search, find};
 use hammer::sensitivity::Scene;
 use hammer::variables::{Role, Variable};

@@ -2,12 +2,10 @@
 //! advises, against that on spans half as long and of the highest degree, which the rule says
 //! errs far less.
 
-mod scenes;
-
+use crate::scenes::Random;
 use hammer::{
     Body, InputValues, MAX_DEGREE, MAX_ELEMENTS, Machine, Parameters, Reading, Segment, Tie,
 };
-use scenes::Random;
 
 /// Largest contact force of the first impact.
 fn peak(p: &Parameters) -> f64 {

@@ -1,7 +1,6 @@
 //! Derivatives by the lengths and areas of sections.
 
-mod scenes;
-
+use crate::scenes;
 use hammer::Parameters;
 use hammer::sensitivity::{Argument, Derivative, Sample, Scene, derivatives};
 

@@ -1,7 +1,6 @@
 //! Long-run responses: cycles, means with their errors, and standstill.
 
-mod scenes;
-
+use crate::scenes;
 use hammer::periodic::{Averages, Kind, Steady, Wanted, steady};
 use hammer::presets::PRESETS;
 use hammer::sensitivity::Scene;

@@ -1,10 +1,8 @@
 //! Where a step ends that is to end where the piston passes a position: rigid bodies, the piston thrown up
 //! against a constant force, so that it flies in a parabola until it strikes the resting bit.
 
-mod scenes;
-
+use crate::scenes::Random;
 use hammer::{Fidelity, InputValues, Machine, Parameters, Source, Stops};
-use scenes::Random;
 
 const SPEED: f64 = 6.0;
 const FORCE: f64 = 900.0;

@@ -1,8 +1,7 @@
 //! The theorem of `search::tracker`, sentence by sentence, on thousands of drawn guards. What a
 //! guard really does is enclosed in balls, whose radii hold all rounding.
 
-mod scenes;
-
+use crate::scenes::Random;
 use hammer::modal::structure::Structure;
 use hammer::modal::system::{Recipe, System};
 use hammer::modal::track::Track;
@@ -10,7 +9,6 @@ use hammer::numerics::poly::Poly;
 use hammer::search::signal::{Part, Signal};
 use hammer::search::tracker::{GuardTracker, Work};
 use hammer::{Mode, RockMode};
-use scenes::Random;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 

@@ -1,7 +1,6 @@
 //! What chatters ends with an error that names it, and any step ends when it is interrupted.
 
-mod scenes;
-
+use crate::scenes;
 use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
 use hammer::{
     Error, Fidelity, InputValues, Interrupt, Machine, Parameters, Source, State, Tie, WorkLimit,

@@ -233,14 +233,14 @@ const HEAD: &str = "# Verification: `cargo verify`\n\n\
     (`evidence/oracles/src/waves/`), a solution in double-double arithmetic (`evidence/oracles/`), a published manual, \
     two independent solvers. Error against cost of the time integration, beside general solvers, \
     is in [speed against error](speed-against-error.md).\n";
-const HARD: &str = "\n## Hard cases\n\n`cargo test -p verify --test hard <name>`\n\n\
+const HARD: &str = "\n## Hard cases\n\n`cargo test -p verify --test all hard::<name>`\n\n\
     Driven under watch: no force pulls, no loss and no hole goes back, the energy residual \
     stays within rounding (events x products x eps x energy in play), and the samples stay \
     below a stated count.\n\n\
     | name | setting | outcome | events | residual, J | bound, J | samples | windows | near misses |\n\
     |---|---|---|---|---|---|---|---|---|\n";
 const PROPERTIES_HEAD: &str = "\n## Properties\n\n\
-    `PROPTEST_CASES=5000 cargo test -p verify --test properties`\n\n\
+    `PROPTEST_CASES=5000 cargo test -p verify --test all properties::`\n\n\
     Scenes drawn over the domain, log-uniformly: modulus 1e9 to 1e12 Pa, lengths 0.01 to 10 m, \
     1 to 15 elements or rigid, half of the bodies of 1 to 8 sections, half of the meshes of \
     splines of degree 2 to 7, `KC` 1e7 to 1e14, `KR` 1e5 to 1e11, `gamma` - 1 from 1e-6 to \

@@ -18,49 +18,47 @@ pub type Section = (&'static str, &'static str, fn() -> Result<Vec<Row>, Failure
 
 /// Closed forms, benchmarks, cycles.
 pub const SECTIONS: [Section; 31] = [
-    ("Two equal-section bars", "closed_forms two_bars", || Ok(closed::two_bars()?)),
-    ("A free bar on a spring", "closed_forms a_bar_on_a_spring", || Ok(closed::springs()?)),
-    ("One rectangular pulse on bilinear rock", "closed_forms one_rectangular", || {
+    ("Two equal-section bars", "closed_forms::two_bars", || Ok(closed::two_bars()?)),
+    ("A free bar on a spring", "closed_forms::a_bar_on_a_spring", || Ok(closed::springs()?)),
+    ("One rectangular pulse on bilinear rock", "closed_forms::one_rectangular", || {
         Ok(closed::pulses()?)
     }),
-    ("One blow on virgin rock", "closed_forms one_blow", || Ok(closed::blows()?)),
-    ("One blow, its front resolved", "orders front", || Ok(order::resolved_blows()?)),
-    ("Relay against a fixed bit, viscous piston", "cycles viscous_piston", || {
+    ("One blow on virgin rock", "closed_forms::one_blow", || Ok(closed::blows()?)),
+    ("One blow, its front resolved", "orders::front", || Ok(order::resolved_blows()?)),
+    ("Relay against a fixed bit, viscous piston", "cycles::viscous_piston", || {
         Ok(cycle::relay_viscous()?)
     }),
-    ("Relay against a fixed bit, e near 0", "cycles stops_dead", || Ok(cycle::relay_dead()?)),
-    ("Mean forces over a cycle", "cycles mean_forces", || Ok(cycle::mean_forces()?)),
-    ("A casing: statics", "casing equilibrium", || Ok(casing::statics()?)),
-    ("A casing: waves", "casing waves", || Ok(casing::waves()?)),
-    ("A casing: momentum", "casing momentum", || Ok(casing::momentum()?)),
-    ("A casing: mean forces over a cycle", "casing mean_forces", || Ok(casing::mean_forces()?)),
-    ("Scaling", "closed_forms scaled", || Ok(scaling::rows()?)),
-    ("SDNL111", "benchmarks sdnl111", || Ok(assembly::clamped_bar()?)),
-    ("Lundberg's efficiency", "benchmarks shaped_pistons", || Ok(shapes::efficiencies()?)),
-    ("A stepped piston on a stepped bit", "benchmarks stepped", || Ok(shapes::stepped_impact()?)),
-    ("Drawn drill strings", "string characteristics", || Ok(string::characteristics()?)),
-    ("Couplings of a drill string", "string couplings", || Ok(string::joints()?)),
-    ("Loose joints: waves", "joints wave", || Ok(joints::waves()?)),
-    ("Loose joints: momentum trapped", "joints slack", || Ok(joints::momentum_trapped()?)),
-    ("Loose joints: momentum and energy", "joints balance", || Ok(joints::balances()?)),
-    ("One insert on two rocks", "benchmarks one_insert", || Ok(measured::rows()?)),
-    ("Five hammers of a catalogue", "benchmarks five_hammers", || Ok(catalogue::rows()?)),
-    ("SDND101", "benchmarks sdnd101", || Ok(assembly::mass_and_stop()?)),
-    ("The published stationary response", "cycles published_cycle", || Ok(cycle::stationary()?)),
-    (
-        "The published response on other meshes",
-        "cycles other_meshes",
-        || Ok(cycle::other_meshes()?),
-    ),
-    ("The first impact", "cycles first_impact", || Ok(cycle::first_impact()?)),
-    ("Fifteen cycles against the continuum", "cycles continuum", || Ok(continuum::rows()?)),
+    ("Relay against a fixed bit, e near 0", "cycles::stops_dead", || Ok(cycle::relay_dead()?)),
+    ("Mean forces over a cycle", "cycles::mean_forces", || Ok(cycle::mean_forces()?)),
+    ("A casing: statics", "casing::equilibrium", || Ok(casing::statics()?)),
+    ("A casing: waves", "casing::waves", || Ok(casing::waves()?)),
+    ("A casing: momentum", "casing::momentum", || Ok(casing::momentum()?)),
+    ("A casing: mean forces over a cycle", "casing::mean_forces", || Ok(casing::mean_forces()?)),
+    ("Scaling", "closed_forms::scaled", || Ok(scaling::rows()?)),
+    ("SDNL111", "benchmarks::sdnl111", || Ok(assembly::clamped_bar()?)),
+    ("Lundberg's efficiency", "benchmarks::shaped_pistons", || Ok(shapes::efficiencies()?)),
+    ("A stepped piston on a stepped bit", "benchmarks::stepped", || Ok(shapes::stepped_impact()?)),
+    ("Drawn drill strings", "string::characteristics", || Ok(string::characteristics()?)),
+    ("Couplings of a drill string", "string::couplings", || Ok(string::joints()?)),
+    ("Loose joints: waves", "joints::wave", || Ok(joints::waves()?)),
+    ("Loose joints: momentum trapped", "joints::slack", || Ok(joints::momentum_trapped()?)),
+    ("Loose joints: momentum and energy", "joints::balance", || Ok(joints::balances()?)),
+    ("One insert on two rocks", "benchmarks::one_insert", || Ok(measured::rows()?)),
+    ("Five hammers of a catalogue", "benchmarks::five_hammers", || Ok(catalogue::rows()?)),
+    ("SDND101", "benchmarks::sdnd101", || Ok(assembly::mass_and_stop()?)),
+    ("The published stationary response", "cycles::published_cycle", || Ok(cycle::stationary()?)),
+    ("The published response on other meshes", "cycles::other_meshes", || {
+        Ok(cycle::other_meshes()?)
+    }),
+    ("The first impact", "cycles::first_impact", || Ok(cycle::first_impact()?)),
+    ("Fifteen cycles against the continuum", "cycles::continuum", || Ok(continuum::rows()?)),
     (
         "Every event of two blows, in extended precision",
-        "reference states_and_events",
+        "reference::states_and_events",
         reference::rows,
     ),
-    ("Orders of convergence", "orders observed", || Ok(order::rows()?)),
-    ("A stepped hammer's first blow, on splines", "orders splines", || Ok(spectral::rows()?)),
+    ("Orders of convergence", "orders::observed", || Ok(order::rows()?)),
+    ("A stepped hammer's first blow, on splines", "orders::splines", || Ok(spectral::rows()?)),
 ];
 
 fn number(x: f64) -> String {
@@ -76,7 +74,7 @@ fn number(x: f64) -> String {
 }
 
 /// Head of the table that [`rows`] fills.
-pub const ROWS: &str = "\nA line a test, `cargo test -p verify --test ...`, with the row that comes \
+pub const ROWS: &str = "\nA line a test, `cargo test -p verify --test all ...`, with the row that comes \
     nearest to its tolerance; the tolerances are derived beside each row's code.\n\n\
     | section | test | rows | nearest | reference, source | ours | tolerance |\n\
     |---|---|---|---|---|---|---|\n";

@@ -1,0 +1,45 @@
+//! All tests of this crate in one program, which is linked once; `cargo test --test all MODULE::` runs a
+//! file's. Apart are those that need a process of their own (`[[test]]` in `Cargo.toml`).
+
+mod advised;
+mod air;
+mod air_catalogue;
+mod air_presets;
+mod air_solved;
+mod air_together;
+mod altered;
+mod architecture;
+mod bases;
+mod blows;
+mod branch;
+mod cascades;
+mod casing;
+mod chambers;
+mod close_pairs;
+mod cycle;
+mod datasheet;
+mod enclosure;
+mod flow;
+mod fluid;
+mod guards;
+mod idle;
+mod invariance;
+mod joints;
+mod lifted;
+mod loads;
+mod modes;
+mod peaks;
+mod planted;
+mod presets;
+mod reloading;
+mod resolution;
+mod rods;
+mod rules;
+mod scenes;
+mod sections;
+mod sensitivity;
+mod steady;
+mod stops;
+mod table;
+mod theorem;
+mod work_limit;

@@ -1,0 +1,22 @@
+//! All tests of this crate in one program, which is linked once; `cargo test --test all MODULE::` runs a
+//! file's. Apart are those that need a process of their own (`[[test]]` in `Cargo.toml`).
+
+mod abuser;
+mod air;
+mod blows;
+mod calls;
+mod cancel;
+mod capabilities;
+mod configured;
+mod derivatives;
+mod description;
+mod forged;
+mod linked;
+mod modes;
+mod reference;
+mod reload;
+mod sanitized;
+mod support;
+mod three;
+mod warnings;
+mod waves;
