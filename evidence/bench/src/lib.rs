@@ -1,5 +1,4 @@
-//! Speed: general solvers of others, and a program for this hammer alone that was written here, beside the
-//! engine; and what the faces cost.
+//! Speed: general solvers of others beside the engine, and what the faces cost.
 //!
 //! The solvers work on the model of the crate `oracles`, which is none of the engine's; errors
 //! are measured against the reference of that crate. Nothing that ships depends on this one.
@@ -10,7 +9,6 @@ pub mod engine;
 pub mod library;
 pub mod schema;
 pub mod sundials;
-pub mod tabulated;
 
 /// Why something could not be measured.
 pub type Failure = Box<dyn std::error::Error>;

@@ -21,7 +21,7 @@ mod series;
 use crate::law::{Event, Guard, Quantity};
 use crate::linear::Real;
 use crate::powers::raised;
-use crate::scene::{AirLaw, Drive, Scene};
+use crate::scene::{AirLaw, Drive, Input, Scene};
 pub use series::AirSeries;
 
 /// Gas constant, J/(kg K), and ratio of heats.
@@ -29,6 +29,8 @@ const GAS: f64 = 287.05;
 const KAPPA: f64 = 1.4;
 /// Ratio of pressures beyond which a flow goes down in proportion to their difference.
 const STRAIGHT: f64 = 0.995;
+/// Inputs that stand for what the pressures of the chambers exceed the exhaust's by.
+pub(crate) const PRESSURES: [Input; 2] = [Input::DrivePressure, Input::ReturnPressure];
 /// Mass and inner energy of the drive chamber, then of the return chamber; mass taken from the supply.
 pub type Content<T> = [T; 5];
 

@@ -129,8 +129,6 @@ pub enum Event {
     Whole(usize, usize, bool),
     /// The piston enters the end of its cylinder, or leaves it.
     End(bool),
-    /// A chamber's pressure reaches its level.
-    Level(usize),
     /// The bodies of a joint meet, or part.
     Joint(usize, Side),
     /// The bit passes the idle travel: outward, or back.
@@ -143,7 +141,7 @@ impl Event {
         match self {
             Self::Close | Self::Open => 0,
             Self::Joint(..) => 1,
-            Self::Q9 | Self::Q10 | Self::Port(..) | Self::Whole(..) | Self::Level(_) => 3,
+            Self::Q9 | Self::Q10 | Self::Port(..) | Self::Whole(..) => 3,
             Self::Vent(_) | Self::End(_) => 3,
             _ => 2,
         }

@@ -15,7 +15,6 @@
 
 mod air;
 mod assembly;
-pub mod chambers;
 pub mod closed;
 pub mod crossing;
 pub mod dd;

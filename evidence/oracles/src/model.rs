@@ -275,14 +275,12 @@ impl<T: Real> Model<T> {
         let of = |input: Input| &inputs[input as usize];
         let nothing = || vec![T::default()];
         let force = match self.scene.drive {
-            Drive::Relay { .. } | Drive::Chambers { .. } if mode.vented => nothing(),
+            Drive::Relay { .. } if mode.vented => nothing(),
             Drive::Relay { amplitude, .. } => {
                 vec![T::from(if mode.down { amplitude } else { -amplitude })]
             }
             Drive::Force => of(Input::Force).clone(),
-            Drive::Pressure { areas }
-            | Drive::Chambers { areas, .. }
-            | Drive::Air(AirLaw { areas, .. }) => {
+            Drive::Pressure { areas } | Drive::Air(AirLaw { areas, .. }) => {
                 let [down, up] = [Input::DrivePressure, Input::ReturnPressure].map(of);
                 let at = |row: &[T], k: usize, area: f64| {
                     T::from(area) * row.get(k).copied().unwrap_or_default()
@@ -294,7 +292,6 @@ impl<T: Real> Model<T> {
         let exhaust = match self.scene.drive {
             // Of air the inputs are what its pressures exceed the exhaust's by.
             Drive::Pressure { .. } | Drive::Air(_) => T::default(),
-            Drive::Chambers { ports, .. } if !mode.vented => T::from(ports[1][1].open[0]),
             _ => return [force, nothing()],
         };
         let mut pressing = of(Input::ReturnPressure).clone();
@@ -420,7 +417,7 @@ impl<T: Real> Model<T> {
                 list.push(guard(Event::Q10, Quantity::Relative, -1.0, -T::from(stroke)));
             }
             // A run knows the ports.
-            Drive::Force | Drive::Pressure { .. } | Drive::Chambers { .. } | Drive::Air(_) => {}
+            Drive::Force | Drive::Pressure { .. } | Drive::Air(_) => {}
         }
         list
     }
@@ -440,7 +437,7 @@ impl<T: Real> Model<T> {
             Event::Open => mode.closed = false,
             Event::Q9 => mode.down = false,
             Event::Q10 => mode.down = true,
-            Event::Port(..) | Event::Whole(..) | Event::End(_) | Event::Level(_) => {}
+            Event::Port(..) | Event::Whole(..) | Event::End(_) => {}
             Event::Joint(i, side) => mode.joints[i] = side,
             // Vented, the relay rests where it drives again from.
             Event::Vent(vented) => (mode.vented, mode.down) = (vented, true),

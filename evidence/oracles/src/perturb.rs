@@ -121,13 +121,6 @@ pub fn perturbed(
     match &mut scene.drive {
         Drive::Relay { amplitude, stroke } => [amplitude, stroke].map(|x| changes.off(x)),
         Drive::Pressure { areas } => areas.each_mut().map(|x| changes.off(x)),
-        Drive::Chambers { areas, ports } => {
-            for port in ports.as_flattened_mut() {
-                changes.off(&mut port.position);
-                port.open.iter_mut().chain(&mut port.shut).for_each(|x| changes.off(x));
-            }
-            areas.each_mut().map(|x| changes.off(x))
-        }
         Drive::Air(law) => {
             let error = law.error.max(RELATIVE);
             law.off = [(); 2].map(|()| error * changes.part());

@@ -15,8 +15,7 @@ mod ahead;
 mod breath;
 mod ledger;
 
-use crate::air::{Air, Flow};
-use crate::chambers::{Chambers, PRESSURES};
+use crate::air::{Air, Flow, PRESSURES};
 use crate::crossing::{Outcome, Zero, scan};
 use crate::guard_perturbation::{GuardPerturbation, PerturbedGuards, round_braked};
 use crate::law::{Event, Guard, Memory, Mode, Quantity, State};
@@ -51,9 +50,7 @@ pub struct Run<T> {
     /// Coefficients by powers of a unit of time, about the instant after them.
     inputs: Polynomials<T>,
     since: T,
-    /// Those that drive, if they do; their pressures stand among the inputs.
-    chambers: Option<Chambers<T>>,
-    /// What drives with air, if it does; what its pressures exceed the exhaust's by stands there likewise.
+    /// What drives with air, if it does; what its pressures exceed the exhaust's by stands among the inputs.
     air: Option<Air>,
     /// Sums of modes that are over: loss of the loading lines, of the dashpot, retuning.
     lost: [T; 3],
@@ -84,7 +81,6 @@ impl<T: Real> Run<T> {
         let model = Model::<T>::new(scene);
         let (state, mode, memory) = model.start();
         let zero = T::default();
-        let chambers = Chambers::start(scene, model.quantity(Quantity::Relative, &state));
         let vr = model.quantity(Quantity::Relative, &state);
         let air = Air::start(scene, vr);
         let mut works = Works::default();
@@ -100,7 +96,6 @@ impl<T: Real> Run<T> {
             memory,
             inputs: scene.inputs.map(|value| vec![T::from(value)]),
             since: zero,
-            chambers,
             air,
             lost: [zero; 3],
             start: [zero; 2],
@@ -115,9 +110,6 @@ impl<T: Real> Run<T> {
             patience: usize::MAX,
             model,
         };
-        if let Some(chambers) = &run.chambers {
-            chambers.put(&mut run.inputs);
-        }
         run.flow_anew();
         run.start = [run.stored(), run.fallen(&run.place.state)];
         run.enter();
@@ -171,7 +163,6 @@ impl<T: Real> Run<T> {
 
     fn guards(&self) -> Vec<Guard<T>> {
         let mut list = self.model.guards(self.mode, &self.memory);
-        list.extend(self.chambers.iter().flat_map(Chambers::guards));
         list.extend(self.air.iter().flat_map(Air::guards));
         list.iter_mut().for_each(|guard| guard.height *= self.finer);
         if let Some((guard_perturbation, perturbed_guards)) = &self.guard_perturbation {
@@ -234,9 +225,7 @@ impl<T: Real> Run<T> {
 
     fn act(&mut self, action: &Action) {
         match action {
-            Action::Set(input, _)
-                if (self.chambers.is_some() || self.air.is_some()) && PRESSURES.contains(input) => {
-            }
+            Action::Set(input, _) if self.air.is_some() && PRESSURES.contains(input) => {}
             Action::Set(input, derivatives) => {
                 self.rebase();
                 let mut factor = T::from(1.0);
@@ -314,40 +303,8 @@ impl<T: Real> Run<T> {
         });
     }
 
-    /// One step, one transition, or the end of a chamber's line; true if `target` was reached.
-    fn step(&mut self, target: T) -> Result<bool, GivenUp> {
-        let next = self.chambers.as_ref().and_then(Chambers::next);
-        match next.filter(|(end, _)| (target - *end).to_f64() >= 0.0) {
-            None => self.step_or_transit(target),
-            Some((end, chamber)) => {
-                if self.step_or_transit(end)? {
-                    self.arrive(chamber);
-                }
-                Ok(false)
-            }
-        }
-    }
-
-    /// A chamber's pressure is at its level.
-    fn arrive(&mut self, chamber: usize) {
-        self.rebase();
-        let Some((level, rate)) = self.chambers.as_mut().and_then(|c| c.arrive(chamber)) else {
-            return;
-        };
-        self.inputs[PRESSURES[chamber] as usize] = vec![T::from(level)];
-        let (time, mode) = (self.place.time, self.mode);
-        self.events.push(Passed { time, event: Event::Level(chamber), mode, rate });
-    }
-
-    /// A port turns: the pressure of its chamber is another line from now on. Or the drive is vented, or
-    /// works again.
-    fn turn(&mut self, event: Event, rate: T) {
-        if let (Event::Vent(vented), Some(chambers)) = (event, &mut self.chambers) {
-            chambers.vent(vented, self.model.quantity(Quantity::Relative, &self.place.state));
-            chambers.put(&mut self.inputs);
-            self.pending = vec![None; self.guards().len()];
-            return;
-        }
+    /// A port of air turns, or the drive is vented, or works again.
+    fn turn(&mut self, event: Event) {
         if let Some(air) = &mut self.air {
             let vr = self.model.quantity(Quantity::Relative, &self.place.state);
             match event {
@@ -358,19 +315,11 @@ impl<T: Real> Run<T> {
             }
             self.flow_anew();
             self.pending = vec![None; self.guards().len()];
-            return;
         }
-        let (Event::Port(chamber, port, opens), Some(chambers)) = (event, &mut self.chambers)
-        else {
-            return;
-        };
-        let row = &mut self.inputs[PRESSURES[chamber] as usize];
-        *row = chambers.turn((chamber, port, opens), (self.place.time, row[0], rate), self.unit);
-        self.pending = vec![None; self.guards().len()];
     }
 
     /// One step or one transition; true if `target` was reached.
-    fn step_or_transit(&mut self, target: T) -> Result<bool, GivenUp> {
+    fn step(&mut self, target: T) -> Result<bool, GivenUp> {
         if self.steps >= self.patience {
             return Err(GivenUp::Long(self.place.time.to_f64()));
         }
@@ -448,7 +397,7 @@ impl<T: Real> Run<T> {
         self.rebase();
         self.enter();
         self.rescale(unit);
-        self.turn(guard.event, rate);
+        self.turn(guard.event);
         self.round_state();
         self.perturb_guards();
         let now = self.events.iter().rev().take_while(|e| e.time == time).count();

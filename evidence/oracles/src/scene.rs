@@ -71,17 +71,6 @@ pub struct RockLaw {
     pub reloads: bool,
 }
 
-/// A port of a chamber.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Port {
-    /// Relative position at which it turns, m.
-    pub position: f64,
-    /// Pressure that its opening leads to, Pa, and the time that this takes, s.
-    pub open: [f64; 2],
-    /// The same of its closing.
-    pub shut: [f64; 2],
-}
-
 /// The air of two chambers; drive and return, or supply and exhaust.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AirLaw {
@@ -129,13 +118,6 @@ pub enum Drive {
     Pressure {
         /// `A_drive` and `A_return`, m2.
         areas: [f64; 2],
-    },
-    /// The same, the pressures by the ports that the piston passes.
-    Chambers {
-        /// `A_drive` and `A_return`, m2.
-        areas: [f64; 2],
-        /// Drive and return chamber; supply and exhaust of each.
-        ports: [[Port; 2]; 2],
     },
     /// The same, the pressures those of air that flows through ports.
     Air(AirLaw),

@@ -195,9 +195,9 @@ fn factors() -> impl Strategy<Value = Factors> {
 
 fn input(source: Source) -> impl Strategy<Value = Input> {
     let driving = match source {
-        Source::Relay | Source::Chambers | Source::Air => vec![Input::FeedForce],
         Source::Force => vec![Input::DriveForce],
         Source::Pressure => vec![Input::DrivePressure, Input::ReturnPressure],
+        _ => vec![Input::FeedForce],
     };
     prop_oneof![Just(Input::FeedForce), prop::sample::select(driving)]
 }

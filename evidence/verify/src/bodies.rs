@@ -1,6 +1,5 @@
 //! What a check needs to know of bodies of sections and of their mesh, beyond their masses.
 
-use hammer::parameters::ChamberLaw;
 use hammer::{Body, Fidelity, Machine, Parameters};
 
 /// Compliance of both bodies pulled at their ends, `sum L / (E A)`, m/N.
@@ -92,14 +91,4 @@ pub fn air(p: &Parameters, pressure: f64) -> f64 {
     let swept = (p.drive.area_drive + p.drive.area_return) * p.air.cylinder;
     let volume = p.air.drive.dead_volume + p.air.returning.dead_volume + swept;
     pressure * volume / (287.05 * p.air.temperature)
-}
-
-/// Largest forces of chambers on the piston, up or down, and on what it strikes, N.
-pub fn largest_push(p: &Parameters) -> [f64; 2] {
-    let of = |law: &ChamberLaw| {
-        let ports = [law.supply, law.exhaust];
-        ports.iter().flat_map(|port| [port.open_pressure, port.shut_pressure]).fold(0.0, f64::max)
-    };
-    let (drive, back) = (of(&p.chambers.drive), of(&p.chambers.returning));
-    [(drive * p.drive.area_drive).max(back * p.drive.area_return), back * p.drive.anvil_area]
 }

@@ -1,18 +1,15 @@
-//! `cargo verify`: writes reports/verification.md, its tables and its figures.
+//! `cargo verify`: writes reports/verification.md.
 
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 use verify::properties::{PROPERTIES, check};
-use verify::{catalogue, continuum, feed, hard_cases, long, map, measured, order, report, whole};
+use verify::{catalogue, continuum, hard_cases, measured, order, report, whole};
 
 #[derive(Parser)]
 #[command(about = "Checks the engine against everything known, and writes reports/verification.md")]
 struct Arguments {
-    /// Only the long run; the next report quotes it
-    #[arg(long)]
-    long: bool,
     /// Only the page of what others measured
     #[arg(long)]
     measured: bool,
@@ -22,18 +19,9 @@ struct Arguments {
     /// Only the page of meshes and their errors
     #[arg(long)]
     mesh: bool,
-    /// Only the page of feed and rate
-    #[arg(long)]
-    feed: bool,
     /// Only the report's account of drawn scenes, as `cargo compare --keep` last left it
     #[arg(long)]
     compared: bool,
-    /// Blows of the long run
-    #[arg(long, default_value_t = 1_000_000)]
-    blows: u64,
-    /// Time given to the long run
-    #[arg(long, default_value_t = 60.0)]
-    minutes: f64,
     /// Scenes drawn for each property
     #[arg(long, default_value_t = 1000)]
     cases: u32,
@@ -50,10 +38,6 @@ enum Failure {
     File { path: PathBuf, source: std::io::Error },
     #[error(transparent)]
     Datasheet(#[from] hammer::datasheet::DatasheetError),
-    #[error(transparent)]
-    Json(#[from] serde_json::Error),
-    #[error("{python} with matplotlib is wanted for the figures (cargo demo makes one): {status}")]
-    Figures { python: String, status: String },
     #[error("the report has no such section: cargo verify makes it whole")]
     Section,
     #[error("{0} checks do not hold; the report says which")]
@@ -74,9 +58,7 @@ fn main() -> ExitCode {
 }
 
 fn run(root: &Path, folder: &Path, asked: &Arguments) -> Result<(), Failure> {
-    if asked.long {
-        long_run(folder, asked)
-    } else if asked.measured {
+    if asked.measured {
         write(root.join("reports/measured.md"), &measured::page()?)
     } else if asked.catalogue {
         write(root.join("reports/catalogue.md"), &catalogue::page()?)
@@ -85,8 +67,6 @@ fn run(root: &Path, folder: &Path, asked: &Arguments) -> Result<(), Failure> {
         let text = whole::page(|done| progress.set_position(done as u64))?;
         progress.finish_and_clear();
         write(root.join("reports/mesh.md"), &text)
-    } else if asked.feed {
-        feed(root)
     } else if asked.compared {
         compared(&root.join("reports/verification.md"), folder)
     } else {
@@ -101,17 +81,6 @@ fn bar(length: u64) -> ProgressBar {
 
 fn write(path: PathBuf, text: &str) -> Result<(), Failure> {
     std::fs::write(&path, text).map_err(|source| Failure::File { path, source })
-}
-
-fn long_run(folder: &Path, asked: &Arguments) -> Result<(), Failure> {
-    let progress = bar(asked.blows).with_message("blows");
-    let run = long::run(asked.blows, asked.minutes, |blows| progress.set_position(blows))?;
-    progress.finish_and_clear();
-    write(folder.join("long.json"), &serde_json::to_string_pretty(&run)?)?;
-    let mut text = String::new();
-    report::long(&mut text, Some(&run));
-    println!("{text}");
-    Ok(())
 }
 
 /// What `cargo compare` last wrote, as a section.
@@ -132,19 +101,9 @@ fn compared(report: &Path, folder: &Path) -> Result<(), Failure> {
     write(report.into(), &format!("{before}{section}{after}"))
 }
 
-fn feed(root: &Path) -> Result<(), Failure> {
-    let curves = feed::curves()?;
-    write(root.join("reports/feed.md"), &feed::page(&curves))?;
-    let numbers = target(root).join("feed.json");
-    write(numbers.clone(), &serde_json::to_string(&curves)?)?;
-    figures(root, &root.join("reports"), numbers)
-}
-
 fn write_report(root: &Path, folder: &Path, cases: u32) -> Result<(), Failure> {
-    std::fs::create_dir_all(folder)
-        .map_err(|source| Failure::File { path: folder.into(), source })?;
     let hard_cases = hard_cases::all();
-    let count = report::SECTIONS.len() + hard_cases.len() + PROPERTIES.len() + 3;
+    let count = report::SECTIONS.len() + hard_cases.len() + PROPERTIES.len() + 2;
     let progress = bar(count as u64);
     let step = |what: &str| {
         progress.set_message(what.to_string());
@@ -172,13 +131,9 @@ fn write_report(root: &Path, folder: &Path, cases: u32) -> Result<(), Failure> {
         failed += usize::from(!outcome.failures.is_empty());
         report::property(&mut body, property, &outcome);
     }
-    let numbers = target(root).join("studies.json");
-    studies(&numbers, &mut body, &step)?;
+    studies(&mut body, &step)?;
     progress.finish_and_clear();
     body += &account(folder);
-    let run = std::fs::read_to_string(folder.join("long.json")).ok();
-    let run = run.and_then(|text| serde_json::from_str(&text).ok());
-    report::long(&mut body, run.as_ref());
     let head = format!(
         "{HEAD}\n{} of {checks} checks hold.\n\n## Closed forms, benchmarks, cycles\n{}",
         checks - failed,
@@ -186,45 +141,20 @@ fn write_report(root: &Path, folder: &Path, cases: u32) -> Result<(), Failure> {
     );
     write(root.join("reports/verification.md"), &(head + &body + report::LIMITS))?;
     println!("{} of {checks} checks hold: reports/verification.md", checks - failed);
-    figures(root, folder, numbers)?;
     if failed > 0 { Err(Failure::Checks(failed)) } else { Ok(()) }
 }
 
-fn studies(path: &Path, body: &mut String, step: &impl Fn(&str)) -> Result<(), Failure> {
+fn studies(body: &mut String, step: &impl Fn(&str)) -> Result<(), Failure> {
     step("meshes, one blow");
     let mut studies = order::all()?;
     step("meshes, whole cycles");
     studies.extend(continuum::studies()?);
-    step("rigid or elastic");
-    let points = map::all()?;
     *body += report::ORDERS;
     for study in &studies {
         report::study(body, study);
     }
     *body += report::ORDERS_OBSERVED;
-    report::map(body, &points);
-    let numbers = serde_json::json!({
-        "studies": studies,
-        "ratios": map::RATIOS, "kappas": map::KAPPAS, "map": points,
-    });
-    write(path.into(), &serde_json::to_string(&numbers)?)
-}
-
-/// Where cargo builds.
-fn target(root: &Path) -> PathBuf {
-    root.join(std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from))
-}
-
-/// The figures of the studies' numbers, by the environment that the demo makes or by `PYTHON`.
-fn figures(root: &Path, folder: &Path, numbers: PathBuf) -> Result<(), Failure> {
-    let programs = if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" };
-    let made = target(root).join("venv").join(programs);
-    let python = std::env::var("PYTHON").unwrap_or_else(|_| made.display().to_string());
-    let fail = |status: String| Failure::Figures { python: python.clone(), status };
-    let mut command = Command::new(&python);
-    command.arg(root.join("evidence/verify/plot.py")).arg(numbers).arg(folder);
-    let status = command.status().map_err(|e| fail(e.to_string()))?;
-    if status.success() { Ok(()) } else { Err(fail(status.to_string())) }
+    Ok(())
 }
 
 const HEAD: &str = "# Verification: `cargo verify`\n\n\
@@ -237,8 +167,8 @@ const HARD: &str = "\n## Hard cases\n\n`cargo test -p verify --test all hard::<n
     Driven under watch: no force pulls, no loss and no hole goes back, the energy residual \
     stays within rounding (events x products x eps x energy in play), and the samples stay \
     below a stated count.\n\n\
-    | name | setting | outcome | events | residual, J | bound, J | samples | windows | near misses |\n\
-    |---|---|---|---|---|---|---|---|---|\n";
+    | name | setting | outcome | events | residual, J | bound, J | samples | windows |\n\
+    |---|---|---|---|---|---|---|---|\n";
 const PROPERTIES_HEAD: &str = "\n## Properties\n\n\
     `PROPTEST_CASES=5000 cargo test -p verify --test all properties::`\n\n\
     Scenes drawn over the domain, log-uniformly: modulus 1e9 to 1e12 Pa, lengths 0.01 to 10 m, \

@@ -38,18 +38,6 @@ pub fn energy_bound(p: &Parameters, events: u64, energies: &Energies, reach: f64
     (rounding + springs * late * late) * (events + 1) as f64
 }
 
-/// The same over many blows: an event's products are as large as what one blow turns over,
-/// and only the ledger's sums grow with all that went through them.
-pub fn long_bound(p: &Parameters, events: u64, blows: u64, energies: &Energies) -> f64 {
-    let all = energies.turnover();
-    let mut one = *energies;
-    for x in [&mut one.drive, &mut one.gravity, &mut one.feed, &mut one.rock_dissipated] {
-        *x /= blows as f64;
-    }
-    (one.viscous, one.damping) = (one.viscous / blows as f64, one.damping / blows as f64);
-    energy_bound(p, events, &one, 0.0) + f64::EPSILON * all * events as f64
-}
-
 /// What was seen.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Observed {

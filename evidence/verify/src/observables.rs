@@ -169,7 +169,7 @@ impl Scales {
     pub(crate) fn kind_of_guard(event: Event) -> usize {
         match event {
             Event::Close | Event::Open | Event::Q1 | Event::Q5 | Event::LiftOff => 0,
-            Event::Q9 | Event::Q10 | Event::Port(..) | Event::Level(_) => 0,
+            Event::Q9 | Event::Q10 | Event::Port(..) => 0,
             Event::Whole(..) | Event::End(_) | Event::Joint(..) | Event::Vent(_) => 0,
             Event::Q2 | Event::Q4 | Event::Q6 | Event::Q7 | Event::Q8 => 1,
             Event::Q3 => 3,

@@ -1,15 +1,13 @@
 //! The report: the same rows that the tests assert, as Markdown.
 
 use crate::hard::Case;
-use crate::long::{Mark, Run};
-use crate::map::{KAPPAS, Point, RATIOS};
 use crate::properties::{Checked, Property, REFUSALS};
 use crate::reference::Failure;
 use crate::row::Row;
 use crate::study::Study;
 use crate::{
     assembly, casing, catalogue, closed, continuum, cycle, joints, measured, order, reference,
-    scaling, shapes, spectral, string,
+    shapes, spectral, string,
 };
 use std::fmt::Write;
 
@@ -17,7 +15,7 @@ use std::fmt::Write;
 pub type Section = (&'static str, &'static str, fn() -> Result<Vec<Row>, Failure>);
 
 /// Closed forms, benchmarks, cycles.
-pub const SECTIONS: [Section; 31] = [
+pub const SECTIONS: [Section; 30] = [
     ("Two equal-section bars", "closed_forms::two_bars", || Ok(closed::two_bars()?)),
     ("A free bar on a spring", "closed_forms::a_bar_on_a_spring", || Ok(closed::springs()?)),
     ("One rectangular pulse on bilinear rock", "closed_forms::one_rectangular", || {
@@ -34,7 +32,6 @@ pub const SECTIONS: [Section; 31] = [
     ("A casing: waves", "casing::waves", || Ok(casing::waves()?)),
     ("A casing: momentum", "casing::momentum", || Ok(casing::momentum()?)),
     ("A casing: mean forces over a cycle", "casing::mean_forces", || Ok(casing::mean_forces()?)),
-    ("Scaling", "closed_forms::scaled", || Ok(scaling::rows()?)),
     ("SDNL111", "benchmarks::sdnl111", || Ok(assembly::clamped_bar()?)),
     ("Lundberg's efficiency", "benchmarks::shaped_pistons", || Ok(shapes::efficiencies()?)),
     ("A stepped piston on a stepped bit", "benchmarks::stepped", || Ok(shapes::stepped_impact()?)),
@@ -110,8 +107,8 @@ pub fn hard(text: &mut String, case: &Case) -> bool {
             let c = o.counters;
             let _ = writeln!(
                 text,
-                "| {command} | {} | {} | {} | {residual:.1e} | {bound:.1e} | {} | {} | {} |",
-                case.setting, o.words, c.events, c.samples, c.windows, c.near_misses
+                "| {command} | {} | {} | {} | {residual:.1e} | {bound:.1e} | {} | {} |",
+                case.setting, o.words, c.events, c.samples, c.windows
             );
             true
         }
@@ -171,53 +168,6 @@ fn fraction(order: f64) -> String {
     if order.fract() == 0.0 { format!("{order}") } else { format!("{thirds:.0}/3") }
 }
 
-/// A table of the map, two errors a cell.
-fn cells(text: &mut String, points: &[Point], of: impl Fn(&Point) -> [f64; 2]) {
-    let head: Vec<String> = KAPPAS.iter().map(|k| format!("kappa {k}")).collect();
-    let _ =
-        writeln!(text, "| Lp/Lb | {} |\n|---|{}", head.join(" | "), "---|".repeat(KAPPAS.len()));
-    for (ratio, line) in RATIOS.iter().zip(points.chunks(KAPPAS.len())) {
-        let cells: Vec<String> =
-            line.iter().map(|p| of(p).map(|x| format!("{:+.1}", 100.0 * x)).join(" / ")).collect();
-        let _ = writeln!(text, "| {ratio} | {} |", cells.join(" | "));
-    }
-}
-
-/// The map of rigid bodies.
-pub fn map(text: &mut String, points: &[Point]) {
-    *text += "\n## Rigid or elastic\n\n`cargo verify`\n\n\
-        Error of rigid bodies in percent of elastic ones (20 elements on the piston's length), \
-        over the ratio of lengths and `kappa = KR Lp / (E A)`; the reference hammer is at (1, \
-        0.037).\n\n\
-        The whole hammer, reference but for the bit's length and `KR`, twenty cycles after ten: \
-        rate of penetration / period.\n\n";
-    cells(text, points, |p| [p.tip_rate, p.period]);
-    *text += "\nOne bare blow (no viscosity, barrier or load): energy that the rock keeps / its \
-        largest force.\n\n";
-    cells(text, points, |p| [p.energy, p.force]);
-    *text += "\n![Error of rigid bodies](verification/rigid.png)\n\n";
-    let within = |limit: f64, of: fn(&Point) -> f64| {
-        let near: Vec<String> = points
-            .iter()
-            .filter(|p| of(p) < limit)
-            .map(|p| format!("({}, {})", p.ratio, p.kappa))
-            .collect();
-        if near.is_empty() { "no point of the map".into() } else { near.join(", ") }
-    };
-    let worst = |of: fn(&Point) -> f64| 100.0 * points.iter().map(of).fold(0.0, f64::max);
-    let _ = writeln!(
-        text,
-        "The rate of penetration is within 5 % at (Lp/Lb, kappa) = {}; within 10 % at {}. At worst \
-         it is off by {:.0} %, the period by {:.1} %, the energy of a bare blow by {:.0} %.\n",
-        within(0.05, |p| p.tip_rate.abs()),
-        within(0.1, |p| p.tip_rate.abs()),
-        worst(|p| p.tip_rate.abs()),
-        worst(|p| p.period.abs()),
-        worst(|p| p.energy.abs()),
-    );
-    *text += MAP_SEEN;
-}
-
 /// What came of drawn scenes, as `cargo compare --keep` left it.
 pub fn compared(text: &mut String, kept: Option<String>) {
     *text += "\n## Everything together, in extended precision\n\n\
@@ -228,58 +178,11 @@ pub fn compared(text: &mut String, kept: Option<String>) {
     *text += &kept.unwrap_or_else(|| "Not made yet: `cargo compare --keep`.\n".into());
 }
 
-/// The long run, as last made.
-pub fn long(text: &mut String, run: Option<&Run>) {
-    *text += "\n## Long run\n\n";
-    let Some(r) = run else {
-        *text += "Not made yet: `cargo verify --long`.\n";
-        return;
-    };
-    let _ = writeln!(
-        text,
-        "`cargo verify --long --blows {} --minutes {}`\n\n\
-         {} blows of the reference hammer in {:.0} s: {:.0} blows and {:.0} events per second, one \
-         thread, on a machine shared with other work.\n",
-        r.asked,
-        r.minutes,
-        r.end.blows,
-        r.seconds,
-        r.end.blows as f64 / r.seconds,
-        r.end.events as f64 / r.seconds
-    );
-    *text += "| | at the start | at the end |\n|---|---|---|\n";
-    type Line = (&'static str, fn(&Mark) -> String);
-    let lines: [Line; 9] = [
-        ("blows", |m| m.blows.to_string()),
-        ("events", |m| m.events.to_string()),
-        ("simulated time, s", |m| format!("{:.1}", m.time)),
-        ("period, ms", |m| format!("{:.12}", m.period)),
-        ("tip rate, mm/s", |m| format!("{:.12}", m.tip_rate)),
-        ("hole depth, m", |m| format!("{:.6}", m.depth)),
-        ("energy residual / work done", |m| format!("{:.2e}", m.residual / m.work)),
-        ("its bound", |m| format!("{:.2e}", m.bound / m.work)),
-        ("resident memory, kB", |m| m.memory.to_string()),
-    ];
-    for (name, value) in lines {
-        let _ = writeln!(text, "| {name} | {} | {} |", value(&r.start), value(&r.end));
-    }
-    let _ = writeln!(
-        text,
-        "\nThe bound: each event rounds the products of its two bases by an eps of the energy that \
-         one blow turns over, and each sum of the ledger by an eps of all that went through it. \
-         It {}.",
-        if r.holds() { "holds" } else { "**does not hold**" }
-    );
-}
-
 /// What theory expects of a mesh.
 pub const ORDERS: &str = include_str!("orders.md");
 
 /// What the studies show.
 pub const ORDERS_OBSERVED: &str = include_str!("orders_observed.md");
-
-/// How to choose a fidelity.
-const MAP_SEEN: &str = include_str!("map_observed.md");
 
 /// What the engine does not decide, and where the model ends.
 pub const LIMITS: &str = include_str!("limits.md");

@@ -1,6 +1,6 @@
 //! The engine's scenes told to the oracles, which have words of their own for them.
 
-use hammer::parameters::{Drill, PortLaw};
+use hammer::parameters::Drill;
 use hammer::{
     Body as Part, Chamber, Fidelity, InputValues, Mode, Parameters, Port, Record, Relay, Reloading,
     RockEvent, RockMode, Segment, Source, Tie, TieState,
@@ -83,19 +83,12 @@ pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
         gap: p.contact.initial_gap,
         rock: rock_law(p),
         drive: match p.drive.source {
-            Source::Relay => {
-                scene::Drive::Relay { amplitude: p.drive.amplitude, stroke: p.drive.stroke }
-            }
-            Source::Chambers => scene::Drive::Chambers {
-                areas: [p.drive.area_drive, p.drive.area_return],
-                ports: [p.chambers.drive, p.chambers.returning]
-                    .map(|chamber| [chamber.supply, chamber.exhaust].map(port)),
-            },
             Source::Air => scene::Drive::Air(air(p, inputs)),
             Source::Force => scene::Drive::Force,
             Source::Pressure => {
                 scene::Drive::Pressure { areas: [p.drive.area_drive, p.drive.area_return] }
             }
+            _ => scene::Drive::Relay { amplitude: p.drive.amplitude, stroke: p.drive.stroke },
         },
         anvil_area: match p.drive.source {
             Source::Air => p.drive.area_return,
@@ -142,14 +135,6 @@ fn air(p: &Parameters, inputs: &InputValues) -> scene::AirLaw {
         outside: [inputs.supply_pressure, inputs.exhaust_pressure],
         error: law.error,
         off: [0.0; 2],
-    }
-}
-
-fn port(law: PortLaw) -> scene::Port {
-    scene::Port {
-        position: law.position,
-        open: [law.open_pressure, law.open_time],
-        shut: [law.shut_pressure, law.shut_time],
     }
 }
 
@@ -252,22 +237,27 @@ pub fn event(record: &Record, cased: bool) -> law::Event {
             Event::Whole(place(chamber), usize::from(port == Port::Exhaust), full)
         }
         hammer::Event::End(inside) => Event::End(inside),
-        hammer::Event::Level(chamber) => Event::Level(place(chamber)),
         hammer::Event::Tie(Tie::Joint(joint), to) => {
             Event::Joint(usize::from(joint) + usize::from(cased), side(to))
         }
         hammer::Event::Tie(_, to) => Event::Joint(0, side(to)),
         hammer::Event::Vent(vented) => Event::Vent(vented),
-        hammer::Event::Rock(event) => match event {
-            RockEvent::Touch => Event::Q1,
-            RockEvent::DissipativeTurn => Event::Q2,
-            RockEvent::Barrier => Event::Q3,
-            RockEvent::Turn => Event::Q4,
-            RockEvent::LiftOff => Event::Q5,
-            RockEvent::Return => Event::Q6,
-            RockEvent::Restart => Event::Q7,
-            RockEvent::Retreat => Event::Q8,
-            RockEvent::StandstillLiftOff => Event::LiftOff,
-        },
+        other => rock_event(other),
+    }
+}
+
+fn rock_event(event: hammer::Event) -> law::Event {
+    use law::Event;
+    let hammer::Event::Rock(event) = event else { unreachable!("{event} is never drawn") };
+    match event {
+        RockEvent::Touch => Event::Q1,
+        RockEvent::DissipativeTurn => Event::Q2,
+        RockEvent::Barrier => Event::Q3,
+        RockEvent::Turn => Event::Q4,
+        RockEvent::LiftOff => Event::Q5,
+        RockEvent::Return => Event::Q6,
+        RockEvent::Restart => Event::Q7,
+        RockEvent::Retreat => Event::Q8,
+        RockEvent::StandstillLiftOff => Event::LiftOff,
     }
 }

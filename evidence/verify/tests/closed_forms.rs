@@ -1,7 +1,7 @@
 //! Closed forms 1 to 4, by exact waves and by the engine.
 
+use verify::closed;
 use verify::row::assert_all;
-use verify::{closed, scaling};
 
 #[test]
 fn two_bars_exchange_momentum_as_saint_venant_says() {
@@ -21,9 +21,4 @@ fn one_rectangular_pulse_leaves_the_rock_its_closed_form_share() {
 #[test]
 fn one_blow_on_virgin_rock_matches_the_exact_waves() {
     assert_all(&closed::blows().unwrap());
-}
-
-#[test]
-fn scaled_hammers_move_alike() {
-    assert_all(&scaling::rows().unwrap());
 }

@@ -6,7 +6,6 @@ use bench::diffsol_peer::{Diffsol, Method};
 use bench::engine::{Engine, machine};
 use bench::schema::{Answer, Peer, Task, Verdict};
 use bench::sundials::{Sundials, compile};
-use bench::tabulated::Tabulated;
 use hammer::Parameters;
 use hammer::presets::Preset;
 use indicatif::ProgressBar;
@@ -66,9 +65,6 @@ impl<'a> Contest<'a> {
     ) -> Result<Self, Failure> {
         let mut new = Self { model, record, task, entries: Vec::new(), absent: Vec::new() };
         new.add_engine();
-        for &d in [2e-6, 1e-6, 7e-7, 5e-7, 2.5e-7].iter().take(few) {
-            new.add("tabulated propagators", d, || Box::new(Tabulated::new(model, d)));
-        }
         for (solver, method) in [
             ("diffsol Tsit45", Method::Tsit45),
             ("diffsol ESDIRK34", Method::Esdirk34),

@@ -134,8 +134,7 @@ fn ratios(data: &Data) -> String {
 fn every(data: &Data) -> String {
     let mut out = String::from(
         "\n## Every setting\n\n\
-         Settings: tolerance (relative; absolute over 1 mm, 1 m/s, 1 J), scan step (s) of the \
-         tabulated propagators.\n\n\
+         Settings: tolerance (relative; absolute over 1 mm, 1 m/s, 1 J).\n\n\
          | solver | setting | CPU time | slowest round | set-up | error | found | missed | spurious |\n\
          |---|---|---|---|---|---|---|---|---|\n",
     );

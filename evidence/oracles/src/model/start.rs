@@ -2,7 +2,6 @@
 
 use super::Model;
 use crate::air::Air;
-use crate::chambers::Chambers;
 use crate::law::{Memory, Mode, Rock, Side, State};
 use crate::linear::Real;
 use crate::scene::Input;
@@ -17,10 +16,7 @@ impl<T: Real> Model<T> {
         let n = self.nodes();
         let zero = T::default();
         let mut u = vec![zero; n];
-        let mut inputs = self.scene.inputs.map(|value| vec![T::from(value)]);
-        if let Some(chambers) = Chambers::start(&self.scene, -T::from(self.scene.gap)) {
-            chambers.put(&mut inputs);
-        }
+        let inputs = self.scene.inputs.map(|value| vec![T::from(value)]);
         let mut mode = Mode::bare(false, Rock::SS);
         mode.joints[..self.joints.len()].fill(Side::Pressed);
         // The piston hangs free: the drive's reaction lifts a casing.

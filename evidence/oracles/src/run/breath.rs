@@ -1,8 +1,7 @@
 //! A run's air: what it presses with, and how it flows.
 
 use super::Run;
-use crate::air::Flow;
-use crate::chambers::PRESSURES;
+use crate::air::{Flow, PRESSURES};
 use crate::law::Quantity;
 use crate::linear::Real;
 
