@@ -12,13 +12,13 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from dth_hammer import PRESETS, VARIABLES, sweep
+from dth_hammer import rock, sweep
 from dth_hammer.figures import BIT, PISTON, ROCK
 from dth_hammer.style import styled
 from matplotlib.figure import Figure
 
-#: Presets of the FMU, from soft to hard.
-ROCKS = ("reference", "medium_rock", "granite")
+#: From soft to hard.
+ROCKS = ("R3", "R4", "granite")
 FEEDS = tuple(np.linspace(1e3, 25e3, 25))  # N
 
 
@@ -29,10 +29,8 @@ def run(
     scheduler: str = "processes",
 ) -> pd.DataFrame:
     """One row a rock and feed force."""
-    names = sorted({name for rock in ROCKS for name in PRESETS[rock].values})
-    start = {name: VARIABLES[name].start for name in names}
     grid = pd.DataFrame(
-        [{**start, **PRESETS[rock].values, "feed_force": feed} for rock in ROCKS for feed in feeds]
+        [{**rock(n, hole="90 mm"), "feed_force": feed} for n in ROCKS for feed in feeds]
     )
     table = sweep(grid, until, out=out, scheduler=scheduler, progress=True)
     table["rock"] = np.repeat(ROCKS, len(feeds))
@@ -49,11 +47,11 @@ def draw(table: pd.DataFrame) -> Figure:
     """Draws the mean rate of penetration over the feed force."""
     with styled(6.0, 4.0) as figure:
         axes = figure.subplots()
-        for (rock, part), colour in zip(
+        for (name, part), colour in zip(
             table.groupby("rock", sort=False), (ROCK, PISTON, BIT), strict=True
         ):
             feed, speed = part["feed_force"] * 1e-3, part["rop_mean"] * 3600
-            axes.plot(feed, speed, "o-", ms=3, color=colour, label=str(rock).replace("_", " "))
+            axes.plot(feed, speed, "o-", ms=3, color=colour, label=str(name))
         axes.set_xlabel("feed force (kN)")
         axes.set_ylabel("mean rate of penetration (m/h)")
         axes.set_ylim(bottom=0.0)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
-from dth_hammer import PRESETS, VARIABLES, Hammer, simulate
+from dth_hammer import VARIABLES, Hammer, rock, simulate
 from dth_hammer.figures import BIT, ROCK
 from dth_hammer.style import styled
 from matplotlib.figure import Figure
@@ -19,23 +19,22 @@ from matplotlib.figure import Figure
 
 @dataclass(frozen=True)
 class Layer:
-    """Rock from a depth on, by a preset of the FMU."""
+    """Rock from a depth on, by name, class or strength."""
 
     top: float  # m
-    preset: str
+    rock: str
 
 
-FORMATION = (Layer(0.0, "reference"), Layer(0.012, "granite"), Layer(0.024, "medium_rock"))
+FORMATION = (Layer(0.0, "R3"), Layer(0.012, "granite"), Layer(0.024, "limestone"))
 
 
 class Formation:
     """A control for `simulate`: sets the rock that the hole has reached."""
 
     def __init__(self, layers: Sequence[Layer]) -> None:
-        names = [n for n, v in VARIABLES.items() if n.startswith("rock.") and v.tunable]
-        start = {name: VARIABLES[name].start for name in names}
+        hole = VARIABLES["hole.diameter"].start
         self.layers = [
-            (layer.top, {n: PRESETS[layer.preset].values.get(n, start[n]) for n in names})
+            (layer.top, {n: x for n, x in rock(layer.rock, hole=hole).items() if n[0] == "r"})
             for layer in sorted(layers, key=lambda layer: layer.top)
         ]
         self.current = 0
@@ -60,7 +59,7 @@ def run(until: float = 2.0, layers: Sequence[Layer] = FORMATION) -> pd.DataFrame
         "energy_residual",
     ]
     control = Formation(layers)
-    return simulate(until=until, outputs=names, control=control, preset=layers[0].preset).frame
+    return simulate(until=until, outputs=names, control=control, rock=layers[0].rock).frame
 
 
 def draw(frame: pd.DataFrame, layers: Sequence[Layer] = FORMATION) -> Figure:
@@ -73,7 +72,7 @@ def draw(frame: pd.DataFrame, layers: Sequence[Layer] = FORMATION) -> Figure:
             for axes in (left, right):
                 axes.axhline(layer.top * 1e3, color="0.6", linewidth=0.7, linestyle=":")
             left.annotate(
-                layer.preset.replace("_", " "),
+                layer.rock,
                 (frame.index[-1], layer.top * 1e3),
                 xytext=(-4, -4),
                 textcoords="offset points",

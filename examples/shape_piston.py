@@ -20,7 +20,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from dth_hammer import PRESETS, VARIABLES, Hammer, simulate
+from dth_hammer import VARIABLES, Hammer, simulate
+from dth_hammer import rock as rock_under
 from dth_hammer.figures import DARK, PISTON
 from dth_hammer.style import styled
 from dth_hammer.variables import Array, Value
@@ -47,13 +48,14 @@ class Scene:
     rock: str = "granite"
     #: Largest and smallest section over the mean one: the bore, and what still holds.
     limits: tuple[float, float] = (0.3, 2.5)
-    #: Start values of the FMU and of the preset.
+    #: Start values of the FMU and of the rock.
     own: dict[str, float] = field(init=False)
 
     def __post_init__(self) -> None:
         names = ("material.density", "material.youngs_modulus", *ROCK)
         start = {name: VARIABLES[name].start for name in names}
-        object.__setattr__(self, "own", start | dict(PRESETS[self.rock].values))
+        own = rock_under(self.rock, hole="90 mm")
+        object.__setattr__(self, "own", {n: own.get(n, x) for n, x in start.items()})
 
     @property
     def speed(self) -> float:
@@ -212,7 +214,7 @@ def main() -> None:
     parser.add_argument("--mass", type=float, default=own["mass"].default, help="kg")
     parser.add_argument("--length", type=float, default=own["length"].default, help="m")
     parser.add_argument("--bit-area", type=float, default=own["bit_area"].default, help="m2")
-    parser.add_argument("--rock", default=own["rock"].default, help="a preset of the FMU")
+    parser.add_argument("--rock", default=own["rock"].default, help="a name, a class or a strength")
     parser.add_argument("--out", type=Path, default=Path("piston.png"))
     asked = parser.parse_args()
     scene = Scene(asked.mass, asked.length, asked.bit_area, asked.rock)

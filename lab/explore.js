@@ -6,7 +6,7 @@ const CASING = 25;
 /** One blow on a drill string: a piston that arrives at this speed, m/s, from a small gap, m. On this mesh the share that
  * the rock gets is within 2 % of that on five times as many spans, with up to four rods. */
 const STRIKE = { "piston.initial_velocity": 10, "contact.initial_gap": 1e-4, "contact.stiffness": 1e10, "mesh.degree": 5, "piston.elements": 20, "bit.elements": 40 };
-/** Forces are read here, which the preset's mesh is not made for: `dth-hammer mesh --preset hammer_3_inch --of force --error 1%`. */
+/** Forces are read here, which the preset's mesh is not made for: `dth-hammer mesh --preset water_hammer --of force --error 1%`. */
 const FORCE_MESH = { "mesh.degree": 5, "piston.elements": 28, "bit.elements": 27 };
 const GEOMETRIC = (from, to, steps) => Array.from({ length: steps }, (_, i) => Number((from * (to / from) ** (i / (steps - 1))).toPrecision(3)));
 
@@ -14,12 +14,12 @@ class Explore {
   /** `engine` makes a worker; `presets` are the scenes to start from; `scene` reads a variable. */
   constructor(find, engine, description, presets) {
     Object.assign(this, { find, engine, description, screen: 0, cache: new Map(), settled: false, numbers: {} });
-    this.hammer = { ...presets.hammer_3_inch.start_values, ...FORCE_MESH };
+    this.hammer = { ...presets.water_hammer.start_values, ...FORCE_MESH };
     this.drifter = { ...presets.top_hammer.start_values, ...STRIKE };
     this.picture = new Picture(find("screen-hammer"));
     this.pen = find("screen-chart").getContext("2d");
     const moments = Array.from({ length: 201 }, (_, i) => i);
-    const feeds = GEOMETRIC(2400, 17000, 9), forces = GEOMETRIC(1225, 4900, 9), stiff = GEOMETRIC(0.25, 4, 9);
+    const feeds = GEOMETRIC(2400, 17000, 9), forces = GEOMETRIC(3750, 15000, 9), stiff = GEOMETRIC(0.25, 4, 9);
     const [easy, hard] = this.rocks(), rocks = GEOMETRIC(easy, hard, 19);
     const plain = () => this.hammer;
     /** Of each screen: places of the handle, the one to begin with, how it is written, the scene at one. */

@@ -45,7 +45,7 @@ SCENES = {
     "reference": [],
     "built-in chambers": ["chambers"],
     "air, 4 inch": ["preset=air_4_inch"],
-    "6 inch": ["preset=hammer_6_inch"],
+    "water": ["preset=water_hammer"],
     "casing of 40 kg": ["casing.mass=40"],
     "top hammer, four rods": ["preset=top_hammer"],
     "the same, joints loose": ["preset=top_hammer", "drill.joint.stiffness=3e9"],

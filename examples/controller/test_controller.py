@@ -43,7 +43,7 @@ def test_the_lift_comes_closer_to_what_is_wanted(
     assert_energy_balanced(hammer)
 
 
-@pytest.mark.hammer(preset="granite")
+@pytest.mark.hammer(rock="granite")
 def test_the_feed_stays_in_its_range_in_granite(hammer: Hammer, controller: FeedController) -> None:
     drill(hammer, controller, 6)
     assert controller.lowest <= hammer["feed_force"] <= controller.highest

@@ -35,7 +35,7 @@ fn every_relay_without_rods_has_a_stationary_cycle_that_attracts() {
 /// Half a per cent of critical damping in the piston's first elastic mode, to the three digits that
 /// are kept of the damping time; the reference's own time is less than a fifth of that.
 #[test]
-fn the_hammers_named_by_size_have_the_assumed_damping() {
+fn a_hammer_of_stepped_bodies_has_the_assumed_damping() {
     for preset in PRESETS.iter().filter(|preset| preset.name.contains("hammer")) {
         if scene(preset).parameters.drill.rods > 0 {
             continue;
@@ -62,7 +62,7 @@ fn the_first_elastic_frequency_is_that_of_a_free_bar() {
 
 /// A rate's error is a hundredth; and the mesh is made for nothing finer.
 #[test]
-fn the_hammers_named_by_size_have_the_mesh_that_a_rate_needs() {
+fn a_hammer_of_stepped_bodies_has_the_mesh_that_a_rate_needs() {
     for preset in PRESETS.iter().filter(|preset| preset.name.contains("hammer")) {
         let p = scene(preset).parameters;
         if p.drill.rods > 0 {
@@ -78,30 +78,10 @@ fn the_hammers_named_by_size_have_the_mesh_that_a_rate_needs() {
     }
 }
 
-/// Mass of the piston and range of the feed that SPM prints for its hammers of these sizes.
-#[test]
-fn the_hammers_named_by_size_have_a_maker_s_piston_mass_and_feed() {
-    let table = [
-        ("hammer_2_inch", 2.0, [3.8e3, 6.2e3]),
-        ("hammer_3_inch", 4.7, [5.4e3, 11.8e3]),
-        ("hammer_4_inch", 7.4, [6.5e3, 12.3e3]),
-        ("hammer_6_inch", 23.0, [9.7e3, 18.1e3]),
-        ("hammer_8_inch", 43.0, [12.3e3, 22.6e3]),
-    ];
-    for (name, mass, [least, most]) in table {
-        let preset = PRESETS.iter().find(|preset| preset.name == name).expect("a preset");
-        let scene = scene(preset);
-        let found = scene.parameters.piston_mass();
-        // As the table is printed: to half of its last digit, or 0.5 % where that is finer.
-        assert!((found / mass - 1.0).abs() < 5e-3, "{name}: {found} kg");
-        assert!((least..=most).contains(&scene.inputs.feed_force), "{name}");
-    }
-}
-
 /// The page shows forces and stresses of one hammer, on the mesh that the rule has for a hundredth.
 #[test]
 fn the_laboratory_explains_forces_on_the_mesh_of_the_rule() {
-    let (p, _) = Preset::named("hammer_3_inch").expect("a preset").start();
+    let (p, _) = Preset::named("water_hammer").expect("a preset").start();
     let mesh = p.mesh_for(Reading::Force, 0.01).expect("a mesh");
     let [piston, bit] = Body::ALL.map(|body| mesh.of(body).expect("it has sections"));
     let stated = format!(
@@ -109,4 +89,13 @@ fn the_laboratory_explains_forces_on_the_mesh_of_the_rule() {
         mesh.degree
     );
     assert!(include_str!("../../lab/explore.js").contains(&stated), "{stated}");
+}
+
+/// A rock is no hammer: what went says what there is in its place, and nothing else does.
+#[test]
+fn a_preset_that_went_says_what_to_take() {
+    for name in ["granite", "medium_rock", "hammer_3_inch", "hammer_8_inch"] {
+        assert!(Preset::named(name).is_none() && Preset::instead_of(name).is_some(), "{name}");
+    }
+    assert!(PRESETS.iter().all(|preset| Preset::instead_of(preset.name).is_none()));
 }

@@ -81,7 +81,7 @@ fn scene(name: &str) -> Scene {
     };
     let mut scene = match name {
         "air" => preset("air_4_inch"),
-        "6 inch" => preset("hammer_6_inch"),
+        "water" => preset("water_hammer"),
         "top hammer" | "loose top hammer" => preset("top_hammer"),
         _ => Scene::default(),
     };
@@ -127,7 +127,7 @@ const COUPLED: [u64; 5] = [76, 65, 5420, 54, 6582];
 const BLOWS: [(&str, [u64; 5]); 6] = [
     ("chambers", [123, 84, 2416, 92, 2120]),
     ("air", [150, 138, 4759, 148, 16024]),
-    ("6 inch", [160, 122, 2519, 97, 2578]),
+    ("water", [160, 122, 2519, 97, 2578]),
     ("casing", [187, 198, 3901, 68, 3634]),
     ("top hammer", [209, 209, 3987, 120, 4276]),
     ("loose top hammer", [1326, 1770, 38595, 348, 45691]),

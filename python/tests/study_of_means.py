@@ -32,9 +32,8 @@ HAMMERS = {
     "rock that creeps, no feed": (CREEPS, None),
     "the same, chambers": (CREEPS | {"drive.source": "Chambers"}, None),
     "rigid in a casing, no feed": (RIGID | {"casing.mass": 20.0}, None),
-    "hammer_2_inch, hardly damped": (BARE, "hammer_2_inch"),
-    "hammer_3_inch, hardly damped": (BARE, "hammer_3_inch"),
-    "granite, no feed": (FREE, "granite"),
+    "water_hammer, hardly damped": (BARE, "water_hammer"),
+    "granite, no feed": (FREE | {"rock": "granite"}, None),
 }
 MEANS = ("rop", "tip_rate", "blow_energy")
 REPORT = Path(__file__).parents[2] / "reports" / "means.md"

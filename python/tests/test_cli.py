@@ -27,7 +27,7 @@ def test_run_writes_the_table_and_the_figure(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     table, plot = tmp_path / "out.parquet", tmp_path / "out.png"
-    command = ["run", "--preset", "granite", *QUICK, "--set", "rock.stiffness=2e9", "--quiet"]
+    command = ["run", "--rock", "granite", *QUICK, "--set", "rock.stiffness=2e9", "--quiet"]
     assert main([*command, "-o", str(table), "--plot", str(plot)]) == 0
     assert "blow_speed [m/s]" in capsys.readouterr().out
     frame = pd.read_parquet(table)
@@ -77,7 +77,7 @@ def test_means_of_many_hammers_come_from_a_file_and_only_what_is_missing_is_soug
 def test_info_tells_units_domains_and_presets(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info"]) == 0
     text = capsys.readouterr().out
-    assert "preset granite" in text
+    assert "preset air_4_inch" in text
     assert "fidelity = Elastic" in text
     assert "bit_stress[i] Pa" in text
     assert main(["info", "rock.unloading_ratio"]) == 0

@@ -72,7 +72,7 @@ def test_the_reference_hammer_comes_back_from_what_it_does() -> None:
                 "frequency": "30 Hz",
                 "hole": "6 in",
                 "bit_mass": "40 lb",
-                "preset": "medium_rock",
+                "rock": "R4",
             },
             350 * 0.3048 * 0.45359237 * 9.80665,
             30.0,

@@ -163,7 +163,7 @@ def test_the_best_feed_is_found(tmp_path: Path) -> None:
 
 
 def test_the_rock_changes_with_depth(tmp_path: Path) -> None:
-    formation = (layers.Layer(0.0, "reference"), layers.Layer(0.003, "granite"))
+    formation = (layers.Layer(0.0, "R3"), layers.Layer(0.003, "granite"))
     frame = layers.run(0.4, formation)
     assert frame["tip_rate"].iloc[-1] < 0.8 * frame["tip_rate"].max()
     assert frame["energy_residual"].abs().max() < 1e-6

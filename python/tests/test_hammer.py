@@ -43,7 +43,7 @@ def test_a_restored_state_goes_on_as_before() -> None:
 
 
 def test_bytes_carry_the_state_to_another_hammer() -> None:
-    with Hammer(preset="granite") as hammer, Hammer(preset="granite") as other:
+    with Hammer(rock="granite") as hammer, Hammer(rock="granite") as other:
         hammer.advance(0.07)
         other.restore(Snapshot.from_bytes(hammer.save().to_bytes()))
         hammer.advance(0.1)

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from dth_hammer import PRESETS, VARIABLES, Hammer, simulate
+from dth_hammer import VARIABLES, Hammer, rock, simulate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -18,10 +18,10 @@ def test_the_fixture_is_a_reference_hammer_at_time_0(hammer: Hammer) -> None:
     assert hammer["rock.stiffness"] == VARIABLES["rock.stiffness"].start
 
 
-@pytest.mark.hammer({"drive.source": "Pressure"}, preset="granite")
+@pytest.mark.hammer({"drive.source": "Pressure"}, rock="granite")
 def test_a_marker_changes_it(hammer: Hammer) -> None:
     assert hammer.label("drive.source") == "Pressure"
-    assert hammer["rock.stiffness"] == PRESETS["granite"].values["rock.stiffness"]
+    assert hammer["rock.stiffness"] == rock("granite", hole="90 mm")["rock.stiffness"]
 
 
 def test_many_hammers(make_hammer: Callable[..., Hammer]) -> None:

@@ -32,7 +32,7 @@ from lxml import html
 GIVEN = {"feed_force": "6 kN", "piston.length": 0.18}
 SCENE: dict[str, Any] = {
     "description": "Granite <hard>, with a feed of 6 kN",
-    "preset": "granite",
+    "rock": "granite",
     "start_values": GIVEN,
     "until": "300 ms",
 }
@@ -62,7 +62,7 @@ def test_it_needs_nothing_from_elsewhere(page: Any) -> None:
 
 
 def test_it_says_what_the_run_gives(page: Any) -> None:
-    run = simulate(SCENE["start_values"], "300 ms", preset="granite")
+    run = simulate(SCENE["start_values"], "300 ms", rock="granite")
     last = run.frame.iloc[-1]
     rows = {cells[0]: cells[1:] for row in page.iter("tr") if (cells := texts(row))}
     assert rows["rop"][:2] == [f"{3600 * last['rop']:.4g}", "m/h"]
@@ -152,7 +152,7 @@ def test_trends_come_first_and_exact_slopes_with_their_width(tmp_path: Path) -> 
         for table in page.iter("table")
         if word in table.text_content()
     )
-    cycle = stationary(values, by, preset="granite")
+    cycle = stationary(values | {"rock": "granite"}, by)
     expected = cycle.elasticities.loc["rop"].to_numpy(dtype=float)
     assert slopes["rop"] == [f"{number:.4g}" for number in expected]
     assert all(cell.endswith("%") for cell in slopes["holds within"])
@@ -161,7 +161,7 @@ def test_trends_come_first_and_exact_slopes_with_their_width(tmp_path: Path) -> 
     told, error = (float(x) for x in trends["rop"][2].split(" ± "))
     force = cycle.values["drive.amplitude"]
     ends = [
-        steady(values | {"drive.amplitude": f * force}, preset="granite")["rop"]
+        steady(values | {"drive.amplitude": f * force}, rock="granite")["rop"]
         for f in (1.0 / 1.05, 1.05)
     ]
     slope = np.log(ends[1] / ends[0]) / (2.0 * np.log(1.05))

@@ -31,7 +31,7 @@ class Counting:
 RAMP = pd.Series([3e3, 8e3], index=[0.0, UNTIL])
 CASES = {
     "plain": Case(),
-    "granite": Case(preset="granite"),
+    "granite": Case({"rock": "granite"}),
     "ramp": Case(inputs={"feed_force": RAMP}, step="1 ms"),
     "controlled": Case(control=harder_when_deeper, step=1e-3, version=1),
     "counted": Case(control=Counting(), step=UNTIL / 600, version=1),
@@ -47,7 +47,7 @@ def test_a_case_is_what_simulate_gives(scheduler: str, tmp_path: Path) -> None:
     for _, row in table.iterrows():
         case = CASES[row["case"]]
         run = simulate(
-            {"rock.viscosity": row["rock.viscosity"]},
+            {**case.parameters, "rock.viscosity": row["rock.viscosity"]},
             UNTIL,
             dict(case.inputs),
             preset=case.preset,
@@ -125,14 +125,14 @@ def test_a_controller_that_fails_says_so_in_its_row() -> None:
 
 def test_an_input_over_time_goes_before_that_of_the_preset() -> None:
     """At the start the rock bears the bit's weight and the feed of the first instant."""
-    preset, inputs = "hammer_3_inch", {"feed_force": 3e3}
+    preset, inputs = "top_hammer", {"feed_force": 3e3}
     table = sweep(
-        {"gravity": [0.0]},
+        {"gravity": [0.0], "contact.stiffness": [1e9]},
         1e-6,
         cases={"": Case(preset=preset, inputs=inputs)},
         outputs=["rock_force"],
     )
-    run = simulate({"gravity": 0.0}, 1e-6, preset=preset, inputs=inputs)
+    run = simulate({"gravity": 0.0, "contact.stiffness": 1e9}, 1e-6, preset=preset, inputs=inputs)
     assert PRESETS[preset].values["feed_force"] != inputs["feed_force"]
     # Statics, solved for to rounding.
     for force in (table["rock_force"].iloc[0], run["rock_force"].iloc[0]):

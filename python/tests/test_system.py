@@ -66,7 +66,7 @@ def test_a_reader_of_ssp_finds_the_components_and_what_is_connected(
 
 def test_the_hammer_in_it_starts_as_the_scene(drive: Path, tmp_path: Path) -> None:
     file = tmp_path / "one.ssp"
-    write_system(file, {"drive": drive}, SCENE | {"feed_force": "6 kN"}, preset="granite")
+    write_system(file, {"drive": drive}, SCENE | {"feed_force": "6 kN"}, preset="air_4_inch")
     with ZipFile(file) as archive:
         archive.extractall(tmp_path)
     hammer = tmp_path / "resources" / "hammer.fmu"
@@ -75,7 +75,7 @@ def test_the_hammer_in_it_starts_as_the_scene(drive: Path, tmp_path: Path) -> No
     starts = {v.name: v.start for v in described}
     assert float(starts["feed_force"]) == 6e3
     assert VARIABLES["drive.source"].labels[int(starts["drive.source"])] == "Air"
-    assert float(starts["rock.stiffness"]) == PRESETS["granite"].values["rock.stiffness"]
+    assert float(starts["rock.stiffness"]) == PRESETS["air_4_inch"].values["rock.stiffness"]
     assert (tmp_path / "resources" / "drive.fmu").read_bytes() == drive.read_bytes()
 
 

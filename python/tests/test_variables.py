@@ -33,8 +33,11 @@ def test_an_output_cannot_be_set() -> None:
 
 
 def test_a_wrong_preset_is_answered_too() -> None:
-    with pytest.raises(UnknownNameError, match="'granite'"):
-        Hammer(preset="granit")
+    with pytest.raises(UnknownNameError, match="'overdamped'"):
+        Hammer(preset="overdampd")
+    # One that there was says what there is in its place.
+    with pytest.raises(DomainError, match="rock = granite, R5 or 180 MPa"):
+        Hammer(preset="granite")
 
 
 @pytest.mark.parametrize(

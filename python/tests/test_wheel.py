@@ -17,7 +17,7 @@ from wheels import wheel
 A_TEST = """
 import pytest
 
-@pytest.mark.hammer(preset="granite")
+@pytest.mark.hammer(rock="granite")
 def test_it_drills(hammer, assert_energy_balanced):
     hammer.advance(0.06)
     assert hammer["blow_count"] > 0

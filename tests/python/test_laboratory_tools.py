@@ -323,10 +323,10 @@ def test_a_setting_that_cannot_be_is_a_gap_in_the_curve(opened: OPEN) -> None:
 
 def test_what_was_before_is_shown_beside_it(opened: OPEN, package: Package) -> None:
     page = opened()
-    page.get_by_label("Preset").select_option("granite")
+    page.get_by_label("Preset").select_option("overdamped")
     settled(page)
-    start, granite = blows(package, {})[-1], page.evaluate("laboratory.blows.at(-1)")
-    change = 100 * (granite["blow_energy"] / start["blow_energy"] - 1)
+    start, other = blows(package, {})[-1], page.evaluate("laboratory.blows.at(-1)")
+    change = 100 * (other["blow_energy"] / start["blow_energy"] - 1)
     difference = page.inner_text("#was-energy").split()[0].replace(MINUS, "-")
     # Told to a tenth of a per cent.
     assert float(difference) == pytest.approx(change, abs=0.0501)
@@ -339,18 +339,18 @@ def test_what_was_before_is_shown_beside_it(opened: OPEN, package: Package) -> N
 def test_a_is_kept_and_swapped_with_b(opened: OPEN) -> None:
     page = opened()
     page.get_by_role("button", name="Keep as A").click()
-    page.get_by_label("Preset").select_option("granite")
+    page.get_by_label("Preset").select_option("overdamped")
     settled(page)
-    page.get_by_label("Preset").select_option("medium_rock")
+    page.get_by_label("Preset").select_option("long_bit")
     settled(page)
     assert page.evaluate("past.ghost().link") == ""
     page.get_by_role("button", name="Swap with A").click()
     settled(page)
     assert page.get_by_label("Preset").input_value() == "reference"
-    medium = page.evaluate(
-        "new URLSearchParams(Object.entries(scene.presets.medium_rock.start_values)).toString()"
+    second = page.evaluate(
+        "new URLSearchParams(Object.entries(scene.presets.long_bit.start_values)).toString()"
     )
-    assert page.evaluate("past.ghost().link") == medium
+    assert page.evaluate("past.ghost().link") == second
     page.get_by_role("button", name="Let A go").click()
     expect(page.get_by_role("button", name="Keep as A")).to_be_visible()
 
@@ -360,7 +360,7 @@ def test_undo_goes_back_change_by_change(opened: OPEN) -> None:
     undo, redo = (page.get_by_role("button", name=name, exact=True) for name in ("Undo", "Redo"))
     assert undo.is_disabled()
     assert redo.is_disabled()
-    page.get_by_label("Preset").select_option("granite")
+    page.get_by_label("Preset").select_option("overdamped")
     page.wait_for_timeout(800)
     slider = page.get_by_label("Feed force", exact=True)
     slider.focus()
@@ -368,7 +368,7 @@ def test_undo_goes_back_change_by_change(opened: OPEN) -> None:
         page.keyboard.press("ArrowRight")
     pulled = page.evaluate("scene.link()")
     undo.click()
-    assert page.get_by_label("Preset").input_value() == "granite"
+    assert page.get_by_label("Preset").input_value() == "overdamped"
     page.keyboard.press("Control+z")
     assert page.evaluate("scene.changed") == {}
     assert undo.is_disabled()
@@ -383,12 +383,12 @@ def test_a_preset_keeps_its_name_in_the_command(opened: OPEN) -> None:
     page = opened()
     command = page.locator("#command")
     expect(command).to_have_text("dth-hammer run")
-    page.get_by_label("Preset").select_option("hammer_6_inch")
-    expect(command).to_have_text("dth-hammer run --preset hammer_6_inch")
+    page.get_by_label("Preset").select_option("air_6_inch")
+    expect(command).to_have_text("dth-hammer run --preset air_6_inch")
     page.get_by_label("Feed force, kN").fill("9")
     page.keyboard.press("Tab")
-    expect(command).to_have_text("dth-hammer run --preset hammer_6_inch --set feed_force=9000")
-    assert page.locator("#preset option:checked").inner_text() == "hammer 6 inch, changed"
+    expect(command).to_have_text("dth-hammer run --preset air_6_inch --set feed_force=9000")
+    assert page.locator("#preset option:checked").inner_text() == "air 6 inch, changed"
     # Back at the engine's own value, which is not the preset's.
     diameter = page.evaluate("scene.variable('hole.diameter').start")
     page.get_by_label("Diameter of the hole, mm").fill(str(diameter))

@@ -1,17 +1,11 @@
-//! Stepped pistons and bits, by the size of the hole; and a top hammer.
+//! A water hammer of stepped bodies, and a top hammer.
 //!
-//! Mass of the piston and feed (the middle of its range) are those that SPM prints for its
-//! medium-pressure hammers of 58, 80, 98, 148 and 182 mm; the areas of the 3-inch piston's two
-//! sections are Drillco's (Puma 3.1: body 2698 mm2, tail 1714 mm2). Everything else is invented in
-//! the style of its class: shapes, strokes, and forces that give impacts at 7 to 9 m/s. The rock is
-//! the reference's, with stiffness, viscosity and barrier proportional to the hole's area. The mesh is that
-//! on which a rate errs by a hundredth.
-//!
-//! The damping is assumed: [`DAMPING`] of the piston's first elastic mode, for a guided body that
-//! joints hold. The reference's damping time damps these modes by 0.02 to 0.1 %, and such hammers
-//! never repeat a blow.
+//! The rock is the reference's, with stiffness, viscosity and barrier proportional to the hole's area. The mesh
+//! is that on which a rate errs by a hundredth. The damping is assumed: [`DAMPING`] of the piston's first
+//! elastic mode, for a guided body. The reference's damping time damps such modes by 0.02 to 0.1 %, and
+//! such hammers never repeat a blow.
 
-use super::rocks::{Inserts, RockType};
+use super::rocks::{Ground, Inserts};
 use crate::bodies::resolution::Reading;
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::quantities::sections::Segment;
@@ -62,76 +56,6 @@ impl Hammer<'_> {
     }
 }
 
-/// 2 inches: 2 kg.
-pub fn two_inch(p: &mut Parameters, inputs: &mut InputValues) {
-    Hammer {
-        piston: &[(0.09, 1.25e-3), (0.15, 9.5e-4)],
-        bit: &[(0.10, 1.1e-3), (0.07, 2.1e-3)],
-        hole: 0.064,
-        force: 1040.0,
-        stroke: 0.022,
-        feed: Some(5000.0),
-        contact: 1.8e10,
-    }
-    .build(p, inputs);
-}
-
-/// 3 inches: 4.7 kg; the piston's areas are Drillco's.
-pub fn three_inch(p: &mut Parameters, inputs: &mut InputValues) {
-    Hammer {
-        piston: &[(0.145, 2.698e-3), (0.121, 1.714e-3)],
-        bit: &[(0.16, 1.9e-3), (0.09, 4.2e-3)],
-        hole: 0.09,
-        force: 2450.0,
-        stroke: 0.03,
-        feed: Some(8600.0),
-        contact: 3.2e10,
-    }
-    .build(p, inputs);
-}
-
-/// 4 inches: 7.4 kg.
-pub fn four_inch(p: &mut Parameters, inputs: &mut InputValues) {
-    Hammer {
-        piston: &[(0.05, 2.6e-3), (0.13, 4e-3), (0.127, 2.3e-3)],
-        bit: &[(0.18, 2.5e-3), (0.11, 6.5e-3)],
-        hole: 0.115,
-        force: 4150.0,
-        stroke: 0.032,
-        feed: Some(9400.0),
-        contact: 4.2e10,
-    }
-    .build(p, inputs);
-}
-
-/// 6 inches: 23 kg.
-pub fn six_inch(p: &mut Parameters, inputs: &mut InputValues) {
-    Hammer {
-        piston: &[(0.07, 5.6e-3), (0.18, 8.8e-3), (0.18, 5.3e-3)],
-        bit: &[(0.22, 5.3e-3), (0.16, 1.4e-2)],
-        hole: 0.165,
-        force: 8800.0,
-        stroke: 0.034,
-        feed: Some(14_000.0),
-        contact: 9.3e10,
-    }
-    .build(p, inputs);
-}
-
-/// 8 inches: 43 kg.
-pub fn eight_inch(p: &mut Parameters, inputs: &mut InputValues) {
-    Hammer {
-        piston: &[(0.08, 1e-2), (0.21, 1.45e-2), (0.182, 9e-3)],
-        bit: &[(0.26, 9e-3), (0.19, 2.5e-2)],
-        hole: 0.215,
-        force: 16_000.0,
-        stroke: 0.039,
-        feed: Some(17_500.0),
-        contact: 1.6e11,
-    }
-    .build(p, inputs);
-}
-
 /// A 4-inch hammer driven by water: a slender piston, a short stroke, 60 Hz.
 pub fn water(p: &mut Parameters, inputs: &mut InputValues) {
     Hammer {
@@ -170,7 +94,6 @@ pub fn top_hammer(p: &mut Parameters, inputs: &mut InputValues) {
     }
     .build(p, inputs);
     p.material.damping_time = damping;
-    let granite = RockType::named("kuru granite");
     let bit = Inserts { count: 9, radius: 5.5e-3 };
-    p.rock = granite.and_then(|rock| rock.under(&bit)).unwrap_or(p.rock);
+    p.rock = Ground::named("granite").and_then(|(rock, _)| rock.under(&bit)).unwrap_or(p.rock);
 }

@@ -10,8 +10,7 @@ use crate::variables::differences;
 
 pub use air::AirHammer;
 pub use hammers::DAMPING;
-pub(crate) use rocks::REFERENCE_HOLE;
-pub use rocks::{Figure, Inserts, ROCKS, RockError, RockType};
+pub use rocks::{Figure, Ground, Inserts, REFERENCE_HOLE, ROCKS, RockError, RockType};
 
 /// A parameter set.
 pub struct Preset {
@@ -40,25 +39,6 @@ pub const PRESETS: &[Preset] = &[
         },
     },
     Preset {
-        name: "medium_rock",
-        description: "Reference hammer in stiffer, more viscous rock; illustrative, not measured",
-        change: |p, _| {
-            p.rock.stiffness = 2.4e8;
-            p.rock.viscosity = 3.2e4;
-            p.rock.energy_barrier = 2.4;
-        },
-    },
-    Preset {
-        name: "granite",
-        description: "Reference hammer in much stiffer rock, as granite is; illustrative, not measured",
-        change: |p, _| {
-            p.rock.stiffness = 5e8;
-            p.rock.unloading_ratio = 6.0;
-            p.rock.viscosity = 4.4e4;
-            p.rock.energy_barrier = 4.5;
-        },
-    },
-    Preset {
         name: "long_bit",
         description: "A bit of twice the length, with elements of the same size: longer waves; illustrative",
         change: |p, _| {
@@ -67,33 +47,8 @@ pub const PRESETS: &[Preset] = &[
         },
     },
     Preset {
-        name: "hammer_2_inch",
-        description: "A 2-inch hammer of stepped bodies, 64 mm hole: piston mass and feed from a maker's table, the rest in the style of its class",
-        change: hammers::two_inch,
-    },
-    Preset {
-        name: "hammer_3_inch",
-        description: "A 3-inch hammer, 90 mm hole: piston mass and feed from a maker's table, the piston's areas Drillco's, the rest in the style of its class",
-        change: hammers::three_inch,
-    },
-    Preset {
-        name: "hammer_4_inch",
-        description: "A 4-inch hammer of stepped bodies, 115 mm hole: piston mass and feed from a maker's table, the rest in the style of its class",
-        change: hammers::four_inch,
-    },
-    Preset {
-        name: "hammer_6_inch",
-        description: "A 6-inch hammer of stepped bodies, 165 mm hole: piston mass and feed from a maker's table, the rest in the style of its class",
-        change: hammers::six_inch,
-    },
-    Preset {
-        name: "hammer_8_inch",
-        description: "An 8-inch hammer of stepped bodies, 215 mm hole: piston mass and feed from a maker's table, the rest in the style of its class",
-        change: hammers::eight_inch,
-    },
-    Preset {
         name: "water_hammer",
-        description: "A 4-inch water hammer, 115 mm hole: slender piston, short stroke, 60 Hz; made up in the style of its class",
+        description: "A water hammer of 180 bar, 115 mm hole: slender piston, short stroke, 60 Hz; made up in the style of its class",
         change: hammers::water,
     },
     Preset {
@@ -108,6 +63,21 @@ pub const PRESETS: &[Preset] = &[
 ];
 
 impl Preset {
+    /// What to use in place of a preset that there was.
+    pub fn instead_of(name: &str) -> Option<&'static str> {
+        match name {
+            "granite" | "medium_rock" => {
+                Some("a rock is given beside any hammer: rock = granite, R5 or 180 MPa")
+            }
+            "hammer_2_inch" | "hammer_3_inch" => Some("take air_3_5_inch or the reference"),
+            "hammer_4_inch" => Some("take air_4_inch"),
+            "hammer_6_inch" | "hammer_8_inch" => {
+                Some("take air_6_inch, or make one of a datasheet")
+            }
+            _ => None,
+        }
+    }
+
     /// The preset of a name.
     pub fn named(name: &str) -> Option<&'static Self> {
         PRESETS.iter().find(|preset| preset.name == name)

@@ -4,10 +4,11 @@ use crate::failure::{Failure, refused};
 use crate::interrupt::interruptible;
 use crate::machine::guarded;
 use crate::scene::scene_of;
+use crate::table::row;
 use hammer::Input;
 use hammer::datasheet::{Datasheet, DatasheetError, Quantity};
-use hammer::presets::{Figure, Inserts, ROCKS, RockType};
-use hammer::variables::differences;
+use hammer::presets::{Figure, Ground, Inserts, ROCKS, RockError, RockType};
+use hammer::variables::{Role, Variable, differences};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::HashMap;
@@ -80,12 +81,11 @@ pub fn rocks() -> Vec<(&'static str, Vec<Row>)> {
         (name, figure.value, low, high, unit, figure.source, figure.measured)
     };
     let rows = |rock: &RockType| {
-        let mut list = vec![
+        vec![
             row("hardness", "Pa", &rock.hardness),
             row("unloading_ratio", "1", &rock.unloading_ratio),
-        ];
-        list.extend(rock.specific_energy.iter().map(|f| row("specific_energy", "J/m3", f)));
-        list
+            row("specific_energy", "J/m3", &rock.specific_energy()),
+        ]
     };
     ROCKS.iter().map(|rock| (rock.name, rows(rock))).collect()
 }
@@ -96,18 +96,61 @@ type Named = Vec<(&'static str, f64)>;
 /// Inserts of a bit by the hole's diameter (m): how many, and the radius of each one's tip (m).
 #[pyfunction]
 pub fn inserts(hole: f64) -> PyResult<(usize, f64)> {
-    let bit = Inserts::of_hole(hole).map_err(|error| refused(error.to_string()))?;
+    let bit = Inserts::of_hole(hole).map_err(message)?;
     Ok((bit.count, bit.radius))
 }
 
-/// The rock law's parameters under a bit of inserts, and what is assumed in them.
+fn message(error: RockError) -> PyErr {
+    refused(error.to_string())
+}
+
+/// The numbers of a rock's file, and their units.
 #[pyfunction]
-pub fn rock(name: &str, inserts: usize, radius: f64) -> PyResult<(Named, Vec<String>)> {
-    let message = |error: hammer::presets::RockError| refused(error.to_string());
-    let kind = RockType::named(name).map_err(message)?;
-    let rock = kind.under(&Inserts { count: inserts, radius }).map_err(message)?;
+pub fn ground_rows() -> Vec<(&'static str, &'static str)> {
+    Ground::ROWS.iter().map(|(name, unit, _)| (*name, *unit)).collect()
+}
+
+/// A rock by its name, class or strength: the numbers of its file, and what is assumed in them.
+#[pyfunction]
+pub fn ground(name: &str) -> PyResult<(Named, Vec<String>)> {
+    let (mut rock, assumed) = Ground::named(name).map_err(message)?;
+    Ok((Ground::ROWS.iter().map(|(name, _, at)| (*name, *at(&mut rock))).collect(), assumed))
+}
+
+/// The rock law's parameters of such numbers under a bit of inserts.
+#[pyfunction]
+pub fn ground_under(numbers: HashMap<String, f64>, inserts: usize, radius: f64) -> PyResult<Named> {
+    let bit = Inserts { count: inserts, radius };
+    let mut rock = Ground::of(&hammer::Parameters::default().rock, &bit);
+    for (name, _, at) in Ground::ROWS {
+        *at(&mut rock) = numbers.get(name).copied().unwrap_or(*at(&mut rock));
+    }
+    let rock = rock.under(&bit).map_err(message)?;
     let parameters = hammer::Parameters { rock, ..Default::default() };
-    Ok((differences(&parameters), kind.assumptions()))
+    parameters.validate().map_err(Failure::from)?;
+    let read = |name: &&'static str| match row(name) {
+        Ok((_, Variable { role: Role::Parameter { slot, .. }, .. })) => slot.read(&parameters),
+        _ => f64::NAN,
+    };
+    Ok(OF_BIT.iter().map(|name| (*name, read(name))).collect())
+}
+
+/// What a rock under a bit is in a scene.
+const OF_BIT: [&str; 6] = [
+    "rock.stiffness",
+    "rock.unloading_ratio",
+    "rock.viscosity",
+    "rock.energy_barrier",
+    "rock.specific_energy",
+    "rock.specific_energy_factor",
+];
+
+/// The rock of a scene's numbers, as its file has it.
+#[pyfunction]
+pub fn ground_of(numbers: HashMap<String, f64>) -> PyResult<Named> {
+    let p = scene_of(&numbers)?.parameters;
+    let mut rock = Ground::of(&p.rock, &Inserts::of_hole(p.hole.diameter).map_err(message)?);
+    Ok(Ground::ROWS.iter().map(|(name, _, at)| (*name, *at(&mut rock))).collect())
 }
 
 /// `beta = 2 zeta / omega` of the piston's first elastic mode, s, and the ratio that it has now.

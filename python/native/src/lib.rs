@@ -30,7 +30,10 @@ mod _native {
     #[pymodule_export]
     use crate::derivatives::{arguments, derivatives};
     #[pymodule_export]
-    use crate::driller::{damping, datasheet, datasheet_numbers, inserts, rock, rocks, usual_hole};
+    use crate::driller::{
+        damping, datasheet, datasheet_numbers, ground, ground_of, ground_rows, ground_under,
+        inserts, rocks, usual_hole,
+    };
     #[pymodule_export]
     use crate::machine::Machine;
     #[pymodule_export]
@@ -41,13 +44,19 @@ mod _native {
     #[pymodule_export]
     use crate::snapshot::Snapshot;
     #[pymodule_export]
-    use crate::table::{Selection, blow_names, experiment, presets, variables, wave_families};
+    use crate::table::{
+        Selection, blow_names, experiment, instead_of, presets, variables, wave_families,
+    };
     #[pymodule_export]
     use crate::turn::forked;
 
     /// What tells this engine from another of the same version: a hash of its sources.
     #[pymodule_export]
     const ENGINE: &str = env!("DTH_ENGINE");
+
+    /// The diameter of the hole that the reference's rock is taken for, m.
+    #[pymodule_export]
+    const REFERENCE_HOLE: f64 = hammer::presets::REFERENCE_HOLE;
 
     /// Without its exceptions nothing here may be called.
     #[pymodule_init]

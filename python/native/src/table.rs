@@ -168,3 +168,9 @@ pub fn presets() -> Vec<(&'static str, &'static str, HashMap<&'static str, f64>)
     let numbers = |preset: &Preset| preset.differences().into_iter().collect();
     PRESETS.iter().map(|p| (p.name, p.description, numbers(p))).collect()
 }
+
+/// What to use in place of a preset that there was.
+#[pyfunction]
+pub fn instead_of(name: &str) -> Option<&'static str> {
+    Preset::instead_of(name)
+}

@@ -95,6 +95,11 @@ class Calibration:
     _problem: Problem = field(repr=False)
     _left: Array = field(repr=False)
 
+    @property
+    def hammer(self) -> dict[str, float]:
+        """Numbers of the fitted hammer, with those that were given."""
+        return {**self._problem.given, **self.parameters}
+
     def interval(self, level: float = 0.95) -> pd.DataFrame:
         """Returns an interval of each parameter with this probability, one row each.
 
@@ -165,6 +170,7 @@ def calibrate(
     *,
     records: Sequence[Record] = (),
     preset: str | None = None,
+    rock: str | None = None,
     loss: str = "linear",
     error: float = 0.005,
     seed: int = 1,
@@ -180,6 +186,7 @@ def calibrate(
         scene: all other parameters, and the first estimate: a `Scene`, or parameters by name.
         records: samples of a force or a motion over time, see `Record`.
         preset: parameter set to start from.
+        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
         loss: ``linear``, or a robust one of `scipy.optimize.least_squares`: ``soft_l1``,
             ``huber``, ``cauchy``, ``arctan``.
         error: relative standard error of the rate of penetration of each simulated hammer.
@@ -199,7 +206,9 @@ def calibrate(
         raise DomainError(f"loss = {loss!r} must be one of {', '.join(losses)}")
     if seed < 0:
         raise DomainError(f"seed = {seed} must be 0 or more")
-    problem = looked_at(measured, free, numbers_of(scene, preset), records, Wanted(error=error))
+    problem = looked_at(
+        measured, free, numbers_of(scene, preset, rock), records, Wanted(error=error)
+    )
     problem.progress = progress
     return fitted(problem, loss, seed)
 

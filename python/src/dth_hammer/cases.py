@@ -43,11 +43,11 @@ class Case:
 
     Example:
         >>> from dth_hammer import Case, sweep
-        >>> cases = {"soft": Case({"rock.stiffness": "60 MN/m"}), "granite": Case(preset="granite")}
+        >>> cases = {name: Case({"rock": name}) for name in ("R3", "granite")}
         >>> table = sweep({"feed_force": [6e3]}, "200 ms", cases=cases, outputs=["blow_count"])
         >>> print(table[["case", "blow_count"]].to_string(index=False))
            case  blow_count
-           soft           5
+             R3           5
         granite           5
     """
 
@@ -182,7 +182,7 @@ def planned(
     stored: bool,
 ) -> list[Job]:
     """Returns the checked runs of a case over the grid; ``kept``: rows go to a file."""
-    shared = dict(common) | checked(case.preset, case.parameters)
+    shared = checked(case.preset, case.parameters, common)
     code = case.identity(name) if stored else []
     if case.moves:
         signals_of(case.inputs)

@@ -101,7 +101,6 @@ def from_datasheet(
     damping_ratio: Value | None = None,
     specific_energy: Value | None = None,
     rock: str | Mapping[str, Value] | None = None,
-    preset: str | None = None,
 ) -> Datasheet:
     """Finds the hammer that best matches a datasheet or a page of a catalogue.
 
@@ -129,14 +128,14 @@ def from_datasheet(
         bit_mass: if not given, the bit is as long as the piston.
         od: outside diameter of the hammer.
         length: of the hammer.
-        hole: its diameter; scales the preset's rock by the hole's area.
+        hole: its diameter; the rock's stiffness grows with it.
         feed: if not given, what is usual for the size, or the reference's.
         pipe: outside diameter of the drill pipe; with ``air_flow`` it gives the up-hole velocity.
         rotation: turns per time, for the advance per turn.
         damping_ratio: of the piston's first elastic mode; half a per cent is assumed.
         specific_energy: of the rock, J/m3.
-        rock: a name of `ROCKS`, or parameters under this very bit, as `dth_hammer.rock` gives them.
-        preset: rock to drill; the reference rock if not given.
+        rock: a name, a class, a strength or a file, as `dth_hammer.rock` takes them, or parameters
+            under this very bit; the reference rock if not given.
 
     Raises:
         DomainError: a number that no hammer has; too little to find one.
@@ -156,7 +155,7 @@ def from_datasheet(
         usual = None if od is None else _native.usual_hole(quantities.read(od, "m", "od"))
         rock = rocks.rock(rock, hole=usual if hole is None else hole)
         named = [*rock.assumed]
-    own = numbers(preset, rock)
+    own = numbers(None, rock)
     if specific_energy is not None:
         name = "rock.specific_energy"
         own[name] = VARIABLES[name].number(specific_energy)

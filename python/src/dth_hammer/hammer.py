@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import TracebackType
 from typing import NoReturn
 
-from . import _native, diagnostics, quantities
+from . import _native, diagnostics, quantities, rocks
 from ._native import Snapshot
 from .contract import typed
 from .errors import ClosedError, DomainError, warn
@@ -46,12 +46,13 @@ class Hammer:
             enumeration, or text with a unit (``"60 mm"``); inputs too. Anything not given
             has the value of the reference hammer.
         preset: parameter set to start from.
+        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
         quiet: collects warnings without raising them.
         journal: keeps all events, for derivatives.
 
     Example:
         >>> from dth_hammer import Hammer
-        >>> with Hammer({"feed_force": "6 kN"}, preset="granite") as hammer:
+        >>> with Hammer({"feed_force": "6 kN"}, rock="granite") as hammer:
         ...     hammer.advance("200 ms")
         ...     hammer.set({"feed_force": "8 kN"})
         ...     hammer.advance("300 ms")
@@ -66,13 +67,14 @@ class Hammer:
         parameters: Mapping[str, Value] | None = None,
         *,
         preset: str | None = None,
+        rock: str | None = None,
         quiet: bool = False,
         journal: bool = False,
     ) -> None:
         self.warnings: list[str] = []
         self._quiet, self._journal = quiet, journal
         self._machine: _native.Machine | None = None
-        self._start(numbers(preset, parameters))
+        self._start(numbers(preset, rocks.given(parameters, rock)))
 
     @property
     def machine(self) -> _native.Machine:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from . import _native, answers, quantities
+from . import _native, answers, quantities, rocks
 from .band import beside, in_words
 from .errors import DomainError, RefusedError, UnknownNameError
 from .extras import need
@@ -266,20 +266,22 @@ def tabled(parts: Array, given: Mapping[str, float]) -> pd.DataFrame:
     return frame
 
 
-def numbers_of(scene: Hammerlike, preset: str | None) -> dict[str, float]:
+def numbers_of(scene: Hammerlike, preset: str | None, rock: str | None = None) -> dict[str, float]:
     """Returns the checked numbers of a hammer without inputs over time."""
-    given, signals = given_of(scene, preset)
+    given, signals = given_of(scene, preset, rock)
     if signals:
         raise DomainError(f"{', '.join(signals)} over time: only constant inputs are possible here")
     return given
 
 
-def given_of(scene: Hammerlike, preset: str | None) -> tuple[dict[str, float], dict[str, Signal]]:
+def given_of(
+    scene: Hammerlike, preset: str | None, rock: str | None = None
+) -> tuple[dict[str, float], dict[str, Signal]]:
     """Checked numbers of a hammer, and its inputs over time."""
     if isinstance(scene, Scene):
-        given = checked(preset or scene.preset, scene.parameters)
+        given = checked(preset or scene.preset, rocks.given(scene.parameters, rock))
         return given, dict(scene.inputs)
-    return checked(preset, scene), {}
+    return checked(preset, rocks.given(scene, rock)), {}
 
 
 class Bar:

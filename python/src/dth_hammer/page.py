@@ -77,7 +77,7 @@ def report(
 
     Example:
         >>> from dth_hammer import Scene, report
-        >>> page = report(Scene(title="Granite", preset="granite", until="400 ms"), "granite.html")
+        >>> page = report(Scene(title="Granite", rock="granite", until="400 ms"), "granite.html")
         >>> print(page.name, "<h1>Granite</h1>" in page.read_text(encoding="utf-8"))
         granite.html True
     """

@@ -2,7 +2,7 @@
 
 Installed with the package. ``hammer`` is a live reference hammer; a marker changes it::
 
-    @pytest.mark.hammer({"drive.source": "Pressure"}, preset="granite")
+    @pytest.mark.hammer({"drive.source": "Pressure"}, rock="granite")
     def test_my_controller(hammer, assert_energy_balanced): ...
 """
 

@@ -20,7 +20,15 @@ from .errors import DomainError, UnknownNameError
 from .fixed import Fixed
 
 if TYPE_CHECKING:
+    import numpy as np
     import pandas as pd
+
+    # A number of NumPy's is one when the program runs too.
+    Value = float | int | bool | str | np.integer[Any] | np.floating[Any]
+else:
+    #: A number in the declared unit, a label of an enumeration, text such as ``"60 mm"``, or a
+    #: quantity of pint's.
+    Value = float | int | bool | str
 
 NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 #: What a unit begins with, and how long it may be.

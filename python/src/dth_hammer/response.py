@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeGuard, cast, overload
 
 import pandas as pd
 
-from . import quantities
+from . import quantities, rocks
 from .contract import typed
 from .errors import DomainError, RefusedError, warn
 from .hammer import Hammer
@@ -32,6 +32,7 @@ def steady(  # type: ignore[overload-overlap]
     scene: Hammerlike = ...,
     *,
     preset: str | None = ...,
+    rock: str | None = ...,
     error: float | Mapping[str, float] = ...,
     blows: int = ...,
     limit: float | str = ...,
@@ -50,6 +51,7 @@ def steady(
     scene: Grid,
     *,
     preset: str | None = ...,
+    rock: str | None = ...,
     error: float | Mapping[str, float] = ...,
     blows: int = ...,
     limit: float | str = ...,
@@ -65,6 +67,7 @@ def steady(
     scene: Hammerlike | Grid = None,
     *,
     preset: str | None = None,
+    rock: str | None = None,
     error: float | Mapping[str, float] = Wanted.error,
     blows: int = Wanted.blows,
     limit: float | str = Wanted.limit,
@@ -92,6 +95,7 @@ def steady(
             and so on, what kind of motion it is, of how many blows, and whether the error was
             reached; why one is refused is in ``error``.
         preset: parameter set to start from.
+        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
         error: largest relative standard error of the rates of hole and tip. A mapping
             has one for any means by name: ``{"blow_energy": 0.005}``.
         blows: the largest number of blows to simulate. If they are not enough, `Steady.reached`
@@ -137,10 +141,13 @@ def steady(
                 'here: give sweep(grid, "steady", cases=...) those'
             )
         by = (scheduler, workers, None)
-        return table_of(scene, wanted, preset=preset, out=out, by=by, progress=progress)
+        parameters = rocks.given({}, rock)
+        return table_of(
+            scene, wanted, parameters=parameters, preset=preset, out=out, by=by, progress=progress
+        )
     if out is not None or scheduler is not None or workers is not None:
         raise DomainError("out, scheduler and workers are for many hammers: give lists or rows")
-    given, signals = given_of(cast("Hammerlike", scene), preset)
+    given, signals = given_of(cast("Hammerlike", scene), preset, rock)
     signals |= inputs or {}
     if starts < 1:
         raise DomainError(f"starts = {starts} must be 1 or more")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _native, answers, quantities
+from . import _native, answers, quantities, rocks
 from .band import factor
 from .contract import typed
 from .errors import warn
@@ -161,6 +161,7 @@ def simulate(
     inputs: Mapping[str, Signal] | None = None,
     *,
     preset: str | None = None,
+    rock: str | None = None,
     step: float | str | None = STEP,
     times: Collection[float | str] | None = None,
     outputs: Iterable[str] | None = None,
@@ -180,6 +181,7 @@ def simulate(
             (held before its first and after its last). Between communication points they
             are straight lines.
         preset: parameter set to start from.
+        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
         step: communication step, s, or text with a unit. The physics does not depend on it: it
             only sets how often outputs are read.
         times: instants at which outputs are read, in place of a step.
@@ -200,6 +202,7 @@ def simulate(
         >>> print(f"{blow.blow_energy:.0f} J, {3600 * blow.rop:.1f} m/h")
         233 J, 11.0 m/h
     """
+    parameters = rocks.given(parameters, rock)
     instants = instants_of(until, step, times)
     asked = [*outputs] if outputs else []
     named = [VARIABLES[n] for n in asked]

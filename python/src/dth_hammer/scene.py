@@ -2,7 +2,8 @@
 
     {
       "description": "Granite, with a feed that rises",
-      "preset": "granite",
+      "preset": "air_4_inch",
+      "rock": "granite",
       "start_values": {"feed_force": "6 kN", "piston.length": 0.18},
       "inputs": {"feed_force": {"0 s": "4 kN", "1 s": "8 kN"}},
       "until": "1 s"
@@ -15,7 +16,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -24,10 +25,11 @@ import pandas as pd
 from . import _native, quantities
 from .contract import typed
 from .errors import DomainError, UnknownNameError
+from .rocks import given
 from .signals import Signal
 from .variables import Value, numbers
 
-KEYS = ("description", "preset", "start_values", "inputs", "until")
+KEYS = ("description", "preset", "rock", "start_values", "inputs", "until")
 
 
 @typed()
@@ -37,7 +39,7 @@ class Scene:
 
     Example:
         >>> from dth_hammer import Scene
-        >>> scene = Scene(preset="granite", parameters={"feed_force": "8 kN"}, until="1 s")
+        >>> scene = Scene(rock="granite", parameters={"feed_force": "8 kN"}, until="1 s")
         >>> print(scene.numbers["feed_force"])
         8000.0
     """
@@ -48,6 +50,12 @@ class Scene:
     parameters: Mapping[str, Value] = field(default_factory=dict)
     inputs: Mapping[str, Signal] = field(default_factory=dict)
     until: float | str | None = None
+    #: Kept among the parameters.
+    rock: InitVar[str | None] = None
+
+    def __post_init__(self, rock: str | None) -> None:
+        """Lays the rock beside the parameters."""
+        object.__setattr__(self, "parameters", given(self.parameters, rock))
 
     @property
     def numbers(self) -> dict[str, float]:
@@ -93,7 +101,13 @@ class Scene:
             parameters=values,
             inputs={name: _signal(name, value) for name, value in inputs.items()},
             until=content.get("until"),
+            rock=_rock(content.get("rock"), path),
         )
+
+
+def _rock(name: str | None, path: Path) -> str | None:
+    """A rock of a scene; a file of one lies beside the scene."""
+    return str(path.parent / name) if name is not None and name.endswith(".json") else name
 
 
 def _object(content: Mapping[str, Any], key: str, path: Path) -> dict[str, Any]:

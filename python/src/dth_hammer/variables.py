@@ -15,21 +15,18 @@ from typing import TYPE_CHECKING, Any
 
 from . import _native, quantities
 from .errors import DomainError, UnknownNameError
+from .rocks import beside
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    import numpy as np
     from numpy.typing import NDArray
 
     Array = NDArray[Any]
-    # A number of NumPy's is one when the program runs too.
-    Value = float | int | bool | str | np.integer[Any] | np.floating[Any]
 else:
     Array = Any
-    #: A number in the declared unit, a label of an enumeration, text such as ``"60 mm"``, or a
-    #: quantity of pint's.
-    Value = float | int | bool | str
+#: What a user may write for a number.
+Value = quantities.Value
 #: A member of a family along the bodies, counted from 1.
 INDEXED = re.compile(r"(\w+)\[([1-9]\d*)\]")
 #: Communication step and duration, s, where none is given: those that the FMU proposes too.
@@ -180,12 +177,18 @@ VARIABLES = Variables()
 PRESETS: Mapping[str, Preset] = {p.name: p for p in (Preset(*row) for row in _native.presets())}
 
 
-def numbers(preset: str | None, parameters: Mapping[str, Value] | None) -> dict[str, float]:
-    """Checked numbers of a preset with parameters laid over it."""
+def numbers(
+    preset: str | None,
+    parameters: Mapping[str, Value] | None,
+    under: Mapping[str, float] | None = None,
+) -> dict[str, float]:
+    """Checked numbers of a preset with parameters laid over it, ``rock`` among them too."""
     if preset is not None and preset not in PRESETS:
-        raise UnknownNameError("preset", preset, PRESETS)
-    chosen: dict[str, Value] = dict(PRESETS[preset].values) if preset else {}
-    chosen |= parameters or {}
+        error = UnknownNameError("preset", preset, PRESETS)
+        instead = _native.instead_of(preset)
+        raise DomainError(f"no preset is called {preset!r}: {instead}") if instead else error
+    own = PRESETS[preset].values if preset else {}
+    chosen = beside({**(under or {}), **own}, parameters or {})
     return {name: VARIABLES.settable(name).number(value) for name, value in chosen.items()}
 
 

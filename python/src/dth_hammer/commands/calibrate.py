@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from functools import partial
 from typing import Any
 
 import pandas as pd
@@ -51,7 +50,12 @@ CALL = Call(
         metavar="NAME=LOW:HIGH",
     ),
 )
-arguments = partial(common.add_files, table="table to write", units=True)
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the files and the units."""
+    common.add_files(parser, table="table to write", units=True)
+    common.add_rock(parser)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -61,6 +65,7 @@ def run(options: argparse.Namespace) -> None:
     units = {name: VARIABLES.settable(name).unit for name in given["free"]}
     common.by_name(pd.DataFrame(index=pd.Index([*units])), units, options.units)
     found = calibrate(**given)
+    common.keep_rock(options, found.hammer)
     values = pd.DataFrame({"value": found.parameters, "error": found.errors})
     values = values.join(found.interval())
     table = common.by_name(values, units, options.units)

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from .. import outputs
+from .. import outputs, rocks
 from ..band import reason, with_sides
 from ..errors import DomainError
 from ..fixed import Fixed
 from ..quantities import SYSTEMS, convert, with_units
 from ..variables import VARIABLES, Variable, numbers
-from .options import assignments
+from .options import ROCK, assignments
 
 #: Most values that a range may stand for.
 LONGEST = 1_000_000
@@ -54,7 +54,8 @@ def tell_many(options: argparse.Namespace, table: pd.DataFrame, names: Sequence[
     printed.attrs = table.attrs
     print(readable(in_units(printed, own_units(options.units, printed)), index=False))
     if not any(name.startswith("rock.specific_energy") for name in table.attrs["swept"]):
-        print(reason(numbers(options.preset, assignments(options.set))))
+        given = rocks.given(assignments(options.set), getattr(options, "rock", None))
+        print(reason(numbers(options.preset, given)))
 
 
 def add_files(
@@ -68,6 +69,19 @@ def add_files(
         parser.add_argument("--plot", type=Path, help=figure)
     if units:
         add_units(parser)
+
+
+def add_rock(parser: argparse.ArgumentParser, *, read: bool = False) -> None:
+    """The options that write the rock of a hammer, and where no function takes one, read it."""
+    if read:
+        parser.add_argument("--rock", help=ROCK.help)
+    parser.add_argument("--write-rock", type=Path, help="file to write the rock to, for --rock")
+
+
+def keep_rock(options: argparse.Namespace, parameters: Mapping[str, float]) -> None:
+    """Writes the rock of a hammer, if that is asked for."""
+    if options.write_rock:
+        rocks.write(options.write_rock, parameters)
 
 
 def add_units(parser: argparse.ArgumentParser) -> None:

@@ -41,8 +41,6 @@ CALL = Call(
     from_datasheet,
     {},
     specific_energy=_number("", "J/m3", "work per volume that drilling the rock takes"),
-    rock=Written(help="rock to drill, as listed by `dth-hammer rock`"),
-    preset=Written(help="preset whose rock is drilled, as listed by `dth-hammer info`"),
     **{name: _number(name, unit, text) for name, unit, *_, text in _native.datasheet_numbers()},
 )
 
@@ -52,6 +50,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--out", type=Path, help="scene to write: .json, for run and report")
     parser.add_argument("--report", type=Path, help="HTML page about the hammer to write")
     common.add_units(parser)
+    common.add_rock(parser)
     parser.add_argument("--sn", help=SN.help, **SN.keywords)
 
 
@@ -64,6 +63,7 @@ def run(options: argparse.Namespace) -> None:
         raise DomainError("nothing is given: see dth-hammer datasheet --help")
     sheet = from_datasheet(**given)
     print(sheet)
+    common.keep_rock(options, sheet.parameters)
     if out:
         scene = {"description": _words(given), "start_values": dict(sheet.parameters)}
         out.write_text(json.dumps(scene, indent=2) + "\n", encoding="utf-8")

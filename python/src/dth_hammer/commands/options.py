@@ -161,6 +161,12 @@ SET = Written(
     default=[],
     metavar="NAME=VALUE",
 )
+#: What it drills.
+ROCK = Written(
+    "--rock",
+    help="rock beside the hammer: a name as `dth-hammer rock` lists them, a class as R5, a "
+    'strength as "180 MPa", or a file of a rock',
+)
 #: The fatigue strength of a steel.
 SN = Written(
     "--sn",
@@ -173,6 +179,7 @@ SN = Written(
 SHARED = {
     "parameters": SET,
     "scene": SET,
+    "rock": ROCK,
     "preset": Written(more=", as listed by `dth-hammer info`"),
     "until": Written("--until", lambda text: quantities.duration(text, "--until")),
     "step": Written("--step", lambda text: quantities.duration(text, "--step")),

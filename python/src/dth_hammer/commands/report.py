@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from .. import outputs
@@ -21,6 +22,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "-o", "--out", type=Path, help="page to write; the scene's name with .html if not given"
     )
     common.add_units(parser)
+    common.add_rock(parser, read=True)
     parser.add_argument(
         "--gradient",
         metavar="NAME,...",
@@ -34,6 +36,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> None:
     """Reads the scene, runs it and writes the page."""
     scene = Scene.read(options.scene)
+    scene = replace(scene, rock=options.rock)
+    common.keep_rock(options, scene.numbers)
     out = outputs.check(options.out or options.scene.with_suffix(".html"), (".html", ".htm"))
     common.check_units(options.units, {v.name: v.unit for v in VARIABLES.of("output", "local")})
 

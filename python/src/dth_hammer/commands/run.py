@@ -27,6 +27,7 @@ CALL = Call(
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the files, the units, and what the summary needs."""
     common.add_files(parser, table="table to write", figure="figure to write", units=True)
+    common.add_rock(parser)
     parser.add_argument("--pipe", help='outside diameter of the drill pipe, as "76 mm"')
     parser.add_argument("--rotation", help='turns of the bit per time, as "30 1/min"')
 
@@ -38,6 +39,7 @@ def run(options: argparse.Namespace) -> None:
     displayed = {v.name: v.unit for v in VARIABLES.of("output", "local")}
     common.check_units(options.units, displayed)
     made = simulate(**given)
+    common.keep_rock(options, made.parameters)
     if options.out:
         written = common.in_units(made.frame, options.units)
         written.attrs |= {"parameters": dict(made.parameters), "model": made.model}

@@ -35,6 +35,7 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Adds many hammers, and the units."""
     common.add_many(parser)
     common.add_units(parser)
+    common.add_rock(parser)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -54,6 +55,7 @@ def run(options: argparse.Namespace) -> None:
     common.by_name(pd.DataFrame(index=pd.Index(MEANS)), units, options.units)
     asked.pop("out", None)
     found = steady(**asked)
+    common.keep_rock(options, found.parameters)
     table = common.by_name(found.outputs.drop(columns="unit"), units, options.units)
     if options.out:
         outputs.write(table, options.out)

@@ -76,7 +76,7 @@ def configure(
 
     Example:
         >>> from dth_hammer import fmu
-        >>> fmu.configure("mine.fmu", {"feed_force": "8 kN"}, preset="granite")
+        >>> fmu.configure("mine.fmu", {"feed_force": "8 kN", "rock": "granite"})
         0
     """
     package, out = load(fmu, fmi=fmi), Path(out)
