@@ -3,8 +3,6 @@
 //! Their number is not known in advance, so a description cannot list them. Its `VendorAnnotations`
 //! say where their count and each of their quantities start. So a table of blows does not depend on
 //! the length of steps.
-//!
-//! Also compiled into `build.rs`.
 
 use hammer::families::OF_BLOW;
 use hammer::{MAX_STEP_BLOWS, Machine};

@@ -1,4 +1,4 @@
-//! The capabilities that this FMU declares; `build.rs` writes them into the description.
+//! The capabilities that this FMU declares; `description.rs` writes them.
 //!
 //! Each names the code that implements it, and `tests/capabilities.rs` tests it.
 
@@ -12,13 +12,11 @@ pub const MAX_OUTPUT_ORDER: usize = 1;
 /// this owes to an input over the last communication step (`instance/derivatives.rs`).
 pub const OVER_STEP: u32 = 2_000_000;
 /// What the description says of them.
-#[cfg_attr(not(test), allow(dead_code, reason = "read by build.rs"))]
 pub const OVER_STEP_DESCRIPTION: &str = "As unknowns of directional derivatives, these value \
     references are the outputs' own and firstValueReference more: the derivative of an output at the \
     end of the last communication step by a constant added to an input during it";
 
 /// Attributes of the `CoSimulation` element, in the schema's names.
-#[cfg_attr(not(test), allow(dead_code, reason = "read by build.rs"))]
 pub fn attributes() -> [(&'static str, String); 9] {
     let flag = |claimed: bool| claimed.to_string();
     [
@@ -42,7 +40,6 @@ pub fn attributes() -> [(&'static str, String); 9] {
 }
 
 /// Attributes of the `CoSimulation` element of FMI 3.0.
-#[cfg_attr(not(test), allow(dead_code, reason = "read by build.rs"))]
 pub fn attributes_3() -> [(&'static str, String); 9] {
     let flag = |claimed: bool| claimed.to_string();
     [

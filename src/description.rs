@@ -1,4 +1,5 @@
-//! Writes `modelDescription.xml` from the template and the table. Runs in `build.rs` only.
+//! Writes `modelDescription.xml` from the template and the table. The library has in it what is committed;
+//! `cargo describe` refreshes that, a test keeps it fresh, and nothing stale is packaged.
 
 use crate::blows;
 use crate::capabilities;
@@ -9,38 +10,39 @@ use hammer::families::{ALONG, OF_BLOW};
 use hammer::quantity::{ENUMERATIONS, Enumeration, QUANTITIES, Quantity};
 use hammer::variables::{Output, Role, STEP_SIZE, STOP_TIME, Slot, VARIABLES, Variable};
 use hammer::{Body, Domain, InputValues, Parameters};
-use quick_xml::Writer;
-use quick_xml::escape::escape;
-use quick_xml::events::{BytesEnd, BytesStart, Event};
-use std::io::Result;
+use std::fmt::Write;
 
-pub type Attributes = Vec<(&'static str, String)>;
+pub(crate) type Attributes = Vec<(&'static str, String)>;
 
-/// Fills the template; `more` has the parts that no table contains, as `(mark, text)`.
-pub fn describe(template: &str, more: &[(&str, &str)]) -> Result<String> {
-    let mut text = template.to_owned();
-    for (mark, value) in more {
-        text = text.replace(mark, &escape(*value));
+/// The description of FMI 2.0 by the sources.
+pub fn describe() -> String {
+    let mut text = include_str!("../modelDescription.xml.in").to_owned();
+    for (mark, value) in [
+        ("@VERSION@", env!("CARGO_PKG_VERSION")),
+        ("@AUTHOR@", env!("CARGO_PKG_AUTHORS")),
+        ("@LICENSE@", env!("CARGO_PKG_LICENSE")),
+    ] {
+        text = text.replace(mark, &escape(value));
     }
     let claims =
         capabilities::attributes().map(|(name, value)| format!("\n    {name}=\"{value}\""));
     text = text.replace("@CAPABILITIES@", &claims.concat());
     text = text.replace("@STOP_TIME@", &STOP_TIME.to_string());
     text = text.replace("@STEP_SIZE@", &STEP_SIZE.to_string());
-    text = text.replace("@TYPES@", &fragment(write_types)?);
-    text = text.replace("@CATEGORIES@", &fragment(write_categories)?);
-    text = text.replace("@WAVES@", &fragment(write_waves)?);
+    text = text.replace("@TYPES@", &fragment(write_types));
+    text = text.replace("@CATEGORIES@", &fragment(write_categories));
+    text = text.replace("@WAVES@", &fragment(write_waves));
     // The schema wants one element per tool.
-    text = text.replace("@BLOWS@", &fragment(write_blows)?);
-    text = text.replace("@OVER_STEP@", &fragment(write_over_step)?);
-    text = text.replace("@START_VALUES@", &fragment(write_start_values)?);
-    text = text.replace("@VARIABLES@", &fragment(write_variables)?);
-    text = text.replace("@STRUCTURE@", &fragment(write_structure)?);
-    Ok(text.replace("@GUID@", &fingerprint(&text)))
+    text = text.replace("@BLOWS@", &fragment(write_blows));
+    text = text.replace("@OVER_STEP@", &fragment(write_over_step));
+    text = text.replace("@START_VALUES@", &fragment(write_start_values));
+    text = text.replace("@VARIABLES@", &fragment(write_variables));
+    text = text.replace("@STRUCTURE@", &fragment(write_structure));
+    text.replace("@GUID@", &fingerprint(&text))
 }
 
 /// FNV-1a of 128 bits, in the form of a UUID: any change of the interface changes it.
-pub fn fingerprint(text: &str) -> String {
+pub(crate) fn fingerprint(text: &str) -> String {
     const BASIS: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
     const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
     let hash = text.bytes().fold(BASIS, |h, byte| (h ^ u128::from(byte)).wrapping_mul(PRIME));
@@ -48,70 +50,87 @@ pub fn fingerprint(text: &str) -> String {
     [&hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..]].join("-")
 }
 
-/// A part of the document, indented as it stands in the template.
-pub fn fragment(write: fn(&mut Writer<Vec<u8>>) -> Result<()>) -> Result<String> {
-    let mut writer = Writer::new_with_indent(Vec::new(), b' ', 2);
-    write(&mut writer)?;
-    let text = String::from_utf8_lossy(&writer.into_inner()).into_owned();
-    let lines: Vec<String> = text.trim().lines().map(|line| format!("    {line}")).collect();
-    Ok(lines.join("\n"))
+/// Elements, each on a line of its own, indented as it stands in the template.
+pub(crate) struct Writer {
+    text: String,
+    depth: usize,
 }
 
-pub fn leaf(writer: &mut Writer<Vec<u8>>, name: &str, attributes: &Attributes) -> Result<()> {
-    let pairs = attributes.iter().map(|(key, value)| (*key, value.as_str()));
-    writer.write_event(Event::Empty(BytesStart::new(name).with_attributes(pairs)))
+impl Writer {
+    fn line(&mut self, before: &str, name: &str, attributes: &Attributes, after: &str) {
+        let _ = write!(self.text, "\n{:1$}{before}{name}", "", 4 + 2 * self.depth);
+        for (key, value) in attributes {
+            let _ = write!(self.text, " {key}=\"{}\"", escape(value));
+        }
+        self.text += after;
+    }
+
+    pub fn leaf(&mut self, name: &str, attributes: &Attributes) {
+        self.line("<", name, attributes, "/>");
+    }
+
+    pub fn open(&mut self, name: &str, attributes: &Attributes) {
+        self.line("<", name, attributes, ">");
+        self.depth += 1;
+    }
+
+    pub fn close(&mut self, name: &str) {
+        self.depth -= 1;
+        self.line("</", name, &Attributes::new(), ">");
+    }
 }
 
-pub fn open(writer: &mut Writer<Vec<u8>>, name: &str, attributes: &Attributes) -> Result<()> {
-    let pairs = attributes.iter().map(|(key, value)| (*key, value.as_str()));
-    writer.write_event(Event::Start(BytesStart::new(name).with_attributes(pairs)))
+fn escape(text: &str) -> String {
+    let marks = [('&', "&amp;"), ('<', "&lt;"), ('>', "&gt;"), ('\'', "&apos;"), ('"', "&quot;")];
+    marks.iter().fold(text.to_owned(), |text, (mark, name)| text.replace(*mark, name))
 }
 
-pub fn close(writer: &mut Writer<Vec<u8>>, name: &str) -> Result<()> {
-    writer.write_event(Event::End(BytesEnd::new(name)))
+/// A part of the document.
+pub(crate) fn fragment(write: fn(&mut Writer)) -> String {
+    let mut writer = Writer { text: String::new(), depth: 0 };
+    write(&mut writer);
+    writer.text.trim_start_matches('\n').to_owned()
 }
 
-fn write_types(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+fn write_types(writer: &mut Writer) {
     for quantity in QUANTITIES {
-        open(writer, "SimpleType", &vec![("name", quantity.name.into())])?;
+        writer.open("SimpleType", &vec![("name", quantity.name.into())]);
         let mut attributes = vec![("quantity", quantity.name.into())];
         attributes.extend(units(quantity));
-        leaf(writer, "Real", &attributes)?;
-        close(writer, "SimpleType")?;
+        writer.leaf("Real", &attributes);
+        writer.close("SimpleType");
     }
     for Enumeration { name, description, items } in ENUMERATIONS {
         let attributes = vec![("name", (*name).into()), ("description", (*description).into())];
-        open(writer, "SimpleType", &attributes)?;
-        open(writer, "Enumeration", &vec![("quantity", (*name).into())])?;
+        writer.open("SimpleType", &attributes);
+        writer.open("Enumeration", &vec![("quantity", (*name).into())]);
         for (index, (item, meaning)) in items.iter().enumerate() {
             let attributes = vec![
                 ("name", (*item).into()),
                 ("value", (index + 1).to_string()),
                 ("description", (*meaning).into()),
             ];
-            leaf(writer, "Item", &attributes)?;
+            writer.leaf("Item", &attributes);
         }
-        close(writer, "Enumeration")?;
-        close(writer, "SimpleType")?;
+        writer.close("Enumeration");
+        writer.close("SimpleType");
     }
-    Ok(())
 }
 
-fn write_categories(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+fn write_categories(writer: &mut Writer) {
     let all = (LOG_ALL, "All of them");
     let named = Category::ALL.iter().map(|category| (category.name(), category.description()));
     for (name, description) in named.chain([all]) {
         let attributes = vec![("name", name.into()), ("description", description.into())];
-        leaf(writer, "Category", &attributes)?;
+        writer.leaf("Category", &attributes);
     }
-    Ok(())
 }
 
 /// The parts of a variant that lists the waves on one mesh.
-fn write_waves(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+fn write_waves(writer: &mut Writer) {
     let counts = Body::ALL.map(|body| format!("{{{}}}", waves::elements(body)));
     let guid = format!("@GUID@{}", Variant::mesh_suffix(&counts));
-    open(writer, "Waves", &vec![("guid", guid)])?;
+    writer.open("Waves", &vec![("guid", guid)]);
     for (index, family) in ALONG.iter().enumerate() {
         let mut attributes = vec![
             ("name", family.name.into()),
@@ -124,13 +143,13 @@ fn write_waves(writer: &mut Writer<Vec<u8>>) -> Result<()> {
         ];
         attributes.extend(real(&family.quantity));
         attributes.push(("nominal", number(family.nominal)));
-        leaf(writer, "Family", &attributes)?;
+        writer.leaf("Family", &attributes);
     }
-    close(writer, "Waves")
+    writer.close("Waves");
 }
 
 /// The value references of the last step's blows.
-fn write_blows(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+fn write_blows(writer: &mut Writer) {
     let mut attributes = vec![
         ("name", blows::COUNT_NAME.into()),
         ("valueReference", blows::COUNT.to_string()),
@@ -138,7 +157,7 @@ fn write_blows(writer: &mut Writer<Vec<u8>>) -> Result<()> {
         ("description", blows::COUNT_DESCRIPTION.into()),
     ];
     attributes.extend(real(&hammer::quantity::COUNT));
-    open(writer, "Blows", &attributes)?;
+    writer.open("Blows", &attributes);
     for (index, figure) in OF_BLOW.iter().enumerate() {
         let mut attributes = vec![
             ("name", figure.name.into()),
@@ -146,26 +165,26 @@ fn write_blows(writer: &mut Writer<Vec<u8>>) -> Result<()> {
             ("description", figure.description.into()),
         ];
         attributes.extend(figure.row().map(of_output).unwrap_or_default());
-        leaf(writer, "Family", &attributes)?;
+        writer.leaf("Family", &attributes);
     }
-    close(writer, "Blows")
+    writer.close("Blows");
 }
 
 /// The value references of derivatives over the last step.
-pub fn write_over_step(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+pub(crate) fn write_over_step(writer: &mut Writer) {
     let attributes = vec![
         ("firstValueReference", capabilities::OVER_STEP.to_string()),
         ("description", capabilities::OVER_STEP_DESCRIPTION.into()),
     ];
-    leaf(writer, "Derivatives", &attributes)
+    writer.leaf("Derivatives", &attributes);
 }
 
 /// The parts of a variant with other start values.
-fn write_start_values(writer: &mut Writer<Vec<u8>>) -> Result<()> {
-    leaf(writer, "StartValues", &vec![("guid", format!("@GUID@{START_VALUES}"))])
+fn write_start_values(writer: &mut Writer) {
+    writer.leaf("StartValues", &vec![("guid", format!("@GUID@{START_VALUES}"))]);
 }
 
-fn write_variables(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+fn write_variables(writer: &mut Writer) {
     for (reference, variable) in VARIABLES.iter().enumerate() {
         let [causality, variability, initial] = kind(variable);
         let mut attributes = vec![
@@ -179,15 +198,14 @@ fn write_variables(writer: &mut Writer<Vec<u8>>) -> Result<()> {
         if causality != "input" {
             attributes.push(("initial", initial.into()));
         }
-        open(writer, "ScalarVariable", &attributes)?;
+        writer.open("ScalarVariable", &attributes);
         let (element, attributes) = typed(variable);
-        leaf(writer, element, &attributes)?;
-        close(writer, "ScalarVariable")?;
+        writer.leaf(element, &attributes);
+        writer.close("ScalarVariable");
     }
-    Ok(())
 }
 
-pub fn kind(variable: &Variable) -> [&'static str; 3] {
+pub(crate) fn kind(variable: &Variable) -> [&'static str; 3] {
     match &variable.role {
         Role::Parameter { tunable: false, .. } => ["parameter", "fixed", "exact"],
         Role::Parameter { tunable: true, .. } => ["parameter", "tunable", "exact"],
@@ -198,28 +216,28 @@ pub fn kind(variable: &Variable) -> [&'static str; 3] {
     }
 }
 
-pub fn units(quantity: &Quantity) -> Attributes {
+pub(crate) fn units(quantity: &Quantity) -> Attributes {
     let mut attributes = vec![("unit", quantity.unit.into())];
     attributes.extend(quantity.display.map(|unit| ("displayUnit", unit.into())));
     attributes
 }
 
 /// Unit and display unit are repeated beside the declared type: some hosts look only here.
-pub fn real(quantity: &Quantity) -> Attributes {
+pub(crate) fn real(quantity: &Quantity) -> Attributes {
     let mut attributes = vec![("declaredType", quantity.name.into())];
     attributes.extend(units(quantity));
     attributes
 }
 
 /// Type, range and size of an output.
-pub fn of_output(output: &Output) -> Attributes {
+pub(crate) fn of_output(output: &Output) -> Attributes {
     let mut attributes = real(&output.quantity);
     attributes.extend(output.positive.then(|| ("min", number(0.0))));
     attributes.push(("nominal", number(output.nominal)));
     attributes
 }
 
-pub fn typed(variable: &Variable) -> (&'static str, Attributes) {
+pub(crate) fn typed(variable: &Variable) -> (&'static str, Attributes) {
     match &variable.role {
         Role::Parameter { slot, .. } => typed_parameter(variable, slot),
         Role::Input { quantity, start, nominal, .. } => {
@@ -273,7 +291,7 @@ fn range(variable: &Variable, show: fn(f64) -> String) -> Attributes {
     }
 }
 
-pub fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     format!("{value:?}")
 }
 
@@ -281,8 +299,8 @@ fn whole(value: f64) -> String {
     format!("{value:.0}")
 }
 
-fn write_structure(writer: &mut Writer<Vec<u8>>) -> Result<()> {
-    open(writer, "Outputs", &Attributes::new())?;
+fn write_structure(writer: &mut Writer) {
+    writer.open("Outputs", &Attributes::new());
     for (index, output) in outputs() {
         let fed = inputs().filter(|(_, input)| output.feedthrough.contains(input));
         let list: Vec<String> = fed.map(|(index, _)| index.to_string()).collect();
@@ -290,28 +308,28 @@ fn write_structure(writer: &mut Writer<Vec<u8>>) -> Result<()> {
         if !list.is_empty() {
             attributes.push(("dependenciesKind", vec!["dependent"; list.len()].join(" ")));
         }
-        leaf(writer, "Unknown", &attributes)?;
+        writer.leaf("Unknown", &attributes);
     }
-    close(writer, "Outputs")?;
-    open(writer, "InitialUnknowns", &Attributes::new())?;
+    writer.close("Outputs");
+    writer.open("InitialUnknowns", &Attributes::new());
     for (index, output) in outputs() {
         let mut attributes = vec![("index", index.to_string())];
         // Without the attribute it would depend on every parameter and input.
         attributes.extend(output.zero_at_start.then(|| ("dependencies", String::new())));
-        leaf(writer, "Unknown", &attributes)?;
+        writer.leaf("Unknown", &attributes);
     }
-    close(writer, "InitialUnknowns")
+    writer.close("InitialUnknowns");
 }
 
 /// Outputs with their index, which counts from 1.
-pub fn outputs() -> impl Iterator<Item = (usize, &'static Output)> {
+pub(crate) fn outputs() -> impl Iterator<Item = (usize, &'static Output)> {
     VARIABLES.iter().enumerate().filter_map(|(position, variable)| match &variable.role {
         Role::Output(output) => Some((position + 1, output)),
         _ => None,
     })
 }
 
-pub fn inputs() -> impl Iterator<Item = (usize, hammer::Input)> {
+pub(crate) fn inputs() -> impl Iterator<Item = (usize, hammer::Input)> {
     VARIABLES.iter().enumerate().filter_map(|(position, variable)| match &variable.role {
         Role::Input { input, .. } => Some((position + 1, *input)),
         _ => None,

@@ -1,10 +1,9 @@
-//! Writes the model description of FMI 3.0 from that of 2.0 and the same table. Runs in
-//! `build.rs` only.
+//! Writes the model description of FMI 3.0 from that of 2.0 and the same table.
 
 use crate::capabilities;
 use crate::description::{
-    Attributes, close, fingerprint, fragment, inputs, kind, leaf, number, of_output, open, outputs,
-    real, typed, units, write_over_step,
+    Attributes, Writer, fingerprint, fragment, inputs, kind, number, of_output, outputs, real,
+    typed, units, write_over_step,
 };
 use crate::events::{Extra, Length, MAX_LENGTH, MAX_POSITIONS};
 use crate::variant::{ARRAYS, START_VALUES};
@@ -12,11 +11,9 @@ use hammer::Input;
 use hammer::families::{ALONG, OF_BLOW};
 use hammer::quantity::{COUNT, ENUMERATIONS, LENGTH, QUANTITIES, Quantity, TIME};
 use hammer::variables::{Role, VARIABLES};
-use quick_xml::Writer;
-use std::io::Result;
 
-/// The description of FMI 3.0 with the content of `two` and what only FMI 3.0 has; and its token.
-pub fn describe(two: &str) -> Result<(String, String)> {
+/// The description of FMI 3.0 with the content of `two` and what only FMI 3.0 has.
+pub fn describe(two: &str) -> String {
     let between = |from: &str, to: &str| {
         let rest = &two[two.find(from).unwrap_or_default()..];
         let end = rest.find(to).map_or(rest.len(), |end| end + to.len());
@@ -34,45 +31,44 @@ pub fn describe(two: &str) -> Result<(String, String)> {
         head,
         format!("  <CoSimulation modelIdentifier=\"dth_hammer\"{claims}/>"),
         format!("  {}", between("<UnitDefinitions>", "</UnitDefinitions>")),
-        format!("  <TypeDefinitions>\n{}\n  </TypeDefinitions>", fragment(write_types)?),
+        format!("  <TypeDefinitions>\n{}\n  </TypeDefinitions>", fragment(write_types)),
         format!("  {}", between("<LogCategories>", "</LogCategories>")),
         format!("  {}", between("<DefaultExperiment", "/>")),
-        format!("  <ModelVariables>\n{}\n  </ModelVariables>", fragment(write_variables)?),
-        format!("  <ModelStructure>\n{}\n  </ModelStructure>", fragment(write_structure)?),
-        format!("  <Annotations>\n{}\n  </Annotations>", fragment(write_annotations)?),
+        format!("  <ModelVariables>\n{}\n  </ModelVariables>", fragment(write_variables)),
+        format!("  <ModelStructure>\n{}\n  </ModelStructure>", fragment(write_structure)),
+        format!("  <Annotations>\n{}\n  </Annotations>", fragment(write_annotations)),
         "</fmiModelDescription>\n".to_owned(),
     ]
     .join("\n");
-    let token = fingerprint(&text);
-    Ok((text.replace("@TOKEN@", &token), token))
+    text.replace("@TOKEN@", &fingerprint(&text))
 }
 
 /// The parts of a variant with other start values, and of one with arrays.
-fn write_annotations(writer: &mut Writer<Vec<u8>>) -> Result<()> {
-    open(writer, "Annotation", &vec![("type", "dth_hammer.start_values".into())])?;
-    leaf(writer, "StartValues", &vec![("token", format!("@TOKEN@{START_VALUES}"))])?;
-    close(writer, "Annotation")?;
-    open(writer, "Annotation", &vec![("type", "dth_hammer.derivatives_over_step".into())])?;
-    write_over_step(writer)?;
-    close(writer, "Annotation")?;
-    open(writer, "Annotation", &vec![("type", "dth_hammer.arrays".into())])?;
-    open(writer, "Arrays", &vec![("token", format!("@TOKEN@{ARRAYS}"))])?;
+fn write_annotations(writer: &mut Writer) {
+    writer.open("Annotation", &vec![("type", "dth_hammer.start_values".into())]);
+    writer.leaf("StartValues", &vec![("token", format!("@TOKEN@{START_VALUES}"))]);
+    writer.close("Annotation");
+    writer.open("Annotation", &vec![("type", "dth_hammer.derivatives_over_step".into())]);
+    write_over_step(writer);
+    writer.close("Annotation");
+    writer.open("Annotation", &vec![("type", "dth_hammer.arrays".into())]);
+    writer.open("Arrays", &vec![("token", format!("@TOKEN@{ARRAYS}"))]);
     for extra in Extra::all().filter(|extra| extra.is_of_arrays()) {
         let (kind, mut attributes, length) = described(extra);
         attributes.insert(0, ("type", kind.into()));
         attributes.extend(length.map(|of| ("length", Extra::Length(of).reference().to_string())));
-        leaf(writer, "Row", &attributes)?;
+        writer.leaf("Row", &attributes);
     }
-    close(writer, "Arrays")?;
-    close(writer, "Annotation")
+    writer.close("Arrays");
+    writer.close("Annotation");
 }
 
-fn write_types(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+fn write_types(writer: &mut Writer) {
     for quantity in QUANTITIES {
         let mut attributes =
             vec![("name", quantity.name.into()), ("quantity", quantity.name.into())];
         attributes.extend(units(quantity));
-        leaf(writer, "Float64Type", &attributes)?;
+        writer.leaf("Float64Type", &attributes);
     }
     for list in ENUMERATIONS {
         let attributes = vec![
@@ -80,21 +76,20 @@ fn write_types(writer: &mut Writer<Vec<u8>>) -> Result<()> {
             ("description", list.description.into()),
             ("quantity", list.name.into()),
         ];
-        open(writer, "EnumerationType", &attributes)?;
+        writer.open("EnumerationType", &attributes);
         for (index, (item, meaning)) in list.items.iter().enumerate() {
             let attributes = vec![
                 ("name", (*item).into()),
                 ("value", (index + 1).to_string()),
                 ("description", (*meaning).into()),
             ];
-            leaf(writer, "Item", &attributes)?;
+            writer.leaf("Item", &attributes);
         }
-        close(writer, "EnumerationType")?;
+        writer.close("EnumerationType");
     }
-    Ok(())
 }
 
-fn write_variables(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+fn write_variables(writer: &mut Writer) {
     for (reference, variable) in VARIABLES.iter().enumerate() {
         let [causality, variability, initial] = kind(variable);
         let mut attributes = vec![
@@ -114,13 +109,12 @@ fn write_variables(writer: &mut Writer<Vec<u8>>) -> Result<()> {
             "Integer" => "Int32",
             same => same,
         };
-        leaf(writer, element, &attributes)?;
+        writer.leaf(element, &attributes);
     }
     for extra in Extra::all().filter(|extra| !extra.is_of_arrays()) {
         let (kind, attributes, _) = described(extra);
-        leaf(writer, kind, &attributes)?;
+        writer.leaf(kind, &attributes);
     }
-    Ok(())
 }
 
 /// The type of an extra variable, its attributes, and of an array its length. Names and value
@@ -197,7 +191,7 @@ fn of_input(wanted: Input) -> Quantity {
     VARIABLES.iter().find_map(|variable| quantity(&variable.role)).unwrap_or(LENGTH)
 }
 
-fn write_structure(writer: &mut Writer<Vec<u8>>) -> Result<()> {
+fn write_structure(writer: &mut Writer) {
     let more = || {
         let listed = |extra: &Extra| extra.is_output() && !extra.is_of_arrays();
         Extra::all().filter(listed).map(|extra| {
@@ -212,13 +206,13 @@ fn write_structure(writer: &mut Writer<Vec<u8>>) -> Result<()> {
         if !list.is_empty() {
             attributes.push(("dependenciesKind", vec!["dependent"; list.len()].join(" ")));
         }
-        leaf(writer, "Output", &attributes)?;
+        writer.leaf("Output", &attributes);
     }
-    more().try_for_each(|attributes| leaf(writer, "Output", &attributes))?;
+    more().for_each(|attributes| writer.leaf("Output", &attributes));
     for (index, output) in outputs() {
         let mut attributes = vec![("valueReference", (index - 1).to_string())];
         attributes.extend(output.zero_at_start.then(|| ("dependencies", String::new())));
-        leaf(writer, "InitialUnknown", &attributes)?;
+        writer.leaf("InitialUnknown", &attributes);
     }
-    more().try_for_each(|attributes| leaf(writer, "InitialUnknown", &attributes))
+    more().for_each(|attributes| writer.leaf("InitialUnknown", &attributes));
 }

@@ -1,6 +1,4 @@
 //! Variables that only FMI 3.0 has: time, events, slopes, arrays.
-//!
-//! Also compiled into `build.rs`.
 
 use crate::blows;
 use hammer::Input;

@@ -11,6 +11,8 @@ pub mod capabilities;
 pub mod category;
 #[cfg(any(target_family = "wasm", test))]
 mod datasheet;
+pub mod description;
+pub mod description3;
 mod error;
 pub mod events;
 mod instance;
@@ -28,15 +30,29 @@ use std::collections::BTreeSet;
 struct Readme;
 
 /// The model description that this library was built with.
-pub const MODEL_DESCRIPTION: &str = include_str!(concat!(env!("OUT_DIR"), "/modelDescription.xml"));
+pub const MODEL_DESCRIPTION: &str = include_str!("../modelDescription.xml");
 /// Fingerprint of the model description: hosts and states must have the same.
-pub const GUID: &str = env!("DTH_GUID");
+pub const GUID: &str = quoted_after(MODEL_DESCRIPTION, "guid=\"");
 
 /// The model description of FMI 3.0.
-pub const MODEL_DESCRIPTION_3: &str =
-    include_str!(concat!(env!("OUT_DIR"), "/modelDescription3.xml"));
+pub const MODEL_DESCRIPTION_3: &str = include_str!("../modelDescription3.xml");
 /// Fingerprint of the model description of FMI 3.0.
-pub const TOKEN: &str = env!("DTH_TOKEN");
+pub const TOKEN: &str = quoted_after(MODEL_DESCRIPTION_3, "instantiationToken=\"");
+
+/// What stands between the end of `mark` and the next quotation mark, where the compiler reads it.
+const fn quoted_after(text: &'static str, mark: &str) -> &'static str {
+    let (bytes, mark) = (text.as_bytes(), mark.as_bytes());
+    let (mut at, mut matched) = (0, 0);
+    while matched < mark.len() {
+        matched = if bytes[at] == mark[matched] { matched + 1 } else { 0 };
+        at += 1;
+    }
+    let mut end = at;
+    while bytes[end] != b'"' {
+        end += 1;
+    }
+    text.split_at(end).0.split_at(at).1
+}
 
 /// Symbols that the library exports: exactly those of both standards.
 pub fn symbols() -> BTreeSet<String> {

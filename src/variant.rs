@@ -10,8 +10,6 @@
 //! ```
 //!
 //! `BITS` are the 16 hexadecimal digits of an IEEE 754 double, references ascend.
-//!
-//! Also compiled into `build.rs`.
 
 use crate::events::Extra;
 use crate::waves;

@@ -4,8 +4,6 @@
 //! How many values there are follows from the mesh, which a description cannot say. So the
 //! plain one lists none and only tells, in `VendorAnnotations`, where each family of value
 //! references starts; a variant of it (`variant.rs`) lists as many as one mesh needs.
-//!
-//! Also compiled into `build.rs`.
 
 use hammer::families::{ALONG, Along};
 use hammer::variables::{PARAMETERS, Parameter};

@@ -1,7 +1,9 @@
 //! The description and the exported symbols: the interface that hosts were promised.
 
 use crate::support::library::Library;
-use dth_hammer::{MODEL_DESCRIPTION, MODEL_DESCRIPTION_3, symbols};
+use dth_hammer::{
+    GUID, MODEL_DESCRIPTION, MODEL_DESCRIPTION_3, TOKEN, description, description3, symbols,
+};
 use hammer::InputValues;
 use hammer::quantity::{ENUMERATIONS, QUANTITIES};
 use hammer::variables::{Role, VARIABLES};
@@ -42,11 +44,13 @@ const TUNABLE: [&str; 7] = [
 
 #[test]
 fn the_committed_copies_are_fresh() {
-    for (name, text) in [("", MODEL_DESCRIPTION), ("3", MODEL_DESCRIPTION_3)] {
-        let path = format!("{}/modelDescription{name}.xml", env!("CARGO_MANIFEST_DIR"));
-        let committed = std::fs::read_to_string(path).unwrap();
-        assert!(committed == text, "refresh it with `cargo describe`");
-    }
+    let two = description::describe();
+    assert!(
+        MODEL_DESCRIPTION == two && MODEL_DESCRIPTION_3 == description3::describe(&two),
+        "refresh them with `cargo describe`"
+    );
+    assert!(MODEL_DESCRIPTION.contains(&format!("guid=\"{GUID}\"")) && GUID.len() == 36);
+    assert!(MODEL_DESCRIPTION_3.contains(&format!("Token=\"{TOKEN}\"")) && TOKEN.len() == 36);
 }
 
 #[test]

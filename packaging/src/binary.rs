@@ -23,6 +23,9 @@ struct Target {
     name: String,
 }
 
+/// The profile that this program and the native module of a checkout are built in.
+pub const QUICK: &str = "native";
+
 /// Cargo, the one that started us.
 pub fn cargo(root: &Path) -> Command {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
@@ -84,6 +87,14 @@ pub fn compile(mut cargo: Command, flags: &[String], extension: &str) -> Result<
     let flags = [flags, &anonymous()?].concat();
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\u{1f}"));
     cargo.args(["build", "--locked", "--profile", "fmu", "--package", "dth-fmu", "--lib"]);
+    made(cargo, extension)
+}
+
+/// The library that a build by cargo makes.
+///
+/// # Errors
+/// If it does not build.
+pub fn made(mut cargo: Command, extension: &str) -> Result<Vec<u8>, Failure> {
     cargo.arg("--message-format=json-render-diagnostics");
     let program = format!("{cargo:?}");
     let messages = output(&mut cargo)?;

@@ -1,6 +1,6 @@
 //! Builds the shared library for this machine.
 
-use crate::binary::{Binary, cargo, compile};
+use crate::binary::{Binary, QUICK, cargo, compile, made};
 #[cfg(unix)]
 use crate::cross;
 use crate::licenses::License;
@@ -31,16 +31,49 @@ pub fn build(root: &Path) -> Result<(Binary, Vec<License>), Failure> {
     #[cfg(not(unix))]
     let of_linker = None;
     let bytes = compile(command, &[], extension)?;
-    let [folder, system] = PLATFORM;
-    let place = format!("binaries/{folder}/{MODEL_IDENTIFIER}.{extension}");
-    let folders = vec![format!("{}-{system}", env::consts::ARCH)];
-    let needs = inspect::check(&place, &bytes)?;
+    let library = of_this_machine(bytes)?;
+    anonymous(&library)?;
     #[cfg(unix)]
     if of_linker.is_some() {
-        cross::check_old_linux(&place, &bytes)?;
+        cross::check_old_linux(&library.place, &library.bytes)?;
+    } else if cfg!(target_os = "linux") {
+        crate::tell("For old Linux", "`pip install ziglang`, and it runs with glibc 2.17 or newer");
     }
-    let glibc = needs.map(|(major, minor)| format!(" with glibc {major}.{minor} or newer"));
+    Ok((library, of_linker.into_iter().collect()))
+}
+
+/// The library that cargo has made with this program: in the same profile, of the same engine.
+///
+/// # Errors
+/// As [`build`].
+pub fn quick(root: &Path) -> Result<Binary, Failure> {
+    let mut command = cargo(root);
+    command.args(["build", "--locked", "--quiet", "--profile", QUICK]);
+    // With the features that both ask for, or it would be made anew.
+    command.args(["--package", "packaging", "--package", "dth-fmu"]);
+    of_this_machine(made(command, env::consts::DLL_EXTENSION)?)
+}
+
+fn of_this_machine(bytes: Vec<u8>) -> Result<Binary, Failure> {
+    let [folder, system] = PLATFORM;
+    let place = format!("binaries/{folder}/{MODEL_IDENTIFIER}.{}", env::consts::DLL_EXTENSION);
+    let folders = vec![format!("{}-{system}", env::consts::ARCH)];
+    let glibc = inspect::check(&place, &bytes)?;
+    let glibc = glibc.map(|(major, minor)| format!(" with glibc {major}.{minor} or newer"));
     let (system, processor) = (env::consts::OS, env::consts::ARCH);
     let runs_on = format!("{system} on {processor}{}", glibc.unwrap_or_default());
-    Ok((Binary { place, folders, runs_on, bytes }, of_linker.into_iter().collect()))
+    Ok(Binary { place, folders, runs_on, bytes })
+}
+
+/// Fails if a library tells where it was built.
+fn anonymous(library: &Binary) -> Result<(), Failure> {
+    let here = [env::home_dir(), Some(crate::root()), Some("registry/src".into())];
+    for folder in here.into_iter().flatten() {
+        let path = format!("{}/", folder.display());
+        if library.bytes.windows(path.len()).any(|part| part == path.as_bytes()) {
+            let reason = format!("it names {path}");
+            return Err(Failure::Unfit { name: library.place.clone(), reason });
+        }
+    }
+    Ok(())
 }

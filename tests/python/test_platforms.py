@@ -1,13 +1,11 @@
 """The libraries for other machines, each run by a small host in C: the same bits on all.
 
-They are there after `cargo suite --all-platforms`; otherwise all is skipped but that this machine's
-library is for old Linux.
+They are there after `cargo suite --all-platforms`; otherwise all is skipped.
 """
 
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -131,18 +129,6 @@ def run(
     assert len(lines) == standard.rows
     assert all(len(line.split()) == len(references) for line in lines)
     return lines
-
-
-@pytest.mark.skipif(not ZIG.is_file(), reason="zig is not installed: `cargo suite` does it")
-def test_the_library_for_linux_needs_no_glibc_above_2_17(
-    standard: Standard, fmu_path: Path
-) -> None:
-    with ZipFile(fmu_path.with_name(standard.archive)) as archive:
-        code = archive.read(standard.linux)
-    # The versions that its symbols are bound to, in its table of strings.
-    bound = re.findall(rb"(?<=\0)GLIBC_([0-9.]+)(?=\0)", code)
-    assert bound
-    assert max(tuple(map(int, name.split(b"."))) for name in bound) <= (2, 17)
 
 
 def test_blows_are_in_the_numbers(numbers: list[str]) -> None:

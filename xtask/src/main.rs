@@ -7,7 +7,7 @@ mod suite;
 
 use clap::{Parser, Subcommand};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 use suite::{Stage, Suite};
 use support::python::{Environment, Needs};
 use support::run::{Failure, cargo, locked, run, target};
@@ -81,14 +81,24 @@ fn root() -> PathBuf {
     here.parent().expect("xtask is a member of a workspace").to_path_buf()
 }
 
+/// The FMU for this machine, quickly made.
+const QUICK: &[&str] = &["--quick"];
+
 /// Says what begins, and how long that usually takes on two cores.
 fn begin(what: &str, usual: &str) {
     println!("--- {what} ({usual})");
 }
 
 fn fmu(root: &Path, options: &[&str]) -> Result<(), Failure> {
-    begin("Build and pack the FMU", "3 minutes the first time, then seconds");
-    run(locked(root, "run").args(["--quiet", "--package", "packaging", "--", "fmu"]).args(options))
+    begin("Build and pack the FMU", "1 to 3 minutes the first time, then seconds");
+    run(packager(root).arg("fmu").args(options))
+}
+
+/// The packager, in the profile in which it makes the library for tests and the demo: one engine for both.
+fn packager(root: &Path) -> Command {
+    let mut command = locked(root, "run");
+    command.args(["--quiet", "--profile", "native", "--package", "packaging", "--"]);
+    command
 }
 
 /// What is missing is said before minutes of compiling.
@@ -97,14 +107,14 @@ fn lab(root: &Path, options: &[String]) -> Result<(), Failure> {
         return Err(Failure::Missing(format!("the laboratory: {what}")));
     }
     begin("Build the laboratory", "some minutes the first time, then seconds");
-    run(locked(root, "run").args(["--package", "packaging", "--", "lab"]).args(options))
+    run(packager(root).arg("lab").args(options))
 }
 
 fn laboratory(root: &Path) -> Result<(), Failure> {
     begin("Build the laboratory", "2 minutes the first time, then seconds");
     // CI has what it takes, and fails where it does not.
     let possible = if in_ci() { &[][..] } else { &["--if-possible"][..] };
-    run(locked(root, "run").args(["--quiet", "--package", "packaging", "--", "lab"]).args(possible))
+    run(packager(root).arg("lab").args(possible))
 }
 
 fn python(root: &Path, needs: Needs) -> Result<Environment, Failure> {
@@ -118,7 +128,7 @@ fn in_ci() -> bool {
 }
 
 fn demo(root: &Path) -> Result<(), Failure> {
-    fmu(root, &[])?;
+    fmu(root, QUICK)?;
     let python = python(root, Needs::Demo)?;
     begin("Simulate the reference hammer and draw its figure", "5 seconds");
     run(python.command("python").arg("demo/reference.py"))
@@ -150,7 +160,7 @@ fn lint(root: &Path) -> Result<(), Failure> {
 }
 
 fn docs(root: &Path, measure: bool) -> Result<(), Failure> {
-    fmu(root, &[])?;
+    fmu(root, QUICK)?;
     laboratory(root)?;
     let python = python(root, Needs::Guide)?;
     if measure {
@@ -176,7 +186,7 @@ fn wheel(root: &Path) -> Result<(), Failure> {
 
 fn ship(root: &Path) -> Result<(), Failure> {
     begin("Build the FMU for every platform", "10 minutes the first time");
-    run(locked(root, "run").args(["--quiet", "--package", "packaging", "--", "release"]))?;
+    run(packager(root).arg("release"))?;
     laboratory(root)?;
     let python = python(root, Needs::Release)?;
     run(python.command("python").arg("packaging/release.py"))

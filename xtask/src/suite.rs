@@ -1,10 +1,10 @@
 //! `cargo suite`: every test, in stages that are reported by name and time.
 
-use crate::{begin, fmu, laboratory, lint, python};
+use crate::{QUICK, begin, fmu, laboratory, lint, python};
 use clap::{Args, ValueEnum};
 use std::path::Path;
 use std::time::Instant;
-use support::python::{Environment, Needs};
+use support::python::Needs;
 use support::run::{Failure, locked, run};
 
 /// Crates of the engine and of what it is held to.
@@ -97,15 +97,13 @@ impl Suite {
                 run(locked(root, "test").arg("--no-fail-fast").args(packages("--package")))
             }
             Stage::Face => {
-                linker(root)?;
                 begin("Tests of the FMU's library", "3 minutes the first time, then 1");
                 let all = ["--workspace", "--no-fail-fast"];
                 run(locked(root, "test").args(all).args(packages("--exclude")))?;
-                fmu(root, if self.all_platforms { &["--all-platforms"] } else { &[] })
+                fmu(root, if self.all_platforms { &["--all-platforms"] } else { QUICK })
             }
             Stage::Python => {
-                linker(root)?;
-                fmu(root, if self.all_platforms { &["--all-platforms"] } else { &[] })?;
+                fmu(root, if self.all_platforms { &["--all-platforms"] } else { QUICK })?;
                 let mut others = IN_A_BROWSER.map(|file| format!("--ignore={file}")).to_vec();
                 others.push(format!("--ignore={}", NATIVE.0));
                 others.extend(IN_PARALLEL.map(String::from));
@@ -117,7 +115,7 @@ impl Suite {
                 Ok(())
             }
             Stage::Lab => {
-                fmu(root, &[])?;
+                fmu(root, QUICK)?;
                 laboratory(root)?;
                 self.pytest(root, &IN_A_BROWSER.map(String::from), "4 minutes")
             }
@@ -136,15 +134,6 @@ impl Suite {
             other => other,
         }
     }
-}
-
-/// What the FMU is linked with for old Linux, and the benchmark's units are built with.
-fn linker(root: &Path) -> Result<(), Failure> {
-    if cfg!(all(target_os = "linux", target_arch = "x86_64")) {
-        begin("Install zig", "1 minute the first time, then nothing");
-        Environment::prepare(root, Needs::Cross)?;
-    }
-    Ok(())
 }
 
 #[cfg(test)]
