@@ -110,6 +110,7 @@ class Run:
         self.casing = unit(size - 1) if scene["casing"] else np.zeros(size)
         self.chuck = self.top - self.casing
         self.relative = self.piston - (self.casing if scene["casing"] else self.bit)
+        self.over = self.piston - self.bit
         self.weight = s["G"] * (self.spread + self.bit_spread + scene["casing"] * self.casing)
         self.contact = s["KC"]
         if scene["elements"] == 0:
@@ -119,11 +120,11 @@ class Run:
         self.ul = self.uu = self.gain = 0.0
         self.start()
 
-    def volumes(self, x):
+    def volumes(self, x, y):
         a = AIR
         return np.array([
             a["drive_dead"] + a["areas"][0] * (a["cylinder"] + x),
-            a["return_dead"] - a["areas"][1] * x,
+            a["return_dead"] - a["areas"][1] * y,
         ])  # fmt: skip
 
     def openings(self, x):
@@ -152,13 +153,14 @@ class Run:
         k = self.stiff[np.ix_(rows, rows)].copy()
         k[-1, -1] += s["gamma"] * s["KR"]
         load = (s["G"] * self.bit_spread)[rows]
-        load[0] += above + anvil
+        load[0] += above
+        load += anvil * self.bit[rows]
         q[rows] = np.linalg.solve(k, load)
         if scene["casing"]:
             q[-1] = q[self.n] + above / s["ks"]
         x = self.relative @ q - s["g0"]
         self.ports = self.openings(x)
-        volumes = self.volumes(x)
+        volumes = self.volumes(x, self.over @ q - s["g0"])
         content = []
         for c in range(2):
             content += [
@@ -172,14 +174,14 @@ class Run:
         s, n = STEEL, self.size
         q, v, gas = y[:n], y[n : 2 * n], y[2 * n : 2 * n + 4]
         x, speed = self.relative @ q - s["g0"], self.relative @ v
-        volumes = self.volumes(x)
+        volumes = self.volumes(x, self.over @ q - s["g0"])
         pressures = (KAPPA - 1) * gas[1::2] / volumes
         sides = [
             (pressures[c], gas[2 * c + 1] * (KAPPA - 1) / (GAS * gas[2 * c])) for c in range(2)
         ]
         supply, exhaust = ((AIR[k], AIR["temperature"]) for k in ("supply", "exhaust"))
         rate, taken, cp = np.zeros(4), 0.0, KAPPA * GAS / (KAPPA - 1)
-        swelling = [AIR["areas"][0] * speed, -AIR["areas"][1] * speed]
+        swelling = [AIR["areas"][0] * speed, -AIR["areas"][1] * (self.over @ v)]
         for c in range(2):
             for port, outside in enumerate((supply, exhaust)):
                 state = self.ports[2 * c + port]
@@ -198,7 +200,7 @@ class Run:
         beyond = pressures - AIR["exhaust"]
         drive = beyond @ (np.array(AIR["areas"]) * [1, -1]) - AIR["drag"] * speed
         anvil = beyond[1] * AIR["areas"][1]
-        force = self.weight + drive * self.piston + anvil * self.top
+        force = self.weight + drive * self.piston + anvil * self.bit
         if self.scene["casing"]:
             force = force + (self.scene["feed"] - drive - anvil) * self.casing
         else:
@@ -313,7 +315,8 @@ class Run:
                 blows.append([t, speed, y[2 * n + 5]])
                 risen = False
         x = self.relative @ y[:n] - STEEL["g0"]
-        pressures = (KAPPA - 1) * y[2 * n : 2 * n + 4][1::2] / self.volumes(x)
+        volumes = self.volumes(x, self.over @ y[:n] - STEEL["g0"])
+        pressures = (KAPPA - 1) * y[2 * n : 2 * n + 4][1::2] / volumes
         return {
             **self.scene,
             "blows": blows,

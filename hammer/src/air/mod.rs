@@ -11,7 +11,6 @@ pub(crate) mod problem;
 pub(crate) mod solve;
 
 use crate::laws::air::{FREE_DENSITY, GAS, KAPPA, Openings, Regime, Side, heated};
-use crate::laws::mode::Chamber;
 use crate::numerics::collocation::{Powers, value};
 use crate::quantities::air::AirLaw;
 use crate::quantities::parameters::Parameters;
@@ -20,6 +19,10 @@ use std::array::from_fn;
 
 /// Of the drive chamber mass and `p V^kappa`, then of the return chamber.
 pub type Content = [f64; 4];
+
+/// The piston's positions `x` in its cylinder and `y` over what it strikes, m: those that the volumes of the drive
+/// and of the return chamber follow.
+pub type Places = [f64; 2];
 
 /// Openings through which air flows: of each chamber supply and exhaust, then the leak.
 pub(crate) const PATHS: usize = 5;
@@ -42,13 +45,13 @@ pub struct Window {
     pub length: f64,
     /// The content of the chambers.
     pub content: [Powers; 4],
-    /// Mass from the supply, enthalpy that comes in, and `int P' x` of the force `P` of the pressures
-    /// alone.
+    /// Mass from the supply, enthalpy that comes in, and `int P' x` of the forces `P` of the pressures
+    /// alone, summed.
     pub sums: [Powers; 3],
-    /// That force, N.
-    pub push: Powers,
-    /// The piston's position at the start, m.
-    pub place: f64,
+    /// These forces, `p_d A_d` and `-p_r A_r`, N.
+    pub push: [Powers; 2],
+    /// The piston's positions at the start.
+    pub place: Places,
     /// How long it holds, s: to its end, or to where a flow passes to another formula.
     pub reach: f64,
     /// The path whose flow does, and its formula from there on.
@@ -81,8 +84,8 @@ pub struct Air {
     pub energy_start: f64,
     /// True while the piston is in the cylinder's end.
     pub shut: bool,
-    /// The piston's position where the chambers were vented, while they are, m.
-    pub vented: Option<f64>,
+    /// The piston's positions where the chambers were vented, while they are.
+    pub vented: Option<Places>,
     /// What follows; none while the chambers are vented.
     pub window: Option<Window>,
     /// The window before; none after a jump.
@@ -91,12 +94,12 @@ pub struct Air {
     pub ahead: f64,
 }
 
-/// Volumes of the chambers with the piston at `vr`, m3.
-pub(crate) fn volumes(parameters: &Parameters, vr: f64) -> [f64; 2] {
+/// Volumes of the chambers with the piston there, m3.
+pub(crate) fn volumes(parameters: &Parameters, [x, y]: Places) -> [f64; 2] {
     let (AirLaw { drive, returning, cylinder, .. }, areas) = (&parameters.air, &parameters.drive);
     [
-        drive.dead_volume + areas.area_drive * (cylinder + vr),
-        returning.dead_volume - areas.area_return * vr,
+        drive.dead_volume + areas.area_drive * (cylinder + x),
+        returning.dead_volume - areas.area_return * y,
     ]
 }
 
@@ -161,58 +164,52 @@ impl Sides {
 }
 
 impl Air {
-    /// At the start, the piston at `vr`, with supply and exhaust at these pressures.
-    pub(crate) fn start(parameters: &Parameters, vr: f64, [supply, exhaust]: [f64; 2]) -> Self {
+    /// At the start, the piston there, with supply and exhaust at these pressures.
+    pub(crate) fn start(
+        parameters: &Parameters,
+        places: Places,
+        [supply, exhaust]: [f64; 2],
+    ) -> Self {
         let law = &parameters.air;
-        let shut = vr < parameters.cylinder_end(false);
-        let openings = law.openings(vr, shut);
+        let shut = places[0] < parameters.cylinder_end(false);
+        let openings = law.openings(places[0], shut);
         let mut air = Self { openings, shut, ahead: FIRST, ..Self::default() };
-        air.fill(parameters, vr, law.start(&openings, supply, exhaust));
-        air.energy_start = air.energy(parameters, vr, 0.0);
+        air.fill(parameters, places, law.start(&openings, supply, exhaust));
+        air.energy_start = air.energy(parameters, places, 0.0);
         air
     }
 
-    /// The same air, its sums counted from here, the piston at `vr`.
-    pub(crate) fn restarted(mut self, parameters: &Parameters, vr: f64) -> Self {
+    /// The same air, its sums counted from here.
+    pub(crate) fn restarted(mut self, parameters: &Parameters, places: Places) -> Self {
         (self.sums, self.window, self.past) = (AirSums::default(), None, None);
-        self.energy_start = self.energy(parameters, vr, 0.0);
+        self.energy_start = self.energy(parameters, places, 0.0);
         self
     }
 
     /// Fills the chambers to these pressures at the supply's temperature.
-    fn fill(&mut self, parameters: &Parameters, vr: f64, pressures: [f64; 2]) {
-        let volumes = volumes(parameters, vr);
+    fn fill(&mut self, parameters: &Parameters, places: Places, pressures: [f64; 2]) {
+        let volumes = volumes(parameters, places);
         self.content = from_fn(|k| {
             let (p, v) = (pressures[k / 2], volumes[k / 2]);
             if k % 2 == 0 { p * v / (GAS * parameters.air.temperature) } else { p * v * heated(v) }
         });
     }
 
-    /// The drive is vented, or no longer: the chambers take the pressures of the exhaust, or of the
-    /// ports, at once; in the cylinder's end they stay as they are.
+    /// The drive is vented, or no longer: either way the chambers are at the exhaust's pressure, those of a drive
+    /// that acts again to fill through their ports; in the cylinder's end they stay as they are.
     pub(crate) fn vent(
         &mut self,
         parameters: &Parameters,
-        vr: f64,
+        places: Places,
         vented: bool,
-        [supply, exhaust]: [f64; 2],
+        exhaust: f64,
     ) {
-        let (was_shut, shut) = (self.shut, vr < parameters.cylinder_end(vented));
-        let ports = parameters.air.openings(vr, shut);
+        let (was_shut, shut) = (self.shut, places[0] < parameters.cylinder_end(vented));
+        let ports = parameters.air.openings(places[0], shut);
         self.openings = if vented { Openings::default() } else { ports };
         self.shut = shut;
-        if was_shut && shut {
-            return;
-        }
-        let mass = [self.content[0], self.content[2]];
-        let filled =
-            if vented { [exhaust; 2] } else { parameters.air.start(&ports, supply, exhaust) };
-        self.refill(parameters, vr, filled, vented && !shut);
-        for chamber in Chamber::ALL {
-            let i = chamber as usize;
-            if !vented && filled[i] == supply {
-                self.sums.mass += (self.content[2 * i] - mass[i]).max(0.0);
-            }
+        if !(was_shut && shut) {
+            self.refill(parameters, places, exhaust, vented && !shut);
         }
     }
 
@@ -221,25 +218,25 @@ impl Air {
     pub(crate) fn pass_end(
         &mut self,
         parameters: &Parameters,
-        vr: f64,
+        places: Places,
         [inside, vented]: [bool; 2],
         exhaust: f64,
     ) {
         self.shut = inside;
         if vented {
-            self.refill(parameters, vr, [exhaust; 2], !inside);
+            self.refill(parameters, places, exhaust, !inside);
         } else {
-            self.openings = parameters.air.openings(vr, inside);
+            self.openings = parameters.air.openings(places[0], inside);
         }
     }
 
-    /// The chambers are at these pressures at once, and stay so if they are vented; their energy comes with
+    /// The chambers are at this pressure at once, and stay so if they are vented; their energy comes with
     /// the air.
-    fn refill(&mut self, parameters: &Parameters, vr: f64, pressures: [f64; 2], vented: bool) {
-        let before = self.energy(parameters, vr, 0.0);
-        self.vented = vented.then_some(vr);
-        self.fill(parameters, vr, pressures);
-        self.sums.enthalpy += self.energy(parameters, vr, 0.0) - before;
+    fn refill(&mut self, parameters: &Parameters, places: Places, pressure: f64, vented: bool) {
+        let before = self.energy(parameters, places, 0.0);
+        self.vented = vented.then_some(places);
+        self.fill(parameters, places, [pressure; 2]);
+        self.sums.enthalpy += self.energy(parameters, places, 0.0) - before;
         (self.window, self.past, self.ahead) = (None, None, FIRST);
     }
 
@@ -249,14 +246,17 @@ impl Air {
         from_fn(|k| value(&window.content[k], t / window.length))
     }
 
-    /// The sums at `t` after the epoch, where the piston is at `vr`. The work `int P x'` is that of the
-    /// polynomial that acts on the steel, on the steel's own way: by parts, since of a way that rings the
+    /// The sums at `t` after the epoch, where the piston is there. The work `int P x'` is that of the
+    /// polynomials that act on the steel, on the steel's own way: by parts, since of a way that rings the
     /// place is better known than the speed.
-    pub(crate) fn sums_at(&self, vr: f64, t: f64) -> AirSums {
+    pub(crate) fn sums_at(&self, places: Places, t: f64) -> AirSums {
         let Some(window) = &self.window else { return self.sums };
         let tau = t / window.length;
         let [mass, enthalpy, rest] = from_fn(|k| value(&window.sums[k], tau));
-        let work = value(&window.push, tau) * vr - window.push[0] * window.place - rest;
+        let at_ends = |i: usize| {
+            value(&window.push[i], tau) * places[i] - window.push[i][0] * window.place[i]
+        };
+        let work = at_ends(0) + at_ends(1) - rest;
         AirSums {
             mass: self.sums.mass + mass,
             enthalpy: self.sums.enthalpy + enthalpy,
@@ -264,51 +264,52 @@ impl Air {
         }
     }
 
-    /// Pressures at `t` after the epoch, where the piston is at `vr`, Pa.
-    pub(crate) fn pressures(&self, parameters: &Parameters, vr: f64, t: f64) -> [f64; 2] {
-        pressures(&self.content_at(t), volumes(parameters, vr))
+    /// Pressures at `t` after the epoch, where the piston is there, Pa.
+    pub(crate) fn pressures(&self, parameters: &Parameters, places: Places, t: f64) -> [f64; 2] {
+        pressures(&self.content_at(t), volumes(parameters, places))
     }
 
     /// Inner energy then, J; while the drive is vented, as it was left.
-    pub(crate) fn energy(&self, parameters: &Parameters, vr: f64, t: f64) -> f64 {
-        let volumes = volumes(parameters, self.vented.unwrap_or(vr));
+    pub(crate) fn energy(&self, parameters: &Parameters, places: Places, t: f64) -> f64 {
+        let volumes = volumes(parameters, self.vented.unwrap_or(places));
         let pressures = pressures(&self.content_at(t), volumes);
         (pressures[0] * volumes[0] + pressures[1] * volumes[1]) / (KAPPA - 1.0)
     }
 
     /// Enthalpy in less out, less work, less what the chambers gained, J: the balance's error.
-    pub(crate) fn residual(&self, parameters: &Parameters, vr: f64, t: f64) -> f64 {
-        let sums = self.sums_at(vr, t);
-        sums.enthalpy - sums.work - (self.energy(parameters, vr, t) - self.energy_start)
+    pub(crate) fn residual(&self, parameters: &Parameters, places: Places, t: f64) -> f64 {
+        let sums = self.sums_at(places, t);
+        sums.enthalpy - sums.work - (self.energy(parameters, places, t) - self.energy_start)
     }
 
     /// Rates of the pressures at `t` after the epoch, Pa/s, and of the mass taken from the supply, kg/s,
-    /// with supply and exhaust at these pressures, the piston at `vr` and its speed.
+    /// with supply and exhaust at these pressures, the piston there with these speeds.
     pub(crate) fn rates(
         &self,
         parameters: &Parameters,
         outside: [f64; 2],
-        [vr, speed]: [f64; 2],
+        [places, speeds]: [Places; 2],
         t: f64,
     ) -> [f64; 3] {
         if self.window.is_none() {
             return [0.0; 3];
         }
         let law = &parameters.air;
-        let volumes = volumes(parameters, vr);
+        let volumes = volumes(parameters, places);
         let sides = Sides::new(law, outside, &self.content_at(t), volumes);
-        let areas = law.areas(&self.openings, vr);
+        let areas = law.areas(&self.openings, places[0]);
         let flows = flows(&self.regimes, &areas, &sides);
-        let swelling = [parameters.drive.area_drive * speed, -parameters.drive.area_return * speed];
+        let drive = &parameters.drive;
+        let swelling = [drive.area_drive * speeds[0], -drive.area_return * speeds[1]];
         let [heats, _] = gains(&flows);
         let rate =
             |i: usize| KAPPA * (GAS * heats[i] - sides.chambers[i][0] * swelling[i]) / volumes[i];
         [rate(0), rate(1), flows[0][0] + flows[2][0]]
     }
 
-    /// Moves the epoch by `at`, where the piston is at `vr`.
-    pub(crate) fn shift(&mut self, vr: f64, at: f64) {
-        (self.content, self.sums) = (self.content_at(at), self.sums_at(vr, at));
+    /// Moves the epoch by `at`, where the piston is there.
+    pub(crate) fn shift(&mut self, places: Places, at: f64) {
+        (self.content, self.sums) = (self.content_at(at), self.sums_at(places, at));
         let Some(Window { length, content, reach, then, .. }) = self.window.take() else { return };
         self.past = Some(Past { since: at, length, content });
         if at >= reach
@@ -321,8 +322,8 @@ impl Air {
     /// True if every number is finite and the window reaches beyond `now`.
     pub(crate) fn is_sound(&self, now: f64) -> bool {
         let window = |w: &Window| {
-            let powers = w.content.iter().chain(&w.sums).chain([&w.push]).flatten();
-            powers.chain([&w.length, &w.place]).all(|x| x.is_finite())
+            let powers = w.content.iter().chain(&w.sums).chain(&w.push).flatten();
+            powers.chain(&w.place).chain([&w.length]).all(|x| x.is_finite())
                 && w.length > 0.0
                 && w.reach <= w.length
                 && w.reach >= now
@@ -337,7 +338,7 @@ impl Air {
         self.content.iter().all(|x| x.is_finite() && *x > 0.0)
             && numbers.into_iter().all(f64::is_finite)
             && self.ahead > 0.0
-            && self.vented.is_none_or(f64::is_finite)
+            && self.vented.is_none_or(|places| places.into_iter().all(f64::is_finite))
             && self.window.as_ref().is_none_or(window)
             && self.past.as_ref().is_none_or(past)
     }

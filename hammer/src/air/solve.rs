@@ -13,7 +13,7 @@
 
 use super::newton::{Factors, Newton, Triangles};
 use super::problem::{Problem, Solved, Steel};
-use super::{Air, Content, PATHS, Past, Sides, Window, flows, gains, volumes};
+use super::{Air, Content, PATHS, Past, Places, Sides, Window, flows, gains, volumes};
 use crate::laws::air::{GAS, KAPPA, Regime};
 use crate::numerics::collocation::{Nodal, Powers, Rule, STAGES, dot, slope, value};
 use crate::numerics::poly::Poly;
@@ -39,13 +39,14 @@ const HEAT: f64 = KAPPA * GAS / (KAPPA - 1.0);
 struct Instant {
     rates: [f64; 4],
     forces: [f64; 2],
-    sums: [f64; 3],
+    sums: [f64; 4],
 }
 
 impl Air {
     /// Puts every flow on the formula of the present pressures; one beside a bound keeps what it has.
-    pub(crate) fn classify(&mut self, parameters: &Parameters, vr: f64, outside: [f64; 2]) {
-        let sides = Sides::new(&parameters.air, outside, &self.content, volumes(parameters, vr));
+    pub(crate) fn classify(&mut self, parameters: &Parameters, places: Places, outside: [f64; 2]) {
+        let volumes = volumes(parameters, places);
+        let sides = Sides::new(&parameters.air, outside, &self.content, volumes);
         for path in 0..PATHS {
             let pressures = sides.pressures(path);
             let regime = &mut self.regimes[path];
@@ -60,16 +61,16 @@ impl Air {
         problem: &Problem,
         content: &Content,
         outside: [f64; 2],
-        [place, speed]: [f64; 2],
+        [places, speeds]: [Places; 2],
     ) -> Option<Instant> {
         let parameters = problem.parameters;
         let (law, drive) = (&parameters.air, &parameters.drive);
-        let volumes = volumes(parameters, place);
+        let volumes = volumes(parameters, places);
         if !volumes.iter().chain(content).all(|x| *x > 0.0) {
             return None;
         }
         let sides = Sides::new(law, outside, content, volumes);
-        let flows = flows(&self.regimes, &law.areas(&self.openings, place), &sides);
+        let flows = flows(&self.regimes, &law.areas(&self.openings, places[0]), &sides);
         let [heats, gained] = gains(&flows);
         let rates = from_fn(|k| {
             let own = self.content[k];
@@ -82,20 +83,20 @@ impl Air {
         let beyond = returning - outside[1];
         let force = (driving - outside[1]) * drive.area_drive
             - beyond * drive.area_return
-            - law.drag * speed;
+            - law.drag * speeds[0];
         let taken = flows[0][0] + flows[2][0];
         let carried = |path: usize| flows[path][0] * flows[path][1];
         let enthalpy = HEAT * (carried(0) + carried(2) - carried(1) - carried(3));
-        let push = driving * drive.area_drive - returning * drive.area_return;
+        let push = [driving * drive.area_drive, -returning * drive.area_return];
         Some(Instant {
             rates,
             forces: [force, beyond * drive.area_return],
-            sums: [taken, enthalpy, push],
+            sums: [taken, enthalpy, push[0], push[1]],
         })
     }
 
     /// The forces at the epoch, N.
-    pub(crate) fn forces(&self, problem: &Problem, motion: [f64; 2]) -> Option<[f64; 2]> {
+    pub(crate) fn forces(&self, problem: &Problem, motion: [Places; 2]) -> Option<[f64; 2]> {
         let outside = problem.outside.each_ref().map(|poly| poly.0[0]);
         Some(self.instant(problem, &self.content, outside, motion)?.forces)
     }
@@ -144,22 +145,23 @@ impl Air {
             place: steel.place,
             speed: steel.speed,
             forces: steel.forces,
-            sums: [[0.0; STAGES]; 3],
+            sums: [[0.0; STAGES]; 4],
             error: 0.0,
         };
         for _ in 0..MOST {
             newton.iterations += 1;
-            let pushed: Nodal = from_fn(|i| {
-                let off = |k: usize| problem.gains[k] * (solved.forces[k][i] - steel.forces[k][i]);
-                off(0) + off(1)
-            });
+            let pushed = problem.pushed(&solved, steel);
             let (mut misfit, mut change) = ([[0.0; STAGES]; 4], 0.0f64);
             for i in 0..STAGES {
-                let place = steel.place[i] + span * span * dot(&rule.twice[i], &pushed);
-                change = change.max(problem.stir(place, place - solved.place[i]));
-                solved.place[i] = place;
-                solved.speed[i] = steel.speed[i] + span * dot(&rule.once[i], &pushed);
-                let motion = [place, solved.speed[i]];
+                let places: Places =
+                    from_fn(|k| steel.place[k][i] + span * span * dot(&rule.twice[i], &pushed[k]));
+                let speeds = from_fn(|k| steel.speed[k][i] + span * dot(&rule.once[i], &pushed[k]));
+                let by = from_fn(|k| places[k] - solved.place[k][i]);
+                change = change.max(problem.stir(places, by));
+                for k in 0..2 {
+                    (solved.place[k][i], solved.speed[k][i]) = (places[k], speeds[k]);
+                }
+                let motion = [places, speeds];
                 let content = self.content_of(&solved, span, i);
                 let now = self.instant(problem, &content, outside[i], motion)?;
                 for ((off, rate), now) in misfit.iter_mut().zip(&solved.rates).zip(now.rates) {
@@ -167,7 +169,14 @@ impl Air {
                     change = change.max(span * off[i].abs());
                 }
                 (solved.forces[0][i], solved.forces[1][i]) = (now.forces[0], now.forces[1]);
-                (0..3).for_each(|k| solved.sums[k][i] = now.sums[k]);
+                (0..4).for_each(|k| solved.sums[k][i] = now.sums[k]);
+            }
+            // What the newest forces would still move the piston by.
+            let again = problem.pushed(&solved, steel);
+            for i in 0..STAGES {
+                let off = |k: usize| -> Nodal { from_fn(|j| again[k][j] - pushed[k][j]) };
+                let by = from_fn(|k| span * span * dot(&rule.twice[i], &off(k)));
+                change = change.max(problem.stir(from_fn(|k| solved.place[k][i]), by));
             }
             if change <= small {
                 newton.rates = solved.rates;
@@ -181,7 +190,8 @@ impl Air {
                 Some(factors) => factors,
                 none => {
                     let content = self.content_of(&solved, span, MIDDLE);
-                    let motion = [solved.place[MIDDLE], solved.speed[MIDDLE]];
+                    let motion =
+                        [&solved.place, &solved.speed].map(|way| way.map(|nodes| nodes[MIDDLE]));
                     none.insert(self.factors(problem, &content, outside[MIDDLE], motion)?)
                 }
             };
@@ -212,7 +222,7 @@ impl Air {
         problem: &Problem,
         content: &Content,
         outside: [f64; 2],
-        motion: [f64; 2],
+        motion: [Places; 2],
     ) -> Option<[Option<Factors>; 2]> {
         let base = self.instant(problem, content, outside, motion)?.rates;
         // By the masses, then by the entropies of both chambers; a leak couples them little.
@@ -249,27 +259,31 @@ impl Air {
         &self,
         problem: &Problem,
         solved: &Solved,
-        place: f64,
+        place: Places,
     ) -> Result<Window, (usize, usize)> {
         let (rule, span) = (Rule::get(), problem.span);
         let content = self.powers(span, &solved.rates);
-        let [taken, enthalpy, force] = &solved.sums;
-        let projection = rule.projection(force);
-        let push = from_fn(|k| projection.get(k).copied().unwrap_or_default());
-        let slope: Nodal = from_fn(|k| (k + 1) as f64 * push[k + 1]);
-        let moment = from_fn(|i| value(&slope, rule.nodes[i]) * solved.place[i]);
+        let [taken, enthalpy, pushes @ ..] = &solved.sums;
+        let push: [Powers; 2] = from_fn(|i| {
+            let projection = rule.projection(&pushes[i]);
+            from_fn(|k| projection.get(k).copied().unwrap_or_default())
+        });
+        let moment = from_fn(|i| {
+            let part = |k: usize| slope(&push[k], rule.nodes[i]) * solved.place[k][i];
+            part(0) + part(1)
+        });
         let sums = [(span, taken), (span, enthalpy), (1.0, &moment)]
             .map(|(factor, values)| rule.integral(0.0, factor, values));
         let (length, reach, then) = (span, span, None);
         let mut window = Window { length, content, sums, push, place, reach, then };
-        let place = rule.integral(place, span, &solved.speed);
+        let places: [Powers; 2] = from_fn(|k| rule.integral(place[k], span, &solved.speed[k]));
         let at = |tau: f64| {
             let now: Content = from_fn(|k| value(&window.content[k], tau));
             let outside = problem.outside.each_ref().map(|poly| poly.at(tau * span));
-            let volumes = volumes(problem.parameters, value(&place, tau));
+            let volumes = volumes(problem.parameters, from_fn(|k| value(&places[k], tau)));
             Sides::new(&problem.parameters.air, outside, &now, volumes)
         };
-        let areas = problem.parameters.air.areas(&self.openings, solved.place[MIDDLE]);
+        let areas = problem.parameters.air.areas(&self.openings, solved.place[0][MIDDLE]);
         let mut first: Option<(f64, usize, usize)> = None;
         let sampled: [(f64, Sides); STAGES + 1] = from_fn(|i| {
             let tau = rule.nodes.get(i).copied().unwrap_or(1.0);
@@ -361,18 +375,18 @@ mod tests {
         parameters.air.error = 1e-11; // Newton's method goes on to 1e-13.
         let (law, place) = (parameters.air, -0.01);
         let pressures = [2e6, ATMOSPHERE];
-        let mut gas = Air::start(&parameters, place, pressures);
-        gas.classify(&parameters, place, pressures);
+        let mut gas = Air::start(&parameters, [place; 2], pressures);
+        gas.classify(&parameters, [place; 2], pressures);
         let outside = pressures.map(Poly::constant);
         let (mass, none) = (1e12, [0.0; 2]);
-        let (gains, tied, give) = (none, none, none);
-        let problem = Problem { parameters: &parameters, mass, gains, tied, give, outside, span };
-        let steel =
-            Steel { place: [place; STAGES], speed: [0.0; STAGES], forces: [[0.0; STAGES]; 2] };
+        let (gains, tied) = ([none; 2], [none; 2]);
+        let problem = Problem { parameters: &parameters, mass, gains, tied, outside, span };
+        let still = [[0.0; STAGES]; 2];
+        let steel = Steel { place: [[place; STAGES]; 2], speed: still, forces: still };
         let solved = gas.solve(&problem, &steel, &mut gas.guess(span)).expect("a solution");
         let content = gas.powers(span, &solved.rates);
         let choked = (KAPPA / GAS).sqrt() * (2.0 / (KAPPA + 1.0)).powi(3);
-        let [volume, _] = volumes(&parameters, place);
+        let [volume, _] = volumes(&parameters, [place; 2]);
         let rate =
             law.discharge * law.exhaust_area * choked * GAS * law.temperature.sqrt() / volume;
         let off = |tau: f64| {

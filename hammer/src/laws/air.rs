@@ -1,12 +1,16 @@
 //! The air in two chambers that drives the piston, which opens and closes their ports.
 //!
 //! `x` is the piston's position relative to the bit (in a casing, to the casing): 0 at impact,
-//! negative above. With the pressures `p_d`, `p_r` of the chambers and `p_e` of the exhaust
+//! negative above; `y` is that over the bit, at which the return chamber ends. With the pressures `p_d`, `p_r` of the chambers and `p_e` of the exhaust
 //!
 //! ```text
 //! F_A = (p_d - p_e) A_d - (p_r - p_e) A_r - c x'
-//! V_d = V_d0 + A_d (s + x)               V_r = V_r0 - A_r x
+//! V_d = V_d0 + A_d (s + x)               V_r = V_r0 - A_r y
 //! ```
+//!
+//! The return chamber presses on the bit with `(p_r - p_e) A_r`, and the casing carries the rest. So what the gas gives
+//! by its volumes is what the hammer gets, and the drag. Without a casing the cylinder follows the bit and is held from
+//! outside; its holder's work is part of `energy_feed`.
 //!
 //! A chamber is an adiabatic ideal gas of mass `m` and temperature `T = p V / (m R)`. Its state is `m`
 //! and `S = p V^kappa`, whose rates contain neither the piston's velocity nor that of the volume:
@@ -30,7 +34,7 @@
 //!
 //! In the cylinder's end, where the drive chamber has half its dead volume, its ports are shut: its air throws
 //! the piston back. While the drive is vented nothing else does, and the end begins at `x = -s`, with air at the
-//! exhaust's pressure.
+//! exhaust's pressure. A drive that acts again begins with chambers at that pressure, which fill through their ports.
 
 use crate::laws::chambers::opening;
 use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
@@ -260,8 +264,7 @@ impl AirLaw {
         guards
     }
 
-    /// Pressures of both chambers at the start, or driving again after they were vented: of the open
-    /// supply, otherwise of the exhaust.
+    /// Pressures of both chambers at the start: of the open supply, otherwise of the exhaust.
     pub(crate) fn start(&self, openings: &Openings, supply: f64, exhaust: f64) -> [f64; 2] {
         openings.map(|[of_supply, _]| if of_supply == Opening::Closed { exhaust } else { supply })
     }

@@ -8,8 +8,8 @@
 //! | chambers | the same, the pressures by the piston's position ([`chambers`](super::chambers)) |
 //! | air | the same, less the exhaust's pressure, of air that flows ([`air`](super::air)) |
 //!
-//! The return chamber also presses on the bit's upper face, with
-//! `(p_return - p_exhaust) anvil_area`; what is fed carries the rest of the drive's reaction where it
+//! The return chamber also presses on the bit, with `(p_return - p_exhaust) anvil_area`, distributed like
+//! the bit's mass (a slow pressure excites no waves); what is fed carries the rest of the drive's reaction where it
 //! is not the bit, so that all forces add up to zero.
 //!
 //! A force or pressures from outside may come from a stiff fluid (`drive.stiffness` `k`): from the
@@ -91,7 +91,11 @@ impl Drive {
             true => [Input::ExhaustPressure, Input::SupplyPressure].map(of),
             false => chambers.extremes(),
         };
-        let ported = Self { source: if air { Source::Chambers } else { self.source }, ..*self };
+        let (source, anvil_area) = match air {
+            true => (Source::Chambers, self.area_return),
+            false => (self.source, self.anvil_area),
+        };
+        let ported = Self { source, anvil_area, ..*self };
         let force = |relay, gas: [Gas; 2]| ported.force(inputs, relay, &gas).at(0.0);
         let exhaust = if air { low[1].level } else { chambers.returning.exhaust.open_pressure };
         [

@@ -188,6 +188,8 @@ pub enum Displacement {
     /// `vr`: the piston's mean displacement less that of the body from which the drive sees it, less
     /// `g0`.
     Relative,
+    /// `y`: the piston's mean displacement less that of what it strikes, less `g0`.
+    OverStruck,
     /// The upper face of a body.
     Top(usize),
     /// Mean displacement of bodies.
@@ -197,6 +199,8 @@ pub enum Displacement {
 impl Displacement {
     /// The piston's mean.
     pub const PISTON: Self = Self::Mean(Bodies::PISTON);
+    /// The mean of what it strikes.
+    pub const STRUCK: Self = Self::Mean(Bodies::STRUCK);
 }
 
 /// The quantity of a guard.

@@ -11,7 +11,7 @@
 //! the opposite force acts on the upper body. The dashpot acts while the tie holds, also where that
 //! pulls. In the engine all that is beyond a pulled tie, seen from the bit, is displaced by `travel`,
 //! so that both states that hold are one linear system. Where `chuck.idle_travel` is given, the drive
-//! is vented from there on: `F_A = 0`.
+//! is vented from there on, `F_A = 0`, and acts again where half of it is left.
 
 use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
 use crate::laws::mode::{Mode, Tie, TieState};
@@ -76,6 +76,10 @@ impl Tie {
 pub(crate) const VENTING: &str = "a bit that hangs out vents the drive if chuck.idle_travel is less than that, \
     and more feed_force holds the casing down";
 
+/// The part of the idle travel at which a vented drive acts again: at the travel itself its first thrust would lift
+/// the casing beyond it at once.
+const DRIVEN_AGAIN: f64 = 0.5;
+
 impl Parameters {
     /// The guard of venting, while the bit hangs free.
     pub(crate) fn vent_guard(&self, mode: &Mode) -> Option<Guard> {
@@ -84,7 +88,7 @@ impl Parameters {
         vents.then_some(Guard {
             quantity: Quantity::Displacement(Displacement::Tie(chuck)),
             direction: if vented { Direction::Falling } else { Direction::Rising },
-            level: self.chuck.idle_travel,
+            level: self.chuck.idle_travel * if vented { DRIVEN_AGAIN } else { 1.0 },
             event: Event::Vent(!vented),
         })
     }
@@ -165,10 +169,12 @@ mod tests {
         let mut p = Parameters::default();
         (p.casing.mass, p.chuck.idle_travel) = (40.0, 7e-3);
         let mut mode = Mode::starting(RockMode::FreeFlight).with(Tie::Chuck, TieState::Open);
-        for (vented, direction) in [(false, Direction::Rising), (true, Direction::Falling)] {
+        for (vented, direction, level) in
+            [(false, Direction::Rising, 7e-3), (true, Direction::Falling, 3.5e-3)]
+        {
             mode.vented = vented;
             let guard = p.vent_guard(&mode).expect("a guard");
-            assert_eq!((guard.level, guard.direction), (7e-3, direction));
+            assert_eq!((guard.level, guard.direction), (level, direction));
             assert_eq!(guard.event, Event::Vent(!vented));
         }
         for held in [TieState::Pressed, TieState::Pulled] {

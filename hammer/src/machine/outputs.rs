@@ -74,6 +74,10 @@ pub struct Kinematics {
     pub casing_velocity: f64,
     /// Its second rate, m/s2.
     pub casing_acceleration: f64,
+    /// `y = up_mean - ub_mean - g0`, m: with a casing, too, over what the piston strikes.
+    pub over_struck: f64,
+    /// Its rate, m/s.
+    pub over_struck_rate: f64,
     /// Force of the chuck on the casing, N; positive where the shoulder presses on the bit.
     pub chuck_force: f64,
     /// Its rate, N/s.
@@ -120,6 +124,13 @@ impl Kinematics {
         let casing = if graph.is_framed() { beside } else { [0.0; 4] };
         let relative: [f64; 4] = std::array::from_fn(|k| piston[k] - beside[k]);
         let lead = motion.ahead(Displacement::Relative);
+        let over = match graph.over_struck() {
+            Displacement::Relative => [relative[0] + lead, relative[1]],
+            displacement => {
+                let point = motion.point(&present.tracks, displacement, state.now);
+                [point.displacement + motion.ahead(displacement), point.velocity]
+            }
+        };
         Self {
             piston_position: origin
                 + piston[0]
@@ -153,6 +164,8 @@ impl Kinematics {
             casing_position: if graph.is_framed() { place(casing[0], frame) } else { 0.0 },
             casing_velocity: casing[1],
             casing_acceleration: casing[2],
+            over_struck: over[0],
+            over_struck_rate: over[1],
             chuck_force: chuck.force[0],
             chuck_force_rate: chuck.force[1],
         }

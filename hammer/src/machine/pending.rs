@@ -319,16 +319,14 @@ impl PendingIntegrals {
     fn add_works(&self, group: Group, track: &Stretch, sums: &mut Sums) {
         for (displacement, _, parts) in &self.graph.loaded {
             let Some(share) = self.graph.share(group, *displacement) else { continue };
-            // The fluid's work follows from where the piston stands.
-            let acts = |i: &usize| parts[*i] != 0.0 && *i != Channel::Fluid as usize;
             let change = track.change(share);
-            for i in (0..CHANNELS).filter(acts) {
-                let work = match &self.pushed {
-                    Pushed::Steadily { loads, .. } => loads[i] * change,
-                    Pushed::Freely(_) => track.work(share, &track.loads[i], change),
-                };
-                sums.work[i] += parts[i] * work;
-            }
+            let work = |i: usize| match &self.pushed {
+                // It follows from where the piston stands.
+                _ if i == Channel::Fluid as usize => 0.0,
+                Pushed::Steadily { loads, .. } => loads[i] * change,
+                Pushed::Freely(_) => track.work(share, &track.loads[i], change),
+            };
+            self.graph.add_works(*displacement, parts, work, &mut sums.work);
         }
     }
 

@@ -21,10 +21,7 @@ impl Energies {
         let mut work = [0.0; CHANNELS];
         for (displacement, _, parts) in &graph.loaded {
             let v = point(*displacement).velocity;
-            work.iter_mut()
-                .zip(parts)
-                .zip(loads)
-                .for_each(|((w, part), load)| *w += part * load * v);
+            graph.add_works(*displacement, parts, |i| loads[i] * v, &mut work);
         }
         let (mut strain, mut damping) = (0.0, 0.0);
         for (index, track) in tracks.iter().enumerate() {

@@ -240,8 +240,8 @@ mod tests {
                 let window = air.window.as_mut().expect("a window");
                 window.reach = 1.5 * window.length;
             }),
-            (false, |(air, _)| air.window.as_mut().expect("a window").place = f64::NAN),
-            (false, |(air, _)| air.window.as_mut().expect("a window").push[0] = f64::NAN),
+            (false, |(air, _)| air.window.as_mut().expect("a window").place[1] = f64::NAN),
+            (false, |(air, _)| air.window.as_mut().expect("a window").push[1][0] = f64::NAN),
             (false, |(air, _)| air.window.as_mut().expect("a window").length = f64::INFINITY),
             (false, |(air, _)| air.content[2] = 0.0),
             (false, |(air, _)| air.content[0] = f64::INFINITY),
@@ -252,8 +252,8 @@ mod tests {
             (false, |(air, _)| air.ahead = 0.0),
             (false, |(air, _)| air.ahead = f64::INFINITY),
             (false, |(air, _)| air.window = None),
-            (false, |(air, _)| air.vented = Some(0.0)),
-            (false, |(air, _)| (air.window, air.vented) = (None, Some(0.0))),
+            (false, |(air, _)| air.vented = Some([0.0; 2])),
+            (false, |(air, _)| (air.window, air.vented) = (None, Some([0.0; 2]))),
         ];
         let (chambers, aired) = (flying(Source::Chambers), flying(Source::Air));
         let expected = |is_sound: bool| (!is_sound).then_some(CorruptState::Chambers);

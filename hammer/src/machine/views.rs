@@ -6,7 +6,7 @@ use super::ledger::{Energies, Impulses};
 use super::outputs::{Kinematics, Profile};
 use super::peaks::Peaks;
 use super::pending::PendingIntegrals;
-use crate::air::Air;
+use crate::air::{Air, Places};
 use crate::error::Error;
 use crate::laws::event::Event;
 use crate::laws::mode::Relay;
@@ -152,14 +152,14 @@ impl Machine {
     /// any other source.
     pub fn chamber_pressures(&self) -> [[f64; 2]; 2] {
         let state = self.motion.state();
-        if let Some((air, [vr, speed])) = self.air() {
+        if let Some((air, motion)) = self.air() {
             if air.vented.is_some() {
                 let [value, rate, _] = state.inputs.of(Input::ExhaustPressure).rates_at(state.now);
                 return [[value, rate]; 2];
             }
             let outside = self.motion.outside(state.now);
-            let pressures = air.pressures(self.parameters(), vr, state.now);
-            let rates = air.rates(self.parameters(), outside, [vr, speed], state.now);
+            let pressures = air.pressures(self.parameters(), motion[0], state.now);
+            let rates = air.rates(self.parameters(), outside, motion, state.now);
             return [0, 1].map(|i| [pressures[i], rates[i]]);
         }
         state.gas.map(|gas| {
@@ -182,10 +182,11 @@ impl Machine {
         self.motion.air().is_some_and(|air| air.vented.is_some())
     }
 
-    /// The air, and the piston's position and velocity in its cylinder now.
-    fn air(&self) -> Option<(&Air, [f64; 2])> {
+    /// The air, and the piston's positions and their rates now.
+    fn air(&self) -> Option<(&Air, [Places; 2])> {
         let (now, air) = (self.kinematics(), self.motion.air()?);
-        Some((air, [now.relative_position, now.relative_velocity]))
+        let places = [now.relative_position, now.over_struck];
+        Some((air, [places, [now.relative_velocity, now.over_struck_rate]]))
     }
 
     /// Mass of air taken from the supply since the start, with its rate (kg, kg/s).
@@ -196,10 +197,16 @@ impl Machine {
         [air.sums_at(motion[0], now).mass, rate]
     }
 
+    /// Work of the air in both chambers since the start, `int p_d dV_d + int p_r dV_r`, J.
+    pub fn air_work(&self) -> f64 {
+        let now = self.motion.state().now;
+        self.air().map_or(0.0, |(air, [places, _])| air.sums_at(places, now).work)
+    }
+
     /// Enthalpy that came into the chambers, less their work and what they gained since the start, J:
     /// the error of the air's balance.
     pub fn air_residual(&self) -> f64 {
         let now = self.motion.state().now;
-        self.air().map_or(0.0, |(air, [vr, _])| air.residual(self.parameters(), vr, now))
+        self.air().map_or(0.0, |(air, [places, _])| air.residual(self.parameters(), places, now))
     }
 }

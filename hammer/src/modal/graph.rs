@@ -18,7 +18,7 @@ use crate::laws::rock::{Coefficients, Spring};
 use crate::laws::tie::TieLaw;
 use crate::modal::system::CHANNELS;
 use crate::modal::system::passage::Overlap;
-use crate::quantities::parameters::Parameters;
+use crate::quantities::parameters::{Parameters, Source};
 use crate::quantities::sections::Body;
 use serde::{Deserialize, Serialize};
 
@@ -27,11 +27,12 @@ use serde::{Deserialize, Serialize};
 pub enum Channel {
     /// `F_A`, distributed over the piston like its mass, and its reaction on a frame, N.
     Drive,
-    /// Feed force on what the piston strikes, or on a frame, N.
+    /// Feed force at the top of what the piston strikes, or of a frame, N.
     Feed,
     /// Gravity on all bodies; the channel's value is `G`, m/s2.
     Gravity,
-    /// The return chamber's pressure on what the piston strikes, and its reaction on a frame, N.
+    /// The return chamber's pressure on what the piston strikes, distributed like its mass, and its reaction
+    /// on a frame, N.
     Anvil,
     /// What `drive.stiffness` would pull the piston with if it stood at the zero of displacements, N.
     Fluid,
@@ -75,6 +76,8 @@ pub struct Graph {
     pub(crate) ties: Vec<Edge>,
     /// The body that is fed and from which the drive sees the piston: the frame, or what is struck.
     pub frame: usize,
+    /// True if air drives the piston.
+    aired: bool,
     /// The body of the bit.
     bit: usize,
     /// The displacements of which groups can have shares, and by which bodies.
@@ -109,7 +112,9 @@ impl Graph {
         };
         let ties = parameters.ties().into_iter().map(edge).collect();
         let frame = if last > bit { last } else { 1 };
-        let mut graph = Self { bodies, ties, frame, bit, listed: Vec::new(), loaded: Vec::new() };
+        let aired = parameters.drive.source == Source::Air;
+        let mut graph =
+            Self { bodies, ties, frame, aired, bit, listed: Vec::new(), loaded: Vec::new() };
         let all = Bodies::first(last + 1);
         for place in 0..graph.ties.len() {
             let tie = graph.ties[place].tie;
@@ -123,19 +128,20 @@ impl Graph {
     /// Where loads work.
     fn load(&mut self) {
         let (piston, string, frame) = (Bodies::PISTON, self.string(), Bodies::one(self.frame));
-        let (top, fed) = (Displacement::Top(1), Displacement::Top(self.frame));
+        let fed = (Displacement::Top(self.frame), frame, [0.0, 1.0, 0.0, 0.0, 0.0]);
         let mass = |bodies| self.mass(bodies);
-        let mut loaded = vec![
-            (Displacement::PISTON, piston, [1.0, 0.0, mass(piston), 0.0, 1.0]),
-            (Displacement::Mean(string), string, [0.0, 0.0, mass(string), 0.0, 0.0]),
-        ];
-        if self.is_framed() {
-            loaded.push((top, Bodies::STRUCK, [0.0, 0.0, 0.0, 1.0, 0.0]));
-            loaded.push((Displacement::Mean(frame), frame, [-1.0, 0.0, mass(frame), -1.0, 0.0]));
-            loaded.push((fed, frame, [0.0, 1.0, 0.0, 0.0, 0.0]));
+        let pressed = |weight| (Displacement::STRUCK, Bodies::STRUCK, [0.0, 0.0, weight, 1.0, 0.0]);
+        let mut loaded = vec![(Displacement::PISTON, piston, [1.0, 0.0, mass(piston), 0.0, 1.0])];
+        if string == Bodies::STRUCK {
+            loaded.push(pressed(mass(string)));
         } else {
-            loaded.push((top, Bodies::STRUCK, [0.0, 1.0, 0.0, 1.0, 0.0]));
+            loaded.push((Displacement::Mean(string), string, [0.0, 0.0, mass(string), 0.0, 0.0]));
+            loaded.push(pressed(0.0));
         }
+        if self.is_framed() {
+            loaded.push((Displacement::Mean(frame), frame, [-1.0, 0.0, mass(frame), -1.0, 0.0]));
+        }
+        loaded.push(fed);
         self.loaded = loaded;
     }
 
@@ -144,12 +150,38 @@ impl Graph {
         let frame = Bodies::one(self.frame);
         let ties = self.ties.iter().map(|edge| (Displacement::Tie(edge.tie), edge.ends));
         let loaded = self.loaded.iter().map(|(displacement, bodies, _)| (*displacement, *bodies));
-        let struck = (Displacement::Mean(Bodies::STRUCK), Bodies::STRUCK);
         self.listed = vec![
             (Displacement::Tip, Bodies::one(self.bit)),
             (Displacement::Relative, Bodies::PISTON.and(frame)),
         ];
-        self.listed.extend(ties.chain(loaded).chain(self.is_loose().then_some(struck)));
+        let over = (Displacement::OverStruck, Bodies::PISTON.and(Bodies::STRUCK));
+        self.listed.extend(ties.chain(loaded));
+        self.listed.extend((self.aired && self.is_framed()).then_some(over));
+    }
+
+    /// The displacement that a return chamber of air sees.
+    pub(crate) fn over_struck(&self) -> Displacement {
+        if self.is_framed() { Displacement::OverStruck } else { Displacement::Relative }
+    }
+
+    /// Adds the works of all loads on one of the [loaded](Self::loaded), each to its channel's. Without a frame
+    /// the cylinder of an air hammer follows what is struck and is held from outside: what its holder does is the
+    /// feed's, so that the drive's is that of the air, less the drag.
+    pub(crate) fn add_works(
+        &self,
+        displacement: Displacement,
+        parts: &[f64; CHANNELS],
+        work: impl Fn(usize) -> f64,
+        sums: &mut [f64; CHANNELS],
+    ) {
+        for i in (0..CHANNELS).filter(|i| parts[*i] != 0.0) {
+            sums[i] += parts[i] * work(i);
+        }
+        if self.aired && !self.is_framed() && displacement == Displacement::STRUCK {
+            let held = work(Channel::Drive as usize) + work(Channel::Anvil as usize);
+            sums[Channel::Drive as usize] -= held;
+            sums[Channel::Feed as usize] += held;
+        }
     }
 
     /// Bit and drill string: what is between the piston and the rock.
@@ -350,6 +382,8 @@ impl Graph {
             },
             Displacement::Relative if body == 0 => (None, 1.0, 1.0),
             Displacement::Relative if body == self.frame => (None, -1.0, 1.0),
+            Displacement::OverStruck if body == 0 => (None, 1.0, 1.0),
+            Displacement::OverStruck if body == 1 => (None, -1.0, 1.0),
             Displacement::Mean(bodies) if bodies.have(body) => {
                 (None, 1.0, bar.mass / self.mass(bodies))
             }
@@ -374,6 +408,7 @@ impl Graph {
     pub(crate) fn ahead(&self, displacement: Displacement, ties: &Ties) -> f64 {
         match displacement {
             Displacement::Relative => self.lifted(self.frame, ties) - self.lifted(0, ties),
+            Displacement::OverStruck => self.lifted(1, ties) - self.lifted(0, ties),
             Displacement::Mean(Bodies::PISTON) => -self.lifted(0, ties),
             Displacement::Mean(bodies) => {
                 let moment =

@@ -1,9 +1,9 @@
 //! The air's windows on the steel in motion.
 
 use super::Motion;
-use crate::air::Air;
 use crate::air::problem::{Problem, Solved, Steel};
 use crate::air::solve::polynomial;
+use crate::air::{Air, Places};
 use crate::error::Error;
 use crate::laws::event::Displacement;
 use crate::modal::graph::{Channel, Graph};
@@ -14,7 +14,6 @@ use crate::numerics::math;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::Parameters;
-use crate::quantities::sections::Body;
 
 /// Trials of a window, each shorter or with another formula of a flow.
 const TRIALS: usize = 64;
@@ -31,12 +30,13 @@ const SHRINKAGE: f64 = 0.1;
 /// Shortest window, s.
 const SHORTEST: f64 = 1e-12;
 
-/// That the air cannot be followed beyond a time, at which the piston is at `vr`.
-pub(super) fn beyond(parameters: &Parameters, time: f64, vr: f64) -> Error {
+/// That the air cannot be followed beyond a time, at which the piston is there.
+pub(super) fn beyond(parameters: &Parameters, time: f64, [x, y]: Places) -> Error {
     let (air, drive) = (&parameters.air, &parameters.drive);
     let top = -air.cylinder - air.drive.dead_volume / drive.area_drive;
     let bottom = air.returning.dead_volume / drive.area_return;
-    Error::Air { time, place: vr, range: [top, bottom] }
+    let place = if y >= bottom { y } else { x };
+    Error::Air { time, place, range: [top, bottom] }
 }
 
 /// Pressures of supply and exhaust.
@@ -52,20 +52,16 @@ pub(super) fn problem<'a>(
     flies: bool,
     span: f64,
 ) -> Problem<'a> {
-    let [piston, frame] = [0, graph.frame].map(|body| 1.0 / graph.bodies[body].mass);
-    // The drive's reaction acts on a frame, and so does what presses on the bit.
-    let reaction = if graph.is_framed() { frame } else { 0.0 };
-    let gains = [piston + reaction, if graph.is_framed() { frame } else { -frame }];
-    let tied = [if flies { reaction } else { piston + reaction }, frame];
-    let give = |body: Body| match parameters.is_elastic(body) {
-        true => parameters.sections(body).compliance(parameters.material.youngs_modulus),
-        false => 0.0,
+    let [piston, struck, frame] = [0, 1, graph.frame].map(|body| 1.0 / graph.bodies[body].mass);
+    let bound = if flies { 0.0 } else { piston };
+    let (over, held) = ([piston, -struck], [bound, struck]);
+    // The drive's reaction acts on a frame, and so does that of what presses on the bit.
+    let (gains, tied) = match graph.is_framed() {
+        true => ([[piston + frame, frame], over], [[bound + frame, frame], held]),
+        false => ([over; 2], [held; 2]),
     };
-    let [piston, frame] =
-        [Some(Body::Piston), parameters.bodies().last()].map(|b| b.map_or(0.0, give));
-    let give = [if graph.is_framed() { piston + frame } else { piston }, frame];
     let mass = graph.bodies[0].mass;
-    Problem { parameters, mass, gains, tied, give, outside: outside(inputs), span }
+    Problem { parameters, mass, gains, tied, outside: outside(inputs), span }
 }
 
 impl Motion {
@@ -79,18 +75,23 @@ impl Motion {
         outside(&self.state.inputs).map(|poly| poly.at(t))
     }
 
-    /// Position and velocity of the piston that the chambers see, at `t` after the epoch, where `tracks`
+    /// Positions of the piston that the chambers see, and their rates, at `t` after the epoch, where `tracks`
     /// stand.
-    pub(crate) fn in_cylinder(&self, tracks: &[super::Track], t: f64) -> [f64; 2] {
-        let point = self.point(tracks, Displacement::Relative, t);
-        [point.displacement + self.ahead(Displacement::Relative), point.velocity]
+    pub(crate) fn in_cylinder(&self, tracks: &[super::Track], t: f64) -> [Places; 2] {
+        let of = |displacement| {
+            let point = self.point(tracks, displacement, t);
+            [point.displacement + self.ahead(displacement), point.velocity]
+        };
+        let x = of(Displacement::Relative);
+        let y = if self.graph().is_framed() { of(Displacement::OverStruck) } else { x };
+        [0, 1].map(|order| [x[order], y[order]])
     }
 
-    /// Changes the air at the epoch: with the parameters, the piston's place, and the pressures outside.
-    pub(super) fn change_air(&mut self, change: impl FnOnce(&mut Air, &Parameters, f64, [f64; 2])) {
-        let (outside, [vr, _]) = (self.outside(0.0), self.in_cylinder(&self.tracks, 0.0));
+    /// Changes the air at the epoch: with the parameters, the piston's places, and the exhaust's pressure.
+    pub(super) fn change_air(&mut self, change: impl FnOnce(&mut Air, &Parameters, Places, f64)) {
+        let ([_, exhaust], [places, _]) = (self.outside(0.0), self.in_cylinder(&self.tracks, 0.0));
         if let Some(air) = &mut self.state.air {
-            change(air, &self.model.parameters, vr, outside);
+            change(air, &self.model.parameters, places, exhaust);
         }
         self.reload();
     }
@@ -163,7 +164,7 @@ impl Motion {
         &mut self,
         air: &Air,
         problem: &Problem,
-        motion: [f64; 2],
+        motion: [Places; 2],
         [rotations, iterations]: &mut [u64; 2],
     ) -> Option<Solved> {
         if air.past.is_none() {
@@ -201,22 +202,37 @@ impl Motion {
     /// The steel's motion at the nodes of a window, under the present loads.
     fn steel(&self, span: f64, work: &mut u64) -> Steel {
         let times = Rule::get().nodes.map(|node| span * node);
-        let (mut place, mut speed) = ([self.ahead(Displacement::Relative); STAGES], [0.0; STAGES]);
+        let over = self.graph().over_struck();
+        let seen = [Displacement::Relative, over];
+        let mut place = seen.map(|displacement| [self.ahead(displacement); STAGES]);
+        let mut speed = [[0.0; STAGES]; 2];
+        let distinct = if self.graph().is_framed() { 2 } else { 1 };
         for (index, track) in self.tracks.iter().enumerate() {
-            let Some(share) = self.share(index, Displacement::Relative) else { continue };
-            let (poly, functional) = (self.poly(index, share), &track.system.functionals[share]);
-            for (i, [x, v]) in poly.at_each(&times).into_iter().enumerate() {
-                (place[i], speed[i]) = (place[i] + x, speed[i] + v);
+            let shares = seen.map(|displacement| self.share(index, displacement));
+            let shares = || (0..distinct).filter_map(|k| Some((k, shares[k]?)));
+            let mut swings = false;
+            for (k, share) in shares() {
+                let values = self.poly(index, share).at_each(&times);
+                for (i, [x, v]) in values.into_iter().enumerate() {
+                    (place[k][i], speed[k][i]) = (place[k][i] + x, speed[k][i] + v);
+                }
+                swings |= !track.system.functionals[share].still;
             }
-            if functional.still {
+            if !swings {
                 continue;
             }
             let mut track = track.clone();
             for i in 0..STAGES {
                 *work += track.rotate_to(times[i]);
-                place[i] += kernel::dot(&functional.rows[0], &track.z);
-                speed[i] += kernel::dot(&functional.rows[1], &track.z);
+                for (k, share) in shares() {
+                    let rows = &track.system.functionals[share].rows;
+                    place[k][i] += kernel::dot(&rows[0], &track.z);
+                    speed[k][i] += kernel::dot(&rows[1], &track.z);
+                }
             }
+        }
+        if distinct == 1 {
+            (place[1], speed[1]) = (place[0], speed[0]);
         }
         let loads = [Channel::Drive, Channel::Anvil].map(|c| &self.state.loads[c as usize]);
         Steel { place, speed, forces: loads.map(|load| load.at_each(&times).map(|[x, _]| x)) }
@@ -230,16 +246,14 @@ mod tests {
     use crate::quantities::parameters::{Fidelity, InputValues};
     use crate::quantities::sections::Segment;
 
-    /// Two masses that a force pushes apart: the piston and the casing, from which the drive pushes and which the
-    /// return chamber's force moves away from the piston; or the bit, which that force alone pushes away.
+    /// Masses that forces push apart: the piston and the casing, from which the drive pushes and which the return
+    /// chamber's reaction pushes on; the piston and the bit, which that chamber pushes away.
     #[test]
-    fn the_force_s_effect_is_that_on_the_masses_it_pushes_apart() {
+    fn the_forces_effect_is_that_on_the_masses_they_push_apart() {
         let mut p = Parameters::default();
         p.piston.length = 0.17;
         let inputs = Inputs::constant(&InputValues::default());
         p.casing.segment[0] = Segment { length: 1.3, area: 4e-3 };
-        let give = |body: Body| p.sections(body).compliance(p.material.youngs_modulus);
-        let [piston, bit] = [Body::Piston, Body::Bit].map(give);
         // Without a casing, in a rigid one, in one of a section, and all bodies rigid.
         for (casing, segments, fidelity) in [
             (0.0, 0, Fidelity::Elastic),
@@ -249,23 +263,18 @@ mod tests {
         ] {
             (p.casing.mass, p.casing.segments, p.fidelity) = (casing, segments, fidelity);
             let model = Model::new(&p).expect("a model");
-            let shaft = segments as f64 * 1.3 / (4e-3 * p.material.youngs_modulus);
-            let [one, frame] = [0, model.graph.frame].map(|i| 1.0 / model.graph.bodies[i].mass);
-            let elastic = if fidelity == Fidelity::Elastic { 1.0 } else { 0.0 };
+            let [one, bit] = [0, 1].map(|i| 1.0 / model.graph.bodies[i].mass);
             for flies in [true, false] {
                 let problem = problem(&p, &model.graph, &inputs, flies, 1e-4);
-                let (gains, tied, give) = match casing > 0.0 {
-                    true => (
-                        [one + frame, frame],
-                        [if flies { frame } else { one + frame }, frame],
-                        [elastic * piston + shaft, shaft],
-                    ),
-                    false => ([one, -frame], [if flies { 0.0 } else { one }, frame], [piston, bit]),
+                let held = if flies { 0.0 } else { one };
+                let (gains, tied) = if casing > 0.0 {
+                    let frame = 1.0 / casing;
+                    ([[one + frame, frame], [one, -bit]], [[held + frame, frame], [held, bit]])
+                } else {
+                    ([[one, -bit]; 2], [[held, bit]; 2])
                 };
-                for (is, must) in
-                    [(problem.gains, gains), (problem.tied, tied), (problem.give, give)]
-                {
-                    for (is, must) in is.into_iter().zip(must) {
+                for (is, must) in [(problem.gains, gains), (problem.tied, tied)] {
+                    for (is, must) in is.iter().flatten().zip(must.iter().flatten()) {
                         assert!(
                             (is - must).abs() <= 1e-12 * must.abs(),
                             "{casing} {flies}: {is} {must}"

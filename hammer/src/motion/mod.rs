@@ -356,7 +356,7 @@ impl Motion {
     /// # Errors
     /// A state that is not finite.
     pub(crate) fn move_epoch(&mut self, at: f64, viscous: f64) -> Result<(), Error> {
-        let vr = self.air().map_or(0.0, |_| self.in_cylinder(&self.tracks, at)[0]);
+        let places = self.air().map_or([0.0; 2], |_| self.in_cylinder(&self.tracks, at)[0]);
         for (track, anchor) in self.tracks.iter_mut().zip(&mut self.state.anchors) {
             track.at -= at;
             anchor.z.copy_from_slice(&track.z);
@@ -374,7 +374,7 @@ impl Motion {
         state.now -= at;
         state.inputs.shift(at);
         state.gas.iter_mut().for_each(|gas| gas.shift(at));
-        state.air.iter_mut().for_each(|air| air.shift(vr, at));
+        state.air.iter_mut().for_each(|air| air.shift(places, at));
         let airy = state.air.as_ref().is_some_and(|air| air.vented.is_none());
         let old = (!steady).then_some(self.state.loads);
         if !steady {

@@ -19,12 +19,11 @@ use crate::quantities::parameters::{Parameters, Source};
 impl Motion {
     /// The scene at its start.
     ///
-    /// The loads have acted for ever: no body oscillates. If they press the bit down or just carry it
-    /// (`FS + Mb G >= 0`), it is in static equilibrium, in SS. If they lift it, it is in FF, at rest,
+    /// The loads have acted for ever: no body oscillates. If they press the bit down (`FS + Mb G > 0`), it is in static equilibrium, in SS. If they lift it, it is in FF, at rest,
     /// its tip just touching, and strained as in the uniform acceleration that follows. Both cases
     /// have the same limit where `FS + Mb G` is 0: the shape of a bit that hangs from its shoulder.
     /// Only the rock law jumps there, because a bit that is not pressed has no force to stand still
-    /// by. The origin is the rock surface, where `uu = ul = 0`; the last force at which the tip turned
+    /// by. Where the loads leave neither rock nor chuck a pressure, nothing is in equilibrium: it is in FF. The origin is the rock surface, where `uu = ul = 0`; the last force at which the tip turned
     /// upward is the present one. The piston hangs `g0` above the bit's unloaded position; a lifted
     /// bit raises it as far as it needs room.
     ///
@@ -63,7 +62,7 @@ impl Motion {
             }
         }
         let press = above + string;
-        let stands = press > 0.0 || press == 0.0 && !lifted;
+        let stands = press > 0.0 || press == 0.0 && above > 0.0;
         let rock = if stands { RockMode::Standstill } else { RockMode::FreeFlight };
         let mut mode = Mode::starting(rock);
         if let Some(carrier) = carrier.filter(|_| !lifted) {
@@ -109,8 +108,9 @@ impl Motion {
             motion.reload();
         }
         if parameters.drive.source == Source::Air {
-            let [vr, _] = motion.in_cylinder(&motion.tracks, 0.0);
-            motion.state.air = Some(Box::new(Air::start(&parameters, vr, motion.outside(0.0))));
+            let [places, _] = motion.in_cylinder(&motion.tracks, 0.0);
+            let air = Air::start(&parameters, places, motion.outside(0.0));
+            motion.state.air = Some(Box::new(air));
         }
         let lead = motion.ahead(Displacement::Relative);
         motion.state.began =
@@ -199,9 +199,9 @@ impl Motion {
             shared.iter().for_each(|overlap| overlap.copy([q, v], &mut part));
             self.enter(index, group, &part)?;
         }
-        let [vr, _] = self.in_cylinder(&self.tracks, 0.0);
+        let [places, _] = self.in_cylinder(&self.tracks, 0.0);
         let parameters = &self.model.parameters;
-        self.state.air = air.map(|air| Box::new(air.restarted(parameters, vr)));
+        self.state.air = air.map(|air| Box::new(air.restarted(parameters, places)));
         Ok(())
     }
 }
@@ -214,11 +214,11 @@ fn start_forces(model: &Model, inputs: &Inputs, gas: &[Gas; 2]) -> Result<[f64; 
         let drive = parameters.drive.force(inputs, Relay::Drive, gas);
         return Ok([drive, parameters.drive.on_bit(inputs, gas, exhaust)].map(|load| load.at(0.0)));
     }
-    let vr = -parameters.contact.initial_gap;
-    let air = Air::start(parameters, vr, outside(inputs).map(|poly| poly.at(0.0)));
+    let places = [-parameters.contact.initial_gap; 2];
+    let air = Air::start(parameters, places, outside(inputs).map(|poly| poly.at(0.0)));
     let problem = problem(parameters, &model.graph, inputs, false, 0.0);
-    let motion = [vr, parameters.piston.initial_velocity];
-    air.forces(&problem, motion).ok_or_else(|| beyond(parameters, 0.0, vr))
+    let motion = [places, [parameters.piston.initial_velocity; 2]];
+    air.forces(&problem, motion).ok_or_else(|| beyond(parameters, 0.0, places))
 }
 
 /// The loads' polynomials after the epoch; of air, these forces.

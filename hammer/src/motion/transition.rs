@@ -92,14 +92,14 @@ impl Motion {
             let laws = &self.parameters().chambers;
             self.state.gas = if vented { laws.vented() } else { laws.start(vr) };
         }
-        self.change_air(|air, parameters, vr, outside| air.vent(parameters, vr, vented, outside));
+        self.change_air(|air, parameters, at, exhaust| air.vent(parameters, at, vented, exhaust));
     }
 
     /// The piston enters the end of an air hammer's cylinder, or leaves it.
     pub(crate) fn pass_end(&mut self, inside: bool) {
         let vented = self.state.mode.vented;
-        self.change_air(|air, parameters, vr, [_, exhaust]| {
-            air.pass_end(parameters, vr, [inside, vented], exhaust);
+        self.change_air(|air, parameters, places, exhaust| {
+            air.pass_end(parameters, places, [inside, vented], exhaust);
         });
     }
 

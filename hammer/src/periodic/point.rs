@@ -97,7 +97,7 @@ pub(crate) fn weights(model: &Model, point: &Point, period: f64) -> Vec<f64> {
     // The momentum that a pressure gives the piston over a period.
     let drive = &parameters.drive;
     if let Some(air) = &point.air {
-        let volumes = volumes(parameters, -0.5 * parameters.air.cylinder);
+        let volumes = volumes(parameters, [-0.5 * parameters.air.cylinder; 2]);
         let pressures = pressures(&air.content, volumes);
         w.extend(air.content.iter().enumerate().map(|(k, content)| {
             let area = [drive.area_drive, drive.area_return][k / 2];

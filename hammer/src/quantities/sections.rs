@@ -84,11 +84,6 @@ impl Sections {
         self.as_slice().iter().fold(0.0, |sum, s| sum + density * s.area * s.length)
     }
 
-    /// `sum L / (E A)`, m/N: how much shorter a force through all of it makes it.
-    pub(crate) fn compliance(&self, youngs_modulus: f64) -> f64 {
-        self.as_slice().iter().map(|s| s.length / (youngs_modulus * s.area)).sum()
-    }
-
     /// Area of the section at a distance below the upper face, m2; at a step, that of the
     /// section above it.
     pub fn area_at(&self, distance: f64) -> f64 {
