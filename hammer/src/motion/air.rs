@@ -203,12 +203,12 @@ impl Motion {
     fn steel(&self, span: f64, work: &mut u64) -> Steel {
         let times = Rule::get().nodes.map(|node| span * node);
         let over = self.graph().over_struck();
-        let seen = [Displacement::Relative, over];
-        let mut place = seen.map(|displacement| [self.ahead(displacement); STAGES]);
+        let positions = [Displacement::Relative, over];
+        let mut place = positions.map(|displacement| [self.ahead(displacement); STAGES]);
         let mut speed = [[0.0; STAGES]; 2];
         let distinct = if self.graph().is_framed() { 2 } else { 1 };
         for (index, track) in self.tracks.iter().enumerate() {
-            let shares = seen.map(|displacement| self.share(index, displacement));
+            let shares = positions.map(|displacement| self.share(index, displacement));
             let shares = || (0..distinct).filter_map(|k| Some((k, shares[k]?)));
             let mut swings = false;
             for (k, share) in shares() {
