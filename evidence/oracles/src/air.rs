@@ -1,6 +1,7 @@
 //! Air in two chambers, as Taylor series of the mass and the inner energy of each.
 //!
-//! With `x` the piston's relative position, `V_d = V_d0 + A_d (s + x)`, `V_r = V_r0 - A_r x`,
+//! With `x` the piston's relative position and `y` that over the struck body, at which the return chamber ends,
+//! `V_d = V_d0 + A_d (s + x)`, `V_r = V_r0 - A_r y`,
 //!
 //! ```text
 //! p = (kappa - 1) E / V                  T = (kappa - 1) E / (R m)
@@ -14,7 +15,7 @@
 //!
 //! In the cylinder's end, where half of `V_d0` is left, the drive chamber's ports are shut. While the drive is
 //! vented both chambers have the exhaust's pressure, and the end begins at `x = -s`: what is in them there is shut
-//! in.
+//! in. A drive that works again begins with chambers at that pressure, which fill through their ports.
 
 mod series;
 
@@ -134,18 +135,28 @@ impl Air {
         self.law.outside[1]
     }
 
-    /// Volumes with the piston at `vr`, m3.
-    pub fn volumes<T: Real>(&self, vr: T) -> [T; 2] {
+    /// Volumes with the piston at `x` and `y`, m3.
+    pub fn volumes<T: Real>(&self, [x, y]: [T; 2]) -> [T; 2] {
         let [drive, back] = self.law.areas.map(T::from);
         let [drive_dead, back_dead] = self.law.dead_volumes.map(T::from);
-        [drive_dead + drive * (T::from(self.law.cylinder) + vr), back_dead - back * vr]
+        [drive_dead + drive * (T::from(self.law.cylinder) + x), back_dead - back * y]
     }
 
-    /// Chambers filled as a start with the piston at `vr` has them; what was taken from the supply stays.
-    pub fn filled<T: Real>(&self, vr: T, taken: T) -> Content<T> {
-        let volumes = self.volumes(vr);
+    /// Chambers filled as a start with the piston at `x` and `y` has them.
+    pub fn filled<T: Real>(&self, places: [T; 2]) -> Content<T> {
+        let ports = [0, 1].map(|chamber| usize::from(self.widths[chamber][0] == Width::Shut));
+        self.filled_from(ports, places, T::default())
+    }
+
+    /// Chambers at the exhaust's pressure; what was taken from the supply stays.
+    fn emptied<T: Real>(&self, places: [T; 2], taken: T) -> Content<T> {
+        self.filled_from([1; 2], places, taken)
+    }
+
+    fn filled_from<T: Real>(&self, ports: [usize; 2], places: [T; 2], taken: T) -> Content<T> {
+        let volumes = self.volumes(places);
         let fill = |chamber: usize| {
-            let port = usize::from(self.widths[chamber][0] == Width::Shut);
+            let port = ports[chamber];
             let work = T::from(self.law.outside[port]) * volumes[chamber];
             let mass = work / (T::from(GAS) * T::from(self.law.temperature));
             [mass, work / (T::from(KAPPA) - T::from(1.0))]
@@ -154,12 +165,12 @@ impl Air {
         [md, ed, mr, er, taken]
     }
 
-    /// Pressures of the chambers with the piston at `vr`, of the exhaust while they are vented, Pa.
-    pub fn pressures<T: Real>(&self, content: &Content<T>, vr: T) -> [T; 2] {
+    /// Pressures of the chambers with the piston at `x` and `y`, of the exhaust while they are vented, Pa.
+    pub fn pressures<T: Real>(&self, content: &Content<T>, places: [T; 2]) -> [T; 2] {
         if self.is_open() {
             return [T::from(self.law.outside[1]); 2];
         }
-        let volumes = self.volumes(vr);
+        let volumes = self.volumes(places);
         let factor = T::from(KAPPA) - T::from(1.0);
         [0, 1].map(|i| factor * content[2 * i + 1] / volumes[i])
     }
@@ -173,38 +184,35 @@ impl Air {
     }
 
     /// The same of a state.
-    pub fn drive<T: Real>(&self, anvil: f64, content: &Content<T>, [vr, speed]: [T; 2]) -> [T; 2] {
+    pub fn drive<T: Real>(
+        &self,
+        anvil: f64,
+        content: &Content<T>,
+        (places, speed): ([T; 2], T),
+    ) -> [T; 2] {
         if self.is_open() {
             return [T::default(); 2];
         }
-        self.forces(anvil, self.pressures(content, vr), speed, self.law.outside[1])
+        self.forces(anvil, self.pressures(content, places), speed, self.law.outside[1])
     }
 
-    /// The drive is vented, or drives again with the piston at `vr`, as from a start there.
-    pub fn vent<T: Real>(&mut self, vented: bool, vr: T, content: &mut Content<T>) {
+    /// The drive is vented, or drives again with the piston at `x` and `y`: its ports by that place.
+    pub fn vent<T: Real>(&mut self, vented: bool, places: [T; 2], content: &mut Content<T>) {
         let was_shut = self.shut;
         self.vented = vented;
-        self.shut = (vr - T::from(self.bottom())).to_f64() < 0.0;
-        self.open(vr);
-        if was_shut && self.shut {
-            return;
-        }
-        let before = [content[0], content[2]];
-        *content = self.filled(vr, content[4]);
-        for (chamber, before) in before.into_iter().enumerate() {
-            let more = content[2 * chamber] - before;
-            if !vented && self.widths[chamber][0] != Width::Shut && more > T::default() {
-                content[4] = content[4] + more;
-            }
+        self.shut = (places[0] - T::from(self.bottom())).to_f64() < 0.0;
+        self.open(places[0]);
+        if !(was_shut && self.shut) {
+            *content = self.emptied(places, content[4]);
         }
     }
 
     /// The piston enters the cylinder's end, or leaves it.
-    pub fn end<T: Real>(&mut self, inside: bool, vr: T, content: &mut Content<T>) {
+    pub fn end<T: Real>(&mut self, inside: bool, places: [T; 2], content: &mut Content<T>) {
         self.shut = inside;
-        self.open(vr);
+        self.open(places[0]);
         if self.vented {
-            *content = self.filled(vr, content[4]);
+            *content = self.emptied(places, content[4]);
         }
     }
 

@@ -57,8 +57,9 @@ pub struct Model<T> {
     pub systems: Vec<System<T>>,
     /// Row whose product with `u` is the mean of all from the struck node to the tip.
     pub bit_mean: Vec<T>,
-    /// Row whose product with `u` is the piston's mean minus that of the body it strikes, or minus the
-    /// casing's.
+    /// Row whose product with `u` is the piston's mean minus that of the body it strikes.
+    pub over: Vec<T>,
+    /// The same, but in a casing minus the casing's.
     pub relative: Vec<T>,
     /// Nodal forces of gravity, N.
     pub weight: Vec<T>,
@@ -107,6 +108,7 @@ impl<T: Real> Model<T> {
             mass_factor: mass.factor(0, n),
             systems: Vec::new(),
             bit_mean: Vec::new(),
+            over: Vec::new(),
             relative: Vec::new(),
             weight: Vec::new(),
             drive: Vec::new(),
@@ -150,8 +152,11 @@ impl<T: Real> Model<T> {
         self.weight = all.into_iter().map(|m| m * gravity).collect();
         self.bit_mean = bit.iter().map(|&b| b / bit_mass).collect();
         self.drive = piston.iter().map(|&p| p / piston_mass).collect();
-        self.anvil = vec![T::default(); self.nodes()];
-        self.anvil[self.bit] = T::from(1.0);
+        let (struck, struck_mass) = self.lumped(self.bit..self.starts[2]);
+        self.anvil = struck.into_iter().map(|s| s / struck_mass).collect();
+        let pairs = self.drive.iter().zip(&self.anvil);
+        self.over = pairs.map(|(&p, &s)| p - s).collect();
+        self.relative = self.over.clone();
         if self.scene.casing.is_some() {
             let (casing, casing_mass) = self.lumped(self.tip + 1..self.nodes());
             for row in [&mut self.drive, &mut self.anvil] {
@@ -159,10 +164,6 @@ impl<T: Real> Model<T> {
                 shares.for_each(|(sum, &share)| *sum = *sum - share / casing_mass);
             }
             self.relative = self.drive.clone();
-        } else {
-            let (struck, mass) = self.lumped(self.bit..self.starts[2]);
-            let pairs = self.drive.iter().zip(struck);
-            self.relative = pairs.map(|(&p, s)| p - s / mass).collect();
         }
     }
 
@@ -357,6 +358,11 @@ impl<T: Real> Model<T> {
     /// `w2.u`: the gap but for `g0`.
     pub fn gap(&self, u: &[T]) -> T {
         u[self.bit] - u[self.bit - 1]
+    }
+
+    /// Means of the piston and of what it strikes: the place over that but for `g0`.
+    pub fn over(&self, u: &[T]) -> T {
+        self.over.iter().zip(u).fold(T::default(), |sum, (&r, &x)| sum + r * x)
     }
 
     /// Means of the piston and of what it strikes, or of the casing: the relative position but for `g0`.

@@ -85,7 +85,7 @@ impl<T: Real> Run<T> {
         let air = Air::start(scene, vr);
         let mut works = Works::default();
         if let Some(air) = &air {
-            works.air = air.filled(vr, zero);
+            works.air = air.filled([vr, model.over(&state.u) - T::from(scene.gap)]);
         }
         let place = Place { time: zero, state, works };
         let mut run = Self {
@@ -305,11 +305,11 @@ impl<T: Real> Run<T> {
 
     /// A port of air turns, or the drive is vented, or works again.
     fn turn(&mut self, event: Event) {
+        let places = self.places();
         if let Some(air) = &mut self.air {
-            let vr = self.model.quantity(Quantity::Relative, &self.place.state);
             match event {
-                Event::Vent(vented) => air.vent(vented, vr, &mut self.place.works.air),
-                Event::End(inside) => air.end(inside, vr, &mut self.place.works.air),
+                Event::Vent(vented) => air.vent(vented, places, &mut self.place.works.air),
+                Event::End(inside) => air.end(inside, places, &mut self.place.works.air),
                 Event::Port(..) | Event::Whole(..) => air.turn(event),
                 _ => return,
             }

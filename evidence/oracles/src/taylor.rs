@@ -32,9 +32,9 @@ const WORKS: f64 = 1e5;
 /// Works of the loads since the start, J, and the air in the chambers, which goes along with them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Works<T> {
-    /// Of `F_A`.
+    /// Of `F_A`, of its reaction, of the return chamber on what the piston strikes.
     pub drive: T,
-    /// Of the feed.
+    /// Of the feed, and of who holds a cylinder of air that no casing is.
     pub feed: T,
     /// Nothing without air.
     pub air: Content<T>,
@@ -111,8 +111,10 @@ impl<T: Real> Series<T> {
             let step = T::from(unit) / T::from((k + 1) as f64);
             if let Some(air) = &mut series.air {
                 let gap = T::from(if k == 0 { model.scene.gap } else { 0.0 });
-                let [place, speed] = [&series.u[k], &series.v[k]].map(|x| model.mean_difference(x));
-                let [on_piston, on_bit] = air.grow([place - gap, speed], step);
+                let [u, v] = [&series.u[k], &series.v[k]];
+                let places = [model.mean_difference(u), model.over(u)].map(|place| place - gap);
+                let speeds = [model.mean_difference(v), model.over(v)];
+                let [on_piston, on_bit] = air.grow(places, speeds, step);
                 force.push(on_piston);
                 pressing.push(on_bit);
             }
@@ -130,7 +132,12 @@ impl<T: Real> Series<T> {
             ways[1].push(along(&model.anvil));
             ways[2].push(v[model.fed()]);
             let driven = product(&force, &ways[0], k) + product(&pressing, &ways[1], k);
-            let works = [driven, product(feed, &ways[2], k)];
+            let mut works = [driven, product(feed, &ways[2], k)];
+            if series.air.is_some() && model.scene.casing.is_none() {
+                // The cylinder goes with what the piston strikes, and who holds it works on it.
+                let held = product(&force, &ways[1], k) + product(&pressing, &ways[1], k);
+                works = [works[0] - held, works[1] + held];
+            }
             for (row, work) in series.works.iter_mut().zip(works) {
                 row.push(work * step);
             }

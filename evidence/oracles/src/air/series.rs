@@ -30,7 +30,8 @@ pub struct AirSeries<T> {
     air: Air,
     anvil: f64,
     place: Vec<T>,
-    speed: Vec<T>,
+    /// Of `x` and `y`.
+    speeds: [Vec<T>; 2],
     volumes: [Vec<T>; 2],
     pressures: [Vec<T>; 2],
     temperatures: [Vec<T>; 2],
@@ -46,7 +47,7 @@ impl<T: Real> AirSeries<T> {
             air: air.clone(),
             anvil,
             place: Vec::new(),
-            speed: Vec::new(),
+            speeds: Default::default(),
             volumes: Default::default(),
             pressures: Default::default(),
             temperatures: Default::default(),
@@ -55,12 +56,12 @@ impl<T: Real> AirSeries<T> {
         }
     }
 
-    /// Coefficients `k` of the piston's relative position and speed are there: those of the drive's forces
+    /// Coefficients `k` of `x` and `y` and of their rates are there: those of the drive's forces
     /// on piston and struck body; the content gets its next ones, `step` being the unit of time over `k + 1`.
-    pub fn grow(&mut self, [place, speed]: [T; 2], step: T) -> [T; 2] {
+    pub fn grow(&mut self, places: [T; 2], speeds: [T; 2], step: T) -> [T; 2] {
         let k = self.place.len();
-        self.place.push(place);
-        self.speed.push(speed);
+        self.place.push(places[0]);
+        self.speeds.iter_mut().zip(speeds).for_each(|(row, speed)| row.push(speed));
         if self.air.is_open() {
             self.content.iter_mut().for_each(|row| row.push(T::default()));
             return [T::default(); 2];
@@ -69,8 +70,8 @@ impl<T: Real> AirSeries<T> {
         let factor = T::from(KAPPA) - T::from(1.0);
         let law = self.air.law;
         let volumes = match k {
-            0 => self.air.volumes(place),
-            _ => [T::from(law.areas[0]) * place, -(T::from(law.areas[1]) * place)],
+            0 => self.air.volumes(places),
+            _ => [T::from(law.areas[0]) * places[0], -(T::from(law.areas[1]) * places[1])],
         };
         for (i, volume) in volumes.into_iter().enumerate() {
             self.volumes[i].push(volume);
@@ -99,14 +100,14 @@ impl<T: Real> AirSeries<T> {
             }
         }
         for (i, area) in [law.areas[0], -law.areas[1]].into_iter().enumerate() {
-            let work = T::from(area) * product(&self.pressures[i], &self.speed, k);
+            let work = T::from(area) * product(&self.pressures[i], &self.speeds[i], k);
             gains[2 * i + 1] = gains[2 * i + 1] - work;
         }
         for (row, gain) in self.content.iter_mut().zip(gains) {
             row.push(gain * step);
         }
         let pressures = [0, 1].map(|i| T::from(1.0 + law.off[i]) * self.pressures[i][k]);
-        self.air.forces(self.anvil, pressures, speed, first(law.outside[1]))
+        self.air.forces(self.anvil, pressures, speeds[0], first(law.outside[1]))
     }
 
     /// Pressure and temperature of a side: coefficient `k`.

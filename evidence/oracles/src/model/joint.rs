@@ -162,7 +162,7 @@ impl<T: Real> Model<T> {
                 event: Event::Vent(!mode.vented),
                 quantity: Quantity::Joint(0),
                 sign: if mode.vented { -1.0 } else { 1.0 },
-                offset: T::from(casing.idle_travel),
+                offset: T::from(if mode.vented { 0.5 } else { 1.0 } * casing.idle_travel),
                 height,
             });
         }

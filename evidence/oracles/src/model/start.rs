@@ -24,8 +24,8 @@ impl<T: Real> Model<T> {
         let vr = -T::from(self.scene.gap);
         let forces = match Air::start(&self.scene, vr) {
             Some(air) => {
-                let motion = [vr, T::from(self.scene.bodies[0].velocity)];
-                air.drive(self.scene.anvil_area, &air.filled(vr, zero), motion)
+                let motion = ([vr; 2], T::from(self.scene.bodies[0].velocity));
+                air.drive(self.scene.anvil_area, &air.filled([vr; 2]), motion)
             }
             None => self.driving(mode, &inputs).map(|force| force[0]),
         };

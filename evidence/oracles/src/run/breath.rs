@@ -6,10 +6,16 @@ use crate::law::Quantity;
 use crate::linear::Real;
 
 impl<T: Real> Run<T> {
+    /// Where the piston is in the cylinder, and over what it strikes, m.
+    pub(super) fn places(&self) -> [T; 2] {
+        let state = &self.place.state;
+        let over = self.model.over(&state.u) - T::from(self.model.scene.gap);
+        [self.model.quantity(Quantity::Relative, state), over]
+    }
+
     /// Pressures of the chambers of air, Pa; zeros without.
     pub(super) fn pressures(&self) -> [T; 2] {
-        let vr = self.model.quantity(Quantity::Relative, &self.place.state);
-        let of = |air: &crate::air::Air| air.pressures(&self.place.works.air, vr);
+        let of = |air: &crate::air::Air| air.pressures(&self.place.works.air, self.places());
         self.air.as_ref().map_or([T::default(); 2], of)
     }
 
@@ -19,8 +25,7 @@ impl<T: Real> Run<T> {
         let Some(air) = &self.air else {
             return self.model.driving(self.mode, &self.inputs_now())[0][0];
         };
-        let vr = self.model.quantity(Quantity::Relative, state);
-        let motion = [vr, self.model.mean_difference(&state.v)];
+        let motion = (self.places(), self.model.mean_difference(&state.v));
         air.drive(self.model.scene.anvil_area, &self.place.works.air, motion)[0]
     }
 
