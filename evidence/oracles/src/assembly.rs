@@ -1,8 +1,7 @@
-//! Bars into matrices: linear elements with consistent mass, spectral ones, or splines.
+//! Bars into matrices: linear elements with consistent mass, or splines.
 
 use crate::linear::{Banded, Real};
 use crate::scene::{Fidelity, Scene, Section};
-use crate::spectral::Lobatto;
 use crate::spline::{Knots, gauss};
 
 /// Adds `block[0]` to both ends of an element and `block[1]` between them.
@@ -38,33 +37,8 @@ pub(crate) fn add_bar<T: Real>(
     }
 }
 
-/// A scene, a bar's sections, and the degree of its elements.
+/// A scene, a bar's sections, and the degree of its splines.
 type Bar<'a> = (&'a Scene, &'a [Section], usize);
-
-/// Adds a bar of spectral elements whose first unknown is `first`.
-pub(crate) fn add_spectral_bar<T: Real>(
-    (scene, sections, degree): Bar<'_>,
-    first: usize,
-    mass: &mut Banded<T>,
-    stiffness: &mut Banded<T>,
-) {
-    let (r, element) = (T::from, Lobatto::<T>::new(degree));
-    let mut node = first;
-    for section in sections {
-        let (length, area) = (r(section.length) / r(section.elements as f64), r(section.area));
-        let m = r(scene.density) * area * length / r(2.0);
-        let k = r(2.0) * r(scene.youngs_modulus) * area / length;
-        for _ in 0..section.elements {
-            for i in 0..=degree {
-                mass.add([node + i; 2], m * element.weights[i]);
-                for j in i..=degree {
-                    stiffness.add([node + i, node + j], k * element.stiffness[i][j]);
-                }
-            }
-            node += degree;
-        }
-    }
-}
 
 /// Adds a bar of splines, smooth within a section and continuous from one to the next.
 pub(crate) fn add_spline_bar<T: Real>(

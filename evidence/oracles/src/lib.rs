@@ -1,11 +1,10 @@
 //! What the engine is held to, made without a line of it: no oracle can name an engine.
 //!
 //! * [`model`]: the finite element hammer assembled a second time, from the text of the model,
-//!   on linear elements, those of [`spectral`] or splines;
+//!   on linear elements or splines;
 //! * [`run`]: its solution by Taylor series in double-double arithmetic, through any script of
 //!   inputs and retuning; [`reference`](mod@reference) keeps some of these;
 //! * [`waves`]: the continuum that meshes approximate, by characteristics;
-//! * [`string`]: what couplings of a drill string let through;
 //! * [`joint`]: what loose joints of one do;
 //! * [`closed`]: closed forms and published numbers.
 //!
@@ -29,8 +28,6 @@ pub mod record;
 pub mod reference;
 pub mod run;
 pub mod scene;
-pub mod spectral;
 mod spline;
-pub mod string;
 pub mod taylor;
 pub mod waves;

@@ -6,7 +6,7 @@
 //!
 //! `M` (consistent) and `K` are tridiagonal in the order piston top to bottom, then the body that it
 //! strikes, and so on to the bit; a closed contact couples the piston's lowest node with the next and
-//! keeps them so. (Spectral elements have a diagonal `M` and more diagonals of `K`, splines of both.) `K`, `C` and
+//! keeps them so. (Splines have more diagonals of both.) `K`, `C` and
 //! `load` depend on the mode ([`Model::system`]; [`Joint`]s add their own), and a mode ends where one of
 //! its guards ([`Model::guards`]) rises through zero.
 //!
@@ -19,7 +19,7 @@
 mod joint;
 mod start;
 
-use crate::assembly::{add_bar, add_element, add_spectral_bar, add_spline_bar};
+use crate::assembly::{add_bar, add_element, add_spline_bar};
 pub use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, Side, State};
 pub use crate::linear::{Banded, Factor, Field, Real};
 pub use joint::Joint;
@@ -88,9 +88,6 @@ impl<T: Real> Model<T> {
         for (sections, &first) in bodies.into_iter().zip(&starts) {
             let bar = |degree| (scene, &sections[..], degree);
             match scene.fidelity {
-                Fidelity::Spectral(degree) => {
-                    add_spectral_bar(bar(degree), first, &mut mass, &mut bars);
-                }
                 Fidelity::Spline(degree) => {
                     add_spline_bar(bar(degree), first, &mut mass, &mut bars);
                 }

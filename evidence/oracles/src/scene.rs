@@ -32,8 +32,6 @@ pub enum Fidelity {
     Rigid,
     /// Linear elements with consistent mass.
     Elastic,
-    /// Spectral elements of this degree, with diagonal mass.
-    Spectral(usize),
     /// B-splines of this degree, with consistent mass.
     Spline(usize),
 }
@@ -45,7 +43,6 @@ impl Fidelity {
         match self {
             Self::Rigid => 1,
             Self::Elastic => elements + 1,
-            Self::Spectral(degree) => degree * elements + 1,
             Self::Spline(degree) => elements + sections.len() * (degree - 1) + 1,
         }
     }

@@ -2,7 +2,17 @@
 //! Practical Guide to Splines*, 2001).
 
 use crate::linear::Real;
-use crate::spectral::legendre;
+
+/// `P_d` and `P_d'` at `x` inside of `[-1, 1]`: Bonnet's recursion.
+fn legendre<T: Real>(degree: usize, x: T) -> [T; 2] {
+    let (mut before, mut here) = (T::from(1.0), x);
+    for k in 1..degree {
+        let [n, next] = [k, k + 1].map(|k| T::from(k as f64));
+        let ahead = ((n + next) * x * here - n * before) / next;
+        (before, here) = (here, ahead);
+    }
+    [here, T::from(degree as f64) * (before - x * here) / (T::from(1.0) - x * x)]
+}
 
 /// Nodes and weights of Gauss's rule on `[0, 1]`: exact up to degree `2 count - 1`.
 pub(crate) fn gauss<T: Real>(count: usize) -> Vec<[T; 2]> {

@@ -1,6 +1,4 @@
 //! All tests of this crate in one program, which is linked once; `cargo test --test all MODULE::` runs a
 //! file's.
 
-mod closed;
-mod joints;
 mod waves;

@@ -1,8 +1,7 @@
-//! Whole cycles: the relay against a fixed bit, mean forces, the published stationary
-//! response, the first impact.
+//! Whole cycles: the relay against a fixed bit, the published stationary response, the first impact.
 
 use crate::mesh;
-use crate::reference::{hammer, overdamped};
+use crate::reference::overdamped;
 use crate::row::{Row, Rows};
 use hammer::{
     Blow, Error, Event, Fidelity, InputValues, Machine, Parameters, Record, Relay, RockMode,
@@ -119,57 +118,6 @@ pub fn relay_dead() -> Result<Vec<Row>, Error> {
 /// The last blow; zeros before the first.
 fn blow(m: &Machine) -> Blow {
     m.blow().copied().unwrap_or_default()
-}
-
-/// Mean forces over a cycle of the reference hammer, after its `blows`-th blow.
-fn means(blows: u64) -> Result<Vec<Row>, Error> {
-    let (p, inputs) = (Parameters::default(), InputValues::default());
-    let mut m = Machine::new(&p, &inputs, 0.0)?;
-    while m.counters().blows < blows {
-        m.advance(m.time() + 0.01)?;
-    }
-    let period = blow(&m).period;
-    let observe = |m: &mut Machine| (m.impulses(), *m.kinematics());
-    let (j0, k0) = observe(&mut m);
-    m.advance(m.time() + period)?;
-    let (j1, k1) = observe(&mut m);
-    let (mp, mb) = (p.piston_mass(), p.bit_mass());
-    let mean = |a: f64, b: f64| (b - a) / period;
-    let contact = mean(j0.contact, j1.contact);
-    let rock = mean(j0.rock, j1.rock);
-    let gained = mb * mean(k0.bit_velocity, k1.bit_velocity);
-    let mut rows = Rows::new(
-        format!("reference hammer, cycle after blow {blows}"),
-        "momentum",
-        "rounding: 2 eps per event on the impulses summed since the start",
-    );
-    let rounding = 2.0
-        * f64::EPSILON
-        * (m.counters().events as f64)
-        * (j1.contact.abs() + j1.rock.abs() + inputs.feed_force * m.time())
-        / period;
-    let load = inputs.feed_force + mb * p.gravity + contact;
-    rows.add("mean rock force and momentum gained, N", load, rock + gained, rounding);
-    let mut cycle = Rows::new(
-        format!("reference hammer, cycle after blow {blows}"),
-        "periodic cycle",
-        "the momentum by which the cycle does not repeat, over the period",
-    );
-    cycle.add("mean rock force, N", load, rock, gained.abs() + rounding);
-    let piston = mp * mean(k0.piston_velocity, k1.piston_velocity);
-    // The relay's mean is the work of its force over no more than the piston's travel.
-    let relay = (contact + piston - mp * p.gravity).abs();
-    rows.add("mean drive force within F0, N", relay.min(p.drive.amplitude), relay, rounding);
-    rows.list.extend(cycle.list);
-    Ok(rows.list)
-}
-
-/// Closed form 6.
-///
-/// # Errors
-/// Whatever the engine says.
-pub fn mean_forces() -> Result<Vec<Row>, Error> {
-    Ok([means(3)?, means(30)?].concat())
 }
 
 const PRINTED: &str = "half a unit of the last digit printed";
@@ -313,7 +261,6 @@ pub fn stationary() -> Result<Vec<Row>, Error> {
     list.extend(sequence.list);
     let mut paper = Rows::new("reference hammer, stationary", "the paper", "printed as about");
     paper.add("period, ms", 45.0, period, 1.0);
-    paper.add("main drilling cycle, ms", 0.4, 1e3 * drilling_cycle(&journal), 0.05);
     list.extend(paper.list);
     let scales = p.timescales();
     let mut times = Rows::new("reference hammer, timescales", MODEL, PRINTED);
@@ -334,51 +281,6 @@ const SEQUENCE: &str = "CBFDCBDBFDCBDBFDBDBDBS";
 /// Shorter spells are not in the printed list, s.
 const SAMPLED: f64 = 10e-6;
 const SAMPLED_WHY: &str = "spells of less than 10 us are left out; half a unit of the last digit";
-
-/// From the start of the loading that reaches FC to lift-off, in the first such cycle that a
-/// journal has from its start, s.
-fn drilling_cycle(journal: &[Record]) -> f64 {
-    use RockMode::{Backward, DissipativeForward, Forward, FreeFlight, Standstill};
-    let (mut start, mut drilled) = (f64::NAN, false);
-    for pair in journal.windows(2) {
-        let (before, now) = (pair[0].mode.rock, pair[1].mode.rock);
-        match now {
-            DissipativeForward if matches!(before, Backward | FreeFlight | Standstill) => {
-                start = if drilled { start } else { pair[1].time };
-            }
-            Forward => drilled |= start.is_finite(),
-            FreeFlight if drilled && before != FreeFlight => return pair[1].time - start,
-            _ => {}
-        }
-    }
-    f64::NAN
-}
-
-/// The printed cycles of other meshes. They are not met with the reference's `KC`, but with
-/// ones that go with the element, which the description does not say.
-///
-/// # Errors
-/// Whatever the engine says.
-pub fn other_meshes() -> Result<Vec<Row>, Error> {
-    let why = "printed with digits cut: a unit of the last; tip rate: half a unit; KC is a guess of one round number for both";
-    let mut list = Vec::new();
-    for (elements, stiffness, period, tip_rate) in
-        [(10, 6e10, 45.418, 34.1), (40, 2e11, 45.394, 33.7)]
-    {
-        let mut p = hammer(elements);
-        p.contact.stiffness = stiffness;
-        let mut m = Machine::new(&p, &InputValues::default(), 0.0)?;
-        while m.counters().blows < 30 {
-            m.advance(m.time() + 0.01)?;
-        }
-        let case = format!("stationary, {elements} elements, KC {stiffness:e} N/m");
-        let mut rows = Rows::new(case, MODEL, why);
-        rows.add("period, ms", period, 1e3 * blow(&m).period, 1e-3);
-        rows.add("tip rate, mm/s", tip_rate, 1e3 * blow(&m).tip_rate, 0.05);
-        list.extend(rows.list);
-    }
-    Ok(list)
-}
 
 /// The first impact from rest: free fall, the relay on the way.
 ///

@@ -1,11 +1,9 @@
-//! Loose joints of a drill string: momentum and energy; waves and momentum at a joint in closed form.
+//! Waves and momentum at a loose joint of a drill string, in closed form.
 
 use crate::mesh;
 use crate::row::{Row, Rows};
 use hammer::parameters::{Drill, Joint};
-use hammer::{
-    Error, Event, Input, InputValues, Machine, Parameters, Segment, Source, Tie, TieState,
-};
+use hammer::{Error, Event, Input, Machine, Parameters, Segment, Source, Tie, TieState};
 use oracles::joint::{Loose, trapped};
 use std::f64::consts::PI;
 
@@ -124,81 +122,6 @@ pub fn momentum_trapped() -> Result<Vec<Row>, Error> {
         rows.add("momentum of the rod after the pulse, N s", remaining, rod, 1e-6 * given);
         rows.add("momentum of the shank, N s", given - remaining, shank, 1e-6 * given);
         list.append(&mut rows.list);
-    }
-    Ok(list)
-}
-
-/// A drifter's string of so many rods, on linear elements, that strikes at once and is pushed again.
-fn drifter(rods: usize, joint: Joint) -> Parameters {
-    let mut p = Parameters::default();
-    p.mesh.degree = 1;
-    let part = |length, area| Segment { length, area };
-    p.drill = Drill {
-        rods,
-        shank: part(0.3, 1.8e-3),
-        rod: part(0.8, 1.4e-3),
-        coupling: part(0.2, 3.2e-3),
-        joint,
-    };
-    (p.piston.length, p.piston.elements, p.bit.length) = (1.2, 6, 0.1);
-    p.piston.initial_velocity = 8.0;
-    p.contact.stiffness = 2e9;
-    p.contact.initial_gap = 1e-4;
-    p.drive.source = Source::Force;
-    p.bit.elements = 1;
-    while p.validate().is_err() && p.bit.elements < 100 {
-        p.bit.elements += 1;
-    }
-    p
-}
-
-const JOINTS: [Joint; 3] = [
-    Joint { stiffness: 2e9, slack: 0.0 },
-    Joint { stiffness: 1e9, slack: 2e-5 },
-    Joint { stiffness: 5e9, slack: 5e-4 },
-];
-fn pushed() -> InputValues {
-    InputValues { feed_force: 5e3, drive_force: 3e3, ..Default::default() }
-}
-
-const MOMENTUM: &str = "rounding: 2 eps per event on the impulses summed since the start";
-const ENERGY: &str = "the bound that the engine states of its ledger";
-
-/// All that acts from outside, and the energy balance, over some blows.
-///
-/// # Errors
-/// Whatever the engine says.
-pub fn balances() -> Result<Vec<Row>, Error> {
-    let mut list = Vec::new();
-    for rods in [1, 3] {
-        for joint in JOINTS {
-            let p = drifter(rods, joint);
-            let mut m = Machine::new(&p, &pushed(), 0.0)?;
-            m.keep_journal(true);
-            let end = 0.02;
-            m.advance(end)?;
-            let turns = |event: Event| matches!(event, Event::Tie(Tie::Joint(_), _));
-            let turned = m.take_journal().iter().filter(|r| turns(r.event)).count();
-            let (k, rock, e) = (*m.kinematics(), m.impulses().rock, m.energies());
-            let masses = [p.piston_mass(), p.bit_mass()];
-            let start = masses[0] * p.piston.initial_velocity;
-            let given =
-                (pushed().feed_force + pushed().drive_force + (masses[0] + masses[1]) * p.gravity)
-                    * end;
-            let size = start + given + rock;
-            let rounding = 2.0 * f64::EPSILON * m.counters().events as f64 * size;
-            let momentum = masses[0] * k.piston_velocity + masses[1] * k.bit_velocity;
-            let name = format!("{rods} rods, slack {:e} m, {turned} turns of joints", joint.slack);
-            let mut rows = Rows::new(name.clone(), "momentum", MOMENTUM);
-            rows.add("momentum after 20 ms, N s", start + given - rock, momentum, rounding);
-            list.append(&mut rows.list);
-            let mut rows = Rows::new(name, "energy", ENERGY);
-            rows.add("residual of the energy balance, J", 0.0, e.residual, e.residual_bound());
-            let loose = joint.slack > 0.0;
-            let most = if loose { turned.min(20) } else { turned } as f64;
-            rows.add("turns, of 20 if loose", if loose { 20.0 } else { 0.0 }, most, 0.0);
-            list.append(&mut rows.list);
-        }
     }
     Ok(list)
 }

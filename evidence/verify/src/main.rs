@@ -5,7 +5,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use verify::properties::{PROPERTIES, check};
-use verify::{catalogue, continuum, hard_cases, measured, order, report, whole};
+use verify::{catalogue, continuum, hard, measured, order, report};
 
 #[derive(Parser)]
 #[command(about = "Checks the engine against everything known, and writes reports/verification.md")]
@@ -16,9 +16,6 @@ struct Arguments {
     /// Only the page of hammers of a catalogue
     #[arg(long)]
     catalogue: bool,
-    /// Only the page of meshes and their errors
-    #[arg(long)]
-    mesh: bool,
     /// Only the report's account of drawn scenes, as `cargo compare --keep` last left it
     #[arg(long)]
     compared: bool,
@@ -32,8 +29,6 @@ struct Arguments {
 enum Failure {
     #[error(transparent)]
     Engine(#[from] hammer::Error),
-    #[error(transparent)]
-    Rows(#[from] verify::reference::Failure),
     #[error("{}: {source}", path.display())]
     File { path: PathBuf, source: std::io::Error },
     #[error(transparent)]
@@ -62,11 +57,6 @@ fn run(root: &Path, folder: &Path, asked: &Arguments) -> Result<(), Failure> {
         write(root.join("reports/measured.md"), &measured::page()?)
     } else if asked.catalogue {
         write(root.join("reports/catalogue.md"), &catalogue::page()?)
-    } else if asked.mesh {
-        let progress = bar((whole::DRAWN + 11) as u64).with_message("scenes");
-        let text = whole::page(|done| progress.set_position(done as u64))?;
-        progress.finish_and_clear();
-        write(root.join("reports/mesh.md"), &text)
     } else if asked.compared {
         compared(&root.join("reports/verification.md"), folder)
     } else {
@@ -102,7 +92,7 @@ fn compared(report: &Path, folder: &Path) -> Result<(), Failure> {
 }
 
 fn write_report(root: &Path, folder: &Path, cases: u32) -> Result<(), Failure> {
-    let hard_cases = hard_cases::all();
+    let hard_cases = hard::cases::all();
     let count = report::SECTIONS.len() + hard_cases.len() + PROPERTIES.len() + 2;
     let progress = bar(count as u64);
     let step = |what: &str| {

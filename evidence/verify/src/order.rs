@@ -6,16 +6,11 @@
 //! * what is read at a front, or switched by one (an opening, a turn of the tip, and all
 //!   that follows from it), errs by the front's width: order 2/3;
 //! * what integrates over a front errs by the third moment of the Airy function, the first
-//!   and second being zero: order 2; by the second moment where damping spreads it too: 4/3;
-//! * the penalty yields like `EA / KC` of bar: order 1 if `KC` goes with `E A / h`, and no
-//!   order at all if `KC` is kept;
-//! * the largest contact force errs by the mesh's overshoot at a front: order 0.
+//!   and second being zero: order 2; by the second moment where damping spreads it too: 4/3.
 //!
-//! Undamped, the Airy tail stays in the bars, opens the contact and turns the tip again and
-//! again, a little differently on every mesh. Damping of `beta` spreads a front by
-//! `c sqrt(beta t)`: with `beta` as `h^(4/3)` that stays in proportion to the Airy width,
-//! the front keeps its shape as the mesh is refined, and the order shows; with `beta` and
-//! `KC` kept the front has a width of its own, the mesh resolves it, and the order is 2.
+//! Damping of `beta` spreads a front by `c sqrt(beta t)`: with `beta` as `h^(4/3)` that stays in proportion to
+//! the Airy width, and the front keeps its shape as the mesh is refined; with `beta` and `KC` kept the front has
+//! a width of its own, the mesh resolves it, and the order is 2.
 
 use crate::closed::{self, Struck};
 use crate::mesh;
@@ -88,36 +83,6 @@ fn blow_level(elements: usize, scaling: Scaling, exact: &(Waves, f64)) -> Result
 }
 
 const FRONT: f64 = 2.0 / 3.0;
-
-/// Undamped bars against exact waves; and what the penalty alone changes in these.
-pub fn undamped() -> Result<Study, Error> {
-    let sharp = exact(BLOW, 0.0, f64::INFINITY);
-    let mut quantities = quantities([FRONT, FRONT, FRONT, FRONT, 0.0]);
-    quantities.push(quantity("second collision / T1, by KC alone", 1.0));
-    let level = |n: usize| {
-        let penalty = 2.0 * n as f64;
-        let mut level = blow_level(n, |n| [0.0, 2.0 * n], &sharp)?;
-        level.errors.push(exact(BLOW, 0.0, penalty).1 - sharp.1);
-        Ok(level)
-    };
-    Ok(Study {
-        title: "Undamped".into(),
-        setting: "`beta` 0, `KC` 2 E A / h; against exact waves between rigid faces",
-        quantities,
-        levels: refined(level)?,
-    })
-}
-
-/// Fronts that keep their shape.
-pub fn in_proportion() -> Result<Study, Error> {
-    let exact = exact(BLOW, 0.0, f64::INFINITY);
-    Ok(Study {
-        title: "Damping in proportion to the mesh's own spread".into(),
-        setting: "`beta` 0.05 T1 (h / Lp)^(4/3), `KC` 2 E A / h; against exact waves between rigid faces",
-        quantities: quantities([FRONT, FRONT, FRONT, FRONT, 0.0]),
-        levels: refined(|n| blow_level(n, |n| [proportion(n), 2.0 * n], &exact))?,
-    })
-}
 
 /// `beta / T1` and `KC Lp / (E A)` of the fronts of a width of their own: 0.05 T1 a transit
 /// by damping, 0.025 T1 by the contact.
@@ -197,7 +162,7 @@ pub fn resolved_blows() -> Result<Vec<Row>, Error> {
 
 /// All studies of one blow.
 pub fn all() -> Result<Vec<Study>, Error> {
-    Ok(vec![undamped()?, in_proportion()?, resolved()?, simple()?])
+    Ok(vec![resolved()?, simple()?])
 }
 
 const WHY: &str = "half the way to the next power of the expansion, in h^(2/3)";
@@ -214,11 +179,5 @@ pub fn order_rows(study: &Study) -> Vec<Row> {
 
 /// Orders of the settings in which theory says one.
 pub fn rows() -> Result<Vec<Row>, Error> {
-    let mut rows = order_rows(&undamped()?);
-    // Undamped, only the penalty's share has an order to be seen on these meshes.
-    rows.retain(|row| row.reference == 1.0);
-    for study in [in_proportion()?, resolved()?, simple()?] {
-        rows.extend(order_rows(&study));
-    }
-    Ok(rows)
+    Ok(all()?.iter().flat_map(order_rows).collect())
 }

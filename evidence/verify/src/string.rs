@@ -1,5 +1,4 @@
-//! Drill strings: the wave of a blow down shank, rods and couplings, against characteristics and
-//! closed forms.
+//! Drill strings: the wave of a blow down shank, rods and couplings, against characteristics.
 //!
 //! The contact's penalty is soft enough for the mesh: its front, `1 - exp(-t KC/Z)` with
 //! `1/Z = 1/Zp + 1/Zs`, is the only one that there is, and all later steps have its shape.
@@ -8,7 +7,6 @@ use crate::mesh::{self, SPEED};
 use crate::row::{Row, Rows};
 use hammer::parameters::Drill;
 use hammer::{Body, Error, Machine, Parameters, Segment};
-use oracles::string::Joints;
 use serde::Deserialize;
 
 /// How a wave is resolved.
@@ -141,75 +139,6 @@ pub fn characteristics() -> Result<Vec<Row>, Error> {
             let name = format!("compression {place} at {:.0} us, N", 1e6 * spell.time);
             rows.add(name, spell.force, force(&m, spell.rod), steps_left(&p, spell));
         }
-        list.append(&mut rows.list);
-    }
-    Ok(list)
-}
-
-const LONG: Front = Front { width: 0.3, spans: 4.0, damping: 2e-9 };
-/// Couplings: their impedance over the rods', and their length over the piston's, which is 1 m.
-const RATIO: f64 = 2.0;
-const SLEEVE: f64 = 0.4;
-const AREA: f64 = 1.4e-3;
-const SMOOTH: &str = "damping's spread s over the front: s^2/2 of Z v0/2, the front's curvature being 1, and the mesh's ripple, 1/(1 + (k w)^2) of it at k = pi/h, damped; twice that of an energy";
-
-/// Rods of the piston's impedance, so long that what a coupling sends back comes too late.
-fn jointed(rods: usize, sleeve: f64) -> Parameters {
-    let part = |length| Segment { length, area: AREA };
-    let coupling = Segment { length: sleeve, area: RATIO * AREA };
-    let joint = Parameters::default().drill.joint;
-    let drill = Drill { rods, shank: part(3.0), rod: part(3.0), coupling, joint };
-    let mut p = scene(part(1.0), drill, part(1.5), LONG);
-    p.rock.stiffness = 1.0;
-    p
-}
-
-/// The first wave of a blow below `n` couplings, and its energy; and without any, all along the string.
-///
-/// # Errors
-/// Whatever the engine says.
-pub fn joints() -> Result<Vec<Row>, Error> {
-    let mut list = Vec::new();
-    for (rods, watched, sleeve) in
-        [(1, 1, SLEEVE), (2, 2, SLEEVE), (4, 4, SLEEVE), (8, 8, SLEEVE), (8, 1, 0.0), (8, 8, 0.0)]
-    {
-        let p = jointed(rods, sleeve);
-        let mut m = Machine::new(&p, &mesh::no_inputs(), 0.0)?;
-        let transit = p.timescales().piston_transit;
-        let (count, source) = match sleeve {
-            0.0 => (0, "St-Venant: Z v0/2 for 2 Lp/c"),
-            _ => (rods, "transfer matrix of each coupling"),
-        };
-        let exact = Joints { count, ratio: RATIO, transit: SLEEVE };
-        // A sleeve delays no more than a rod of its length: from the strike to where it is watched.
-        let arrival = station(&p, watched).1 / p.wave_speed();
-        let whole = p.impedance_of(AREA) * SPEED;
-        let last = mesh::strike() + arrival + 5.0 * transit;
-        let spread = LONG.spread(&p, last);
-        let error = 0.5 * whole * (0.5 * spread * spread + LONG.ripple(&p, arrival));
-        let name = format!("{rods} rods, {count} couplings, in rod {watched}");
-        let mut rows = Rows::new(name, source, SMOOTH);
-        let mut felt = |at: f64| -> Result<f64, Error> {
-            m.advance(mesh::strike() + arrival + at * transit)?;
-            Ok(force(&m, watched))
-        };
-        let front = LONG.width;
-        let (mut sums, every) = ([0.0; 2], 0.05);
-        for step in 0..100 {
-            let at = every * (f64::from(step) + 0.5);
-            let pair = [whole * exact.force(at, front), felt(at)?];
-            for (sum, force) in sums.iter_mut().zip(pair) {
-                *sum += every * transit * force * force / p.impedance_of(AREA);
-            }
-            if step % 10 == 5 && step < 60 {
-                let quantity = format!("compression {at:.3} Lp/c after its arrival, N");
-                rows.add(quantity, pair[0], pair[1], error);
-            }
-        }
-        let energy = 0.5 * p.piston_mass() * SPEED * SPEED;
-        let tolerance = 2.0 * error / (0.5 * whole);
-        let [exact, ours] = sums.map(|sum| sum / energy);
-        rows.add("energy of the wave over the piston's", exact, ours, tolerance);
         list.append(&mut rows.list);
     }
     Ok(list)

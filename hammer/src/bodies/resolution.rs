@@ -20,8 +20,8 @@
 //! little of its energy. On splines of degree 3 with spans of `4 w` the rate of penetration errs by less than
 //! a hundredth (the tip's own gain by up to four), and with finer ones like their power of 3.6. Below a drill
 //! string it is made by what comes through the couplings: the wave of a blow, twice as long as the piston,
-//! for which spans of 0.22 of that are enough. These rules are empirical; `reports/mesh.md` has their errors
-//! over drawn hammers and the presets.
+//! for which spans of 0.22 of that are enough. These rules are empirical; the tests of `resolution`
+//! hold their errors over drawn hammers.
 
 use crate::numerics::math;
 use crate::quantities::parameters::{MAX_ELEMENTS, Parameters};

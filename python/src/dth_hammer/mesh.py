@@ -60,8 +60,6 @@ def mesh_for(
 ) -> Mesh:
     """Returns a mesh on which a result has at most the relative error ``error``.
 
-    ``reports/mesh.md`` compares the rule with measured errors of many hammers.
-
     Args:
         error: largest relative error, between 0 and 1. If None, the engine's choice for the result.
         parameters: of the hammer, as for `simulate`.

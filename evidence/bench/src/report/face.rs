@@ -1,35 +1,27 @@
-//! `reports/face-cost.md`: what a call of the FMU costs, beside an FMU whose functions do nothing
-//! and, where there is the like, the engine alone. All in CPU time of the thread, so that other
+//! `reports/face-cost.md`: what a call of the FMU costs, beside the engine alone where there is the like. All in CPU time of the thread, so that other
 //! programs take nothing from it but caches.
 
 use crate::{Written, duration, root};
 use bench::Failure;
 use bench::engine::machine;
-use bench::library::{Fmu, Instance, State};
+use bench::library::{Fmu, Instance};
 use cpu_time::ThreadTime;
-use dth_hammer::{GUID, TOKEN};
+use dth_hammer::GUID;
 use hammer::variables::{Read, Role, VARIABLES};
 use hammer::{Input, InputValues, Machine, Parameters};
 use serde::Serialize;
-use std::ffi::{CStr, CString};
+use std::ffi::CString;
 use std::fmt::Write as _;
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use support::run::{cargo, run, target};
 
-/// What is measured, in the order of the samples; the engine has the like of the first nine.
-const ROWS: [&str; 16] = [
+/// What is measured, in the order of the samples; the engine has the like of the first four.
+const ROWS: [&str; 9] = [
     "`fmi2DoStep` of 1 us without an event",
-    "`fmi3DoStep` of 1 us without an event",
     "`fmi2DoStep`, and `fmi2GetReal` of all outputs",
-    "`fmi3DoStep`, and `fmi3GetFloat64` of all outputs",
     "`fmi2SetReal` of all inputs, `fmi2DoStep`, `fmi2GetReal` of all outputs",
-    "`fmi3SetFloat64` of all inputs, `fmi3DoStep`, `fmi3GetFloat64` of all outputs",
     "`fmi2SetReal` of all inputs, `fmi2GetReal` of all outputs, no step between",
-    "`fmi2GetFMUstate` and `fmi2FreeFMUstate`",
-    "`fmi2SetFMUstate`",
-    "`fmi2SerializedFMUstateSize` and `fmi2SerializeFMUstate`",
-    "`fmi2DeSerializeFMUstate` and `fmi2FreeFMUstate`",
     "load: dlopen and the functions' addresses",
     "`fmi2Instantiate`",
     "set up, enter and exit initialization mode",
@@ -42,8 +34,7 @@ const GOALS: [f64; 2] = [100e-9, 2e-3];
 /// Between the start and the first blow at 13.7 ms; that no event falls in it is checked.
 const BEGIN: f64 = 2e-3;
 const STEP: f64 = 1e-6;
-const STEPS: usize = 4000;
-const REPEATS: usize = 100;
+const STEPS: usize = 3000;
 
 /// Median and quartiles of many rounds, s.
 #[derive(Clone, Copy, Serialize)]
@@ -70,7 +61,6 @@ impl Spread {
 struct Row {
     name: &'static str,
     fmu: Spread,
-    empty: Spread,
     engine: Option<Spread>,
 }
 
@@ -97,23 +87,22 @@ struct Data {
 /// If a library cannot be built or loaded, or the engine refuses.
 pub fn page(short: bool) -> Result<Written, Failure> {
     let rounds = if short { 11 } else { 301 };
-    let (hammer, empty) = (build("dth-fmu", "dth_hammer")?, build("empty-fmu", "empty_fmu")?);
+    let hammer = build()?;
     if let Some(&core) = core_affinity::get_core_ids().unwrap_or_default().last() {
         core_affinity::set_for_current(core);
     }
     let ports = Ports::all();
-    let mut all: [Vec<Vec<f64>>; 3] = Default::default();
+    let mut all: [Vec<Vec<f64>>; 2] = Default::default();
     for _ in 0..rounds {
         all[0].push(library(&hammer, &ports)?);
-        all[1].push(library(&empty, &ports)?);
-        all[2].push(engine(&ports)?);
+        all[1].push(engine(&ports)?);
     }
     let row = |(row, &name): (usize, &&'static str)| {
         let spread = |rounds: &Vec<Vec<f64>>| {
             Spread::of(rounds.iter().filter_map(|round| round.get(row).copied()).collect())
         };
-        let [fmu, empty, engine] = all.each_ref().map(spread);
-        Some(Row { name, fmu: fmu?, empty: empty?, engine })
+        let [fmu, engine] = all.each_ref().map(spread);
+        Some(Row { name, fmu: fmu?, engine })
     };
     let rows = ROWS.iter().enumerate().filter_map(row).collect();
     let ports = [ports.inputs.len(), ports.outputs.len()];
@@ -121,24 +110,23 @@ pub fn page(short: bool) -> Result<Written, Failure> {
     Ok(Written { text: text(&data), json: serde_json::to_string(&data)?, figure: false })
 }
 
-fn build(package: &str, name: &str) -> Result<PathBuf, Failure> {
+fn build() -> Result<PathBuf, Failure> {
     let root = root();
-    let options = ["build", "--quiet", "--profile", "fmu", "--lib", "--package", package];
+    let options = ["build", "--quiet", "--profile", "fmu", "--lib", "--package", "dth-fmu"];
     run(cargo(&root).args(options))?;
     let (begin, end) = (std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
-    Ok(target(&root).join("fmu").join(format!("{begin}{name}{end}")))
+    Ok(target(&root).join("fmu").join(format!("{begin}dth_hammer{end}")))
 }
 
 fn text(data: &Data) -> String {
     let mut out = format!(
         "# Cost of the face: `cargo bench-report face`\n\n\
-         A call of the FMU, of an FMU whose functions do nothing (`evidence/bench/empty`) and, where \
-         there is the like, of the engine alone, all from Rust and the libraries through their C \
-         symbols; CPU time on one core ({processor}), {rounds} rounds of each in turn: the median, and \
+         A call of the FMU and, where there is the like, of the engine alone, both from Rust and the library \
+         through its C symbols; CPU time on one core ({processor}), {rounds} rounds of each in turn: the median, and \
          in brackets the quartiles. The reference hammer; {inputs} inputs, \
-         {outputs} outputs; steps of 1 us in the 4 ms before the first blow. What the face costs is \
-         the first column less the third.\n\n\
-         | calls | this FMU | an empty FMU | the engine alone | the face |\n|---|---|---|---|---|\n",
+         {outputs} outputs; steps of 1 us, 3000 of each kind, before the first blow. What the face costs is \
+         the first column less the second.\n\n\
+         | calls | this FMU | the engine alone | the face |\n|---|---|---|---|\n",
         processor = data.processor,
         rounds = data.rounds,
         inputs = data.ports[0],
@@ -147,8 +135,7 @@ fn text(data: &Data) -> String {
     for row in &data.rows {
         let engine = row.engine.map_or(String::new(), Spread::text);
         let face = row.face().map_or(String::new(), duration);
-        let (fmu, empty) = (row.fmu.text(), row.empty.text());
-        let _ = writeln!(out, "| {} | {fmu} | {empty} | {engine} | {face} |", row.name);
+        let _ = writeln!(out, "| {} | {} | {engine} | {face} |", row.name, row.fmu.text());
     }
     let step = data.rows.first().and_then(Row::face);
     let start = data.rows.last().map(|row| row.fmu.median);
@@ -215,18 +202,13 @@ fn library(path: &Path, ports: &Ports) -> Result<Vec<f64>, Failure> {
     instance.step(0.0, 1e-3);
     marks.push(ThreadTime::now());
     instance.step(1e-3, BEGIN - 1e-3);
-    let start = instance.save();
-    let [quiet, read, coupled, both] = steps(&instance, &start, ports);
-    let [quiet3, read3, coupled3] = steps3(&library, &CString::new(TOKEN)?, ports)?;
-    let mut round = vec![quiet, quiet3, read, read3, coupled, coupled3, both];
-    round.extend(states(&instance, &start));
-    instance.forget(start);
+    let mut round = steps(&instance, ports).to_vec();
     round.extend(marks.windows(2).map(|pair| pair[1].duration_since(pair[0]).as_secs_f64()));
     round.push(marks[4].duration_since(marks[0]).as_secs_f64());
     Ok(round)
 }
 
-fn steps(instance: &Instance, start: &State, ports: &Ports) -> [f64; 4] {
+fn steps(instance: &Instance, ports: &Ports) -> [f64; 4] {
     let inputs: Vec<u32> = ports.inputs.iter().map(|input| input.0).collect();
     let outputs: Vec<u32> = ports.outputs.iter().map(|output| output.0).collect();
     let mut values = vec![0.0; outputs.len()];
@@ -235,67 +217,29 @@ fn steps(instance: &Instance, start: &State, ports: &Ports) -> [f64; 4] {
         instance.get(&[ports.events], &mut value);
         value
     };
-    instance.restore(start);
     let before = count();
     let quiet = clock(STEPS, |i| instance.step(point(i), STEP));
-    assert_eq!(count(), before, "the stretch must be quiet");
-    instance.restore(start);
     let read = clock(STEPS, |i| {
-        instance.step(point(i), STEP);
+        instance.step(point(STEPS + i), STEP);
         instance.get(&outputs, &mut values);
     });
-    instance.restore(start);
     let coupled = clock(STEPS, |i| {
         instance.set(&inputs, &ports.starts);
-        instance.step(point(i), STEP);
+        instance.step(point(2 * STEPS + i), STEP);
         instance.get(&outputs, &mut values);
     });
     let both = clock(STEPS, |_| {
         instance.set(&inputs, &ports.starts);
         instance.get(&outputs, &mut values);
     });
+    assert_eq!(count(), before, "the stretch must be quiet");
     [quiet, read, coupled, both]
 }
 
-/// The first three by the functions of FMI 3.0, an instance each.
-fn steps3(library: &Fmu, token: &CStr, ports: &Ports) -> Result<[f64; 3], Failure> {
-    let inputs: Vec<u32> = ports.inputs.iter().map(|input| input.0).collect();
-    let outputs: Vec<u32> = ports.outputs.iter().map(|output| output.0).collect();
-    let mut values = vec![0.0; outputs.len()];
-    let mut times = [0.0; 3];
-    for (time, [sets, gets]) in times.iter_mut().zip([[false; 2], [false, true], [true; 2]]) {
-        let instance = library.start3(token)?;
-        instance.step(0.0, BEGIN);
-        *time = clock(STEPS, |i| {
-            if sets {
-                instance.set(&inputs, &ports.starts);
-            }
-            instance.step(point(i), STEP);
-            if gets {
-                instance.get(&outputs, &mut values);
-            }
-        });
-    }
-    Ok(times)
-}
-
-fn states(instance: &Instance, start: &State) -> [f64; 4] {
-    let saved = clock(REPEATS, |_| instance.forget(instance.save()));
-    let restored = clock(REPEATS, |_| instance.restore(start));
-    // A state keeps its bytes once they are made: a fresh one each time.
-    let fresh: Vec<State> = (0..REPEATS).map(|_| instance.save()).collect();
-    let mut bytes = Vec::with_capacity(1 << 16);
-    let written = clock(REPEATS, |i| instance.serialise(&fresh[i], &mut bytes));
-    fresh.into_iter().for_each(|state| instance.forget(state));
-    let got_back = clock(REPEATS, |_| instance.forget(instance.deserialise(&bytes)));
-    [saved, restored, written, got_back]
-}
-
-/// A round of the same on the engine alone, s: the first nine rows, of which three have the like twice.
+/// A round of the same on the engine alone, s: the first four rows.
 fn engine(ports: &Ports) -> Result<Vec<f64>, Failure> {
     let mut machine = machine(&Parameters::default());
     machine.advance(BEGIN)?;
-    let start = machine.state();
     let mut values = vec![0.0; ports.outputs.len()];
     let mut get = |machine: &mut Machine| {
         for (value, output) in values.iter_mut().zip(&ports.outputs) {
@@ -310,22 +254,18 @@ fn engine(ports: &Ports) -> Result<Vec<f64>, Failure> {
     };
     let step = |machine: &mut Machine, i| machine.advance(point(i) + STEP).expect("quiet");
     let quiet = clock(STEPS, |i| step(&mut machine, i));
-    machine.restore(&start)?;
     let read = clock(STEPS, |i| {
-        step(&mut machine, i);
+        step(&mut machine, STEPS + i);
         get(&mut machine);
     });
-    machine.restore(&start)?;
     let coupled = clock(STEPS, |i| {
         set(&mut machine);
-        step(&mut machine, i);
+        step(&mut machine, 2 * STEPS + i);
         get(&mut machine);
     });
     let both = clock(STEPS, |_| {
         set(&mut machine);
         get(&mut machine);
     });
-    let saved = clock(REPEATS, |_| drop(black_box(machine.state())));
-    let restored = clock(REPEATS, |_| machine.restore(&start).expect("its own state"));
-    Ok(vec![quiet, quiet, read, read, coupled, coupled, both, saved, restored])
+    Ok(vec![quiet, read, coupled, both])
 }

@@ -1,5 +1,8 @@
 //! Hard cases: what a solver of this model may stumble over, each under watch.
 
+pub mod cases;
+mod graze;
+
 use crate::monitor::{Monitored, Violation};
 use hammer::{Counters, InputValues, Parameters};
 
