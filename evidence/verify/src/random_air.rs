@@ -15,7 +15,7 @@ pub(crate) struct AirRow {
     /// Dead volumes over what the face sweeps through the gap; the cylinder's travel beyond it; height of
     /// the ports; all over the gap.
     shares: [f64; 4],
-    /// Edges over the gap.
+    /// Edges over the gap, some of them outside the stroke.
     edges: Vec<f64>,
     /// Supply, exhaust and leak over the smaller face.
     openings: [f64; 3],
@@ -26,9 +26,13 @@ pub(crate) struct AirRow {
     error: f64,
 }
 
+/// The smallest dead volume, m3.
+const LEAST_DEAD: f64 = 1e-6;
+
 pub(crate) fn air() -> impl Strategy<Value = AirRow> {
-    let shares = [log(0.02, 1.0), log(0.02, 1.0), log(0.02, 2.0), log(0.01, 0.3)];
-    let edges = prop::collection::vec(0.02..1f64, 4);
+    let shares = [log(1e-3, 1.0), log(1e-3, 1.0), log(0.02, 2.0), log(0.01, 0.3)];
+    let edge = prop_oneof![4 => 0.02..1f64, 1 => -0.3..0.02f64, 1 => 1.0..1.5f64];
+    let edges = prop::collection::vec(edge, 4);
     let openings = [or_zero(1e-3, 0.3), or_zero(1e-3, 0.3), or_zero(1e-5, 1e-2)];
     let outside = [log(200.0, 600.0), log(1e5, 1e7), log(1e4, 1e6)];
     let losses = (log(0.1, 1.0), or_zero(1e-3, 10.0));
@@ -75,7 +79,7 @@ pub(crate) fn set_air(
     let gap = gap.max(4.0 * (push + inputs.feed_force.abs() + held) * bodies::compliance(p));
     p.contact.initial_gap = gap;
     let chamber = |dead: f64, area: f64, k: usize| AirChamber {
-        dead_volume: dead * gap * area,
+        dead_volume: (dead * gap * area).max(LEAST_DEAD),
         supply: -gap * row.edges[k],
         exhaust: -gap * row.edges[k + 1],
     };

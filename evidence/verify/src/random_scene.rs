@@ -3,7 +3,7 @@
 use crate::actions::{Action, Actions, actions};
 use crate::bodies;
 use crate::draws::{log, or_zero, signed};
-use crate::random_air::{AirRow, air, set_air};
+use crate::random_air::{air, set_air};
 use hammer::parameters::{
     Bit, Casing, ChuckLaw, Contact, Drill, Drive, FASTEST_WAVE, Joint, MAX_DEGREE, Material, Mesh,
     Piston, Rock, SOFTEST_JOINT,
@@ -295,18 +295,15 @@ const MOST_HELD: f64 = 2e4;
 /// drilling cycle begins, so that retuning the rock begins one at no speed, and rounding decides what
 /// comes next.
 pub fn mixed() -> impl Strategy<Value = RandomScene> {
-    mixed_by(vec![Source::Relay, Source::Force, Source::Pressure], Just(None))
+    mixed_by(vec![Source::Relay, Source::Force, Source::Pressure, Source::Air])
 }
 
 /// The same, driven by air.
 pub fn airy() -> impl Strategy<Value = RandomScene> {
-    mixed_by(vec![Source::Air], air().prop_map(Some))
+    mixed_by(vec![Source::Air])
 }
 
-fn mixed_by(
-    sources: Vec<Source>,
-    air: impl Strategy<Value = Option<AirRow>>,
-) -> impl Strategy<Value = RandomScene> {
+fn mixed_by(sources: Vec<Source>) -> impl Strategy<Value = RandomScene> {
     let source = prop::sample::select(sources);
     let pressures = (signed(1e3, 1e8), signed(1e3, 1e8));
     let areas = (or_zero(1e-5, 1e-1), or_zero(1e-5, 1e-1), or_zero(1e-5, 1e-1));
@@ -314,9 +311,10 @@ fn mixed_by(
     let held = prop::option::weighted(0.75, log(1.0, MOST_HELD));
     let drive = (source, pressures, areas);
     let reloads = prop::bool::weighted(0.25);
-    (meshed(), drive, reloads, around(), strike, (held, air)).prop_flat_map(
+    (meshed(), drive, reloads, around(), strike, (held, air())).prop_flat_map(
         |(mut case, (source, pressures, areas), reloads, (casing, string), strike, last)| {
             let (held, air) = last;
+            let air = (source == Source::Air).then_some(air);
             let p = &mut case.parameters;
             // Air comes in when the bodies are what they are.
             p.drive.source = if air.is_some() { Source::Force } else { source };

@@ -153,8 +153,8 @@ fn fraction(order: f64) -> String {
 /// What came of drawn scenes, as `cargo compare --keep` left it.
 pub fn compared(text: &mut String, kept: Option<String>) {
     *text += "\n## Everything together, in extended precision\n\n\
-        Scenes drawn with everything that may occur together: any drive but air, the return chamber's push on \
-        the bit, rigid or elastic bodies of any sections on linear elements or splines, a casing, a drill string \
+        Scenes drawn with everything that may occur together: any drive, air inside as well \
+        (edges outside the stroke, dead volumes down to 1e-6 m3), the return chamber's push on the bit, rigid or elastic bodies of any sections on linear elements or splines, a casing, a drill string \
         of loose joints, reloading, retuning, inputs of order 0 to 4. How far engine and reference may be apart \
         is what the reference itself changes by if every number is off by a few units in the last place.\n\n";
     *text += &kept.unwrap_or_else(|| "Not made yet: `cargo compare --keep`.\n".into());

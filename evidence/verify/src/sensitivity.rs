@@ -10,7 +10,7 @@
 //! a few units in the last place says what double precision can know.
 //!
 //! How often the error that the engine tells holds the true one is counted apart ([`Held`]): of bare
-//! hammers, of those in a casing, and of those that are retuned or whose inputs change on the way.
+//! hammers, of those in a casing, of those that are retuned or whose inputs change on the way, and under air.
 
 use crate::actions::{self, Action};
 use crate::bodies;
@@ -21,7 +21,7 @@ use crate::random_scene::{RandomScene, mixed};
 use crate::scene;
 use crate::tally::batches;
 use hammer::sensitivity::{Argument, Sample, Scene as Start, derivatives};
-use hammer::{Fidelity, Parameters};
+use hammer::{Fidelity, Parameters, Source};
 use oracles::dd::Dd;
 use oracles::linear::Real;
 use oracles::perturb::perturbed;
@@ -48,8 +48,12 @@ pub struct Held {
 }
 
 /// The groups that these are counted in.
-pub const GROUPS: [&str; 3] =
-    ["bare hammer, left alone", "in a casing, left alone", "retuned, or inputs change"];
+pub const GROUPS: [&str; 4] = [
+    "bare hammer, left alone",
+    "in a casing, left alone",
+    "retuned, or inputs change",
+    "driven by air",
+];
 
 /// What came of many scenes.
 #[derive(Clone, Debug, Default)]
@@ -182,7 +186,11 @@ fn compare(name: &str, case: &RandomScene, first: usize, tally: &mut Tally) -> O
     let schedule = case.schedule().ok()?;
     let done = actions::translated_actions(&case.parameters, &schedule);
     let base = solve(&whole, &done, end)?;
-    let group = if schedule.is_empty() { usize::from(case.parameters.has_casing()) } else { 2 };
+    let group = match case.parameters.drive.source {
+        Source::Air => 3,
+        _ if schedule.is_empty() => usize::from(case.parameters.has_casing()),
+        _ => 2,
+    };
     let mut scales = Scales::new(case);
     scales.grow(&base.observables.map(Real::to_f64));
     let start = Start { parameters: case.parameters, inputs: case.inputs };
