@@ -23,7 +23,6 @@ cases! {
     critical_rock,
     critical_tip,
     four_hundred,
-    rigid,
     quiet_tip,
     lifted_from_standstill,
     rests_for_good,
