@@ -4,8 +4,10 @@ use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use verify::properties::{PROPERTIES, check};
-use verify::{catalogue, continuum, hard, measured, order, report};
+use verify::laws::hard;
+use verify::laws::properties::{PROPERTIES, check};
+use verify::report;
+use verify::rows::{catalogue, continuum, measured, order};
 
 #[derive(Parser)]
 #[command(about = "Checks the engine against everything known, and writes reports/verification.md")]

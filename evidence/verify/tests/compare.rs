@@ -5,11 +5,11 @@
 use hammer::Segment;
 use hammer::presets::PRESETS;
 use serde_json::Value;
-use verify::compare::compare;
-use verify::known::Account;
-use verify::random_scene::RandomScene;
-use verify::stored::scene;
-use verify::tally::{Kind, Tally, tally};
+use verify::comparison::compare::compare;
+use verify::comparison::known::Account;
+use verify::comparison::tally::{Kind, Tally, tally};
+use verify::drawn::scenes::RandomScene;
+use verify::drawn::stored::scene;
 
 #[test]
 fn scenes_with_everything_agree() {

@@ -2,13 +2,13 @@
 
 use hammer::{Fidelity, InputValues, Machine, Parameters};
 use serde_json::Value;
-use verify::properties::PROPERTIES;
-use verify::stored::scene;
+use verify::drawn::stored::scene;
+use verify::laws::properties::PROPERTIES;
 
 /// What the shrunk scenes share: rigid, undamped, weightless, the piston on the bit, soft
 /// rock without viscosity, barrier or standstill.
 fn shrunk(section: f64, lengths: [f64; 2]) -> Parameters {
-    let mut p = verify::mesh::bare(1);
+    let mut p = verify::rows::mesh::bare(1);
     p.fidelity = Fidelity::Rigid;
     (p.material.youngs_modulus, p.material.density) = (1e9, 1e3);
     p.cross_section = section;
@@ -20,7 +20,7 @@ fn shrunk(section: f64, lengths: [f64; 2]) -> Parameters {
 }
 
 fn feed(force: f64) -> InputValues {
-    InputValues { feed_force: force, ..verify::mesh::no_inputs() }
+    InputValues { feed_force: force, ..verify::rows::mesh::no_inputs() }
 }
 
 /// Bodies a metre away from the origin closed at 7 km/s with a gap above its resolution by
@@ -92,10 +92,10 @@ stored! {
 /// eigenvalues was not met, and the scene was refused.
 #[test]
 fn crowded_overdamped_modes_are_told_apart() {
-    let mut p = verify::closed::blow_scene(0.3, 5.0, 160);
+    let mut p = verify::rows::closed::blow_scene(0.3, 5.0, 160);
     p.material.damping_time = 0.01 * p.timescales().piston_transit;
-    p.contact.stiffness = 20.0 * verify::mesh::stretch(&p) / p.piston.length;
-    let mut m = Machine::new(&p, &verify::mesh::no_inputs(), 0.0).unwrap();
+    p.contact.stiffness = 20.0 * verify::rows::mesh::stretch(&p) / p.piston.length;
+    let mut m = Machine::new(&p, &verify::rows::mesh::no_inputs(), 0.0).unwrap();
     m.advance(9.0 * p.timescales().piston_transit).unwrap();
     assert_eq!(m.counters().blows, 1);
 }

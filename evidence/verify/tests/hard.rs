@@ -1,6 +1,6 @@
 //! Hard cases, each a test of its name.
 
-use verify::hard::cases;
+use verify::laws::hard::cases;
 
 /// Declares a test a case, and one that no case is without.
 macro_rules! cases {

@@ -1,6 +1,6 @@
 //! Properties over the whole domain. `PROPTEST_CASES` sets how many scenes are drawn.
 
-use verify::properties::{Checked, PROPERTIES, check, check_mixed};
+use verify::laws::properties::{Checked, PROPERTIES, check, check_mixed};
 
 /// Three hundred scenes per property, unless more are asked for.
 fn cases() -> u32 {

@@ -1,12 +1,12 @@
 //! Rows of the report, each section a test: closed forms, exact waves, published benchmarks, measurements.
 
-use verify::measured;
-use verify::row::assert_all;
+use verify::rows::measured;
+use verify::rows::row::assert_all;
 
 /// Declares a test a section.
 macro_rules! sections {
     ($($name:ident: $module:ident::$rows:ident),* $(,)?) => {
-        $(#[test] fn $name() { assert_all(&verify::$module::$rows().unwrap()); })*
+        $(#[test] fn $name() { assert_all(&verify::rows::$module::$rows().unwrap()); })*
     };
 }
 

@@ -1,7 +1,7 @@
 //! Derivatives of drawn scenes against differences in extended precision;
 //! `DERIVATIVE_SCENES` sets how many; `cargo compare --derivatives --scenes 1000` is the long form.
 
-use verify::sensitivity::{GROUPS, tally};
+use verify::comparison::sensitivity::{GROUPS, tally};
 
 #[test]
 fn derivatives_are_those_of_extended_precision_within_the_errors_that_they_tell() {

@@ -6,8 +6,8 @@
 use clap::Parser;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use verify::known::Account;
-use verify::tally::{Kind, Name, Tally, accounts, against, tally, these};
+use verify::comparison::known::Account;
+use verify::comparison::tally::{Kind, Name, Tally, accounts, against, tally, these};
 
 #[derive(Parser)]
 #[command(about = "Compares the engine with the extended-precision reference on drawn scenes")]
@@ -109,9 +109,10 @@ fn accounts_of(path: &Path, scenes: (u32, u32), kind: Kind) -> Result<Vec<Accoun
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     if arguments.derivatives {
-        let found = verify::sensitivity::tally(arguments.scenes, arguments.from, |text| {
-            println!("{text}");
-        });
+        let found =
+            verify::comparison::sensitivity::tally(arguments.scenes, arguments.from, |text| {
+                println!("{text}");
+            });
         if arguments.keep {
             let command = format!("cargo compare --derivatives --scenes {}", arguments.scenes);
             let (line, table) = (found.line(), found.table());

@@ -5,8 +5,8 @@
 //! of the positions, velocities and forces at the end.
 
 use clap::Parser;
-use verify::actions::follow;
-use verify::tally::{Kind, drawn};
+use verify::comparison::tally::{Kind, drawn};
+use verify::drawn::actions::follow;
 
 #[derive(Parser)]
 #[command(about = "Prints a hash of the motion of drawn scenes")]
@@ -25,7 +25,7 @@ fn main() {
     }
 }
 
-fn motion(case: &verify::random_scene::RandomScene) -> Result<String, hammer::Error> {
+fn motion(case: &verify::drawn::scenes::RandomScene) -> Result<String, hammer::Error> {
     let schedule = case.schedule()?;
     let mut machine = hammer::Machine::new(&case.parameters, &case.inputs, 0.0)?;
     machine.keep_journal(true);

@@ -12,10 +12,10 @@
 //! the Airy width, and the front keeps its shape as the mesh is refined; with `beta` and `KC` kept the front has
 //! a width of its own, the mesh resolves it, and the order is 2.
 
-use crate::closed::{self, Struck};
-use crate::mesh;
-use crate::row::{Row, Rows};
-use crate::study::{Level, Quantity, Study, refined, remaining};
+use crate::rows::closed::{self, Struck};
+use crate::rows::mesh;
+use crate::rows::row::{Row, Rows};
+use crate::rows::study::{Level, Quantity, Study, refined, remaining};
 use hammer::{Error, Parameters};
 use oracles::closed::{BLOWS, bar_on_unit_spring};
 use oracles::waves::{Scene, Waves};

@@ -1,6 +1,6 @@
 //! Waves in an elastic casing, by characteristics.
 
-use crate::row::{Row, Rows};
+use crate::rows::row::{Row, Rows};
 use hammer::{
     Error, Event, Fidelity, InputValues, Machine, Parameters, Record, Source, Tie, TieState,
 };

@@ -1,6 +1,6 @@
 //! A machine driven under watch: bounded work, signs, monotone losses, balanced energy.
 
-use crate::bodies;
+use crate::comparison::bodies;
 use hammer::RockMode;
 use hammer::{Energies, Error, Input, InputValues, Machine, Parameters};
 

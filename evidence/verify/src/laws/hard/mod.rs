@@ -3,7 +3,7 @@
 pub mod cases;
 mod graze;
 
-use crate::monitor::{Monitored, Violation};
+use crate::laws::monitor::{Monitored, Violation};
 use hammer::{Counters, InputValues, Parameters};
 
 /// What is done in a case; the string is the outcome.

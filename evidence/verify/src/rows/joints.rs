@@ -1,7 +1,7 @@
 //! Waves and momentum at a loose joint of a drill string, in closed form.
 
-use crate::mesh;
-use crate::row::{Row, Rows};
+use crate::rows::mesh;
+use crate::rows::row::{Row, Rows};
 use hammer::parameters::{Drill, Joint};
 use hammer::{Error, Event, Input, Machine, Parameters, Segment, Source, Tie, TieState};
 use oracles::joint::{Loose, trapped};

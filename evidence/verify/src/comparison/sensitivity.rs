@@ -12,14 +12,14 @@
 //! How often the error that the engine tells holds the true one is counted apart ([`Held`]): of bare
 //! hammers, of those in a casing, of those that are retuned or whose inputs change on the way, and under air.
 
-use crate::actions::{self, Action};
-use crate::bodies;
-use crate::compare::ROUNDING;
-use crate::known::{ACCURACY, FACTOR, PATIENCE};
-use crate::observables::{MOTIONS, OBSERVABLES, Scales, exactly, motions};
-use crate::random_scene::{RandomScene, mixed};
+use crate::comparison::bodies;
+use crate::comparison::compare::ROUNDING;
+use crate::comparison::known::{ACCURACY, FACTOR, PATIENCE};
+use crate::comparison::observables::{MOTIONS, OBSERVABLES, Scales, exactly, motions};
+use crate::comparison::tally::batches;
+use crate::drawn::actions::{self, Action};
+use crate::drawn::scenes::{RandomScene, mixed};
 use crate::scene;
-use crate::tally::batches;
 use hammer::sensitivity::{Argument, Sample, Scene as Start, derivatives};
 use hammer::{Fidelity, Parameters, Source};
 use oracles::dd::Dd;

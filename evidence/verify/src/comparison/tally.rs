@@ -1,9 +1,9 @@
 //! Many drawn scenes compared with the reference, and what came of it.
 
-use crate::compare::{Differences, Worst, beside, compare};
-use crate::known::{Account, INSTANTS};
-use crate::properties::refusal;
-use crate::random_scene::{self, RandomScene};
+use crate::comparison::compare::{Differences, Worst, beside, compare};
+use crate::comparison::known::{Account, INSTANTS};
+use crate::drawn::scenes::{self, RandomScene};
+use crate::laws::properties::refusal;
 use clap::ValueEnum;
 use hammer::Error;
 use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
@@ -25,7 +25,7 @@ pub struct Tally {
     pub instants: usize,
     /// Scenes that double precision decides to their end.
     pub whole: u32,
-    /// Scenes that the engine refused, for one of [`crate::properties::REFUSALS`].
+    /// Scenes that the engine refused, for one of [`crate::laws::properties::REFUSALS`].
     pub refused: u32,
     /// Scenes that differ by no more than the engine's own measure of its bases explains.
     pub rough: Vec<String>,
@@ -76,9 +76,9 @@ pub enum Kind {
 impl Kind {
     fn strategy(self) -> BoxedStrategy<RandomScene> {
         match self {
-            Self::Still => random_scene::meshed().boxed(),
-            Self::Mixed => random_scene::mixed().boxed(),
-            Self::Air => random_scene::airy().boxed(),
+            Self::Still => scenes::meshed().boxed(),
+            Self::Mixed => scenes::mixed().boxed(),
+            Self::Air => scenes::airy().boxed(),
         }
     }
 }

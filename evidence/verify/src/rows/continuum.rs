@@ -1,8 +1,8 @@
 //! Whole cycles of the reference hammer against the continuum: exact waves in damped bars
 //! that meet through the same spring, from rest to the stationary cycle.
 
-use crate::row::{Row, Rows};
-use crate::study::{Level, MESHES, Quantity, Study, remaining};
+use crate::rows::row::{Row, Rows};
+use crate::rows::study::{Level, MESHES, Quantity, Study, remaining};
 use hammer::{Error, Event, InputValues, Machine, Parameters, Record, Relay};
 use oracles::waves::{Scene, Waves};
 use std::time::Instant;

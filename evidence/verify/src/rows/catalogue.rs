@@ -3,7 +3,7 @@
 //! One number of each hammer is fitted, the area of its supply ports, to the air that it takes at the
 //! lowest pressure printed. Air at two other pressures, power and frequency are held out.
 
-use crate::row::{Row, Rows};
+use crate::rows::row::{Row, Rows};
 use hammer::datasheet::{AirBlow, DatasheetError};
 use hammer::laws::air::FREE_DENSITY;
 use hammer::presets::{AirHammer, Preset};
@@ -323,7 +323,7 @@ fn thrust(out: &mut String) -> Result<(), DatasheetError> {
 }
 
 /// What makers print of hammers, a row a pressure.
-const MAKERS: &str = include_str!("../../oracles/data/makers.csv");
+const MAKERS: &str = include_str!("../../../oracles/data/makers.csv");
 /// Newtons of a kilogram's weight.
 const KGF: f64 = 9.80665;
 

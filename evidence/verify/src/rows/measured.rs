@@ -6,8 +6,8 @@
 //! out. No viscosity and no barrier: on one insert a tenth of the reference's cannot be told from
 //! none. The unloading ratio moves nothing before the turn, and decides the rebound.
 
-use crate::mesh;
-use crate::row::{Row, Rows};
+use crate::rows::mesh;
+use crate::rows::row::{Row, Rows};
 use hammer::{Error, InputValues, Machine, Parameters, Segment};
 use std::fmt::Write as _;
 

@@ -3,8 +3,8 @@
 //! The contact's penalty is soft enough for the mesh: its front, `1 - exp(-t KC/Z)` with
 //! `1/Z = 1/Zp + 1/Zs`, is the only one that there is, and all later steps have its shape.
 
-use crate::mesh::{self, SPEED};
-use crate::row::{Row, Rows};
+use crate::rows::mesh::{self, SPEED};
+use crate::rows::row::{Row, Rows};
 use hammer::parameters::Drill;
 use hammer::{Body, Error, Machine, Parameters, Segment};
 use serde::Deserialize;
@@ -95,7 +95,7 @@ struct Spell {
     apart: f64,
 }
 
-const CHARACTERISTICS: &str = include_str!("../../oracles/data/strings.json");
+const CHARACTERISTICS: &str = include_str!("../../../oracles/data/strings.json");
 const FINE: Front = Front { width: 0.028, spans: 1.4, damping: 2e-8 };
 const STEPS: &str = "steps that have passed contact and rock, (1 + x + x^2/2) exp(-x) of all that the piston can press, x the distance of the nearest over the front; more by damping's spread s, exp(s^2/2); and the mesh's ripple, 1/(1 + (k w)^2) at k = pi/h, damped";
 

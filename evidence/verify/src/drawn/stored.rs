@@ -1,6 +1,6 @@
 //! Scenes that failed once, stored as themselves.
 
-use crate::random_scene::RandomScene;
+use crate::drawn::scenes::RandomScene;
 use hammer::Parameters;
 use serde_json::Value;
 

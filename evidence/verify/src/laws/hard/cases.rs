@@ -1,8 +1,8 @@
 //! The cases of parameters, starts and interventions that no drawn scene is.
 
 use super::{Case, case, cycles, graze, missed, run, summary};
-use crate::mesh;
-use crate::monitor::{Monitored, Violation};
+use crate::laws::monitor::{Monitored, Violation};
+use crate::rows::mesh;
 use hammer::{Fidelity, Input, Parameters, Relay, RockMode, Source};
 
 fn elements(p: &mut Parameters, piston: usize, bit: usize) {

@@ -1,8 +1,8 @@
 //! What the extended-precision reference knows of a scene and its script, whatever the engine.
 
-use crate::actions::{self, Action};
-use crate::observables::{Observed, of_reference};
-use crate::random_scene::RandomScene;
+use crate::comparison::observables::{Observed, of_reference};
+use crate::drawn::actions::{self, Action};
+use crate::drawn::scenes::RandomScene;
 use crate::scene;
 use hammer::Error;
 use oracles::dd::Dd;
@@ -42,7 +42,7 @@ pub(crate) struct Trajectory {
     /// Rates of the guards at these, of a reference.
     pub rates: Vec<f64>,
     pub observed: Vec<Observed>,
-    /// Largest [mismatch](crate::bodies::mismatch) of a basis, of an engine.
+    /// Largest [mismatch](crate::comparison::bodies::mismatch) of a basis, of an engine.
     pub mismatch: f64,
 }
 

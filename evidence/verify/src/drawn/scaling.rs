@@ -1,7 +1,7 @@
 //! Scaled scenes, whose motion is the same but for the factor, to the bit: the resolutions of the guards are
 //! parts of the travel and scale with it.
 
-use crate::random_scene::RandomScene;
+use crate::drawn::scenes::RandomScene;
 
 /// The scene with every mass, stiffness, viscosity, force and `WR` times `a`.
 pub fn heavier(case: &RandomScene, a: f64) -> RandomScene {

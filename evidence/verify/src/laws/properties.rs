@@ -4,11 +4,11 @@
 //! The engine may refuse a scene, but only by name and only where this file says so
 //! ([`refusal`]); any other error fails the property.
 
-use crate::bodies;
-use crate::hard::trajectory;
-use crate::monitor::{Monitored, Violation};
-use crate::random_scene::{RandomScene, meshed, mixed};
-use crate::scaling::{heavier, larger};
+use crate::comparison::bodies;
+use crate::drawn::scaling::{heavier, larger};
+use crate::drawn::scenes::{RandomScene, meshed, mixed};
+use crate::laws::hard::trajectory;
+use crate::laws::monitor::{Monitored, Violation};
 use crate::scene::is_loose;
 use hammer::{Body, Error, Kinematics, Machine, Parameters, Source, State, WorkLimit};
 use proptest::strategy::{BoxedStrategy, Strategy};

@@ -14,11 +14,11 @@
 //! error, `T` being the time of a stroke; it moves a speed inside by `T/h` times the error, a place by once:
 //! for `T/h` up to [`FACTOR`], and energies like speeds.
 
-use crate::actions::{self, Action};
-use crate::bodies;
-use crate::known::{Account, FACTOR, Known, Trajectory};
-use crate::observables::{FORCE, OBSERVABLES, PLACE, Scales, of_engine};
-use crate::random_scene::RandomScene;
+use crate::comparison::bodies;
+use crate::comparison::known::{Account, FACTOR, Known, Trajectory};
+use crate::comparison::observables::{FORCE, OBSERVABLES, PLACE, Scales, of_engine};
+use crate::drawn::actions::{self, Action};
+use crate::drawn::scenes::RandomScene;
 use crate::scene;
 use hammer::{Error, Machine};
 use oracles::dd::Dd;

@@ -1,9 +1,9 @@
 //! Scenes drawn over the whole domain, log-uniformly.
 
-use crate::actions::{Action, Actions, actions};
-use crate::bodies;
-use crate::draws::{log, or_zero, signed};
-use crate::random_air::{air, set_air};
+use crate::comparison::bodies;
+use crate::drawn::actions::{Action, Actions, actions};
+use crate::drawn::air::{air, set_air};
+use crate::drawn::draws::{log, or_zero, signed};
 use hammer::parameters::{
     Bit, Casing, ChuckLaw, Contact, Drill, Drive, FASTEST_WAVE, Joint, MAX_DEGREE, Material, Mesh,
     Piston, Rock, SOFTEST_JOINT,

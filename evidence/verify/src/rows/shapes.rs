@@ -5,8 +5,8 @@
 //! piston reaches 0.8145 (Lundberg 1973, Int. J. Rock Mech. Min. Sci. 10:381), a wave that
 //! grows exponentially tends to 1 (Lundberg and Collet 2010, Int. J. Impact Eng. 37:901).
 
-use crate::mesh::{self, SPEED};
-use crate::row::{Row, Rows};
+use crate::rows::mesh::{self, SPEED};
+use crate::rows::row::{Row, Rows};
 use crate::scene::sharp;
 use hammer::{Error, Machine, Parameters, Segment};
 use oracles::closed::BEST_PULSE;
@@ -99,7 +99,7 @@ struct Plateau {
     force: f64,
 }
 
-const CHARACTERISTICS: &str = include_str!("../../oracles/data/stepped_impact.json");
+const CHARACTERISTICS: &str = include_str!("../../../oracles/data/stepped_impact.json");
 const RATTLE: &str = "the faces rattle on the penalty: the way F/KC, as far as the mesh's highest mode has not damped it, over half a plateau, times Z1 Z2/(Z1 + Z2); impulse: the last force over the front's width, by damping and penalty";
 
 /// A stepped piston on a stepped bit: the mean force of each plateau over its middle half, and the

@@ -1,8 +1,8 @@
 //! Whole cycles: the relay against a fixed bit, the published stationary response, the first impact.
 
-use crate::mesh;
 use crate::reference::overdamped;
-use crate::row::{Row, Rows};
+use crate::rows::mesh;
+use crate::rows::row::{Row, Rows};
 use hammer::{
     Blow, Error, Event, Fidelity, InputValues, Machine, Parameters, Record, Relay, RockMode,
 };

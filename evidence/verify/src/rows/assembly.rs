@@ -1,7 +1,7 @@
 //! Published benchmarks of another code, at the level of the bars' assembly: its scenes
 //! have a clamped bar and a mass on a spring, which a hammer has not.
 
-use crate::row::{Row, Rows};
+use crate::rows::row::{Row, Rows};
 use hammer::Error;
 use hammer::bodies::bar::{Bar, Section};
 use hammer::modal::structure::{Attachment, Structure};

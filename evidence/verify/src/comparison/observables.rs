@@ -1,7 +1,7 @@
 //! What engine and reference show of a scene, and what its numbers are rounded by.
 
-use crate::bodies;
-use crate::random_scene::RandomScene;
+use crate::comparison::bodies;
+use crate::drawn::scenes::RandomScene;
 use crate::scene::is_loose;
 use hammer::{Machine, Source};
 use oracles::dd::Dd;

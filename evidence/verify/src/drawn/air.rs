@@ -1,7 +1,7 @@
 //! Air drawn for a scene.
 
-use crate::bodies;
-use crate::draws::{log, or_zero};
+use crate::comparison::bodies;
+use crate::drawn::draws::{log, or_zero};
 use hammer::{AirChamber, AirLaw, Fidelity, InputValues, Parameters, Source};
 use proptest::prelude::*;
 

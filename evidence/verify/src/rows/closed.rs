@@ -1,8 +1,8 @@
 //! Closed forms 1 to 4: two bars, a bar on a spring, one pulse, one blow. Each is held
 //! against exact waves, and against the engine on a mesh.
 
-use crate::mesh::{self, SPEED};
-use crate::row::{Row, Rows};
+use crate::rows::mesh::{self, SPEED};
+use crate::rows::row::{Row, Rows};
 use hammer::{Error, Machine, Parameters};
 use oracles::closed::{
     BAR_ON_SPRING, BEST_PULSE, BLOWS, pulse as pulse_efficiency, two_bars as bars,

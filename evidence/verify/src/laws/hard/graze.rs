@@ -1,8 +1,8 @@
 //! Grazes: what is just reached, and just missed, by closed forms.
 
 use super::{Case, missed};
-use crate::mesh;
-use crate::monitor::{Monitored, Violation};
+use crate::laws::monitor::{Monitored, Violation};
+use crate::rows::mesh;
 use hammer::{Event, Fidelity, Input, InputValues, Machine, Parameters, RockEvent, Source};
 
 /// True if what happened is what is to happen.

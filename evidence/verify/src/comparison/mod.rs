@@ -1,0 +1,8 @@
+//! The engine beside the reference in extended precision, on any scene and script, and its derivatives.
+
+pub mod bodies;
+pub mod compare;
+pub mod known;
+pub(crate) mod observables;
+pub mod sensitivity;
+pub mod tally;
