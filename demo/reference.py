@@ -92,7 +92,7 @@ def cycle_of(package: Package, impact: float, period: float) -> tuple[Record, li
     fine = np.arange(-0.05 * OUTLOOK, 1.02 * OUTLOOK, 1e-6)
     outside = (coarse < fine[0]) | (coarse > fine[-1])
     times = np.sort(np.concatenate((coarse[outside], fine)))
-    names = ["hole_depth", "piston_position", "bit_position", "piston_velocity", "bit_velocity"]
+    names = ["tip_depth", "piston_position", "bit_position", "piston_velocity", "bit_velocity"]
     names += ["rock_mode", "contact_closed", "contact_duration"]
     rows = []
     with Instance(package) as hammer:

@@ -41,7 +41,7 @@ class Formation:
 
     def __call__(self, hammer: Hammer) -> None:
         """Looks at the depth and changes the rock when a new layer begins."""
-        depth = hammer["hole_depth"]
+        depth = hammer["tip_depth"]
         reached = max(i for i, (top, _) in enumerate(self.layers) if i == 0 or depth >= top)
         if reached != self.current:
             self.current = reached
@@ -51,7 +51,7 @@ class Formation:
 def run(until: float = 2.0, layers: Sequence[Layer] = FORMATION) -> pd.DataFrame:
     """Outputs over time."""
     names = [
-        "hole_depth",
+        "tip_depth",
         "tip_rate",
         "blow_time",
         "blow_count",
@@ -66,8 +66,8 @@ def draw(frame: pd.DataFrame, layers: Sequence[Layer] = FORMATION) -> Figure:
     """Depth over time, and the tip's gain per time over depth, layers named."""
     with styled(7.5, 4.0) as figure:
         left, right = figure.subplots(1, 2, sharey=True)
-        left.plot(frame.index, frame["hole_depth"] * 1e3, color=ROCK)
-        right.plot(frame["tip_rate"] * 1e3, frame["hole_depth"] * 1e3, color=BIT)
+        left.plot(frame.index, frame["tip_depth"] * 1e3, color=ROCK)
+        right.plot(frame["tip_rate"] * 1e3, frame["tip_depth"] * 1e3, color=BIT)
         for layer in layers:
             for axes in (left, right):
                 axes.axhline(layer.top * 1e3, color="0.6", linewidth=0.7, linestyle=":")
@@ -81,7 +81,7 @@ def draw(frame: pd.DataFrame, layers: Sequence[Layer] = FORMATION) -> Figure:
             )
         left.invert_yaxis()
         left.set_xlabel("time (s)")
-        left.set_ylabel("hole depth (mm)")
+        left.set_ylabel("tip depth (mm)")
         right.set_xlabel("tip's gain per time, last blow period (mm/s)")
     return figure
 
@@ -93,7 +93,7 @@ def main() -> None:
     options = parser.parse_args()
     frame = run()
     draw(frame).savefig(options.out, dpi=160)
-    print(f"{frame['hole_depth'].iloc[-1] * 1e3:.1f} mm in {frame.index[-1]:g} s")
+    print(f"{frame['tip_depth'].iloc[-1] * 1e3:.1f} mm in {frame.index[-1]:g} s")
 
 
 if __name__ == "__main__":

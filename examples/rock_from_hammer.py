@@ -193,7 +193,7 @@ def run(
     with Hammer(HAMMER | layers[0][1], quiet=True) as field_:
         first(field_)
         for number in range(blows):
-            depth = field_["hole_depth"]
+            depth = field_["tip_depth"]
             hidden = [rock for top, rock in layers if depth >= top][-1]
             field_.set(hidden)
             signal = joined(strike(field_), sensors)

@@ -10,7 +10,7 @@ from typing import Any
 import fmpy
 from fmpy.fmi3 import FMU3Slave
 
-READ = ("blow_count", "blow_speed", "hole_depth")
+READ = ("blow_count", "blow_speed", "tip_depth")
 FORCE = 2  # drive.source = Force
 
 

@@ -170,7 +170,7 @@ class Charts {
     this.bit = scaled(cycle.bit_position, 1e3, -base);
     this.time = time;
     this.motion.setData(
-      [time, scaled(cycle.piston_position, 1e3, -base - gap), this.bit, scaled(cycle.hole_depth, 1e3, -base), ghostBit(time, before)], false);
+      [time, scaled(cycle.piston_position, 1e3, -base - gap), this.bit, scaled(cycle.tip_depth, 1e3, -base), ghostBit(time, before)], false);
     this.velocity.setData([time, cycle.piston_velocity, cycle.bit_velocity].map((list) => Array.from(list)), false);
     const order = Object.keys(MODES);
     const level = Array.from(cycle.rock_mode, (mode) => order.indexOf(modes[mode]));

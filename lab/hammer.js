@@ -25,7 +25,7 @@ class Picture {
     Object.assign(this, { cycle, bodies, gap, travel, rods });
     this.limit = Math.max(1e6, ...cycle.stress.map(largest));
     const start = Math.max(0, cycle.time.findIndex((time) => time >= cycle.impact));
-    this.base = cycle.hole_depth[start];
+    this.base = cycle.tip_depth[start];
     const [piston, bit] = bodies, radius = (area) => Math.sqrt(area / Math.PI);
     this.radii = bodies.map(({ areas }) => areas.map(radius));
     const bore = 1.08 * Math.max(...this.radii[0]), shank = this.radii[1][0];
@@ -73,7 +73,7 @@ class Picture {
     const across = Math.min(STRETCH * (height / (this.span[1] - this.span[0])), widest);
     this.x = (radius) => radius * across;
     const y = (metres) => this.place(metres), tops = this.tops(index);
-    const bottom = y(cycle.hole_depth[index] - this.base + bodies[1].length);
+    const bottom = y(cycle.tip_depth[index] - this.base + bodies[1].length);
     this.rock(room, height, bottom);
     const shift = this.travel ? cycle.casing_position[index] - this.base : 0;
     const chuck = this.casing(y, shift);

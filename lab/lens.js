@@ -22,7 +22,7 @@ class Lens {
     const [width, height] = fit(this.canvas);
     const y = (place) => ((place - low) / (high - low)) * (height - 22);
     const tip = y(cycle.bit_tip_position[index] - this.base), crater = y(Math.max(0, this.crater[index]));
-    const hole = y(cycle.hole_depth[index] - this.base), middle = 0.6 * width;
+    const hole = y(cycle.tip_depth[index] - this.base), middle = 0.6 * width;
     // The marks to the left of the hole have 56 pixels at least.
     const round = Math.min(0.26 * width, 0.5 * height, (middle - 56) / 1.25);
     pen.fillStyle = palette.paper;

@@ -181,7 +181,7 @@ function showNumbers(last, before) {
 
 function showCycle(cycle) {
   const first = Math.max(0, cycle.time.findIndex((time) => time >= cycle.impact));
-  const gap = scene.get("contact.initial_gap"), base = cycle.hole_depth[first];
+  const gap = scene.get("contact.initial_gap"), base = cycle.tip_depth[first];
   const bodies = measure(scene, cycle);
   // The shoulder carries something at the start of every hammer that has a casing.
   const cased = cycle.chuck_force.some((force) => force !== 0);

@@ -17,7 +17,7 @@ const PATIENCE = 15, REPORT = 100;
 
 const OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop", "tip_rate", "air_flow"];
 const OF_MOTION = [
-  "piston_position", "bit_position", "bit_tip_position", "hole_depth",
+  "piston_position", "bit_position", "bit_tip_position", "tip_depth",
   "piston_velocity", "bit_velocity", "contact_force", "rock_force", "casing_position", "chuck_force",
   "relative_position", "applied_drive_force", "drive_chamber_pressure", "return_chamber_pressure",
   "energy_drive", "energy_rock_dissipated", "energy_viscous", "contact_count",

@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn a_guid_names_start_values_or_is_wrong() {
         let position = |name| VARIABLES.iter().position(|v| v.name == name).unwrap() as u32;
-        let [length, feed, depth] = ["piston.length", "feed_force", "hole_depth"].map(position);
+        let [length, feed, depth] = ["piston.length", "feed_force", "tip_depth"].map(position);
         let (a, b) = (0.2_f64.to_bits(), 4e3_f64.to_bits());
         let set = format!("g-set-{length}:{a:016x},{feed}:{b:016x}");
         let variant = Variant::named(&set, "g").unwrap();

@@ -142,14 +142,14 @@ fn every_parameter_out_of_its_domain_is_refused_by_name_value_and_range() {
 fn a_set_call_that_fails_changes_nothing() {
     let library = Library::load();
     let host = Host::new(&library);
-    let (feed, depth) = (vr("feed_force"), vr("hole_depth"));
+    let (feed, depth) = (vr("feed_force"), vr("tip_depth"));
     let before = host.get("feed_force");
     let large = "input feed_force: a value of -1e300 is not allowed: it must be from -5e12 to 5e12";
     let calls: [(&[u32], &[f64], &str); 5] = [
         (&[feed, feed], &[1.0, -1e300], large),
         (&[feed, feed], &[1.0, f64::NAN], "feed_force = NaN is not allowed"),
         (&[feed, feed], &[1.0, f64::INFINITY], "feed_force = inf is not allowed"),
-        (&[feed, depth], &[1.0, 2.0], "hole_depth cannot be set: it is a result"),
+        (&[feed, depth], &[1.0, 2.0], "tip_depth cannot be set: it is a result"),
         (&[feed, 9999], &[1.0, 2.0], "value reference 9999 is not that of a real variable"),
     ];
     for (references, values, text) in calls {

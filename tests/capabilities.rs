@@ -41,7 +41,7 @@ fn step_sizes_may_vary_and_do_not_matter() {
     }
     many.step(time, 0.1 - time);
     assert_eq!(one.get("event_count"), many.get("event_count"));
-    for name in ["piston_position", "bit_tip_position", "hole_depth", "rock_impulse"] {
+    for name in ["piston_position", "bit_tip_position", "tip_depth", "rock_impulse"] {
         let (a, b) = (one.get(name), many.get(name));
         assert!((a - b).abs() <= 1e-9 * a.abs(), "{name}: {a} {b}");
     }

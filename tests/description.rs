@@ -22,7 +22,7 @@ const PROMISED: &str = "
     feed_force drive_force drive_pressure return_pressure
     piston_position piston_velocity bit_position bit_velocity bit_tip_position bit_tip_velocity
     relative_position relative_velocity contact_gap contact_force contact_closed rock_force
-    rock_mode applied_drive_force hole_depth contact_impulse rock_impulse contact_count
+    rock_mode applied_drive_force tip_depth contact_impulse rock_impulse contact_count
     blow_count rock_cycle_count event_count contact_force_peak rock_force_peak blow_time
     blow_speed blow_energy blow_period blow_penetration rop rop_mean tip_rate tip_rate_mean energy_drive
     energy_gravity energy_feed energy_kinetic energy_strain energy_contact energy_rock_stored

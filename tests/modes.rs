@@ -34,7 +34,7 @@ const ALLOWED: [(&str, [u8; 6]); 19] = [
     ("SetFloat64 feed_force", [1, 0, 1, 1, 1, 0]),
     ("SetFloat64 rock.stiffness", [1, 0, 1, 1, 1, 0]),
     ("SetFloat64 contact.stiffness", [1, 0, 1, 0, 0, 0]),
-    ("GetFloat64 hole_depth", [1, 1, 1, 1, 1, 1]),
+    ("GetFloat64 tip_depth", [1, 1, 1, 1, 1, 1]),
     ("GetFMUState", [1, 1, 1, 1, 1, 1]),
     ("Reset", [1, 1, 1, 1, 1, 1]),
 ];
@@ -103,7 +103,7 @@ fn rest(host: &Three, mut point: f64) -> (Ends, Vec<u64>) {
         ends.push((ended, events));
         point = ended.time;
     }
-    let names = ["piston_position", "bit_tip_velocity", "hole_depth", "event_count"];
+    let names = ["piston_position", "bit_tip_velocity", "tip_depth", "event_count"];
     (ends, host.fingerprint(&names))
 }
 

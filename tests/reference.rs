@@ -44,7 +44,7 @@ fn two_blows_are_the_oracles() {
             ("bit_tip_position", *tip, 1e-3),
             ("bit_tip_velocity", *speed, 1.0),
             ("relative_position", state.relative, 1e-3),
-            ("hole_depth", state.memory.uu, 1e-3),
+            ("tip_depth", state.memory.uu, 1e-3),
             ("contact_force", state.contact_force, reference.scene.contact_stiffness * 1e-3),
             ("rock_force", state.rock_force, push),
         ] {

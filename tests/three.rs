@@ -227,7 +227,7 @@ fn a_relay_outside_in_steps_of_50_ms_is_the_relay_inside() {
         }
     }
     inside.step(0.0, END);
-    for name in ["blow_count", "blow_time", "blow_speed", "piston_position", "hole_depth"] {
+    for name in ["blow_count", "blow_time", "blow_speed", "piston_position", "tip_depth"] {
         let [found, expected] = [host.get(vr(name)), inside.get(name)];
         assert!((found - expected).abs() < 1e-10, "{name}: {found}, not {expected}");
     }
@@ -398,7 +398,7 @@ fn calls_out_of_their_mode_are_refused_and_change_nothing() {
 fn what_is_of_another_type_or_a_result_is_refused() {
     let library = Library::load();
     let host = Three::new(&library, true, true);
-    let (feed, depth, source) = (vr("feed_force"), vr("hole_depth"), vr("drive.source"));
+    let (feed, depth, source) = (vr("feed_force"), vr("tip_depth"), vr("drive.source"));
     let wrong: [(&str, u32); 7] = [
         ("GetInt32", feed),
         ("GetInt32", source),
@@ -413,7 +413,7 @@ fn what_is_of_another_type_or_a_result_is_refused() {
         assert!(host.only_error().starts_with(&format!("value reference {reference} is not")));
     }
     assert_eq!(host.access("SetFloat64", &[feed, depth], &mut [1.0, 2.0]), ERROR);
-    assert_eq!(host.only_error(), "hole_depth cannot be set: it is a result");
+    assert_eq!(host.only_error(), "tip_depth cannot be set: it is a result");
     assert_eq!(host.get(feed), 5e3, "nothing was set");
     host.set("Int32", extra("event.positions"), 9_i32);
     assert_eq!(host.enter_initialization(0.0), OK);

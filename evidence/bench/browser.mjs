@@ -31,7 +31,7 @@ const varied = [], values = {};
 const actions = {
   run(hammer) {
     hammer.advance(1.0);
-    return read(hammer, "hole_depth");
+    return read(hammer, "tip_depth");
   },
   start(hammer) {
     while (read(hammer, "blow_count") < first) hammer.advance(hammer.time + 1e-3);

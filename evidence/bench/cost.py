@@ -96,7 +96,7 @@ def timed(work):
 
 def runs(name, low, high):
     grid = lambda n: {name: np.linspace(low, high, n)}
-    return timed(lambda n: sweep(grid(n), 1.0, outputs=["hole_depth"], workers=1))
+    return timed(lambda n: sweep(grid(n), 1.0, outputs=["tip_depth"], workers=1))
 
 done = {
     "sweep over the feed force": runs("feed_force", 3e3, 9e3),

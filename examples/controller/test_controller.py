@@ -20,8 +20,8 @@ def drill(hammer: Hammer, controller: FeedController, blows: int) -> list[float]
     lifts, lift, count = [], 0.0, 0.0
     while len(lifts) < blows:
         hammer.step(STEP)
-        now = hammer.get(["blow_count", "hole_depth", "bit_tip_position"])
-        lift = max(lift, now["hole_depth"] - now["bit_tip_position"])
+        now = hammer.get(["blow_count", "tip_depth", "bit_tip_position"])
+        lift = max(lift, now["tip_depth"] - now["bit_tip_position"])
         if now["blow_count"] > count:
             count = now["blow_count"]
             hammer.set(feed_force=controller.after_blow(lift, WANTED))

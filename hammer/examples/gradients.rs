@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let instants: Vec<f64> = (1..=100).map(|k| 0.01 * f64::from(k)).collect();
     let run = |scene: &Scene| {
-        Sample::of_run(&mut scene.machine()?, &instants, &|m| vec![m.kinematics().hole_depth])
+        Sample::of_run(&mut scene.machine()?, &instants, &|m| vec![m.kinematics().tip_depth])
     };
     run(&scene)?;
     for (argument, row) in by.iter().zip(derivatives(&scene, &by, &run)?) {

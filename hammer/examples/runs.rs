@@ -60,7 +60,7 @@ impl Plan {
 
     fn end(&self, machine: &Machine) -> f64 {
         self.counted.set([machine.counters().blows, machine.counters().events]);
-        machine.kinematics().hole_depth
+        machine.kinematics().tip_depth
     }
 
     fn mean(&self, scene: &Scene) -> Result<f64, Error> {
@@ -69,7 +69,7 @@ impl Plan {
 
     fn gradient(&self, scene: &Scene) -> Result<f64, Error> {
         let by = ["rock.stiffness", "feed_force"].map(argument);
-        let depth = |machine: &mut Machine| vec![machine.kinematics().hole_depth];
+        let depth = |machine: &mut Machine| vec![machine.kinematics().tip_depth];
         let end = self.seconds;
         let sample = |scene: &Scene| Sample::of_run(&mut scene.machine()?, &[end], &|m| depth(m));
         Ok(derivatives(scene, &by, &sample)?.iter().map(|row| row.values[0]).sum())
@@ -88,7 +88,7 @@ impl Plan {
             machine.set_input(Input::ReturnPressure, &[4e5 + 3e7 * (x + 0.02), 3e7 * v])?;
             machine.advance(self.seconds * f64::from(step) / 10_000.0)?;
         }
-        Ok(machine.kinematics().hole_depth)
+        Ok(machine.kinematics().tip_depth)
     }
 }
 

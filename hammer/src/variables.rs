@@ -326,8 +326,8 @@ static RESULTS: &[Variable] = &[
     output("return_flow", FLOW, 1e-3, "Rate of return_volume",
         [|m| m.parameters().drive.area_return * m.kinematics().relative_velocity, |m| m.parameters().drive.area_return * m.kinematics().relative_acceleration])
         .second(|m| m.parameters().drive.area_return * m.kinematics().relative_jerk),
-    record("hole_depth", LENGTH, 1e-2, "Depth of the bit's crater since the start, at the last unloading; of the hole: drilled_length",
-        |m| m.kinematics().hole_depth).zero_at_start(),
+    record("tip_depth", LENGTH, 1e-2, "Depth of the bit's crater since the start, at the last unloading; of the hole: drilled_length",
+        |m| m.kinematics().tip_depth).zero_at_start(),
 
     output("contact_impulse", IMPULSE, 10.0, "Impulse of contact_force since the start",
         [|m| m.impulses().contact, |m| m.kinematics().contact_force])

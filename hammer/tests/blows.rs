@@ -44,7 +44,7 @@ fn collisions(p: &Parameters, inputs: &InputValues, until: f64) -> Vec<Collision
                 time: record.time,
                 piston: k.piston_velocity,
                 relative: k.relative_velocity,
-                hole: k.hole_depth,
+                hole: k.tip_depth,
                 risen,
             });
             risen = false;

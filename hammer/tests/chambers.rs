@@ -136,7 +136,7 @@ fn the_default_chambers_drill_and_their_energies_balance() {
     hammer.advance(0.5).expect("a run");
     let energies = hammer.energies();
     assert!(energies.residual.abs() <= energies.residual_bound(), "{energies:?}");
-    assert!(hammer.counters().blows > 10 && hammer.kinematics().hole_depth > 1e-3);
+    assert!(hammer.counters().blows > 10 && hammer.kinematics().tip_depth > 1e-3);
     assert!(!hammer.stalled());
 }
 

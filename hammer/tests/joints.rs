@@ -407,7 +407,7 @@ fn loose_joints_cost_the_top_hammer_depth() {
     let run = |p: Parameters| {
         let mut m = machine(&(p, inputs));
         m.advance(0.2).expect("a run");
-        (m.counters().blows, m.kinematics().hole_depth)
+        (m.counters().blows, m.kinematics().tip_depth)
     };
     let [(blows, depth), (others, less)] = [tight, loose].map(run);
     assert!(blows.abs_diff(others) <= 1 && less < 0.97 * depth, "{depth} {less}");

@@ -70,7 +70,7 @@ fn sums(p: &Parameters, list: &[Argument], t: f64) -> Vec<Vec<f64>> {
         Sample::of_run(&mut scene.machine()?, &[t], &|m| {
             let (k, e, i) = (*m.kinematics(), m.energies(), m.impulses());
             let blow = m.blow().copied().unwrap_or_default();
-            let positions = [k.piston_position, k.bit_position, k.bit_tip_position, k.hole_depth];
+            let positions = [k.piston_position, k.bit_position, k.bit_tip_position, k.tip_depth];
             let speeds = [k.piston_velocity, k.bit_velocity, k.bit_tip_velocity, blow.speed];
             let energies = [e.drive, e.kinetic, e.strain, e.rock_dissipated, e.damping];
             let forces = [k.contact_force, k.rock_force, m.peaks().contact_force()];

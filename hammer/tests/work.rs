@@ -231,7 +231,7 @@ fn perform(task: &str) {
                 scene.parameters.rock.stiffness = stiffness;
                 let mut machine = scene.machine().expect("a scene");
                 machine.advance(0.06).expect("two blows");
-                machine.kinematics().hole_depth
+                machine.kinematics().tip_depth
             };
             run(1.1e8)
         }
@@ -242,7 +242,7 @@ fn perform(task: &str) {
         "gradients" => {
             let by =
                 ["rock.stiffness", "feed_force"].map(|name| Argument::named(name).expect("one"));
-            let depth = |machine: &mut Machine| vec![machine.kinematics().hole_depth];
+            let depth = |machine: &mut Machine| vec![machine.kinematics().tip_depth];
             let sample =
                 |scene: &Scene| Sample::of_run(&mut scene.machine()?, &[0.06], &|m| depth(m));
             let rows = derivatives(&Scene::default(), &by, &sample).expect("derivatives");
@@ -251,12 +251,12 @@ fn perform(task: &str) {
         "air" => {
             let mut machine = scene("air").machine().expect("a scene");
             machine.advance(0.05).expect("a blow");
-            machine.kinematics().hole_depth
+            machine.kinematics().tip_depth
         }
         "coupled" => {
             let mut machine = scene("coupled").machine().expect("a scene");
             coupled(&mut machine, 500);
-            machine.kinematics().hole_depth
+            machine.kinematics().tip_depth
         }
         _ => 1.0,
     };

@@ -180,13 +180,13 @@ def test_excel_and_matlab_get_the_numbers_of_the_table(tmp_path: Path) -> None:
     table = pd.read_csv(tmp_path / "out.csv")
     head, *rows = cells(tmp_path / "out.xlsx")
     assert head == [*table]
-    depth, mode = head.index("hole_depth"), head.index("rock_mode")
+    depth, mode = head.index("tip_depth"), head.index("rock_mode")
     # Excel keeps 16 digits, a part in 1e15 of a number.
-    assert [float(row[depth]) for row in rows] == pytest.approx([*table["hole_depth"]], rel=1e-14)
+    assert [float(row[depth]) for row in rows] == pytest.approx([*table["tip_depth"]], rel=1e-14)
     assert [row[mode] for row in rows] == [*table["rock_mode"]]
     read = loadmat(tmp_path / "out.mat", squeeze_me=True)
     assert {*table} <= {*read}
-    assert [*read["hole_depth"]] == [*table["hole_depth"]]
+    assert [*read["tip_depth"]] == [*table["tip_depth"]]
     assert [*read["rock_mode"]] == [*table["rock_mode"]]
     assert read["units"]["rop"] == "m/s"
     for name in ("sweep.xlsx", "sweep.mat"):  # It could not be read back and added to.

@@ -22,7 +22,7 @@ SCENE = {
     "drive_pressure": "12 bar",
     "return_pressure": 2e5,
 }
-NAMES = ["piston_position", "hole_depth", "rock_impulse"]
+NAMES = ["piston_position", "tip_depth", "rock_impulse"]
 END, STEP = 0.03, 1e-3
 
 

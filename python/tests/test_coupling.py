@@ -202,7 +202,7 @@ class Valve:
 
 @pytest.mark.parametrize("slopes", [False, True])
 def test_a_valve_that_steps_end_for_is_the_relay_inside(slopes: bool) -> None:
-    end, names = 0.25, ["blow_count", "blow_time", "blow_speed", "piston_position", "hole_depth"]
+    end, names = 0.25, ["blow_count", "blow_time", "blow_speed", "piston_position", "tip_depth"]
     with Hammer() as inside, Hammer({"drive.source": "Force"}) as hammer:
         valve = Valve(VARIABLES["drive.stroke"].start or 0.0, inside["applied_drive_force"])
         hammer.set(drive_force=valve.force)

@@ -37,7 +37,7 @@ def test_the_overdamped_cycle_has_the_derivatives_that_were_measured() -> None:
 
 def test_a_run_is_differentiated_through_its_blows() -> None:
     by = ["rock.stiffness", "feed_force"]
-    names = ["piston_velocity", "hole_depth", "rop", "blow_count"]
+    names = ["piston_velocity", "tip_depth", "rop", "blow_count"]
     frame = simulate(SMALL, 0.1, gradient=by, outputs=names, step=0.05)
     slopes = frame.gradient()
     assert (slopes["blow_count"].to_numpy() == 0.0).all()
@@ -159,7 +159,7 @@ def test_the_atlas_finds_what_simulations_settle_to_and_what_they_leave() -> Non
 
 
 def test_derivatives_of_a_motion_that_does_not_settle_are_not_told() -> None:
-    by, outputs = ["rock.stiffness"], ["hole_depth", "rop"]
+    by, outputs = ["rock.stiffness"], ["tip_depth", "rop"]
     with pytest.warns(HammerWarning, match="does not settle"):
         run = simulate({"feed_force": 0.0}, 2.0, step=2.0, gradient=by, outputs=outputs)
     assert run.gradient().iloc[-1].isna().all()

@@ -26,7 +26,7 @@ from dth_hammer import (
 from dth_hammer.errors import ClosedError
 from interrupting import Interrupts
 
-LOOK = ("hole_depth", "piston_position", "piston_velocity", "event_count", "energy_drive")
+LOOK = ("tip_depth", "piston_position", "piston_velocity", "event_count", "energy_drive")
 
 
 def test_a_restored_state_goes_on_as_before() -> None:
@@ -88,7 +88,7 @@ def test_reset_starts_anew() -> None:
         hammer.advance(0.1)
         first = hammer.get(LOOK)
         hammer.reset()
-        assert (hammer.time, hammer["hole_depth"]) == (0.0, 0.0)
+        assert (hammer.time, hammer["tip_depth"]) == (0.0, 0.0)
         hammer.advance(0.1)
         assert hammer.get(LOOK) == first
 

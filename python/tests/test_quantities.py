@@ -148,8 +148,8 @@ class TestInputsOverTime:
 
     @staticmethod
     def depth(feed: pd.Series) -> float:
-        run = simulate(until=0.1, inputs={"feed_force": feed}, outputs=["hole_depth"])
-        return float(run["hole_depth"].iloc[-1])
+        run = simulate(until=0.1, inputs={"feed_force": feed}, outputs=["tip_depth"])
+        return float(run["tip_depth"].iloc[-1])
 
 
 @pytest.fixture(scope="module")
@@ -166,10 +166,10 @@ def test_a_table_goes_to_other_units_and_back(frame: pd.DataFrame) -> None:
     field = convert(frame, {"rop": "m/h", "rock_force": "lbf"})
     assert field.attrs["units"]["rop"] == "m/h"
     np.testing.assert_allclose(field["rop"], frame["rop"] * 3600, rtol=1e-15)
-    assert field["hole_depth"].equals(frame["hole_depth"])
+    assert field["tip_depth"].equals(frame["tip_depth"])
     back = convert(convert(field, "us"), "si")
     assert back.attrs["units"] == frame.attrs["units"]
-    for name in ("rop", "rock_force", "hole_depth", "blow_energy"):
+    for name in ("rop", "rock_force", "tip_depth", "blow_energy"):
         # A product with each factor and its inverse: four roundings.
         np.testing.assert_allclose(back[name], frame[name], rtol=1e-15)
 
@@ -183,8 +183,8 @@ def test_a_table_for_reading_has_its_units_in_the_headings(frame: pd.DataFrame) 
 
 def test_systems_of_units(frame: pd.DataFrame) -> None:
     metric, us = convert(frame, "metric").attrs["units"], convert(frame, "us").attrs["units"]
-    assert [metric[n] for n in ("rop", "hole_depth", "rock_force")] == ["m/h", "mm", "kN"]
-    assert [us[n] for n in ("rop", "hole_depth", "rock_force")] == ["ft/h", "in", "lbf"]
+    assert [metric[n] for n in ("rop", "tip_depth", "rock_force")] == ["m/h", "mm", "kN"]
+    assert [us[n] for n in ("rop", "tip_depth", "rock_force")] == ["ft/h", "in", "lbf"]
     with pytest.raises(UnknownNameError, match="did you mean 'metric'"):
         convert(frame, "metrik")
     with pytest.raises(UnknownNameError, match="did you mean 'rop'"):

@@ -38,7 +38,7 @@ def test_the_table_has_units_types_and_where_it_came_from(run: Run) -> None:
 
 
 def test_times_are_the_steps_and_the_last_is_the_end() -> None:
-    short = simulate(until=0.01, step=0.003, outputs=["hole_depth"])
+    short = simulate(until=0.01, step=0.003, outputs=["tip_depth"])
     assert short.time.tolist() == pytest.approx([0.0, 0.003, 0.006, 0.009, 0.01])
     with pytest.raises(DomainError):
         simulate(until=-1.0)
@@ -92,12 +92,12 @@ def test_the_blows_are_what_the_outputs_have_of_the_last_one(run: Run) -> None:
 
 
 def test_blows_have_the_units_of_their_table(run: Run) -> None:
-    changed = run.convert({"rop": "m/h", "blow_period": "ms", "hole_depth": "in"})
+    changed = run.convert({"rop": "m/h", "blow_period": "ms", "tip_depth": "in"})
     assert changed.blows.attrs["units"]["rop"] == changed.units["rop"] == "m/h"
     np.testing.assert_allclose(changed.blows["rop"], 3600.0 * run.blows["rop"], rtol=1e-15)
-    np.testing.assert_allclose(changed["hole_depth"], run["hole_depth"] / 0.0254, rtol=1e-15)
+    np.testing.assert_allclose(changed["tip_depth"], run["tip_depth"] / 0.0254, rtol=1e-15)
     assert changed.convert("us").blows.attrs["units"]["blow_speed"] == "ft/s"
-    with pytest.raises(UnknownNameError, match="hole_depth"):
+    with pytest.raises(UnknownNameError, match="tip_depth"):
         run.convert({"hole_dept": "mm"})
 
 
@@ -119,7 +119,7 @@ def test_blows_of_steps_that_a_control_makes_are_said_to_be_missing(run: Run) ->
 
 def test_an_input_over_time_is_a_function_or_a_table() -> None:
     ramp = pd.Series([5e3, 8e3], index=[0.0, 0.1])
-    names = ["hole_depth", "energy_feed"]
+    names = ["tip_depth", "energy_feed"]
     one = simulate(until=0.1, inputs={"feed_force": ramp}, outputs=names)
     two = simulate(until=0.1, inputs={"feed_force": lambda t: 5e3 + 3e4 * t}, outputs=names)
     # Straight lines: the same at any step.
@@ -140,7 +140,7 @@ def test_a_control_acts_before_each_step() -> None:
 
 
 def test_a_force_asked_for_on_a_mesh_made_for_a_rate_is_warned_of() -> None:
-    asked = ["rock_force_peak", "hole_depth"]
+    asked = ["rock_force_peak", "tip_depth"]
 
     def warnings(**more: object) -> tuple[str, ...]:
         return simulate(until=1e-3, **{"outputs": asked, **more}).warnings  # type: ignore[arg-type]
@@ -148,8 +148,8 @@ def test_a_force_asked_for_on_a_mesh_made_for_a_rate_is_warned_of() -> None:
     (text,) = warnings()
     assert text.startswith("rock_force_peak: ")
     assert "mesh_for(of='force')" in text
-    assert "stresses" in warnings(outputs=["hole_depth"], waves=True)[0]
+    assert "stresses" in warnings(outputs=["tip_depth"], waves=True)[0]
     # Rates need no other mesh, a mesh for forces resolves them, and rigid bodies have none.
-    assert warnings(outputs=["hole_depth"]) == ()
+    assert warnings(outputs=["tip_depth"]) == ()
     assert warnings(parameters=mesh_for(of="force").parameters) == ()
     assert warnings(parameters={"fidelity": "Rigid"}) == ()

@@ -13,7 +13,7 @@ from sweeps import UNTIL, forbidden_runs
 
 def harder_when_deeper(hammer: Hammer) -> None:
     """A controller: more feed after the first half millimetre."""
-    hammer.set(feed_force=8e3 if hammer["hole_depth"] > 5e-4 else 3e3)
+    hammer.set(feed_force=8e3 if hammer["tip_depth"] > 5e-4 else 3e3)
 
 
 class Counting:
@@ -53,10 +53,10 @@ def test_a_case_is_what_simulate_gives(scheduler: str, tmp_path: Path) -> None:
             preset=case.preset,
             step=case.step,
             control=case.control if row["case"] == "controlled" else None,
-            outputs=["rop", "hole_depth"],
+            outputs=["rop", "tip_depth"],
         )
         if row["case"] != "counted":
-            assert run.frame.iloc[-1].tolist() == row[["rop", "hole_depth"]].tolist()
+            assert run.frame.iloc[-1].tolist() == row[["rop", "tip_depth"]].tolist()
     with forbidden_runs():
         pd.testing.assert_frame_equal(sweep(grid, UNTIL, cases=CASES, out=out), table)
 

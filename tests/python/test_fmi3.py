@@ -108,7 +108,7 @@ def test_a_valve_outside_in_steps_of_50_ms_is_the_relay_inside(
     fmu_path: Path, package: Package, three_path: Path
 ) -> None:
     end = 0.25
-    read = ["blow_count", "blow_time", "blow_speed", "piston_position", "hole_depth"]
+    read = ["blow_count", "blow_time", "blow_speed", "piston_position", "tip_depth"]
     names = [*read, "applied_drive_force"]
     inside = fmpy.simulate_fmu(str(fmu_path), stop_time=end, output_interval=0.05, output=names)
     assert inside["blow_count"][-1] > 3
@@ -124,7 +124,7 @@ def test_a_system_of_ssp_2_in_fmucontainer_is_the_loop_in_python(
     three_path: Path, tmp_path: Path
 ) -> None:
     step, end = 1e-3, 0.1
-    names = ("piston_position", "bit_position", "hole_depth", "blow_count", "blow_time", "air_flow")
+    names = ("piston_position", "bit_position", "tip_depth", "blow_count", "blow_time", "air_flow")
     file = tmp_path / "compressor.ssp"
     partners = {"compressor": container.build_compressor(tmp_path / "compressor")}
     write_system(file, partners, container.SCENE, step=step, fmu=three_path)

@@ -228,7 +228,7 @@ def test_fmucontainer_with_a_qfmu_controller(
 
 def coupled(package: Package, valve: Path) -> Trajectory:
     """The same two FMUs in a loop over fmpy, one after the other."""
-    names = ["piston_position", "bit_position", "hole_depth", "blow_penetration", "blow_count"]
+    names = ["piston_position", "bit_position", "tip_depth", "blow_penetration", "blow_count"]
     with Package(valve) as peer:
         found: dict[str, list[float]] = {name: [] for name in [*names, "feed_force_chosen"]}
         feed = {"feed_force": SCENE["feed_force"]}

@@ -143,7 +143,7 @@ def test_ecos_with_a_configured_fmu(
 
 
 SYSTEM_STEP, SYSTEM_END = 1e-3, 0.1
-SHOWN = ("piston_position", "bit_position", "hole_depth", "blow_count", "blow_time", "blow_speed")
+SHOWN = ("piston_position", "bit_position", "tip_depth", "blow_count", "blow_time", "blow_speed")
 
 
 @pytest.fixture(scope="module")

@@ -35,7 +35,7 @@ FED = {
 }
 OUTPUTS = """piston_position piston_velocity bit_position bit_velocity bit_tip_position
     bit_tip_velocity relative_position relative_velocity contact_gap contact_force rock_force
-    applied_drive_force hole_depth contact_impulse rock_impulse contact_count blow_count
+    applied_drive_force tip_depth contact_impulse rock_impulse contact_count blow_count
     rock_cycle_count event_count contact_force_peak rock_force_peak blow_time blow_speed
     blow_energy blow_period blow_penetration rop rop_mean tip_rate tip_rate_mean
     energy_drive energy_gravity energy_feed
@@ -158,7 +158,7 @@ def test_outputs_are_related_as_they_are_described(fmu_path: Path, package: Pack
     assert value["tip_rate"][-1] == pytest.approx(
         value["blow_penetration"][-1] / value["blow_period"][-1], rel=1e-12
     )
-    for name in ("hole_depth", "contact_count", "rock_cycle_count", "event_count"):
+    for name in ("tip_depth", "contact_count", "rock_cycle_count", "event_count"):
         assert (np.diff(value[name]) >= 0.0).all(), name
     works = sum(value[f"energy_{name}"] for name in ("drive", "gravity", "feed"))
     held = sum(value[f"energy_{name}"] for name in ("kinetic", "strain", "contact", "rock_stored"))

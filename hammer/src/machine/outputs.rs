@@ -67,7 +67,7 @@ pub struct Kinematics {
     /// Its first two rates, N/s and N/s2.
     pub applied_drive_force_rates: [f64; 2],
     /// `uu` at the last unloading, m.
-    pub hole_depth: f64,
+    pub tip_depth: f64,
     /// Displacement of the casing, m (0 without one).
     pub casing_position: f64,
     /// Its rate, m/s.
@@ -160,7 +160,7 @@ impl Kinematics {
             rock_force_rate: present.rock[1],
             applied_drive_force: drive + (fluid - held[0]),
             applied_drive_force_rates: [drive_rate - held[1], drive_acceleration - held[2]],
-            hole_depth: motion.milestone().hole.value(),
+            tip_depth: motion.milestone().hole.value(),
             casing_position: if graph.is_framed() { place(casing[0], frame) } else { 0.0 },
             casing_velocity: casing[1],
             casing_acceleration: casing[2],

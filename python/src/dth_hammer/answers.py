@@ -111,9 +111,9 @@ def exchanged(table: pd.DataFrame, end: float) -> Figure:
 
 
 def overview(frame: pd.DataFrame, blows: pd.DataFrame) -> Figure:
-    """A run at a glance: hole depth, energy and speed of the blows, rate of penetration."""
+    """A run at a glance: tip depth, energy and speed of the blows, rate of penetration."""
     rows: tuple[tuple[str, float, str, str], ...] = (
-        ("hole_depth", 1e3, "hole depth (mm)", BROWN),
+        ("tip_depth", 1e3, "tip depth (mm)", BROWN),
         ("blow_speed", 1.0, "impact speed (m/s)", ORANGE),
         ("blow_energy", 1.0, "blow energy (J)", DARK),
         ("rop", 3600.0, "ROP (m/h)", BLUE),
@@ -121,7 +121,7 @@ def overview(frame: pd.DataFrame, blows: pd.DataFrame) -> Figure:
     with _styled(7.0, 7.0) as figure:
         panels = figure.subplots(len(rows), sharex=True)
         for axes, (column, factor, label, colour) in zip(panels, rows, strict=True):
-            if column == "hole_depth":
+            if column == "tip_depth":
                 axes.plot(frame.index, frame[column] * factor, color=colour)
             else:
                 displayed = blows[blows[column] > 0]

@@ -111,7 +111,7 @@ def cycle(run: Run) -> Figure:
         grid = figure.subplots(3, 2, sharex="col", height_ratios=(1, 1, 1.15))
         for column, (start, end) in enumerate(((-0.03 * period, 1.03 * period), (0.0, outlook))):
             part = frame[(frame.index >= start - 1e-5) & (frame.index <= end)]
-            base = np.interp(0.0, frame.index, frame["hole_depth"])
+            base = np.interp(0.0, frame.index, frame["tip_depth"])
             _displacements(grid[0, column], part, base, notes["gap"])
             _velocities(grid[1, column], part)
             _statuses(grid[2, column], part)
@@ -153,7 +153,7 @@ def _displacements(axes: Axes, part: pd.DataFrame, base: float, gap: float) -> N
     time = part.index * 1e3
     axes.plot(time, (part["piston_position"] - gap - base) * 1e3, color=PISTON)
     axes.plot(time, (part["bit_position"] - base) * 1e3, color=BIT)
-    axes.plot(time, (part["hole_depth"] - base) * 1e3, color=ROCK, dashes=(4, 1.5))
+    axes.plot(time, (part["tip_depth"] - base) * 1e3, color=ROCK, dashes=(4, 1.5))
 
 
 def _velocities(axes: Axes, part: pd.DataFrame) -> None:
@@ -185,7 +185,7 @@ def rock_cycles(run: Run) -> Figure:
     frame, notes = _settled(run)
     end = notes["outlook"]
     part = frame[(frame.index >= 0.0) & (frame.index <= end)]
-    depth = (part["bit_tip_position"] - part["hole_depth"].iloc[0]).to_numpy() * 1e3
+    depth = (part["bit_tip_position"] - part["tip_depth"].iloc[0]).to_numpy() * 1e3
     force = part["rock_force"].to_numpy() * 1e-3
     mode = part["rock_mode"].astype(str).to_numpy()
     with styled(6.0, 4.2) as figure:

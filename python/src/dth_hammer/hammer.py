@@ -14,7 +14,7 @@ from .errors import ClosedError, DomainError, warn
 from .variables import VARIABLES, Array, Value, Variable, numbers
 
 #: What a notebook shows of a hammer.
-SHOWN = ("blow_count", "blow_energy", "blow_period", "rop", "hole_depth")
+SHOWN = ("blow_count", "blow_energy", "blow_period", "rop", "tip_depth")
 
 
 class Reader:

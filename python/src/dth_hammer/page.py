@@ -31,7 +31,7 @@ from .variables import VARIABLES, Variable
 #: What is told of the last blow: the first that one asks for.
 SETTLED = (
     *("rop", "drilled_length", "blow_energy", "blow_speed", "blow_period"),
-    *("tip_rate", "blow_penetration", "hole_depth"),
+    *("tip_rate", "blow_penetration", "tip_depth"),
 )
 #: Units as `convert` takes them.
 Units = str | Mapping[str, str]

@@ -134,7 +134,7 @@ class Run:
         return operation(found, hole, air, pipe, rotation)
 
     def plot(self) -> Figure:
-        """Plots hole depth, and speed, energy and rate per blow."""
+        """Plots tip depth, and speed, energy and rate per blow."""
         si = self.convert("si")
         return answers.overview(si.frame, si.blows)
 

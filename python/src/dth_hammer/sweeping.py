@@ -47,7 +47,7 @@ RESULTS = (
     "rop_mean",
     "tip_rate",
     "tip_rate_mean",
-    "hole_depth",
+    "tip_depth",
     "energy_drive",
     "energy_residual",
     "stalled",

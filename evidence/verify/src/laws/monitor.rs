@@ -166,7 +166,7 @@ impl Monitored {
         let bars = bodies::compliance(&p);
         let yielded = loads * (1.0 / p.rock.stiffness + 1.0 / p.meeting_stiffness() + bars);
         // A spring's length is a difference of places, each rounded, measured from the hole.
-        let (before, hole) = (self.reach, k.hole_depth);
+        let (before, hole) = (self.reach, k.tip_depth);
         let piston = k.piston_position - p.contact.initial_gap - hole;
         self.reach = piston.abs() + (k.bit_position - hole).abs();
         let peaks = self.machine.peaks();
@@ -174,7 +174,7 @@ impl Monitored {
         let springs = (peaks.contact_force() + peaks.rock_force()) * before.max(self.reach);
         self.play = self.play.max(loads * (way + yielded) + springs + e.turnover());
         let bound = energy_bound(&p, counters.events, &e, self.play);
-        let losses = [k.hole_depth, e.rock_dissipated, e.viscous, e.damping];
+        let losses = [k.tip_depth, e.rock_dissipated, e.viscous, e.damping];
         // A hole never fills but by the resolution of the turn that sets its depth.
         // A tip may creep back at less than the resolution of its turn, all the while.
         let creep = p.resolutions()[1] * time * self.push;
