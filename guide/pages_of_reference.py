@@ -25,14 +25,14 @@ PARAMETERS = {
     "Piston and bit": ("piston", "bit"),
     "Casing and chuck": ("casing", "chuck"),
     "Drill string": ("drill",),
-    "Drive and chambers": ("drive", "chambers"),
+    "Drive": ("drive",),
     "Air": ("air",),
     "Rock and hole": ("rock", "hole"),
 }
 #: The same of outputs and local variables, by how a name begins; the first that fits.
 OUTPUTS = {
     "Energies": ("energy_",),
-    "Blows and rates": ("blow", "rop", "tip_rate", "drilled", "hole_", "rebound", "event"),
+    "Blows and rates": ("blow", "rop", "tip_rate", "drilled", "tip_depth", "rebound", "event"),
     "Motion, forces and modes": ("",),
 }
 #: Pages of functions, and what else is on each: what it takes and returns.

@@ -117,10 +117,6 @@ fn every_parameter_out_of_its_domain_is_refused_by_name_value_and_range() {
         if let Some((body, _)) = variable.name.split_once(".segment[") {
             host.set_int(&format!("{body}.segments"), 8);
         }
-        // So are ports.
-        if variable.name.starts_with("chambers.") {
-            host.set_int("drive.source", 4);
-        }
         match slot {
             Slot::Real(..) => host.set(variable.name, wrong),
             Slot::Integer(_) | Slot::Choice(..) => host.set_int(variable.name, wrong as i32),

@@ -84,7 +84,7 @@ fn a_parameter_that_the_scene_does_not_read() {
     let host = Host::running(&library, &unread);
     let log = [
         "piston.segment[3].length is ignored: piston.segments is 0",
-        "drive.area_drive is ignored: drive.source is Relay, and only Pressure, Chambers, Air read it",
+        "drive.area_drive is ignored: drive.source is Relay, and only Pressure, Air read it",
     ];
     assert_eq!(warnings(&host), log);
     host.step(0.0, 1e-3);

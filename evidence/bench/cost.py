@@ -43,7 +43,6 @@ ACTIONS = {
 #: Scenes that users run beside the reference, by the words of `runs`.
 SCENES = {
     "reference": [],
-    "built-in chambers": ["chambers"],
     "air, 4 inch": ["preset=air_4_inch"],
     "water": ["preset=water_hammer"],
     "casing of 40 kg": ["casing.mass=40"],

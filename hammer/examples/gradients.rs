@@ -9,10 +9,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let cycle = words.next().is_some_and(|word| word == "cycle");
     let count = words.next().map_or(Ok(0), |text| text.parse())?;
     let scene = Scene::default();
-    // A relay reads no chambers, and without a casing there is none; what is left is in the order of
+    // A relay reads no air, and without a casing there is none; what is left is in the order of
     // the table.
-    let absent =
-        |a: &Argument| ["chambers.", "casing."].iter().any(|part| a.name().starts_with(part));
+    let absent = |a: &Argument| ["air.", "casing."].iter().any(|part| a.name().starts_with(part));
     let read = |a: &Argument| a.is_read(&scene.parameters) && !absent(a);
     let by: Vec<Argument> = Argument::all().filter(read).take(count).collect();
     if cycle {

@@ -6,7 +6,7 @@
 //! is; `first=4`: up to so many blows instead; `mean`: the long-run response; `gradient`: a run with its
 //! derivatives by the rock's stiffness and the feed force; `steps`: in ten steps; `rigid`,
 //! `elements=20`, `preset=top_hammer`, `mesh.degree=3` or any other number of the table: the scene;
-//! `chambers`: the drive; `coupled`: pressures with their derivatives, set every 100 us; `AVX2` and the
+//! `coupled`: pressures with their derivatives, set every 100 us; `AVX2` and the
 //! like: the vectors. It prints the vectors, a sum of results, and blows and events of the last run.
 
 mod callgrind;
@@ -129,7 +129,6 @@ impl Plan {
                 ("mean", _) => plan.action = Self::mean,
                 ("gradient", _) => plan.action = Self::gradient,
                 ("steps", _) => plan.steps = 10,
-                ("chambers", _) => p.drive.source = Source::Chambers,
                 ("coupled", _) => {
                     p.drive.source = Source::Pressure;
                     plan.action = Self::coupled;

@@ -22,7 +22,7 @@ pub enum WorkLimit {
     /// The rock changes its mode too often in one step.
     #[error("the rock changes its mode again and again")]
     Rock,
-    /// The relay or the chambers switch too often in one step.
+    /// The relay or the ports switch too often in one step.
     #[error("the drive switches again and again")]
     Drive,
     /// The instant of the rock's energy barrier needs too many integrals.
@@ -89,9 +89,9 @@ pub enum CorruptState {
     /// The power series of a slow coordinate ends before the present.
     #[error("one of its power series ends before its present time")]
     Series,
-    /// A chamber's pressure is invalid, or should have reached its level already.
-    #[error("the pressure of a chamber is invalid, or should have reached its level already")]
-    Chambers,
+    /// The air in the chambers is invalid, or is not where the mode has it.
+    #[error("the air in the chambers is invalid, or is not where the mode has it")]
+    Air,
     /// Too many blows in one step.
     #[error("it has more blows than one step can have")]
     Blows,

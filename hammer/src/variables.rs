@@ -301,10 +301,10 @@ static RESULTS: &[Variable] = &[
             ],
             Machine::force_per,
         ),
-    output("drive_chamber_pressure", PRESSURE, 1e6, "Pressure in the drive chamber when drive.source is Chambers or Air, else 0",
+    output("drive_chamber_pressure", PRESSURE, 1e6, "Pressure in the drive chamber when drive.source is Air, else 0",
         [|m| m.chamber_pressures()[0][0], |m| m.chamber_pressures()[0][1]]).positive()
         .fed_by(&[Input::ExhaustPressure], Machine::chamber_pressure_per),
-    output("return_chamber_pressure", PRESSURE, 1e6, "Pressure in the return chamber when drive.source is Chambers or Air, else 0",
+    output("return_chamber_pressure", PRESSURE, 1e6, "Pressure in the return chamber when drive.source is Air, else 0",
         [|m| m.chamber_pressures()[1][0], |m| m.chamber_pressures()[1][1]]).positive()
         .fed_by(&[Input::ExhaustPressure], Machine::chamber_pressure_per),
     output("casing_position", LENGTH, 1e-2, "Displacement of the casing, positive downward; 0 without one",
@@ -394,9 +394,7 @@ static RESULTS: &[Variable] = &[
     output("energy_air_residual", ENERGY, 1e-6, "Error of the air's balance when drive.source is Air: enthalpy that came in less its work and what the chambers gained",
         [|m| m.air_residual(), |_| 0.0]).zero_at_start(),
 
-    truth("near_miss", "Bodies have come so close to touching, or the rock to another mode, that rounding decided against it",
-        |m| m.counters().near_misses > 0),
-    truth("stalled", "The piston rests on the bit and the drive (Relay, Chambers or Air) cannot switch", |m| m.stalled()),
+    truth("stalled", "The piston rests on the bit and the drive (Relay or Air) cannot switch", |m| m.stalled()),
 ];
 
 /// Values of one kind along one body, counted from its upper end.

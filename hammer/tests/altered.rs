@@ -53,7 +53,7 @@ fn scene(fidelity: Fidelity, source: Source, casing: f64) -> Machine {
 fn an_altered_state_ends_in_motion_or_a_named_error_within_its_budget() {
     let mut ends = [0; 4];
     for (fidelity, source, casing) in [
-        (Fidelity::Rigid, Source::Chambers, 0.0),
+        (Fidelity::Rigid, Source::Air, 0.0),
         (Fidelity::Elastic, Source::Relay, 0.0),
         (Fidelity::Elastic, Source::Relay, 40.0),
     ] {

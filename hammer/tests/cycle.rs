@@ -30,7 +30,7 @@ fn spent(e: &Energies) -> [f64; 6] {
 
 /// Every argument that a relay's scene reads, and that is not zero.
 fn arguments(p: &Parameters) -> Vec<Argument> {
-    let unread = ["chambers.", "drive.area", "drive_", "return_", "blow."];
+    let unread = ["drive.area", "drive_", "return_", "blow."];
     let read = |a: &Argument| a.is_read(p) && !unread.iter().any(|u| a.name().starts_with(u));
     Argument::all().filter(|a| read(a) && a.value(&scene(p)) != 0.0).collect()
 }

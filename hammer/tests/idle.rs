@@ -48,24 +48,7 @@ fn a_drive_weaker_than_the_piston_s_weight_never_moves_it() {
     }
 }
 
-/// The return chamber has no more than its supply's pressure, the drive's no less than the exhaust's.
-#[test]
-fn a_return_chamber_too_small_for_the_piston_s_weight_strikes_no_more() {
-    let mut scene = rigid();
-    scene.parameters.drive.source = Source::Chambers;
-    assert!(late(&scene).0 > 0 && !warned(&scene, "stays at rest"));
-    let chambers = scene.parameters.chambers;
-    let p = &mut scene.parameters;
-    let held =
-        p.piston_mass() * p.gravity + chambers.drive.exhaust.open_pressure * p.drive.area_drive;
-    p.drive.area_return = 0.95 * held / chambers.returning.supply.open_pressure;
-    // It lies on the bit at the start.
-    p.contact.initial_gap = 0.0;
-    assert_eq!(late(&scene).0, 0);
-    assert!(warned(&scene, "stays at rest"));
-}
-
-/// The same of air: a supply that is the exhaust's pressure is none.
+/// A supply that is the exhaust's pressure is none.
 #[test]
 fn air_without_pressure_does_not_lift_the_piston() {
     for (supply, moves) in [(1.2e5, false), (1.5e6, true)] {

@@ -1,7 +1,7 @@
 //! A hammer that is lifted off the rock in its casing: at the start, later, and its vented drive.
 
 use crate::scenes::{cased, machine};
-use hammer::{Fidelity, Input, Parameters, RockMode, Segment, Source, Tie, TieState};
+use hammer::{Fidelity, Parameters, RockMode, Segment, Tie, TieState};
 
 /// What nothing carries begins at rest, and the string brakes it from there:
 /// `Mc v' = FS + Mc G - F_A - Zs v`, in closed form until the ring catches the bit.
@@ -68,63 +68,27 @@ fn a_lifted_elastic_casing_does_not_ring() {
     }
 }
 
-/// Vented, both chambers are at their exhausts' pressure at once; driving again, each is at that of the
-/// port that the piston's place opens.
-#[test]
-fn a_vented_drive_has_the_exhausts_pressure() {
-    let mut p = cased();
-    p.drive.source = Source::Chambers;
-    p.chuck.idle_travel = 0.01;
-    p.chambers.drive.exhaust.open_pressure = 1.2e5;
-    p.chambers.returning.exhaust.open_pressure = 2.3e5;
-    let mut m = machine(&p, 5e3);
-    m.keep_journal(true);
-    m.advance(0.3).expect("a run");
-    let weight = (p.piston_mass() + p.bit_mass() + p.casing.mass) * p.gravity;
-    m.set_input(Input::FeedForce, &[-weight - 30.0]).expect("a force");
-    m.advance(0.7).expect("a run");
-    assert!(m.mode().vented);
-    assert_eq!(m.chamber_pressures(), [[1.2e5, 0.0], [2.3e5, 0.0]]);
-    m.set_input(Input::FeedForce, &[5e3]).expect("a force");
-    m.take_journal();
-    while m.mode().vented {
-        m.advance(m.time() + 1e-5).expect("a step");
-    }
-    // The drive chamber is supplied where the piston is high, the return chamber where it is low.
-    let (vr, laws) = (m.kinematics().relative_position, p.chambers);
-    let of = |chamber: hammer::parameters::ChamberLaw, supplied: bool| {
-        let port = if supplied { chamber.supply } else { chamber.exhaust };
-        [port.open_pressure, 0.0]
-    };
-    let drive = of(laws.drive, vr < laws.drive.supply.position);
-    let returning = of(laws.returning, vr > laws.returning.supply.position);
-    assert_eq!(m.chamber_pressures(), [drive, returning], "{vr}");
-}
-
 /// Lifted off, the bit hangs on the ring and the drive is vented: no blow. Pressed back, it works.
 #[test]
 fn a_hammer_that_is_lifted_idles_and_works_again() {
-    for source in [Source::Relay, Source::Chambers] {
-        let mut p = cased();
-        p.drive.source = source;
-        p.chuck.idle_travel = 0.01;
-        let mut m = machine(&p, 5e3);
-        m.advance(0.3).expect("a run");
-        let working = m.counters().blows;
-        assert!(working >= 4, "{source:?}: {working}");
-        let weight = (p.piston_mass() + p.bit_mass() + p.casing.mass) * p.gravity;
-        m.set_input(hammer::Input::FeedForce, &[-weight - 30.0]).expect("a force");
-        m.advance(0.7).expect("a run");
-        assert!(m.mode().vented, "{source:?}: {}", m.mode());
-        assert_eq!(m.kinematics().applied_drive_force, 0.0);
-        let lifted = m.counters().blows;
-        m.advance(1.0).expect("a run");
-        assert!(m.counters().blows <= lifted + 1, "{source:?}: it idles");
-        m.set_input(hammer::Input::FeedForce, &[5e3]).expect("a force");
-        m.advance(2.0).expect("a run");
-        assert!(!m.mode().vented, "{source:?}: {}", m.mode());
-        assert!(m.counters().blows >= lifted + 4, "{source:?}: {}", m.counters().blows);
-        let energies = m.energies();
-        assert!(energies.residual.abs() <= 1e-10 * energies.turnover(), "{energies:?}");
-    }
+    let mut p = cased();
+    p.chuck.idle_travel = 0.01;
+    let mut m = machine(&p, 5e3);
+    m.advance(0.3).expect("a run");
+    let working = m.counters().blows;
+    assert!(working >= 4, "{working}");
+    let weight = (p.piston_mass() + p.bit_mass() + p.casing.mass) * p.gravity;
+    m.set_input(hammer::Input::FeedForce, &[-weight - 30.0]).expect("a force");
+    m.advance(0.7).expect("a run");
+    assert!(m.mode().vented, "{}", m.mode());
+    assert_eq!(m.kinematics().applied_drive_force, 0.0);
+    let lifted = m.counters().blows;
+    m.advance(1.0).expect("a run");
+    assert!(m.counters().blows <= lifted + 1, "it idles");
+    m.set_input(hammer::Input::FeedForce, &[5e3]).expect("a force");
+    m.advance(2.0).expect("a run");
+    assert!(!m.mode().vented, "{}", m.mode());
+    assert!(m.counters().blows >= lifted + 4, "{}", m.counters().blows);
+    let energies = m.energies();
+    assert!(energies.residual.abs() <= 1e-10 * energies.turnover(), "{energies:?}");
 }

@@ -1,6 +1,5 @@
 //! The largest forces over a step, against the forces themselves.
 
-use hammer::parameters::ChamberLaws;
 use hammer::{Error, Input, InputValues, Interrupt, Machine, Parameters, Source, WorkLimit};
 
 /// Where the first blow's contact force is largest, s, and the rock's force where
@@ -56,19 +55,20 @@ fn the_peak_of_a_step_is_found_wherever_the_step_begins_and_ends() {
 }
 
 /// The bit rings undamped in its standstill, 10 N more of feed being far below the standstill's speed.
-/// On its way up the piston passes a port of the chambers, which push it by nothing, every 1.6 s.
+/// On its way up the piston passes a port of its cylinder, whose air pushes it by nothing, every 1.6 s.
 fn ringing() -> Machine {
     let mut p = Parameters { gravity: 0.0, ..Parameters::default() };
-    (p.material.damping_time, p.drive.source) = (0.0, Source::Chambers);
+    (p.material.damping_time, p.drive.source) = (0.0, Source::Air);
     (p.drive.area_drive, p.drive.area_return, p.piston.initial_velocity) = (1e-12, 1e-12, -0.1);
-    let ChamberLaws { drive, returning } = &mut p.chambers;
-    let ports =
-        [&mut drive.supply, &mut returning.supply, &mut returning.exhaust, &mut drive.exhaust];
-    for (port, count) in ports.into_iter().zip(1..) {
-        (port.open_time, port.shut_time) = (0.0, 0.0);
-        port.position = -p.contact.initial_gap - 0.16 * f64::from(count);
+    let air = &mut p.air;
+    (air.cylinder, air.port_height, air.supply_area, air.exhaust_area) = (2.0, 1.0, 0.0, 0.0);
+    let (drive, back) = (&mut air.drive, &mut air.returning);
+    let ports = [&mut drive.supply, &mut back.supply, &mut back.exhaust, &mut drive.exhaust];
+    for (edge, count) in ports.into_iter().zip(1..) {
+        *edge = -p.contact.initial_gap - 0.16 * f64::from(count);
     }
-    let inputs = InputValues::default();
+    let inputs =
+        InputValues { supply_pressure: 1e5, exhaust_pressure: 1e5, ..InputValues::default() };
     let mut m = Machine::new(&p, &inputs, 0.0).expect("a scene");
     m.set_input(Input::FeedForce, &[inputs.feed_force + 10.0]).expect("a load");
     m

@@ -134,32 +134,6 @@ fn the_start_has_one_limit_where_the_loads_just_carry_the_bit() {
     assert!((above.2.strain - below.2.strain).abs() < 1e-6 * above.2.strain);
 }
 
-/// A piston that a force turns back a resolution before the bit is counted once, also after a changed input has
-/// begun new guards; one that turns forty resolutions before is not.
-#[test]
-fn a_piston_that_turns_back_just_before_the_bit_is_a_near_miss() {
-    let mut p = Parameters { fidelity: Fidelity::Rigid, gravity: 0.0, ..Parameters::default() };
-    p.drive.source = Source::Force;
-    let inputs = InputValues { drive_force: -900.0, feed_force: 0.0, ..InputValues::default() };
-    let acceleration = 900.0 / p.piston_mass();
-    for (resolutions, misses) in [(1.0, 1), (40.0, 0)] {
-        let way = p.contact.initial_gap - resolutions * p.resolutions()[0];
-        p.piston.initial_velocity = (2.0 * acceleration * way).sqrt();
-        let turn = p.piston.initial_velocity / acceleration;
-        let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
-        let mut count = |time: f64| {
-            machine.advance(time).expect("a step");
-            let count = machine.counters().near_misses;
-            machine.set_input(Input::DrivePressure, &[1e5 * time]).expect("an input");
-            assert_eq!(machine.counters().near_misses, count, "{time}: other guards");
-            (count, machine.counters().contacts)
-        };
-        assert_eq!(count(0.9 * turn), (0, 0));
-        assert_eq!(count(1.1 * turn), (misses, 0));
-        assert_eq!(count(1.2 * turn), (misses, 0));
-    }
-}
-
 /// In a blow the piston rests on the bit too, but the contact opens.
 #[test]
 fn a_hammer_at_work_is_not_stalled() {

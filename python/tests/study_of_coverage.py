@@ -28,7 +28,6 @@ COARSE = {"piston.elements": 4, "bit.elements": 4, "contact.stiffness": 2e10}
 HAMMERS: dict[str, tuple[dict[str, float | str], str | None, tuple[str, ...]]] = {
     "coarse": (COARSE, None, BOTH),
     "rigid": (RIGID, None, BOTH),
-    "granite with chambers": (RIGID | {"drive.source": "Chambers", "rock": "granite"}, None, ROCK),
     "light and viscous": (RIGID | {"piston.length": 0.1, "rock.viscosity": 1e4}, None, ROCK),
     "casing": (RIGID | {"casing.mass": 60.0}, None, BOTH),
     "reference": ({}, "reference", BOTH),

@@ -27,10 +27,8 @@ RIGID, CREEPS = {"fidelity": "Rigid"} | FREE, {"rock.viscosity": 1.7e5} | FREE
 HAMMERS = {
     "rigid, no feed": (RIGID, None),
     "the same in hard rock": (RIGID | {"rock.stiffness": 3e8}, None),
-    "rigid, chambers, no feed": (RIGID | {"drive.source": "Chambers"}, None),
     "soft rock, no feed": ({"rock.stiffness": 6e7} | FREE, None),
     "rock that creeps, no feed": (CREEPS, None),
-    "the same, chambers": (CREEPS | {"drive.source": "Chambers"}, None),
     "rigid in a casing, no feed": (RIGID | {"casing.mass": 20.0}, None),
     "water_hammer, hardly damped": (BARE, "water_hammer"),
     "granite, no feed": (FREE | {"rock": "granite"}, None),

@@ -17,7 +17,7 @@ from dth_hammer.variables import PRESETS, numbers, whole
 Values = Mapping[str, float | str]
 #: Drives that no preset has.
 DRIVES: dict[str, Values] = {
-    "chambers": {"drive.source": "Chambers"},
+    "air": {"drive.source": "Air"},
 }
 MEASURED = ("rop", "blow_frequency", "blow_energy")
 

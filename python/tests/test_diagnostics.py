@@ -18,8 +18,8 @@ PRESSURE = {"drive.source": "Pressure"}
         ({"bit.length": 168.0}, "bit.length = 168 m is 1000 times .* is the unit right"),
         ({"feed_force": 5.0}, "feed_force = 5 N is 0.001 times"),
         ({"piston.segment[3].area": 2e-3}, r"piston\.segment\[3\]\.area is ignored: piston"),
-        ({"chambers.drive.supply.open_time": 1e-3}, "only Chambers reads it"),
-        ({"drive.area_drive": 2e-3}, "only Pressure, Chambers, Air read it"),
+        ({"air.port_height": 1e-3}, "only Air reads it"),
+        ({"drive.area_drive": 2e-3}, "only Pressure, Air read it"),
         (
             {"bit.length": 0.2, "bit.segments": 1, "bit.segment[1].length": 0.168},
             "bit.length is ignored: bit.segments is 1",

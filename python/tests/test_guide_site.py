@@ -141,7 +141,7 @@ PAGES = (
 PAGES += (
     "python",
     "variables",
-    "variables-drive-and-chambers",
+    "variables-drive",
     "presets",
     "faq",
     "gallery",

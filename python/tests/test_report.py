@@ -174,8 +174,8 @@ def test_elasticities_that_there_are_not_are_named(tmp_path: Path) -> None:
     text = out.read_text(encoding="utf-8")
     assert "Not computed" in text
     assert "drive.source" in text
-    # Numbers of chambers are not shown where none drive.
-    assert "chambers.return.exhaust.shut_time" not in text
+    # Numbers of the air are not shown where none drives.
+    assert "air.return.exhaust" not in text
     with pytest.raises(UnknownNameError, match="did you mean 'gravity'"):
         report(Scene.read(write(tmp_path, {})), tmp_path / "b.html", gradient=["gravty"])
     assert not (tmp_path / "b.html").exists()

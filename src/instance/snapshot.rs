@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 /// First bytes of a serialised state.
 const MAGIC: [u8; 4] = *b"DTHS";
 /// Version of the layout; raised when it changes.
-const VERSION: u32 = 10;
+const VERSION: u32 = 11;
 /// Magic, version, payload length, checksum, GUID.
 const HEADER: usize = 4 + 4 + 8 + 4 + GUID.len();
 

@@ -44,7 +44,7 @@ OUTPUTS = """piston_position piston_velocity bit_position bit_velocity bit_tip_p
 LOCALS = {"contact_closed": "Boolean", "stalled": "Boolean", "rock_mode": "Enumeration"}
 ENUMERATIONS = {
     "fidelity": ["Rigid", "Elastic"],
-    "drive.source": ["Relay", "Force", "Pressure", "Chambers", "Air"],
+    "drive.source": ["Relay", "Force", "Pressure", "Air"],
     "rock_mode": ["FreeFlight", "DissipativeForward", "Forward", "Backward", "Standstill"],
 }
 DISPLAY_UNITS = {"m": "mm", "s": "ms", "N": "kN", "Pa": "bar", "m/s": "m/min"}

@@ -36,8 +36,7 @@
 //! the piston back. While the drive is vented nothing else does, and the end begins at `x = -s`, with air at the
 //! exhaust's pressure. A drive that acts again begins with chambers at that pressure, which fill through their ports.
 
-use crate::laws::chambers::opening;
-use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
+use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity, opening};
 use crate::laws::mode::{Chamber, Port};
 use crate::numerics::math;
 use crate::quantities::air::{ATMOSPHERE, AirLaw};

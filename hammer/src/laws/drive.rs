@@ -5,7 +5,6 @@
 //! | relay | `alpha F0` |
 //! | force | the input `drive_force` |
 //! | pressure | `p_drive A_drive - p_return A_return`, both pressures inputs |
-//! | chambers | the same, the pressures by the piston's position ([`chambers`](super::chambers)) |
 //! | air | the same, less the exhaust's pressure, of air that flows ([`air`](super::air)) |
 //!
 //! The return chamber also presses on the bit, with `(p_return - p_exhaust) anvil_area`, distributed like
@@ -26,23 +25,21 @@
 //! | `alpha = +1` | Q9: `vr` through 0 | rising | `alpha = -1` |
 //! | `alpha = -1` | Q10: `vr` through `-D1` | falling | `alpha = +1` |
 
-use crate::laws::chambers::Gas;
 use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
 use crate::laws::mode::Relay;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
-use crate::quantities::parameters::{ChamberLaws, Drive, Source};
+use crate::quantities::parameters::{Drive, Source};
 
 impl Drive {
     /// `F_A` over time, N.
-    pub(crate) fn force(&self, inputs: &Inputs, relay: Relay, gas: &[Gas; 2]) -> Poly {
+    pub(crate) fn force(&self, inputs: &Inputs, relay: Relay) -> Poly {
         match self.source {
             Source::Relay => Poly::constant(relay.sign() * self.amplitude),
             Source::Force => *inputs.of(Input::DriveForce),
             Source::Pressure => {
                 self.balance(inputs.of(Input::DrivePressure), inputs.of(Input::ReturnPressure))
             }
-            Source::Chambers => self.balance(&gas[0].pressure(), &gas[1].pressure()),
             Source::Air => Poly::default(), // Of its window.
         }
     }
@@ -62,7 +59,7 @@ impl Drive {
     pub(crate) fn fluid(&self) -> f64 {
         match self.source {
             Source::Force | Source::Pressure => self.stiffness,
-            Source::Relay | Source::Chambers | Source::Air => 0.0,
+            Source::Relay | Source::Air => 0.0,
         }
     }
 
@@ -71,38 +68,28 @@ impl Drive {
         Poly::default().plus(self.area_drive, drive).plus(-self.area_return, back)
     }
 
-    /// The force with which the return chamber presses on the bit, N; `exhaust` is the pressure that a
-    /// port of it approaches. What is fed carries the opposite force, where that is not the bit.
-    pub(crate) fn on_bit(&self, inputs: &Inputs, gas: &[Gas; 2], exhaust: f64) -> Poly {
-        let pressure = match self.source {
-            Source::Relay | Source::Force | Source::Air => return Poly::default(),
-            Source::Pressure => *inputs.of(Input::ReturnPressure),
-            Source::Chambers => gas[1].pressure().plus(-1.0, &Poly::constant(exhaust)),
-        };
-        Poly::default().plus(self.anvil_area, &pressure)
+    /// The force with which the return chamber presses on the bit, N; of air its window has it. What is fed
+    /// carries the opposite force, where that is not the bit.
+    pub(crate) fn on_bit(&self, inputs: &Inputs) -> Poly {
+        match self.source {
+            Source::Relay | Source::Force | Source::Air => Poly::default(),
+            Source::Pressure => {
+                Poly::default().plus(self.anvil_area, inputs.of(Input::ReturnPressure))
+            }
+        }
     }
 
     /// The least and the largest force on the piston, and the largest on the bit, N: with pressures as
     /// far as ports bring them while the piston is at rest.
-    pub(crate) fn reach(&self, inputs: &Inputs, chambers: &ChamberLaws) -> [f64; 3] {
-        let of = |input| [Gas { level: inputs.of(input).at(0.0), ..Gas::default() }; 2];
-        let air = self.source == Source::Air;
-        let [low, high] = match air {
-            true => [Input::ExhaustPressure, Input::SupplyPressure].map(of),
-            false => chambers.extremes(),
-        };
-        let (source, anvil_area) = match air {
-            true => (Source::Chambers, self.area_return),
-            false => (self.source, self.anvil_area),
-        };
-        let ported = Self { source, anvil_area, ..*self };
-        let force = |relay, gas: [Gas; 2]| ported.force(inputs, relay, &gas).at(0.0);
-        let exhaust = if air { low[1].level } else { chambers.returning.exhaust.open_pressure };
-        [
-            force(Relay::Return, [low[0], high[1]]),
-            force(Relay::Drive, [high[0], low[1]]),
-            ported.on_bit(inputs, &high, exhaust).at(0.0),
-        ]
+    pub(crate) fn reach(&self, inputs: &Inputs) -> [f64; 3] {
+        if self.source != Source::Air {
+            let force = |relay| self.force(inputs, relay).at(0.0);
+            return [force(Relay::Return), force(Relay::Drive), self.on_bit(inputs).at(0.0)];
+        }
+        let pressure = |input| *inputs.of(input);
+        let [low, high] = [Input::ExhaustPressure, Input::SupplyPressure].map(pressure);
+        let on_bit = self.area_return * (high.at(0.0) - low.at(0.0));
+        [self.balance(&low, &high).at(0.0), self.balance(&high, &low).at(0.0), on_bit]
     }
 
     /// Q9 or Q10 of the position `vr`; none for a source without a relay.
@@ -134,17 +121,14 @@ mod tests {
             ..InputValues::default()
         };
         let inputs = Inputs::constant(&values);
-        let gas = [6e5, 2e5].map(|level| Gas { level, ..Gas::default() });
         let drive = |source| Drive { source, ..Parameters::default().drive };
-        let force = |source, relay| drive(source).force(&inputs, relay, &gas).at(0.0);
+        let force = |source, relay| drive(source).force(&inputs, relay).at(0.0);
         let reference = Parameters::default().drive;
         assert_eq!(force(Source::Relay, Relay::Return), -reference.amplitude);
         assert_eq!(force(Source::Force, Relay::Return), 300.0);
         let pressed = 2e6 * reference.area_drive - 5e5 * reference.area_return;
         // Two products and a sum, each rounded.
         assert!((force(Source::Pressure, Relay::Drive) - pressed).abs() < 1e-12 * pressed);
-        let blown = 6e5 * reference.area_drive - 2e5 * reference.area_return;
-        assert!((force(Source::Chambers, Relay::Drive) - blown).abs() < 1e-12 * blown);
     }
 
     /// By a difference over 2^20 Pa or N, in which nothing but a product is rounded.
@@ -159,7 +143,7 @@ mod tests {
             let force = |value: f64| {
                 let mut inputs = Inputs::constant(&InputValues::default());
                 inputs.0[input as usize] = Poly::constant(value);
-                drive.force(&inputs, Relay::Drive, &Default::default()).at(0.0)
+                drive.force(&inputs, Relay::Drive).at(0.0)
             };
             assert_eq!((force(step) - force(0.0)) / step, drive.force_per(input), "{input:?}");
         }

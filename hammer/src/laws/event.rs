@@ -1,7 +1,7 @@
 //! Events, and the guards that detect them.
 //!
 //! A [`Guard`] is a quantity of the motion that triggers an [`Event`] where it passes a level in
-//! one direction. Each law lists its own guards, in `tie.rs`, `rock.rs`, `drive.rs` and `chambers.rs`.
+//! one direction. Each law lists its own guards, in `tie.rs`, `rock.rs`, `drive.rs` and `air.rs`.
 
 use crate::laws::mode::{Chamber, Port, Relay, Tie, TieState};
 use serde::{Deserialize, Serialize};
@@ -58,8 +58,6 @@ pub enum Event {
         /// True if it is wholly open from here on, false if it narrows.
         full: bool,
     },
-    /// A chamber's pressure reaches its level.
-    Level(Chamber),
     /// The bit hangs out so far that the drive is vented, or no longer.
     Vent(bool),
     /// The piston enters the end of an air hammer's cylinder, or leaves it.
@@ -86,7 +84,6 @@ impl Event {
             Self::Relay(_)
             | Self::Port { .. }
             | Self::Opening { .. }
-            | Self::Level(_)
             | Self::Vent(_)
             | Self::End(_) => 3,
         }
@@ -106,7 +103,6 @@ impl fmt::Display for Event {
                 let verb = if *full { "is wholly open" } else { "narrows" };
                 return write!(f, "{chamber} {port} {verb}");
             }
-            Self::Level(chamber) => return write!(f, "{chamber} level"),
             Self::Tie(tie, to) => return tie.write_event(*to, f),
             Self::Vent(true) => "drive vents",
             Self::Vent(false) => "drive acts again",
@@ -246,6 +242,15 @@ impl Direction {
             Self::Rising => 1.0,
             Self::Falling => -1.0,
         }
+    }
+}
+
+/// The direction in which the piston's relative position passes a port that opens.
+pub(crate) fn opening(chamber: Chamber, port: Port) -> Direction {
+    if (chamber == Chamber::Drive) == (port == Port::Exhaust) {
+        Direction::Rising
+    } else {
+        Direction::Falling
     }
 }
 

@@ -1,7 +1,6 @@
 //! The laws, one file each: force, stored energy, guards and transition.
 
 pub mod air;
-pub mod chambers;
 pub mod drive;
 pub mod event;
 pub mod mode;

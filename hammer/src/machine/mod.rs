@@ -34,7 +34,6 @@ use crate::air::Air;
 use crate::allowance::Allowance;
 use crate::error::Error;
 use crate::laws::air::Opening;
-use crate::laws::chambers::Gas;
 use crate::laws::event::{Bodies, Event};
 use crate::laws::mode::{Mode, RockMode, Tie, TieState};
 use crate::laws::rock::Memory;
@@ -283,10 +282,8 @@ impl Machine {
             // The host's name of an event's instant may lie before it.
             let target = self.motion.until(to).max(-ROUNDED);
             let reach = self.motion.reach();
-            let level = self.motion.next_level().filter(|(at, _)| *at <= target.min(reach));
-            let end = level.map_or(target.min(reach), |(at, _)| at);
-            let crossing = self.search.next(&mut self.motion, end)?;
-            let next = crossing.or(level.map(|(at, chamber)| (at, Event::Level(chamber))));
+            let end = target.min(reach);
+            let next = self.search.next(&mut self.motion, end)?;
             if observer.stops_before(self, next.map_or(end, |(at, _)| at), to)? {
                 return Ok(());
             }
@@ -344,7 +341,6 @@ impl Machine {
                 let opening = if full { Opening::Full } else { Opening::Partial };
                 self.motion.switch_port(chamber, port, opening);
             }
-            Event::Level(chamber) => self.motion.reach_level(chamber),
             Event::Vent(vented) => self.motion.switch_vent(vented),
             Event::End(inside) => self.motion.pass_end(inside),
         }
@@ -388,7 +384,7 @@ impl Machine {
         let by_series = self.search.sums_series(&self.motion.tracks()[0]);
         let viscous = if goes_on { pending.viscous_of_barrier(by_series) } else { 0.0 };
         self.ledger.defer(pending);
-        self.counters.near_misses += self.search.stop(at);
+        self.search.stop();
         self.views = Views::default();
         self.motion.move_epoch(at, viscous)
     }
@@ -405,11 +401,11 @@ impl Machine {
         mode: Mode,
         memory: Memory,
         psi: f64,
-        gas: ([Gas; 2], Option<Box<Air>>),
+        air: Option<Box<Air>>,
         whole: &[f64],
     ) -> Result<(), Error> {
         self.move_epoch_to_now()?;
-        self.motion.place(mode, memory, psi, gas, whole)?;
+        self.motion.place(mode, memory, psi, air, whole)?;
         let energy_start = Stored::at_epoch(&self.motion).total();
         self.ledger = Ledger { energy_start, ..Ledger::default() }.into();
         self.blows.restart_work();
@@ -421,7 +417,7 @@ impl Machine {
     fn move_epoch_to_now(&mut self) -> Result<(), Error> {
         self.motion.rewind();
         let now = self.motion.state().now;
-        self.counters.near_misses += self.search.stop(now);
+        self.search.stop();
         self.move_epoch(now, true)
     }
 
@@ -487,8 +483,6 @@ impl Machine {
     pub fn counters(&self) -> Counters {
         let work = &self.search.work;
         Counters {
-            near_misses: self.counters.near_misses
-                + self.search.near_misses(self.motion.state().now),
             basis_changes: self.motion.basis_changes(),
             guard_evaluations: work.evaluations,
             samples: work.samples,

@@ -111,9 +111,6 @@ impl State {
         if motion.anchors.iter().any(|anchor| anchor.driven.reach.is_some_and(ended)) {
             return refuse(CorruptState::Series);
         }
-        if !motion.gas.iter().all(|gas| gas.is_sound(motion.now)) {
-            return refuse(CorruptState::Chambers);
-        }
         let is_air = self.parameters.drive.source == Source::Air;
         let sound = |air: &Air| {
             air.window.is_none() == air.vented.is_some()
@@ -121,7 +118,7 @@ impl State {
                 && air.is_sound(motion.now)
         };
         if motion.air.is_some() != is_air || !motion.air.as_deref().is_none_or(sound) {
-            return refuse(CorruptState::Chambers);
+            return refuse(CorruptState::Air);
         }
         if self.blows.step.len() > super::blows::MAX_STEP_BLOWS {
             return refuse(CorruptState::Blows);
@@ -223,16 +220,8 @@ mod tests {
         state.motion.anchors[0].driven.reach = Some(reach);
     }
 
-    /// Of the chambers' gas, and of their air.
     #[test]
-    fn a_state_of_the_chambers_is_refused_beyond_its_own_bounds() {
-        let gas: [Case<bool, State>; 5] = [
-            (true, |s| s.motion.gas[1].until = Some(s.motion.now)),
-            (false, |s| s.motion.gas[1].until = Some(0.5 * s.motion.now)),
-            (false, |s| s.motion.gas[0].until = Some(f64::INFINITY)),
-            (false, |s| s.motion.gas[0].level = f64::NAN),
-            (false, |s| s.motion.gas[1].slope = f64::INFINITY),
-        ];
+    fn a_state_of_the_air_is_refused_beyond_its_own_bounds() {
         let air: [Case<bool, (Air, f64)>; 17] = [
             (true, |(air, now)| air.window.as_mut().expect("a window").reach = *now),
             (false, |(air, now)| air.window.as_mut().expect("a window").reach = 0.5 * *now),
@@ -255,11 +244,8 @@ mod tests {
             (false, |(air, _)| air.vented = Some([0.0; 2])),
             (false, |(air, _)| (air.window, air.vented) = (None, Some([0.0; 2]))),
         ];
-        let (chambers, aired) = (flying(Source::Chambers), flying(Source::Air));
-        let expected = |is_sound: bool| (!is_sound).then_some(CorruptState::Chambers);
-        for (index, (is_sound, alter)) in gas.into_iter().enumerate() {
-            assert_eq!(refused(&chambers, alter), expected(is_sound), "gas {index}");
-        }
+        let (relay, aired) = (flying(Source::Relay), flying(Source::Air));
+        let expected = |is_sound: bool| (!is_sound).then_some(CorruptState::Air);
         for (index, (is_sound, alter)) in air.into_iter().enumerate() {
             let alter = |s: &mut State| {
                 let mut altered = (*s.motion.air.take().expect("air"), s.motion.now);
@@ -272,6 +258,6 @@ mod tests {
         assert_eq!(refused(&aired, |s| s.motion.mode.vented = true), expected(false));
         assert_eq!(refused(&aired, |s| s.motion.air = None), expected(false));
         let air = aired.motion.air.clone();
-        assert_eq!(refused(&chambers, |s| s.motion.air.clone_from(&air)), expected(false));
+        assert_eq!(refused(&relay, |s| s.motion.air.clone_from(&air)), expected(false));
     }
 }

@@ -13,8 +13,8 @@ use crate::error::Error;
 use crate::laws::event::Displacement;
 use crate::machine::Machine;
 use crate::machine::outputs::Kinematics;
-use crate::search::near_misses::NEAR;
 use crate::search::positions::Positions;
+use crate::search::tracker::NEAR;
 use crate::search::work::Work;
 use serde::{Deserialize, Serialize};
 

@@ -137,7 +137,6 @@ impl Machine {
         let never = |event: Event| self.search.never(&self.motion, event.rank());
         self.mode().closed()
             && self.parameters().drive.source.switches()
-            && self.motion.next_level().is_none()
             && never(Event::OPENING)
             && never(Event::Relay(Relay::Drive))
     }
@@ -148,24 +147,18 @@ impl Machine {
     }
 
     /// Pressures in the drive and the return chamber now, with their rates (Pa, Pa/s), of
-    /// [`Source::Chambers`](crate::Source::Chambers) and [`Source::Air`](crate::Source::Air); zeros of
-    /// any other source.
+    /// [`Source::Air`](crate::Source::Air); zeros of any other source.
     pub fn chamber_pressures(&self) -> [[f64; 2]; 2] {
         let state = self.motion.state();
-        if let Some((air, motion)) = self.air() {
-            if air.vented.is_some() {
-                let [value, rate, _] = state.inputs.of(Input::ExhaustPressure).rates_at(state.now);
-                return [[value, rate]; 2];
-            }
-            let outside = self.motion.outside(state.now);
-            let pressures = air.pressures(self.parameters(), motion[0], state.now);
-            let rates = air.rates(self.parameters(), outside, motion, state.now);
-            return [0, 1].map(|i| [pressures[i], rates[i]]);
+        let Some((air, motion)) = self.air() else { return [[0.0; 2]; 2] };
+        if air.vented.is_some() {
+            let [value, rate, _] = state.inputs.of(Input::ExhaustPressure).rates_at(state.now);
+            return [[value, rate]; 2];
         }
-        state.gas.map(|gas| {
-            let [value, rate, _] = gas.pressure().rates_at(state.now);
-            [value, rate]
-        })
+        let outside = self.motion.outside(state.now);
+        let pressures = air.pressures(self.parameters(), motion[0], state.now);
+        let rates = air.rates(self.parameters(), outside, motion, state.now);
+        [0, 1].map(|i| [pressures[i], rates[i]])
     }
 
     /// `d applied_drive_force / d input` now, N per its unit, the state being given.

@@ -20,7 +20,7 @@ mod transition;
 
 use crate::error::Error;
 use crate::laws::event::{Bodies, Displacement};
-use crate::laws::mode::{Chamber, Mode, RockMode};
+use crate::laws::mode::{Mode, RockMode};
 use crate::laws::rock::{Coefficients, Spring};
 use crate::modal::graph::{Edge, Graph, Group};
 use crate::modal::model::Model;
@@ -177,15 +177,6 @@ impl Motion {
         let reaches = self.state.anchors.iter().filter_map(|anchor| anchor.driven.reach);
         let window = self.air().and_then(|air| air.window.as_ref());
         reaches.fold(window.map_or(f64::INFINITY, |window| window.reach), f64::min)
-    }
-
-    /// The next level that a chamber's pressure reaches, if any: the time after the epoch, and the
-    /// chamber.
-    pub(crate) fn next_level(&self) -> Option<(f64, Chamber)> {
-        let levels = Chamber::ALL.into_iter().filter_map(|chamber| {
-            self.state.gas[chamber as usize].until.map(|until| (until, chamber))
-        });
-        levels.reduce(|first, other| if other.0 < first.0 { other } else { first })
     }
 
     /// A track at its anchor.
@@ -373,7 +364,6 @@ impl Motion {
         state.epoch.move_by(at);
         state.now -= at;
         state.inputs.shift(at);
-        state.gas.iter_mut().for_each(|gas| gas.shift(at));
         state.air.iter_mut().for_each(|air| air.shift(places, at));
         let airy = state.air.as_ref().is_some_and(|air| air.vented.is_none());
         let old = (!steady).then_some(self.state.loads);
@@ -460,7 +450,6 @@ impl Motion {
             &self.model.parameters,
             &state.inputs,
             state.mode,
-            &state.gas,
             self.air_forces(self.air()),
             state.slack,
         );

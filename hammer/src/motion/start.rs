@@ -5,7 +5,6 @@ use super::air::{beyond, outside, problem};
 use super::state::{Anchor, MotionState};
 use crate::air::Air;
 use crate::error::Error;
-use crate::laws::chambers::Gas;
 use crate::laws::event::{Bodies, Displacement};
 use crate::laws::mode::{Mode, Relay, RockMode, Tie, TieState};
 use crate::laws::rock::{Memory, Spring};
@@ -34,14 +33,8 @@ impl Motion {
     pub(crate) fn new(model: Model, inputs: Inputs, start: f64) -> Result<Self, Error> {
         let (parameters, graph) = (model.parameters, model.graph.clone());
         let gap = parameters.contact.initial_gap;
-        let gas = match parameters.drive.source {
-            Source::Chambers if graph.is_framed() || parameters.drive.anvil_area > 0.0 => {
-                parameters.chambers.start(-gap)
-            }
-            _ => Default::default(),
-        };
         let feed = inputs.of(Input::FeedForce).at(0.0);
-        let [drive, anvil] = start_forces(&model, &inputs, &gas)?;
+        let [drive, anvil] = start_forces(&model, &inputs)?;
         let weight = |bodies| graph.mass(bodies) * parameters.gravity;
         let string = weight(graph.string()) + anvil;
         let carrier = graph.carrier();
@@ -68,8 +61,7 @@ impl Motion {
         if let Some(carrier) = carrier.filter(|_| !lifted) {
             mode = mode.with(carrier.tie, TieState::Pressed);
         }
-        let loads =
-            loads(&parameters, &inputs, mode, &gas, [drive, anvil].map(Poly::constant), 0.0);
+        let loads = loads(&parameters, &inputs, mode, [drive, anvil].map(Poly::constant), 0.0);
         let root = graph.bodies[0].mass.sqrt();
         let still = |group: Group| {
             let flight = [-gap * root, parameters.piston.initial_velocity * root];
@@ -102,11 +94,6 @@ impl Motion {
             motion.lift_frame(feed)?;
         }
         motion.hang_piston()?;
-        if parameters.drive.source == Source::Chambers {
-            let vr = motion.point(&motion.tracks, Displacement::Relative, 0.0).displacement;
-            motion.state.gas = parameters.chambers.start(vr);
-            motion.reload();
-        }
         if parameters.drive.source == Source::Air {
             let [places, _] = motion.in_cylinder(&motion.tracks, 0.0);
             let air = Air::start(&parameters, places, motion.outside(0.0));
@@ -170,20 +157,19 @@ impl Motion {
     }
 
     /// Puts the hammer into another mode and state at the epoch: `[q | q']` of all modes (the
-    /// piston's first), the rock's memory, and the chambers.
+    /// piston's first), the rock's memory, and the air.
     pub(crate) fn place(
         &mut self,
         mode: Mode,
         memory: Memory,
         psi: f64,
-        (gas, air): ([Gas; 2], Option<Box<Air>>),
+        air: Option<Box<Air>>,
         whole: &[f64],
     ) -> Result<(), Error> {
         let forces = self.air_forces(air.as_deref());
         let state = &mut self.state;
-        (state.mode, state.memory, state.psi, state.gas) = (mode, memory, psi, gas);
-        state.loads =
-            loads(&self.model.parameters, &state.inputs, mode, &state.gas, forces, state.slack);
+        (state.mode, state.memory, state.psi) = (mode, memory, psi);
+        state.loads = loads(&self.model.parameters, &state.inputs, mode, forces, state.slack);
         let groups = self.graph().groups(&mode);
         let still =
             |group: &Group| Anchor::still(&self.model, *group, mode, [0.0; 2], &self.state.loads);
@@ -207,12 +193,11 @@ impl Motion {
 }
 
 /// The driving force and that of the return chamber on the bit at the start, N.
-fn start_forces(model: &Model, inputs: &Inputs, gas: &[Gas; 2]) -> Result<[f64; 2], Error> {
+fn start_forces(model: &Model, inputs: &Inputs) -> Result<[f64; 2], Error> {
     let parameters = &model.parameters;
     if parameters.drive.source != Source::Air {
-        let exhaust = parameters.chambers.returning.exhaust.open_pressure;
-        let drive = parameters.drive.force(inputs, Relay::Drive, gas);
-        return Ok([drive, parameters.drive.on_bit(inputs, gas, exhaust)].map(|load| load.at(0.0)));
+        let drive = parameters.drive.force(inputs, Relay::Drive);
+        return Ok([drive, parameters.drive.on_bit(inputs)].map(|load| load.at(0.0)));
     }
     let places = [-parameters.contact.initial_gap; 2];
     let air = Air::start(parameters, places, outside(inputs).map(|poly| poly.at(0.0)));
@@ -226,7 +211,6 @@ pub(super) fn loads(
     parameters: &Parameters,
     inputs: &Inputs,
     mode: Mode,
-    gas: &[Gas; 2],
     air: [Poly; 2],
     slack: f64,
 ) -> [Poly; CHANNELS] {
@@ -236,9 +220,8 @@ pub(super) fn loads(
     } else if vented {
         [Poly::default(); 2]
     } else {
-        let exhaust = parameters.chambers.returning.exhaust.open_pressure;
-        let (drive, relay) = (&parameters.drive, mode.relay);
-        [drive.force(inputs, relay, gas), drive.on_bit(inputs, gas, exhaust)]
+        let drive = &parameters.drive;
+        [drive.force(inputs, mode.relay), drive.on_bit(inputs)]
     };
     let fluid = Poly::constant(parameters.drive.fluid() * slack);
     [drive, *inputs.of(Input::FeedForce), Poly::constant(parameters.gravity), anvil, fluid]

@@ -2,7 +2,6 @@
 
 use crate::air::Air;
 use crate::error::Error;
-use crate::laws::chambers::Gas;
 use crate::laws::mode::Mode;
 use crate::laws::rock::Memory;
 use crate::modal::graph::Group;
@@ -70,9 +69,7 @@ pub struct MotionState {
     pub time: f64,
     /// Input polynomials in time after the epoch.
     pub inputs: Inputs,
-    /// Drive and return chamber, if they drive the piston.
-    pub gas: [Gas; 2],
-    /// The air in them, if air does.
+    /// The air in the chambers, if it drives the piston.
     pub air: Option<Box<Air>>,
     /// Load polynomials in time after the epoch.
     pub loads: [Poly; CHANNELS],
@@ -105,7 +102,6 @@ impl MotionState {
             now: 0.0,
             time,
             inputs,
-            gas: Default::default(),
             air: None,
             loads,
             anchors,

@@ -22,7 +22,7 @@ use crate::modal::system::passage::Passage;
 use crate::modal::track::Track;
 use crate::motion::state::Anchor;
 use crate::numerics::{combine, kernel, poly::Poly};
-use crate::quantities::parameters::{Rock, Source};
+use crate::quantities::parameters::Rock;
 use std::cell::OnceCell;
 use std::sync::Arc;
 
@@ -70,15 +70,11 @@ impl Motion {
         self.reload();
     }
 
-    /// The piston passes a port, from which on it is as open as this, if air flows through it.
+    /// The piston passes the edge of a port, from which on it is as open as this.
     pub(crate) fn switch_port(&mut self, chamber: Chamber, port: Port, opening: Opening) {
         if let Some(air) = &mut self.state.air {
             air.openings[chamber as usize][port as usize] = opening;
-            return;
         }
-        let law = self.model.parameters.chambers.of(chamber);
-        self.state.gas[chamber as usize].switch(law, port);
-        self.reload();
     }
 
     /// The bit hangs out beyond the idle travel: the drive is vented, its gas at the exhaust's
@@ -86,12 +82,6 @@ impl Motion {
     pub(crate) fn switch_vent(&mut self, vented: bool) {
         self.state.mode.vented = vented;
         self.state.mode.relay = Relay::Drive;
-        if self.parameters().drive.source == Source::Chambers {
-            let vr = self.point(&self.tracks, Displacement::Relative, 0.0).displacement;
-            let vr = vr + self.ahead(Displacement::Relative);
-            let laws = &self.parameters().chambers;
-            self.state.gas = if vented { laws.vented() } else { laws.start(vr) };
-        }
         self.change_air(|air, parameters, at, exhaust| air.vent(parameters, at, vented, exhaust));
     }
 
@@ -101,12 +91,6 @@ impl Motion {
         self.change_air(|air, parameters, places, exhaust| {
             air.pass_end(parameters, places, [inside, vented], exhaust);
         });
-    }
-
-    /// A chamber's pressure is at its level.
-    pub(crate) fn reach_level(&mut self, chamber: Chamber) {
-        self.state.gas[chamber as usize].arrive();
-        self.reload();
     }
 
     /// The bodies of a tie meet, or part; all tracks but that of a piston alone stand at the epoch.

@@ -14,10 +14,8 @@ pub enum CycleError {
         "drive.source is Force or Pressure: give the inputs over one period, which a cycle needs"
     )]
     NoSchedule,
-    /// A relay or chambers have their own period.
-    #[error(
-        "drive.source is Relay, Chambers or Air, with a period of its own: give no inputs over a period"
-    )]
+    /// A relay or air has their own period.
+    #[error("drive.source is Relay or Air, with a period of its own: give no inputs over a period")]
     NotScheduled,
     /// A schedule that is not in order.
     #[error("the inputs over the period must be in order of time, between 0 and {period} s")]

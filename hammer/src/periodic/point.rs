@@ -2,23 +2,20 @@
 
 use crate::air::{Air, Content, pressures, volumes};
 use crate::error::Error;
-use crate::laws::chambers::Gas;
 use crate::laws::mode::{Mode, RockMode};
 use crate::laws::rock::Memory;
 use crate::machine::Machine;
 use crate::modal::model::Model;
-use crate::quantities::parameters::{Parameters, Reloading, Source};
+use crate::quantities::parameters::{Parameters, Reloading};
 
 /// A state without its time and the depth of its hole.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Point {
-    /// What is discrete: the mode, and in the chambers which ports are open.
     mode: Mode,
-    gas: [Gas; 2],
     air: Option<Box<Air>>,
     modes: usize,
-    /// `[q | q' | uu | dp | force at the last turn | psi]`: displacements from the origin, velocities, memory; then, of
-    /// each chamber, level, slope, and time until the level is reached; or the content of air chambers.
+    /// `[q | q' | uu | dp | force at the last turn | psi]`: displacements from the origin, velocities, memory; then
+    /// the content of the chambers.
     pub x: Vec<f64>,
 }
 
@@ -34,23 +31,15 @@ impl Point {
         let Memory { unloaded, gain, turned } = state.memory;
         let psi = if viscous { state.psi } else { 0.0 };
         x.extend([unloaded, gain, if reloads { turned } else { 0.0 }, psi]);
-        if machine.parameters().drive.source == Source::Chambers {
-            x.extend(state.gas.iter().flat_map(|g| [g.level, g.slope, g.until.unwrap_or(0.0)]));
-        }
         let air = state.air.clone();
         x.extend(air.iter().flat_map(|air| air.content));
-        Self { mode: state.mode, gas: state.gas, air, modes, x }
+        Self { mode: state.mode, air, modes, x }
     }
 
     /// Puts a machine there; its energies count from here.
     pub fn place(&self, machine: &mut Machine) -> Result<(), Error> {
         let (body_state, rest) = self.x.split_at(2 * self.modes);
         let (memory, chambers) = rest.split_at(4);
-        let mut gas = self.gas;
-        for (gas, x) in gas.iter_mut().zip(chambers.chunks_exact(3)) {
-            (gas.level, gas.slope) = (x[0], x[1]);
-            gas.until = gas.until.map(|_| x[2].max(0.0));
-        }
         let content = Content::try_from(chambers).ok();
         let air = self.air.clone().zip(content);
         let air = air.map(|(air, content)| Box::new(Air { content, ..*air }));
@@ -58,16 +47,13 @@ impl Point {
             return Err(Error::Foreign);
         }
         let [unloaded, gain, turned, psi] = [memory[0], memory[1], memory[2], memory[3]];
-        machine.place(self.mode, Memory { unloaded, gain, turned }, psi, (gas, air), body_state)
+        machine.place(self.mode, Memory { unloaded, gain, turned }, psi, air, body_state)
     }
 
     /// True if both are in the same discrete state: points between them mean something.
     pub fn shares_mode(&self, other: &Self) -> bool {
-        let discrete = |gas: &[Gas; 2]| gas.map(|gas| (gas.open, gas.until.is_some()));
         let openings = |point: &Self| point.air.as_ref().map(|air| (air.openings, air.regimes));
-        self.mode == other.mode
-            && discrete(&self.gas) == discrete(&other.gas)
-            && openings(self) == openings(other)
+        self.mode == other.mode && openings(self) == openings(other)
     }
 
     /// The vector with each part times its weight.
@@ -103,12 +89,6 @@ pub(crate) fn weights(model: &Model, point: &Point, period: f64) -> Vec<f64> {
             let area = [drive.area_drive, drive.area_return][k / 2];
             pressures[k / 2] * area * period / (content * model.graph.bodies[0].mass.sqrt())
         }));
-    } else if point.x.len() > w.len() {
-        for (gas, area) in point.gas.iter().zip([drive.area_drive, drive.area_return]) {
-            let level = area * period / model.graph.bodies[0].mass.sqrt();
-            let slope = gas.slope.abs();
-            w.extend([level, level * period, if slope > 0.0 { level * slope } else { 1.0 }]);
-        }
     }
     w
 }

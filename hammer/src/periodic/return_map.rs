@@ -107,7 +107,7 @@ impl Section {
     fn event(source: Source) -> Option<Event> {
         match source {
             Source::Relay => Some(Event::Relay(Relay::Drive)),
-            Source::Chambers | Source::Air => {
+            Source::Air => {
                 Some(Event::Port { chamber: Chamber::Drive, port: Port::Supply, opens: true })
             }
             Source::Force | Source::Pressure => None,

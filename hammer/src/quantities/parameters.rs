@@ -26,8 +26,6 @@ pub enum Source {
     Force,
     /// `F_A = p_drive A_drive - p_return A_return`, the pressures inputs.
     Pressure,
-    /// The same, with pressures switched by the piston's position.
-    Chambers,
     /// The same, with the pressures of air that flows through ports.
     Air,
 }
@@ -39,12 +37,11 @@ impl Fidelity {
 
 impl Source {
     /// All of them, in the order of their values.
-    pub const ALL: [Self; 5] =
-        [Self::Relay, Self::Force, Self::Pressure, Self::Chambers, Self::Air];
+    pub const ALL: [Self; 4] = [Self::Relay, Self::Force, Self::Pressure, Self::Air];
 
     /// True if the piston's position switches it.
     pub(crate) fn switches(self) -> bool {
-        matches!(self, Self::Relay | Self::Chambers | Self::Air)
+        matches!(self, Self::Relay | Self::Air)
     }
 }
 
@@ -201,40 +198,6 @@ pub struct Drive {
     pub stiffness: f64,
 }
 
-/// A port that the piston opens and closes as it passes it, and the pressures that the chamber then
-/// approaches.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PortLaw {
-    /// Mean position of the piston over the bit, `vr`, at which it switches, m.
-    pub position: f64,
-    /// Pressure that the chamber approaches when it opens, Pa.
-    pub open_pressure: f64,
-    /// Time that this takes, s; 0: at once.
-    pub open_time: f64,
-    /// Pressure that the chamber approaches when it closes, Pa.
-    pub shut_pressure: f64,
-    /// Time that this takes, s; 0: at once.
-    pub shut_time: f64,
-}
-
-/// The ports of a chamber.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ChamberLaw {
-    /// Inlet.
-    pub supply: PortLaw,
-    /// Outlet.
-    pub exhaust: PortLaw,
-}
-
-/// The chambers of [`Source::Chambers`].
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ChamberLaws {
-    /// Above the piston: supplied while the piston is high, exhausted while it is low.
-    pub drive: ChamberLaw,
-    /// Below the piston: supplied while it is low, exhausted while it is high.
-    pub returning: ChamberLaw,
-}
-
 /// All parameters of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameters {
@@ -264,8 +227,6 @@ pub struct Parameters {
     pub chuck: ChuckLaw,
     /// The driving force.
     pub drive: Drive,
-    /// The chambers, if they drive the piston.
-    pub chambers: ChamberLaws,
     /// Its air side, if air drives the piston.
     #[serde(default)]
     pub air: AirLaw,
@@ -361,41 +322,6 @@ impl Default for Parameters {
                 area_return: 1.5e-3,
                 anvil_area: 0.0,
                 stiffness: 0.0,
-            },
-            // Straight lines through the indicator diagram of an air hammer of 70 mm stroke at 15 bar.
-            chambers: ChamberLaws {
-                drive: ChamberLaw {
-                    supply: PortLaw {
-                        position: -0.032,
-                        open_pressure: 14.4e5,
-                        open_time: 3.9e-3,
-                        shut_pressure: 8.2e5,
-                        shut_time: 1.9e-3,
-                    },
-                    exhaust: PortLaw {
-                        position: -0.018,
-                        open_pressure: 1e5,
-                        open_time: 7.8e-3,
-                        shut_pressure: 9.8e5,
-                        shut_time: 14.4e-3,
-                    },
-                },
-                returning: ChamberLaw {
-                    supply: PortLaw {
-                        position: -0.013,
-                        open_pressure: 13.3e5,
-                        open_time: 2.4e-3,
-                        shut_pressure: 5.8e5,
-                        shut_time: 5.1e-3,
-                    },
-                    exhaust: PortLaw {
-                        position: -0.037,
-                        open_pressure: 1.1e5,
-                        open_time: 3.9e-3,
-                        shut_pressure: 3.1e5,
-                        shut_time: 11e-3,
-                    },
-                },
             },
             air: AirLaw::default(),
             gravity: 9.81,

@@ -141,7 +141,6 @@ pub const SOURCE: Enumeration = Enumeration {
         ("Relay", "The amplitude, its sign switched by the piston's position over the bit"),
         ("Force", "The input drive_force"),
         ("Pressure", "The inputs drive_pressure and return_pressure on their areas"),
-        ("Chambers", "Pressures on the same areas, switched by ports that the piston passes"),
         (
             "Air",
             "Air that flows through ports and drives the piston by its pressure on the same areas",

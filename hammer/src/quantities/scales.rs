@@ -98,13 +98,12 @@ impl Parameters {
     }
 
     /// The length scale of the motion, m: the longest of `g0`; `D1` with a relay, or the furthest
-    /// port with chambers; the distance at the initial velocity during the waves' transit through
+    /// port of air; the distance at the initial velocity during the waves' transit through
     /// both bodies; and the rock's yield under the bodies' weight. The piston's length if all of these
     /// are zero.
     pub fn travel(&self) -> f64 {
         let stroke = match self.drive.source {
             Source::Relay => self.drive.stroke,
-            Source::Chambers => self.chambers.furthest(),
             Source::Air => self.air.furthest(),
             Source::Force | Source::Pressure => 0.0,
         };

@@ -32,8 +32,6 @@ pub enum Reader {
     Drive(&'static [Source]),
     /// Standstill, unless reloading follows the unloading line.
     Standstill,
-    /// The ports of chambers, if they drive the piston.
-    Ports,
     /// The casing, if there is one.
     Casing,
     /// The drill string, if it has rods.
@@ -104,32 +102,6 @@ macro_rules! sections {
                 concat!("Cross section of section ", $k, " of the ", stringify!($body), ", from the top"),
                 |p| &mut p.$body.segment[$k - 1].area).read_by(Reader::Section(Body::$which, $k)),
         )*]
-    };
-}
-
-/// The parameters of a chamber's port.
-macro_rules! port {
-    ($chamber:ident $name:literal $port:ident $side:literal) => {
-        &[
-            port!(@ $chamber $name $port position LENGTH Any, "Position of the piston over the bit at which the ",
-                stringify!($port), " of the ", $name, " chamber turns: open ", $side, " it"),
-            port!(@ $chamber $name $port open_pressure PRESSURE AtLeast(0.0), "Pressure that the ", $name,
-                " chamber goes to when its ", stringify!($port), " opens"),
-            port!(@ $chamber $name $port open_time TIME AtLeast(0.0), "Time that this takes; 0: at once"),
-            port!(@ $chamber $name $port shut_pressure PRESSURE AtLeast(0.0), "Pressure that the ", $name,
-                " chamber goes to when its ", stringify!($port), " closes"),
-            port!(@ $chamber $name $port shut_time TIME AtLeast(0.0), "Time that this takes; 0: at once"),
-        ]
-    };
-    (@ $chamber:ident $name:literal $port:ident $number:ident $quantity:ident $domain:expr, $($meaning:expr),*) => {
-        real(
-            concat!("chambers.", $name, ".", stringify!($port), ".", stringify!($number)),
-            $quantity,
-            $domain,
-            concat!($($meaning),*),
-            |p| &mut p.chambers.$chamber.$port.$number,
-        )
-        .read_by(Reader::Ports)
     };
 }
 
@@ -231,16 +203,14 @@ const GROUPS: &[&[Parameter]] = {
         real("drive.stroke", LENGTH, Above(0.0), "Stroke at which the relay turns to driving", |p| &mut p.drive.stroke)
             .read_by(Drive(&[Source::Relay])),
         real("drive.area_drive", AREA, AtLeast(0.0), "Area on which the pressure that drives acts", |p| &mut p.drive.area_drive)
-            .read_by(Drive(&[Source::Pressure, Source::Chambers, Source::Air])),
+            .read_by(Drive(&[Source::Pressure, Source::Air])),
         real("drive.area_return", AREA, AtLeast(0.0), "Area on which the pressure that returns acts", |p| &mut p.drive.area_return)
-            .read_by(Drive(&[Source::Pressure, Source::Chambers, Source::Air])),
+            .read_by(Drive(&[Source::Pressure, Source::Air])),
         real("drive.anvil_area", AREA, AtLeast(0.0), "Area of the bit's upper face on which the return chamber presses, less its exhaust's pressure",
-            |p| &mut p.drive.anvil_area).switch().read_by(Drive(&[Source::Pressure, Source::Chambers])),
+            |p| &mut p.drive.anvil_area).switch().read_by(Drive(&[Source::Pressure])),
         real("drive.stiffness", STIFFNESS, AtLeast(0.0), "Stiffness of the fluid that drives the piston from outside: from where force or pressures were last set, the force falls by so much for each metre that the piston moves on",
             |p| &mut p.drive.stiffness).switch().read_by(Drive(&[Source::Force, Source::Pressure])),
     ],
-    port!(drive "drive" supply "above"), port!(drive "drive" exhaust "below"),
-    port!(returning "return" supply "below"), port!(returning "return" exhaust "above"),
     &[
         real("air.drive.dead_volume", VOLUME, Above(0.0), "Volume of the drive chamber with the piston at the end of its cylinder", |p| &mut p.air.drive.dead_volume).read_by(AIR),
         real("air.return.dead_volume", VOLUME, Above(0.0), "Volume of the return chamber with the piston on the bit", |p| &mut p.air.returning.dead_volume).read_by(AIR),
@@ -373,11 +343,10 @@ impl Parameter {
         Err(ParameterError { name: self.name, value, allowed: self.domain.describe() })
     }
 
-    /// False for sections and ports that this scene does not read, which may hold any number. Any
+    /// False for sections that this scene does not read, which may hold any number. Any
     /// other parameter must lie in its domain even if it is not read.
     pub fn is_checked(&self, parameters: &Parameters) -> bool {
-        let listed = matches!(self.reader, Reader::Section(..) | Reader::Ports);
-        !listed || self.reader.reads(parameters)
+        !matches!(self.reader, Reader::Section(..)) || self.reader.reads(parameters)
     }
 }
 
@@ -389,7 +358,6 @@ impl Reader {
             Self::Elastic => parameters.fidelity == Fidelity::Elastic,
             Self::Drive(sources) => sources.contains(&parameters.drive.source),
             Self::Standstill => parameters.rock.reloading == Reloading::Loading,
-            Self::Ports => parameters.drive.source == Source::Chambers,
             Self::Casing => parameters.has_casing(),
             Self::Rods => parameters.drill.rods > 0,
             Self::Joints => parameters.drill.loose() > 0,
@@ -419,7 +387,6 @@ impl Reader {
             Self::Elastic | Self::ElasticCasing => "fidelity is Rigid".into(),
             Self::Standstill => "rock.reloading is Unloading".into(),
             Self::Drive(sources) => only(sources),
-            Self::Ports => only(&[Source::Chambers]),
             Self::Casing => "casing.mass and casing.segments are 0".into(),
             Self::Joints if parameters.drill.rods > 0 => "drill.joint.stiffness is 0".into(),
             Self::Rods | Self::Joints => "drill.rods is 0".into(),

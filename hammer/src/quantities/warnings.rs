@@ -96,15 +96,6 @@ pub(crate) fn warnings(parameters: &Parameters) -> Vec<String> {
     }
     list.extend(overdamped(parameters));
     list.extend(short_cylinder(parameters));
-    if parameters.drive.source == Source::Chambers {
-        list.extend(parameters.chambers.overlaps().map(|(chamber, [supply, exhaust])| {
-            format!(
-                "supply and exhaust of the {chamber} chamber are both open where \
-                 relative_position is between chambers.{chamber}.supply.position = {supply} m and \
-                 chambers.{chamber}.exhaust.position = {exhaust} m"
-            )
-        }));
-    }
     list
 }
 
@@ -148,8 +139,8 @@ fn overdamped(parameters: &Parameters) -> Option<String> {
 /// that lifts the hammer. The means of a cycle add up to zero, and the rock can only push: feed, weights
 /// and, without a casing to carry its reaction, the drive must press the bit down.
 pub(crate) fn idle(parameters: &Parameters, inputs: &Inputs) -> Vec<String> {
-    let Parameters { drive, chambers, gravity, .. } = parameters;
-    let [lifts, throws, anvil] = drive.reach(inputs, chambers);
+    let Parameters { drive, gravity, .. } = parameters;
+    let [lifts, throws, anvil] = drive.reach(inputs);
     let weight = parameters.piston_mass() * gravity;
     let mut list = Vec::new();
     // Without loads a piston that is thrown flies on.

@@ -8,7 +8,6 @@
 mod ahead;
 pub mod barrier;
 mod drift;
-pub(crate) mod near_misses;
 pub(crate) mod positions;
 pub mod signal;
 mod steep;
@@ -24,7 +23,6 @@ use crate::modal::stretch::Stretch;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::numerics::poly::Poly;
-use crate::quantities::parameters::Source;
 use barrier::Barrier;
 use drift::Drift;
 use signal::{Part, Signal};
@@ -62,12 +60,9 @@ impl Search {
         self.count = 0;
         let parameters = motion.parameters();
         let mode = motion.mode();
-        let gas = &motion.state().gas;
-        let chambers = parameters.drive.source == Source::Chambers;
         let (vr, working) = (Displacement::Relative, !mode.vented);
         let ties = motion.graph().ties.iter();
         let ties = ties.flat_map(|edge| edge.law.guards(edge.tie, mode.ties.of(edge.tie)));
-        let ports = (chambers && working).then(|| parameters.chambers.guards(gas, vr));
         let end = parameters.cylinder_end(mode.vented);
         let openings = motion
             .air()
@@ -76,7 +71,6 @@ impl Search {
             .chain(parameters.vent_guard(&mode))
             .chain(mode.rock.guards(&parameters.rock, &motion.state().memory))
             .chain(parameters.drive.guard(mode.relay, vr).filter(|_| working))
-            .chain(ports.into_iter().flatten())
             .chain(openings.into_iter().flatten());
         guards.for_each(|guard| {
             let signal = signal(motion, &guard);
@@ -122,12 +116,10 @@ impl Search {
         sums
     }
 
-    /// Ends the search at `at`; returns the number of near misses until then.
-    pub fn stop(&mut self, at: f64) -> u64 {
-        let near_misses = self.present().iter().map(|(_, w)| w.near_misses_begun(at)).sum();
+    /// Ends the search.
+    pub fn stop(&mut self) {
         self.count = 0;
         self.barrier = None;
-        near_misses
     }
 
     /// Rotates the tip's track to `at`, starting from the copy of the guard that is nearest.
@@ -142,11 +134,6 @@ impl Search {
             std::mem::swap(track, tip);
         }
         self.work.samples += motion.rotate_tip_to(at);
-    }
-
-    /// Near misses of the present mode up to `now`.
-    pub fn near_misses(&self, now: f64) -> u64 {
-        self.present().iter().map(|(_, w)| w.near_misses(now)).sum()
     }
 
     /// The first event up to `target`: its time after the epoch, and its kind. The target must lie

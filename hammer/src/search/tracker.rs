@@ -9,14 +9,7 @@
 //!    exceeds `3 r / 8` before it falls back. Or `g` has stayed between zero and `r` for longer
 //!    than a window; then `t` is an instant at which it does. A guard whose first value exceeds
 //!    `7 r / 8` has crossed at that instant (except for 4).
-//! 3. *Near miss.* An excursion begins and ends at least `16 r` below zero, except that one may be
-//!    under way when the search begins. An excursion that comes within `2 r` of zero and turns back
-//!    without crossing is not an event; it is counted once as a near miss. One that stays more than
-//!    `9 r / 2` below zero is not counted; one that peaks in between may be, and one that dwells
-//!    there may be counted more than once. An excursion under way is counted when another event
-//!    ends the search, and when `g` is known to stay below `r` for ever; what it does later is part
-//!    of it. A guard that has come to rest within `4 r` of zero for ever does not turn back and is
-//!    not counted.
+//! 3. *Grazing.* A guard that peaks below `3 r / 8` and turns back is not an event.
 //! 4. *Start.* The first value may be above zero by at most `r / 2`, by `4 r` if `g` falls, or by
 //!    the possible rounding (`Motion::rounding`; much more of it if `g` falls). Then `g` was on its
 //!    way back, or rounding hides its sign: all statements hold for `g` less its first value.
@@ -44,11 +37,8 @@
 //!
 //! A guard that rises steeply relative to its curvature needs no window ([`steep`]).
 //!
-//! A step `s` that starts near zero bounds `g` from above only. It cannot hide an excursion: a
-//! bound `m` on the curvature brings `g` back from a dip by at most `m s^2 / 2`, which is below
-//! `12 r` unless `g` is certain to fall below `-2 r` (where `g'^2 > 2 m (g + 2 r)`). If it is, it
-//! falls without turning and stays there for the rest of the step ([`dip`]), so if `m s^2 / 2`
-//! exceeds `12 r`, the near miss is over.
+//! Far below zero a step approaches `-2 r`, near it `r`. A step from near zero may pass a dip that is
+//! certain ([`dip`]).
 //!
 //! Guards are evaluated at dyadic distances, one tabulated rotation apart.
 
@@ -56,9 +46,7 @@ use crate::modal::system::TAYLOR;
 use crate::modal::system::generator::Generator;
 use crate::modal::track::Track;
 use crate::numerics::grid;
-use crate::search::TIME_RESOLUTION;
 use crate::search::ahead::{Ahead, TRUSTED, worthy};
-use crate::search::near_misses::{NEAR, NOTICED, NearMisses};
 use crate::search::signal::{Probe, Signal};
 use crate::search::steep;
 use crate::search::window::{
@@ -75,7 +63,6 @@ pub struct GuardTracker {
     pub clear: f64,
     /// The crossing, s.
     pub root: Option<f64>,
-    near_misses: NearMisses,
     /// True once the resolution has been raised to what the guard's terms can resolve.
     known: bool,
     /// True once the guard has been evaluated.
@@ -91,9 +78,10 @@ const LONG_STEP: f64 = 2.0;
 /// Part of the resolution at which a guard counts as crossed: the margin allows for rounding, and
 /// the scan reaches it in finitely many steps.
 const CROSSED: f64 = 0.875;
-/// A step `s` under a curvature bound `m` can hide an excursion only if `m s^2 / 2` exceeds this
-/// many resolutions.
-const HIDDEN: f64 = 12.0;
+/// A guard that is more resolutions below zero than this is far from it.
+pub(crate) const NEAR: f64 = 4.0;
+/// Resolutions below zero that a step from far below approaches.
+const APPROACHED: f64 = 2.0;
 /// Part of the resolution by which a guard may start above zero without having crossed.
 const AMBIGUOUS: f64 = 0.5;
 /// Part of the resolution that a window's remainder may reach, and that its rounding may.
@@ -118,9 +106,8 @@ impl GuardTracker {
     /// Starts at `t`.
     #[inline]
     pub fn new(signal: Signal, t: f64) -> Self {
-        let (ahead, near_misses) = (Ahead::new(), NearMisses::default());
-        let (known, begun) = (false, false);
-        Self { signal, clear: t, root: None, near_misses, known, begun, beyond: None, ahead }
+        let (known, begun, ahead) = (false, false, Ahead::new());
+        Self { signal, clear: t, root: None, known, begun, beyond: None, ahead }
     }
 
     /// Restarts with another guard at `t`; memory is reused.
@@ -128,7 +115,6 @@ impl GuardTracker {
     pub(crate) fn restart(&mut self, signal: Signal, t: f64) {
         (self.signal, self.clear, self.root) = (signal, t, None);
         (self.known, self.begun, self.beyond) = (false, false, None);
-        self.near_misses = NearMisses::default();
         self.ahead.restart();
     }
 
@@ -142,19 +128,6 @@ impl GuardTracker {
     #[cfg(feature = "internals")]
     pub fn horizon(&self) -> f64 {
         self.root.unwrap_or(self.clear)
-    }
-
-    /// Near misses completed by `now`.
-    pub fn near_misses(&self, now: f64) -> u64 {
-        self.near_misses.turned(now)
-    }
-
-    /// Near misses begun by `now`, where the search ends.
-    pub fn near_misses_begun(&self, now: f64) -> u64 {
-        if self.root.is_some_and(|at| at <= now + TIME_RESOLUTION) {
-            return self.near_misses(now);
-        }
-        self.near_misses.begun(now)
     }
 
     /// True if amplitudes alone prove that the guard never crosses.
@@ -173,7 +146,7 @@ impl GuardTracker {
     #[inline]
     pub fn extend(&mut self, tracks: &mut [Track], work: &mut Work) {
         if self.ahead.probe.is_some() {
-            let levels = [NEAR, NOTICED].map(|far| -far * self.signal.resolution);
+            let levels = [NEAR, APPROACHED].map(|far| -far * self.signal.resolution);
             if self.ahead.step_on(&self.signal, levels, &mut self.clear, work) {
                 return;
             }
@@ -217,7 +190,7 @@ impl GuardTracker {
     /// Extends the proof by a long step if drift alone keeps the guard from zero; else returns false.
     #[inline]
     fn drift_keeps_away(&mut self, tracks: &[Track], t: f64, before: Option<f64>) -> bool {
-        let margin = NOTICED * self.signal.resolution;
+        let margin = APPROACHED * self.signal.resolution;
         if self.signal.drift.constant().is_some() || self.signal.drift.at(t)[0] >= -margin {
             return false;
         }
@@ -227,7 +200,7 @@ impl GuardTracker {
         let is_long = free > 0.0
             && (self.signal.ends_before(t + free) || self.signal.is_long(tracks, free, amplitude));
         if is_long {
-            self.away_until(t, t + free);
+            self.clear = t + free;
         }
         is_long
     }
@@ -235,7 +208,7 @@ impl GuardTracker {
     /// Extends the proof from `t`, where the guard has the values `probe`.
     fn extend_from(&mut self, tracks: &mut [Track], probe: &Probe, t: f64, work: &mut Work) {
         let age = std::mem::take(&mut self.ahead.age);
-        let level = self.level(probe.value, t);
+        let (level, is_far) = (self.level(probe.value), self.is_far(probe.value));
         if self.amplitude_decides(tracks, t, probe) {
             return;
         }
@@ -245,27 +218,24 @@ impl GuardTracker {
             self.root = Some(t);
             return;
         };
-        if !self.near_misses.is_near() {
+        if is_far {
             self.root = steep::crossing(&self.signal, &mut self.ahead, tracks, (probe, t), m, work);
             if self.root.is_some() {
                 return;
             }
         }
         // A step must not pass a zero that the window would locate.
-        let (step, down) = self.step(level.min(value.max(0.0)), value, slope, m);
+        let step = self.step(level.min(value.max(0.0)), value, slope, m);
         let step = step.min(self.signal.long());
         let Some((_, length)) = worthy(step, curvature, amplitude) else {
-            if t + step > self.ahead.end && !self.near_misses.is_near() {
+            if t + step > self.ahead.end && is_far {
                 self.clear = t + step;
                 return;
             }
             work.windows += 1;
             return self.window(tracks, t, amplitude, work);
         };
-        if down < length && self.may_hide(length, m) {
-            self.near_misses.leave(t);
-        }
-        let far = value < -NEAR * self.signal.resolution && !self.signal.drift.is_high();
+        let far = is_far && !self.signal.drift.is_high();
         let [Some(part), None] = self.signal.parts else {
             self.clear = t + length;
             return;
@@ -290,28 +260,17 @@ impl GuardTracker {
         }
     }
 
-    /// Notes that the guard stays [`NOTICED`] resolutions below zero from `t` to `end`.
-    fn away_until(&mut self, t: f64, end: f64) {
-        if self.near_misses.is_near() {
-            self.near_misses.leave(t);
-        }
-        self.clear = end;
-    }
-
     /// True if the amplitudes prove that a guard without drift never crosses again, or not for a
     /// long step, by which they extend the proof.
     fn amplitude_decides(&mut self, tracks: &[Track], t: f64, probe: &Probe) -> bool {
         let Some(drift) = self.signal.drift.constant() else { return false };
-        let (r, near) = (self.signal.resolution, self.near_misses.is_near());
-        let [least, most] = [-1.0, 1.0].map(|sign| drift + sign * probe.amplitude);
-        if most < -NOTICED * r || near && most < CROSSED * r {
-            if least > -NEAR * r {
-                self.near_misses.rest();
-            }
-            self.away_until(t, f64::INFINITY);
+        let (r, is_far) = (self.signal.resolution, self.is_far(probe.value));
+        let most = drift + probe.amplitude;
+        if most < if is_far { -APPROACHED * r } else { CROSSED * r } {
+            self.clear = f64::INFINITY;
             return true;
         }
-        if !near {
+        if is_far {
             let free = self.signal.creeping_step(tracks, probe.amplitude, NEAR * r);
             let length = Generator::level_below(free).map_or(0.0, |(_, length)| length);
             if length * length * probe.curvature > LONG_STEP * LONG_STEP * probe.amplitude {
@@ -327,7 +286,7 @@ impl GuardTracker {
     fn begin(&mut self, probe: &mut Probe) {
         self.begun = true;
         let (r, Probe { value, slope, .. }) = (self.signal.resolution, *probe);
-        if self.near_misses.was_away() || value <= 0.0 {
+        if value <= 0.0 {
             return;
         }
         if value <= if slope < 0.0 { NEAR * r } else { AMBIGUOUS * r } {
@@ -346,31 +305,26 @@ impl GuardTracker {
         }
     }
 
-    /// The level that a step may approach: below zero while the guard is far from it, so that no
-    /// near miss is overlooked; then the resolution. None if that is reached.
-    fn level(&mut self, value: f64, t: f64) -> Option<f64> {
+    /// True of a value that is far below zero.
+    fn is_far(&self, value: f64) -> bool {
+        value < -NEAR * self.signal.resolution
+    }
+
+    /// The level that a step may approach: below zero while the guard is far from it, then the
+    /// resolution. None if that is reached.
+    fn level(&self, value: f64) -> Option<f64> {
         let r = self.signal.resolution;
-        self.near_misses.observe(value / r, t);
-        if !self.near_misses.is_near() {
-            return Some(-NOTICED * r);
+        if self.is_far(value) {
+            return Some(-APPROACHED * r);
         }
         (value < CROSSED * r).then_some(r)
     }
 
-    /// How long a guard stays below `level`, or falls on its way far below; and when it is there.
-    fn step(&self, level: f64, value: f64, slope: f64, m: f64) -> (f64, f64) {
-        if self.near_misses.is_near() {
-            let deep = value + NOTICED * self.signal.resolution;
-            if let Some([down, up]) = dip(deep, slope, m) {
-                return (up, down);
-            }
-        }
-        (step_below(level - value, slope, m), f64::INFINITY)
-    }
-
-    /// True if a guard could fall far and come back near zero within a step.
-    fn may_hide(&self, step: f64, m: f64) -> bool {
-        m * step * step > 2.0 * HIDDEN * self.signal.resolution
+    /// How long a guard stays below `level`, through a dip if it is near zero.
+    fn step(&self, level: f64, value: f64, slope: f64, m: f64) -> f64 {
+        let deep = value + APPROACHED * self.signal.resolution;
+        let through = if self.is_far(value) { None } else { dip(deep, slope, m) };
+        through.unwrap_or_else(|| step_below(level - value, slope, m))
     }
 
     /// Searches the Taylor polynomial at `t` for the crossing: first by bounds on a grid over the
@@ -387,7 +341,6 @@ impl GuardTracker {
         let end = Generator::level_below(h).map_or(1.0, |(_, length)| length / h);
         // The next window covers what follows.
         let leave = back_up(&q, &points, end);
-        let mut before = self.near_misses.now();
         let far = -NEAR * self.signal.resolution;
         let mut below = (q[0] <= 0.0).then_some(0.0);
         let mut part = 0;
@@ -395,50 +348,34 @@ impl GuardTracker {
             let start = part as f64 * PART;
             let away = points.top[part..].iter().take_while(|&&top| top + slack < far).count();
             if away > 0 {
-                self.near_misses.leave(t + start * h);
-                if start <= leave {
-                    before = self.near_misses.now();
-                }
                 part += away;
                 below = Some(part as f64 * PART);
                 continue;
             }
             let (second, right, end) = (points.bend[part], points.value[part], start + PART);
             part += 1;
-            let split = leave.clamp(start, end);
-            for piece in [[start, split], [split, end]] {
-                if piece[0] == leave {
-                    before = self.near_misses.now();
-                }
-                let clock = [t, h];
-                let end = self.scan(&q, piece, clock, [second, slack], (&mut below, work));
-                let x = match end {
-                    Scan::Clear => continue,
-                    Scan::Reached(x) => x,
-                    Scan::Slow(x) => {
-                        // The next window begins here.
-                        self.clear = t + h * x.min(leave);
-                        if x > leave {
-                            self.near_misses.return_to(before);
-                        }
-                        return;
+            let x = match self.scan(&q, [start, end], [second, slack], (&mut below, work)) {
+                Scan::Clear => {
+                    if right <= 0.0 {
+                        below = Some(end);
                     }
-                };
-                let low = below.or_else(|| low_point(&q, x));
-                let root = low.map_or(0.0, |low| zero_between(&q, low, x));
-                let sharp = self.polish(tracks, t + root * h);
-                // Where a guard only grazes zero, its slope gives no reliable step.
-                let place = (sharp - t) / h;
-                let fits = place >= 0.0 && horner(&q, place).0.abs() <= self.signal.resolution;
-                self.root = Some(if fits { sharp } else { t + root * h });
-                return;
-            }
-            if right <= 0.0 {
-                below = Some(end);
-            }
-        }
-        if leave < 1.0 {
-            self.near_misses.return_to(before);
+                    continue;
+                }
+                Scan::Reached(x) => x,
+                Scan::Slow(x) => {
+                    // The next window begins here.
+                    self.clear = t + h * x.min(leave);
+                    return;
+                }
+            };
+            let low = below.or_else(|| low_point(&q, x));
+            let root = low.map_or(0.0, |low| zero_between(&q, low, x));
+            let sharp = self.polish(tracks, t + root * h);
+            // Where a guard only grazes zero, its slope gives no reliable step.
+            let place = (sharp - t) / h;
+            let fits = place >= 0.0 && horner(&q, place).0.abs() <= self.signal.resolution;
+            self.root = Some(if fits { sharp } else { t + root * h });
+            return;
         }
         self.clear = t + h * leave;
     }
@@ -462,13 +399,11 @@ impl GuardTracker {
         sharp
     }
 
-    /// Scans a part of a window under a bound on the second derivative. `clock` is the window's
-    /// start and length, s.
+    /// Scans a part of a window under a bound on the second derivative.
     fn scan(
-        &mut self,
+        &self,
         q: &[f64; TAYLOR],
         [mut x, end]: [f64; 2],
-        [t, h]: [f64; 2],
         [second, slack]: [f64; 2],
         (below, work): (&mut Option<f64>, &mut Work),
     ) -> Scan {
@@ -482,16 +417,12 @@ impl GuardTracker {
             if value <= 0.0 {
                 *below = Some(x);
             }
-            let Some(level) = self.level(value + slack, t + x * h) else {
+            let Some(level) = self.level(value + slack) else {
                 return Scan::Reached(x);
             };
-            let (step, down) = self.step(level, value + slack, slope, second);
+            let step = self.step(level, value + slack, slope, second);
             if x + step <= x {
                 return Scan::Reached(x);
-            }
-            let length = step.min(end - x);
-            if down < length && self.may_hide(length, second) {
-                self.near_misses.leave(t + x * h);
             }
             x += step;
         }

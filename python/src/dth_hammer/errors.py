@@ -63,13 +63,23 @@ class HammerWarning(UserWarning):
     """Input that is allowed but probably unintended."""
 
 
+#: What took the place of a name that scenes saved before may have; of a dotted name its first part.
+GONE = {
+    "Chambers": "the chambers are those of Air now (drive.source = Air, parameters air.*)",
+    "chambers": "the chambers are those of Air now (drive.source = Air, parameters air.*)",
+    "hole_depth": "it is tip_depth now; the depth of the hole is drilled_length",
+}
+
+
 class UnknownNameError(DthHammerError, LookupError):
     """An unknown name; the message has the nearest known one."""
 
     def __init__(self, what: str, name: object, known: Iterable[str]) -> None:
         name, candidates = str(name), list(known)
-        self.name, self.nearest = name, nearest(name, candidates)
+        gone = GONE.get(name.partition(".")[0])
+        self.name, self.nearest = name, None if gone else nearest(name, candidates)
         hint = f"; did you mean {self.nearest!r}?" if self.nearest else ""
+        hint = f"; {gone}" if gone else hint
         head = name.rpartition(".")[0]
         siblings = [c.removeprefix(f"{head}.") for c in candidates if c.startswith(f"{head}.")]
         if not hint and head and siblings:

@@ -212,7 +212,7 @@ def indicator(run: Run) -> Figure:
 
     Example:
         >>> from dth_hammer import figures
-        >>> run = figures.settled_cycle({"drive.source": "Chambers"}, until="300 ms")
+        >>> run = figures.settled_cycle({"drive.source": "Air"}, until="300 ms")
         >>> figures.indicator(run).savefig("indicator.png")
     """
     frame, notes = _settled(run)
