@@ -6,8 +6,8 @@
 //! unit least largest; `assumed`, `contradiction` and `error` a sentence.
 
 use hammer::Input;
+use hammer::Scene;
 use hammer::datasheet::{Datasheet, Quantity};
-use hammer::sensitivity::Scene;
 use hammer::variables::{Role, VARIABLES, differences};
 use std::fmt::Write as _;
 

@@ -1,8 +1,9 @@
 //! Derivatives for a profiler: of a run of 1 s of the reference hammer, read every 10 ms, or of its
 //! stationary cycle if the first argument is `cycle`, by as many parameters as the second says.
 
+use hammer::Scene;
 use hammer::periodic::{Search, find};
-use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
+use hammer::sensitivity::{Argument, Sample, derivatives};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut words = std::env::args().skip(1);

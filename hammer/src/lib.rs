@@ -6,6 +6,7 @@ pub const MAX_INPUT_ORDER: usize = 4;
 mod allowance;
 pub mod datasheet;
 pub mod diagnostics;
+mod energy;
 mod error;
 pub mod families;
 mod interrupt;
@@ -25,15 +26,17 @@ mod engine {
     pub mod motion;
     pub mod numerics;
     pub mod quantities;
+    pub mod scene;
     pub mod search;
 }
 #[cfg(not(feature = "internals"))]
-use engine::{air, bodies, laws, modal, motion, numerics, quantities, search};
+use engine::{air, bodies, laws, modal, motion, numerics, quantities, scene, search};
 #[cfg(feature = "internals")]
 #[doc(hidden)]
-pub use engine::{air, bodies, laws, modal, motion, numerics, quantities, search};
+pub use engine::{air, bodies, laws, modal, motion, numerics, quantities, scene, search};
 
 pub use bodies::resolution::{MeshAdvice, Reading};
+pub use energy::ledger::{Energies, Impulses};
 pub use error::{
     CorruptState, DisplayNumber, Error, InputError, ParameterError, SpectrumError, WorkLimit,
 };
@@ -43,7 +46,6 @@ pub use laws::mode::{Chamber, Mode, Port, Relay, RockMode, Tie, TieState, Ties};
 pub use machine::Machine;
 pub use machine::blows::{Blow, MAX_STEP_BLOWS};
 pub use machine::journal::{Counters, Record};
-pub use machine::ledger::{Energies, Impulses};
 pub use machine::outputs::{Kinematics, Profile};
 pub use machine::peaks::Peaks;
 pub use machine::state::State;
@@ -63,4 +65,5 @@ pub use quantities::quantity;
 pub use quantities::scales::Timescales;
 pub use quantities::sections::{Body, MAX_RODS, MAX_SECTIONS, MAX_SEGMENTS, Sections, Segment};
 pub use quantities::warnings::Suspect;
+pub use scene::Scene;
 pub use search::TIME_RESOLUTION;

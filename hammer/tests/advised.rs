@@ -3,9 +3,9 @@
 
 use hammer::laws::event::Bodies;
 use hammer::laws::rock::Spring;
-use hammer::modal::graph::Group;
 use hammer::modal::model::Model;
 use hammer::presets::PRESETS;
+use hammer::scene::graph::Group;
 use hammer::{InputValues, Machine, Mode, Parameters, Reading, RockMode, Segment};
 
 /// Every kind of casing on the mesh that is advised for a force within a thousandth, and a feed that

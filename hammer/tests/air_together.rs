@@ -1,8 +1,9 @@
 //! Air with what else a hammer may have: another law of reloading, rods, derivatives, a supply that cannot
 //! start it.
 
+use hammer::Scene;
 use hammer::periodic::{Kind, Wanted, steady};
-use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
+use hammer::sensitivity::{Argument, Sample, derivatives};
 use hammer::{Fidelity, InputValues, Machine, Parameters, Reloading, Source};
 
 fn driven(fidelity: Fidelity) -> Parameters {

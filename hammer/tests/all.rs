@@ -14,7 +14,6 @@ mod blows;
 mod branch;
 mod cascades;
 mod casing;
-mod chambers;
 mod close_pairs;
 mod cycle;
 mod datasheet;

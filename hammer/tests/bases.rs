@@ -4,8 +4,8 @@
 
 use hammer::laws::event::Bodies;
 use hammer::laws::rock::Spring;
-use hammer::modal::graph::Group;
 use hammer::modal::model::Model;
+use hammer::scene::graph::Group;
 use hammer::{Mode, Parameters, RockMode, Segment};
 
 /// Casing of the reference: none, rigid or elastic, and a string on it.

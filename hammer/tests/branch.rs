@@ -1,8 +1,9 @@
 //! Branches of cycles along a parameter, against the simulation and single searches.
 
 use crate::scenes::overdamped;
+use hammer::Scene;
 use hammer::periodic::{Branch, BranchPoint, Cycle, CycleError, Piece, Schedule, Search, find};
-use hammer::sensitivity::{Argument, Scene};
+use hammer::sensitivity::Argument;
 use hammer::{Fidelity, Input, InputValues, Machine, Parameters, Source};
 
 fn scene(parameters: &Parameters) -> Scene {

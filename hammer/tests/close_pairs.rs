@@ -2,10 +2,10 @@
 
 use crate::scenes::Random;
 use hammer::laws::rock::Spring;
-use hammer::modal::graph::Group;
 use hammer::modal::model::Model;
 use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{Recipe, System};
+use hammer::scene::graph::Group;
 use hammer::{Mode, Parameters, RockMode, Segment};
 
 const MODE: Mode = Mode::starting(RockMode::DissipativeForward);

@@ -1,8 +1,9 @@
 //! The stationary cycle, against the settled simulation, differences and scaling laws.
 
 use crate::scenes::overdamped;
+use hammer::Scene;
 use hammer::periodic::{Cycle, CycleError, Piece, Response, Schedule, Search, find};
-use hammer::sensitivity::{Argument, Scene};
+use hammer::sensitivity::Argument;
 use hammer::{Energies, Fidelity, Input, InputValues, Machine, Parameters, Source};
 
 fn scene(parameters: &Parameters) -> Scene {

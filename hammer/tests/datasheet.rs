@@ -1,7 +1,7 @@
 //! Hammers from datasheets.
 
+use hammer::Scene;
 use hammer::datasheet::{Datasheet, DatasheetError, Quantity, Solution};
-use hammer::sensitivity::Scene;
 
 use Quantity::{
     AirFlow, BlowEnergy, Bore, DampingRatio, Flow, Frequency, Hole, ImpactSpeed, Length,

@@ -1,8 +1,8 @@
 //! Loads under which a hammer does not drill are warned of, and no others. What they do is seen in a
 //! run: nothing of the warning's arithmetic.
 
+use hammer::Scene;
 use hammer::presets::PRESETS;
-use hammer::sensitivity::Scene;
 use hammer::{Fidelity, Source};
 
 /// Blows and work to the rock after 4 s, when every start is forgotten, up to 8 s.

@@ -1,7 +1,8 @@
 //! Long work of every kind ends when it is interrupted, and leaves what it worked on as it was.
 
+use hammer::Scene;
 use hammer::periodic::{CycleError, Search, find};
-use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
+use hammer::sensitivity::{Argument, Sample, derivatives};
 use hammer::{Error, InputValues, Interrupt, Machine, Parameters, in_threads};
 use std::panic::catch_unwind;
 use std::sync::atomic::AtomicU64;

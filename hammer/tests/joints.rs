@@ -1,9 +1,10 @@
 //! Loose joints of a drill string, with a casing and without: statics, balances, the limit of tight ones, and what is refused.
 
 use crate::scenes::Random;
+use hammer::Scene;
 use hammer::parameters::{Drill, Joint};
 use hammer::presets::{PRESETS, Preset};
-use hammer::sensitivity::{Argument, NonSmooth, Sample, Scene, derivatives};
+use hammer::sensitivity::{Argument, NonSmooth, Sample, derivatives};
 use hammer::{
     Error, Event, Input, InputValues, Machine, Parameters, Segment, Source, State, Tie, TieState,
     Ties,

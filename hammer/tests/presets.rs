@@ -1,8 +1,8 @@
 //! The named hammers: they settle.
 
+use hammer::Scene;
 use hammer::periodic::{Search, find};
 use hammer::presets::{PRESETS, Preset};
-use hammer::sensitivity::Scene;
 use hammer::{Body, Reading, Source};
 
 /// The scene of a preset, with its own start values of inputs.

@@ -1,8 +1,8 @@
 //! A bit that goes back along the unloading line, and the rate by specific energy.
 
 use crate::scenes;
+use hammer::Scene;
 use hammer::periodic::{Search, find};
-use hammer::sensitivity::Scene;
 use hammer::variables::{Role, Variable};
 use hammer::{Event, InputValues, Machine, Parameters, Reloading, RockEvent, RockMode};
 

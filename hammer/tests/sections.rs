@@ -2,7 +2,8 @@
 
 use crate::scenes;
 use hammer::Parameters;
-use hammer::sensitivity::{Argument, Derivative, Sample, Scene, derivatives};
+use hammer::Scene;
+use hammer::sensitivity::{Argument, Derivative, Sample, derivatives};
 
 fn named(name: &str) -> Argument {
     Argument::named(name).expect("a row of the table")

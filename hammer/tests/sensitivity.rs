@@ -1,7 +1,8 @@
 //! Derivatives by differences of exact runs: closed forms, an independent integration, and what is
 //! told of points where the response is not smooth.
 
-use hammer::sensitivity::{Argument, Change, NonSmooth, Sample, Scene, derivatives, over_step};
+use hammer::Scene;
+use hammer::sensitivity::{Argument, Change, NonSmooth, Sample, derivatives, over_step};
 use hammer::{Error, Event, Fidelity, Input, Machine, Source};
 
 /// Of a derivative, relative: rounding, 1e-13, over the step of 2e-6, and as much of curvature.
@@ -234,7 +235,7 @@ fn the_events_keep_their_order_up_to_the_reach() {
     let air = &mut scene.parameters.air;
     (air.drive.supply, air.returning.exhaust, air.port_height) = (-0.0401, -0.04, 1e-2);
     let run = |scene: &Scene| {
-        Sample::of_run(&mut scene.machine()?, &[5e-3], &|m| vec![m.kinematics().bit_position])
+        Sample::of_run(&mut scene.machine()?, &[0.012], &|m| vec![m.kinematics().bit_position])
     };
     let argument = named("air.drive.supply");
     let base = run(&scene).expect("a run");

@@ -1,9 +1,9 @@
 //! Long-run responses: cycles, means with their errors, and standstill.
 
 use crate::scenes;
+use hammer::Scene;
 use hammer::periodic::{Averages, Kind, Steady, Wanted, steady};
 use hammer::presets::PRESETS;
-use hammer::sensitivity::Scene;
 use hammer::{Fidelity, Machine, Source};
 
 fn seek(scene: &Scene, error: f64) -> Steady {

@@ -1,9 +1,10 @@
 //! How much work a cycle takes: a slower algorithm fails here. The counts are of this
 //! algorithm, not of a machine; a change that lowers them updates them.
 
+use hammer::Scene;
 use hammer::periodic::{Wanted, steady};
 use hammer::presets::Preset;
-use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
+use hammer::sensitivity::{Argument, Sample, derivatives};
 use hammer::{Input, InputValues, Machine, Parameters, Source, Vectors};
 use std::process::Command;
 

@@ -1,7 +1,8 @@
 //! What chatters ends with an error that names it, and any step ends when it is interrupted.
 
 use crate::scenes;
-use hammer::sensitivity::{Argument, Sample, Scene, derivatives};
+use hammer::Scene;
+use hammer::sensitivity::{Argument, Sample, derivatives};
 use hammer::{
     Error, Fidelity, InputValues, Interrupt, Machine, Parameters, Source, State, Tie, WorkLimit,
 };

@@ -5,8 +5,8 @@ use crate::c::{Handle, Out, Status, Text};
 use crate::datasheet;
 use crate::error::CallError;
 use crate::session::call;
+use hammer::Scene;
 use hammer::periodic::{Averages, Kind, Wanted, steady};
-use hammer::sensitivity::Scene;
 use std::ffi::{CString, c_char};
 use std::sync::OnceLock;
 

@@ -8,7 +8,7 @@ use crate::presets::AirHammer;
 use crate::quantities::air::ATMOSPHERE;
 use crate::quantities::parameters::InputValues;
 use crate::quantities::sections::Segment;
-use crate::sensitivity::Scene;
+use crate::scene::Scene;
 
 /// Blows until they repeat, and of the mean after them.
 const SETTLED: u64 = 12;

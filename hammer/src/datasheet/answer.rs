@@ -9,7 +9,7 @@ use super::{Comparison, Found, Solution};
 use crate::numerics::display::digits;
 use crate::numerics::math;
 use crate::presets::{AirHammer, DAMPING, REFERENCE_HOLE};
-use crate::sensitivity::Scene;
+use crate::scene::Scene;
 
 /// Advance of the hole per turn of the bit that makers recommend (Epiroc), m: named where it is told.
 const ADVANCE: [f64; 2] = [0.010, 0.019];

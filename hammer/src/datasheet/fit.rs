@@ -8,7 +8,7 @@ use super::{Datasheet, DatasheetError, EFFICIENCY};
 use crate::numerics::math;
 use crate::quantities::air::ATMOSPHERE;
 use crate::quantities::warnings::FASTEST;
-use crate::sensitivity::Scene;
+use crate::scene::Scene;
 use nalgebra::{DMatrix, DVector};
 
 /// Error of a limit.

@@ -33,7 +33,7 @@ use crate::presets::DAMPING;
 use crate::quantities::domain::ParameterError;
 use crate::quantities::parameters::MAX_ELEMENTS;
 use crate::quantities::sections::Body;
-use crate::sensitivity::Scene;
+use crate::scene::Scene;
 use fit::{Fit, Unknowns};
 use response::Response;
 use thiserror::Error as ThisError;

@@ -3,7 +3,7 @@
 use super::DatasheetError;
 use super::relay::Relay;
 use crate::periodic::{Averages, Kind, Wanted, steady};
-use crate::sensitivity::Scene;
+use crate::scene::Scene;
 
 /// Blows that a mean is of, at most.
 const BLOWS: usize = 500;

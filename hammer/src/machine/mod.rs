@@ -15,16 +15,11 @@
 //! at an event, when an input becomes another polynomial, or when a parameter is tuned.
 
 pub(crate) mod blows;
-mod deferred;
 pub(crate) mod journal;
-pub(crate) mod ledger;
 pub(crate) mod outputs;
 pub(crate) mod peaks;
-mod pending;
-mod powers;
 pub(crate) mod state;
 pub(crate) mod stops;
-mod sums;
 #[cfg(feature = "internals")]
 mod tracked;
 mod views;
@@ -32,12 +27,15 @@ pub(crate) mod zeno;
 
 use crate::air::Air;
 use crate::allowance::Allowance;
+use crate::energy::deferred::DeferredLedger;
+use crate::energy::ledger::{Ledger, Stored, damping_in_flight};
+use crate::energy::pending::PendingIntegrals;
+use crate::energy::sums::Sums;
 use crate::error::Error;
 use crate::laws::air::Opening;
 use crate::laws::event::{Bodies, Event};
 use crate::laws::mode::{Mode, RockMode, Tie, TieState};
 use crate::laws::rock::Memory;
-use crate::modal::graph::Channel;
 use crate::modal::model::Model;
 use crate::modal::track::ROUNDED;
 use crate::motion::Motion;
@@ -45,16 +43,14 @@ use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{InputValues, Parameters, Source};
 use crate::quantities::warnings;
+use crate::scene::Scene;
+use crate::scene::graph::Channel;
 use crate::search::Search;
 use blows::{Closing, Progress};
-use deferred::DeferredLedger;
 use journal::{Counters, Record};
-use ledger::{Ledger, Stored, damping_in_flight};
 use peaks::PeakSearch;
-use pending::PendingIntegrals;
 use state::State;
 use std::sync::Arc;
-use sums::Sums;
 use views::Views;
 use zeno::ZenoDetector;
 
@@ -90,6 +86,16 @@ pub struct Machine {
     journal: Option<Vec<Record>>,
     failure: Option<Error>,
     views: Views,
+}
+
+impl Scene {
+    /// The scene at its start, at time 0.
+    ///
+    /// # Errors
+    /// Those of [`Machine::new`].
+    pub fn machine(&self) -> Result<Machine, Error> {
+        Machine::new(&self.parameters, &self.inputs, 0.0)
+    }
 }
 
 impl Machine {

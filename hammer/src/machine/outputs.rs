@@ -4,13 +4,13 @@ use crate::bodies::bar::Bar;
 use crate::laws::event::{Bodies, Displacement};
 use crate::laws::mode::Tie;
 use crate::laws::rock::Coefficients;
-use crate::modal::graph::{Channel, Edge};
-use crate::modal::system::CHANNELS;
 use crate::modal::track::Track;
 use crate::motion::{Motion, PointMotion};
 use crate::numerics::poly::Poly;
 use crate::quantities::parameters::Material;
 use crate::quantities::sections::Body;
+use crate::scene::graph::CHANNELS;
+use crate::scene::graph::{Channel, Edge};
 
 /// Motion and forces at one instant. SI units, positive downward.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -3,8 +3,8 @@
 //! They are computed only on demand: the stretches of the step are stored, and each is scanned by
 //! Taylor windows (see [`crate::search::tracker`]) on which a force is a polynomial.
 
-use super::pending::{self, Force, PendingIntegrals};
 use crate::allowance::Allowance;
+use crate::energy::pending::{self, Force, PendingIntegrals};
 use crate::error::{Error, WorkLimit};
 use crate::interrupt;
 use crate::laws::mode::Tie;
@@ -312,9 +312,11 @@ fn largest(poly: &Poly, [from, to]: [f64; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::energy::pending::CROWDED;
     use crate::machine::Machine;
     use crate::quantities::inputs::Input;
     use crate::quantities::parameters::{Fidelity, InputValues, Parameters};
+    use crate::scene::Scene;
 
     /// Of a polynomial without a negative coefficient the bound is its value at the end.
     #[test]
@@ -375,5 +377,28 @@ mod tests {
             }
         }
         assert!(looks > 300, "{looks}");
+    }
+
+    /// One step of 1 s, some 900 stretches.
+    fn second() -> Machine {
+        let mut machine = Scene::default().machine().expect("a scene");
+        machine.advance(1.0).expect("a step");
+        machine
+    }
+
+    #[test]
+    fn among_many_hammers_each_stores_little_and_reads_the_same() {
+        let stored = |m: &Machine| [m.ledger.size, m.peaks.size];
+        let alone = second();
+        assert!(stored(&alone).iter().all(|&size| size > 4 * CROWDED), "nothing is paid alone");
+        // Until 32 MB are stored, at 1.5 MB each.
+        let mut others: Vec<Machine> = (0..30).map(|_| second()).collect();
+        let last = others.pop().expect("thirty");
+        // It is looked at between two stretches, the last of which may be the one too many.
+        let most = CROWDED + 1000;
+        assert!(stored(&last).iter().all(|&size| size <= most), "{:?}", stored(&last));
+        assert_eq!(last.energies(), alone.energies());
+        assert_eq!(last.impulses(), alone.impulses());
+        assert_eq!(last.peaks(), alone.peaks());
     }
 }

@@ -1,17 +1,17 @@
 //! The dynamic state of a scene: everything that a restart needs and cannot recompute.
 
 use super::blows::Progress;
-use super::deferred::DeferredLedger;
 use super::journal::Counters;
 use super::peaks::Searched;
 use super::zeno::ZenoDetector;
 use crate::air::Air;
+use crate::energy::deferred::DeferredLedger;
 use crate::error::{CorruptState, Error};
-use crate::modal::graph::Group;
 use crate::motion::state::{Anchor, MotionState};
 use crate::numerics::instant::Double;
 use crate::quantities::inputs::Input;
 use crate::quantities::parameters::{Parameters, Source};
+use crate::scene::graph::Group;
 use serde::{Deserialize, Serialize};
 
 /// Dynamic state of a scene, to be stored, serialised and [restored](crate::Machine::restore).

@@ -2,11 +2,11 @@
 
 use super::Machine;
 use super::blows::Blow;
-use super::ledger::{Energies, Impulses};
 use super::outputs::{Kinematics, Profile};
 use super::peaks::Peaks;
-use super::pending::PendingIntegrals;
 use crate::air::{Air, Places};
+use crate::energy::ledger::{Energies, Impulses};
+use crate::energy::pending::PendingIntegrals;
 use crate::error::Error;
 use crate::laws::event::Event;
 use crate::laws::mode::Relay;

@@ -5,7 +5,6 @@
 //! structure    bodies in their own modes, springs and dashpots attached
 //! spectrum     its eigenvalues and eigenvectors, as blocks of two coordinates
 //! system       flow, loads and displacements in these coordinates
-//! graph        bodies, ties, and groups that have a system
 //! shared       systems of equal numbers made once
 //! track        a modal vector in motion
 //! stretch      integrals between two events
@@ -13,7 +12,6 @@
 //! model        the hammer's systems
 //! ```
 
-pub mod graph;
 mod memory;
 pub mod model;
 pub(crate) mod shared;

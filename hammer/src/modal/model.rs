@@ -4,13 +4,13 @@ use crate::error::Error;
 use crate::laws::event::Displacement;
 use crate::laws::mode::Mode;
 use crate::laws::rock::{Coefficients, Spring};
-use crate::modal::graph::{Channel, Edge, Graph, Group};
 use crate::modal::shared::Systems;
 use crate::modal::structure::{Attachment, Structure};
-use crate::modal::system::passage::{Overlap, Passage};
+use crate::modal::system::passage::Passage;
 use crate::modal::system::{Recipe, System};
 use crate::modal::{memory, shared};
 use crate::quantities::parameters::Parameters;
+use crate::scene::graph::{Channel, Edge, Graph, Group, Overlap};
 use std::sync::Arc;
 
 /// Parameters in modal form.
@@ -172,10 +172,10 @@ mod tests {
     use super::*;
     use crate::laws::event::Bodies;
     use crate::laws::mode::RockMode;
-    use crate::modal::system::CHANNELS;
     use crate::modal::system::driven::Driven;
     use crate::numerics::combine;
     use crate::numerics::poly::Poly;
+    use crate::scene::graph::CHANNELS;
 
     /// Between the springs of a bit and of both bodies, of unequal bars: the conversion via the
     /// bodies' modes, with the loads' shapes added before and subtracted after, leads to the same

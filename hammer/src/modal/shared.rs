@@ -9,10 +9,10 @@ use crate::bodies::cache;
 use crate::error::Error;
 use crate::laws::mode::Mode;
 use crate::laws::rock::Spring;
-use crate::modal::graph::Group;
 use crate::modal::spectrum::joined;
 use crate::modal::system::passage::Passage;
 use crate::modal::system::{Recipe, System};
+use crate::scene::graph::Group;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, Weak};
 

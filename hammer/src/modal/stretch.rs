@@ -10,10 +10,11 @@
 //!   the viscous work (`W` the square of the tip's velocity).
 
 use crate::modal::system::driven::Driven;
-use crate::modal::system::{CHANNELS, Functional, System, TAYLOR};
+use crate::modal::system::{Functional, System, TAYLOR};
 use crate::modal::track::Track;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
+use crate::scene::graph::CHANNELS;
 
 /// Radians of the fastest motion that a series covers: `2^24 / 24!` is below rounding.
 pub(crate) const PANEL: f64 = 2.0;

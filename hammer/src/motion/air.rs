@@ -6,14 +6,14 @@ use crate::air::solve::polynomial;
 use crate::air::{Air, Places};
 use crate::error::Error;
 use crate::laws::event::Displacement;
-use crate::modal::graph::{Channel, Graph};
-use crate::modal::system::CHANNELS;
 use crate::numerics::collocation::{Rule, STAGES};
 use crate::numerics::kernel;
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::Parameters;
+use crate::scene::graph::CHANNELS;
+use crate::scene::graph::{Channel, Graph};
 
 /// Trials of a window, each shorter or with another formula of a flow.
 const TRIALS: usize = 64;

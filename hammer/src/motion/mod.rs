@@ -22,13 +22,13 @@ use crate::error::Error;
 use crate::laws::event::{Bodies, Displacement};
 use crate::laws::mode::{Mode, RockMode};
 use crate::laws::rock::{Coefficients, Spring};
-use crate::modal::graph::{Edge, Graph, Group};
 use crate::modal::model::Model;
 use crate::modal::stretch::Stretch;
-use crate::modal::system::CHANNELS;
 use crate::modal::track::{ROUNDED, Track};
 use crate::numerics::{instant::Double, kernel, poly::Poly};
 use crate::quantities::{inputs::Input, parameters::Parameters};
+use crate::scene::graph::CHANNELS;
+use crate::scene::graph::{Edge, Graph, Group};
 use state::{Anchor, Milestone, MotionState};
 
 /// A displacement and its first two rates.

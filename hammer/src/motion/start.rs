@@ -8,12 +8,12 @@ use crate::error::Error;
 use crate::laws::event::{Bodies, Displacement};
 use crate::laws::mode::{Mode, Relay, RockMode, Tie, TieState};
 use crate::laws::rock::{Memory, Spring};
-use crate::modal::graph::Group;
 use crate::modal::model::Model;
-use crate::modal::system::CHANNELS;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{Parameters, Source};
+use crate::scene::graph::CHANNELS;
+use crate::scene::graph::Group;
 
 impl Motion {
     /// The scene at its start.

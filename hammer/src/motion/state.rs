@@ -4,14 +4,14 @@ use crate::air::Air;
 use crate::error::Error;
 use crate::laws::mode::Mode;
 use crate::laws::rock::Memory;
-use crate::modal::graph::Group;
 use crate::modal::model::Model;
-use crate::modal::system::CHANNELS;
 use crate::modal::system::driven::Driven;
 use crate::modal::track::Track;
 use crate::numerics::instant::Double;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::Inputs;
+use crate::scene::graph::CHANNELS;
+use crate::scene::graph::Group;
 use serde::{Deserialize, Serialize};
 
 /// A modal vector at an instant not after the last event.

@@ -15,7 +15,6 @@ use crate::laws::air::Opening;
 use crate::laws::event::{Displacement, Event, RockEvent};
 use crate::laws::mode::{Chamber, Port, Relay, Tie, TieState};
 use crate::laws::rock::{Spring, Transition};
-use crate::modal::graph::{Channel, Edge, Group};
 use crate::modal::system::System;
 use crate::modal::system::driven::Driven;
 use crate::modal::system::passage::Passage;
@@ -23,6 +22,7 @@ use crate::modal::track::Track;
 use crate::motion::state::Anchor;
 use crate::numerics::{combine, kernel, poly::Poly};
 use crate::quantities::parameters::Rock;
+use crate::scene::graph::{Channel, Edge, Group};
 use std::cell::OnceCell;
 use std::sync::Arc;
 

@@ -25,7 +25,8 @@ use crate::periodic::find::{Cycle, Orbit, Search, find};
 use crate::periodic::krylov::Solver;
 use crate::periodic::point::Point;
 use crate::periodic::return_map::{Image, ReturnMap, Section};
-use crate::sensitivity::{Argument, Scene, differentiate};
+use crate::scene::Scene;
+use crate::sensitivity::{Argument, differentiate};
 
 /// Newton's steps to a point.
 const NEWTON: usize = 8;

@@ -11,7 +11,8 @@ use crate::periodic::krylov::{Solver, leading};
 use crate::periodic::point::Point;
 use crate::periodic::response::Response;
 use crate::periodic::return_map::{Image, ReturnMap, Schedule, Section};
-use crate::sensitivity::{Argument, Derivative, NonSmooth, Scene, differentiate, reach};
+use crate::scene::Scene;
+use crate::sensitivity::{Argument, Derivative, NonSmooth, differentiate, reach};
 use num_complex::Complex64;
 
 /// How a cycle is sought.

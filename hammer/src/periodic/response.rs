@@ -1,6 +1,6 @@
 //! What a cycle gives.
 
-use crate::machine::ledger::Energies;
+use crate::energy::ledger::Energies;
 use crate::machine::peaks::Peaks;
 
 /// A blow of a cycle.

@@ -1,10 +1,10 @@
 //! The return (Poincaré) map.
 
+use crate::energy::ledger::Energies;
 use crate::error::Error;
 use crate::laws::event::{Displacement, Event};
 use crate::laws::mode::{Chamber, Port, Relay};
 use crate::machine::journal::Record;
-use crate::machine::ledger::Energies;
 use crate::machine::peaks::Peaks;
 use crate::machine::{Machine, Observer};
 use crate::numerics::kernel::{inner_product, norm};

@@ -5,16 +5,16 @@
 //! comes to it: another stable cycle may lie close by. Where blows do not repeat, several simulations from starts a little apart, which drift away from each
 //! other, are averaged ([`Means`]) until the error asked for is reached.
 
+use crate::energy::ledger::Energies;
 use crate::error::Error;
 use crate::interrupt::in_threads;
 use crate::laws::event::{Displacement, Event};
-use crate::machine::ledger::Energies;
 use crate::machine::{Machine, Observer};
 use crate::numerics::math;
 use crate::periodic::averages::{Averages, Means, NUMBERS, Numbers};
 use crate::periodic::error::CycleError;
 use crate::periodic::find::{Cycle, Search, find_from};
-use crate::sensitivity::Scene;
+use crate::scene::Scene;
 
 /// What a hammer does in the long run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

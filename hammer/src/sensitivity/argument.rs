@@ -1,29 +1,9 @@
 //! The arguments of derivatives: parameters and constant inputs.
 
-use crate::error::Error;
-use crate::machine::Machine;
 use crate::quantities::inputs::Input;
-use crate::quantities::parameters::{InputValues, Parameters};
+use crate::quantities::parameters::Parameters;
+use crate::scene::Scene;
 use crate::variables::{Role, Slot, VARIABLES, Variable};
-
-/// A scene: parameters, and constant inputs.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Scene {
-    /// Parameters.
-    pub parameters: Parameters,
-    /// Constant inputs.
-    pub inputs: InputValues,
-}
-
-impl Scene {
-    /// The scene at its start, at time 0.
-    ///
-    /// # Errors
-    /// Those of [`Machine::new`].
-    pub fn machine(&self) -> Result<Machine, Error> {
-        Machine::new(&self.parameters, &self.inputs, 0.0)
-    }
-}
 
 /// A real parameter, start values included, or a constant input: a row of the table.
 #[derive(Clone, Copy)]

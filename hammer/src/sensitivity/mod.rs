@@ -25,7 +25,7 @@ mod differences;
 mod sample;
 mod step;
 
-pub use argument::{Argument, Scene};
+pub use argument::Argument;
 pub use differences::{Derivative, NonSmooth, derivatives};
 pub(crate) use differences::{differentiate, reach};
 pub use sample::{Change, Sample};

@@ -2,8 +2,8 @@
 
 use crate::failure::{Failure, refused};
 use crate::table::row;
+use hammer::Scene;
 use hammer::families::{ALONG, Along};
-use hammer::sensitivity::Scene;
 use hammer::variables::Role;
 use hammer::{Body, Fidelity, Input, MeshAdvice, Parameters, Reading};
 use numpy::PyArray1;

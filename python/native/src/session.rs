@@ -2,8 +2,8 @@
 
 use crate::failure::Failure;
 use crate::table::Pick;
+use hammer::Scene;
 use hammer::families::ALONG;
-use hammer::sensitivity::Scene;
 use hammer::variables::{Role, VARIABLES};
 use hammer::{Input, MAX_INPUT_ORDER, Machine, Parameters, Profile, Stops};
 use serde::{Deserialize, Serialize};

@@ -5,7 +5,8 @@ use crate::rows::row::{Row, Rows};
 use hammer::Error;
 use hammer::bodies::bar::{Bar, Section};
 use hammer::modal::structure::{Attachment, Structure};
-use hammer::modal::system::{CHANNELS, Recipe, System};
+use hammer::modal::system::{Recipe, System};
+use hammer::scene::graph::CHANNELS;
 use hammer::{Mode, RockMode};
 
 const MODE: Mode = Mode::starting(RockMode::FreeFlight);

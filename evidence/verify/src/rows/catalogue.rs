@@ -4,10 +4,10 @@
 //! lowest pressure printed. Air at two other pressures, power and frequency are held out.
 
 use crate::rows::row::{Row, Rows};
+use hammer::Scene;
 use hammer::datasheet::{AirBlow, DatasheetError};
 use hammer::laws::air::FREE_DENSITY;
 use hammer::presets::{AirHammer, Preset};
-use hammer::sensitivity::Scene;
 use hammer::{Input, Machine};
 use std::fmt::Write as _;
 

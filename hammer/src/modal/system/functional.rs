@@ -2,10 +2,11 @@
 
 use crate::modal::system::driven::Driven;
 use crate::modal::system::generator::Generator;
-use crate::modal::system::response::{CHANNELS, ORDERS, Response};
+use crate::modal::system::response::{ORDERS, Response};
 use crate::numerics::kernel::EvaluationRows;
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
+use crate::scene::graph::CHANNELS;
 use std::sync::OnceLock;
 
 /// Order of the remainder of a Taylor window.

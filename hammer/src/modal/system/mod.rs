@@ -37,8 +37,7 @@ use crate::modal::system::basis::Basis;
 use crate::modal::system::driven::Driven;
 pub use crate::modal::system::functional::{Functional, INTEGRALS, TAYLOR};
 use crate::modal::system::generator::Generator;
-use crate::modal::system::passage::{Overlap, Passage};
-pub use crate::modal::system::response::CHANNELS;
+use crate::modal::system::passage::Passage;
 use crate::modal::system::response::Response;
 use crate::numerics::combine::{Columns, combine};
 use crate::numerics::form::Form;
@@ -47,6 +46,7 @@ use crate::numerics::kernel::{self, LANES, inner_product, norm};
 #[cfg(feature = "internals")]
 use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
+use crate::scene::graph::{CHANNELS, Overlap};
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 
 /// The definition of a system.

@@ -8,26 +8,15 @@
 //! than the two products.
 
 use crate::modal::system::basis::Basis;
-use crate::modal::system::response::CHANNELS;
 use crate::numerics::combine::{Columns, combine};
 use crate::numerics::kernel;
+use crate::scene::graph::{CHANNELS, Overlap};
 
 /// Modes of the larger of two systems.
 pub(crate) const MOST: usize = 64;
 /// A mismatch whose square, the error after correcting each column, is below rounding. (The old
 /// system contributes none: its columns define its coordinates.)
 const CORRECTED: f64 = 1e-8;
-
-/// Where the free modes that two systems share begin in each, and their number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Overlap {
-    /// In the old system.
-    pub from: usize,
-    /// In the new system.
-    pub to: usize,
-    /// Their number.
-    pub count: usize,
-}
 
 /// The direct conversion of a modal state from one system to another.
 #[derive(Debug)]

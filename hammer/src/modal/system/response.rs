@@ -24,12 +24,11 @@ use crate::numerics::collocation::STAGES;
 use crate::numerics::kernel;
 use crate::numerics::math;
 use crate::numerics::poly::{Poly, TERMS};
+use crate::scene::graph::CHANNELS;
 
 /// Orders of a load's derivatives, from the value on: of an input, or of the air's force in a window.
 pub const ORDERS: usize = STAGES;
 const _: () = assert!(ORDERS > crate::MAX_INPUT_ORDER);
-/// Load channels: drive, feed, gravity, the return chamber on the bit, the fluid on the piston.
-pub const CHANNELS: usize = 5;
 /// A coordinate is slow if `|B| tau` is below this, where `tau` is the time in which a load changes
 /// by its own size; its series is used up to the same `|B| t`. The particular solutions of faster
 /// ones have terms that fall by at least this factor.

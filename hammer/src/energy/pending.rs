@@ -5,16 +5,17 @@ use crate::error::Error;
 use crate::laws::event::Displacement;
 use crate::laws::mode::{Tie, Ties};
 use crate::laws::rock::{Coefficients, Spring};
-use crate::modal::graph::{Channel, Graph, Group};
 use crate::modal::stretch::Stretch;
+use crate::modal::system::System;
 use crate::modal::system::driven::Driven;
-use crate::modal::system::{CHANNELS, System};
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::motion::state::MotionState;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
 use crate::quantities::parameters::Rock;
+use crate::scene::graph::CHANNELS;
+use crate::scene::graph::{Channel, Graph, Group};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -26,7 +27,7 @@ const PROCESS: usize = 1 << 22;
 /// run of a second pays nothing for what is never read.
 const MOST: usize = 1 << 20;
 /// The same among many hammers: 256 kB, to be integrated from the nearer caches.
-pub(super) const CROWDED: usize = 1 << 15;
+pub(crate) const CROWDED: usize = 1 << 15;
 
 /// Most numbers that a hammer may store now, in the stretches whose integrals (or peaks) are not
 /// yet computed. When they are computed changes no bit of them.

@@ -16,11 +16,12 @@ use crate::laws::event::{Bodies, Displacement};
 use crate::laws::mode::{Mode, Tie, TieState, Ties};
 use crate::laws::rock::{Coefficients, Spring};
 use crate::laws::tie::TieLaw;
-use crate::modal::system::CHANNELS;
-use crate::modal::system::passage::Overlap;
 use crate::quantities::parameters::{Parameters, Source};
 use crate::quantities::sections::Body;
 use serde::{Deserialize, Serialize};
+
+/// How many loads there are.
+pub const CHANNELS: usize = 5;
 
 /// Loads, in the order of a system's channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +37,17 @@ pub enum Channel {
     Anvil,
     /// What `drive.stiffness` would pull the piston with if it stood at the zero of displacements, N.
     Fluid,
+}
+
+/// Where the free modes that two groups share begin in each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Overlap {
+    /// In the old group.
+    pub from: usize,
+    /// In the new group.
+    pub to: usize,
+    /// Their number.
+    pub count: usize,
 }
 
 /// Bodies joined by ties that hold.

@@ -3,9 +3,9 @@
 use super::ledger::Energies;
 use crate::laws::event::Displacement;
 use crate::laws::mode::Tie;
-use crate::modal::graph::Channel;
-use crate::modal::system::CHANNELS;
 use crate::motion::Motion;
+use crate::scene::graph::CHANNELS;
+use crate::scene::graph::Channel;
 
 impl Energies {
     /// Rates at the present instant, W.

@@ -1,6 +1,6 @@
 //! What is summed over time.
 
-use crate::modal::system::CHANNELS;
+use crate::scene::graph::CHANNELS;
 use serde::{Deserialize, Serialize};
 
 /// Sums over time.

@@ -51,7 +51,7 @@ pub(crate) struct DeferredLedger {
     evaluated: Ledger,
     last: Option<Arc<Link>>,
     /// Numbers stored.
-    size: usize,
+    pub size: usize,
 }
 
 impl From<Ledger> for DeferredLedger {
@@ -148,35 +148,5 @@ impl DeferredLedger {
     /// Evaluates all pending integrals.
     pub fn settle(&mut self) {
         *self = self.evaluated().into();
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::pending::CROWDED;
-    use crate::machine::Machine;
-    use crate::sensitivity::Scene;
-
-    /// One step of 1 s, some 900 stretches.
-    fn second() -> Machine {
-        let mut machine = Scene::default().machine().expect("a scene");
-        machine.advance(1.0).expect("a step");
-        machine
-    }
-
-    #[test]
-    fn among_many_hammers_each_stores_little_and_reads_the_same() {
-        let stored = |m: &Machine| [m.ledger.size, m.peaks.size];
-        let alone = second();
-        assert!(stored(&alone).iter().all(|&size| size > 4 * CROWDED), "nothing is paid alone");
-        // Until 32 MB are stored, at 1.5 MB each.
-        let mut others: Vec<Machine> = (0..30).map(|_| second()).collect();
-        let last = others.pop().expect("thirty");
-        // It is looked at between two stretches, the last of which may be the one too many.
-        let most = CROWDED + 1000;
-        assert!(stored(&last).iter().all(|&size| size <= most), "{:?}", stored(&last));
-        assert_eq!(last.energies(), alone.energies());
-        assert_eq!(last.impulses(), alone.impulses());
-        assert_eq!(last.peaks(), alone.peaks());
     }
 }

@@ -12,9 +12,9 @@ use super::pending::{Forms, PendingIntegrals};
 use super::sums::Sums;
 use crate::laws::event::Displacement;
 use crate::laws::mode::Tie;
-use crate::modal::graph::Channel;
 use crate::modal::track::Track;
 use crate::motion::Motion;
+use crate::scene::graph::Channel;
 use serde::{Deserialize, Serialize};
 
 /// The energy ledger, J.

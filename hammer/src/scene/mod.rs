@@ -1,0 +1,14 @@
+//! What a run starts from: parameters and inputs, and the graph of bodies and ties that they make.
+
+pub mod graph;
+
+use crate::quantities::parameters::{InputValues, Parameters};
+
+/// A scene: parameters, and constant inputs.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Scene {
+    /// Parameters.
+    pub parameters: Parameters,
+    /// Constant inputs.
+    pub inputs: InputValues,
+}
