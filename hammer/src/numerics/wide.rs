@@ -26,6 +26,10 @@ impl Wide {
         let square = self.re * self.re + self.im * self.im;
         Self { re: self.re / square, im: -self.im / square }
     }
+
+    pub(crate) fn conjugate(self) -> Self {
+        Self { re: self.re, im: -self.im }
+    }
 }
 
 impl Add for Wide {

@@ -1,15 +1,11 @@
 //! The secular function of more than two attachments: one determinant, in which the modes that dominate
 //! near a root are rows and columns of their own, so that no power of their compliance has to cancel.
 
-use crate::modal::spectrum::jet::{Jet, Jets, Sizes};
+use crate::modal::spectrum::jet::{Jet, Jets};
 use crate::modal::spectrum::secular::{PAIRS, Root, Secular, size};
 use crate::numerics::minors::{self, MOST, Matrix};
 use crate::numerics::poles;
 use num_complex::Complex64 as C;
-
-/// A root or a vector that lacks more digits than this by cancellation, as a factor of rounding, is
-/// computed in twice the digits.
-const LOST: f64 = 8.0;
 
 /// Relative distance of a root from a pole, and of poles from one another, below which both dominate.
 const CLOSE: f64 = 1e-6;
@@ -107,54 +103,10 @@ impl Secular {
         (f.at, f.slope, poles)
     }
 
-    /// True if the expanded minors cancel at a root by more than [`LOST`]: they do by as many digits as the
-    /// lightest body is lighter than the others. The permanent is the determinant of the terms' sizes,
-    /// hence its rounding; so are its minors that of the forces.
-    pub(crate) fn cancels(&self, root: Root, (row, forces): (usize, [C; MOST])) -> bool {
-        let (shapes, order, s) = (&self.system.shapes, self.system.shapes.len(), self.value(root));
-        if !self.expanded || self.slides(root) {
-            return false;
-        }
-        let mut compliances: Vec<f64> = self.compliances(root).into_iter().map(size).collect();
-        let (mut terms, borders) = (Matrix::default(), self.borders(root));
-        let mut scale = size(self.function(root).1) * size(s);
-        for (k, &mode) in (order..).zip(&borders) {
-            for (a, (stiffness, viscosity)) in self.system.springs.iter().enumerate() {
-                let phi = shapes[a][mode].abs();
-                (terms[a][k], terms[k][a]) = (size(stiffness + viscosity * s) * phi, phi);
-            }
-            terms[k][k] = 1.0 / compliances[mode];
-            scale *= terms[k][k];
-            compliances[mode] = 0.0;
-        }
-        for [a, b] in PAIRS.into_iter().take_while(|[_, b]| *b < order) {
-            let products = shapes[a].iter().zip(&shapes[b]).zip(&compliances);
-            let sum: f64 = products.map(|((x, y), c)| (x * y).abs() * c).sum();
-            for (row, column) in [(a, b), (b, a)] {
-                let (k, c) = self.system.springs[row];
-                terms[row][column] = size(k + c * s) * sum + f64::from(u8::from(a == b));
-            }
-        }
-        if minors::determinant(&Sizes, &terms, order + borders.len()) > LOST * scale {
-            return true;
-        }
-        let rounded = minors::cofactors(&Sizes, &terms, order + borders.len(), row);
-        let own = |of: &dyn Fn(usize) -> f64| (order..order + borders.len()).map(of).sum::<f64>();
-        let mut vector = own(&|k| forces[k].norm_sqr());
-        let mut error = own(&|k| rounded[k] * rounded[k]);
-        for (i, compliance) in compliances.iter().enumerate() {
-            let sum: C = forces.iter().zip(shapes).map(|(f, shape)| f * shape[i]).sum();
-            let terms: f64 = rounded.iter().zip(shapes).map(|(f, shape)| f * shape[i].abs()).sum();
-            vector += sum.norm_sqr() * compliance * compliance;
-            error += terms * terms * compliance * compliance;
-        }
-        error > LOST * LOST * vector
-    }
-
-    /// The null vector of an expanded determinant's [matrix](Self::bordered), by the cofactors of a row, and
-    /// that row: along it the determinant has the largest terms, or it is that of a mode whose `d` is
-    /// rounding. Nothing of a determinant that is not expanded.
-    pub(crate) fn row_forces(&self, root: Root) -> (usize, [C; MOST]) {
+    /// The null vector of an expanded determinant's [matrix](Self::bordered), by the cofactors of a row:
+    /// along it the determinant has the largest terms, or it is that of a mode whose `d` is rounding. Nothing
+    /// of a determinant that is not expanded.
+    pub(crate) fn row_forces(&self, root: Root) -> [C; MOST] {
         if !self.expanded {
             return Default::default();
         }
@@ -163,14 +115,14 @@ impl Secular {
             |row| minors::cofactors(&Jets, &matrix, order, row).map(|cofactor| cofactor.at);
         if size(root.offset) < TRAPPED * size(self.value(root)) {
             let own = self.system.shapes.len();
-            return (own, forces(own));
+            return forces(own);
         }
         let rows = (0..order).map(|row| {
             let forces = forces(row);
             let terms = forces.iter().zip(&matrix[row]).map(|(f, entry)| size(f * entry.at));
-            (terms.sum::<f64>(), (row, forces))
+            (terms.sum::<f64>(), forces)
         });
         let best = rows.max_by(|a, b| a.0.total_cmp(&b.0));
-        best.map_or_else(Default::default, |(_, row)| row)
+        best.map_or_else(Default::default, |(_, forces)| forces)
     }
 }

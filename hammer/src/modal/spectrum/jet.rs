@@ -1,5 +1,4 @@
-//! Functions of `s` with their derivatives, and sizes of terms before they cancel: what the secular
-//! function's determinants are made of.
+//! Functions of `s` with their derivatives: what the secular function's determinants are made of.
 
 use crate::numerics::minors::Ring;
 use num_complex::Complex64 as C;
@@ -35,20 +34,5 @@ impl Ring for Jets {
     fn difference(&self, mut a: Jet, b: Jet) -> Jet {
         a.add(-1.0, b);
         a
-    }
-}
-
-/// Arithmetic of sizes before anything cancels.
-pub(crate) struct Sizes;
-
-impl Ring for Sizes {
-    type Number = f64;
-
-    fn product(&self, a: f64, b: f64) -> f64 {
-        a * b
-    }
-
-    fn difference(&self, a: f64, b: f64) -> f64 {
-        a + b
     }
 }

@@ -6,96 +6,155 @@
 //! jet          functions of s with their derivatives
 //! secular      the function whose zeros are the eigenvalues, and its vectors
 //! bordered     the same of more than two attachments
-//! exact        the same in twice the digits
 //! roots        all zeros at once
-//! cluster      vectors of roots among several modes of nearly equal frequency
-//! refinement   an eigenpair by Newton's method, its residuals in twice the digits
-//! quotient     remainders over the factor of two roots, to twice the digits
-//! confluence   two that nearly coincide
+//! pairing      roots into pairs, and pairs into blocks
+//! states       displacements with velocities, in which vectors are orthogonal
 //! residual     how far a block is from an invariant pair
-//! separation   real roots that are known to few digits
-//! pairing      roots into blocks
+//! refinement   an eigenpair by Newton's method, its residuals in twice the digits
+//! schur        eigenvectors of a matrix
+//! dense        what roots do not give
 //! joined       the modes of bodies that are joined
 //! reaction     the displacement of a stiff attachment, from the force in it
 //! ```
 
 pub(crate) mod block;
 mod bordered;
-mod cluster;
-mod confluence;
 pub(crate) mod deflation;
-mod exact;
+mod dense;
 mod jet;
 pub(crate) mod joined;
 mod pairing;
-mod quotient;
 pub(crate) mod reaction;
 mod refinement;
 mod residual;
 mod roots;
+mod schur;
 mod secular;
-mod separation;
+mod states;
 
 use crate::error::SpectrumError;
+use crate::interrupt;
 use crate::modal::spectrum::block::Block;
 use crate::modal::spectrum::deflation::Deflated;
-use crate::modal::spectrum::pairing::Pairing;
+use crate::modal::spectrum::pairing::coincide;
+use crate::modal::spectrum::refinement::{MOVED, Refinement};
 use crate::modal::spectrum::residual::misses;
 use crate::modal::spectrum::roots::Roots;
-use crate::modal::spectrum::secular::Secular;
-use crate::modal::spectrum::separation::separated;
+use crate::modal::spectrum::secular::{Root, Secular};
 use crate::modal::structure::Structure;
-use std::collections::BTreeMap;
+use crate::numerics::math::norm;
+use num_complex::Complex64 as C;
 
 /// A block with a larger residual, relative to its own terms and beyond rounding, is refused. A
 /// wrong eigenvalue has a residual near one; two modes that meet through the stiffest dashpots have
 /// 3e-5.
 const DEFECT: f64 = 1e-2;
 
-/// What is done for accurate blocks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
-pub(crate) enum Care {
-    /// Eigenpairs are refined where minors cancel.
-    Usual,
-    /// Every eigenpair is refined to the last digit of each amplitude.
-    Thorough,
-    /// Beside that, real roots that lie close together are refined each to a pair of its own.
-    Separating,
-    /// The secular function itself has twice the digits.
-    Exact,
+/// A structure's eigenvalues, and what is known beside them.
+pub(crate) struct Spectrum {
+    /// The blocks of modes that no attachment moves.
+    alone: Vec<Block>,
+    coupled: Option<Coupled>,
 }
 
-/// Blocks of a structure, the translation first, then by rising rate.
-///
-/// # Errors
-///
-/// [`SpectrumError`], if the roots cannot be computed to working accuracy.
-pub(crate) fn blocks(structure: &Structure, care: Care) -> Result<Vec<Block>, SpectrumError> {
-    if structure.attachments.is_empty() {
-        return Ok(free_blocks(structure));
+/// The roots of the other modes, and whether all are known.
+struct Coupled {
+    secular: Secular,
+    roots: Vec<Root>,
+    end: Result<(), SpectrumError>,
+}
+
+impl Spectrum {
+    /// # Errors
+    ///
+    /// [`SpectrumError::Cancelled`].
+    pub(crate) fn new(structure: &Structure) -> Result<Self, SpectrumError> {
+        if structure.attachments.is_empty() {
+            return Ok(Self { alone: free_blocks(structure), coupled: None });
+        }
+        let (left, alone) = Deflated::new(structure);
+        let mut coupled = Coupled::new(Secular::new(left));
+        if coupled.end.is_err() && coupled.secular.is_crowded() {
+            coupled = Coupled::new(coupled.secular.measured_from_crowd());
+        }
+        match coupled.end {
+            Err(SpectrumError::Cancelled) => Err(SpectrumError::Cancelled),
+            _ => Ok(Self { alone, coupled: Some(coupled) }),
+        }
     }
-    let (left, mut blocks) = Deflated::new(structure);
-    let secular = Secular::new(left);
-    let coupled = match paired(&secular, care) {
-        Ok(coupled) => coupled,
-        Err(error) => paired(&secular.crowded().ok_or(error)?, care)?,
-    };
-    blocks.extend(coupled);
-    // The rigid block first, then by rising rate: the slow ones outlive the fast.
-    blocks.sort_by(|a, b| (!a.rigid).cmp(&!b.rigid).then(a.rate[0].total_cmp(&b.rate[0])));
-    Ok(blocks)
+
+    /// The blocks by the roots alone, the translation first, then by rising rate.
+    ///
+    /// # Errors
+    ///
+    /// [`SpectrumError`], if these are not known to working accuracy.
+    pub(crate) fn blocks(&self) -> Result<Vec<Block>, SpectrumError> {
+        self.sorted(Coupled::blocks)
+    }
+
+    /// The same with every pair refined from its root, and with what is found beside those that converge.
+    ///
+    /// # Errors
+    ///
+    /// [`SpectrumError`], if that is not found.
+    pub(crate) fn refined_blocks(&self) -> Result<Vec<Block>, SpectrumError> {
+        self.sorted(Coupled::refined_blocks)
+    }
+
+    fn sorted(
+        &self,
+        found: fn(&Coupled) -> Result<Vec<Block>, SpectrumError>,
+    ) -> Result<Vec<Block>, SpectrumError> {
+        let mut blocks = self.alone.clone();
+        if let Some(coupled) = &self.coupled {
+            blocks.extend(found(coupled)?);
+        }
+        // The slow ones outlive the fast.
+        blocks.sort_by(|a, b| (!a.rigid).cmp(&!b.rigid).then(a.rate[0].total_cmp(&b.rate[0])));
+        Ok(blocks)
+    }
 }
 
-/// Blocks of the modes that are coupled to the attachments.
-fn paired(secular: &Secular, care: Care) -> Result<Vec<Block>, SpectrumError> {
-    let iteration = Roots::new(secular);
-    let is_exact = care == Care::Exact;
-    let mut roots = if is_exact { iteration.solve_exactly() } else { iteration.solve() }?;
-    let separates = care >= Care::Separating;
-    let close = if separates { separated(secular, &mut roots) } else { BTreeMap::new() };
-    let paired = Pairing::new(secular, &roots, care > Care::Usual, close).blocks()?;
-    let misses = |block: &Block| misses(&secular.system, block, DEFECT);
-    if paired.iter().any(misses) { Err(SpectrumError::Residual) } else { Ok(paired) }
+impl Coupled {
+    fn new(secular: Secular) -> Self {
+        let (roots, end) = Roots::new(&secular).solve();
+        Self { secular, roots, end }
+    }
+
+    fn blocks(&self) -> Result<Vec<Block>, SpectrumError> {
+        self.end?;
+        let (system, mut pairs) =
+            (&self.secular.system, pairing::pairs(&self.secular, &self.roots)?);
+        pairing::sort(&mut pairs);
+        if pairs.windows(2).any(|two| coincide(&two[0], &two[1])) {
+            return Err(SpectrumError::Residual);
+        }
+        self.checked(pairing::blocks(system, &pairs)?)
+    }
+
+    fn refined_blocks(&self) -> Result<Vec<Block>, SpectrumError> {
+        let mut known = Vec::new();
+        for (s, x) in pairing::pairs(&self.secular, &self.roots)? {
+            if interrupt::is_set() {
+                return Err(SpectrumError::Cancelled);
+            }
+            // The translation that only a dashpot resists is exact.
+            known.extend(if s == C::default() {
+                Some((s, x))
+            } else {
+                Refinement::new(&self.secular, s, MOVED * norm(s), &x).solve()
+            });
+        }
+        let (pairs, mut blocks) = dense::complete(&self.secular, known)?;
+        blocks.extend(pairing::blocks(&self.secular.system, &pairs)?);
+        self.checked(blocks)
+    }
+
+    /// The blocks, if all satisfy the equation of motion.
+    fn checked(&self, blocks: Vec<Block>) -> Result<Vec<Block>, SpectrumError> {
+        let is_wrong = |block: &Block| misses(&self.secular.system, block, DEFECT);
+        if blocks.iter().any(is_wrong) { Err(SpectrumError::Residual) } else { Ok(blocks) }
+    }
 }
 
 /// Without attachments each mode is a block.

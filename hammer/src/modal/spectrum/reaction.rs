@@ -143,7 +143,7 @@ fn three(gram: [f64; 6], right: [[f64; 2]; MOST]) -> [[f64; 2]; MOST] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::modal::spectrum;
+    use crate::modal::spectrum::Spectrum;
 
     /// A translation and one free mode of a bar, held by a spring far stiffer than the bar: the
     /// translation is driven by the spring alone, which gives its force in closed form.
@@ -155,7 +155,7 @@ mod tests {
             let omega2 = [0.0, w2];
             let structure =
                 Structure { attachments: vec![attachment], ..Structure::free(&omega2, 0.0) };
-            for block in spectrum::blocks(&structure, spectrum::Care::Usual).unwrap() {
+            for block in Spectrum::new(&structure).unwrap().blocks().unwrap() {
                 let found = displacements(&structure, &block)[0];
                 // X_i (omega_i^2 - x) = -k phi_i u: of the translation, u = x X_0 / (k phi_0).
                 let x = -product(&block.b, &block.b)[0];

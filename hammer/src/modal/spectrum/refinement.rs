@@ -11,7 +11,7 @@
 //! unknowns of a small matrix, which is scaled and eliminated with complete pivoting. How well that is
 //! solved decides only how fast the iteration converges; what it converges to is known to twice the digits.
 
-use crate::modal::spectrum::cluster::{Eigenpair, form};
+use crate::modal::spectrum::pairing::Eigenpair;
 use crate::modal::spectrum::secular::Secular;
 use crate::numerics::instant::Double;
 use crate::numerics::math::norm;
@@ -19,21 +19,17 @@ use crate::numerics::wide::Wide;
 use num_complex::Complex64 as C;
 use std::ops::Add;
 
-/// Steps at most: a solution that keeps two digits of sixteen takes eight.
-const STEPS: usize = 10;
+/// Steps at most: a solution that keeps two digits of sixteen takes eight, one of two close roots thirty, half
+/// the way to both at each.
+const STEPS: usize = 40;
 /// A step below this, relative to the vector and the root, is the last.
 const LAST: f64 = 1e-18;
 /// Part of a root's size by which it moves at most among others.
 pub(crate) const MOVED: f64 = 1e-6;
-/// Part of the way to the nearest other root by which one moves at most that is alone.
-pub(crate) const ALONE: f64 = 1e-2;
 /// An amplitude is near resonance if its `|d|` is below this part of its terms.
 const NEAR: f64 = 1e-2;
 /// Most amplitudes that are unknowns of the small matrix.
 const MOST: usize = 16;
-/// Steps of a vector beside known ones at most, and the size of the one that is the last.
-const BESIDE: usize = 40;
-const SETTLED: f64 = 1e-4;
 
 /// An eigenpair under refinement.
 pub(crate) struct Refinement<'a> {
@@ -89,40 +85,21 @@ impl<'a> Refinement<'a> {
     }
 
     /// The root and the amplitudes; none if they do not converge, or to another root.
-    pub(crate) fn solve(mut self) -> Option<Eigenpair> {
+    pub(crate) fn solve(self) -> Option<Eigenpair> {
+        let (s, x) = self.solve_widely()?;
+        Some((s.value(), x.iter().map(|x| x.value()).collect()))
+    }
+
+    /// The same in twice the digits.
+    pub(crate) fn solve_widely(mut self) -> Option<(Wide, Vec<Wide>)> {
         let start = self.s.value();
         for _ in 0..STEPS {
-            let size = self.step()?;
-            let s = self.s.value();
-            if size <= LAST {
-                let near = norm(s - start) <= self.room;
-                return near.then(|| (s, self.x.iter().map(|x| x.value()).collect()));
+            if self.step()? <= LAST {
+                let near = norm(self.s.value() - start) <= self.room;
+                return near.then_some((self.s, self.x));
             }
         }
         None
-    }
-
-    /// The nearest pair that is none of the known ones, whose amplitudes are in the same modes.
-    pub(crate) fn solve_beside(mut self, known: &[&Eigenpair]) -> Option<Eigenpair> {
-        let room = std::mem::take(&mut self.room);
-        for _ in 0..BESIDE {
-            known.iter().for_each(|pair| self.take_out(pair));
-            self.push();
-            // The root stays, so a step is one of inverse iteration.
-            if self.step()? <= SETTLED {
-                break;
-            }
-        }
-        self.room = room;
-        self.solve()
-    }
-
-    /// Takes out of the vector what a known pair shares in it.
-    fn take_out(&mut self, known: &Eigenpair) {
-        let system = &self.secular.system;
-        let pair = (self.s.value(), self.x.iter().map(|x| x.value()).collect());
-        let share = form(system, known, &pair) / form(system, known, known);
-        self.x.iter_mut().zip(&known.1).for_each(|(x, y)| *x = *x + Wide::new(-share * y));
     }
 
     /// What the equations lack, linearised at the present pair.
@@ -306,7 +283,7 @@ mod tests {
         let omega2 = &[0.0, 1e6, 3e7, 4e8];
         let structure = Structure { attachments, ..Structure::free(omega2, 1e-7) };
         let secular = Secular::new(Deflated::new(&structure).0);
-        let mut roots = Roots::new(&secular).solve().expect("roots");
+        let mut roots = Roots::new(&secular).solve().0;
         roots.retain(|root| secular.value(*root).im > 0.0);
         assert_eq!(roots.len(), 4);
         for root in roots {

@@ -2,100 +2,40 @@
 
 use crate::modal::spectrum::block::Block;
 use crate::modal::spectrum::deflation::Deflated;
+use crate::modal::spectrum::states::{damped, strained};
 use crate::numerics::kernel::{inner_product as dot, norm as size};
 use crate::numerics::matrix2::Matrix2;
 
-/// The residual `R = K V + C V B + V B^2` of a block `(V, B)` in the dual basis, relative to `B`;
-/// and the same plus its possible rounding. Two vectors from one row may be nearly parallel (two
-/// uncoupled modes need both rows), and a mean and a difference may be lost to rounding: the
-/// residual decides between them.
-pub(crate) fn defect(system: &Deflated, block: &Block) -> f64 {
-    Residual::new(system, block).possible()
-}
-
-/// True if the residual is beyond `limit` and the rounding of the equation's terms: differences of
-/// large numbers, and the force of a stiff spring in a slow mode, which is nearly zero.
+/// True if the residual `R = K V + C V B + V B^2` of a block `(V, B)` in the dual basis, relative to `B`, is
+/// beyond `limit` and the rounding of the equation's terms: differences of large numbers, and the force of a
+/// stiff spring in a slow mode, which is nearly zero.
 pub(crate) fn misses(system: &Deflated, block: &Block, limit: f64) -> bool {
-    let residual = Residual::new(system, block);
-    let found = residual.found();
-    // Few blocks come to the second question, which takes as long as the first.
-    found > limit && found > limit + 16.0 * residual.rounding()
-}
-
-/// A block in the equation of motion.
-struct Residual<'a> {
-    system: &'a Deflated,
-    /// `V`, and `V B`.
-    v: [Vec<f64>; 2],
-    rate: [Vec<f64>; 2],
-    /// `R`.
-    left: [Vec<f64>; 2],
-    scale: f64,
-    /// From the dual basis to the block's own terms.
-    factor: f64,
-}
-
-impl<'a> Residual<'a> {
-    fn new(system: &'a Deflated, block: &Block) -> Self {
-        let b = &block.b;
-        let v = block.shapes.each_ref().map(|shape| system.merged(shape));
-        let rate = times(&v, b);
-        let mut left = times(&rate, b);
-        // The dashpots' part of the bilinear form.
-        let mut dashpots = [0.0; 3];
-        for (shape, (k, damping)) in system.shapes.iter().zip(&system.springs) {
-            let moved = v.each_ref().map(|v| dot(shape, v));
-            let speed = [moved[0] * b[0] + moved[1] * b[2], moved[0] * b[1] + moved[1] * b[3]];
-            for c in 0..2 {
-                let force = k * moved[c] + damping * speed[c];
-                left[c].iter_mut().zip(shape).for_each(|(r, x)| *r += force * x);
-            }
-            dashpots[0] += damping * moved[0] * moved[0];
-            dashpots[1] += damping * moved[0] * moved[1];
-            dashpots[2] += damping * moved[1] * moved[1];
-        }
-        let strained = v.each_ref().map(|v| -> Vec<f64> {
-            v.iter().zip(&system.omega2).map(|(x, w2)| system.beta * w2 * x).collect()
-        });
-        for c in 0..2 {
-            let bars = system.omega2.iter().zip(&v[c]).zip(&rate[c]);
-            for (r, ((w2, x), y)) in left[c].iter_mut().zip(bars) {
-                *r += w2 * (x + system.beta * y);
-            }
-        }
-        // The bilinear form `x . C y + x' . y + x . y'` of shapes and their rates.
-        let form = |c: usize, d: usize| {
-            dot(&rate[c], &v[d]) + dot(&v[c], &rate[d]) + dot(&strained[c], &v[d]) + dashpots[c + d]
-        };
-        let (g11, g12, g22) = (form(0, 0), form(0, 1), form(1, 1));
-        let scale = block.rate[0].max(block.rate[1]);
-        let size = v.each_ref().map(|v| size(v));
-        let spread = size[0] * (g22.abs() + g12.abs()) + size[1] * (g12.abs() + g11.abs());
-        let factor = spread / ((g11 * g22 - g12 * g12).abs() * scale);
-        Self { system, v, rate, left, scale, factor }
+    let v = block.shapes.each_ref().map(|shape| system.merged(shape));
+    let rate = times(&v, &block.b);
+    let mut left = times(&rate, &block.b);
+    for (c, left) in left.iter_mut().enumerate() {
+        let forces = strained(system, &v[c]).into_iter().zip(damped(system, &rate[c]));
+        left.iter_mut().zip(forces).for_each(|(r, (k, d))| *r += k + d);
     }
-
-    fn sum(&self, of: [f64; 2]) -> f64 {
-        let sum = self.factor * (of[0] + of[1]);
+    // The bilinear form `x . C y + x' . y + x . y'` of shapes and their rates.
+    let braked = v.each_ref().map(|v| damped(system, v));
+    let form =
+        |c: usize, d: usize| dot(&rate[c], &v[d]) + dot(&v[c], &rate[d]) + dot(&braked[c], &v[d]);
+    let (g11, g12, g22) = (form(0, 0), form(0, 1), form(1, 1));
+    let sizes = v.each_ref().map(|v| size(v));
+    let spread = sizes[0] * (g22.abs() + g12.abs()) + sizes[1] * (g12.abs() + g11.abs());
+    let scale = block.rate[0].max(block.rate[1]);
+    // From the dual basis to the block's own terms.
+    let factor = spread / ((g11 * g22 - g12 * g12).abs() * scale);
+    let sum = |of: [f64; 2]| {
+        let sum = factor * (of[0] + of[1]);
         if sum.is_nan() { f64::INFINITY } else { sum }
-    }
-
-    fn found(&self) -> f64 {
-        self.sum(self.left.each_ref().map(|left| size(left)))
-    }
-
-    /// The same plus the rounding of its terms, which remains even where they cancel.
-    fn possible(&self) -> f64 {
-        let noise = |c: usize| {
-            f64::EPSILON * self.scale * (self.scale * size(&self.v[c]) + size(&self.rate[c]))
-        };
-        self.sum([0, 1].map(|c| size(&self.left[c]) + noise(c)))
-    }
-
-    /// Rounding of the equation's terms.
-    fn rounding(&self) -> f64 {
-        let terms = |c: usize| terms(self.system, &self.v[c], &self.rate[c]);
-        self.sum([0, 1].map(|c| f64::EPSILON * terms(c)))
+    };
+    let found = sum(left.each_ref().map(|left| size(left)));
+    // Few blocks come to the second question, which takes as long as the first.
+    found > limit && {
+        let rounding = sum([0, 1].map(|c| f64::EPSILON * terms(system, &v[c], &rate[c])));
+        found > limit + 16.0 * rounding
     }
 }
 

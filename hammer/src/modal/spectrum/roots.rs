@@ -28,7 +28,7 @@ const WHOLE: f64 = 1e-14;
 /// Two nearly coincident roots are accurate to the square root of rounding only.
 const COINCIDENT: f64 = 1e-6;
 /// A root beside several poles that nearly coincide, where minors cancel: two digits are enough for
-/// [`Secular::cancels`] to have it refined afterwards.
+/// Newton's method to find it afterwards.
 const ROUGH: f64 = 1e-2;
 
 /// Number of consecutive steps below these limits.
@@ -36,10 +36,8 @@ fn steps_in_place(before: u8, size: f64, rough: f64) -> u8 {
     if size <= WHOLE.max(rough) { before + 1 } else { u8::from(size <= HALF) }
 }
 
-/// Sweeps after which such a root may count as settled. Beside a dashpot 1e4 times as strong as the bodies, roots
-/// whose start is far away need two hundred, in steps as small: where the first are not enough, the second are.
-const HASTE: usize = 60;
-const PATIENCE: usize = 300;
+/// Sweeps after which such a root may count as settled.
+const PATIENCE: usize = 60;
 
 /// The result of an iteration for one root.
 enum Step {
@@ -117,47 +115,22 @@ impl<'a> Roots<'a> {
         next.map_or(1e-3 * norm(sites[2 * i]), |k| part * norm(sites[2 * k] - sites[2 * i]))
     }
 
-    /// The roots, two per mode.
-    ///
-    /// # Errors
-    ///
-    /// [`SpectrumError`], if they do not converge, are no conjugates, or do not fit the trace.
-    pub(crate) fn solve(&self) -> Result<Vec<Root>, SpectrumError> {
-        self.settled(true, HASTE)
-            .or_else(|_| self.settled(false, HASTE))
-            .or_else(|_| self.settled(false, PATIENCE))
-    }
-
-    /// The same by the function in twice the digits, from where the first fifteen of them lead.
-    ///
-    /// # Errors
-    ///
-    /// As [`Self::solve`].
-    pub(crate) fn solve_exactly(&self) -> Result<Vec<Root>, SpectrumError> {
-        let mut roots = self.start();
-        let first = self.settle(&mut roots, |root| self.secular.function(root), false, HASTE);
-        if first == Err(SpectrumError::Cancelled) {
-            return Err(SpectrumError::Cancelled);
+    /// The roots, two per mode, and whether all are known: an error if they do not converge, are no conjugates,
+    /// or do not fit the trace.
+    pub(crate) fn solve(&self) -> (Vec<Root>, Result<(), SpectrumError>) {
+        let (mut roots, mut end) = (Vec::new(), Err(SpectrumError::Unsettled));
+        for ties in [true, false] {
+            if end.is_err() && end != Err(SpectrumError::Cancelled) {
+                roots = self.start();
+                end = self.settle(&mut roots, ties);
+            }
         }
-        self.settle(&mut roots, |root| self.secular.exact_function(root), false, MAX_SWEEPS)?;
-        Ok(roots)
-    }
-
-    fn settled(&self, ties: bool, patience: usize) -> Result<Vec<Root>, SpectrumError> {
-        let mut roots = self.start();
-        self.settle(&mut roots, |root| self.secular.function(root), ties, patience)?;
-        Ok(roots)
+        (roots, end)
     }
 
     /// Iterates. Roots of a mode that are tied are conjugates and take one common step, until they come
-    /// near the real axis, where they may separate. Those known to few digits settle after `patience` sweeps.
-    fn settle(
-        &self,
-        roots: &mut [Root],
-        function: impl Fn(Root) -> (C, C, C),
-        ties: bool,
-        patience: usize,
-    ) -> Result<(), SpectrumError> {
+    /// near the real axis, where they may separate. Those known to few digits settle after [`PATIENCE`] sweeps.
+    fn settle(&self, roots: &mut [Root], ties: bool) -> Result<(), SpectrumError> {
         let start = roots.to_vec();
         let turns = |i: usize| ties && self.secular.poles[2 * i].im > 0.0;
         let mut tied: Vec<bool> = (0..self.gaps.len() / 2).map(turns).collect();
@@ -182,7 +155,7 @@ impl<'a> Roots<'a> {
                 if interrupt::is_set() {
                     return Err(SpectrumError::Cancelled);
                 }
-                match self.correction(&function, roots, &mut sites, k) {
+                match self.correction(roots, &mut sites, k) {
                     Step::By(step) => {
                         let value = self.secular.value(roots[k]);
                         // Rounded to its pole: the zero is nearer than this, and not there.
@@ -191,7 +164,7 @@ impl<'a> Roots<'a> {
                         roots[k].offset = if is_there { f64::EPSILON * from } else { left };
                         let near = roots[k].offset.norm_sqr().min(value.norm_sqr());
                         let size = (step.norm_sqr() / near).sqrt();
-                        let rough = if sweep > patience { self.rough() } else { 0.0 };
+                        let rough = if sweep > PATIENCE { self.rough() } else { 0.0 };
                         settled[k] = steps_in_place(settled[k], size, rough);
                         self.rebase(&mut roots[k]);
                     }
@@ -237,14 +210,8 @@ impl<'a> Roots<'a> {
     }
 
     /// The Ehrlich-Aberth step `1 / (P'/P - sum_k 1/(x - x_k))`, `P = f prod d_i`.
-    fn correction(
-        &self,
-        function: impl Fn(Root) -> (C, C, C),
-        roots: &[Root],
-        sites: &mut Pairs,
-        k: usize,
-    ) -> Step {
-        let (f, slope, poles) = function(roots[k]);
+    fn correction(&self, roots: &[Root], sites: &mut Pairs, k: usize) -> Step {
+        let (f, slope, poles) = self.secular.function(roots[k]);
         if f == C::default() {
             return Step::Exact;
         }

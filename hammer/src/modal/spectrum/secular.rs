@@ -16,7 +16,7 @@
 //!
 //! For a strongly overdamped mode, `beta w_i > 2`, the slow pole tends to `-1 / beta`:
 //! `s + 1 / beta = -s^2 / (beta w_i^2)`. Where many such poles crowd there, these small numbers are
-//! stored ([`Secular::crowded`]), whose differences keep all their digits.
+//! stored ([`Secular::measured_from_crowd`]), whose differences keep all their digits.
 
 use crate::modal::spectrum::deflation::Deflated;
 use crate::modal::spectrum::jet::Jet;
@@ -143,13 +143,15 @@ impl Secular {
         Self::over(system, poles, sites, 0.0)
     }
 
-    /// The same with poles measured from `-1 / beta`; `None` if no two poles crowd there.
-    pub(crate) fn crowded(self) -> Option<Self> {
+    /// True if two poles or more crowd at `-1 / beta`.
+    pub(crate) fn is_crowded(&self) -> bool {
+        let is_slow = |omega2: &&f64| self.system.beta * omega2.sqrt() > CROWDED;
+        self.system.omega2.iter().filter(is_slow).count() > 1
+    }
+
+    /// The same with poles measured from there.
+    pub(crate) fn measured_from_crowd(self) -> Self {
         let (beta, poles) = (self.system.beta, self.poles);
-        let is_crowded = |omega2: &&f64| beta * omega2.sqrt() > CROWDED;
-        if self.system.omega2.iter().filter(is_crowded).count() < 2 {
-            return None;
-        }
         let origin = -1.0 / beta;
         let site = |(k, &pole): (usize, &C)| {
             let omega2 = self.system.omega2[k / 2];
@@ -157,7 +159,7 @@ impl Secular {
             if is_slow { -pole * pole / (beta * omega2) } else { pole - origin }
         };
         let sites = poles.iter().enumerate().map(site).collect();
-        Some(Self::over(self.system, poles, sites, origin))
+        Self::over(self.system, poles, sites, origin)
     }
 
     fn over(system: Deflated, poles: Vec<C>, sites: Vec<C>, origin: f64) -> Self {
@@ -377,11 +379,11 @@ impl Secular {
         (0..self.system.omega2.len()).map(push).collect()
     }
 
-    /// The eigenvector in the free modes, with [`Self::row_forces`]; not normalised.
-    pub(crate) fn vector(&self, root: Root, forces: [C; MOST]) -> Vec<C> {
+    /// The eigenvector's amplitudes, not normalised.
+    pub(crate) fn vector(&self, root: Root) -> Vec<C> {
         if let Some(shape) = self.system.sliding.as_ref().filter(|_| self.slides(root)) {
-            return shape.iter().map(|&x| C::new(x, 0.0)).collect();
+            return self.system.merged(shape).into_iter().map(C::from).collect();
         }
-        self.system.unmerged(&self.amplitudes(root, &forces))
+        self.amplitudes(root, &self.row_forces(root))
     }
 }

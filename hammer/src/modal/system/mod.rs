@@ -29,9 +29,10 @@ mod response;
 use crate::error::{Error, SpectrumError};
 use crate::interrupt;
 use crate::laws::mode::Mode;
+use crate::modal::spectrum::Spectrum;
+use crate::modal::spectrum::block::Block;
 use crate::modal::spectrum::joined::Joined;
 use crate::modal::spectrum::reaction;
-use crate::modal::spectrum::{self, Care};
 use crate::modal::structure::{Attachment, Structure};
 use crate::modal::system::basis::Basis;
 use crate::modal::system::driven::Driven;
@@ -66,9 +67,8 @@ pub struct Recipe<'a> {
 /// 1e-8. A state that enters is corrected once, which squares the mismatch: beyond this limit it
 /// would have fewer than ten digits.
 const BASIS_TOLERANCE: f64 = 1e-5;
-/// A basis with a larger mismatch is made again of pairs that are refined in every amplitude: small ones
-/// count where a stiff spring acts on a light body. Where that is not enough, real roots are separated, and then
-/// all found anew in twice the digits.
+/// A basis with a larger mismatch is made again of pairs that are refined in every amplitude (small ones count
+/// where a stiff spring acts on a light body), and of what is found beside them.
 const ACCURATE: f64 = 1e-11;
 
 /// A decomposed system.
@@ -131,17 +131,11 @@ impl System {
         let mismatch = |parts: &Result<Decomposition, SpectrumError>| {
             parts.as_ref().map_or(f64::INFINITY, |parts| parts.basis.mismatch)
         };
-        let mut parts = Decomposition::new(&structure, solved, Care::Usual);
-        let cares = [
-            (Care::Thorough, ACCURATE),
-            (Care::Separating, BASIS_TOLERANCE),
-            (Care::Exact, BASIS_TOLERANCE),
-        ];
-        for (care, limit) in cares {
-            if mismatch(&parts) > limit {
-                let other = Decomposition::new(&structure, solved, care);
-                parts = if mismatch(&other) <= mismatch(&parts) { other } else { parts };
-            }
+        let spectrum = Spectrum::new(solved.0).map_err(fail)?;
+        let mut parts = Decomposition::new(&structure, solved, spectrum.blocks());
+        if mismatch(&parts) > ACCURATE {
+            let other = Decomposition::new(&structure, solved, spectrum.refined_blocks());
+            parts = if mismatch(&other) <= mismatch(&parts) { other } else { parts };
         }
         let Decomposition { stiff, generator, basis } = parts.map_err(fail)?;
         if basis.mismatch > BASIS_TOLERANCE {
@@ -443,9 +437,9 @@ impl Decomposition {
     fn new(
         structure: &Structure,
         (solved, joined): (&Structure, Option<&Joined>),
-        care: Care,
+        blocks: Result<Vec<Block>, SpectrumError>,
     ) -> Result<Self, SpectrumError> {
-        let mut blocks = spectrum::blocks(solved, care)?;
+        let mut blocks = blocks?;
         let stiff = blocks.iter().map(|block| reaction::displacements(solved, block)).collect();
         if let Some(joined) = joined {
             blocks = blocks.into_iter().map(|block| joined.block(block)).collect();

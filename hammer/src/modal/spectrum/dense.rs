@@ -1,0 +1,173 @@
+//! Eigenpairs that the roots do not give, by a dense solver: those that are known are left out, and the rest, mostly
+//! a few, is found however close, or coincident, its roots are.
+//!
+//! States that are orthogonal to every known vector ([`states`](super::states) says in what product) are a space
+//! of their own.
+
+use crate::error::SpectrumError;
+use crate::interrupt;
+use crate::modal::spectrum::block::Block;
+use crate::modal::spectrum::deflation::Deflated;
+use crate::modal::spectrum::pairing::{Eigenpair, coincide, sort};
+use crate::modal::spectrum::schur;
+use crate::modal::spectrum::secular::Secular;
+use crate::modal::spectrum::states::Vector;
+use crate::numerics::kernel::norm;
+
+/// A direction of which less than this is left beside others is not a new one.
+const SPANNED: f64 = 1e-3;
+
+/// All eigenpairs of which some are known, perhaps twice, sorted; and blocks of roots that nearly coincide.
+///
+/// # Errors
+///
+/// [`SpectrumError::Cancelled`]; [`SpectrumError::Unsettled`] if the rest is not found.
+pub(crate) fn complete(
+    secular: &Secular,
+    pairs: Vec<Eigenpair>,
+) -> Result<(Vec<Eigenpair>, Vec<Block>), SpectrumError> {
+    let mut known = distinct(&secular.system, pairs);
+    let states = rest(&secular.system, &known)?;
+    let blocks = schur::blocks(secular, &mut known, &states)?;
+    let mut pairs: Vec<Eigenpair> = known.into_iter().map(|vector| vector.pair).collect();
+    sort(&mut pairs);
+    Ok((pairs, blocks))
+}
+
+/// The pairs, each once; without real ones that coincide.
+fn distinct(system: &Deflated, mut pairs: Vec<Eigenpair>) -> Vec<Vector> {
+    sort(&mut pairs);
+    let mut known: Vec<Vector> = Vec::new();
+    for vector in pairs.into_iter().map(|pair| Vector::new(system, pair)) {
+        if !known.iter().any(|other| vector.repeats(other)) {
+            known.push(vector);
+        }
+    }
+    let mut i = 0;
+    while i + 1 < known.len() {
+        if coincide(&known[i].pair, &known[i + 1].pair) {
+            known.drain(i..i + 2);
+        } else {
+            i += 1;
+        }
+    }
+    known
+}
+
+/// `Z` by columns: of unit states as much as is orthogonal to the known vectors, and to one another if
+/// displacements are weighed by their rates. The largest remainders are taken.
+fn rest(system: &Deflated, known: &[Vector]) -> Result<Vec<Vec<f64>>, SpectrumError> {
+    let len = 2 * system.omega2.len();
+    let count = len.checked_sub(known.iter().map(Vector::taken).sum());
+    let count = count.ok_or(SpectrumError::Unpaired)?;
+    if count == 0 {
+        return Ok(Vec::new());
+    }
+    let springs = || system.shapes.iter().zip(&system.springs);
+    let held = |i: usize| springs().map(|(phi, (k, _))| k * phi[i] * phi[i]).sum::<f64>();
+    let rate = |i: usize| Some((system.omega2[i] + held(i)).sqrt()).filter(|rate| *rate > 0.0);
+    let weights: Vec<f64> = (0..len / 2).flat_map(|i| [rate(i).unwrap_or(1.0), 1.0]).collect();
+    // What is left of each state, by the diagonal of the projection.
+    let mut left = vec![1.0; len];
+    for vector in known {
+        left.iter_mut().zip(vector.parts()).for_each(|(left, part)| *left -= part);
+    }
+    let mut columns: Vec<(usize, Vec<f64>)> = Vec::with_capacity(count);
+    while columns.len() < count {
+        if interrupt::is_set() {
+            return Err(SpectrumError::Cancelled);
+        }
+        let largest = (0..len).max_by(|&i, &j| left[i].total_cmp(&left[j]));
+        let k = largest.filter(|&k| left[k].is_finite()).ok_or(SpectrumError::Unsettled)?;
+        left[k] = f64::NEG_INFINITY;
+        let mut z = vec![0.0; len];
+        z[k] = 1.0 / weights[k];
+        // Twice is enough (Kahan).
+        for _ in 0..2 {
+            known.iter().for_each(|vector| vector.leave(&mut z));
+            for (_, other) in &columns {
+                let share: f64 = (0..len).map(|i| weights[i] * weights[i] * other[i] * z[i]).sum();
+                z.iter_mut().zip(other).for_each(|(z, x)| *z -= share * x);
+            }
+        }
+        let size = norm(&z.iter().zip(&weights).map(|(z, w)| w * z).collect::<Vec<_>>());
+        if size > SPANNED {
+            z.iter_mut().for_each(|z| *z /= size);
+            let parts = z.iter().zip(&weights).map(|(z, weight)| weight * z);
+            left.iter_mut().zip(parts).for_each(|(left, z)| *left -= z * z);
+            columns.push((k, z));
+        }
+    }
+    // Fast states first: so Francis' iteration keeps the digits of the slow ones.
+    let rate = |k: usize| weights[k & !1];
+    columns.sort_by(|(i, _), (j, _)| rate(*j).total_cmp(&rate(*i)).then(i.cmp(j)));
+    Ok(columns.into_iter().map(|(_, z)| z).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::modal::spectrum::deflation::Deflated;
+    use crate::modal::spectrum::pairing;
+    use crate::modal::structure::{Attachment, Structure};
+    use crate::numerics::math;
+    use num_complex::Complex64 as C;
+
+    /// Roots of blocks, by their real parts.
+    fn roots(blocks: &[Block]) -> Vec<C> {
+        let of = |block: &Block| {
+            let [a, p, q, d] = block.b;
+            let (mean, half) = (0.5 * (a + d), 0.5 * (a - d));
+            let root = C::from(half * half + p * q).sqrt();
+            [mean + root, mean - root]
+        };
+        let mut roots: Vec<C> = blocks.iter().flat_map(of).collect();
+        roots.sort_by(|a, b| a.re.total_cmp(&b.re).then(a.im.total_cmp(&b.im)));
+        roots
+    }
+
+    /// Four masses, each on a spring and a dashpot of its own, so that all roots are known in closed form:
+    /// two that oscillate, one that creeps, and one at critical damping. They are found if all but one, some
+    /// or none is known, and if one is given twice.
+    #[test]
+    fn whatever_is_not_known_is_found() {
+        let (k, c) = ([3e7f64, 4e8, 9e6 - 2e4, 1e4], [40.0, 200.0, 6e3, 9e3]);
+        let shapes: [[f64; 4]; 4] =
+            std::array::from_fn(|a| std::array::from_fn(|i| f64::from(u8::from(i == a))));
+        let attachments = (0..4)
+            .map(|a| Attachment { shape: &shapes[a], stiffness: k[a], viscosity: c[a] })
+            .collect();
+        // Of masses that nothing joins, any frequencies of their own.
+        let omega2 = &[0.0, 1e4, 2e4, 3e4];
+        let structure = Structure { attachments, ..Structure::free(omega2, 0.0) };
+        let secular = Secular::new(Deflated::new(&structure).0);
+        let closed = |i: usize| -> [Eigenpair; 2] {
+            let root = C::from(0.25 * c[i] * c[i] - k[i] - omega2[i]).sqrt();
+            let x = || shapes[i].map(C::from).to_vec();
+            [(root - 0.5 * c[i], x()), (-root - 0.5 * c[i], x())]
+        };
+        let all: Vec<Eigenpair> = (0..4).flat_map(closed).collect();
+        let mut wanted: Vec<C> = all.iter().map(|pair| pair.0).collect();
+        wanted.sort_by(|a, b| a.re.total_cmp(&b.re).then(a.im.total_cmp(&b.im)));
+        let simple: Vec<Eigenpair> = all
+            .iter()
+            .filter(|(s, _)| s.im > 0.0 || s.im == 0.0 && s.re != -3e3)
+            .cloned()
+            .collect();
+        assert!(!simple.is_empty());
+        for known in (0..=simple.len()).map(|n| simple[..n].to_vec()) {
+            for twice in 0..=known.len().min(1) {
+                let given = [&known[..], &known[..twice]].concat();
+                let (pairs, mut found) = complete(&secular, given).expect("pairs");
+                found.extend(pairing::blocks(&secular.system, &pairs).expect("blocks"));
+                let found = roots(&found);
+                assert_eq!(found.len(), wanted.len());
+                for (root, exact) in found.iter().zip(&wanted) {
+                    // Some ten roundings; under the square root of two that coincide, of half the digits.
+                    let apart = math::norm(root - exact) / math::norm(*exact);
+                    assert!(apart < 1e-7, "{} known: {root} {exact}", known.len());
+                }
+            }
+        }
+    }
+}
