@@ -112,49 +112,40 @@ impl Spring {
         matches!(self, Self::Loading | Self::Viscous)
     }
 
+    /// Work that unloading returns, of this elastic work.
+    fn returned(self, rock: &Rock, work: f64) -> f64 {
+        if self.is_loading() { work / rock.unloading_ratio } else { work }
+    }
+
+    /// `1 - 1/gamma`, the part of the elastic work that unloading does not return; none where the rock is not
+    /// loaded. This form does not cancel where `gamma` is near 1.
+    fn lost_part(self, rock: &Rock) -> f64 {
+        let gamma = rock.unloading_ratio;
+        if self.is_loading() { (gamma - 1.0) / gamma } else { 0.0 }
+    }
+
+    fn stiffness(self, rock: &Rock) -> f64 {
+        self.coefficients(rock).stiffness
+    }
+
     /// Recoverable energy at the tip's displacement `p`, J.
     pub(crate) fn stored_energy(self, rock: &Rock, p: f64) -> f64 {
-        match self {
-            Self::Free => 0.0,
-            Self::Loading | Self::Viscous => 0.5 * rock.stiffness * p * p / rock.unloading_ratio,
-            Self::Unloading => 0.5 * rock.unloading_ratio * rock.stiffness * p * p,
-        }
+        self.returned(rock, 0.5 * self.stiffness(rock) * p * p)
     }
 
     /// Rate of the recoverable energy at the tip's displacement `p` and velocity `v`, W.
     pub(crate) fn stored_power(self, rock: &Rock, p: f64, v: f64) -> f64 {
-        match self {
-            Self::Free => 0.0,
-            Self::Loading | Self::Viscous => rock.stiffness * p * v / rock.unloading_ratio,
-            Self::Unloading => rock.unloading_ratio * rock.stiffness * p * v,
-        }
+        self.returned(rock, self.stiffness(rock) * p * v)
     }
 
     /// Rate of the elastic work lost in the rock, W.
     pub(crate) fn lost_power(self, rock: &Rock, p: f64, v: f64) -> f64 {
-        match self {
-            Self::Free | Self::Unloading => 0.0,
-            Self::Loading | Self::Viscous => rock.lost_part() * rock.stiffness * p * v,
-        }
+        self.lost_part(rock) * self.stiffness(rock) * p * v
     }
 
-    /// Elastic work lost in the rock from `start` to `end`, J: the part of the loading work that
-    /// unloading does not return.
+    /// Elastic work lost in the rock from `start` to `end`, J.
     pub(crate) fn lost_on_loading(self, rock: &Rock, start: f64, end: f64) -> f64 {
-        match self {
-            Self::Free | Self::Unloading => 0.0,
-            Self::Loading | Self::Viscous => {
-                0.5 * rock.lost_part() * rock.stiffness * (end - start) * (end + start)
-            }
-        }
-    }
-}
-
-impl Rock {
-    /// `1 - 1/gamma`, the part of the loading work that unloading does not return. This form does
-    /// not cancel where `gamma` is near 1.
-    pub(crate) fn lost_part(&self) -> f64 {
-        (self.unloading_ratio - 1.0) / self.unloading_ratio
+        0.5 * self.lost_part(rock) * self.stiffness(rock) * (end - start) * (end + start)
     }
 }
 
@@ -196,6 +187,31 @@ impl RockMode {
         };
         guards.into_iter().flatten()
     }
+
+    /// True while the work of the tip's dashpot counts towards the energy barrier.
+    pub(crate) fn is_viscous(self) -> bool {
+        self == Self::DissipativeForward
+    }
+
+    /// The mode that `event` leads to.
+    pub(crate) fn next(self, event: RockEvent, memory: &Memory, rock: &Rock) -> Self {
+        use RockEvent::{
+            Barrier, DissipativeTurn, LiftOff, Restart, Retreat, Return, StandstillLiftOff, Touch,
+            Turn,
+        };
+        match event {
+            Barrier => Self::Forward,
+            DissipativeTurn | Turn | Retreat => Self::Backward,
+            LiftOff | StandstillLiftOff => Self::FreeFlight,
+            Return
+                if rock.reloading == Reloading::Unloading
+                    || memory.gain < rock.standstill_penetration =>
+            {
+                Self::Standstill
+            }
+            Touch | Return | Restart => Self::DissipativeForward,
+        }
+    }
 }
 
 /// Memory of the law, relative to the origin.
@@ -230,32 +246,19 @@ impl Memory {
         self.turned / Spring::Unloading.coefficients(rock).stiffness
     }
 
-    /// The mode that `event` leads to.
-    pub(crate) fn next(&self, event: RockEvent, rock: &Rock) -> RockMode {
-        use RockEvent::{
-            Barrier, DissipativeTurn, LiftOff, Restart, Retreat, Return, StandstillLiftOff, Touch,
-            Turn,
-        };
-        match event {
-            Barrier => RockMode::Forward,
-            DissipativeTurn | Turn | Retreat => RockMode::Backward,
-            LiftOff | StandstillLiftOff => RockMode::FreeFlight,
-            Return
-                if rock.reloading == Reloading::Unloading
-                    || self.gain < rock.standstill_penetration =>
-            {
-                RockMode::Standstill
-            }
-            Touch | Return | Restart => RockMode::DissipativeForward,
-        }
-    }
-
-    /// The transition of `event` with the tip at `p`, which is accurate to `error`; the memory is
-    /// then relative to the new origin.
-    pub fn transit(&mut self, event: RockEvent, p: f64, error: f64, rock: &Rock) -> Transition {
+    /// The transition of `event` out of a mode with the tip at `p`, which is accurate to `error`; the memory
+    /// is then relative to the new origin.
+    pub fn transit(
+        &mut self,
+        from: RockMode,
+        event: RockEvent,
+        p: f64,
+        error: f64,
+        rock: &Rock,
+    ) -> Transition {
         use RockEvent::{DissipativeTurn, Restart, Return, Turn};
         let gamma = rock.unloading_ratio;
-        let mode = self.next(event, rock);
+        let mode = from.next(event, self, rock);
         let (shift, tip) = match event {
             DissipativeTurn | Turn => {
                 // Not p - p/gamma, which cancels where gamma is near 1.
@@ -266,7 +269,7 @@ impl Memory {
                 let rounding = ROUNDED * f64::EPSILON * (unloaded.abs() + self.unloaded.abs());
                 let hidden = rounding + 2.0 * error * (gamma - 1.0) / gamma;
                 self.gain = if gain.abs() <= hidden { 0.0 } else { gain };
-                (self.unloaded, self.turned) = (unloaded, rock.stiffness * p);
+                (self.unloaded, self.turned) = (unloaded, Spring::of(from).stiffness(rock) * p);
                 (unloaded, p / gamma)
             }
             Return | Restart if mode == RockMode::DissipativeForward => {
@@ -329,10 +332,10 @@ mod tests {
         let rock = Parameters::default().rock;
         let mut memory = Memory::default();
         let p = 3.1e-4;
-        let t = memory.transit(RockEvent::Turn, p, 0.0, &rock);
+        let t = memory.transit(RockMode::Forward, RockEvent::Turn, p, 0.0, &rock);
         let q = p - t.shift;
         assert!((rock.stiffness * p - rock.unloading_ratio * rock.stiffness * q).abs() < 1e-11);
-        let t = memory.transit(RockEvent::Restart, q, 0.0, &rock);
+        let t = memory.transit(RockMode::Standstill, RockEvent::Restart, q, 0.0, &rock);
         assert!((rock.unloading_ratio * q - (q - t.shift)).abs() < 1e-18);
     }
 
@@ -348,9 +351,9 @@ mod tests {
         };
         let (p, mut memory) = (3.1e-4, Memory::default());
         let close = |a: f64, b: f64| (a - b).abs() <= 4.0 * f64::EPSILON * b.abs();
-        let down = memory.transit(RockEvent::Turn, p, 0.0, &rock);
+        let down = memory.transit(RockMode::Forward, RockEvent::Turn, p, 0.0, &rock);
         assert!(close(down.shift, p * d / (1.0 + d)), "{:e}", down.shift);
-        let back = memory.transit(RockEvent::Restart, p, 0.0, &rock);
+        let back = memory.transit(RockMode::Standstill, RockEvent::Restart, p, 0.0, &rock);
         assert!(close(back.shift, -d * p), "{:e}", back.shift);
         let lost = Spring::Loading.lost_on_loading(&rock, 0.0, p);
         assert!(close(lost, 0.5 * rock.stiffness * p * p * d / (1.0 + d)), "{lost:e}");
@@ -365,7 +368,7 @@ mod tests {
             unloading_ratio: 1e4,
             ..Parameters::default().rock
         };
-        let turn = Memory::default().transit(RockEvent::Turn, 0.7, 0.0, &rock);
+        let turn = Memory::default().transit(RockMode::Forward, RockEvent::Turn, 0.7, 0.0, &rock);
         let after = rock.unloading_ratio * turn.tip;
         assert!((after - 0.7).abs() <= 2.0 * f64::EPSILON * 0.7, "{after:e}");
         assert!((turn.tip - (0.7 - turn.shift)).abs() <= f64::EPSILON);
@@ -380,12 +383,12 @@ mod tests {
         for i in 1..2000 {
             rock.unloading_ratio = 1.0 + f64::from(i) * 3.7e-6;
             let (mut memory, p) = (Memory::default(), 3.1e-5 * f64::from(i).sqrt());
-            let turn = memory.transit(RockEvent::Turn, p, 0.0, &rock);
-            let forth = memory.transit(RockEvent::Return, turn.tip, 0.0, &rock);
-            memory.transit(RockEvent::Turn, forth.tip, 0.0, &rock);
+            let turn = memory.transit(RockMode::Forward, RockEvent::Turn, p, 0.0, &rock);
+            let forth = memory.transit(RockMode::Backward, RockEvent::Return, turn.tip, 0.0, &rock);
+            memory.transit(RockMode::Forward, RockEvent::Turn, forth.tip, 0.0, &rock);
             assert_eq!(memory.gain, 0.0);
             assert_eq!(
-                memory.transit(RockEvent::Return, 1e-9, 0.0, &rock).mode,
+                memory.transit(RockMode::Backward, RockEvent::Return, 1e-9, 0.0, &rock).mode,
                 RockMode::DissipativeForward
             );
         }
@@ -400,10 +403,10 @@ mod tests {
         for (error, mode) in [(6e-18, RockMode::DissipativeForward), (4e-18, RockMode::Standstill)]
         {
             let (mut memory, p) = (Memory::default(), 1e-9);
-            let turn = memory.transit(RockEvent::Turn, p, error, &rock);
-            let forth = memory.transit(RockEvent::Return, turn.tip, 0.0, &rock);
-            memory.transit(RockEvent::Turn, forth.tip - 1e-17, error, &rock);
-            assert_eq!(memory.transit(RockEvent::Return, 1e-10, 0.0, &rock).mode, mode);
+            let turn = memory.transit(RockMode::Forward, RockEvent::Turn, p, error, &rock);
+            let forth = memory.transit(RockMode::Backward, RockEvent::Return, turn.tip, 0.0, &rock);
+            memory.transit(RockMode::Forward, RockEvent::Turn, forth.tip - 1e-17, error, &rock);
+            assert_eq!(memory.transit(RockMode::Backward, RockEvent::Return, 1e-10, 0.0, &rock).mode, mode);
         }
     }
 
@@ -415,11 +418,11 @@ mod tests {
         let rock = Parameters::default().rock;
         let (gamma, mut memory) = (rock.unloading_ratio, Memory::default());
         let [p, q, r] = [1e-3, 1e-4, 9e-4];
-        memory.transit(RockEvent::Turn, p, 0.0, &rock);
+        memory.transit(RockMode::Forward, RockEvent::Turn, p, 0.0, &rock);
         let first = p * (1.0 - 1.0 / gamma);
         assert!((memory.gain - first).abs() <= 4.0 * f64::EPSILON * first);
-        memory.transit(RockEvent::Return, q, 0.0, &rock);
-        memory.transit(RockEvent::Turn, r, 0.0, &rock);
+        memory.transit(RockMode::Backward, RockEvent::Return, q, 0.0, &rock);
+        memory.transit(RockMode::Forward, RockEvent::Turn, r, 0.0, &rock);
         let second = r * (1.0 - 1.0 / gamma) - (gamma - 1.0) * q;
         assert!((memory.gain - second).abs() <= 8.0 * f64::EPSILON * r, "{:e}", memory.gain);
     }
@@ -443,13 +446,13 @@ mod tests {
     fn a_cycle_without_permanent_gain_ends_in_standstill() {
         let rock = Parameters::default().rock;
         let mut memory = Memory::default();
-        memory.transit(RockEvent::DissipativeTurn, 1e-7, 0.0, &rock);
+        memory.transit(RockMode::DissipativeForward, RockEvent::DissipativeTurn, 1e-7, 0.0, &rock);
         assert!(memory.gain < rock.standstill_penetration);
-        assert_eq!(memory.transit(RockEvent::Return, 1e-8, 0.0, &rock).mode, RockMode::Standstill);
-        memory.transit(RockEvent::Restart, 1e-8, 0.0, &rock);
-        memory.transit(RockEvent::Turn, 1e-4, 0.0, &rock);
+        assert_eq!(memory.transit(RockMode::Backward, RockEvent::Return, 1e-8, 0.0, &rock).mode, RockMode::Standstill);
+        memory.transit(RockMode::Standstill, RockEvent::Restart, 1e-8, 0.0, &rock);
+        memory.transit(RockMode::Forward, RockEvent::Turn, 1e-4, 0.0, &rock);
         assert_eq!(
-            memory.transit(RockEvent::Return, 1e-5, 0.0, &rock).mode,
+            memory.transit(RockMode::Backward, RockEvent::Return, 1e-5, 0.0, &rock).mode,
             RockMode::DissipativeForward
         );
     }

@@ -20,7 +20,7 @@ mod transition;
 
 use crate::error::Error;
 use crate::laws::event::{Bodies, Displacement};
-use crate::laws::mode::{Mode, RockMode};
+use crate::laws::mode::Mode;
 use crate::laws::rock::{Coefficients, Spring};
 use crate::modal::model::Model;
 use crate::modal::stretch::Stretch;
@@ -358,7 +358,7 @@ impl Motion {
         }
         let steady = self.is_steady();
         let state = &mut self.state;
-        if state.mode.rock == RockMode::DissipativeForward {
+        if state.mode.rock.is_viscous() {
             state.psi += viscous;
         }
         state.epoch.move_by(at);

@@ -43,7 +43,7 @@ impl Motion {
         let mut mode = self.state.mode;
         match event {
             Event::Tie(tie, to) => mode = mode.with(tie, to),
-            Event::Rock(event) => mode.rock = self.state.memory.next(event, self.rock()),
+            Event::Rock(event) => mode.rock = mode.rock.next(event, &self.state.memory, self.rock()),
             // The drive has loads, and no system.
             _ => return Ok(()),
         }
@@ -54,7 +54,7 @@ impl Motion {
             }
         }
         let system = self.model.system(self.graph().at_tip(&mode), mode)?;
-        if Spring::of(mode.rock) == Spring::Viscous && self.rock().viscosity > 0.0 {
+        if Spring::of(mode.rock).coefficients(self.rock()).viscosity > 0.0 {
             system.prepare_viscous_form()?;
         }
         Ok(())
@@ -163,9 +163,12 @@ impl Motion {
         // Only these events need the uncertainty of the position.
         let error = if is_turn { self.tip_rounding(drift) } else { 0.0 };
         let before = self.spring();
-        let transition = self.state.memory.transit(event, p, error, &self.model.parameters.rock);
+        let (from, rock) = (self.state.mode.rock, &self.model.parameters.rock);
+        let transition = self.state.memory.transit(from, event, p, error, rock);
         self.state.mode.rock = transition.mode;
-        self.state.psi = 0.0; // No event of the rock continues a viscous part.
+        if !(from.is_viscous() && transition.mode.is_viscous()) {
+            self.state.psi = 0.0;
+        }
         let after = Spring::of(transition.mode);
         if before == after && transition.shift == 0.0 {
             return Ok(());

@@ -2,7 +2,7 @@
 
 use crate::air::{Air, Content, pressures, volumes};
 use crate::error::Error;
-use crate::laws::mode::{Mode, RockMode};
+use crate::laws::mode::Mode;
 use crate::laws::rock::Memory;
 use crate::machine::Machine;
 use crate::modal::model::Model;
@@ -26,7 +26,7 @@ impl Point {
         let mut x = machine.motion().whole_state();
         let modes = x.len() / 2;
         // Outside DFC the work of the last drilling cycle is of no consequence.
-        let viscous = state.mode.rock == RockMode::DissipativeForward;
+        let viscous = state.mode.rock.is_viscous();
         let reloads = machine.parameters().rock.reloading == Reloading::Unloading;
         let Memory { unloaded, gain, turned } = state.memory;
         let psi = if viscous { state.psi } else { 0.0 };

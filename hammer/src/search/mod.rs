@@ -18,7 +18,6 @@ pub(crate) mod work;
 use crate::error::Error;
 use crate::laws::event::RockEvent;
 use crate::laws::event::{Displacement, Event, Guard, Quantity};
-use crate::laws::mode::RockMode;
 use crate::modal::stretch::Stretch;
 use crate::modal::track::Track;
 use crate::motion::Motion;
@@ -84,7 +83,7 @@ impl Search {
             self.count += 1;
         });
         let tip = motion.share(0, Displacement::Tip);
-        self.barrier = tip.filter(|_| mode.rock == RockMode::DissipativeForward).map(|tip| {
+        self.barrier = tip.filter(|_| mode.rock.is_viscous()).map(|tip| {
             let room = parameters.rock.energy_barrier - motion.state().psi;
             Barrier::new(motion, tip, room, parameters.rock.viscosity)
         });
