@@ -37,6 +37,7 @@ pub use engine::{air, bodies, laws, modal, motion, numerics, quantities, scene, 
 
 pub use bodies::resolution::{MeshAdvice, Reading};
 pub use energy::ledger::{Energies, Impulses};
+pub use energy::peaks::Peaks;
 pub use error::{
     CorruptState, DisplayNumber, Error, InputError, ParameterError, SpectrumError, WorkLimit,
 };
@@ -47,7 +48,6 @@ pub use machine::Machine;
 pub use machine::blows::{Blow, MAX_STEP_BLOWS};
 pub use machine::journal::{Counters, Record};
 pub use machine::outputs::{Kinematics, Profile};
-pub use machine::peaks::Peaks;
 pub use machine::state::State;
 pub use machine::stops::{Stop, Stops};
 pub use machine::zeno::{MAX_BURST, MAX_SIMULTANEOUS, SHORTEST_SPACING};

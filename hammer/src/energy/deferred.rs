@@ -1,11 +1,11 @@
 //! The deferred ledger: works and losses are integrated only when an energy is read.
 //!
-//! The integrals over a stretch follow from the state at both its ends. These states are stored,
-//! and integrated on demand or when they take too much memory. The integrals are added one by one
-//! in order of time, so that reading an energy changes no bit of a later one.
+//! The integrals over an interval follow from the states at its two ends. These are stored until an energy is
+//! read, or until they take too much memory. The integrals are then added one by one in order of time, so that
+//! reading an energy changes no bit of a later one.
 
+use super::interval::{self, Forms, Interval};
 use super::ledger::Ledger;
-use super::pending::{self, Forms, PendingIntegrals};
 use super::sums::Sums;
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ use std::sync::{Arc, OnceLock};
 
 /// Something to be added to the sums.
 enum Term {
-    Pending(Arc<PendingIntegrals>, OnceLock<Sums>),
+    Pending(Arc<Interval>, OnceLock<Sums>),
     Known(Sums),
 }
 
@@ -25,10 +25,10 @@ struct Link {
 }
 
 impl Link {
-    /// What is to be added; `forms` are those at the end of the stretch before.
+    /// What is to be added; `forms` are those at the end of the interval before.
     fn sums<'a>(&'a self, forms: &mut Forms<'a>) -> &'a Sums {
         match &self.term {
-            Term::Pending(pending, sums) => sums.get_or_init(|| pending.sums(forms)),
+            Term::Pending(interval, sums) => sums.get_or_init(|| interval.sums(forms)),
             Term::Known(sums) => sums,
         }
     }
@@ -80,18 +80,19 @@ impl PartialEq for DeferredLedger {
 }
 
 impl DeferredLedger {
-    /// Adds a stretch, not yet integrated.
-    pub fn defer(&mut self, pending: Arc<PendingIntegrals>) {
-        self.size += pending.size();
-        self.push(Term::Pending(pending, OnceLock::new()));
+    /// Adds an interval, not yet integrated.
+    pub fn defer(&mut self, interval: Arc<Interval>) {
+        self.size += interval.size();
+        self.push(Term::Pending(interval, OnceLock::new()));
     }
 
-    /// Evaluates if much is pending, or `all` of it. What is integrated when an interrupt comes is kept.
+    /// Evaluates all that is pending if it is much, or if `all` is asked for. An interrupt loses no integral that is
+    /// done.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
     pub fn work_off(&mut self, all: bool) -> Result<(), Error> {
-        if self.size <= pending::allowance() && !all {
+        if self.size <= interval::storable() && !all {
             return Ok(());
         }
         self.prepare()?;
@@ -99,15 +100,15 @@ impl DeferredLedger {
         Ok(())
     }
 
-    /// Integrates all that is pending. What is integrated when an interrupt comes is kept.
+    /// Integrates all that is pending. An interrupt loses no integral that is done.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
     pub fn prepare(&self) -> Result<(), Error> {
         let mut forms = Forms::default();
         for link in self.links() {
-            if let Term::Pending(pending, _) = &link.term {
-                pending.prepare()?;
+            if let Term::Pending(interval, _) = &link.term {
+                interval.prepare()?;
             }
             link.sums(&mut forms);
             Error::if_interrupted()?;

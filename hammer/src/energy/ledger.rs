@@ -8,7 +8,7 @@
 //! Every term is exact ([`crate::modal::stretch`]). So the residual of this balance, which is
 //! rounding, checks the decomposition, the transitions and the bookkeeping.
 
-use super::pending::{Forms, PendingIntegrals};
+use super::interval::{Forms, Interval};
 use super::sums::Sums;
 use crate::laws::event::Displacement;
 use crate::laws::mode::Tie;
@@ -177,7 +177,7 @@ impl Ledger {
         let tracks = motion.present();
         let now = motion.state().now;
         let mut sums = self.sums;
-        let last = PendingIntegrals::new(motion, &tracks, now, None);
+        let last = Interval::new(motion, &tracks, now, None);
         sums.add(&last.sums(&mut Forms::default()));
         sums.damping += damping_in_flight(motion, &tracks);
         let fluid = motion.parameters().drive.fluid();

@@ -1,7 +1,8 @@
-//! Works, losses and what is stored: integrals over the stretches between events, made when they are read.
+//! Works, losses, what is stored and the largest forces: of the intervals between events, computed when they are read.
 
 pub mod deferred;
+pub mod interval;
 pub mod ledger;
-pub mod pending;
+pub mod peaks;
 mod powers;
 pub mod sums;

@@ -406,7 +406,10 @@ mod tests {
             let turn = memory.transit(RockMode::Forward, RockEvent::Turn, p, error, &rock);
             let forth = memory.transit(RockMode::Backward, RockEvent::Return, turn.tip, 0.0, &rock);
             memory.transit(RockMode::Forward, RockEvent::Turn, forth.tip - 1e-17, error, &rock);
-            assert_eq!(memory.transit(RockMode::Backward, RockEvent::Return, 1e-10, 0.0, &rock).mode, mode);
+            assert_eq!(
+                memory.transit(RockMode::Backward, RockEvent::Return, 1e-10, 0.0, &rock).mode,
+                mode
+            );
         }
     }
 
@@ -448,7 +451,10 @@ mod tests {
         let mut memory = Memory::default();
         memory.transit(RockMode::DissipativeForward, RockEvent::DissipativeTurn, 1e-7, 0.0, &rock);
         assert!(memory.gain < rock.standstill_penetration);
-        assert_eq!(memory.transit(RockMode::Backward, RockEvent::Return, 1e-8, 0.0, &rock).mode, RockMode::Standstill);
+        assert_eq!(
+            memory.transit(RockMode::Backward, RockEvent::Return, 1e-8, 0.0, &rock).mode,
+            RockMode::Standstill
+        );
         memory.transit(RockMode::Standstill, RockEvent::Restart, 1e-8, 0.0, &rock);
         memory.transit(RockMode::Forward, RockEvent::Turn, 1e-4, 0.0, &rock);
         assert_eq!(

@@ -17,7 +17,6 @@
 pub(crate) mod blows;
 pub(crate) mod journal;
 pub(crate) mod outputs;
-pub(crate) mod peaks;
 pub(crate) mod state;
 pub(crate) mod stops;
 #[cfg(feature = "internals")]
@@ -28,8 +27,9 @@ pub(crate) mod zeno;
 use crate::air::Air;
 use crate::allowance::Allowance;
 use crate::energy::deferred::DeferredLedger;
+use crate::energy::interval::Interval;
 use crate::energy::ledger::{Ledger, Stored, damping_in_flight};
-use crate::energy::pending::PendingIntegrals;
+use crate::energy::peaks::PeakSearch;
 use crate::energy::sums::Sums;
 use crate::error::Error;
 use crate::laws::air::Opening;
@@ -48,7 +48,6 @@ use crate::scene::graph::Channel;
 use crate::search::Search;
 use blows::{Closing, Progress};
 use journal::{Counters, Record};
-use peaks::PeakSearch;
 use state::State;
 use std::sync::Arc;
 use views::Views;
@@ -382,14 +381,14 @@ impl Machine {
         self.motion.rotate_others_to(at);
         self.blows.note_stretch(&self.motion, at);
         let (ends, form) = (self.motion.tracks(), self.search.viscous_form());
-        let pending = Arc::new(PendingIntegrals::new(&self.motion, ends, at, form));
-        self.peaks.record(&self.motion, &pending);
-        let work = pending.given.iter().sum();
+        let interval = Arc::new(Interval::new(&self.motion, ends, at, form));
+        self.peaks.record(&self.motion, &interval);
+        let work = interval.given.iter().sum();
         self.blows.note_work(work, work / self.parameters().work_per_length());
         // The barrier's estimate is valid only while the same drilling cycle goes on.
         let by_series = self.search.sums_series(&self.motion.tracks()[0]);
-        let viscous = if goes_on { pending.viscous_of_barrier(by_series) } else { 0.0 };
-        self.ledger.defer(pending);
+        let viscous = if goes_on { interval.viscous_of_barrier(by_series) } else { 0.0 };
+        self.ledger.defer(interval);
         self.search.stop();
         self.views = Views::default();
         self.motion.move_epoch(at, viscous)

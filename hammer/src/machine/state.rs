@@ -2,10 +2,10 @@
 
 use super::blows::Progress;
 use super::journal::Counters;
-use super::peaks::Searched;
 use super::zeno::ZenoDetector;
 use crate::air::Air;
 use crate::energy::deferred::DeferredLedger;
+use crate::energy::peaks::Searched;
 use crate::error::{CorruptState, Error};
 use crate::motion::state::{Anchor, MotionState};
 use crate::numerics::instant::Double;

@@ -3,10 +3,10 @@
 use super::Machine;
 use super::blows::Blow;
 use super::outputs::{Kinematics, Profile};
-use super::peaks::Peaks;
 use crate::air::{Air, Places};
+use crate::energy::interval::Interval;
 use crate::energy::ledger::{Energies, Impulses};
-use crate::energy::pending::PendingIntegrals;
+use crate::energy::peaks::Peaks;
 use crate::error::Error;
 use crate::laws::event::Event;
 use crate::laws::mode::Relay;
@@ -74,9 +74,9 @@ impl Machine {
         self.motion.state().psi + self.present_stretch().given[1]
     }
 
-    fn present_stretch(&self) -> PendingIntegrals {
+    fn present_stretch(&self) -> Interval {
         let tracks = self.motion.present();
-        PendingIntegrals::new(&self.motion, &tracks, self.motion.state().now, None)
+        Interval::new(&self.motion, &tracks, self.motion.state().now, None)
     }
 
     /// Impulses since the start.
@@ -139,6 +139,12 @@ impl Machine {
             && self.parameters().drive.source.switches()
             && never(Event::OPENING)
             && never(Event::Relay(Relay::Drive))
+    }
+
+    /// Numbers stored until energies and peaks are read.
+    #[cfg(test)]
+    pub(crate) fn stored(&self) -> [usize; 2] {
+        [self.ledger.size, self.peaks.size]
     }
 
     /// How far the piston has moved since the start, relative to what the drive sees it from, m.

@@ -43,7 +43,9 @@ impl Motion {
         let mut mode = self.state.mode;
         match event {
             Event::Tie(tie, to) => mode = mode.with(tie, to),
-            Event::Rock(event) => mode.rock = mode.rock.next(event, &self.state.memory, self.rock()),
+            Event::Rock(event) => {
+                mode.rock = mode.rock.next(event, &self.state.memory, self.rock())
+            }
             // The drive has loads, and no system.
             _ => return Ok(()),
         }

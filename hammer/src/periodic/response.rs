@@ -1,7 +1,7 @@
 //! What a cycle gives.
 
 use crate::energy::ledger::Energies;
-use crate::machine::peaks::Peaks;
+use crate::energy::peaks::Peaks;
 
 /// A blow of a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

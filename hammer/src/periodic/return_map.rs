@@ -1,11 +1,11 @@
 //! The return (Poincaré) map.
 
 use crate::energy::ledger::Energies;
+use crate::energy::peaks::Peaks;
 use crate::error::Error;
 use crate::laws::event::{Displacement, Event};
 use crate::laws::mode::{Chamber, Port, Relay};
 use crate::machine::journal::Record;
-use crate::machine::peaks::Peaks;
 use crate::machine::{Machine, Observer};
 use crate::numerics::kernel::{inner_product, norm};
 use crate::periodic::error::CycleError;

@@ -1,10 +1,10 @@
 //! Largest forces over the last communication step.
 //!
-//! They are computed only on demand: the stretches of the step are stored, and each is scanned by
-//! Taylor windows (see [`crate::search::tracker`]) on which a force is a polynomial.
+//! They are computed on demand: the intervals of the step are stored, and each is scanned by Taylor windows
+//! ([`crate::search::tracker`]), on which a force is a polynomial.
 
 use crate::allowance::Allowance;
-use crate::energy::pending::{self, Force, PendingIntegrals};
+use crate::energy::interval::{self, Force, Interval};
 use crate::error::{Error, WorkLimit};
 use crate::interrupt;
 use crate::laws::mode::Tie;
@@ -22,18 +22,18 @@ use std::sync::Arc;
 
 /// The error of a peak corresponds to a displacement of this many guard resolutions.
 const COARSE: f64 = 10.0;
-/// Windows and steps of a stretch that cost nothing: a collision of a damped hammer needs no more, and the
-/// stretches of a step are limited by the budget of its search.
+/// Windows and steps of an interval that count as no work: a collision of a damped hammer needs no more. How many
+/// intervals a step has is limited by the work of its search.
 const FREE: usize = 64;
-/// Most work of one communication step beyond: windows, each as long as the modal vector and
-/// [`WINDOW`]; half a second to a second of one core.
+/// Most work of one communication step beyond [`FREE`], in modal coordinates and [`WINDOW`] of each window: half a
+/// second to a second of one core.
 const BUDGET: u64 = 50_000_000;
-/// What a window costs beside, in coordinates.
+/// What a window costs beside its modal vector, in coordinates.
 const WINDOW: u64 = 64;
-/// A step that bounds alone allow is left to a window if it is shorter than this, in radians of the fastest
-/// mode: a window is a few radians long, and costs three steps.
+/// A step by bounds is taken if it is longer than this, in radians of the fastest mode; a window, which is a few
+/// radians long and costs as much as three steps, does better than a shorter one.
 const SHORT_STEP: f64 = 1.0;
-/// What part of a window's cost a step has: a third, rounded up.
+/// A step costs a window's cost divided by this: a third, rounded up.
 const STEP: u64 = 2;
 
 /// Largest forces over the last communication step, N: `F_R`, then of [`Tie::REPORTED`].
@@ -41,7 +41,7 @@ const STEP: u64 = 2;
 pub struct Peaks(pub(crate) [f64; 1 + Tie::REPORTED.len()]);
 
 impl Peaks {
-    /// Not found.
+    /// Peaks that could not be found.
     pub(crate) const UNKNOWN: Self = Self([f64::NAN; 1 + Tie::REPORTED.len()]);
 
     /// Of `F_R`.
@@ -66,17 +66,17 @@ impl Peaks {
     }
 }
 
-/// A stretch of one step.
+/// An interval whose peaks are not yet found.
 #[derive(Clone, Debug)]
 pub struct Pending {
-    stretch: Arc<PendingIntegrals>,
+    interval: Arc<Interval>,
     /// Where the step begins in it, s.
     start: f64,
     /// Allowed error of a displacement, m.
     resolution: f64,
 }
 
-/// The peaks of what is searched, and the work that took: the same however often they are read.
+/// Peaks of the intervals that were searched, and the work of it, which is the same however often they are read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Searched {
     peaks: Peaks,
@@ -86,11 +86,11 @@ pub(crate) struct Searched {
 /// The peaks of the present step so far.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PeakSearch {
-    /// Stretches whose peaks are not yet computed.
+    /// Intervals whose peaks are not yet found.
     pending: Vec<Pending>,
     /// Numbers stored in them.
-    pub(super) size: usize,
-    /// Of all others.
+    pub size: usize,
+    /// Of the intervals before.
     searched: Searched,
     /// Start of the present step after the epoch, s (0 if before).
     step_start: f64,
@@ -107,27 +107,28 @@ impl PeakSearch {
         *self = Self::resume(Searched::default(), motion.state().now);
     }
 
-    /// Stores the stretch from the epoch to its next value.
-    pub fn record(&mut self, motion: &Motion, stretch: &Arc<PendingIntegrals>) {
-        if stretch.is_pressed() {
-            self.size += stretch.size();
-            self.pending.push(Pending::new(motion, stretch.clone(), self.step_start));
+    /// Stores the interval from the epoch to its next value.
+    pub fn record(&mut self, motion: &Motion, interval: &Arc<Interval>) {
+        if interval.is_pressed() {
+            self.size += interval.size();
+            self.pending.push(Pending::new(motion, interval.clone(), self.step_start));
         }
-        self.step_start = (self.step_start - stretch.span).max(0.0);
+        self.step_start = (self.step_start - interval.span).max(0.0);
     }
 
-    /// Looks at the stretches kept, if they are many; at the rest again after an interrupt.
+    /// Searches the stored intervals if they are many. After an interrupt those that are left are searched at the
+    /// next call.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
     pub fn work_off(&mut self) -> Result<(), Error> {
-        if self.size <= pending::allowance() {
+        if self.size <= interval::storable() {
             return Ok(());
         }
         let searched = &mut self.searched;
-        let goes_on = |stretch: &&Pending| {
+        let goes_on = |pending: &&Pending| {
             let mut after = *searched;
-            stretch.fold(&mut after);
+            pending.fold(&mut after);
             let is_whole = !interrupt::is_set();
             if is_whole {
                 *searched = after;
@@ -136,15 +137,15 @@ impl PeakSearch {
         };
         let done = self.pending.iter().take_while(goes_on).count();
         self.pending.drain(..done);
-        self.size = self.pending.iter().map(|pending| pending.stretch.size()).sum();
+        self.size = self.pending.iter().map(|pending| pending.interval.size()).sum();
         if self.pending.is_empty() { Ok(()) } else { Err(Error::Cancelled) }
     }
 
     /// Of the step up to the epoch.
     pub fn recorded(&self) -> Searched {
         let mut searched = self.searched;
-        for stretch in &self.pending {
-            stretch.fold(&mut searched);
+        for pending in &self.pending {
+            pending.fold(&mut searched);
         }
         searched
     }
@@ -161,43 +162,42 @@ impl PeakSearch {
     pub fn now(&self, motion: &Motion) -> Result<Peaks, Error> {
         let mut searched = self.recorded();
         // Windows go forward from its start, so its end need not be known.
-        let stretch = PendingIntegrals::new(motion, motion.tracks(), motion.state().now, None);
-        Pending::new(motion, Arc::new(stretch), self.step_start).fold(&mut searched);
+        let interval = Interval::new(motion, motion.tracks(), motion.state().now, None);
+        Pending::new(motion, Arc::new(interval), self.step_start).fold(&mut searched);
         Error::if_interrupted()?;
         searched.outcome(motion)
     }
 }
 
 impl Pending {
-    fn new(motion: &Motion, stretch: Arc<PendingIntegrals>, start: f64) -> Self {
-        Self { stretch, start, resolution: COARSE * motion.model().resolutions[0] }
+    fn new(motion: &Motion, interval: Arc<Interval>, start: f64) -> Self {
+        Self { interval, start, resolution: COARSE * motion.model().resolutions[0] }
     }
 
     fn fold(&self, searched: &mut Searched) {
-        let forces = self.stretch.forces();
+        let forces = self.interval.forces();
         if searched.is_over() || forces.iter().all(Option::is_none) {
             return;
         }
         let Searched { peaks, work } = searched;
         for (force, best) in forces.iter().zip(&mut peaks.0) {
             if let Some(force) = force {
-                let mut track = self.stretch.track(force);
+                let mut track = self.interval.track(force);
                 track.rotate_to(self.start);
                 *best = self.peak(force, &track, *best, work);
             }
         }
     }
 
-    /// The larger of `best` and the force's maximum over a stretch, from where `start` stands, or
-    /// what is found of it before `work` is beyond [`BUDGET`], the call's [`Allowance`] is spent, or an
-    /// interrupt comes.
+    /// The larger of `best` and the force's maximum over the interval, from where the track `start` stands. Less of
+    /// it is searched where `work` exceeds [`BUDGET`], the call's [`Allowance`] is spent, or an interrupt comes.
     fn peak(&self, force: &Force, start: &Track, mut best: f64, work: &mut u64) -> f64 {
-        let (mut track, end) = (start.clone(), self.stretch.span);
+        let (mut track, end) = (start.clone(), self.interval.span);
         let part = Part { track: 0, functional: force.functional, factor: 1.0 };
         let guard = Signal::new(force.poly, [Some(part), None], 0, self.resolution);
         let (whole, rate) = (track.z.len() as u64 + WINDOW, track.system.rate_max);
         let rates = force.rates();
-        for look in 0.. {
+        for round in 0.. {
             let t = track.at;
             let ceiling = force.ceiling(&rates[0], &track, [t, end]);
             if ceiling <= best || *work > BUDGET || interrupt::is_set() {
@@ -214,7 +214,7 @@ impl Pending {
                 *work = u64::MAX;
                 break;
             }
-            if look >= FREE {
+            if round >= FREE {
                 *work = work.saturating_add(cost);
             }
             if let Some((level, length)) = step {
@@ -263,9 +263,9 @@ impl Force {
         })
     }
 
-    /// How long from `t` on, where the track stands, the force surely stays below `level`: by its value, its
-    /// rate and a bound on its second derivative up to `end`, s. `bends` are the polynomial part's second rate
-    /// and its third.
+    /// How long from `t` on, where the track stands, the force is certain to stay below `level`: by its value, its
+    /// rate and a bound on its second derivative up to `end`, s. `bends` are the second and the third rate of the
+    /// polynomial part.
     fn step_below(&self, bends: &[Poly], track: &Track, [t, end]: [f64; 2], level: f64) -> f64 {
         let f = &track.system.functionals[self.functional];
         let drift = self.poly.rates_at(t);
@@ -312,7 +312,7 @@ fn largest(poly: &Poly, [from, to]: [f64; 2]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::energy::pending::CROWDED;
+    use crate::energy::interval::CROWDED;
     use crate::machine::Machine;
     use crate::quantities::inputs::Input;
     use crate::quantities::parameters::{Fidelity, InputValues, Parameters};
@@ -328,12 +328,12 @@ mod tests {
         assert!((largest(&poly, [2.0, 5.0]) - end).abs() < 1e-12 * end);
     }
 
-    /// Steps and ceilings by bounds against the force itself, at 40 places of each of its stretches: of a
+    /// Steps and ceilings by bounds against the force itself, at 40 places of each of its intervals: of a
     /// casing whose loads grow so fast that they, and not only its waves, are bounded. Rounding is that of a
     /// sum of modes, less than 1e-12 of the largest force.
     #[test]
     fn forces_stay_below_their_bounds() {
-        let mut looks = 0;
+        let mut steps = 0;
         for (fidelity, feed) in [
             (Fidelity::Rigid, [5e3, 2e7, 0.0, 0.0]),
             (Fidelity::Rigid, [5e3, 0.0, 5e10, 0.0]),
@@ -345,11 +345,11 @@ mod tests {
             m.set_input(Input::FeedForce, &feed).expect("an input");
             for step in 0..30 {
                 m.advance(5e-6 * f64::from(step)).expect("a step");
-                let (now, span) = (m.motion.state().now, 2e-5);
-                let stretch = PendingIntegrals::new(&m.motion, m.motion.tracks(), now + span, None);
-                for force in stretch.forces().into_iter().flatten() {
+                let (now, span) = (m.motion().state().now, 2e-5);
+                let interval = Interval::new(m.motion(), m.motion().tracks(), now + span, None);
+                for force in interval.forces().into_iter().flatten() {
                     let at = |t: f64| {
-                        let mut track = stretch.track(&force);
+                        let mut track = interval.track(&force);
                         track.rotate_to(t);
                         let f = &track.system.functionals[force.functional];
                         let [u, v] = [0, 1]
@@ -371,15 +371,15 @@ mod tests {
                         let highest = places.clone().map(|x| at(now + x * below).0);
                         let highest = highest.fold(first, f64::max);
                         assert!(highest <= level + rounding, "{highest} above {level}");
-                        looks += usize::from(below > 0.0);
+                        steps += usize::from(below > 0.0);
                     }
                 }
             }
         }
-        assert!(looks > 300, "{looks}");
+        assert!(steps > 300, "{steps}");
     }
 
-    /// One step of 1 s, some 900 stretches.
+    /// One step of 1 s, some 900 intervals.
     fn second() -> Machine {
         let mut machine = Scene::default().machine().expect("a scene");
         machine.advance(1.0).expect("a step");
@@ -388,15 +388,17 @@ mod tests {
 
     #[test]
     fn among_many_hammers_each_stores_little_and_reads_the_same() {
-        let stored = |m: &Machine| [m.ledger.size, m.peaks.size];
         let alone = second();
-        assert!(stored(&alone).iter().all(|&size| size > 4 * CROWDED), "nothing is paid alone");
+        assert!(
+            alone.stored().iter().all(|&size| size > 4 * CROWDED),
+            "one hammer alone integrates nothing"
+        );
         // Until 32 MB are stored, at 1.5 MB each.
         let mut others: Vec<Machine> = (0..30).map(|_| second()).collect();
         let last = others.pop().expect("thirty");
-        // It is looked at between two stretches, the last of which may be the one too many.
+        // The limit is checked between intervals, so that the last one may exceed it.
         let most = CROWDED + 1000;
-        assert!(stored(&last).iter().all(|&size| size <= most), "{:?}", stored(&last));
+        assert!(last.stored().iter().all(|&size| size <= most), "{:?}", last.stored());
         assert_eq!(last.energies(), alone.energies());
         assert_eq!(last.impulses(), alone.impulses());
         assert_eq!(last.peaks(), alone.peaks());

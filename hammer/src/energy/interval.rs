@@ -1,4 +1,4 @@
-//! What the works and losses of one stretch between two events follow from.
+//! One interval between two events: the states at both its ends, which answer its works, losses and forces.
 
 use super::sums::Sums;
 use crate::error::Error;
@@ -19,19 +19,19 @@ use crate::scene::graph::{Channel, Graph, Group};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Numbers stored in the stretches of all hammers of the process.
+/// Numbers stored in the intervals of all hammers of the process.
 static STORED: AtomicUsize = AtomicUsize::new(0);
 /// Beyond so many of them, 32 MB, each hammer may store [`CROWDED`] only.
 const PROCESS: usize = 1 << 22;
-/// Most numbers in the stretches of one hammer, 8 MB: some 120 blows of the reference, so that a
-/// run of a second pays nothing for what is never read.
+/// Most numbers in the intervals of one hammer, 8 MB: some 120 blows of the reference, so that a run of a second
+/// integrates nothing that is never read.
 const MOST: usize = 1 << 20;
 /// The same among many hammers: 256 kB, to be integrated from the nearer caches.
 pub(crate) const CROWDED: usize = 1 << 15;
 
-/// Most numbers that a hammer may store now, in the stretches whose integrals (or peaks) are not
-/// yet computed. When they are computed changes no bit of them.
-pub(crate) fn allowance() -> usize {
+/// Most numbers that a hammer may store now, in intervals whose integrals or peaks are not yet computed. When
+/// they are computed changes no bit of them.
+pub(crate) fn storable() -> usize {
     if STORED.load(Ordering::Relaxed) > PROCESS { CROWDED } else { MOST }
 }
 
@@ -53,8 +53,8 @@ pub(crate) struct Force {
 /// A system, where its stretch ends, and the damping form there.
 type End<'a> = (&'a Arc<System>, &'a [f64], f64);
 
-/// Damping forms at the ends of a stretch and of that before it. Where a group goes on as it was, its form
-/// at the start is that at the end before.
+/// Damping forms at the ends of an interval and of the one before. The form of a group that did not change at
+/// the event between them is the same on both its sides.
 #[derive(Default)]
 pub(crate) struct Forms<'a> {
     before: Vec<End<'a>>,
@@ -78,9 +78,9 @@ impl<'a> Forms<'a> {
     }
 }
 
-/// The stretch, with the states at both its ends.
+/// An interval between two events: what its integrals follow from.
 #[derive(Debug)]
-pub(crate) struct PendingIntegrals {
+pub(crate) struct Interval {
     graph: Arc<Graph>,
     group: Group,
     system: Arc<System>,
@@ -88,7 +88,7 @@ pub(crate) struct PendingIntegrals {
     ends: Vec<f64>,
     /// Its length, s.
     pub span: f64,
-    pushed: Pushed,
+    loading: Loading,
     /// While it flies alone.
     piston: Option<Arc<System>>,
     /// Groups beside them.
@@ -124,14 +124,14 @@ impl Other {
     }
 }
 
-/// Loads, and the polynomial part of the motion.
+/// Loads over an interval, and the polynomial part of its motion.
 #[derive(Debug)]
-enum Pushed {
-    /// Constant loads, and parabolas for the tip's track and a free piston: nearly all stretches, in
-    /// much less memory than polynomials of any degree.
-    Steadily { loads: [f64; CHANNELS], translations: [[f64; 3]; 2] },
+enum Loading {
+    /// Constant loads, and parabolas of the tip's track and of a free piston: nearly all intervals, in much less
+    /// memory than polynomials of any degree.
+    Constant { loads: [f64; CHANNELS], translations: [[f64; 3]; 2] },
     /// All others.
-    Freely(Box<Polynomials>),
+    Varying(Box<Polynomials>),
 }
 
 /// Polynomials of time after the start of a stretch.
@@ -142,7 +142,7 @@ struct Polynomials {
     driven: [Driven; 2],
 }
 
-impl Pushed {
+impl Loading {
     fn new(motion: &Motion) -> Self {
         let MotionState { loads, anchors, .. } = motion.state();
         let places = [Some(0), motion.flying()];
@@ -150,20 +150,20 @@ impl Pushed {
             let driven =
                 |i: Option<usize>| i.map(|i| anchors[i].driven.clone()).unwrap_or_default();
             let driven = places.map(driven);
-            return Self::Freely(Box::new(Polynomials { loads: *loads, driven }));
+            return Self::Varying(Box::new(Polynomials { loads: *loads, driven }));
         }
         let translation = |i: Option<usize>| {
             let c = i.map(|i| &anchors[i].driven.translation.0);
             c.map_or([0.0; 3], |c| [c[0], c[1], c[2]])
         };
         let loads = loads.each_ref().map(|load| load.0[0]);
-        Self::Steadily { loads, translations: places.map(translation) }
+        Self::Constant { loads, translations: places.map(translation) }
     }
 
     fn polynomials(&self) -> Polynomials {
         match self {
-            Self::Freely(all) => Polynomials::clone(all),
-            Self::Steadily { loads, translations } => {
+            Self::Varying(all) => Polynomials::clone(all),
+            Self::Constant { loads, translations } => {
                 let driven = translations.map(|c| Driven::translating(Poly::parabola(c)));
                 Polynomials { loads: loads.map(Poly::constant), driven }
             }
@@ -171,7 +171,7 @@ impl Pushed {
     }
 }
 
-impl PendingIntegrals {
+impl Interval {
     /// The stretch from the epoch to `span` after it, where `tracks` stand; `form` is the viscous form
     /// at its start, if known.
     pub fn new(motion: &Motion, tracks: &[Track], span: f64, form: Option<f64>) -> Self {
@@ -184,7 +184,7 @@ impl PendingIntegrals {
             system: system(0),
             ends: [&anchor.z, &tracks[0].z[..]].concat(),
             span,
-            pushed: Pushed::new(motion),
+            loading: Loading::new(motion),
             piston: motion.flying().map(system),
             others: motion.others().map(|i| Other::new(motion, i, &tracks[i])).collect(),
             ties: state.mode.ties,
@@ -223,7 +223,7 @@ impl PendingIntegrals {
 
     /// `F_R`, and the forces of the ties that are reported, if they act.
     pub fn forces(&self) -> [Option<Force>; 1 + Tie::REPORTED.len()] {
-        let Polynomials { loads, driven: [driven, ..] } = &self.pushed.polynomials();
+        let Polynomials { loads, driven: [driven, ..] } = &self.loading.polynomials();
         let force = |displacement, line: Coefficients, sign: f64| {
             let others = self.others.iter().enumerate();
             let others = others.map(|(i, o)| (Some(i), o.group, &o.system, &o.driven));
@@ -250,21 +250,21 @@ impl PendingIntegrals {
         forces
     }
 
-    fn stretch<'a>(&'a self, pushed: &'a Polynomials) -> Stretch<'a> {
+    fn stretch<'a>(&'a self, polynomials: &'a Polynomials) -> Stretch<'a> {
         Stretch {
             system: &self.system,
             start: self.start(),
             end: self.end(),
             span: self.span,
-            loads: &pushed.loads,
-            driven: &pushed.driven[0],
+            loads: &polynomials.loads,
+            driven: &polynomials.driven[0],
         }
     }
 
-    fn beside<'a>(&'a self, other: &'a Other, pushed: &'a Polynomials) -> Stretch<'a> {
+    fn beside<'a>(&'a self, other: &'a Other, polynomials: &'a Polynomials) -> Stretch<'a> {
         let Other { system, ends, driven, .. } = other;
         let (start, end) = ends.split_at(ends.len() / 2);
-        Stretch { system, start, end, driven, ..self.stretch(pushed) }
+        Stretch { system, start, end, driven, ..self.stretch(polynomials) }
     }
 
     fn share(&self, displacement: Displacement) -> usize {
@@ -282,8 +282,8 @@ impl PendingIntegrals {
     /// The integrals; `forms` go from the end of the stretch before to the end of this. Damping of the
     /// piston in flight is integrated when the flight ends.
     pub fn sums<'a>(&'a self, forms: &mut Forms<'a>) -> Sums {
-        let pushed = &self.pushed.polynomials();
-        let main = self.stretch(pushed);
+        let polynomials = &self.loading.polynomials();
+        let main = self.stretch(polynomials);
         let mut sums = Sums::default();
         forms.begin();
         let mut damping = |system, track: &Stretch, ends: &'a [f64]| {
@@ -295,12 +295,12 @@ impl PendingIntegrals {
         if let Some(system) = &self.piston {
             // Loads on a free body work on its translation only; the oscillation can be left out.
             let still = vec![0.0; 2 * system.blocks()];
-            let (start, end, driven) = (&still[..], &still[..], &pushed.driven[1]);
-            let piston = Stretch { system, start, end, driven, ..self.stretch(pushed) };
+            let (start, end, driven) = (&still[..], &still[..], &polynomials.driven[1]);
+            let piston = Stretch { system, start, end, driven, ..self.stretch(polynomials) };
             self.add_works(Group::PISTON, &piston, &mut sums);
         }
         for other in &self.others {
-            let track = self.beside(other, pushed);
+            let track = self.beside(other, polynomials);
             sums.damping += damping(&other.system, &track, &other.ends);
             self.add_group(other.group, &track, &mut sums);
         }
@@ -321,11 +321,11 @@ impl PendingIntegrals {
         for (displacement, _, parts) in &self.graph.loaded {
             let Some(share) = self.graph.share(group, *displacement) else { continue };
             let change = track.change(share);
-            let work = |i: usize| match &self.pushed {
+            let work = |i: usize| match &self.loading {
                 // It follows from where the piston stands.
                 _ if i == Channel::Fluid as usize => 0.0,
-                Pushed::Steadily { loads, .. } => loads[i] * change,
-                Pushed::Freely(_) => track.work(share, &track.loads[i], change),
+                Loading::Constant { loads, .. } => loads[i] * change,
+                Loading::Varying(_) => track.work(share, &track.loads[i], change),
             };
             self.graph.add_works(*displacement, parts, work, &mut sums.work);
         }
@@ -343,13 +343,13 @@ impl PendingIntegrals {
     }
 
     /// Work given to the rock, J: lost on loading, and of the dashpot at the tip, whose form at the
-    /// start may be known. Of each stretch at once: it needs little, and each blow tells it.
+    /// start may be known. It is summed at once, which is cheap, since each blow reports it.
     fn rock_work(&self, form: Option<f64>) -> [f64; 2] {
         if !self.spring.is_loading() {
             return [0.0; 2];
         }
-        let pushed = &self.pushed.polynomials();
-        let (main, tip) = (self.stretch(pushed), self.share(Displacement::Tip));
+        let polynomials = &self.loading.polynomials();
+        let (main, tip) = (self.stretch(polynomials), self.share(Displacement::Tip));
         let poly = self.system.poly(tip, main.loads, main.driven);
         let row = &self.system.functionals[tip].rows[0];
         let end = poly.at(self.span) + kernel::dot(row, self.end());
@@ -370,9 +370,9 @@ impl PendingIntegrals {
         }
         let viscosity = self.spring.coefficients(&self.rock).viscosity;
         let tip = self.share(Displacement::Tip);
-        let pushed = &self.pushed.polynomials();
-        let stretch = self.stretch(pushed);
-        if self.system.varies(&pushed.loads) {
+        let polynomials = &self.loading.polynomials();
+        let stretch = self.stretch(polynomials);
+        if self.system.varies(&polynomials.loads) {
             let form = self.system.viscous_form().of(self.start());
             if let Some(closed) =
                 stretch.tip_square_uncancelled(tip, &stretch.drift_rate(tip), form)
@@ -390,7 +390,7 @@ impl PendingIntegrals {
     }
 }
 
-impl Drop for PendingIntegrals {
+impl Drop for Interval {
     fn drop(&mut self) {
         STORED.fetch_sub(self.size(), Ordering::Relaxed);
     }
