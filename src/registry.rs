@@ -1,6 +1,6 @@
 //! Handles in place of pointers.
 //!
-//! The handle that a host holds as `fmi2Component` or `fmi2FMUstate` is looked up at each call and
+//! The handle that a host holds as `fmi2Component` or `fmi2FMUstate` is looked up in a table at each call and
 //! never dereferenced. So a freed or invented handle is detected, and two threads that use one
 //! instance wait for each other.
 //!

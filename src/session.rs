@@ -69,12 +69,12 @@ pub fn close(handle: usize) {
     });
 }
 
-/// Tells the host, whose function runs with its own floating-point settings.
+/// Logs to the host, whose function runs with its own floating-point settings.
 fn tell(logger: &Logger, lines: &[Line]) {
     let _ = guarded(|| lines.iter().for_each(|line| logger.log(line)));
 }
 
-/// Runs `work` on a live instance; then, without holding it, tells the host what was logged.
+/// Runs `work` on a live instance; then, without holding it, hands the host what was logged.
 pub fn call(me: Handle, work: impl FnOnce(&mut Instance) -> Result<(), CallError>) -> Status {
     let done = quietly(|| {
         let mut held = INSTANCES.hold(me.number())?;
@@ -111,7 +111,7 @@ pub fn sane(count: usize) -> Result<usize, CallError> {
     if count <= 4 * variables { Ok(count) } else { Err(CallError::TooMany { count, variables }) }
 }
 
-/// Keeps a state under the handle that the host holds already, or, if that is 0, a new one.
+/// Stores a state under the handle that the host holds already, or, if that is 0, a new one.
 pub fn keep(known: usize, snapshot: Snapshot) -> Result<usize, CallError> {
     let mut snapshot = Arc::new(snapshot);
     if known == 0 {
@@ -122,7 +122,7 @@ pub fn keep(known: usize, snapshot: Snapshot) -> Result<usize, CallError> {
     Ok(known)
 }
 
-/// A state that was kept.
+/// A stored state.
 pub fn state(handle: usize) -> Result<Arc<Snapshot>, CallError> {
     STATES.hold(handle).and_then(|mut held| held.get().cloned()).ok_or(CallError::UnknownState)
 }

@@ -1,12 +1,12 @@
-//! FMUs made from the plain one: with other start values, with the waves on one mesh among the
+//! FMUs made from the general one: with other start values, with the waves on one mesh among the
 //! outputs, or with arrays (of FMI 3.0: many importers stop at them).
 //!
 //! A host need not set what stays at its start value, so the library must know what its
-//! description says. It is told by the one text that every host hands over: the GUID, which
-//! has the differences behind the plain one's.
+//! description says. It is known from the one text that every host hands over: the GUID, which
+//! has the differences behind the general one's.
 //!
 //! ```text
-//! PLAIN[-set-REFERENCE:BITS,REFERENCE:BITS...][-waves-PISTON-BIT[-CASING]][-arrays]
+//! GENERAL[-set-REFERENCE:BITS,REFERENCE:BITS...][-waves-PISTON-BIT[-CASING]][-arrays]
 //! ```
 //!
 //! `BITS` are the 16 hexadecimal digits of an IEEE 754 double, references ascend.
@@ -16,7 +16,7 @@ use crate::waves;
 use hammer::variables::{Role, VARIABLES};
 use hammer::{Body, Fidelity, MAX_ELEMENTS, ParameterError, Parameters};
 
-/// What a description lists and starts with, beside the plain one.
+/// What a description lists and starts with, beside the general one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Variant {
     /// Value references and start values of parameters and inputs.
@@ -32,7 +32,7 @@ pub struct Variant {
 pub const ARRAYS: &str = "-arrays";
 /// Before the start values.
 pub const SET: &str = "-set-";
-/// How a description tells of start values.
+/// How a description writes start values.
 pub const START_VALUES: &str = "-set-{reference}:{bits}";
 /// Before the element counts, with a dash between two.
 const WAVES: &str = "-waves-";
@@ -59,7 +59,7 @@ impl Variant {
         (variant.suffix() == guid[plain.len()..]).then_some(variant)
     }
 
-    /// What its GUID has beyond the plain one.
+    /// What its GUID has beyond the general one.
     pub fn suffix(&self) -> String {
         let pair = |(at, value): &(u32, f64)| format!("{at}:{:016x}", value.to_bits());
         let mut list: Vec<&(u32, f64)> = self.start.iter().collect();
@@ -78,7 +78,7 @@ impl Variant {
         format!("{WAVES}{}", counts.join("-"))
     }
 
-    /// The parameters that the plain description has, on the mesh of this one.
+    /// The parameters that the general description has, on the mesh of this one.
     pub fn parameters(&self) -> Parameters {
         let mut parameters = Parameters::default();
         let p = &mut parameters;

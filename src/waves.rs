@@ -2,7 +2,7 @@
 //! mesh's elements and stresses at their middles, whatever the degree.
 //!
 //! How many values there are follows from the mesh, which a description cannot say. So the
-//! plain one lists none and only tells, in `VendorAnnotations`, where each family of value
+//! general one lists none and only says, in `VendorAnnotations`, where each family of value
 //! references starts; a variant of it (`variant.rs`) lists as many as one mesh needs.
 
 use hammer::families::{ALONG, Along};

@@ -11,7 +11,7 @@ use crate::variables::{Reader, Role, Slot, VARIABLES, Variable};
 /// by less.
 const SLIP: f64 = 300.0;
 
-/// Values that look as if they were in another unit, one sentence each.
+/// Values that seem to be in another unit, one sentence each.
 pub fn unlikely(parameters: &Parameters, inputs: &InputValues) -> Vec<String> {
     VARIABLES.iter().filter_map(|variable| slip(variable, parameters, *inputs)).collect()
 }

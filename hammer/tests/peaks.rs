@@ -77,7 +77,7 @@ fn ringing() -> Machine {
 /// Nothing but the search for peaks takes long. The whole step's work is limited, not that of each of
 /// its stretches; the answer is the same however often it is asked for and from whatever state.
 #[test]
-fn a_step_that_rings_too_long_for_its_peaks_is_told_and_a_shorter_one_is_searched() {
+fn a_step_that_rings_too_long_for_its_peaks_is_refused_and_a_shorter_one_is_searched() {
     let mut m = ringing();
     m.advance(8.0).expect("a step");
     assert_eq!(m.counters().events, 4, "stretches of 1.6 s, none of which would be too long");

@@ -4,7 +4,7 @@
 //! mode the scene itself depends on the knowns. Afterwards its state is given, and an output depends
 //! on an input only where the description's `dependencies` say so.
 //!
-//! What an output at the end of the last communication step owes to an input during that step is
+//! The derivative of an output at the end of the last communication step by an input during that step is
 //! another number. It is that of the unknown [`OVER_STEP`] above the output's value reference.
 
 use super::events::Face;

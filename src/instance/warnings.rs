@@ -56,7 +56,7 @@ impl Warnings {
     }
 }
 
-/// Values that look as if they were in another unit.
+/// Values that seem to be in another unit.
 pub fn of_values(settings: &Settings, inputs: &Inputs) -> Vec<String> {
     let parameters = settings.parameters();
     parameters.map_or_else(|_| Vec::new(), |p| diagnostics::unlikely(&p, &inputs.starting()))

@@ -2,7 +2,7 @@
 //!
 //! Damping in proportion to stiffness, `C = beta K`, damps a body's mode of circular frequency `omega`
 //! by the ratio `zeta = beta omega / 2`. The one that outlasts a cycle of the drive is the piston's
-//! first elastic mode, so a hammer's damping is told by its ratio there.
+//! first elastic mode, so that mode's ratio describes a hammer's damping.
 
 use crate::bodies::bar::Bar;
 use crate::quantities::parameters::{Fidelity, Parameters};

@@ -9,7 +9,7 @@
 //!
 //! `x` is the displacement of the lower body's upper face relative to the upper body's lower face, m;
 //! the opposite force acts on the upper body. The dashpot acts while the tie holds, also where that
-//! pulls. In the engine all that is beyond a pulled tie, seen from the bit, is displaced by `travel`,
+//! pulls. In the engine the bodies that a pulled tie separates from the bit are displaced by `travel`,
 //! so that both states that hold are one linear system. Where `chuck.idle_travel` is given, the drive
 //! is vented from there on, `F_A = 0`, and acts again where half of it is left.
 
@@ -72,7 +72,7 @@ impl Tie {
     }
 }
 
-/// What keeps a piston from running out of its cylinder.
+/// How to prevent that a piston runs out of its cylinder.
 pub(crate) const VENTING: &str = "a bit that hangs out vents the drive if chuck.idle_travel is less than that, \
     and more feed_force holds the casing down";
 
@@ -104,7 +104,7 @@ impl Parameters {
         self.wave_speed() / ((lower + upper) * self.chuck.stiffness)
     }
 
-    /// The ties of a scene, in the order in which their events are looked for.
+    /// The ties of a scene, in the order of their events at one instant.
     pub(crate) fn ties(&self) -> Vec<(Tie, TieLaw)> {
         let law = |stiffness, viscosity, travel| {
             let line = Coefficients { stiffness, viscosity };

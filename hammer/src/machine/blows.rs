@@ -83,7 +83,7 @@ pub(crate) enum Closing {
 }
 
 impl Progress {
-    /// When anything of it happened.
+    /// All instants that it names.
     pub(crate) fn instants(&self) -> impl Iterator<Item = Double> + '_ {
         let milestones = self.milestones.iter().flatten().map(|milestone| milestone.time);
         // Before the first blow the last one has no time.
@@ -92,9 +92,9 @@ impl Progress {
         milestones.chain(self.collision).chain(self.opened).chain(last).chain(step)
     }
 
-    /// Notes whether the piston rises between the epoch and `at`, where the tracks of all that it
-    /// touches stand. In flight its velocity is a polynomial and no rise is overlooked; in contact
-    /// only the end of the stretch is examined.
+    /// Records whether the piston rises between the epoch and `at`, where the tracks of all that it touches
+    /// stand. In flight its velocity is a polynomial, and any rise is found; in contact the velocity at `at`
+    /// alone decides.
     pub(crate) fn note_stretch(&mut self, motion: &Motion, at: f64) {
         if !self.spent {
             return;
@@ -145,7 +145,7 @@ impl Progress {
         self.drilled[0] += length;
     }
 
-    /// The account of work begins anew.
+    /// The sums of work begin anew.
     pub(crate) fn restart_work(&mut self) {
         (self.given, self.advance, self.drilled) = (0.0, 0.0, [0.0; 2]);
     }

@@ -6,7 +6,7 @@
 //!         x- := flow(x, t)                      exact: modal exponentials and polynomials
 //!         (mode, x+) := transit(e, mode, x-)    order at one instant: contact, rock, relay
 //!         track the guards of the new mode from t on
-//!     now := to                                 the state is not touched: only looked at
+//!     now := to                                 the state is read, not changed
 //! ```
 //!
 //! The state belongs to the last event; a communication point reads it without changing it, and the

@@ -190,7 +190,7 @@ struct Tied {
     x: PointMotion,
     /// While it holds.
     line: Coefficients,
-    /// What presses its bodies apart, N, and its rate.
+    /// The force that pushes its bodies away from each other, N, and its rate.
     force: [f64; 2],
 }
 

@@ -52,19 +52,19 @@ impl Stops {
     pub fn new(machine: &Machine, blows: bool, positions: &[f64]) -> Self {
         let now = machine.kinematics();
         let goes = [now.relative_velocity, now.relative_acceleration];
-        // At a position itself, where it goes tells the side.
+        // At a position itself the direction of the motion decides the side.
         let up = goes.into_iter().find(|rate| *rate != 0.0).is_some_and(|rate| rate > 0.0);
         let beyond = |at: f64| now.relative_position > at || now.relative_position == at && up;
         Self { ends: true, blows, levels: positions.iter().map(|&at| (at, beyond(at))).collect() }
     }
 
-    /// True if these are what calls ask for that ask for this.
+    /// True if these stops are for these blows and positions.
     pub fn are(&self, blows: bool, positions: &[f64]) -> bool {
         self.blows == blows && self.positions().eq(positions.iter().copied())
     }
 
-    /// Puts the piston on the side of each position where a machine has it, which was restored: a stored side
-    /// may be wrong. It counts only where the piston is so near that a guard might not have seen it pass.
+    /// Corrects the stored sides of the positions after a machine was restored: a side is where the machine has the
+    /// piston, unless that is so near the position that a guard could have missed the passage.
     pub fn settle(&mut self, machine: &Machine) {
         let near = NEAR * machine.motion().resolved(Displacement::Relative);
         let x = machine.kinematics().relative_position;
@@ -86,7 +86,7 @@ pub(crate) struct Stopper<'a> {
     stops: &'a mut Stops,
     guards: Option<Positions>,
     blows: u64,
-    /// Work of the search and its own: it may take as much again as the step.
+    /// Work of the step's search and its own, which is limited to as much again.
     work: Work,
     /// Why it ended, so far.
     stop: Stop,
@@ -156,7 +156,7 @@ impl<'a> Stopper<'a> {
             for tried in 0..TRIED[0] + TRIED[1] {
                 let after = machine.motion.until(end);
                 if after >= until && end < to || end > to {
-                    // An event comes first, or the end of the step: it is found again after it.
+                    // An event or the end of the step comes first; the passage is found again after that.
                     machine.motion.set_present(now, time);
                     return Ok(false);
                 }
@@ -185,7 +185,7 @@ impl<'a> Stopper<'a> {
         }
     }
 
-    /// Notes every position that was passed by now.
+    /// Records every position that has been passed.
     fn pass_all(&mut self, machine: &Machine) {
         let x = Kinematics::of(&machine.motion).relative_position;
         for (index, (level, beyond)) in self.stops.levels.iter_mut().enumerate() {

@@ -437,7 +437,7 @@ struct Standing {
 }
 
 impl Standing {
-    /// In the bodies' modes: made once for all groups that it goes to.
+    /// In the bodies' modes, converted once for all groups that take over a part of it.
     fn bodies(&self) -> &[f64] {
         self.bodies.get_or_init(|| {
             let mut state = vec![0.0; 2 * self.system.modes()];

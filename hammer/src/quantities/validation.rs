@@ -21,9 +21,8 @@ const PHASE: f64 = 0.1;
 /// Bound of `zeta(2 d)`: its value at `d = 1`, `pi^2 / 6`.
 const ZETA: f64 = 1.645;
 
-/// Slowest decay of a casing that is braked by a string, 1/s. Against a slower one loads would keep
-/// it at a speed, after a way, whose rounding is more than a resolution; within a blow it cannot be
-/// told from none.
+/// Slowest decay of a casing that is braked by a string, 1/s. With a slower one the casing would reach speeds and
+/// distances whose rounding exceeds a resolution, and within a blow it brakes no more than no string.
 const SLOWEST_STRING: f64 = 10.0;
 
 /// Least mass of a casing, over the bit's. The lightest of tied bodies costs its modes a digit for each
@@ -129,7 +128,7 @@ impl Parameters {
     /// Checks that sleeves fit their rods, and that bodies and mesh carry a wave down the string.
     ///
     /// # Errors
-    /// The parameter that is at fault.
+    /// A parameter out of its domain.
     fn check_drill(&self) -> Result<(), ParameterError> {
         let Drill { rods, shank, rod, coupling, joint } = self.drill;
         if rods == 0 {

@@ -55,8 +55,8 @@ pub struct Overlap {
 pub struct Group {
     /// Which.
     pub bodies: Bodies,
-    /// What acts on the tip, if it is theirs; none of a piston that a fluid holds, unlike one in flight,
-    /// which it is told from by this.
+    /// The spring at the tip, if the bit is among them. A piston alone has `None` in flight, and a free spring
+    /// where a fluid holds it.
     pub spring: Option<Spring>,
 }
 
@@ -76,7 +76,7 @@ pub(crate) struct Edge {
     pub lower: usize,
     /// Both.
     pub ends: Bodies,
-    /// All that it separates from the bit.
+    /// All bodies that it separates from the bit.
     pub beyond: Bodies,
 }
 
@@ -157,7 +157,7 @@ impl Graph {
         self.loaded = loaded;
     }
 
-    /// What is looked at.
+    /// The displacements that anything reads.
     fn list(&mut self) {
         let frame = Bodies::one(self.frame);
         let ties = self.ties.iter().map(|edge| (Displacement::Tie(edge.tie), edge.ends));
@@ -218,7 +218,7 @@ impl Graph {
         self.is_framed() && theirs.is_some_and(|(_, bodies)| bodies.meet(frame))
     }
 
-    /// True if so many groups are possible that what belongs to pairs of them is not kept.
+    /// True if so many groups are possible that what belongs to pairs of them is not stored.
     pub(crate) fn is_loose(&self) -> bool {
         self.bit > 1
     }

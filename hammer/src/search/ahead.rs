@@ -18,7 +18,7 @@ const DOUBLE_STEP: usize = 2;
 /// one with unequal bars.
 pub(super) const TRUSTED: usize = 6;
 
-/// How far ahead a guard's proof may look, and the state from which it continues.
+/// How far a guard's proof is needed, and the state from which it continues.
 #[derive(Clone, Debug)]
 pub(super) struct Ahead {
     /// Nothing after this instant is needed, because another guard crosses here, s.

@@ -152,7 +152,7 @@ impl Barrier {
     }
 
     /// The root of the rising `psi`, by Newton's method with three derivatives (cheap beside `psi`
-    /// itself), kept in its bracket by bisection. `end` is work and power at the bracket's end.
+    /// itself), within a bracket that bisection narrows. `end` is work and power at the bracket's end.
     fn root(&self, motion: &Motion, span: f64, end: [f64; 2], work: &mut Work) -> f64 {
         let (mut low, mut high) = (0.0, span);
         let start = [self.done, self.powers(&self.cursor)[0]];
@@ -215,8 +215,8 @@ fn reached([[a, p], [b, q]]: [[f64; 2]; 2]) -> f64 {
 mod tests {
     use super::*;
 
-    /// `(x - r) (1 + b x + c x^2)`, nearly straight around its zero, seen from 0: each step is a quadratically
-    /// convergent one with one derivative more, so that its error is of the next power of `r`.
+    /// `(x - r) (1 + b x + c x^2)`, nearly straight around its zero: of the steps from 0 each takes one derivative more
+    /// than the one before, so that its error is of the next power of `r`.
     #[test]
     fn each_derivative_brings_the_step_nearer_to_the_zero() {
         let (b, c) = (0.4, 0.3);

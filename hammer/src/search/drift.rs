@@ -152,7 +152,7 @@ impl Drift {
     }
 }
 
-/// Apart, so that the rest is short enough to be inlined.
+/// A function of its own, so that its callers are short enough to be inlined.
 #[inline(never)]
 fn high_at(poly: &Poly, t: f64) -> [f64; 2] {
     let [both] = poly.at_each(&[t]);
@@ -190,8 +190,8 @@ mod tests {
         [still, up, down, Drift::new(high)]
     }
 
-    /// The value by its definition, each term apart: off by less than the bound, of which that is a part that
-    /// does not vanish.
+    /// The value differs from the sum of its terms by less than the bound, and by a part of the bound that does not
+    /// vanish.
     #[test]
     fn a_value_is_known_to_its_bound_on_rounding() {
         for drift in drifts() {

@@ -229,8 +229,8 @@ impl Search {
     }
 }
 
-/// Re-arms a guard that started above zero by rounding only. A falling guard was at zero just
-/// before, so its slope decides even if its value exceeds the estimated rounding.
+/// Re-arms a guard that started above zero by rounding only. A falling guard was at zero just before, so for
+/// it a value above the estimated rounding counts as rounding too.
 fn re_arm(motion: &Motion, tracker: &mut GuardTracker, [value, slope]: [f64; 2]) {
     let Signal { parts, order, .. } = tracker.signal;
     let of = |part: Part| motion.rounding(part.track, part.functional, order);

@@ -13,7 +13,7 @@ use crate::motion::Motion;
 /// The guards of all positions in the present mode.
 #[derive(Debug)]
 pub(crate) struct Positions {
-    /// Each has its own tracks, so that it may look ahead independently.
+    /// Each has tracks of its own, since each proof goes on from another instant.
     trackers: Vec<(GuardTracker, Vec<Track>)>,
 }
 

@@ -193,16 +193,16 @@ impl Signal {
         View { signal: self, factor: part.factor, rows }
     }
 
-    /// True if the amplitude alone, a bound on the modal part, keeps a guard without drift below a
-    /// level for ever.
+    /// True if a guard without drift stays below a level for ever, by its amplitude alone, which bounds
+    /// the modal part.
     #[inline]
     pub(crate) fn stays_below(&self, level: f64, amplitude: f64) -> bool {
         self.drift.constant().is_some_and(|value| value + amplitude < level)
     }
 
-    /// How long the slowest decay alone, `a exp(-rate t)` with `a < 0`, keeps a guard without drift
-    /// below `-margin`, whatever the other modes do; 0 if it does not. `amplitude` bounds all modes
-    /// together.
+    /// How long a guard without drift stays below `-margin` because of its slowest decay,
+    /// `a exp(-rate t)` with `a < 0`, whatever the other modes do; 0 if it may not. `amplitude` bounds
+    /// all modes together.
     pub(crate) fn creeping_step(&self, tracks: &[Track], amplitude: f64, margin: f64) -> f64 {
         let mut longest = 0.0f64;
         for Part { track, functional, factor } in self.parts.iter().flatten() {

@@ -40,7 +40,7 @@
 //! Far below zero a step approaches `-2 r`, near it `r`. A step from near zero may pass a dip that is
 //! certain ([`dip`]).
 //!
-//! Guards are evaluated at dyadic distances, one tabulated rotation apart.
+//! Guards are evaluated at dyadic distances, so that each needs one tabulated rotation.
 
 use crate::modal::system::TAYLOR;
 use crate::modal::system::generator::Generator;
@@ -246,7 +246,7 @@ impl GuardTracker {
             self.clear = t + step;
             self.ahead.part_from(&tracks[part.track]);
             self.ahead.probe = Some(*probe);
-        } // Else stepping on failed here before: the next evaluation is where the guard is clear until.
+        } // Else stepping on failed here before, and the next evaluation is at `clear`.
     }
 
     /// Raises the resolution once to what the guard's terms can resolve (statement 5).

@@ -144,7 +144,8 @@ pub(crate) fn horner(q: &[f64; TAYLOR], x: f64) -> (f64, f64) {
     (value, slope)
 }
 
-/// Where to leave a window: at `end`, or before a zero near which the excursion is not over.
+/// Where the next window begins: at `end`, or, where the guard is above zero there, before the zero that it rose
+/// through, so that the next window finds it.
 pub(crate) fn back_up(q: &[f64; TAYLOR], grid: &Grid, end: f64) -> f64 {
     if horner(q, end).0 <= 0.0 {
         return end;
@@ -232,7 +233,7 @@ struct Maximum<'a> {
 }
 
 impl Maximum<'_> {
-    /// Looks between two points `[x, value]`, where the second derivative is at least `-dip`.
+    /// Searches between two points `[x, value]`, where the second derivative is at least `-dip`.
     fn between(&mut self, a: [f64; 2], b: [f64; 2], dip: f64) {
         let width = b[0] - a[0];
         // It lies below the parabola of that curvature through both ends.
