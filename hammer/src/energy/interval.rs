@@ -279,8 +279,8 @@ impl Interval {
         if self.damped { self.system.prepare_damping_form() } else { Ok(()) }
     }
 
-    /// The integrals; `forms` go from the end of the stretch before to the end of this. Damping of the
-    /// piston in flight is integrated when the flight ends.
+    /// The integrals; `forms` are those at the end of the interval before, then at the end of this one. Damping of
+    /// the piston in flight is integrated when the flight ends.
     pub fn sums<'a>(&'a self, forms: &mut Forms<'a>) -> Sums {
         let polynomials = &self.loading.polynomials();
         let main = self.stretch(polynomials);
@@ -322,7 +322,7 @@ impl Interval {
             let Some(share) = self.graph.share(group, *displacement) else { continue };
             let change = track.change(share);
             let work = |i: usize| match &self.loading {
-                // It follows from where the piston stands.
+                // The fluid's work follows from the piston's place.
                 _ if i == Channel::Fluid as usize => 0.0,
                 Loading::Constant { loads, .. } => loads[i] * change,
                 Loading::Varying(_) => track.work(share, &track.loads[i], change),
@@ -362,8 +362,8 @@ impl Interval {
         [lost, viscosity * main.tip_square(tip, &poly.derivative(), form)]
     }
 
-    /// The same as the energy barrier estimated it: by series, accurate to its own rounding, or by
-    /// quadratic forms.
+    /// The viscous work as the search for the energy barrier summed it: by series, accurate to its own rounding,
+    /// or by quadratic forms.
     pub fn viscous_of_barrier(&self, by_series: bool) -> f64 {
         if !by_series {
             return self.given[1];

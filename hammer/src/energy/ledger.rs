@@ -127,7 +127,7 @@ impl Stored {
             }
         }
         let of = |tie| motion.point(tracks, Displacement::Tie(tie), t).displacement;
-        // What the fluid takes up it has not given.
+        // The fluid's spring is no part of the hammer: what it stores is not counted.
         let ties = motion.ties().filter(|(edge, _)| edge.tie != Tie::Fluid);
         let ties = ties.map(|(edge, line)| line.stored_energy(of(edge.tie)));
         let rock = &motion.parameters().rock;
