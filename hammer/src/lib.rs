@@ -5,7 +5,6 @@ pub const MAX_INPUT_ORDER: usize = 4;
 
 mod allowance;
 pub mod datasheet;
-pub mod diagnostics;
 mod energy;
 mod error;
 pub mod families;
@@ -64,6 +63,6 @@ pub use quantities::parameters::{
 pub use quantities::quantity;
 pub use quantities::scales::Timescales;
 pub use quantities::sections::{Body, MAX_RODS, MAX_SECTIONS, MAX_SEGMENTS, Sections, Segment};
-pub use quantities::warnings::Suspect;
+pub use quantities::warnings::{Suspect, starved, unlikely};
 pub use scene::Scene;
 pub use search::TIME_RESOLUTION;

@@ -4,7 +4,7 @@ use super::inputs::Inputs;
 use super::settings::Settings;
 
 use hammer::variables::{INPUTS, InputRow};
-use hammer::{DisplayNumber, Energies, Input, Parameters, Source, diagnostics};
+use hammer::{DisplayNumber, Energies, Input, Parameters, Source, starved, unlikely};
 
 /// Warnings that the host has had already.
 #[derive(Debug, Default)]
@@ -32,7 +32,7 @@ impl Warnings {
     /// Warns at the first step of a source whose inputs were never set.
     pub fn starved(&mut self, source: Source, inputs: &Inputs) -> Option<String> {
         let first = !std::mem::replace(&mut self.fed, true);
-        first.then(|| diagnostics::starved(source, |input| inputs.sets(input))).flatten()
+        first.then(|| starved(source, |input| inputs.sets(input))).flatten()
     }
 }
 
@@ -59,7 +59,7 @@ impl Warnings {
 /// Values that seem to be in another unit.
 pub fn of_values(settings: &Settings, inputs: &Inputs) -> Vec<String> {
     let parameters = settings.parameters();
-    parameters.map_or_else(|_| Vec::new(), |p| diagnostics::unlikely(&p, &inputs.starting()))
+    parameters.map_or_else(|_| Vec::new(), |p| unlikely(&p, &inputs.starting()))
 }
 
 #[cfg(test)]

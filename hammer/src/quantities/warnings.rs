@@ -1,10 +1,11 @@
-//! Warnings about parameters that are allowed.
+//! Warnings about settings that are allowed but probably not intended.
 
 use crate::numerics::display::DisplayNumber;
-use crate::quantities::inputs::{Input, Inputs};
-use crate::quantities::parameters::{Fidelity, Parameters, Source};
+use crate::quantities::inputs::{INPUTS, Input, InputRow, Inputs};
+use crate::quantities::parameters::{Fidelity, InputValues, Parameters, Source};
+use crate::quantities::quantity::{Quantity, SOURCE};
 use crate::quantities::sections::Body;
-use crate::quantities::table::{Access, PARAMETERS, name_of};
+use crate::quantities::table::{Access, PARAMETERS, Parameter, Reader, Slot, name_of};
 use std::fmt;
 
 /// A parameter that is out of proportion to the bodies.
@@ -29,15 +30,65 @@ impl fmt::Display for Suspect {
     }
 }
 
+/// A value that differs from the reference hammer's by this factor is probably in another unit.
+/// Units that are confused differ by a thousand (mm and m, kN and N); real hammers and rocks differ
+/// by less.
+const SLIP: f64 = 300.0;
+
+/// Values that seem to be in another unit, one sentence each.
+pub fn unlikely(parameters: &Parameters, inputs: &InputValues) -> Vec<String> {
+    let read = |row: &&Parameter| row.reader.reads(parameters) && !row.switches;
+    let of_parameters = PARAMETERS.iter().filter(read).filter_map(|row| {
+        let Slot::Real(quantity, _) = row.slot else { return None };
+        let values = [parameters, &Parameters::default()].map(|p| row.slot.read(p));
+        slip(row.name, quantity, values)
+    });
+    let of_inputs = INPUTS.iter().filter_map(|row| {
+        let values = [*inputs, InputValues::default()].map(|mut values| *(row.start)(&mut values));
+        slip(row.name, row.quantity, values)
+    });
+    of_parameters.chain(of_inputs).collect()
+}
+
+/// The sentence for a value in place of the reference hammer's.
+fn slip(name: &str, quantity: Quantity, [value, own]: [f64; 2]) -> Option<String> {
+    let ratio = (value / own).abs();
+    let likely = (1.0 / SLIP..=SLIP).contains(&ratio);
+    if quantity.unit == "1" || value == 0.0 || own == 0.0 || likely {
+        return None;
+    }
+    let unit = quantity.unit;
+    let [value, own] = [value, own].map(DisplayNumber);
+    // Rounds to three digits.
+    let ratio = DisplayNumber(format!("{ratio:.2e}").parse().unwrap_or(ratio));
+    Some(format!(
+        "{name} = {value} {unit} is {ratio} times the reference hammer's {own} {unit}: is the \
+         unit right?"
+    ))
+}
+
+/// A drive whose inputs are never set, as a sentence.
+pub fn starved(source: Source, sets: impl Fn(Input) -> bool) -> Option<String> {
+    let reads = |row: &&InputRow| matches!(row.reader, Reader::Drive(s) if s.contains(&source));
+    let empty = |row: &&InputRow| *(row.start)(&mut InputValues::default()) == 0.0;
+    let needed = || INPUTS.iter().filter(reads).filter(empty).map(|row| row.input);
+    if needed().count() == 0 || needed().any(sets) {
+        return None;
+    }
+    let names: Vec<&str> = needed().map(Input::name).collect();
+    let (chosen, names) = (SOURCE.items[source as usize].0, names.join(" or "));
+    Some(format!("drive.source is {chosen}, but nothing sets {names}: the piston is not driven"))
+}
+
 /// Fastest impact that the steel of piston and bit stands for long, m/s.
 pub(crate) const FASTEST: f64 = 13.0;
 
-/// True for an impact faster than that, and not just at the limit.
+/// True for an impact that is faster, and not only by rounding of what is given.
 pub(crate) fn is_fast(speed: f64) -> bool {
     speed > 1.005 * FASTEST
 }
 
-/// What is said of it.
+/// The warning of such an impact.
 pub(crate) fn fast(speed: f64) -> String {
     format!(
         "An impact at {speed:.1} m/s: steel that strikes steel does not last beyond {FASTEST} m/s"

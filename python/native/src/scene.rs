@@ -130,7 +130,7 @@ pub fn unread(
 #[pyfunction]
 pub fn unlikely(numbers: HashMap<String, f64>) -> PyResult<Vec<String>> {
     let scene = scene_of(&numbers)?;
-    Ok(hammer::diagnostics::unlikely(&scene.parameters, &scene.inputs))
+    Ok(hammer::unlikely(&scene.parameters, &scene.inputs))
 }
 
 /// Whether the drive needs inputs of which none is among those set, as a sentence.
@@ -138,7 +138,7 @@ pub fn unlikely(numbers: HashMap<String, f64>) -> PyResult<Vec<String>> {
 pub fn starved(numbers: HashMap<String, f64>, set: Vec<String>) -> PyResult<Option<String>> {
     let source = scene_of(&numbers)?.parameters.drive.source;
     let sets = |input: Input| set.iter().any(|name| name == input.name());
-    Ok(hammer::diagnostics::starved(source, sets))
+    Ok(hammer::starved(source, sets))
 }
 
 /// What is doubtful of a scene whose numbers with these names were set, as `dth_hammer.warnings`
@@ -147,6 +147,6 @@ pub fn warnings(scene: &Scene, names: &[String]) -> Vec<String> {
     let (parameters, inputs) = (&scene.parameters, &scene.inputs);
     let unread = names.iter().filter_map(|name| row(name).ok()?.1.unread(parameters));
     let sets = |input: Input| names.iter().any(|name| name == input.name());
-    let starved = hammer::diagnostics::starved(parameters.drive.source, sets);
-    unread.chain(hammer::diagnostics::unlikely(parameters, inputs)).chain(starved).collect()
+    let starved = hammer::starved(parameters.drive.source, sets);
+    unread.chain(hammer::unlikely(parameters, inputs)).chain(starved).collect()
 }
