@@ -15,6 +15,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -49,8 +50,9 @@ def main() -> None:
     gather(stage)
     draw(stage / "figures")
     for page in sorted(stage.glob("*.md")):
-        print(f"guide: {page.stem}", flush=True)
+        begun = time.monotonic()
         page.write_text(with_results(page, stage / "made" / page.stem), encoding="utf-8")
+        print(f"guide: {page.stem} ({time.monotonic() - begun:.0f} s)", flush=True)
     complete(stage, compare_masters)
     build_site(stage, site)
     print(f"guide: {site / 'index.html'}")

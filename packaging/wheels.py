@@ -6,6 +6,8 @@ that it runs on, so the wheels of a release are made on each system.
 
 from __future__ import annotations
 
+import json
+import os
 import platform as platforms
 import re
 import shutil
@@ -13,8 +15,12 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
-PACKAGE = Path(__file__).resolve().parent.parent / "python"
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = ROOT / "python"
+#: Where the packager of the FMU notes what is in the wheel.
+NOTES = ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / "wheel"
 #: For any Python from 3.10 on; maturin finds the oldest system that what it has linked runs on.
 BUILD = ("maturin", "build", "--locked")
 #: What pip calls the platforms that the names of the .fmu files end in.
@@ -38,11 +44,41 @@ def wheel(fmu: Path, folder: Path, profile: str = "fmu") -> Path:
         data.mkdir(exist_ok=True)
         for ending in (".fmu", "_fmi3.fmu"):
             shutil.copy(fmu.with_name(fmu.stem + ending), data / f"dth_hammer{ending}")
+        state_contents(inside / f"{inside.name}.dist-info")
         packed.mkdir()
         run("wheel", "pack", "--dest-dir", packed, inside)
         (whole,) = packed.glob("*.whl")
         folder.mkdir(parents=True, exist_ok=True)
         return Path(shutil.copy(whole, folder))
+
+
+def state_contents(info: Path) -> None:
+    """Adds the licences, and a bill of materials of what is compiled (CycloneDX)."""
+    licenses = info / "licenses"
+    licenses.mkdir(exist_ok=True)
+    for text in (ROOT / "LICENSE-MIT", ROOT / "LICENSE-APACHE", NOTES / "licenses.txt"):
+        shutil.copy(text, licenses)
+    names = "".join(f"License-File: {path.name}\n" for path in sorted(licenses.iterdir()))
+    metadata = (info / "METADATA").read_text(encoding="utf-8")
+    head, line, rest = metadata.partition("License-Expression: ")
+    own, _, rest = rest.partition("\n")
+    (info / "METADATA").write_text(f"{head}{line}{own}\n{names}{rest}", encoding="utf-8")
+    parts = json.loads((NOTES / "contents.json").read_text(encoding="utf-8"))
+    bill = {"bomFormat": "CycloneDX", "specVersion": "1.6", "version": 1}
+    (info / "sboms").mkdir(exist_ok=True)
+    text = json.dumps(bill | {"components": [component(part) for part in parts]}, indent=1)
+    (info / "sboms" / "dth-hammer.cyclonedx.json").write_text(text, encoding="utf-8")
+
+
+def component(part: dict[str, str]) -> dict[str, Any]:
+    """A crate, or what else is linked, in a bill of materials."""
+    name, _, version = part["name"].rpartition(" ")
+    found: dict[str, Any] = {"type": "library", "licenses": [{"expression": part["terms"]}]}
+    if not version[:1].isdigit():
+        return found | {"name": part["name"]}
+    found |= {"name": name, "version": version}
+    own = name in ("hammer", "dth-fmu", "dth-native")
+    return found if own else found | {"purl": f"pkg:cargo/{name}@{version}"}
 
 
 def platform(wheel: Path) -> str:

@@ -207,7 +207,7 @@ impl Workshop {
             }
         }
         let triples: Vec<&str> = platforms.iter().map(|platform| platform.triple).collect();
-        licenses::collect(&self.root, &triples, more)
+        licenses::collect(&self.root, &licenses::FMU, &triples, more)
     }
 }
 

@@ -136,7 +136,7 @@ fn terms(root: &Path) -> Result<String, Failure> {
 pub fn parts(root: &Path) -> Result<Vec<License>, Failure> {
     let plots = root.join("lab/vendor/LICENSE-uPlot.txt");
     let more = vec![licenses::foreign("uPlot", "MIT", &plots)?];
-    licenses::collect(root, &["wasm32-unknown-unknown"], more)
+    licenses::collect(root, &licenses::FMU, &["wasm32-unknown-unknown"], more)
 }
 
 #[cfg(test)]

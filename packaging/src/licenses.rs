@@ -2,21 +2,28 @@
 
 use crate::binary::{cargo, output};
 use crate::{About, Failure};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use support::run::target;
 
 /// Where the archive has all texts: the place that FMI names.
 pub const PLACE: &str = "documentation/licenses/license.txt";
 
+/// What is linked into the FMU's library, and into a wheel with its native module.
+pub const FMU: [&str; 1] = ["dth-fmu"];
+const WHEEL: [&str; 2] = ["dth-fmu", "dth-native"];
+
 /// Licence of one package.
+#[derive(Clone, Serialize)]
 pub struct License {
     /// Package and version.
     pub name: String,
     /// SPDX expression.
     pub terms: String,
     /// Its texts.
+    #[serde(skip)]
     texts: Vec<String>,
 }
 
@@ -34,12 +41,29 @@ struct Package {
     manifest_path: PathBuf,
 }
 
-/// The licences of what is linked for the given targets, and of what else is, sorted by name.
+/// Notes for `wheels.py` what a wheel of this machine has in it, and all licences of that.
+///
+/// # Errors
+/// As [`collect`]; or a file cannot be written.
+pub fn note_wheel(root: &Path) -> Result<(), Failure> {
+    let licenses = collect(root, &WHEEL, &[&host(root)?], Vec::new())?;
+    let folder = target(root).join("wheel");
+    fs::create_dir_all(&folder).about(&folder)?;
+    let write = |name, text: String| {
+        let path = folder.join(name);
+        fs::write(&path, text).about(&path)
+    };
+    write("licenses.txt", text(&licenses))?;
+    write("contents.json", serde_json::to_string(&licenses)?)
+}
+
+/// The licences of what of these packages is linked for the given targets, and of what else is, sorted by name.
 ///
 /// # Errors
 /// If cargo fails or a text cannot be read.
 pub fn collect(
     root: &Path,
+    packages: &[&str],
     triples: &[&str],
     mut licenses: Vec<License>,
 ) -> Result<Vec<License>, Failure> {
@@ -52,7 +76,7 @@ pub fn collect(
         let mut command = cargo(root);
         let shape = ["metadata", "--locked", "--format-version", "1", "--filter-platform"];
         let metadata: Metadata = serde_json::from_slice(&output(command.args(shape).arg(triple))?)?;
-        let linked = linked(root, triple)?;
+        let linked = linked(root, packages, triple)?;
         for package in &metadata.packages {
             if linked.contains(&format!("{} v{}", package.name, package.version)) {
                 licenses.push(license(root, package)?);
@@ -64,12 +88,13 @@ pub fn collect(
     Ok(licenses)
 }
 
-/// Packages with their versions that are compiled into the library: its normal dependencies
-/// with the features that it asks for. Procedural macros and build scripts' dependencies run in
+/// Packages with their versions that are compiled into these: their normal dependencies with the
+/// features that they ask for. Procedural macros and build scripts' dependencies run in
 /// the compiler, and those of tests are in nothing that is shipped.
-fn linked(root: &Path, triple: &str) -> Result<BTreeSet<String>, Failure> {
+fn linked(root: &Path, packages: &[&str], triple: &str) -> Result<BTreeSet<String>, Failure> {
     let mut command = cargo(root);
-    command.args(["tree", "--locked", "--package", "dth-fmu", "--edges", "normal,no-proc-macro"]);
+    command.args(["tree", "--locked", "--edges", "normal,no-proc-macro"]);
+    command.args(packages.iter().flat_map(|package| ["--package", package]));
     let text = output(command.args(["--prefix", "none", "--format", "{p}", "--target", triple]))?;
     let words = |line: &str| line.split(' ').take(2).collect::<Vec<_>>().join(" ");
     Ok(String::from_utf8_lossy(&text).lines().map(words).collect())

@@ -7,7 +7,6 @@ mod binary;
 #[cfg(unix)]
 mod cross;
 mod document;
-mod icon;
 mod inspect;
 mod lab;
 mod library;
@@ -53,9 +52,6 @@ pub enum Failure {
     /// The archive cannot be written.
     #[error("archive: {0}")]
     Archive(#[from] zip::result::ZipError),
-    /// The icon cannot be encoded.
-    #[error("icon: {0}")]
-    Icon(#[from] png::EncodingError),
     /// A library cannot be read.
     #[error("library: {0}")]
     Library(#[from] object::read::Error),
@@ -152,6 +148,8 @@ pub enum Standard {
 
 /// Ports that belong together, and where the icon is.
 const TERMINALS: &str = include_str!("../terminalsAndIcons.xml");
+/// Piston, bit and rock.
+const ICON: &[u8] = include_bytes!("../icon.png");
 
 /// Folder of the workspace.
 fn root() -> PathBuf {
@@ -191,13 +189,14 @@ fn tell(what: &str, details: &str) {
 fn package(output: &Path, quick: bool) -> Result<(), Failure> {
     let begun = Instant::now();
     describe(true)?;
+    licenses::note_wheel(&root())?;
     let (library, more) = if quick {
         (library::quick(&root())?, Vec::new())
     } else {
         tell("Building", "the shared library (2 minutes the first time, then seconds)");
         library::build(&root())?
     };
-    let licenses = licenses::collect(&root(), &[&licenses::host(&root())?], more)?;
+    let licenses = licenses::collect(&root(), &licenses::FMU, &[&licenses::host(&root())?], more)?;
     write_both(output, &[library], &licenses, begun)
 }
 
@@ -268,10 +267,10 @@ fn write(
         archive::File::new("documentation/index.html", page.replace("@ICON@", icon)),
         archive::File::new(licenses::PLACE, licenses::text(licenses)),
         archive::File::new("terminalsAndIcons/terminalsAndIcons.xml", TERMINALS),
-        archive::File::new(icon, icon::draw()?),
+        archive::File::new(icon, ICON),
     ];
     if standard == Standard::Two {
-        files.push(archive::File::new("model.png", icon::draw()?));
+        files.push(archive::File::new("model.png", ICON));
     }
     files.extend(related::files()?);
     files.extend(libraries.iter().flat_map(|library| library.files(standard)));

@@ -23,19 +23,12 @@ const OF_MACOS: &str = "macos-universal2";
 #[derive(Serialize)]
 struct Contents {
     file: String,
-    parts: Vec<Part>,
-}
-
-#[derive(Serialize)]
-struct Part {
-    name: String,
-    terms: String,
+    parts: Vec<License>,
 }
 
 impl Contents {
     fn of(file: &str, licenses: &[License]) -> Self {
-        let part = |l: &License| Part { name: l.name.clone(), terms: l.terms.clone() };
-        Self { file: file.into(), parts: licenses.iter().map(part).collect() }
+        Self { file: file.into(), parts: licenses.to_vec() }
     }
 
     /// Of the archives of both standards.
@@ -51,6 +44,7 @@ impl Contents {
 /// Names what a person must install; or it does not build.
 pub fn write(root: &Path, folder: &Path) -> Result<(), Failure> {
     fs::create_dir_all(folder).about(folder)?;
+    licenses::note_wheel(root)?;
     let made = if cfg!(target_os = "macos") { macos(root, folder)? } else { others(root, folder)? };
     let list = target(root).join("contents.json");
     fs::write(&list, serde_json::to_string_pretty(&made)?).about(&list)
@@ -63,7 +57,7 @@ fn macos(root: &Path, folder: &Path) -> Result<Vec<Contents>, Failure> {
     let begun = Instant::now();
     tell("Building", "for macOS");
     let library = cross::build_for_macos(root)?;
-    let licenses = licenses::collect(root, &MACOS, Vec::new())?;
+    let licenses = licenses::collect(root, &licenses::FMU, &MACOS, Vec::new())?;
     let name = format!("{MODEL_IDENTIFIER}-{OF_MACOS}.fmu");
     crate::write_both(&folder.join(&name), &[library], &licenses, begun)?;
     Ok(Contents::of_both(&name, &licenses).into())
@@ -91,7 +85,7 @@ fn others(root: &Path, folder: &Path) -> Result<Vec<Contents>, Failure> {
     let apple = folder.join(format!("{MODEL_IDENTIFIER}-{OF_MACOS}.fmu"));
     if apple.is_file() {
         all.push(library_of(&apple)?);
-        let licenses = licenses::collect(root, &MACOS, Vec::new())?;
+        let licenses = licenses::collect(root, &licenses::FMU, &MACOS, Vec::new())?;
         made.extend(Contents::of_both(&format!("{MODEL_IDENTIFIER}-{OF_MACOS}.fmu"), &licenses));
         parts.extend(licenses);
     } else {

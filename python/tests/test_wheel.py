@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -43,6 +44,23 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     pip = ("-m", "pip", "--disable-pip-version-check", "--quiet")
     python(folder, *pip, "install", "--no-deps", "--target", folder / "site", made)
     return folder / "site"
+
+
+def test_it_has_the_licences_of_what_is_compiled_and_lists_no_more(site: Path) -> None:
+    (info,) = site.glob("dth_hammer-*.dist-info")
+    (bill,) = (info / "sboms").iterdir()
+    text = bill.read_text(encoding="utf-8")
+    listed = {part["name"] for part in json.loads(text)["components"]}
+    # Of features that nobody asks for, of the tests, of the compiler's plugins.
+    assert {"hammer", "dth-native", "nalgebra", "numpy", "pyo3"} <= listed
+    assert not {"glam", "serde_json", "syn"} & listed
+    assert not any(str(place) in text for place in (Path.home(), Path(__file__).parents[2]))
+    licences = {
+        path.name: path.read_text(encoding="utf-8") for path in (info / "licenses").iterdir()
+    }
+    assert {"LICENSE-MIT", "LICENSE-APACHE"} < licences.keys()
+    assert all(name in licences["licenses.txt"] for name in listed)
+    assert "License-File: LICENSE-MIT" in (info / "METADATA").read_text(encoding="utf-8")
 
 
 def test_it_runs_with_its_own_fmu(site: Path, tmp_path: Path) -> None:

@@ -18,8 +18,6 @@ from fmu import Package
 from fmu_manipulation_toolbox.assembly import Assembly
 from hosting import END, SCENE, STEP, Trajectory, in_python
 from lxml import etree
-from valve import Valve
-from valve_master import master_of_fmi_3
 
 
 @pytest.fixture(scope="module")
@@ -92,31 +90,6 @@ def test_results_are_those_of_fmi_2_to_the_bit(
     assert two["blow_count"][-1] >= 1
     for name, values in two.items():
         np.testing.assert_array_equal(three[name], values, err_msg=name)
-
-
-def test_with_events_the_host_is_there_at_each_blow(three_path: Path) -> None:
-    outputs = ["blow_count", "blow_time"]
-    whole = simulated(three_path, outputs)
-    early = simulated(three_path, outputs, use_event_mode=True, early_return_allowed=True)
-    blows = set(whole["blow_time"][whole["blow_count"] > 0])
-    assert blows
-    assert not blows & set(whole["time"])
-    assert set(early["time"]) - set(whole["time"]) == blows
-
-
-def test_a_valve_outside_in_steps_of_50_ms_is_the_relay_inside(
-    fmu_path: Path, package: Package, three_path: Path
-) -> None:
-    end = 0.25
-    read = ["blow_count", "blow_time", "blow_speed", "piston_position", "tip_depth"]
-    names = [*read, "applied_drive_force"]
-    inside = fmpy.simulate_fmu(str(fmu_path), stop_time=end, output_interval=0.05, output=names)
-    assert inside["blow_count"][-1] > 3
-    valve = Valve(package.start("drive.stroke"), inside["applied_drive_force"][0])
-    found, calls = master_of_fmi_3(three_path, valve, 0.05, end, read)
-    for name, value in zip(read, found, strict=True):
-        assert abs(value - inside[name][-1]) < 1e-10, name
-    assert calls < 60
 
 
 @in_python

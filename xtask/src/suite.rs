@@ -7,8 +7,6 @@ use std::time::Instant;
 use support::python::Needs;
 use support::run::{Failure, locked, run};
 
-/// Crates of the engine and of what it is held to.
-const ENGINE: [&str; 3] = ["hammer", "oracles", "verify"];
 /// What a browser tests; the pages are built before.
 const IN_A_BROWSER: [&str; 8] = [
     "tests/python/test_laboratory.py",
@@ -33,10 +31,8 @@ const NONE_CHOSEN: i32 = 5;
 pub enum Stage {
     /// Formatting and lints of Rust and Python, types, documentation without a warning
     Lint,
-    /// Tests of the engine, its oracles and their comparison
-    Engine,
-    /// Tests of the FMU's library, the packaging and the benchmarks; the FMU itself
-    Face,
+    /// Tests in Rust: of the engine, its oracles and their comparison, the FMU's library, the tools
+    Rust,
     /// Tests of the FMU in hosts, of the Python package and of the examples
     Python,
     /// Tests of the laboratory and the pages in a browser
@@ -53,12 +49,12 @@ impl Stage {
 #[derive(Args)]
 pub struct Suite {
     /// Only this stage; several may be given
-    #[arg(long = "stage", value_enum, default_values = ["engine", "face", "python", "lab"])]
+    #[arg(long = "stage", value_enum, default_values = ["rust", "python", "lab"])]
     stages: Vec<Stage>,
     /// With the libraries for Windows, old Linux and aarch64, run where that can be
     #[arg(long)]
     all_platforms: bool,
-    /// Handed to pytest, for instance `-k slicing`
+    /// Handed to pytest, for instance `-k coupling`
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     pytest: Vec<String>,
 }
@@ -69,38 +65,35 @@ impl Suite {
         Self { stages: vec![stage], all_platforms: false, pytest: Vec::new() }
     }
 
-    /// Passes the stages in turn, those after a failed one too, and reports each.
+    /// Passes the stages in turn, those after a failed one too. Each tells of those before it, so that what
+    /// is said last is what cargo or pytest says.
     pub fn pass(&self, root: &Path) -> Result<(), Failure> {
-        let (mut report, mut failed) = (Vec::new(), Vec::new());
+        let (mut before, mut failed) = (String::new(), Vec::new());
         for (index, stage) in self.stages.iter().enumerate() {
-            println!("=== {} (stage {} of {})", stage.name(), index + 1, self.stages.len());
+            let (name, count) = (stage.name(), self.stages.len());
+            println!("=== {name} (stage {} of {count}{before})", index + 1);
             let begun = Instant::now();
             let result = self.stage(root, *stage);
             let verdict = if result.is_ok() { "passed" } else { "FAILED" };
-            let seconds = begun.elapsed().as_secs_f64();
-            report.push(format!("{:<8}{verdict} in {seconds:.0} s", stage.name()));
+            before += &format!(", {name} {verdict} in {:.0} s", begun.elapsed().as_secs_f64());
             if let Err(failure) = result {
                 eprintln!("error: {failure}");
-                failed.push(stage.name());
+                failed.push(name);
             }
         }
-        println!("===\n{}", report.join("\n"));
         if failed.is_empty() { Ok(()) } else { Err(Failure::Stages(failed.join(", "))) }
     }
 
     fn stage(&self, root: &Path, stage: Stage) -> Result<(), Failure> {
-        let packages = |option| ENGINE.iter().flat_map(move |name| [option, *name]);
         match stage {
             Stage::Lint => lint(root),
-            Stage::Engine => {
-                begin("Tests of the engine", "5 minutes the first time, then 2");
-                run(locked(root, "test").arg("--no-fail-fast").args(packages("--package")))
-            }
-            Stage::Face => {
-                begin("Tests of the FMU's library", "3 minutes the first time, then 1");
-                let all = ["--workspace", "--no-fail-fast"];
-                run(locked(root, "test").args(all).args(packages("--exclude")))?;
-                fmu(root, if self.all_platforms { &["--all-platforms"] } else { QUICK })
+            Stage::Rust => {
+                begin("Tests in Rust", "6 minutes the first time, then 3");
+                // All packages at once: a part of them asks for other features, and for another engine.
+                // Examples are no tests: clippy sees that they compile.
+                let tests = ["--workspace", "--no-fail-fast", "--lib", "--bins", "--tests"];
+                run(locked(root, "test").args(tests))?;
+                run(locked(root, "test").args(["--workspace", "--doc"]))
             }
             Stage::Python => {
                 fmu(root, if self.all_platforms { &["--all-platforms"] } else { QUICK })?;
@@ -117,7 +110,8 @@ impl Suite {
             Stage::Lab => {
                 fmu(root, QUICK)?;
                 laboratory(root)?;
-                self.pytest(root, &IN_A_BROWSER.map(String::from), "4 minutes")
+                let tests = IN_A_BROWSER.iter().chain(&IN_PARALLEL).map(|&word| word.into());
+                self.pytest(root, &tests.collect::<Vec<_>>(), "2 minutes")
             }
         }
     }
@@ -156,7 +150,7 @@ mod tests {
         let suite = read(&["--all-platforms", "-k", "wine", "--pdb"]);
         assert!(suite.all_platforms);
         assert_eq!(suite.pytest, ["-k", "wine", "--pdb"]);
-        assert_eq!(suite.stages, [Stage::Engine, Stage::Face, Stage::Python, Stage::Lab]);
+        assert_eq!(suite.stages, [Stage::Rust, Stage::Python, Stage::Lab]);
     }
 
     #[test]
