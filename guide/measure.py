@@ -23,21 +23,11 @@ sys.path.insert(0, str(ROOT / "examples"))
 
 
 def coupling() -> None:
-    """Which step a coupled hammer needs."""
-    import coupling_steps  # noqa: PLC0415
+    """What the exchange with a pressure model costs, by host, step and delay."""
+    import pressure_model  # noqa: PLC0415
 
-    table, picture = coupling_steps.measure(), MEASURED / "hydraulic.png"
-    coupling_steps.draw(table).savefig(picture, dpi=160)
-    text = coupling_steps.report(table, f"measured/{picture.name}")
-    (MEASURED / "hydraulic.md").write_text(text, encoding="utf-8")
-
-
-def oil() -> None:
-    """What a stiff oil does in masters of others."""
-    import oil_chamber  # noqa: PLC0415
-
-    with tempfile.TemporaryDirectory() as folder:
-        (MEASURED / "oil.md").write_text(oil_chamber.table(Path(folder)) + "\n", encoding="utf-8")
+    table = pressure_model.text(pressure_model.measure())
+    (MEASURED / "pressure-model.md").write_text(table + "\n", encoding="utf-8")
 
 
 def valve() -> None:
@@ -221,7 +211,6 @@ def main(chosen: list[str]) -> None:
         "sweep": sweep,
         "scaling": scale,
         "coupling": coupling,
-        "oil": oil,
         "valve": valve,
         "windows": windows,
         "rock": rock,

@@ -15,9 +15,32 @@ mod fmi3;
 use crate::c::{self, In, Out, Text};
 use crate::error::CallError;
 use crate::instance::Line;
+use crate::variant::{MARK, RESERVED};
 use std::ffi::{CStr, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+
+/// What a configured unit starts with: written into the finished file.
+#[used]
+static SECTION: [u8; RESERVED] = {
+    let mut section = [0; RESERVED];
+    let mut at = 0;
+    while at < MARK.len() {
+        section[at] = MARK[at];
+        at += 1;
+    }
+    section
+};
+
+/// The text of the section; empty in the plain library.
+pub fn section() -> String {
+    let byte = |at: usize| {
+        // SAFETY: within the array. Read as it stands in the file, which is not what was compiled.
+        unsafe { std::ptr::from_ref(&SECTION).cast::<u8>().add(at).read_volatile() }
+    };
+    let text: Vec<u8> = (MARK.len()..RESERVED).map(byte).take_while(|byte| *byte != 0).collect();
+    String::from_utf8_lossy(&text).into_owned()
+}
 
 /// Run when the library is unloaded; elsewhere shared data ends with the process.
 #[cfg(target_os = "linux")]

@@ -45,6 +45,11 @@ impl Place {
         (family < OF_BLOW.len()).then_some(Self::Of(family, index))
     }
 
+    /// True of an instant.
+    pub fn is_time(self) -> bool {
+        matches!(self, Self::Of(family, _) if OF_BLOW[family].output == "blow_time")
+    }
+
     /// Its value.
     ///
     /// # Errors

@@ -313,12 +313,21 @@ fn write_structure(writer: &mut Writer) {
     writer.close("Outputs");
     writer.open("InitialUnknowns", &Attributes::new());
     for (index, output) in outputs() {
-        let mut attributes = vec![("index", index.to_string())];
-        // Without the attribute it would depend on every parameter and input.
-        attributes.extend(output.zero_at_start.then(|| ("dependencies", String::new())));
-        writer.leaf("Unknown", &attributes);
+        let known = at_start(output, 1);
+        writer.leaf("Unknown", &vec![("index", index.to_string()), ("dependencies", known)]);
     }
     writer.close("InitialUnknowns");
+}
+
+/// On what an output depends at the start, by positions that count from `first`. Written out, though
+/// all is what a missing attribute says: importers die of one.
+pub(crate) fn at_start(output: &Output, first: usize) -> String {
+    let known = |(at, variable): (usize, &Variable)| {
+        matches!(variable.role, Role::Parameter { .. } | Role::Input { .. })
+            .then(|| (first + at).to_string())
+    };
+    let all = VARIABLES.iter().enumerate().filter(|_| !output.zero_at_start).filter_map(known);
+    all.collect::<Vec<_>>().join(" ")
 }
 
 /// Outputs with their index, which counts from 1.

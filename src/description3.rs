@@ -2,8 +2,8 @@
 
 use crate::capabilities;
 use crate::description::{
-    Attributes, Writer, fingerprint, fragment, inputs, kind, number, of_output, outputs, real,
-    typed, units, write_over_step,
+    Attributes, Writer, at_start, fingerprint, fragment, inputs, kind, number, of_output, outputs,
+    real, typed, units, write_over_step,
 };
 use crate::events::{Extra, Length, MAX_LENGTH, MAX_POSITIONS};
 use crate::variant::{ARRAYS, START_VALUES};
@@ -71,11 +71,8 @@ fn write_types(writer: &mut Writer) {
         writer.leaf("Float64Type", &attributes);
     }
     for list in ENUMERATIONS {
-        let attributes = vec![
-            ("name", list.name.into()),
-            ("description", list.description.into()),
-            ("quantity", list.name.into()),
-        ];
+        // Without a description, of which importers of three years ago do not know.
+        let attributes = vec![("name", list.name.into()), ("quantity", list.name.into())];
         writer.open("EnumerationType", &attributes);
         for (index, (item, meaning)) in list.items.iter().enumerate() {
             let attributes = vec![
@@ -166,9 +163,9 @@ fn described(extra: Extra) -> (&'static str, Attributes, Option<Length>) {
             let more = vec![("unit", unit), ("start", number(0.0))];
             ("Float64", row("input", "continuous", more), None)
         }
-        Extra::EventKind => ("Int32", row("output", "discrete", whole("0", 2)), None),
+        Extra::EventKind => ("Float64", row("output", "discrete", whole("0", 2)), None),
         Extra::EventPosition => {
-            ("Int32", row("output", "discrete", whole("0", MAX_POSITIONS as u64)), None)
+            ("Float64", row("output", "discrete", whole("0", MAX_POSITIONS as u64)), None)
         }
         Extra::Along(family) => {
             let mut more = real(&ALONG[family].quantity);
@@ -210,8 +207,8 @@ fn write_structure(writer: &mut Writer) {
     }
     more().for_each(|attributes| writer.leaf("Output", &attributes));
     for (index, output) in outputs() {
-        let mut attributes = vec![("valueReference", (index - 1).to_string())];
-        attributes.extend(output.zero_at_start.then(|| ("dependencies", String::new())));
+        let (reference, known) = ((index - 1).to_string(), at_start(output, 0));
+        let attributes = vec![("valueReference", reference), ("dependencies", known)];
         writer.leaf("InitialUnknown", &attributes);
     }
     more().for_each(|attributes| writer.leaf("InitialUnknown", &attributes));

@@ -1,6 +1,6 @@
 //! The live instances and the states taken, under their handles.
 
-use crate::abi::{Logger, Residence, guarded, quietly};
+use crate::abi::{Logger, Residence, guarded, quietly, section};
 use crate::c::{Handle, Status};
 use crate::category::Category;
 use crate::error::CallError;
@@ -33,6 +33,8 @@ pub fn open(
     logger: &Logger,
 ) -> Option<usize> {
     let mut lines = Vec::new();
+    // What FMI 3.0 logs it logs only if that is on; hosts of 2.0 take it as the debug log.
+    let face_is_two = matches!(face, Ok(Face::Two));
     let made = || {
         name.ok_or("instanceName is null")?;
         let face = face?;
@@ -41,7 +43,7 @@ pub fn open(
             Face::Three { .. } => ["instantiationToken", TOKEN],
         };
         let given = guid.ok_or_else(|| format!("{label} is null"))?;
-        let variant = Variant::named(&given, own)
+        let variant = Variant::signed(&given, own, &section())
             .ok_or_else(|| format!("{label} is {given:?}, not {own:?}"))?;
         let instance = Instance::new(variant, face, logging);
         if logging {
@@ -56,7 +58,9 @@ pub fn open(
     lines.extend(
         made.as_ref().err().map(|text| Line { category: Category::Error, text: text.clone() }),
     );
-    tell(logger, &lines);
+    if logging || face_is_two {
+        tell(logger, &lines);
+    }
     made.ok()
 }
 

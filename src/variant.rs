@@ -9,7 +9,9 @@
 //! GENERAL[-set-REFERENCE:BITS,REFERENCE:BITS...][-waves-PISTON-BIT[-CASING]][-arrays]
 //! ```
 //!
-//! `BITS` are the 16 hexadecimal digits of an IEEE 754 double, references ascend.
+//! `BITS` are the 16 hexadecimal digits of an IEEE 754 double, references ascend. As some hosts make a folder
+//! of a GUID, a configured unit has what is behind `PLAIN` in a section of its library that is kept for it
+//! ([`RESERVED`]), and in its GUID a dash and 16 digits that stand for that text ([`sign`]).
 
 use crate::events::Extra;
 use crate::waves;
@@ -37,8 +39,30 @@ pub const START_VALUES: &str = "-set-{reference}:{bits}";
 /// Before the element counts, with a dash between two.
 const WAVES: &str = "-waves-";
 
+/// Bytes of the section: a mark, by which it is found in the file, and room for each variable.
+pub const RESERVED: usize = MARK.len() + (1 << 14);
+/// What the section begins with.
+pub const MARK: &[u8; 32] = b"dth_hammer: this unit starts as:";
+
+/// A text's sign: a dash and its hash (FNV-1a of 64 bits) in hexadecimal digits.
+pub fn sign(text: &str) -> String {
+    let fold = |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+    format!("-{:016x}", text.bytes().fold(0xcbf2_9ce4_8422_2325, fold))
+}
+
 impl Variant {
-    /// The variant that a GUID names; `None` if it is not of this build.
+    /// The variant that a GUID names, of a library with this text in its section; `None` if it is not of
+    /// this build, or not of this text.
+    pub fn signed(guid: &str, plain: &str, text: &str) -> Option<Self> {
+        match guid.strip_prefix(plain) {
+            Some(rest) if !text.is_empty() => (rest == sign(text))
+                .then(|| Self::named(&format!("{plain}{text}"), plain))
+                .flatten(),
+            _ => Self::named(guid, plain),
+        }
+    }
+
+    /// The variant that a text names; `None` if it is not of this build.
     pub fn named(guid: &str, plain: &str) -> Option<Self> {
         let mut rest = guid.strip_prefix(plain)?;
         let mut variant = Self::default();
@@ -85,6 +109,11 @@ impl Variant {
         let elements = [&mut p.piston.elements, &mut p.bit.elements, &mut p.casing.elements];
         elements.into_iter().zip(&self.mesh).for_each(|(elements, count)| *elements = *count);
         parameters
+    }
+
+    /// True if the description lists arrays, and the structural parameters that are their lengths.
+    pub fn lists_arrays(&self) -> bool {
+        self.arrays
     }
 
     /// Value references of parameters and inputs, and where they start instead.
@@ -154,6 +183,21 @@ mod tests {
         ] {
             assert_eq!(Variant::named(wrong, "g"), None, "{wrong}");
         }
+    }
+
+    /// The library of a configured unit takes its own sign alone: neither the plain GUID nor another text.
+    #[test]
+    fn a_signed_guid_is_of_the_text_in_the_library() {
+        let text = "-set-5:3fc999999999999a-waves-40-7";
+        let guid = format!("g{}", sign(text));
+        assert_eq!(Variant::signed(&guid, "g", text), Variant::named(&format!("g{text}"), "g"));
+        assert!(Variant::signed(&guid, "g", text).is_some());
+        for (guid, section) in [("g", text), (&guid, ""), (&guid, "-set-5:3fc999999999999b")] {
+            assert_eq!(Variant::signed(guid, "g", section), None, "{guid} {section}");
+        }
+        // The offset basis, and the hash that its authors print of "a".
+        assert_eq!([sign(""), sign("a")], ["-cbf29ce484222325", "-af63dc4c8601ec8c"]);
+        assert!(crate::GUID.len() + sign(text).len() <= 64);
     }
 
     #[test]

@@ -97,7 +97,7 @@ fn threads_of_fmi_3_give_bitwise_what_one_thread_gives() {
             let ended = host.step(point, 0.1 - point);
             point = ended.time;
             if ended.event {
-                host.event(|_, happened| assert_eq!(happened, [1, 0]));
+                host.event(|_, happened| assert_eq!(happened, [1.0, 0.0]));
             }
         }
         host.fingerprint(&names)

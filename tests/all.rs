@@ -8,6 +8,7 @@ mod calls;
 mod cancel;
 mod capabilities;
 mod configured;
+mod coupling;
 mod derivatives;
 mod description;
 mod forged;

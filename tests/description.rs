@@ -30,7 +30,7 @@ const PROMISED: &str = "
     hole.diameter rock.specific_energy rock.reloading drilled_length casing.mass
     casing.impedance chuck.stiffness chuck.viscosity chuck.travel chuck.idle_travel
     casing_position casing_velocity chuck_force chuck_force_peak
-    drive.stiffness drive_volume return_volume drive_flow return_flow";
+    coupling.delay energy_exchange drive_volume return_volume drive_flow return_flow";
 
 const TUNABLE: [&str; 7] = [
     "rock.stiffness",
@@ -145,4 +145,34 @@ fn no_elementary_function_is_taken_from_the_machine() {
     assert!(imports.contains("memcpy"), "{imports:?}");
     let taken: Vec<&str> = FUNCTIONS.split_whitespace().filter(|f| imports.contains(f)).collect();
     assert!(taken.is_empty(), "{taken:?}");
+}
+
+/// What importers of some years die of: an initial unknown that leaves out its dependencies, and a
+/// description of an enumeration type.
+#[test]
+fn initial_unknowns_write_out_on_what_they_depend() {
+    for (text, row) in [(MODEL_DESCRIPTION, "<Unknown "), (MODEL_DESCRIPTION_3, "<InitialUnknown ")]
+    {
+        let from = text.find("<InitialUnknown").unwrap();
+        let rows: Vec<&str> = text[from..].split(row).skip(1).collect();
+        assert!(rows.len() > 50);
+        let number = |part: &str| part.split('"').nth(1).unwrap().parse::<u32>().unwrap();
+        assert!(rows.is_sorted_by_key(|row| number(row)));
+        let known = rows.iter().map(|row| row.split("dependencies=\"").nth(1).unwrap());
+        let counts: Vec<usize> =
+            known.map(|rest| rest.split('"').next().unwrap().split_whitespace().count()).collect();
+        let all = VARIABLES
+            .iter()
+            .filter(|row| matches!(row.role, Role::Parameter { .. } | Role::Input { .. }));
+        let all = all.count();
+        assert!(counts.iter().all(|count| [0, all].contains(count)), "{counts:?}");
+        assert!(counts.contains(&0) && counts.contains(&all));
+    }
+    let types = MODEL_DESCRIPTION_3.split("<EnumerationType ").skip(1);
+    assert!(types.clone().count() >= 4);
+    assert!(
+        types
+            .map(|rest| &rest[..rest.find('>').unwrap()])
+            .all(|head| !head.contains("description"))
+    );
 }

@@ -88,7 +88,7 @@ fn each_call_is_allowed_in_the_modes_of_the_standard_and_no_other() {
 }
 
 /// How each step of a run ends, and what happened there.
-type Ends = Vec<(Ended, Option<[i32; 2]>)>;
+type Ends = Vec<(Ended, Option<[f64; 2]>)>;
 
 /// What a run comes to from here: its ends, and the bits of the last.
 fn rest(host: &Three, mut point: f64) -> (Ends, Vec<u64>) {
@@ -128,7 +128,9 @@ fn a_host_that_goes_back_meets_the_same_events_to_the_bit() {
     let mut between = Handle(0);
     assert_eq!(host.save(&mut between), OK);
     let expected = rest(&host, middle.time);
-    assert!(expected.0.len() > 10 && expected.0.iter().any(|(_, events)| *events == Some([1, 0])));
+    assert!(
+        expected.0.len() > 10 && expected.0.iter().any(|(_, events)| *events == Some([1.0, 0.0]))
+    );
 
     // Back from the end, though another feed was tried meanwhile.
     assert_eq!(host.restore(between), OK);

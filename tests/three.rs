@@ -53,6 +53,7 @@ fn three(host: &Three, size: f64) -> Vec<(f64, [i32; 2], f64)> {
         assert_eq!(host.get(extra("time")), point);
         if ended.event {
             host.event(|host, happened| {
+                let happened = happened.map(|number| number as i32);
                 events.push((point, happened, host.get(vr("relative_position"))));
             });
         }
@@ -90,7 +91,7 @@ fn a_host_without_events_or_early_return_gets_whole_steps() {
             assert!(!ended.early && ended.time == point + (next - point));
             let blows = host.get(vr("blow_count"));
             assert_eq!(ended.event, events && blows > before, "{events} {early}");
-            assert_eq!(host.happened(), Some([i32::from(ended.event), 0]));
+            assert_eq!(host.happened(), Some([f64::from(u8::from(ended.event)), 0.0]));
             before = blows;
             if ended.event {
                 host.event(|_, _| ());
@@ -403,7 +404,7 @@ fn what_is_of_another_type_or_a_result_is_refused() {
         ("GetInt32", feed),
         ("GetInt32", source),
         ("GetInt64", feed),
-        ("GetFloat64", extra("event_kind")),
+        ("GetInt32", extra("event_kind")),
         ("GetClock", extra("event_kind")),
         ("GetBoolean", extra("event.positions")),
         ("GetUInt8", feed),
@@ -460,4 +461,18 @@ fn each_function_refuses_what_is_no_handle_and_survives_null_pointers() {
         host.step(0.0, 0.05);
     }
     assert_eq!(beside.fingerprint(), alone.fingerprint());
+}
+
+#[test]
+fn without_logging_nothing_is_told_and_without_arrays_nothing_is_structural() {
+    let library = Library::load();
+    let host = Three::silent(&library, dth_hammer::TOKEN, [true; 2]);
+    for call in ["EnterConfigurationMode", "ExitConfigurationMode", "EnterStepMode", "Terminate"] {
+        assert_eq!(host.plain(call), ERROR, "{call}");
+    }
+    assert_eq!(host.lines(), [""; 0]);
+    host.start(true);
+    let arrays = Three::new(&library, true, true);
+    assert_eq!(arrays.plain("ExitConfigurationMode"), ERROR);
+    assert_eq!(arrays.lines().len(), 1);
 }

@@ -314,10 +314,10 @@ static RESULTS: &[Variable] = &[
         [|m| m.kinematics().casing_velocity, |m| m.kinematics().casing_acceleration]),
     output("chuck_force", FORCE, 1e4, "Force of the bit on the casing, positive where the chuck's shoulder presses on the bit",
         [|m| m.kinematics().chuck_force, |m| m.kinematics().chuck_force_rate]),
-    output("drive_volume", VOLUME, 1e-4, "Volume that the piston has swept with drive.area_drive since the start, positive downward",
+    output("drive_volume", VOLUME, 1e-4, "Volume that the piston has swept with drive.area_drive since the start, positive downward: its difference over a step is the mean flow",
         [|m| m.parameters().drive.area_drive * m.swept(), |m| m.parameters().drive.area_drive * m.kinematics().relative_velocity])
         .second(|m| m.parameters().drive.area_drive * m.kinematics().relative_acceleration).zero_at_start(),
-    output("return_volume", VOLUME, 1e-4, "Volume that the piston has swept with drive.area_return since the start, positive downward",
+    output("return_volume", VOLUME, 1e-4, "Volume that the piston has swept with drive.area_return since the start, positive downward: its difference over a step is the mean flow",
         [|m| m.parameters().drive.area_return * m.swept(), |m| m.parameters().drive.area_return * m.kinematics().relative_velocity])
         .second(|m| m.parameters().drive.area_return * m.kinematics().relative_acceleration).zero_at_start(),
     output("drive_flow", FLOW, 1e-3, "Rate of drive_volume",
@@ -391,6 +391,8 @@ static RESULTS: &[Variable] = &[
     record("energy_retuned", ENERGY, 1.0, "Energy put in by changes of tunable parameters",
         |m| m.energies().retuned).summed().zero_at_start(),
     output("energy_residual", ENERGY, 1e-6, "Works less all other energies: error of the balance", energy!(residual)).summed(),
+    record("energy_exchange", ENERGY, 1.0, "What the inputs of the drive have done beyond what they would have, had they moved linearly between the instants that successive values belong to (coupling.delay): energy that the exchange made (positive) or lost",
+        |m| m.exchanged_energy()).zero_at_start(),
     output("energy_air_residual", ENERGY, 1e-6, "Error of the air's balance when drive.source is Air: enthalpy that came in less its work and what the chambers gained",
         [|m| m.air_residual(), |_| 0.0]).zero_at_start(),
 

@@ -53,9 +53,6 @@ class Model:
     def outputs(self) -> dict[str, float]:
         return {}
 
-    def slopes(self, position: float, velocity: float) -> dict[str, float]:
-        return {}
-
     def save(self) -> None: ...
 
     def restore(self, state: object) -> None: ...
@@ -156,7 +153,7 @@ def wrong() -> Iterator[tuple[Callable[[], object], str]]:
     yield lambda: dth.trend(None, {"feed_force": "5 %"}), r"widths\['feed_force'\] = '5 %' is not a"  # type: ignore[dict-item]
     yield lambda: dth.optimise(["rop"], {}), "goal = .'rop'. is not text or a function"  # type: ignore[arg-type]
     yield lambda: dth.mesh_for({}), "error = {} is not a number"  # type: ignore[arg-type]
-    yield lambda: dth.Coupling(dth.Hammer(RIGID), object(), 1e-3), "lacks advance, outputs, slopes"  # type: ignore[arg-type]
+    yield lambda: dth.Coupling(dth.Hammer(RIGID), object(), 1e-3), "lacks advance, outputs"  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("call", "remedy"), [*wrong()])

@@ -123,9 +123,9 @@ impl Events {
     }
 
     /// `event_kind` and `event_position`.
-    pub(super) fn last(&self) -> [i32; 2] {
-        let place = self.last.position.map_or(0, |index| index as i32 + 1);
-        [if self.last.blow { 1 } else { 2 * place.min(1) }, place]
+    pub(super) fn last(&self) -> [f64; 2] {
+        let place = self.last.position.map_or(0.0, |index| index as f64 + 1.0);
+        [if self.last.blow { 1.0 } else { 2.0 * place.min(1.0) }, place]
     }
 
     /// Refuses numbers that are invalid for any scene.
@@ -169,9 +169,13 @@ impl Instance {
     /// Lets structural parameters be set.
     ///
     /// # Errors
-    /// After initialization mode was entered: none of them is tunable.
+    /// After initialization mode was entered: none of them is tunable. In a unit that lists none.
     pub fn enter_configuration(&mut self) -> Result<(), CallError> {
         self.demand_mode("EnterConfigurationMode", Phase::Instantiated, Mode::Plain)?;
+        if !self.variant.lists_arrays() {
+            let text = "fmi3EnterConfigurationMode is not allowed: this unit lists no structural parameter";
+            return Err(CallError::Argument(text.into()));
+        }
         self.events.mode = Mode::Configuration;
         Ok(())
     }

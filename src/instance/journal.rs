@@ -33,9 +33,9 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Errors and warnings are always selected at first, the others if `debug`.
-    pub fn new(debug: bool) -> Self {
-        Self { wanted: Category::ALL.map(|c| debug || !c.is_debug()), lines: Vec::new() }
+    /// At first errors and warnings are selected if it is on at all, the others if `debug`.
+    pub fn new(debug: bool, on: bool) -> Self {
+        Self { wanted: Category::ALL.map(|c| debug || on && !c.is_debug()), lines: Vec::new() }
     }
 
     /// True if any category is selected.

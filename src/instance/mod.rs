@@ -24,8 +24,8 @@ use crate::variant::Variant;
 use events::Events;
 use hammer::variables::{Role, VARIABLES};
 use hammer::{
-    Counters, DisplayNumber, InputValues, Interrupt, Machine, Parameters, Profile, Record, State,
-    Stop,
+    Counters, DisplayNumber, Input, InputValues, Interrupt, Machine, Parameters, Profile, Record,
+    State, Stop,
 };
 use inputs::Inputs;
 use journal::Journal;
@@ -40,8 +40,11 @@ use warnings::Warnings;
 const TIME_TOLERANCE: f64 = 1e-9;
 /// A host may overshoot its own stop time by this, times `1 + |t|` seconds.
 const STOP_TOLERANCE: f64 = 1e-6;
-/// Latest time, s: beyond it the numbers' spacing (1e-10 s) approaches the duration of a collision.
+/// Longest run, s: beyond it the numbers' spacing (1e-10 s) approaches the duration of a collision. The time of a
+/// run that starts later counts from its start, for hosts that count from 1970.
 const LATEST: f64 = 1e6;
+/// Latest start, s.
+const LATEST_START: f64 = 1e10;
 /// Longest step, s: a longer one is probably a mistake and would hang the host.
 const LONGEST_STEP: f64 = 1e3;
 
@@ -152,7 +155,7 @@ impl Instance {
             waves: None,
             warnings: Warnings::default(),
             step_start: None,
-            journal: Journal::new(debug),
+            journal: Journal::new(debug, debug || face == Face::Two),
         }
     }
 
@@ -173,9 +176,9 @@ impl Instance {
     pub fn set_up(&mut self, start: f64, stop: Option<f64>) -> Result<(), CallError> {
         self.demand("SetupExperiment", &[Phase::Instantiated])?;
         finite("startTime", start)?;
-        if start.abs() > LATEST {
+        if start.abs() > LATEST_START {
             return Err(CallError::Argument(format!(
-                "startTime = {} s is beyond {LATEST} s",
+                "startTime = {} s is beyond {LATEST_START} s",
                 DisplayNumber(start)
             )));
         }
@@ -247,8 +250,6 @@ impl Instance {
         if self.phase != Phase::Failed {
             self.demand("Terminate", &[Phase::Stepping])?;
             self.check_balance();
-            let fast = self.machine.as_ref().and_then(Machine::too_fast);
-            self.warn(fast);
         }
         self.phase = Phase::Terminated;
         Ok(())
@@ -256,7 +257,7 @@ impl Instance {
 
     /// Back to where [`Instance::new`] leaves it; the log's categories stay.
     pub fn reset(&mut self) {
-        let journal = std::mem::replace(&mut self.journal, Journal::new(false));
+        let journal = std::mem::replace(&mut self.journal, Journal::new(false, false));
         let cancel = self.cancel.clone();
         *self = Self { journal, cancel, ..Self::new(self.variant.clone(), self.face, false) };
     }
@@ -300,15 +301,19 @@ impl Instance {
         }
         let parameters = machine.parameters();
         let mut lines = self.warnings.ignored(parameters, &self.inputs);
-        if target > machine.time() {
-            lines.extend(self.warnings.starved(parameters.drive.source, &self.inputs));
-        }
+        let source = parameters.drive.source;
         self.inputs.apply(machine)?;
+        let target = (target - zero_of(self.start)).max(machine.time());
+        if target > machine.time() {
+            let feed = machine.input(Input::FeedForce);
+            lines.extend(self.warnings.starved(source, &self.inputs, feed));
+        }
         let start = machine.time();
         self.step_start = None;
         let stops = self.events.stops(self.face);
         let done = machine.advance_keeping_start(target, stops);
         self.inputs.pass();
+        lines.extend(self.warnings.shown(machine));
         self.warn(lines);
         let (begun, stop) = done?;
         self.step_start = Some((start, begun));
@@ -322,7 +327,10 @@ impl Instance {
         let refuse = |text: String| Err(CallError::Argument(text));
         let (displayed_point, displayed_now, displayed_size) =
             (DisplayNumber(point), DisplayNumber(now), DisplayNumber(size));
-        if (point - now).abs() > TIME_TOLERANCE * (1.0 + now.abs()) {
+        let far = |time: f64| 1.0 + (time - zero_of(self.start)).abs();
+        // Instants of a late start are rounded, by the host and here.
+        let rounded = if zero_of(self.start) == 0.0 { 0.0 } else { 4.0 * f64::EPSILON * now.abs() };
+        if (point - now).abs() > TIME_TOLERANCE * far(now) + rounded {
             return refuse(format!(
                 "currentCommunicationPoint = {displayed_point} s, but the time is {displayed_now} s"
             ));
@@ -333,8 +341,8 @@ impl Instance {
             ));
         }
         let target = point + size;
-        let stop = self.stop.unwrap_or(LATEST);
-        if target > stop + STOP_TOLERANCE * (1.0 + stop.abs()) {
+        let stop = self.stop.unwrap_or(zero_of(self.start) + LATEST);
+        if target > stop + STOP_TOLERANCE * far(stop) + rounded {
             let (target, stop) = (DisplayNumber(target), DisplayNumber(stop));
             return refuse(format!("a step to {target} s goes past the stop time {stop} s"));
         }
@@ -393,9 +401,14 @@ impl Instance {
     /// Present time, s.
     pub fn time(&self) -> f64 {
         match &self.machine {
-            Some(machine) if self.origin.is_none() => machine.time(),
+            Some(machine) if self.origin.is_none() => self.on_clock(machine.time()),
             _ => self.start,
         }
+    }
+
+    /// An instant of the engine as the host counts, s.
+    fn on_clock(&self, time: f64) -> f64 {
+        time + zero_of(self.start)
     }
 
     /// True if the last call of [`Instance::step`] failed.
@@ -434,7 +447,8 @@ impl Instance {
             if self.origin != Some(origin) {
                 self.variant.check(&origin.0)?;
                 self.waves = None;
-                self.machine = Some(Machine::new(&origin.0, &origin.1, origin.2)?);
+                let begin = origin.2 - zero_of(origin.2);
+                self.machine = Some(Machine::new(&origin.0, &origin.1, begin)?);
                 self.origin = Some(origin);
                 self.inputs.reapply();
             }
@@ -443,6 +457,11 @@ impl Instance {
         self.inputs.apply(machine)?;
         Ok(machine)
     }
+}
+
+/// Where the engine's time counts from, for a run that starts there, s.
+fn zero_of(start: f64) -> f64 {
+    if start.abs() > LATEST { start } else { 0.0 }
 }
 
 /// Refuses a number that is not finite.

@@ -90,7 +90,7 @@ impl Instance {
         if let Some(machine) = &mut self.machine {
             return Ok(machine.restore(state)?);
         }
-        let mut machine = Machine::new(state.parameters(), &self.inputs.starting(), self.start)?;
+        let mut machine = Machine::new(state.parameters(), &self.inputs.starting(), 0.0)?;
         machine.restore(state)?;
         self.machine = Some(machine);
         Ok(())

@@ -3,6 +3,7 @@
 use super::events::Mode;
 use super::values::{INTEGER, REAL, check, read_only, row, sound};
 use super::{Instance, Phase, finite};
+use crate::blows::Place;
 use crate::error::CallError;
 use crate::events::{Extra, Length, MAX_LENGTH};
 use hammer::families::{ALONG, OF_BLOW};
@@ -24,6 +25,8 @@ impl Instance {
             Some(Extra::Position(index)) => self.events.position[index],
             Some(Extra::Slope(input)) => self.events.slopes[input as usize],
             Some(Extra::Along(family)) => return self.along(family, found),
+            Some(Extra::EventKind) => self.events.last()[0],
+            Some(Extra::EventPosition) => self.events.last()[1],
             Some(Extra::BlowCount) => self.machine()?.step_blows().len() as f64,
             Some(Extra::OfBlow(figure)) => return self.of_blows(figure, found),
             Some(_) => return Err(CallError::Reference { reference, wanted: REAL }),
@@ -74,6 +77,9 @@ impl Instance {
         let blows = self.machine()?.step_blows();
         let last = blows.iter().skip(blows.len().saturating_sub(room));
         found.extend(last.map(OF_BLOW[figure].value));
+        if Place::Of(figure, 0).is_time() {
+            found[before..].iter_mut().for_each(|time| *time = self.on_clock(*time));
+        }
         found.resize(before + room, 0.0);
         Ok(())
     }
@@ -91,9 +97,9 @@ impl Instance {
                     finite(extra.name(), *value)?;
                 }
                 Some(Extra::Slope(input)) => check(input, 1, *value)?,
-                Some(
-                    extra @ (Extra::Time | Extra::Along(_) | Extra::BlowCount | Extra::OfBlow(_)),
-                ) => return Err(read_only(extra.name())),
+                Some(extra) if extra == Extra::Time || extra.is_output() => {
+                    return Err(read_only(extra.name()));
+                }
                 Some(_) => {
                     return Err(CallError::Reference { reference: *reference, wanted: REAL });
                 }
@@ -144,8 +150,6 @@ impl Instance {
     pub fn int32(&mut self, reference: u32, found: &mut Vec<i32>) -> Result<(), CallError> {
         found.push(match Extra::of(reference) {
             Some(Extra::Positions) => self.events.positions,
-            Some(Extra::EventKind) => self.events.last()[0],
-            Some(Extra::EventPosition) => self.events.last()[1],
             _ if is_choice(reference) => {
                 return Err(CallError::Reference { reference, wanted: INTEGER });
             }
@@ -165,10 +169,6 @@ impl Instance {
             if Extra::of(*reference) == Some(Extra::Positions) {
                 self.demand_fixed(Extra::Positions)?;
                 positions = Some(*value);
-            } else if let Some(extra @ (Extra::EventKind | Extra::EventPosition)) =
-                Extra::of(*reference)
-            {
-                return Err(read_only(extra.name()));
             } else if is_choice(*reference) {
                 return Err(CallError::Reference { reference: *reference, wanted: INTEGER });
             } else {

@@ -34,7 +34,8 @@ impl Instance {
             return self.wave(place);
         }
         if let Some(place) = blows::Place::of(reference) {
-            return place.read(self.machine()?).map_err(CallError::Argument);
+            let value = place.read(self.machine()?).map_err(CallError::Argument)?;
+            return Ok(if place.is_time() { self.on_clock(value) } else { value });
         }
         match &row(reference, REAL)?.role {
             Role::Parameter { slot: Slot::Real(..), .. } => {
@@ -51,7 +52,9 @@ impl Instance {
                 if row(reference, REAL)?.name == "energy_residual" {
                     self.check_balance();
                 }
-                sound(row(reference, REAL)?.name, value)
+                let name = row(reference, REAL)?.name;
+                let struck = name == "blow_time" && self.machine()?.blow().is_some();
+                sound(name, if struck { self.on_clock(value) } else { value })
             }
             _ => Err(CallError::Reference { reference, wanted: REAL }),
         }

@@ -4,7 +4,7 @@ use super::inputs::Inputs;
 use super::settings::Settings;
 
 use hammer::variables::{INPUTS, InputRow};
-use hammer::{DisplayNumber, Energies, Input, Parameters, Source, starved, unlikely};
+use hammer::{DisplayNumber, Energies, Input, Machine, Parameters, Source, starved, unfed, unlikely};
 
 /// Warnings that the host has had already.
 #[derive(Debug, Default)]
@@ -14,6 +14,9 @@ pub struct Warnings {
     fed: bool,
     /// Number of times that the energies did not balance.
     unbalanced: u64,
+    /// True once it was said that the exchange makes energy, and that an impact was too fast.
+    coarse: bool,
+    fast: bool,
 }
 
 impl Warnings {
@@ -29,10 +32,21 @@ impl Warnings {
         lines
     }
 
-    /// Warns at the first step of a source whose inputs were never set.
-    pub fn starved(&mut self, source: Source, inputs: &Inputs) -> Option<String> {
-        let first = !std::mem::replace(&mut self.fed, true);
-        first.then(|| starved(source, |input| inputs.sets(input))).flatten()
+    /// Warns at the first step of a source whose inputs were never set, and of a feed that is none.
+    pub fn starved(&mut self, source: Source, inputs: &Inputs, feed: f64) -> Vec<String> {
+        if std::mem::replace(&mut self.fed, true) {
+            return Vec::new();
+        }
+        let starved = starved(source, |input| inputs.sets(input));
+        starved.into_iter().chain(unfed(feed)).collect()
+    }
+
+    /// What a step that was made has shown.
+    pub fn shown(&mut self, machine: &Machine) -> Vec<String> {
+        let coarse = machine.exchange_warning().filter(|_| !self.coarse);
+        let fast = machine.too_fast().filter(|_| !self.fast);
+        (self.coarse, self.fast) = (self.coarse || coarse.is_some(), self.fast || fast.is_some());
+        coarse.into_iter().chain(fast).collect()
     }
 }
 

@@ -131,7 +131,8 @@ def test_terminals_are_valid_and_of_variables_that_there_are(either: Path) -> No
         for terminal in terminals.iter("Terminal")
     }
     pair = ["input", "output"]
-    assert kinds == {"drive": ["input"] * 2 + ["output"] * 2, "air": pair, "feed": pair}
+    drive, air = ["input"] * 2 + ["output"] * 6, ["input"] * 2 + ["output"] * 2
+    assert kinds == {"drive": drive, "air": air, "feed": pair}
     # By the rule "plug", members are connected by name.
     for member in terminals.iter("TerminalMemberVariable"):
         assert member.get("memberName") == member.get("variableName")

@@ -6,6 +6,7 @@ use super::host::vr;
 use super::library::{ERROR, Handle, Library, OK, Pointer, c, pointer, text};
 use dth_hammer::TOKEN;
 use dth_hammer::events::Extra;
+use dth_hammer::variant::ARRAYS;
 use std::ffi::{CStr, c_char, c_void};
 use std::ptr::null;
 use std::sync::Mutex;
@@ -35,10 +36,22 @@ pub struct Three<'a> {
 }
 
 impl<'a> Three<'a> {
-    /// An instance before initialization; whether the host handles events, and early returns.
+    /// An instance with arrays, before initialization, that logs errors and warnings; whether the host
+    /// handles events, and early returns.
     pub fn new(library: &'a Library, events: bool, early: bool) -> Self {
+        let host = Self::silent(library, &format!("{TOKEN}{ARRAYS}"), [events, early]);
+        let names = ["logStatusError", "logStatusWarning"].map(|name| text(Some(name)));
+        let names = names.each_ref().map(|(_, name)| *name);
+        let status = c!(library, b"fmi3SetDebugLogging", (pointer(host.handle) => Pointer,
+            1 => u8, names.len() => usize, names.as_ptr() => *const *const c_char) -> i32);
+        assert_eq!(status, OK);
+        host
+    }
+
+    /// An instance of a token without logging.
+    pub fn silent(library: &'a Library, token: &str, modes: [bool; 2]) -> Self {
         let log = Box::new(Lines::default());
-        let handle = Self::made(library, "InstantiateCoSimulation", TOKEN, [events, early], &log);
+        let handle = Self::made(library, "InstantiateCoSimulation", token, modes, (0, &log));
         assert_ne!(handle.0, 0, "{:?}", log.lock());
         Self { library, handle, log }
     }
@@ -48,7 +61,7 @@ impl<'a> Three<'a> {
         call: &str,
         token: &str,
         [events, early]: [bool; 2],
-        log: &Lines,
+        (logging, log): (u8, &Lines),
     ) -> Handle {
         let (_name, name) = text(Some("a hammer"));
         let (_token, token) = text(Some(token));
@@ -56,7 +69,7 @@ impl<'a> Three<'a> {
         let call = format!("fmi3{call}");
         let made = c!(library, call.as_bytes(), (
             name => *const c_char, token => *const c_char, null() => *const c_char,
-            0 => u8, 0 => u8, events.into() => u8, early.into() => u8, null() => *const u32,
+            0 => u8, logging => u8, events.into() => u8, early.into() => u8, null() => *const u32,
             0 => usize, log => *const Lines, collect as *const c_void => *const c_void,
             none => *const c_void) -> Pointer);
         Handle(made.addr())
@@ -65,7 +78,7 @@ impl<'a> Three<'a> {
     /// The line logged where an instance is refused, by this token.
     pub fn refused(library: &Library, token: &str) -> String {
         let log = Lines::default();
-        let made = Self::made(library, "InstantiateCoSimulation", token, [false; 2], &log);
+        let made = Self::made(library, "InstantiateCoSimulation", token, [false; 2], (1, &log));
         assert_eq!(made.0, 0);
         log.into_inner().unwrap().remove(0).1
     }
@@ -136,7 +149,7 @@ impl<'a> Three<'a> {
 
     /// Handles an event: what happened, a blow and a position by its number, and what `work` does
     /// meanwhile.
-    pub fn event(&self, work: impl FnOnce(&Self, [i32; 2])) {
+    pub fn event(&self, work: impl FnOnce(&Self, [f64; 2])) {
         self.calls(&["EnterEventMode"]);
         work(self, self.happened().unwrap());
         self.update();
@@ -144,10 +157,10 @@ impl<'a> Three<'a> {
     }
 
     /// `event_kind` and `event_position`.
-    pub fn happened(&self) -> Option<[i32; 2]> {
-        let mut values = [9_i32; 2];
+    pub fn happened(&self) -> Option<[f64; 2]> {
+        let mut values = [9.0; 2];
         let references = ["event_kind", "event_position"].map(extra);
-        (self.access("GetInt32", &references, &mut values) == OK).then_some(values)
+        (self.access("GetFloat64", &references, &mut values) == OK).then_some(values)
     }
 
     /// A getter or setter of `T` by the name of its type.

@@ -322,8 +322,6 @@ impl Interval {
             let Some(share) = self.graph.share(group, *displacement) else { continue };
             let change = track.change(share);
             let work = |i: usize| match &self.loading {
-                // The fluid's work follows from the piston's place.
-                _ if i == Channel::Fluid as usize => 0.0,
                 Loading::Constant { loads, .. } => loads[i] * change,
                 Loading::Varying(_) => track.work(share, &track.loads[i], change),
             };

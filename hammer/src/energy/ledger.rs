@@ -11,7 +11,6 @@
 use super::interval::{Forms, Interval};
 use super::sums::Sums;
 use crate::laws::event::Displacement;
-use crate::laws::mode::Tie;
 use crate::modal::track::Track;
 use crate::motion::Motion;
 use crate::scene::graph::Channel;
@@ -127,9 +126,7 @@ impl Stored {
             }
         }
         let of = |tie| motion.point(tracks, Displacement::Tie(tie), t).displacement;
-        // The fluid's spring is no part of the hammer: what it stores is not counted.
-        let ties = motion.ties().filter(|(edge, _)| edge.tie != Tie::Fluid);
-        let ties = ties.map(|(edge, line)| line.stored_energy(of(edge.tie)));
+        let ties = motion.ties().map(|(edge, line)| line.stored_energy(of(edge.tie)));
         let rock = &motion.parameters().rock;
         let p = motion.point(&tracks[..1], Displacement::Tip, t).displacement;
         Self {
@@ -180,19 +177,12 @@ impl Ledger {
         let last = Interval::new(motion, &tracks, now, None);
         sums.add(&last.sums(&mut Forms::default()));
         sums.damping += damping_in_flight(motion, &tracks);
-        let fluid = motion.parameters().drive.fluid();
-        if fluid > 0.0 {
-            let stretched = motion.off_slack(&tracks, now);
-            sums.work[Channel::Fluid as usize] -= 0.5 * fluid * stretched * stretched;
-        }
         let stored = Stored::of(motion, &tracks, now);
         let work: f64 = sums.work.iter().sum();
         let held = stored.total() - self.energy_start;
         let lost = sums.rock + sums.viscous + sums.damping;
         let energies = Energies {
-            drive: sums.work[Channel::Drive as usize]
-                + sums.work[Channel::Anvil as usize]
-                + sums.work[Channel::Fluid as usize],
+            drive: sums.work[Channel::Drive as usize] + sums.work[Channel::Anvil as usize],
             gravity: sums.work[Channel::Gravity as usize],
             feed: sums.work[Channel::Feed as usize],
             kinetic: stored.kinetic,

@@ -2,7 +2,6 @@
 
 use super::ledger::Energies;
 use crate::laws::event::Displacement;
-use crate::laws::mode::Tie;
 use crate::motion::Motion;
 use crate::scene::graph::CHANNELS;
 use crate::scene::graph::Channel;
@@ -32,20 +31,17 @@ impl Energies {
                 damping += w2 * v * v;
             }
         }
-        let (mut tied, mut taken) = ([0.0; 2], 0.0);
+        let mut tied = [0.0; 2];
         for (edge, line) in motion.ties() {
             let x = point(Displacement::Tie(edge.tie));
-            let into = if edge.tie == Tie::Fluid { &mut taken } else { &mut tied[0] };
-            *into += line.stored_power(x.displacement, x.velocity);
+            tied[0] += line.stored_power(x.displacement, x.velocity);
             tied[1] += line.lost_power(x.velocity);
         }
         let (spring, tip) = (motion.spring(), point(Displacement::Tip));
         let parameters = motion.parameters();
         let rock = &parameters.rock;
         let mut rates = Self {
-            drive: work[Channel::Drive as usize]
-                + work[Channel::Anvil as usize]
-                + (work[Channel::Fluid as usize] - taken),
+            drive: work[Channel::Drive as usize] + work[Channel::Anvil as usize],
             gravity: work[Channel::Gravity as usize],
             feed: work[Channel::Feed as usize],
             strain,

@@ -11,12 +11,6 @@
 //! the bit's mass (a slow pressure excites no waves); what is fed carries the rest of the drive's reaction where it
 //! is not the bit, so that all forces add up to zero.
 //!
-//! A force or pressures from outside may come from a stiff fluid (`drive.stiffness` `k`): from the
-//! instant at which they were last set, the force falls by `k` for each metre that the piston's mean
-//! moves on. So it is a spring from the ground to the piston (the tie `Fluid`), slack where the piston
-//! then was; like a joint's it is damped as the bodies are, by `beta k`. What the fluid does to bit and
-//! casing follows when force or pressures are set again.
-//!
 //! The relay is the paper's pressure law, with memory `alpha` and
 //! `vr = up_mean - ub_mean - g0`, the piston's mean position relative to that of what is fed:
 //!
@@ -52,14 +46,6 @@ impl Drive {
             (Source::Pressure, Input::ReturnPressure) => -self.area_return,
             (Source::Air, Input::ExhaustPressure) => self.area_return - self.area_drive,
             _ => 0.0,
-        }
-    }
-
-    /// The stiffness of a fluid outside, N/m; 0: none.
-    pub(crate) fn fluid(&self) -> f64 {
-        match self.source {
-            Source::Force | Source::Pressure => self.stiffness,
-            Source::Relay | Source::Air => 0.0,
         }
     }
 

@@ -54,7 +54,6 @@ impl Relay {
 /// | chuck | casing | bit or shank | `ks` | `cs` | from its shoulder to its ring |
 /// | joint | shank or rod | next rod | `kj` | `beta kj` | slack of the thread; 0: it holds both ways |
 /// | string | the ground | casing | 0 | `Zs` | 0: an endless string is a dashpot |
-/// | fluid | the ground | piston, its mean | `drive.stiffness` | `beta` times that | 0: it holds both ways |
 ///
 /// For rigid bodies `KC` is in series with the bodies' own compliance
 /// ([`Parameters::meeting_stiffness`](crate::Parameters::meeting_stiffness)).
@@ -66,8 +65,6 @@ pub enum Tie {
     Chuck,
     /// The casing on the drill string above it.
     String,
-    /// The fluid that drives the piston from outside.
-    Fluid,
     /// Rod on rod, from the shank down, from 0.
     Joint(u8),
 }
@@ -90,12 +87,12 @@ pub struct Ties([TieState; Tie::COUNT]);
 
 impl Tie {
     /// Most ties of a scene.
-    pub const COUNT: usize = 4 + MAX_RODS;
+    pub const COUNT: usize = 3 + MAX_RODS;
 
     /// All.
     pub(crate) fn all() -> impl Iterator<Item = Self> {
         let joints = (0..).take(MAX_RODS).map(Self::Joint);
-        [Self::Contact, Self::Chuck, Self::String, Self::Fluid].into_iter().chain(joints)
+        [Self::Contact, Self::Chuck, Self::String].into_iter().chain(joints)
     }
 
     /// Those whose forces are outputs.
@@ -108,7 +105,6 @@ impl Tie {
             Self::Contact => (Some(0), 1),
             Self::Chuck => (Some(last), 1),
             Self::String => (None, last),
-            Self::Fluid => (None, 0),
             Self::Joint(joint) => (Some(usize::from(joint) + 1), usize::from(joint) + 2),
         }
     }
@@ -116,7 +112,7 @@ impl Tie {
     /// True if its dashpot is proportional to its spring like the bodies' own damping, so that the
     /// modes of what it joins stay real.
     pub(crate) fn joins_modes(self) -> bool {
-        matches!(self, Self::Joint(_) | Self::Fluid)
+        matches!(self, Self::Joint(_))
     }
 
     /// Its place among all.
@@ -125,8 +121,7 @@ impl Tie {
             Self::Contact => 0,
             Self::Chuck => 1,
             Self::String => 2,
-            Self::Fluid => 3,
-            Self::Joint(joint) => 4 + joint as usize,
+            Self::Joint(joint) => 3 + joint as usize,
         }
     }
 
@@ -149,7 +144,6 @@ impl fmt::Display for Tie {
             Self::Contact => f.write_str("contact"),
             Self::Chuck => f.write_str("chuck"),
             Self::String => f.write_str("string"),
-            Self::Fluid => f.write_str("fluid"),
             Self::Joint(joint) => write!(f, "joint {}", joint + 1),
         }
     }

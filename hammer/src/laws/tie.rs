@@ -67,7 +67,7 @@ impl Tie {
         match self {
             Self::Chuck => name_of(|p| &mut p.chuck.travel),
             Self::Joint(_) => name_of(|p| &mut p.drill.joint.slack),
-            Self::Contact | Self::String | Self::Fluid => "",
+            Self::Contact | Self::String => "",
         }
     }
 }
@@ -116,8 +116,6 @@ impl Parameters {
             ties.push((Tie::Chuck, law(chuck.stiffness, chuck.viscosity, chuck.travel)));
             ties.push((Tie::String, law(0.0, self.casing.impedance, 0.0)));
         }
-        let fluid = self.drive.fluid();
-        ties.push((Tie::Fluid, law(fluid, self.material.damping_time * fluid, 0.0)));
         let joint = self.drill.joint;
         let damped = self.material.damping_time * joint.stiffness;
         let joints = (0..).map(Tie::Joint).take(self.drill.loose());

@@ -15,6 +15,7 @@
 //! at an event, when an input becomes another polynomial, or when a parameter is tuned.
 
 pub(crate) mod blows;
+pub(crate) mod exchange;
 pub(crate) mod journal;
 pub(crate) mod outputs;
 pub(crate) mod state;
@@ -41,12 +42,11 @@ use crate::modal::track::ROUNDED;
 use crate::motion::Motion;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
-use crate::quantities::parameters::{InputValues, Parameters, Source};
-use crate::quantities::warnings;
+use crate::quantities::parameters::{InputValues, Parameters};
 use crate::scene::Scene;
-use crate::scene::graph::Channel;
 use crate::search::Search;
 use blows::{Closing, Progress};
+use exchange::Exchange;
 use journal::{Counters, Record};
 use state::State;
 use std::sync::Arc;
@@ -81,6 +81,7 @@ pub struct Machine {
     blows: Progress,
     peaks: PeakSearch,
     zeno: ZenoDetector,
+    exchange: Exchange,
     counters: Counters,
     journal: Option<Vec<Record>>,
     failure: Option<Error>,
@@ -115,6 +116,7 @@ impl Machine {
         if !start.is_finite() {
             return Err(Error::Backwards { from: start, to: start });
         }
+        let exchange = Exchange::new(&inputs);
         let mut machine = Self {
             motion: Motion::new(model, inputs, start)?,
             search: Search::default(),
@@ -122,6 +124,7 @@ impl Machine {
             blows: Progress::default(),
             peaks: PeakSearch::default(),
             zeno: ZenoDetector::new(start),
+            exchange,
             counters: Counters::default(),
             journal: None,
             failure: None,
@@ -157,28 +160,11 @@ impl Machine {
         self.motion.parameters()
     }
 
-    /// A warning about the last blow, if air drove the piston faster than steel stands. (The forces of
-    /// other drives are the user's own.)
-    pub fn too_fast(&self) -> Option<String> {
-        let by_air = self.parameters().drive.source == Source::Air;
-        let speed = self.blow().map(|blow| blow.speed);
-        speed.filter(|speed| by_air && warnings::is_fast(*speed)).map(warnings::fast)
-    }
-
-    /// Warnings about this scene, with the inputs that it has now, and about its last blow.
-    pub fn warnings(&self) -> Vec<String> {
-        let parameters = self.motion.parameters();
-        let inputs = Inputs(Input::ALL.map(|input| Poly::constant(self.input(input))));
-        let mut list = warnings::warnings(parameters);
-        list.extend(warnings::idle(parameters, &inputs));
-        list.extend(self.too_fast());
-        list
-    }
-
     /// Value of an input now.
     pub fn input(&self, input: Input) -> f64 {
         let state = self.motion.state();
-        state.inputs.of(input).at(state.now)
+        let acting = || state.inputs.of(input).at(state.now);
+        self.exchange.value(input).unwrap_or_else(acting)
     }
 
     /// Makes an input the polynomial of time, from now on, with this value and these derivatives,
@@ -190,21 +176,18 @@ impl Machine {
         let poly = input.polynomial(derivatives).map_err(Error::of_input(input))?;
         let source = self.parameters().drive.source;
         input.check_air(poly.0[0], source).map_err(Error::of_input(input))?;
+        let repeats = self.exchange.repeats(input, &poly) && self.parameters().drive.delay > 0.0;
         let state = self.motion.state();
-        let fluid = self.parameters().drive.fluid();
-        let held = fluid > 0.0 && input.drives();
-        if !held && state.inputs.of(input).shifted(state.now) == poly {
+        if repeats || state.inputs.of(input).shifted(state.now) == poly {
             return Ok(());
         }
+        self.put(&[(input, poly)])
+    }
+
+    /// Makes inputs polynomials from now on.
+    fn put(&mut self, inputs: &[(Input, Poly)]) -> Result<(), Error> {
         self.move_epoch_to_now()?;
-        if held {
-            let stretched = self.motion.off_slack(&self.motion.present(), self.motion.state().now);
-            let mut sums = Sums::default();
-            sums.work[Channel::Fluid as usize] = -0.5 * fluid * stretched * stretched;
-            self.ledger.add(sums);
-            self.motion.slacken();
-        }
-        self.motion.set_input(input, poly);
+        inputs.iter().for_each(|(input, poly)| self.motion.set_input(*input, *poly));
         self.resume()
     }
 
@@ -213,9 +196,8 @@ impl Machine {
         let state = self.motion.state();
         let mut poly = state.inputs.of(input).shifted(state.now);
         poly.0[0] += constant;
-        self.move_epoch_to_now()?;
-        self.motion.set_input(input, poly);
-        self.resume()
+        self.exchange.shift(input, constant);
+        self.put(&[(input, poly)])
     }
 
     /// Adopts the tunable parameters among these from now on; positions and memory are unchanged.
@@ -261,6 +243,8 @@ impl Machine {
         if !(to.is_finite() && to >= self.time()) {
             return Err(Error::Backwards { from: self.time(), to });
         }
+        let (from, place) = (self.time(), self.begin_exchange(to)?);
+        let force = place.map(|_| self.handed_force());
         if self.views.ledger.get().is_some() {
             self.ledger.settle(); // Evaluated once here, not at every read.
         }
@@ -277,6 +261,7 @@ impl Machine {
             }
             self.failure = Some(error.clone()).filter(|error| !matches!(error, Error::Cancelled));
         }
+        self.end_exchange(from, place.zip(force));
         done
     }
 
@@ -450,6 +435,7 @@ impl Machine {
             peaks: self.peaks.recorded(),
             step_start: self.peaks.step_start(),
             zeno: self.zeno,
+            exchange: self.exchange.clone(),
         }
     }
 
@@ -464,6 +450,7 @@ impl Machine {
         (self.ledger, self.blows) = (state.ledger.clone(), state.blows.clone());
         self.peaks = PeakSearch::resume(state.peaks, state.step_start);
         (self.zeno, self.counters) = (state.zeno, state.counters);
+        self.exchange = state.exchange.clone();
         self.failure = None;
         self.restart_search();
         Ok(())

@@ -112,11 +112,6 @@ impl Kinematics {
         let [piston, bit] = [Bodies::PISTON, graph.string()].map(|bodies| present.mean(bodies));
         let beside = if frame == graph.string() { bit } else { present.mean(frame) };
         let [drive, drive_rate, drive_acceleration] = present.loads[Channel::Drive as usize];
-        let (held, fluid) = (present.tie(Tie::Fluid), present.loads[Channel::Fluid as usize][0]);
-        let held = {
-            let (x, stiffness) = (held.x, held.line.stiffness);
-            [x.displacement, x.velocity, x.acceleration].map(|x| stiffness * x)
-        };
         let origin = state.origin.value();
         let place = |x: f64, bodies| origin + x + motion.ahead(Displacement::Mean(bodies));
         let [contact, chuck] = Tie::REPORTED.map(|tie| present.tie(tie));
@@ -158,8 +153,8 @@ impl Kinematics {
             contact_force_acceleration: -contact.line.force(gap.acceleration, 0.0),
             rock_force: present.rock[0],
             rock_force_rate: present.rock[1],
-            applied_drive_force: drive + (fluid - held[0]),
-            applied_drive_force_rates: [drive_rate - held[1], drive_acceleration - held[2]],
+            applied_drive_force: drive,
+            applied_drive_force_rates: [drive_rate, drive_acceleration],
             tip_depth: motion.milestone().hole.value(),
             casing_position: if graph.is_framed() { place(casing[0], frame) } else { 0.0 },
             casing_velocity: casing[1],

@@ -1,6 +1,7 @@
 //! The dynamic state of a scene: everything that a restart needs and cannot recompute.
 
 use super::blows::Progress;
+use super::exchange::Exchange;
 use super::journal::Counters;
 use super::zeno::ZenoDetector;
 use crate::air::Air;
@@ -33,6 +34,8 @@ pub struct State {
     pub(crate) step_start: f64,
     /// Spacing of recent transitions.
     pub(crate) zeno: ZenoDetector,
+    /// What the host has handed over.
+    pub(crate) exchange: Exchange,
 }
 
 impl State {
@@ -43,7 +46,8 @@ impl State {
 
     /// Value of an input then.
     pub(crate) fn input(&self, input: Input) -> f64 {
-        self.motion.inputs.of(input).at(self.motion.now)
+        let acting = || self.motion.inputs.of(input).at(self.motion.now);
+        self.exchange.value(input).unwrap_or_else(acting)
     }
 
     /// The state without what depends on the host's communication steps: equal for runs that were
@@ -52,6 +56,7 @@ impl State {
     pub fn without_step(mut self) -> Self {
         (self.peaks, self.step_start) = (Searched::default(), 0.0);
         self.blows.step.clear();
+        self.exchange = Exchange::default();
         self
     }
 
@@ -78,7 +83,7 @@ impl State {
     pub(crate) fn check(&self) -> Result<(), Error> {
         let refuse = |what| Err(Error::Corrupt { what });
         let motion = &self.motion;
-        if !motion.is_finite() || !self.step_start.is_finite() {
+        if !motion.is_finite() || !self.step_start.is_finite() || !self.exchange.is_sound() {
             return refuse(CorruptState::NotFinite);
         }
         let lag = motion.epoch.until(motion.time) - motion.now;

@@ -10,7 +10,9 @@ use crate::energy::peaks::Peaks;
 use crate::error::Error;
 use crate::laws::event::Event;
 use crate::laws::mode::Relay;
-use crate::quantities::inputs::Input;
+use crate::numerics::poly::Poly;
+use crate::quantities::inputs::{Input, Inputs};
+use crate::quantities::warnings;
 use std::collections::VecDeque;
 use std::sync::OnceLock;
 
@@ -145,6 +147,23 @@ impl Machine {
     #[cfg(test)]
     pub(crate) fn stored(&self) -> [usize; 2] {
         [self.ledger.size, self.peaks.size]
+    }
+
+    /// A warning about the last blow, if the piston was faster than steel stands.
+    pub fn too_fast(&self) -> Option<String> {
+        let speed = self.blow().map(|blow| blow.speed);
+        speed.filter(|speed| warnings::is_fast(*speed)).map(warnings::fast)
+    }
+
+    /// Warnings about this scene, with the inputs that it has now, its last blow, and what was exchanged.
+    pub fn warnings(&self) -> Vec<String> {
+        let parameters = self.motion.parameters();
+        let inputs = Inputs(Input::ALL.map(|input| Poly::constant(self.input(input))));
+        let mut list = warnings::warnings(parameters);
+        list.extend(warnings::idle(parameters, &inputs));
+        list.extend(self.too_fast());
+        list.extend(self.exchange_warning());
+        list
     }
 
     /// How far the piston has moved since the start, relative to what the drive sees it from, m.

@@ -405,17 +405,6 @@ impl Motion {
         self.steady = self.state.is_steady();
     }
 
-    /// How far the piston's mean is from where the fluid's spring is slack, where `tracks` stand, m.
-    pub(crate) fn off_slack(&self, tracks: &[Track], t: f64) -> f64 {
-        self.point(tracks, Displacement::PISTON, t).displacement - self.state.slack
-    }
-
-    /// The fluid's spring is slack where the piston is at the epoch, from now on.
-    pub(crate) fn slacken(&mut self) {
-        self.state.slack += self.off_slack(&self.present(), self.state.now);
-        self.reload();
-    }
-
     /// Sets an input from the epoch on.
     pub(crate) fn set_input(&mut self, input: Input, poly: Poly) {
         self.state.inputs.0[input as usize] = poly;
@@ -451,7 +440,6 @@ impl Motion {
             &state.inputs,
             state.mode,
             self.air_forces(self.air()),
-            state.slack,
         );
         self.load(loads);
     }

@@ -61,7 +61,7 @@ impl Motion {
         if let Some(carrier) = carrier.filter(|_| !lifted) {
             mode = mode.with(carrier.tie, TieState::Pressed);
         }
-        let loads = loads(&parameters, &inputs, mode, [drive, anvil].map(Poly::constant), 0.0);
+        let loads = loads(&parameters, &inputs, mode, [drive, anvil].map(Poly::constant));
         let root = graph.bodies[0].mass.sqrt();
         let still = |group: Group| {
             let flight = [-gap * root, parameters.piston.initial_velocity * root];
@@ -93,7 +93,7 @@ impl Motion {
         if lifted {
             motion.lift_frame(feed)?;
         }
-        motion.hang_piston()?;
+        motion.hang_piston();
         if parameters.drive.source == Source::Air {
             let [places, _] = motion.in_cylinder(&motion.tracks, 0.0);
             let air = Air::start(&parameters, places, motion.outside(0.0));
@@ -106,7 +106,7 @@ impl Motion {
     }
 
     /// A strained bit may reach beyond the gap: it has lifted the piston.
-    fn hang_piston(&mut self) -> Result<(), Error> {
+    fn hang_piston(&mut self) {
         let overlap = |motion: &Self| {
             let gap = Displacement::Tie(Tie::Contact);
             motion.point(&motion.tracks, gap, 0.0).displacement.min(0.0)
@@ -115,24 +115,7 @@ impl Motion {
         if let Some(index) = self.flying() {
             self.state.anchors[index].driven.translation.0[0] += overlap(self) * root;
             self.state.anchors[index].form = self.damping_form(&self.tracks[index]);
-            return Ok(());
         }
-        self.state.slack = -self.parameters().contact.initial_gap;
-        self.hold_piston([self.state.slack, self.parameters().piston.initial_velocity])?;
-        self.state.slack += overlap(self);
-        self.hold_piston([self.state.slack, self.parameters().piston.initial_velocity])
-    }
-
-    /// Puts a piston that a fluid holds somewhere (m, m/s), without strain.
-    fn hold_piston(&mut self, motion: [f64; 2]) -> Result<(), Error> {
-        self.reload();
-        let held = |anchor: &Anchor| anchor.group.bodies == Bodies::PISTON;
-        let Some(index) = self.state.anchors.iter().position(held) else { return Ok(()) };
-        let (bar, group) = (&self.graph().bodies[0], self.state.anchors[index].group);
-        let mut state = vec![0.0; 2 * bar.len()];
-        let root = bar.mass.sqrt();
-        (state[0], state[bar.len()]) = (motion[0] * root, motion[1] * root);
-        self.enter(index, group, &state)
     }
 
     /// Puts a frame that nothing carries where the shoulder just touches the bit, at rest. Of its loads
@@ -169,7 +152,7 @@ impl Motion {
         let forces = self.air_forces(air.as_deref());
         let state = &mut self.state;
         (state.mode, state.memory, state.psi) = (mode, memory, psi);
-        state.loads = loads(&self.model.parameters, &state.inputs, mode, forces, state.slack);
+        state.loads = loads(&self.model.parameters, &state.inputs, mode, forces);
         let groups = self.graph().groups(&mode);
         let still =
             |group: &Group| Anchor::still(&self.model, *group, mode, [0.0; 2], &self.state.loads);
@@ -212,7 +195,6 @@ pub(super) fn loads(
     inputs: &Inputs,
     mode: Mode,
     air: [Poly; 2],
-    slack: f64,
 ) -> [Poly; CHANNELS] {
     let vented = mode.vented && parameters.drive.source.switches();
     let [drive, anvil] = if parameters.drive.source == Source::Air {
@@ -223,6 +205,5 @@ pub(super) fn loads(
         let drive = &parameters.drive;
         [drive.force(inputs, mode.relay), drive.on_bit(inputs)]
     };
-    let fluid = Poly::constant(parameters.drive.fluid() * slack);
-    [drive, *inputs.of(Input::FeedForce), Poly::constant(parameters.gravity), anvil, fluid]
+    [drive, *inputs.of(Input::FeedForce), Poly::constant(parameters.gravity), anvil]
 }

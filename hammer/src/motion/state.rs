@@ -81,8 +81,6 @@ pub struct MotionState {
     pub memory: Memory,
     /// Viscous work of the present drilling cycle before the epoch, J.
     pub psi: f64,
-    /// The piston's mean, where the fluid's spring is slack, m from the origin.
-    pub slack: f64,
     /// The piston's relative position at the start, m.
     pub began: f64,
 }
@@ -108,7 +106,6 @@ impl MotionState {
             origin: Double::default(),
             memory: Memory::default(),
             psi: 0.0,
-            slack: 0.0,
             began: 0.0,
         }
     }
@@ -145,15 +142,8 @@ impl MotionState {
     /// True if every number is finite.
     pub(crate) fn is_finite(&self) -> bool {
         let doubles = [self.epoch, self.origin].into_iter().flat_map(|d| [d.value(), d.rest()]);
-        let memory = [
-            self.memory.unloaded,
-            self.memory.gain,
-            self.now,
-            self.time,
-            self.psi,
-            self.slack,
-            self.began,
-        ];
+        let memory =
+            [self.memory.unloaded, self.memory.gain, self.now, self.time, self.psi, self.began];
         let polys = self.inputs.0.iter().chain(&self.loads);
         let driven = || self.anchors.iter().map(|anchor| &anchor.driven);
         let polys = polys.chain(driven().map(|driven| &driven.translation));
@@ -178,7 +168,7 @@ mod tests {
         let inputs = Inputs::constant(&InputValues::default());
         let state = Motion::new(model, inputs, 0.0).expect("a scene").state().clone();
         assert!(state.is_finite());
-        let numbers: [fn(&mut MotionState, f64); 15] = [
+        let numbers: [fn(&mut MotionState, f64); 14] = [
             |s, x| s.epoch = Double::new(x),
             |s, x| s.origin = Double::new(x),
             |s, x| s.memory.unloaded = x,
@@ -186,7 +176,6 @@ mod tests {
             |s, x| s.now = x,
             |s, x| s.time = x,
             |s, x| s.psi = x,
-            |s, x| s.slack = x,
             |s, x| s.began = x,
             |s, x| s.inputs.0[0].0[0] = x,
             |s, x| s.loads[0].0[0] = x,

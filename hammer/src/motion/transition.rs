@@ -20,9 +20,9 @@ use crate::modal::system::driven::Driven;
 use crate::modal::system::passage::Passage;
 use crate::modal::track::Track;
 use crate::motion::state::Anchor;
-use crate::numerics::{combine, kernel, poly::Poly};
+use crate::numerics::{combine, kernel};
 use crate::quantities::parameters::Rock;
-use crate::scene::graph::{Channel, Edge, Group};
+use crate::scene::graph::{Edge, Group};
 use std::cell::OnceCell;
 use std::sync::Arc;
 
@@ -183,32 +183,10 @@ impl Motion {
         }
         let group = self.graph().at_tip(&self.state.mode);
         let from = self.state.anchors[0].group;
-        if self.parameters().drive.fluid() > 0.0 {
-            return self.carry_held(group, transition);
-        }
         if steady && let Some(way) = self.model.passage(from, group, self.state.mode)? {
             return self.pass(group, &way, transition);
         }
         let before = self.standing(0);
-        self.carry(0, group, &[&before], Some(transition))
-    }
-
-    /// [`Self::carry`] of the tip's track where a fluid holds the piston: its load, too, counts from the
-    /// origin.
-    fn carry_held(&mut self, group: Group, transition: Transition) -> Result<(), Error> {
-        let before = self.standing(0);
-        let held = (1..self.tracks.len()).filter(|index| !self.tracks[*index].system.rigid);
-        let states: Vec<(usize, Vec<f64>)> =
-            held.map(|index| (index, self.body_state(&self.tracks[index], index, 0.0))).collect();
-        self.state.slack -= transition.shift;
-        self.state.loads[Channel::Fluid as usize] =
-            Poly::constant(self.parameters().drive.fluid() * self.state.slack);
-        for (index, mut state) in states {
-            let anchored = self.state.anchors[index].group;
-            self.translations(anchored)
-                .for_each(|(mode, root)| state[mode] -= transition.shift * root);
-            self.enter(index, anchored, &state)?;
-        }
         self.carry(0, group, &[&before], Some(transition))
     }
 

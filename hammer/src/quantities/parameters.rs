@@ -194,8 +194,9 @@ pub struct Drive {
     pub area_return: f64,
     /// Area of the bit's upper face on which the return chamber's pressure acts, m2.
     pub anvil_area: f64,
-    /// Stiffness of the fluid that drives the piston from outside, N/m.
-    pub stiffness: f64,
+    /// How long before the middle of its step a value from outside belongs, in steps.
+    #[serde(default)]
+    pub delay: f64,
 }
 
 /// All parameters of a scene.
@@ -321,7 +322,7 @@ impl Default for Parameters {
                 area_drive: 1.5e-3,
                 area_return: 1.5e-3,
                 anvil_area: 0.0,
-                stiffness: 0.0,
+                delay: 0.0,
             },
             air: AirLaw::default(),
             gravity: 9.81,

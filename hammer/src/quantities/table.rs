@@ -208,8 +208,8 @@ const GROUPS: &[&[Parameter]] = {
             .read_by(Drive(&[Source::Pressure, Source::Air])),
         real("drive.anvil_area", AREA, AtLeast(0.0), "Area of the bit's upper face on which the return chamber presses, less its exhaust's pressure",
             |p| &mut p.drive.anvil_area).switch().read_by(Drive(&[Source::Pressure])),
-        real("drive.stiffness", STIFFNESS, AtLeast(0.0), "Stiffness of the fluid that drives the piston from outside: from where force or pressures were last set, the force falls by so much for each metre that the piston moves on",
-            |p| &mut p.drive.stiffness).switch().read_by(Drive(&[Source::Force, Source::Pressure])),
+        real("coupling.delay", RATIO, Between(0.0, 2.0), "How many steps before the middle of its communication step the instant lies that a drive's value belongs to: 0 holds it as given, 0.5 in a loop of your own or a host that steps one unit after the other, 1.5 in one that steps all at once with a partner that reads positions, 1 with one that reads flows",
+            |p| &mut p.drive.delay).tunable().switch().read_by(Drive(&[Source::Force, Source::Pressure])),
     ],
     &[
         real("air.drive.dead_volume", VOLUME, Above(0.0), "Volume of the drive chamber with the piston at the end of its cylinder", |p| &mut p.air.drive.dead_volume).read_by(AIR),

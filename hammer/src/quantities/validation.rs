@@ -71,11 +71,6 @@ impl Parameters {
             let allowed = format!("{range} ({LIGHTEST_CASING:e} of the bit's mass)");
             return Err(ParameterError { name, value, allowed });
         }
-        if self.drive.fluid() > 0.0 && self.drill.loose() > 0 && self.drill.joint.slack > 0.0 {
-            let (name, value) = (name_of(|p| &mut p.drive.stiffness), self.drive.stiffness);
-            let allowed = "0 with drill.joint.slack above 0".into();
-            return Err(ParameterError { name, value, allowed });
-        }
         if self.has_casing() && chuck.idle_travel >= chuck.travel {
             let allowed = format!("below chuck.travel, {}", DisplayNumber(chuck.travel));
             let name = name_of(|p| &mut p.chuck.idle_travel);

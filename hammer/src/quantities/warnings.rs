@@ -80,6 +80,17 @@ pub fn starved(source: Source, sets: impl Fn(Input) -> bool) -> Option<String> {
     Some(format!("drive.source is {chosen}, but nothing sets {names}: the piston is not driven"))
 }
 
+/// A feed that does not press the hammer down at the first step, as a sentence.
+pub fn unfed(force: f64) -> Option<String> {
+    (force <= 0.0).then(|| {
+        format!(
+            "feed_force = {} N at the first step: nothing presses the hammer down (some hosts set what is \
+             not connected to 0)",
+            DisplayNumber(force)
+        )
+    })
+}
+
 /// Fastest impact that the steel of piston and bit stands for long, m/s.
 pub(crate) const FASTEST: f64 = 13.0;
 

@@ -21,7 +21,7 @@ use crate::quantities::sections::Body;
 use serde::{Deserialize, Serialize};
 
 /// How many loads there are.
-pub const CHANNELS: usize = 5;
+pub const CHANNELS: usize = 4;
 
 /// Loads, in the order of a system's channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,8 +35,6 @@ pub enum Channel {
     /// The return chamber's pressure on what the piston strikes, distributed like its mass, and its reaction
     /// on a frame, N.
     Anvil,
-    /// What `drive.stiffness` would pull the piston with if it stood at the zero of displacements, N.
-    Fluid,
 }
 
 /// Where the free modes that two groups share begin in each.
@@ -55,8 +53,7 @@ pub struct Overlap {
 pub struct Group {
     /// Which.
     pub bodies: Bodies,
-    /// The spring at the tip, if the bit is among them. A piston alone has `None` in flight, and a free spring
-    /// where a fluid holds it.
+    /// The spring at the tip, if the bit is among them.
     pub spring: Option<Spring>,
 }
 
@@ -140,18 +137,18 @@ impl Graph {
     /// Where loads work.
     fn load(&mut self) {
         let (piston, string, frame) = (Bodies::PISTON, self.string(), Bodies::one(self.frame));
-        let fed = (Displacement::Top(self.frame), frame, [0.0, 1.0, 0.0, 0.0, 0.0]);
+        let fed = (Displacement::Top(self.frame), frame, [0.0, 1.0, 0.0, 0.0]);
         let mass = |bodies| self.mass(bodies);
-        let pressed = |weight| (Displacement::STRUCK, Bodies::STRUCK, [0.0, 0.0, weight, 1.0, 0.0]);
-        let mut loaded = vec![(Displacement::PISTON, piston, [1.0, 0.0, mass(piston), 0.0, 1.0])];
+        let pressed = |weight| (Displacement::STRUCK, Bodies::STRUCK, [0.0, 0.0, weight, 1.0]);
+        let mut loaded = vec![(Displacement::PISTON, piston, [1.0, 0.0, mass(piston), 0.0])];
         if string == Bodies::STRUCK {
             loaded.push(pressed(mass(string)));
         } else {
-            loaded.push((Displacement::Mean(string), string, [0.0, 0.0, mass(string), 0.0, 0.0]));
+            loaded.push((Displacement::Mean(string), string, [0.0, 0.0, mass(string), 0.0]));
             loaded.push(pressed(0.0));
         }
         if self.is_framed() {
-            loaded.push((Displacement::Mean(frame), frame, [-1.0, 0.0, mass(frame), -1.0, 0.0]));
+            loaded.push((Displacement::Mean(frame), frame, [-1.0, 0.0, mass(frame), -1.0]));
         }
         loaded.push(fed);
         self.loaded = loaded;
@@ -249,11 +246,7 @@ impl Graph {
     /// The group of a body.
     fn group_of(&self, body: usize, mode: &Mode) -> Group {
         let bodies = self.joined_to(body, |tie| mode.ties.hold(tie));
-        let spring = if bodies.have(self.bit) {
-            Some(Spring::of(mode.rock))
-        } else {
-            (bodies == Bodies::PISTON && self.edge(Tie::Fluid).is_some()).then_some(Spring::Free)
-        };
+        let spring = bodies.have(self.bit).then(|| Spring::of(mode.rock));
         Group { bodies, spring }
     }
 
@@ -386,7 +379,6 @@ impl Graph {
         let (points, sign, mean) = match displacement {
             Displacement::Tip if body == self.bit => (Some(&bar.bottom), 1.0, 0.0),
             Displacement::Top(place) if body == place => (Some(&bar.top), 1.0, 0.0),
-            Displacement::Tie(Tie::Fluid) if body == 0 => (None, 1.0, 1.0),
             Displacement::Tie(tie) => match self.edge(tie) {
                 Some(edge) if edge.upper == Some(body) => (Some(&bar.bottom), -1.0, 0.0),
                 Some(edge) if edge.lower == body => (Some(&bar.top), 1.0, 0.0),

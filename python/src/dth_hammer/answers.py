@@ -93,15 +93,13 @@ def history(table: pd.DataFrame, chosen: float, kept: float) -> Figure:
 
 def exchanged(table: pd.DataFrame, end: float) -> Figure:
     """Inputs of a coupled hammer as it had them over its steps, and the piston over the bit."""
-    names = [n for n in table if f"{n} slope" in table]
+    names = [name for name in table if not str(name).startswith("relative_")]
     times = np.append(table.index, end)
     with _styled(7.0, 4.5) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True)
         for name, colour in zip(names, (BLUE, ORANGE, BROWN, DARK), strict=False):
-            first = table[name].to_numpy()
-            last = first + table[f"{name} slope"].to_numpy() * np.diff(times)
             steps = np.column_stack([times[:-1], times[1:]]).ravel()
-            upper.plot(steps, np.column_stack([first, last]).ravel(), color=colour, label=name)
+            upper.plot(steps, np.repeat(table[name].to_numpy(), 2), color=colour, label=name)
         units = {str(table.attrs["units"][name]) for name in names}
         upper.set_ylabel(f"given to the hammer ({', '.join(sorted(units))})")
         figure.legend(loc="outside upper center", ncols=2)

@@ -30,10 +30,6 @@ pub struct Passage {
     columns: Vec<f64>,
 }
 
-/// The loads of states that pass without their statics: all but the fluid's, which moves with the
-/// origin of displacements.
-const PUSHED: usize = CHANNELS - 1;
-
 impl Passage {
     /// None if it is too expensive, or less accurate than two products. `statics` are the loads'
     /// shapes in both systems.
@@ -47,7 +43,7 @@ impl Passage {
             return None;
         }
         let len = to.len();
-        let mut columns = Vec::with_capacity((2 * from.modes + PUSHED) * len);
+        let mut columns = Vec::with_capacity((2 * from.modes + CHANNELS) * len);
         let (mut state, mut column) = (vec![0.0; 2 * to.modes], vec![0.0; len]);
         for (_, halves) in from.columns() {
             overlap.copy(halves, &mut state);
@@ -59,7 +55,7 @@ impl Passage {
     }
 
     fn with_statics(mut self, [old, new]: [[&[f64]; CHANNELS]; 2]) -> Self {
-        for (old, new) in old.into_iter().zip(new).take(PUSHED) {
+        for (old, new) in old.into_iter().zip(new) {
             let mut column = vec![0.0; self.len];
             self.apply(old, &mut column);
             kernel::add(&mut column, -1.0, new);
@@ -81,11 +77,11 @@ impl Passage {
     pub fn apply_moving(&self, y: &[f64], loads: [f64; CHANNELS], out: &mut [f64]) {
         let [blocks, modes] = self.from;
         let (first, second) = y.split_at(blocks);
-        let mut rest = [0.0; MOST + PUSHED];
+        let mut rest = [0.0; MOST + CHANNELS];
         rest[..modes].copy_from_slice(&second[..modes]);
-        rest[modes..modes + PUSHED].copy_from_slice(&loads[..PUSHED]);
+        rest[modes..modes + CHANNELS].copy_from_slice(&loads);
         let columns = Columns { numbers: &self.columns, stride: self.len, offset: 0 };
-        combine(columns, [&first[..modes], &rest[..modes + PUSHED]], out);
+        combine(columns, [&first[..modes], &rest[..modes + CHANNELS]], out);
     }
 }
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from fmpy.model_description import ModelDescription, ModelVariable
 
 HAMMER = "hammer"
-#: Step of the exchange that is proposed, s: `examples/coupling_steps.py` measures others.
+#: Step of the exchange that is proposed, s: `examples/pressure_model.py` measures others.
 STEP = 1e-5
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"

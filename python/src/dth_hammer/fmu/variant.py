@@ -1,10 +1,12 @@
 """FMUs for other hosts: one that starts as a scene, lists the waves on a mesh, or has arrays.
 
 Many hosts cannot set an enumeration, some set nothing at all. `configure` writes the scene
-into the description's start values, and so that the library knows of it into the GUID (in FMI 3.0
-the instantiation token), which every host hands over. Outputs of FMI 2.0 are a list, so for waves
-a mesh must be chosen, which then is part of the GUID too. FMI 3.0 has arrays for them, which many
-importers stop at, so they are in a variant too. The libraries are the same.
+into the description's start values, and so that the library knows of it into a section that the
+library keeps for it. The GUID (in FMI 3.0 the instantiation token), which every host hands over,
+says that both belong together: the plain one and a sign of that text. Outputs of FMI 2.0 are a
+list, so for waves a mesh must be chosen, which then is part of the text too. FMI 3.0 has arrays for
+them, which many importers stop at, so they are in a variant too. But for the section the libraries
+are the same.
 """
 
 from __future__ import annotations
@@ -31,7 +33,10 @@ DOCUMENTATION = "documentation/index.html"
 NOTE = "<!--configured-->"
 WAVES = "-waves-"
 ARRAYS = "-arrays"
-#: Where a description tells how its identity says start values, by the version of FMI.
+#: What the section of a library begins with, and how many bytes it has behind that.
+MARK, ROOM = b"dth_hammer: this unit starts as:", 1 << 14
+BINARIES = "binaries/"
+#: Where a description tells how the section says start values, by the version of FMI.
 TOLD = {
     2: "VendorAnnotations/Tool[@name='dth_hammer.start_values']/StartValues",
     3: "Annotations/Annotation[@type='dth_hammer.start_values']/StartValues",
@@ -91,10 +96,10 @@ def configure(
     if unknown := [name for name in given if name not in rows]:
         raise DthHammerError(f"{package.path.name} is of an older version: it has no {unknown[0]}")
     fixed = _mesh_of_waves(package, given) if waves else {}
-    _identify(root, package, {**given, **beside}, fixed, arrays=arrays)
+    text = _identify(root, package, {**given, **beside}, fixed, arrays=arrays)
     _start(root, {n: v for n, v in {**given, **beside}.items() if n not in fixed})
     added += _list_waves(root, package, given, fixed) if waves else 0
-    _write(package, out, root, {**given, **beside})
+    _write(package, out, root, text, {**given, **beside})
     return added
 
 
@@ -147,11 +152,11 @@ def _identify(
     fixed: Mapping[str, float],
     *,
     arrays: bool,
-) -> None:
-    """Writes the start values into the GUID, which every host hands to the library."""
+) -> str:
+    """Signs the GUID, which every host hands over, and returns the text it stands for."""
     identity = IDENTITY[package.fmi]
     plain, begin = _identity_parts(root, package)
-    rest = root.attrib[identity].removeprefix(plain)
+    rest = _section(package)
     arrays = arrays or rest.endswith(ARRAYS)
     rest = rest.removesuffix(ARRAYS).removeprefix(begin)
     if WAVES in rest:
@@ -162,7 +167,35 @@ def _identify(
     listed = ",".join(f"{r}:{struct.pack('>d', v).hex()}" for r, v in sorted(started.items()))
     counts = [f"{value:.0f}" for name, value in fixed.items() if name != FIDELITY]
     ending = (WAVES + "-".join(counts) if fixed else "") + (ARRAYS if arrays else "")
-    root.set(identity, plain + (begin + listed if listed else "") + ending)
+    text = (begin + listed if listed else "") + ending
+    root.set(identity, plain + (_sign(text) if text else ""))
+    return text
+
+
+def _sign(text: str) -> str:
+    """A dash and a text's hash, FNV-1a of 64 bits, as the library computes it."""
+    number = 0xCBF29CE484222325
+    for byte in text.encode():
+        number = (number ^ byte) * 0x100000001B3 % 2**64
+    return f"-{number:016x}"
+
+
+def _section(package: Package) -> str:
+    """The text in a file's libraries."""
+    with zipfile.ZipFile(package.path) as archive:
+        for name in archive.namelist():
+            _, mark, rest = (archive.read(name) if name.startswith(BINARIES) else b"").partition(
+                MARK
+            )
+            if mark:
+                return rest[:ROOM].partition(b"\0")[0].decode()
+    raise DthHammerError(f"{package.path.name} is too old to be configured")
+
+
+def _filled(library: bytes, text: str) -> bytes:
+    """A library with a text in its section."""
+    before, mark, rest = library.partition(MARK)
+    return before + mark + text.encode().ljust(ROOM, b"\0") + rest[ROOM:] if mark else library
 
 
 def write_variant(
@@ -201,7 +234,7 @@ def _identity_parts(root: ET.Element, package: Package) -> tuple[str, str]:
 
 
 def _started(text: str) -> dict[int, float]:
-    """Start values by reference, as a configured FMU's GUID has them."""
+    """Start values by reference, as a configured FMU's library has them."""
     pairs = (pair.split(":") for pair in text.split(",") if pair)
     return {int(at): struct.unpack(">d", bytes.fromhex(bits))[0] for at, bits in pairs}
 
@@ -276,7 +309,9 @@ def _list_arrays(root: ET.Element, package: Package) -> int:
         # Outputs come before what is unknown at the start.
         place = [part.tag for part in structure].index("InitialUnknown")
         structure.insert(place, ET.Element("Output", unknown | {"dependencies": ""}))
-        ET.SubElement(structure, "InitialUnknown", unknown)
+        # It depends on all that an output does which is not 0 at the start.
+        known = max((part.get("dependencies", "") for part in structure), key=len)
+        ET.SubElement(structure, "InitialUnknown", unknown | {"dependencies": known})
     return added
 
 
@@ -294,10 +329,13 @@ def _add(
     node = ET.SubElement(variables, "ScalarVariable", attributes)
     ET.SubElement(node, "Real", {key: row[key] for key in TYPE if key in row})
     position: dict[str, Any] = {"index": str(len(variables))}
-    for part, dependencies in (("Outputs", {"dependencies": ""}), ("InitialUnknowns", {})):
+    for part in ("Outputs", "InitialUnknowns"):
         place = structure.find(part)
         assert place is not None
-        ET.SubElement(place, "Unknown", position | dependencies)
+        known = (
+            [row.get("dependencies", "") for row in place] if part == "InitialUnknowns" else [""]
+        )
+        ET.SubElement(place, "Unknown", position | {"dependencies": max(known, key=len)})
 
 
 def _text(name: str, number: float) -> str:
@@ -307,9 +345,11 @@ def _text(name: str, number: float) -> str:
     return f"{name} = {variable.labels.get(int(number)) or variable.text(number)}"
 
 
-def _write(package: Package, out: Path, root: ET.Element, given: Mapping[str, float]) -> None:
+def _write(
+    package: Package, out: Path, root: ET.Element, text: str, given: Mapping[str, float]
+) -> None:
     ET.indent(root)
-    text = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
+    description = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
     listed = ", ".join(_text(n, v) for n, v in given.items())
     note = f"<p><strong>This file starts with</strong> {html.escape(listed)}.</p>{NOTE}"
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -325,7 +365,9 @@ def _write(package: Package, out: Path, root: ET.Element, given: Mapping[str, fl
                     continue
                 data = source.read(entry)
                 if entry.filename == DESCRIPTION:
-                    data = text
+                    data = description
+                elif entry.filename.startswith(BINARIES):
+                    data = _filled(data, text)
                 elif entry.filename == DOCUMENTATION and given:
                     data = data.replace(NOTE.encode(), note.encode())
                 target.writestr(entry, data)

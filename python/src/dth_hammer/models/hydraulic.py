@@ -73,11 +73,6 @@ class WaterDrive:
         """Pressures for the hammer, Pa."""
         return {"drive_pressure": self.state[0], "return_pressure": self.state[2]}
 
-    def slopes(self, position: float, velocity: float) -> dict[str, float]:
-        """Their rates, Pa/s."""
-        rates = self._rates(self.state, position, velocity)
-        return {"drive_pressure": rates[0], "return_pressure": rates[2]}
-
     def advance(self, size: float, motion: Motion) -> None:
         """Classical Runge-Kutta steps, as many as the water needs, cut where the valve turns."""
         steps = max(1, math.ceil(size / self.substep - 1e-9))

@@ -1,0 +1,283 @@
+"""A pressure model outside and the hammer, two FMUs, in masters of others: what the exchange costs.
+
+    python examples/pressure_model.py --out table.md
+
+The models are FMUs in C (`pressure_model.c`, built by gcc): trapped oil, gas in two chambers, and
+water behind a valve. Each runs with the hammer in a loop of one's own, in fmucontainer (one unit
+after the other), libcosim and ecos (both at once), held (`coupling.delay` 0) and with the delay of
+the host. The truth is the same pair at 0.5 us. Prints errors of impact speed and frequency (of oil:
+of the swing), and what the hammer says of the exchange: `energy_exchange` over the drive's work.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ctypes
+import json
+import math
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from zipfile import ZipFile
+
+import fmpy
+import numpy as np
+from dth_hammer.fmu import configure
+
+HAMMER, MODEL = "hammer.fmu", "pressure_model.fmu"
+PORTS = ["drive_pressure", "return_pressure"]
+LINKS = [(HAMMER, "relative_position", MODEL), *((MODEL, port, HAMMER) for port in PORTS)]
+READ = [
+    "blow_count",
+    "blow_time",
+    "blow_speed",
+    "energy_exchange",
+    "energy_drive",
+    "relative_position",
+]
+STEPS, TRUE_STEP = (1e-3, 1e-4, 2e-5, 5e-6), 5e-7
+#: Delay of a host's values, in steps: one unit after the other, or both at once.
+AFTER, AT_ONCE = 0.5, 1.5
+DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="Pressure model" guid="pressure">
+  <CoSimulation modelIdentifier="pressure_model" canHandleVariableCommunicationStepSize="true"/>
+  <ModelVariables>
+    <ScalarVariable name="relative_position" valueReference="0" causality="input">
+      <Real start="{begin}"/></ScalarVariable>
+    <ScalarVariable name="drive_pressure" valueReference="1" causality="output"
+      initial="calculated"><Real/></ScalarVariable>
+    <ScalarVariable name="return_pressure" valueReference="2" causality="output"
+      initial="calculated"><Real/></ScalarVariable>
+  </ModelVariables>
+  <ModelStructure>
+    <Outputs><Unknown index="2" dependencies=""/><Unknown index="3" dependencies=""/></Outputs>
+    <InitialUnknowns>
+      <Unknown index="2" dependencies=""/><Unknown index="3" dependencies=""/>
+    </InitialUnknowns>
+  </ModelStructure>
+</fmiModelDescription>
+"""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A model, the hammer that it drives, and how long they run."""
+
+    number: int
+    scene: dict[str, float | str]
+    end: float
+    begin: float = -0.05
+
+
+def _areas(down: float, up: float) -> dict[str, float | str]:
+    return {"drive.area_drive": down, "drive.area_return": up, "drive.source": "Pressure"}
+
+
+CASES = {
+    "oil": Case(1, {"gravity": 0.0, "piston.initial_velocity": 1.0} | _areas(1e-3, 1e-3), end=0.02),
+    "gas": Case(2, {"piston.length": 0.35, "cross_section": 4.5e-3} | _areas(6e-3, 5e-3), end=0.3),
+    "water with a valve": Case(3, _areas(3.6e-4, 1.8e-4), end=0.3, begin=-0.02),
+}
+Rows = dict[str, np.ndarray]
+
+
+def build(folder: Path, case: Case, delay: float) -> None:
+    """The FMUs of both, for this machine."""
+    library = folder / "pressure_model.so"
+    headers = Path(fmpy.__file__).with_name("c-code")
+    source = Path(__file__).with_suffix(".c")
+    options = [f"-DCASE={case.number}", f"-DBEGIN={case.begin}", "-O2", "-shared", "-fPIC"]
+    command = ["gcc", *options, f"-I{headers}", str(source), "-o", str(library), "-lm"]
+    subprocess.run(command, check=True)
+    with ZipFile(folder / MODEL, "w") as archive:
+        archive.writestr("modelDescription.xml", DESCRIPTION.format(begin=case.begin))
+        archive.write(library, "binaries/linux64/pressure_model.so")
+    own = {"fidelity": "Rigid", "contact.initial_gap": -case.begin, "coupling.delay": delay}
+    configure(folder / HAMMER, own | case.scene)
+
+
+def by_loop(folder: Path, step: float, end: float) -> Rows:
+    """A loop over fmpy: the hammer steps, then the model by where the hammer is."""
+    units = {}
+    for file in (MODEL, HAMMER):
+        description = fmpy.read_model_description(str(folder / file))
+        slave = fmpy.instantiate_fmu(fmpy.extract(str(folder / file)), description)
+        slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+        units[file] = slave, {v.name: v.valueReference for v in description.modelVariables}
+    (model, own), (hammer, names) = units[MODEL], units[HAMMER]
+    given, taken = [own[port] for port in PORTS], [names[port] for port in PORTS]
+    read, place = [names[name] for name in READ], [names["relative_position"]]
+    hammer.setReal(taken, model.getReal(given))
+    for slave in (hammer, model):
+        slave.exitInitializationMode()
+    rows, every = [], max(1, round(2e-5 / step))
+    for k in range(round(end / step)):
+        hammer.setReal(taken, model.getReal(given))
+        hammer.doStep(k * step, step)
+        model.setReal([own["relative_position"]], hammer.getReal(place))
+        model.doStep(k * step, step)
+        if (k + 1) % every == 0:
+            rows.append(hammer.getReal(read))
+    for slave, _ in units.values():
+        slave.terminate()
+        slave.freeInstance()
+    return dict(zip(READ, np.array(rows).T, strict=True))
+
+
+def by_fmucontainer(folder: Path, step: float, end: float) -> Rows:
+    """The container that fmucontainer makes of both, the hammer first."""
+    plan = {
+        "name": "container.fmu",
+        "mt": False,
+        "sequential": True,
+        "auto_link": False,
+        "auto_input": True,
+        "auto_output": True,
+        "step_size": step,
+        "fmu": [HAMMER, MODEL],
+        "link": [[source, name, target, name] for source, name, target in LINKS],
+        "output": [[HAMMER, name, name] for name in READ],
+    }
+    (folder / "container.json").write_text(json.dumps(plan), encoding="utf-8")
+    program = str(Path(sys.executable).with_name("fmucontainer"))
+    options = ["-fmu-directory", str(folder), "-container", "container.json"]
+    subprocess.run([program, *options], check=True, capture_output=True)
+    file = str(folder / "container.fmu")
+    found = fmpy.simulate_fmu(
+        file, stop_time=end, step_size=step, output_interval=max(step, 2e-5), output=READ
+    )
+    return {name: np.asarray(found[name][1:], float) for name in READ}
+
+
+def by_libcosim(folder: Path, step: float, end: float) -> Rows:
+    """The library of the Open Simulation Platform: both at once."""
+    from libcosimpy.CosimExecution import CosimExecution  # noqa: PLC0415
+    from libcosimpy.CosimLogging import CosimLogLevel, log_output_level  # noqa: PLC0415
+    from libcosimpy.CosimObserver import CosimObserver  # noqa: PLC0415
+    from libcosimpy.CosimSlave import CosimLocalSlave  # noqa: PLC0415
+
+    log_output_level(CosimLogLevel.ERROR)
+    execution = CosimExecution.from_step_size(step * 1e9)
+    units, names = {}, {}
+    for file in (HAMMER, MODEL):
+        label = Path(file).stem
+        units[file] = execution.add_local_slave(CosimLocalSlave(str(folder / file), label))
+        variables = execution.slave_variables(units[file])
+        names[file] = {v.name.decode(): v.reference for v in variables}
+    for source, name, target in LINKS:
+        execution.connect_real_variables(
+            units[source], names[source][name], units[target], names[target][name]
+        )
+    observer = CosimObserver.create_last_value()
+    execution.add_observer(observer)
+    read, rows, every = [names[HAMMER][name] for name in READ], [], max(1, round(2e-5 / step))
+    for _ in range(round(end / step / every)):
+        execution.step(every)
+        rows.append(observer.last_real_values(units[HAMMER], read))
+    return dict(zip(READ, np.array(rows).T, strict=True))
+
+
+def by_ecos(folder: Path, step: float, end: float) -> Rows:
+    """ecos: both at once."""
+    ctypes.CDLL(f"{sys.prefix}/lib/libtbb.so.12", mode=ctypes.RTLD_GLOBAL)
+    from ecospy import EcosSimulation, EcosSimulationStructure  # noqa: PLC0415
+
+    structure = EcosSimulationStructure()
+    for file in (HAMMER, MODEL):
+        structure.add_model(Path(file).stem, str(folder / file))
+    for source, name, target in LINKS:
+        structure.make_real_connection(
+            f"{Path(source).stem}::{name}", f"{Path(target).stem}::{name}"
+        )
+    rows, every = [], max(1, round(2e-5 / step))
+    with EcosSimulation(step, structure=structure) as simulation:
+        simulation.init()
+        for _ in range(round(end / step / every)):
+            simulation.step(every)
+            rows.append([simulation.get_real(f"hammer::{name}") for name in READ])
+    return dict(zip(READ, np.array(rows).T, strict=True))
+
+
+Host = Callable[[Path, float, float], Rows]
+HOSTS: dict[str, tuple[Host, float]] = {
+    "own loop": (by_loop, AFTER),
+    "fmucontainer": (by_fmucontainer, AFTER),
+    "libcosim": (by_libcosim, AT_ONCE),
+    "ecos": (by_ecos, AT_ONCE),
+}
+
+
+def figures(rows: Rows) -> tuple[float, float, float]:
+    """Impact speed and frequency of the last blows, or swing; and what the exchange made.
+
+    The last is `energy_exchange` over the work of the drive, or its largest.
+    """
+    count, made, work = rows["blow_count"], rows["energy_exchange"], rows["energy_drive"]
+    part = made[-1] / max(abs(work[-1]), np.abs(work).max())
+    if count[-1] < 1:
+        place = rows["relative_position"]
+        return float(np.abs(place - place[0]).max()), 1.0, float(part)
+    at = [int(np.searchsorted(count, k)) for k in range(1, int(count[-1]) + 1)]
+    last = [k for k in at if k < len(count)][-6:]
+    times, speeds = rows["blow_time"][last], rows["blow_speed"][last]
+    if len(last) < 2:
+        return math.nan, math.nan, float(part)
+    return float(speeds[1:].mean()), float((len(last) - 1) / (times[-1] - times[0])), float(part)
+
+
+def measure(
+    cases: Sequence[str] = tuple(CASES),
+    hosts: Sequence[str] = tuple(HOSTS),
+    steps: Sequence[float] = STEPS,
+    true_step: float = TRUE_STEP,
+) -> list[tuple[str, str, float, float, float, float, float]]:
+    """Rows of case, host, step, delay, and the errors of speed and frequency, and the part made."""
+    table = []
+    for name in cases:
+        case = CASES[name]
+        with tempfile.TemporaryDirectory() as scratch:
+            build(Path(scratch), case, AFTER)
+            speed, rate, _ = figures(by_loop(Path(scratch), true_step, case.end))
+        for host in hosts:
+            run, delay = HOSTS[host]
+            for step in steps:
+                for given in (0.0, delay):
+                    with tempfile.TemporaryDirectory() as scratch:
+                        build(Path(scratch), case, given)
+                        try:
+                            own, often, part = figures(run(Path(scratch), step, case.end))
+                        except Exception:  # whatever a host makes of it
+                            own = often = part = math.nan
+                    table.append((name, host, step, given, own / speed - 1, often / rate - 1, part))
+                    print(*table[-1], flush=True)
+    return table
+
+
+def text(table: Sequence[tuple[str, str, float, float, float, float, float]]) -> str:
+    """The table of the guide, in per cent."""
+    lines = [
+        "| model | host | step | `coupling.delay` | speed | frequency | `energy_exchange` |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for case, host, step, delay, *errors in table:
+        shown = ["fails" if math.isnan(x) else f"{100 * x:+.3g} %" for x in errors]
+        lines.append(
+            f"| {case} | {host} | {step * 1e6:.0f} µs | {delay:g} | " + " | ".join(shown) + " |"
+        )
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Measures and writes."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("pressure_model.md"))
+    options = parser.parse_args()
+    options.out.write_text(text(measure()) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,204 @@
+//! Values of a drive from outside, one for each communication step: what acts over a step, and what the
+//! exchange makes.
+
+use hammer::{Fidelity, Input, InputValues, Machine, Parameters, Source, Stops};
+
+/// A rigid piston far from the bit, in no field, under a force from outside.
+fn thrown(delay: f64) -> Parameters {
+    let mut p = Parameters { fidelity: Fidelity::Rigid, gravity: 0.0, ..Parameters::default() };
+    (p.drive.source, p.drive.delay, p.contact.initial_gap) = (Source::Force, delay, 10.0);
+    p
+}
+
+fn mass(p: &Parameters) -> f64 {
+    p.material.density * p.cross_section * p.piston.length
+}
+
+/// The force that acted over the step to `to`, N.
+fn acted(machine: &mut Machine, to: f64) -> f64 {
+    let momentum =
+        |machine: &Machine| mass(machine.parameters()) * machine.kinematics().piston_velocity;
+    let (from, before) = (machine.time(), momentum(machine));
+    machine.advance(to).unwrap();
+    (momentum(machine) - before) / (to - from)
+}
+
+/// Forces are kN over ms: their impulses, a few N s, and speeds of some m/s have roundings of 1e-15 of
+/// them, which a step of 1 ms makes 1e-11 N.
+fn close(found: f64, expected: f64) {
+    assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+}
+
+/// The rows of the table: what is set before each step, its size, and what acts.
+#[test]
+fn a_value_acts_as_of_the_middle_of_its_step() {
+    type Row = (&'static [f64], f64, f64);
+    const ROWS: [Row; 8] = [
+        (&[100.0], 1e-3, 100.0), // The first, but for the 0 at the start, which no step used.
+        (&[160.0], 1e-3, 160.0 + 60.0), // One step further by the last slope.
+        (&[160.0], 1e-3, 160.0), // Repeated.
+        (&[], 1e-3, 160.0),      // None.
+        (&[7.0, 100.0], 2e-3, 100.0 - 2.0 * 60.0), // Set twice; a step twice as long.
+        (&[120.0], 0.5e-3, 120.0 + 0.25 * 20.0),
+        (&[120.0, 140.0, 120.0], 1e-3, 120.0), // Values, not calls.
+        (&[90.0], 1e-3, 90.0 - 30.0),
+    ];
+    let mut machine = Machine::new(&thrown(1.0), &InputValues::default(), 0.0).unwrap();
+    let mut now = 0.0;
+    for (sets, size, expected) in ROWS {
+        for value in sets {
+            machine.set_input(Input::DriveForce, &[*value]).unwrap();
+        }
+        now += size;
+        close(acted(&mut machine, now), expected);
+        assert_eq!(machine.input(Input::DriveForce), sets.last().copied().unwrap_or(160.0));
+    }
+    // A step of no size is none.
+    machine.set_input(Input::DriveForce, &[50.0]).unwrap();
+    machine.advance(now).unwrap();
+    machine.set_input(Input::DriveForce, &[100.0]).unwrap();
+    close(acted(&mut machine, now + 1e-3), 110.0);
+    // A straight line is taken as given: its mean acts.
+    machine.set_input(Input::DriveForce, &[100.0, 2e4]).unwrap();
+    close(acted(&mut machine, now + 2e-3), 110.0);
+    // Without a delay, each value as given.
+    let mut held = Machine::new(&thrown(0.0), &InputValues::default(), 0.0).unwrap();
+    for (step, value) in (1..).zip([100.0, 160.0, 30.0]) {
+        held.set_input(Input::DriveForce, &[value]).unwrap();
+        close(acted(&mut held, 1e-3 * f64::from(step)), value);
+    }
+}
+
+/// A step that ends early goes on with what it used, to the last bit; another value there begins a step.
+#[test]
+fn a_step_that_returned_early_goes_on_with_what_it_used() {
+    let mut p = thrown(1.0);
+    p.piston.initial_velocity = 10.0;
+    let run = |place: f64, value: Option<f64>| {
+        let mut machine = Machine::new(&p, &InputValues::default(), 0.0).unwrap();
+        for (step, value) in (1..).zip([1000.0, 3000.0]) {
+            machine.set_input(Input::DriveForce, &[value]).unwrap();
+            machine.advance(1e-3 * f64::from(step)).unwrap();
+        }
+        machine.set_input(Input::DriveForce, &[4000.0]).unwrap();
+        let mut stops = Stops::new(&machine, false, &[place]);
+        stops.ends = true;
+        machine.advance_keeping_start(3e-3, Some(&mut stops)).unwrap();
+        let ended = machine.time();
+        if let Some(value) = value {
+            machine.set_input(Input::DriveForce, &[value]).unwrap();
+        }
+        machine.advance(3e-3).unwrap();
+        let rest = machine.kinematics().piston_velocity;
+        machine.set_input(Input::DriveForce, &[4000.0]).unwrap();
+        machine.advance(4e-3).unwrap();
+        (ended, [rest, machine.kinematics().piston_velocity, machine.exchanged_energy()])
+    };
+    let (whole, plain) = run(5.0, None);
+    assert_eq!(whole, 3e-3, "it does not come there");
+    for same in [None, Some(4000.0)] {
+        let (ended, parts) = run(-9.975, same);
+        assert!(2e-3 < ended && ended < 3e-3, "{ended}");
+        assert_eq!(parts[..2], plain[..2]);
+        // The energy is summed in two parts: some roundings of 50 J.
+        assert!((parts[2] - plain[2]).abs() < 1e-12, "{parts:?} {plain:?}");
+    }
+    let (ended, parts) = run(-9.975, Some(0.0));
+    let lost = (4000.0 + 1000.0) / mass(&p) * (3e-3 - ended);
+    assert!((plain[0] - parts[0] - lost).abs() < 1e-12, "{parts:?}");
+}
+
+/// The state has it all: after it is restored, the same bits follow.
+#[test]
+fn a_restored_state_extrapolates_as_before() {
+    let value = |step: u32| 1e3 * f64::from(step).sin();
+    let go = |machine: &mut Machine, steps: std::ops::Range<u32>| {
+        for step in steps {
+            machine.set_input(Input::DriveForce, &[value(step)]).unwrap();
+            machine.advance(1e-3 * f64::from(step)).unwrap();
+        }
+    };
+    let mut machine = Machine::new(&thrown(1.5), &InputValues::default(), 0.0).unwrap();
+    go(&mut machine, 1..20);
+    let state = machine.state();
+    go(&mut machine, 20..40);
+    let mut other = Machine::new(&thrown(1.5), &InputValues::default(), 0.0).unwrap();
+    other.restore(&state).unwrap();
+    go(&mut other, 20..40);
+    assert_eq!(other.state(), machine.state());
+    assert!(machine.exchanged_energy() != 0.0);
+}
+
+/// The swing of a rigid piston on a trapped chamber of oil, over 20 ms in steps of one size, over that of a
+/// spring; and the energy that the exchange made, as told and as it is, J.
+fn oil(delay: f64, lag: usize, step: f64) -> [f64; 3] {
+    let (stiffness, speed) = (7.5e7, 1.0);
+    let mut p = thrown(delay);
+    p.piston.initial_velocity = speed;
+    let mut machine = Machine::new(&p, &InputValues::default(), 0.0).unwrap();
+    let (mut largest, mut places) = (0.0f64, vec![0.0; lag + 1]);
+    for k in 1..=(0.02 / step).round() as u32 {
+        let place = places[places.len() - 1 - lag];
+        machine.set_input(Input::DriveForce, &[-stiffness * place]).unwrap();
+        machine.advance(f64::from(k) * step).unwrap();
+        places.push(machine.swept());
+        largest = largest.max(machine.swept().abs());
+    }
+    let (x, v) = (machine.swept(), machine.kinematics().piston_velocity);
+    let made = 0.5 * (stiffness * x * x + mass(&p) * (v * v - speed * speed));
+    [largest * (stiffness / mass(&p)).sqrt() / speed, machine.exchanged_energy(), made]
+}
+
+/// Held, each step multiplies a swing by `1 + (omega h)^2 / 4`; a value that is a step older, by thrice as
+/// much in the exponent. With its delay the error is of second order, and `energy_exchange` is the energy made.
+#[test]
+fn a_trapped_chamber_of_oil_is_right_to_second_order() {
+    let rate = 7.5e7 / mass(&thrown(0.0));
+    for (delay, lag) in [(0.5, 0), (1.5, 1)] {
+        let parts = 1.0 + 2.0 * lag as f64;
+        let grown = |step: f64| (parts * rate * step * 0.25 * 0.02).exp();
+        let held = oil(0.0, lag, 5e-6)[0];
+        // The exponent is right to its next order, omega h = 0.02.
+        assert!((held.ln() / grown(5e-6).ln() - 1.0).abs() < 0.1, "{held} {}", grown(5e-6));
+        let [coarse, fine] = [1e-5, 5e-6].map(|step| oil(delay, lag, step)[0] - 1.0);
+        // A growth of third order in a step is one of second over a time: a quarter.
+        assert!(coarse.abs() < 0.03 && fine.abs() < 0.3 * coarse.abs(), "{coarse} {fine}");
+        let [_, told, made] = oil(delay, lag, 1e-5);
+        let [_, held_told, held_made] = oil(0.0, lag, 1e-5);
+        println!("{lag}: {told} {made} {held_told} {held_made}");
+        if lag == 0 {
+            // What even motion within a step leaves out is of higher order, omega h = 0.05.
+            assert!((held_told / held_made - 1.0).abs() < 0.1, "{held_told} {held_made}");
+        }
+        assert!((told - made).abs() < 0.1 * held_made, "{told} {made}");
+    }
+}
+
+/// Steady forces make nothing, in whatever steps; a chamber of oil in steps too long is told of, with
+/// what to do.
+#[test]
+fn an_exchange_that_makes_energy_is_told() {
+    let mut p = thrown(0.0);
+    let inputs = InputValues { drive_force: 1234.5, ..InputValues::default() };
+    let mut machine = Machine::new(&p, &inputs, 0.0).unwrap();
+    for step in 1..=100 {
+        machine.advance(1e-4 * f64::from(step) * f64::from(1 + step % 3)).unwrap_or_default();
+    }
+    assert_eq!((machine.exchanged_energy(), machine.exchange_warning()), (0.0, None));
+    p.piston.initial_velocity = 1.0;
+    for (delay, expected) in [(0.0, Some("set coupling.delay (0.5")), (0.5, None)] {
+        p.drive.delay = delay;
+        let mut machine = Machine::new(&p, &InputValues::default(), 0.0).unwrap();
+        for k in 1..=400 {
+            machine.set_input(Input::DriveForce, &[-7.5e7 * machine.swept()]).unwrap();
+            machine.advance(1e-5 * f64::from(k)).unwrap();
+        }
+        let warning = machine.exchange_warning();
+        let told = expected.is_none_or(|text| {
+            warning
+                .as_ref()
+                .is_some_and(|all| all.contains(text) && all.contains("steps of 0.00001 s"))
+        });
+        assert!(told && warning.is_some() == expected.is_some(), "{warning:?}");
+    }
+}
