@@ -15,7 +15,7 @@ use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
 use crate::quantities::parameters::Rock;
 use crate::scene::graph::CHANNELS;
-use crate::scene::graph::{Channel, Graph, Group};
+use crate::scene::graph::{Graph, Group};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
