@@ -10,12 +10,12 @@ const STEP: f64 = 1e-4;
 const STIFFNESS: f64 = 7.5e7;
 const STEPS: u32 = 60;
 const SCENE: [(&str, f64); 3] =
-    [("contact.initial_gap", 0.01), ("piston.initial_velocity", 1.0), ("coupling.delay", 0.5)];
+    [("contact.initial_gap", 1e-4), ("piston.initial_velocity", 3.0), ("coupling.delay", 0.5)];
 const READ: [&str; 4] = ["piston_position", "piston_velocity", "energy_exchange", "blow_count"];
 
 fn by_engine() -> Vec<f64> {
     let mut p = Parameters { fidelity: Fidelity::Rigid, ..Parameters::default() };
-    (p.contact.initial_gap, p.piston.initial_velocity) = (0.01, 1.0);
+    (p.contact.initial_gap, p.piston.initial_velocity) = (1e-4, 3.0);
     (p.drive.source, p.drive.delay) = (Source::Force, 0.5);
     let mut machine = Machine::new(&p, &InputValues::default(), 0.0).unwrap();
     let mut found = Vec::new();
@@ -125,9 +125,10 @@ fn a_reset_forgets_what_was_handed_over() {
     let held = start_two(&library);
     held.set("coupling.delay", 0.0);
     assert_ne!(run(&held), first);
+    held.take_log();
     assert_eq!(library.set_reals(held.handle, &[vr("coupling.delay")], &[2.5]), ERROR);
     let log = held.only_error();
-    assert_eq!(log, "coupling.delay = 2.5 is not allowed: it must be 0 to 2 1");
+    assert_eq!(log, "coupling.delay = 2.5 is not allowed: it must be 0 to 2");
 }
 
 /// One line, once, where the exchange makes more than a hundredth of a cycle's work, with step, delay and
@@ -159,7 +160,7 @@ fn what_a_step_shows_is_told_once() {
     }
     let log: Vec<String> = hard.take_log().into_iter().map(|line| line.2).collect();
     let count = |start: &str| log.iter().filter(|text| text.starts_with(start)).count();
-    let told = ["An impact at 14.", "feed_force = 0 N at the first step: "].map(count);
+    let told = ["An impact at 1", "feed_force = 0 N at the first step: "].map(count);
     assert_eq!(told, [1, 1], "{log:?}");
 }
 

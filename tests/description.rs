@@ -32,7 +32,8 @@ const PROMISED: &str = "
     casing_position casing_velocity chuck_force chuck_force_peak
     coupling.delay energy_exchange drive_volume return_volume drive_flow return_flow";
 
-const TUNABLE: [&str; 7] = [
+const TUNABLE: [&str; 8] = [
+    "coupling.delay",
     "rock.stiffness",
     "rock.unloading_ratio",
     "rock.viscosity",
