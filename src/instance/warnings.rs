@@ -4,7 +4,9 @@ use super::inputs::Inputs;
 use super::settings::Settings;
 
 use hammer::variables::{INPUTS, InputRow};
-use hammer::{DisplayNumber, Energies, Input, Machine, Parameters, Source, starved, unfed, unlikely};
+use hammer::{
+    DisplayNumber, Energies, Input, Machine, Parameters, Source, starved, unfed, unlikely,
+};
 
 /// Warnings that the host has had already.
 #[derive(Debug, Default)]
