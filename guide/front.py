@@ -50,18 +50,10 @@ def speed() -> list[str]:
         f"bar, {data['events']} events) takes {engine['cpu'] * 1e3:.2f} ms with an error of "
         f"{engine['verdict']['error']:.0e} mm and m/s; the first one takes "
         f"{engine['setup'] * 1e3:.1f} ms, because it also computes the modes of each system."
-        f"{vectors(data)} Measured by `cargo bench-report speed`.",
+        " Measured by `cargo bench-report speed`.",
         f"* At an error of {ERROR} mm and m/s, the fastest general solvers take longer by these "
         f"factors: {peers}. All were measured in the same run, on one core.",
     ]
-
-
-def vectors(data: dict[str, Any]) -> str:
-    """A settled cycle of a long run by what the processor has."""
-    costs = {row["vectors"]: row["long"] for row in data["vectors"]}
-    others = [f"{1e3 * costs[name]:.2f} ms in {name} vectors" for name in costs if name != "scalar"]
-    takes = " In a long run of 1 ms steps a settled cycle of the reference takes"
-    return f"{takes} {' and '.join(others)}." if others else ""
 
 
 def ratios() -> dict[str, int]:
@@ -120,7 +112,7 @@ def checks() -> list[str]:
     assert held is not None
     return [
         f"* {held[1]} of {held[2]} checks hold, against closed forms, exact waves, extended "
-        "precision, published benchmarks and hard cases: `cargo verify`.",
+        "precision and published benchmarks: `cargo verify`.",
     ]
 
 

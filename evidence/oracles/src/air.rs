@@ -60,8 +60,10 @@ pub struct Flow {
 
 /// What is open, and how the air flows.
 #[derive(Clone, Debug)]
-pub struct Air {
+pub struct Air<T> {
     law: AirLaw,
+    /// Pressures of supply and exhaust, Pa: coefficients about the present instant.
+    outside: [Vec<T>; 2],
     widths: [[Width; 2]; 2],
     /// Of each chamber supply and exhaust, then the leak from the drive chamber to the other.
     flows: [Flow; 5],
@@ -87,13 +89,14 @@ fn choked<T: Real>() -> T {
     raised(T::from(5.0) / T::from(6.0), (7, 2))
 }
 
-impl Air {
+impl<T: Real> Air<T> {
     /// That of a scene with the piston at `vr`, if air drives it.
-    pub fn start<T: Real>(scene: &Scene, vr: T) -> Option<Self> {
+    pub fn start(scene: &Scene, vr: T) -> Option<Self> {
         let Drive::Air(law) = scene.drive else { return None };
         let flow = Flow { formula: Formula::Straight, reversed: false };
         let mut air = Self {
             law,
+            outside: law.outside.map(|p| vec![T::from(p)]),
             widths: [[Width::Shut; 2]; 2],
             flows: [flow; 5],
             vented: false,
@@ -103,6 +106,12 @@ impl Air {
         air.shut = (vr - T::from(air.bottom())).to_f64() < 0.0;
         air.open(vr);
         Some(air)
+    }
+
+    /// The same under these inputs.
+    pub fn under(&self, inputs: &[Vec<T>; 6]) -> Self {
+        let outside = [Input::Supply, Input::Exhaust].map(|input| inputs[input as usize].clone());
+        Self { outside, ..self.clone() }
     }
 
     /// Where the cylinder's end begins, m.
@@ -116,7 +125,7 @@ impl Air {
         self.vented && !self.shut
     }
 
-    fn open<T: Real>(&mut self, vr: T) {
+    fn open(&mut self, vr: T) {
         for (chamber, widths) in self.widths.iter_mut().enumerate() {
             for (port, width) in widths.iter_mut().enumerate() {
                 let beyond = vr - T::from(self.law.edges[chamber][port]);
@@ -131,33 +140,33 @@ impl Air {
     }
 
     /// Pressure of the exhaust, Pa.
-    pub fn exhaust(&self) -> f64 {
-        self.law.outside[1]
+    pub fn exhaust(&self) -> T {
+        self.outside[1][0]
     }
 
     /// Volumes with the piston at `x` and `y`, m3.
-    pub fn volumes<T: Real>(&self, [x, y]: [T; 2]) -> [T; 2] {
+    pub fn volumes(&self, [x, y]: [T; 2]) -> [T; 2] {
         let [drive, back] = self.law.areas.map(T::from);
         let [drive_dead, back_dead] = self.law.dead_volumes.map(T::from);
         [drive_dead + drive * (T::from(self.law.cylinder) + x), back_dead - back * y]
     }
 
     /// Chambers filled as a start with the piston at `x` and `y` has them.
-    pub fn filled<T: Real>(&self, places: [T; 2]) -> Content<T> {
+    pub fn filled(&self, places: [T; 2]) -> Content<T> {
         let ports = [0, 1].map(|chamber| usize::from(self.widths[chamber][0] == Width::Shut));
         self.filled_from(ports, places, T::default())
     }
 
     /// Chambers at the exhaust's pressure; what was taken from the supply stays.
-    fn emptied<T: Real>(&self, places: [T; 2], taken: T) -> Content<T> {
+    fn emptied(&self, places: [T; 2], taken: T) -> Content<T> {
         self.filled_from([1; 2], places, taken)
     }
 
-    fn filled_from<T: Real>(&self, ports: [usize; 2], places: [T; 2], taken: T) -> Content<T> {
+    fn filled_from(&self, ports: [usize; 2], places: [T; 2], taken: T) -> Content<T> {
         let volumes = self.volumes(places);
         let fill = |chamber: usize| {
             let port = ports[chamber];
-            let work = T::from(self.law.outside[port]) * volumes[chamber];
+            let work = self.outside[port][0] * volumes[chamber];
             let mass = work / (T::from(GAS) * T::from(self.law.temperature));
             [mass, work / (T::from(KAPPA) - T::from(1.0))]
         };
@@ -166,9 +175,9 @@ impl Air {
     }
 
     /// Pressures of the chambers with the piston at `x` and `y`, of the exhaust while they are vented, Pa.
-    pub fn pressures<T: Real>(&self, content: &Content<T>, places: [T; 2]) -> [T; 2] {
+    pub fn pressures(&self, content: &Content<T>, places: [T; 2]) -> [T; 2] {
         if self.is_open() {
-            return [T::from(self.law.outside[1]); 2];
+            return [self.exhaust(); 2];
         }
         let volumes = self.volumes(places);
         let factor = T::from(KAPPA) - T::from(1.0);
@@ -177,27 +186,22 @@ impl Air {
 
     /// `F_A`, and the force on the struck body, at these pressures and this relative speed; `outside` is
     /// the exhaust's pressure, or 0 of a coefficient after the first.
-    fn forces<T: Real>(&self, anvil: f64, pressures: [T; 2], speed: T, outside: f64) -> [T; 2] {
-        let [drive, back] = pressures.map(|p| p - T::from(outside));
+    fn forces(&self, anvil: f64, pressures: [T; 2], speed: T, outside: T) -> [T; 2] {
+        let [drive, back] = pressures.map(|p| p - outside);
         let [area, back_area] = self.law.areas.map(T::from);
         [area * drive - back_area * back - T::from(self.law.drag) * speed, T::from(anvil) * back]
     }
 
     /// The same of a state.
-    pub fn drive<T: Real>(
-        &self,
-        anvil: f64,
-        content: &Content<T>,
-        (places, speed): ([T; 2], T),
-    ) -> [T; 2] {
+    pub fn drive(&self, anvil: f64, content: &Content<T>, (places, speed): ([T; 2], T)) -> [T; 2] {
         if self.is_open() {
             return [T::default(); 2];
         }
-        self.forces(anvil, self.pressures(content, places), speed, self.law.outside[1])
+        self.forces(anvil, self.pressures(content, places), speed, self.exhaust())
     }
 
     /// The drive is vented, or drives again with the piston at `x` and `y`: its ports by that place.
-    pub fn vent<T: Real>(&mut self, vented: bool, places: [T; 2], content: &mut Content<T>) {
+    pub fn vent(&mut self, vented: bool, places: [T; 2], content: &mut Content<T>) {
         let was_shut = self.shut;
         self.vented = vented;
         self.shut = (places[0] - T::from(self.bottom())).to_f64() < 0.0;
@@ -208,7 +212,7 @@ impl Air {
     }
 
     /// The piston enters the cylinder's end, or leaves it.
-    pub fn end<T: Real>(&mut self, inside: bool, places: [T; 2], content: &mut Content<T>) {
+    pub fn end(&mut self, inside: bool, places: [T; 2], content: &mut Content<T>) {
         self.shut = inside;
         self.open(places[0]);
         if self.vented {
@@ -217,7 +221,7 @@ impl Air {
     }
 
     /// The ends of the ports' present openings, on the way that passes each.
-    pub fn guards<T: Real>(&self) -> Vec<Guard<T>> {
+    pub fn guards(&self) -> Vec<Guard<T>> {
         let quantity = Quantity::Relative;
         let sign = if self.shut { 1.0 } else { -1.0 };
         let (event, offset) = (Event::End(!self.shut), T::from(self.bottom()));
@@ -258,11 +262,11 @@ impl Air {
     }
 
     /// The formula of every flow between these pressures: of those that have just begun, and after jumps.
-    pub fn classify<T: Real>(&mut self, pressures: [T; 2]) {
+    pub fn classify(&mut self, pressures: [T; 2]) {
         for path in 0..5 {
             let [one, other] = self.sides(path).map(|chamber| match chamber {
                 Side::Chamber(i) => pressures[i],
-                Side::Outside(i) => T::from(self.law.outside[i]),
+                Side::Outside(i) => self.outside[i][0],
             });
             let reversed = other > one;
             let (high, low) = if reversed { (other, one) } else { (one, other) };

@@ -249,11 +249,11 @@ impl<T: Real> Model<T> {
 
     /// All forces of a mode where the inputs stay as they start, N.
     pub fn load(&self, mode: Mode, memory: &Memory<T>) -> Vec<T> {
-        self.load_of(mode, memory, &self.scene.inputs.map(|value| vec![T::from(value)]))
+        self.load_of(mode, memory, &self.scene.rows())
     }
 
     /// All forces of a mode under the inputs' present values, N.
-    pub fn load_of(&self, mode: Mode, memory: &Memory<T>, values: &[Vec<T>; 4]) -> Vec<T> {
+    pub fn load_of(&self, mode: Mode, memory: &Memory<T>, values: &[Vec<T>; 6]) -> Vec<T> {
         let mut load = self.standing(mode, memory);
         load[self.fed()] = load[self.fed()] + values[Input::Feed as usize][0];
         self.push(&mut load, &self.driving(mode, values).map(|force| force[0]));
@@ -269,7 +269,7 @@ impl<T: Real> Model<T> {
 
     /// `F_A`, and the force of the return chamber on the struck body, as polynomials, N, of the inputs'
     /// coefficients; of the relay, its present force.
-    pub fn driving(&self, mode: Mode, inputs: &[Vec<T>; 4]) -> [Vec<T>; 2] {
+    pub fn driving(&self, mode: Mode, inputs: &[Vec<T>; 6]) -> [Vec<T>; 2] {
         let of = |input: Input| &inputs[input as usize];
         let nothing = || vec![T::default()];
         let force = match self.scene.drive {

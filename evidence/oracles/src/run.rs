@@ -23,7 +23,7 @@ use crate::linear::Real;
 use crate::model::Model;
 use crate::perturb;
 use crate::record::{GivenUp, Passed, Sampled};
-use crate::scene::{Action, Scene};
+use crate::scene::{Action, Input, Scene};
 use crate::taylor::{Accuracy, Polynomials, Series, Works, shifted};
 
 /// Most transitions at one instant before the run is given up.
@@ -51,7 +51,7 @@ pub struct Run<T> {
     inputs: Polynomials<T>,
     since: T,
     /// What drives with air, if it does; what its pressures exceed the exhaust's by stands among the inputs.
-    air: Option<Air>,
+    air: Option<Air<T>>,
     /// Sums of modes that are over: loss of the loading lines, of the dashpot, retuning.
     lost: [T; 3],
     /// Stored energy, and gravity's potential, at the start.
@@ -94,7 +94,7 @@ impl<T: Real> Run<T> {
             place,
             mode,
             memory,
-            inputs: scene.inputs.map(|value| vec![T::from(value)]),
+            inputs: scene.rows(),
             since: zero,
             air,
             lost: [zero; 3],
@@ -250,6 +250,9 @@ impl<T: Real> Run<T> {
                 return;
             }
         }
+        if matches!(action, Action::Set(Input::Supply | Input::Exhaust, _)) {
+            self.flow_anew();
+        }
         // What a guard was about to decide, it decides anew.
         self.pending.iter_mut().for_each(|pending| *pending = None);
         self.perturb_guards();
@@ -305,8 +308,9 @@ impl<T: Real> Run<T> {
 
     /// A port of air turns, or the drive is vented, or works again.
     fn turn(&mut self, event: Event) {
-        let places = self.places();
+        let (places, inputs) = (self.places(), self.inputs_now());
         if let Some(air) = &mut self.air {
+            *air = air.under(&inputs);
             match event {
                 Event::Vent(vented) => air.vent(vented, places, &mut self.place.works.air),
                 Event::End(inside) => air.end(inside, places, &mut self.place.works.air),

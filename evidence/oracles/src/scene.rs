@@ -160,7 +160,7 @@ pub struct Casing {
     pub idle_travel: f64,
 }
 
-/// An input; its number is its place in a row of four.
+/// An input; its number is its place in a row of six.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Input {
     /// `FS`, N.
@@ -171,11 +171,10 @@ pub enum Input {
     DrivePressure,
     /// Pressure that returns it, Pa.
     ReturnPressure,
-}
-
-impl Input {
-    /// All of them, by number.
-    pub const ALL: [Self; 4] = [Self::Feed, Self::Force, Self::DrivePressure, Self::ReturnPressure];
+    /// Pressure of the supply of air, Pa.
+    Supply,
+    /// Pressure of its exhaust, Pa.
+    Exhaust,
 }
 
 /// Everything at the start.
@@ -207,7 +206,7 @@ pub struct Scene {
     pub anvil_area: f64,
     /// Gravity `G`, m/s2.
     pub gravity: f64,
-    /// Values of the inputs at the start, by [`Input`].
+    /// Values of the inputs at the start, by [`Input`], but for those of air, which its law has.
     pub inputs: [f64; 4],
     /// The casing, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -215,6 +214,18 @@ pub struct Scene {
     /// What an excursion of a displacement (m) and of a velocity guard (m/s) must exceed to
     /// count as a crossing: part of the problem, for without it a graze has no answer.
     pub resolutions: [f64; 2],
+}
+
+impl Scene {
+    /// The inputs at the start, as rows of coefficients by [`Input`].
+    pub fn rows<T: From<f64>>(&self) -> [Vec<T>; 6] {
+        let [supply, exhaust] = match self.drive {
+            Drive::Air(law) => law.outside,
+            _ => [0.0; 2],
+        };
+        let [feed, force, drive, back] = self.inputs;
+        [feed, force, drive, back, supply, exhaust].map(|value| vec![T::from(value)])
+    }
 }
 
 /// What the host may do at an instant.

@@ -41,7 +41,7 @@ pub struct Works<T> {
 }
 
 /// The inputs: rows of coefficients of `x^k` by [`Input`].
-pub type Polynomials<T> = [Vec<T>; 4];
+pub type Polynomials<T> = [Vec<T>; 6];
 
 /// The series of a whole state about one instant.
 #[derive(Clone, Debug)]
@@ -86,7 +86,7 @@ impl<T: Real> Series<T> {
     pub fn new(
         model: &Model<T>,
         (mode, memory): (Mode, &Memory<T>),
-        (inputs, air): (&Polynomials<T>, Option<&Air>),
+        (inputs, air): (&Polynomials<T>, Option<&Air<T>>),
         (state, works): (&State<T>, &Works<T>),
         order: usize,
         unit: f64,
@@ -96,7 +96,10 @@ impl<T: Real> Series<T> {
             v: vec![state.v.clone()],
             psi: vec![state.psi],
             works: [vec![works.drive], vec![works.feed]],
-            air: air.map(|air| AirSeries::new(air, model.scene.anvil_area, &works.air)),
+            air: air.map(|air| {
+                let air = air.under(inputs);
+                AirSeries::new(air, model.scene.anvil_area, &works.air)
+            }),
         };
         let [mut force, mut pressing] = match air {
             Some(_) => Default::default(),

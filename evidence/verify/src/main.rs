@@ -4,7 +4,6 @@ use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use verify::laws::hard;
 use verify::laws::properties::{PROPERTIES, check};
 use verify::report;
 use verify::rows::{catalogue, continuum, measured, order};
@@ -94,8 +93,7 @@ fn compared(report: &Path, folder: &Path) -> Result<(), Failure> {
 }
 
 fn write_report(root: &Path, folder: &Path, cases: u32) -> Result<(), Failure> {
-    let hard_cases = hard::cases::all();
-    let count = report::SECTIONS.len() + hard_cases.len() + PROPERTIES.len() + 2;
+    let count = report::SECTIONS.len() + PROPERTIES.len() + 2;
     let progress = bar(count as u64);
     let step = |what: &str| {
         progress.set_message(what.to_string());
@@ -108,12 +106,6 @@ fn write_report(root: &Path, folder: &Path, cases: u32) -> Result<(), Failure> {
         checks += rows.len();
         failed += rows.iter().filter(|r| !r.holds()).count();
         report::rows(&mut body, section, &rows);
-    }
-    body += HARD;
-    for case in &hard_cases {
-        step(case.name);
-        checks += 1;
-        failed += usize::from(!report::hard(&mut body, case));
     }
     body += PROPERTIES_HEAD;
     for property in &PROPERTIES {
@@ -155,12 +147,6 @@ const HEAD: &str = "# Verification: `cargo verify`\n\n\
     (`evidence/oracles/src/waves/`), a solution in double-double arithmetic (`evidence/oracles/`), a published manual, \
     two independent solvers. Error against cost of the time integration, beside general solvers, \
     is in [speed against error](speed-against-error.md).\n";
-const HARD: &str = "\n## Hard cases\n\n`cargo test -p verify --test all hard::<name>`\n\n\
-    Driven under watch: no force pulls, no loss and no hole goes back, the energy residual \
-    stays within rounding (events x products x eps x energy in play), and the samples stay \
-    below a stated count.\n\n\
-    | name | setting | outcome | events | residual, J | bound, J | samples | windows |\n\
-    |---|---|---|---|---|---|---|---|\n";
 const PROPERTIES_HEAD: &str = "\n## Properties\n\n\
     `PROPTEST_CASES=5000 cargo test -p verify --test all properties::`\n\n\
     Scenes drawn over the domain, log-uniformly: modulus 1e9 to 1e12 Pa, lengths 0.01 to 10 m, \

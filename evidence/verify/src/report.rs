@@ -1,11 +1,11 @@
 //! The report: the same rows that the tests assert, as Markdown.
 
-use crate::laws::hard::Case;
 use crate::laws::properties::{Checked, Property, REFUSALS};
 use crate::rows::row::Row;
 use crate::rows::study::Study;
 use crate::rows::{
-    assembly, casing, catalogue, closed, continuum, cycle, joints, measured, order, shapes, string,
+    assembly, casing, catalogue, closed, continuum, cycle, graze, joints, measured, order, shapes,
+    string,
 };
 use hammer::datasheet::DatasheetError;
 use std::fmt::Write;
@@ -14,7 +14,7 @@ use std::fmt::Write;
 pub type Section = (&'static str, &'static str, fn() -> Result<Vec<Row>, DatasheetError>);
 
 /// Closed forms, benchmarks, cycles.
-pub const SECTIONS: [Section; 21] = [
+pub const SECTIONS: [Section; 22] = [
     ("Two equal-section bars", "rows::two_bars", || Ok(closed::two_bars()?)),
     ("A free bar on a spring", "rows::a_bar_on_a_spring", || Ok(closed::springs()?)),
     ("One rectangular pulse on bilinear rock", "rows::one_rectangular", || Ok(closed::pulses()?)),
@@ -37,6 +37,7 @@ pub const SECTIONS: [Section; 21] = [
     ("The published stationary response", "rows::published_cycle", || Ok(cycle::stationary()?)),
     ("The first impact", "rows::first_impact", || Ok(cycle::first_impact()?)),
     ("Fifteen cycles against the continuum", "rows::continuum", || Ok(continuum::rows()?)),
+    ("Grazes", "rows::what_is_just_reached", || Ok(graze::rows()?)),
     ("Orders of convergence", "rows::observed", || Ok(order::rows()?)),
 ];
 
@@ -78,28 +79,6 @@ pub fn rows(text: &mut String, section: &Section, rows: &[Row]) {
         number(r.ours),
         r.tolerance,
     );
-}
-
-/// One hard case.
-pub fn hard(text: &mut String, case: &Case) -> bool {
-    let command = format!("`{}`", case.name);
-    match case.run() {
-        Ok(o) => {
-            let [residual, bound, _] = o.energy;
-            let c = o.counters;
-            let _ = writeln!(
-                text,
-                "| {command} | {} | {} | {} | {residual:.1e} | {bound:.1e} | {} | {} |",
-                case.setting, o.words, c.events, c.samples, c.windows
-            );
-            true
-        }
-        Err(violation) => {
-            let _ =
-                writeln!(text, "| {command} | {} | **{violation}** | | | | | | |", case.setting);
-            false
-        }
-    }
 }
 
 /// What came of a property.

@@ -3,7 +3,6 @@
 
 mod compare;
 mod found;
-mod hard;
 mod properties;
 mod reference;
 mod rows;

@@ -11,6 +11,7 @@ macro_rules! sections {
 }
 
 sections! {
+    what_is_just_reached_is_told_from_what_is_just_missed: graze::rows,
     two_bars_exchange_momentum_as_saint_venant_says: closed::two_bars,
     a_bar_on_a_spring_has_the_tabulated_peak_and_contact_time: closed::springs,
     one_rectangular_pulse_leaves_the_rock_its_closed_form_share: closed::pulses,

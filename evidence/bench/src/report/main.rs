@@ -4,7 +4,6 @@
 mod contest;
 mod face;
 mod speed;
-mod studies;
 
 use bench::Failure;
 use clap::{Parser, ValueEnum};

@@ -1,7 +1,6 @@
 //! `reports/speed-against-error.md`: work against precision of the engine and its peers.
 
 use crate::contest::{Contest, Point};
-use crate::studies::{Settled, Size, settled, size};
 use crate::{Written, duration};
 use bench::Failure;
 use bench::schema::{CYCLE, Task};
@@ -22,8 +21,6 @@ struct Data {
     events: usize,
     points: Vec<Point>,
     absent: Vec<(&'static str, String)>,
-    sizes: Vec<Size>,
-    vectors: Vec<Settled>,
 }
 
 /// Measures: all solvers in turn on one core, the fastest round counts.
@@ -41,7 +38,6 @@ pub fn page(short: bool) -> Result<Written, Failure> {
     let model = Model::new(&record.scene);
     let mut contest = Contest::new(&model, &record, &task, if short { 1 } else { usize::MAX })?;
     let points = contest.run(rounds);
-    let sizes: &[usize] = if short { &[5, 20] } else { &[5, 10, 20, 40, 80, 160, 400] };
     let data = Data {
         processor: bench::processor(),
         rounds,
@@ -49,10 +45,8 @@ pub fn page(short: bool) -> Result<Written, Failure> {
         events: record.events.iter().filter(|e| e.time <= task.end).count(),
         points,
         absent: contest.absent,
-        sizes: sizes.iter().map(|&elements| size(elements)).collect(),
-        vectors: settled(if short { 1 } else { 10 }),
     };
-    let text = head(&data) + &ratios(&data) + &every(&data) + &studies(&data);
+    let text = head(&data) + &ratios(&data) + &every(&data);
     Ok(Written { text, json: serde_json::to_string(&data)?, figure: true })
 }
 
@@ -150,31 +144,6 @@ fn every(data: &Data) -> String {
                 writeln!(out, "failed: {} | | | | | | |", reason.as_deref().unwrap_or("no answer"))
             }
         };
-    }
-    out
-}
-
-fn studies(data: &Data) -> String {
-    let mut out = String::from(
-        "\n## Cost by size and by vectors\n\n\
-         The reference hammer from rest, 1 ms steps. The first cycle decomposes the systems it meets; \
-         again, they are there.\n\n\
-         | spans of degree 3 per bar | new | first cycle | the same again | events |\n|---|---|---|---|---|\n",
-    );
-    for s in &data.sizes {
-        let times = [s.setup, s.first, s.again].map(duration).join(" | ");
-        let _ = writeln!(out, "| {} | {times} | {} |", s.elements, s.events);
-    }
-    out.push_str(
-        "\nA settled cycle of the reference by the vectors of the processor; the results are the same to the last \
-         bit. Works and losses are worked off when an energy is asked for, and from some 120 cycles \
-         on.\n\n\
-         | vectors | of 20 cycles, no energy asked for | of 400 | energies after every step |\n\
-         |---|---|---|---|\n",
-    );
-    for s in &data.vectors {
-        let times = [s.cycle, s.long, s.with_energies].map(duration).join(" | ");
-        let _ = writeln!(out, "| {} | {times} |", s.vectors);
     }
     out
 }

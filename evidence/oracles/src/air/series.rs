@@ -27,7 +27,7 @@ struct Path<T> {
 /// The air's series about one instant.
 #[derive(Clone, Debug)]
 pub struct AirSeries<T> {
-    air: Air,
+    air: Air<T>,
     anvil: f64,
     place: Vec<T>,
     /// Of `x` and `y`.
@@ -42,9 +42,9 @@ pub struct AirSeries<T> {
 
 impl<T: Real> AirSeries<T> {
     /// About a content.
-    pub fn new(air: &Air, anvil: f64, content: &Content<T>) -> Self {
+    pub fn new(air: Air<T>, anvil: f64, content: &Content<T>) -> Self {
         Self {
-            air: air.clone(),
+            air,
             anvil,
             place: Vec::new(),
             speeds: Default::default(),
@@ -66,7 +66,6 @@ impl<T: Real> AirSeries<T> {
             self.content.iter_mut().for_each(|row| row.push(T::default()));
             return [T::default(); 2];
         }
-        let first = |x: f64| if k == 0 { x } else { 0.0 };
         let factor = T::from(KAPPA) - T::from(1.0);
         let law = self.air.law;
         let volumes = match k {
@@ -107,7 +106,12 @@ impl<T: Real> AirSeries<T> {
             row.push(gain * step);
         }
         let pressures = [0, 1].map(|i| T::from(1.0 + law.off[i]) * self.pressures[i][k]);
-        self.air.forces(self.anvil, pressures, speeds[0], first(law.outside[1]))
+        self.air.forces(self.anvil, pressures, speeds[0], self.outside(1, k))
+    }
+
+    /// Pressure of supply or exhaust: coefficient `k`.
+    fn outside(&self, which: usize, k: usize) -> T {
+        self.air.outside[which].get(k).copied().unwrap_or_default()
     }
 
     /// Pressure and temperature of a side: coefficient `k`.
@@ -115,8 +119,8 @@ impl<T: Real> AirSeries<T> {
         let law = &self.air.law;
         match side {
             Side::Chamber(i) => [self.pressures[i][k], self.temperatures[i][k]],
-            Side::Outside(i) if k == 0 => [law.outside[i], law.temperature].map(T::from),
-            Side::Outside(_) => [T::default(); 2],
+            Side::Outside(i) if k == 0 => [self.outside(i, 0), T::from(law.temperature)],
+            Side::Outside(i) => [self.outside(i, k), T::default()],
         }
     }
 

@@ -16,7 +16,7 @@ impl<T: Real> Model<T> {
         let n = self.nodes();
         let zero = T::default();
         let mut u = vec![zero; n];
-        let inputs = self.scene.inputs.map(|value| vec![T::from(value)]);
+        let inputs = self.scene.rows();
         let mut mode = Mode::bare(false, Rock::SS);
         mode.joints[..self.joints.len()].fill(Side::Pressed);
         // The piston hangs free: the drive's reaction lifts a casing.

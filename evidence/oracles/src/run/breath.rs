@@ -1,7 +1,7 @@
 //! A run's air: what it presses with, and how it flows.
 
 use super::Run;
-use crate::air::{Flow, PRESSURES};
+use crate::air::{Air, Flow, PRESSURES};
 use crate::law::Quantity;
 use crate::linear::Real;
 
@@ -13,16 +13,21 @@ impl<T: Real> Run<T> {
         [self.model.quantity(Quantity::Relative, state), over]
     }
 
+    /// The air under the present pressures outside.
+    fn air_now(&self) -> Option<Air<T>> {
+        self.air.as_ref().map(|air| air.under(&self.inputs_now()))
+    }
+
     /// Pressures of the chambers of air, Pa; zeros without.
     pub(super) fn pressures(&self) -> [T; 2] {
-        let of = |air: &crate::air::Air| air.pressures(&self.place.works.air, self.places());
-        self.air.as_ref().map_or([T::default(); 2], of)
+        let of = |air: Air<T>| air.pressures(&self.place.works.air, self.places());
+        self.air_now().map_or([T::default(); 2], of)
     }
 
     /// The drive's force on the piston, N.
     pub(super) fn drive_force(&self) -> T {
         let state = &self.place.state;
-        let Some(air) = &self.air else {
+        let Some(air) = self.air_now() else {
             return self.model.driving(self.mode, &self.inputs_now())[0][0];
         };
         let motion = (self.places(), self.model.mean_difference(&state.v));
@@ -31,8 +36,8 @@ impl<T: Real> Run<T> {
 
     /// Writes what the air's pressures exceed the exhaust's by as the inputs that stand for them.
     pub(super) fn breathe(&mut self) {
-        let Some(air) = &self.air else { return };
-        let exhaust = T::from(air.exhaust());
+        let Some(air) = self.air_now() else { return };
+        let exhaust = air.exhaust();
         for (input, pressure) in PRESSURES.into_iter().zip(self.pressures()) {
             self.inputs[input as usize] = vec![pressure - exhaust];
         }
@@ -41,6 +46,7 @@ impl<T: Real> Run<T> {
     /// A port or the vent has turned: formulas by the present pressures.
     pub(super) fn flow_anew(&mut self) {
         let pressures = self.pressures();
+        self.air = self.air_now();
         self.air.iter_mut().for_each(|air| air.classify(pressures));
         self.breathe();
     }

@@ -171,9 +171,8 @@ pub fn translated_actions(start: &Parameters, schedule: &[(f64, Action)]) -> Sch
         Input::DriveForce => scene::Input::Force,
         Input::DrivePressure => scene::Input::DrivePressure,
         Input::ReturnPressure => scene::Input::ReturnPressure,
-        Input::SupplyPressure | Input::ExhaustPressure => {
-            unreachable!("a drawn script leaves what is outside the chambers alone")
-        }
+        Input::SupplyPressure => scene::Input::Supply,
+        Input::ExhaustPressure => scene::Input::Exhaust,
     };
     let translated = |action: &Action| match action {
         Action::Set(which, derivatives) => scene::Action::Set(input(which), derivatives.clone()),
@@ -227,6 +226,17 @@ fn setting(source: Source, unit: f64) -> impl Strategy<Value = Action> {
     })
 }
 
+/// A pressure outside the chambers of air jumps, and ramps by no more than a part of itself.
+fn outside(unit: f64) -> impl Strategy<Value = Action> {
+    let supply = (Just(Input::SupplyPressure), 5.0..7f64);
+    let exhaust = (Just(Input::ExhaustPressure), 4.0..6f64);
+    let slope = prop_oneof![Just(0.0), -5e-3..2e-2f64];
+    (prop_oneof![supply, exhaust], slope).prop_map(move |((input, size), slope)| {
+        let pressure = 10f64.powf(size);
+        Action::Set(input, vec![pressure, slope * pressure / unit])
+    })
+}
+
 fn master(source: Source) -> impl Strategy<Value = Master> {
     (input(source), 0.0..5f64, 0.0..1f64, -3.0..0.3f64, 0usize..5, 5usize..60).prop_map(
         |(input, force, part, rate, order, points)| {
@@ -238,7 +248,12 @@ fn master(source: Source) -> impl Strategy<Value = Master> {
 
 /// What may be done to a scene of this drive and unit of time.
 pub fn actions(source: Source, unit: f64) -> impl Strategy<Value = Actions> {
-    let action = prop_oneof![2 => setting(source, unit), 1 => factors().prop_map(Action::Retune)];
+    let of_air = if source == Source::Air { 2 } else { 0 };
+    let action = prop_oneof![
+        2 => setting(source, unit),
+        of_air => outside(unit),
+        1 => factors().prop_map(Action::Retune),
+    ];
     let list = prop_oneof![
         2 => Just(Vec::new()),
         3 => prop::collection::vec((0.0..1f64, action), 1..6),

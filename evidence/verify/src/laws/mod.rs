@@ -1,5 +1,4 @@
-//! What every scene keeps, and the hard cases: driven under watch.
+//! What every scene keeps, driven under watch.
 
-pub mod hard;
 pub mod monitor;
 pub mod properties;

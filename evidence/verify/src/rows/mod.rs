@@ -6,6 +6,7 @@ pub mod catalogue;
 pub mod closed;
 pub mod continuum;
 pub mod cycle;
+pub mod graze;
 pub mod joints;
 pub mod measured;
 pub mod mesh;

@@ -71,7 +71,7 @@ fn quantities(orders: [f64; 5]) -> Vec<Quantity> {
 }
 
 fn quantity(name: &str, order: f64) -> Quantity {
-    Quantity { name: name.into(), order, exact: None }
+    Quantity { name: name.into(), order }
 }
 
 fn blow_level(elements: usize, scaling: Scaling, exact: &(Waves, f64)) -> Result<Level, Error> {

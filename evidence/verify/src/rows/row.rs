@@ -1,9 +1,7 @@
 //! A row of the report: what is compared with what, and how closely it must agree.
 
-use serde::Serialize;
-
 /// One comparison.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 pub struct Row {
     /// The scene.
     pub case: String,

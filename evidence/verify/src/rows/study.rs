@@ -1,7 +1,6 @@
 //! A setting on finer and finer meshes: what is measured, its errors, and their order.
 
 use hammer::Error;
-use serde::Serialize;
 
 /// Elements per bar.
 pub const MESHES: [usize; 6] = [5, 10, 20, 40, 80, 160];
@@ -9,18 +8,16 @@ pub const MESHES: [usize; 6] = [5, 10, 20, 40, 80, 160];
 const FITTED: usize = 2;
 
 /// What is measured, and the order that theory gives it.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 pub struct Quantity {
     /// Name, with its unit.
     pub name: String,
     /// Expected order.
     pub order: f64,
-    /// The value that errors are counted from, where it is shown.
-    pub exact: Option<f64>,
 }
 
 /// One mesh.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 pub struct Level {
     /// Elements per bar.
     pub elements: usize,
@@ -35,7 +32,7 @@ pub struct Level {
 }
 
 /// One setting, refined.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug)]
 pub struct Study {
     /// Title.
     pub title: String,
