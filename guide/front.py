@@ -76,7 +76,7 @@ def face() -> list[str]:
     """One call through the C interface."""
     data = json.loads((ROOT / "reports" / "face-cost.json").read_text(encoding="utf-8"))
     row = data["rows"][0]
-    whole, engine = (1e9 * row[part]["median"] for part in ("fmu", "engine"))
+    whole, engine = (1e9 * row[part] for part in ("fmu", "engine"))
     return [
         f"* {where(data)}, a step without an event costs {whole:.0f} ns through the C interface, "
         f"{whole - engine:.0f} ns more than in the engine: `cargo bench-report face`."

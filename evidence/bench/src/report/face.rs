@@ -36,38 +36,24 @@ const BEGIN: f64 = 2e-3;
 const STEP: f64 = 1e-6;
 const STEPS: usize = 3000;
 
-/// Median and quartiles of many rounds, s.
-#[derive(Clone, Copy, Serialize)]
-struct Spread {
-    median: f64,
-    quartiles: [f64; 2],
-}
-
-impl Spread {
-    fn of(mut samples: Vec<f64>) -> Option<Self> {
-        samples.sort_by(f64::total_cmp);
-        let at = |part: usize| samples.get(samples.len() * part / 4).copied();
-        Some(Self { median: at(2)?, quartiles: [at(1)?, at(3)?] })
-    }
-
-    fn text(self) -> String {
-        let [low, high] = self.quartiles.map(duration);
-        format!("{} ({low} to {high})", duration(self.median))
-    }
+/// Median of many rounds, s.
+fn median(mut samples: Vec<f64>) -> Option<f64> {
+    samples.sort_by(f64::total_cmp);
+    samples.get(samples.len() / 2).copied()
 }
 
 /// One kind of call.
 #[derive(Serialize)]
 struct Row {
     name: &'static str,
-    fmu: Spread,
-    engine: Option<Spread>,
+    fmu: f64,
+    engine: Option<f64>,
 }
 
 impl Row {
     /// The face's own part of the cost, s.
     fn face(&self) -> Option<f64> {
-        self.engine.map(|engine| self.fmu.median - engine.median)
+        self.engine.map(|engine| self.fmu - engine)
     }
 }
 
@@ -98,10 +84,10 @@ pub fn page(short: bool) -> Result<Written, Failure> {
         all[1].push(engine(&ports)?);
     }
     let row = |(row, &name): (usize, &&'static str)| {
-        let spread = |rounds: &Vec<Vec<f64>>| {
-            Spread::of(rounds.iter().filter_map(|round| round.get(row).copied()).collect())
+        let middle = |rounds: &Vec<Vec<f64>>| {
+            median(rounds.iter().filter_map(|round| round.get(row).copied()).collect())
         };
-        let [fmu, engine] = all.each_ref().map(spread);
+        let [fmu, engine] = all.each_ref().map(middle);
         Some(Row { name, fmu: fmu?, engine })
     };
     let rows = ROWS.iter().enumerate().filter_map(row).collect();
@@ -122,8 +108,7 @@ fn text(data: &Data) -> String {
     let mut out = format!(
         "# Cost of the face: `cargo bench-report face`\n\n\
          A call of the FMU and, where there is the like, of the engine alone, both from Rust and the library \
-         through its C symbols; CPU time on one core ({processor}), {rounds} rounds of each in turn: the median, and \
-         in brackets the quartiles. The reference hammer; {inputs} inputs, \
+         through its C symbols; CPU time on one core ({processor}), {rounds} rounds of each in turn: the median. The reference hammer; {inputs} inputs, \
          {outputs} outputs; steps of 1 us, 3000 of each kind, before the first blow. What the face costs is \
          the first column less the second.\n\n\
          | calls | this FMU | the engine alone | the face |\n|---|---|---|---|\n",
@@ -133,12 +118,12 @@ fn text(data: &Data) -> String {
         outputs = data.ports[1],
     );
     for row in &data.rows {
-        let engine = row.engine.map_or(String::new(), Spread::text);
+        let engine = row.engine.map_or(String::new(), duration);
         let face = row.face().map_or(String::new(), duration);
-        let _ = writeln!(out, "| {} | {} | {engine} | {face} |", row.name, row.fmu.text());
+        let _ = writeln!(out, "| {} | {} | {engine} | {face} |", row.name, duration(row.fmu));
     }
     let step = data.rows.first().and_then(Row::face);
-    let start = data.rows.last().map(|row| row.fmu.median);
+    let start = data.rows.last().map(|row| row.fmu);
     let what = ["A step beyond the engine's own", "From dlopen to the end of the first step"];
     for ((what, value), goal) in what.iter().zip([step, start]).zip(GOALS) {
         let Some(value) = value else { continue };
