@@ -354,28 +354,30 @@ impl GuardTracker {
             }
             let (second, right, end) = (points.bend[part], points.value[part], start + PART);
             part += 1;
-            let x = match self.scan(&q, [start, end], [second, slack], (&mut below, work)) {
-                Scan::Clear => {
-                    if right <= 0.0 {
-                        below = Some(end);
+            // One piece ends where the next window begins.
+            let split = leave.clamp(start, end);
+            for piece in [[start, split], [split, end]] {
+                let x = match self.scan(&q, piece, [second, slack], (&mut below, work)) {
+                    Scan::Clear => continue,
+                    Scan::Reached(x) => x,
+                    Scan::Slow(x) => {
+                        // The next window begins here.
+                        self.clear = t + h * x.min(leave);
+                        return;
                     }
-                    continue;
-                }
-                Scan::Reached(x) => x,
-                Scan::Slow(x) => {
-                    // The next window begins here.
-                    self.clear = t + h * x.min(leave);
-                    return;
-                }
-            };
-            let low = below.or_else(|| low_point(&q, x));
-            let root = low.map_or(0.0, |low| zero_between(&q, low, x));
-            let sharp = self.polish(tracks, t + root * h);
-            // Where a guard only grazes zero, its slope gives no reliable step.
-            let place = (sharp - t) / h;
-            let fits = place >= 0.0 && horner(&q, place).0.abs() <= self.signal.resolution;
-            self.root = Some(if fits { sharp } else { t + root * h });
-            return;
+                };
+                let low = below.or_else(|| low_point(&q, x));
+                let root = low.map_or(0.0, |low| zero_between(&q, low, x));
+                let sharp = self.polish(tracks, t + root * h);
+                // Where a guard only grazes zero, its slope gives no reliable step.
+                let place = (sharp - t) / h;
+                let fits = place >= 0.0 && horner(&q, place).0.abs() <= self.signal.resolution;
+                self.root = Some(if fits { sharp } else { t + root * h });
+                return;
+            }
+            if right <= 0.0 {
+                below = Some(end);
+            }
         }
         self.clear = t + h * leave;
     }
