@@ -14,7 +14,7 @@ use verify::drawn::stored::scene;
 #[test]
 fn scenes_with_everything_agree() {
     let wanted = std::env::var("COMPARE_SCENES").ok().and_then(|n| n.parse().ok());
-    let tally: Tally = tally((wanted.unwrap_or(60), 0), Kind::Mixed, |_| (), |_| ());
+    let tally: Tally = tally((wanted.unwrap_or(40), 0), Kind::Mixed, |_| (), |_| ());
     // As `cargo compare` counts: what differs by less than a guard resolves is no disagreement.
     assert!(tally.failures.is_empty(), "{}\n{}", tally.line(), tally.failures.join("\n"));
     // Scenes in which nothing could be compared would say nothing.
@@ -50,7 +50,7 @@ fn presets_agree_on_the_meshes_that_users_get() {
 /// The reference integrates the air itself, as mass and energy, by series in the same arithmetic.
 #[test]
 fn drawn_scenes_driven_by_air_agree() {
-    let found = tally((30, 0), Kind::Air, |_| (), |_| ());
+    let found = tally((20, 0), Kind::Air, |_| (), |_| ());
     assert!(found.failures.is_empty(), "{}", found.failures.join("\n"));
     // Most are decided, and few refused.
     assert!(2 * found.whole > found.scenes && 5 * found.refused < found.scenes, "{}", found.line());
