@@ -140,6 +140,14 @@ pub enum Error {
         /// Between which positions both chambers have volume, m.
         range: [f64; 2],
     },
+    /// A pressure of supply or exhaust falls to zero, by the rates that it was set with.
+    #[error("{name} falls to zero at t = {} s, by the rates that it was set with: an absolute pressure is above 0", DisplayNumber(*.time))]
+    Vacuum {
+        /// When, s.
+        time: f64,
+        /// Name of the input.
+        name: &'static str,
+    },
     /// Zeno behaviour: mode transitions at one instant without end.
     #[error("{transitions} changes of mode at t = {} s, without end; the last was from ({from}) to ({to})", DisplayNumber(*.time))]
     Chattering {

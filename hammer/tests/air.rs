@@ -306,6 +306,26 @@ fn the_balance_of_the_air_says_what_is_missing() {
     machine.advance(0.11).expect("a step");
 }
 
+/// A rate that would carry a pressure below zero ends the step at the instant at which it is zero, by the input's name;
+/// up to there the hammer goes on.
+#[test]
+fn a_pressure_that_falls_to_zero_ends_the_step_there_by_name() {
+    for (p, inputs) in usual() {
+        for (input, start) in
+            [(Input::SupplyPressure, inputs.supply_pressure), (Input::ExhaustPressure, 101_325.0)]
+        {
+            let mut machine = run(&p, &inputs, &[0.01]);
+            machine.set_input(input, &[start, -start / 0.004]).expect("a pressure");
+            machine.advance(0.0139).expect("above zero");
+            let error = machine.advance(0.02).expect_err("no air has it");
+            let Error::Vacuum { time, name } = error else { panic!("{error}") };
+            assert_eq!(name, input.name());
+            // The instant is found to a nanosecond.
+            assert!((time - 0.014).abs() < 3e-9, "{time}");
+        }
+    }
+}
+
 /// A smaller error allowed leads to the same motion, within what the larger one allows.
 #[test]
 fn the_error_allowed_bounds_the_error() {

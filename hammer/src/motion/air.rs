@@ -15,6 +15,11 @@ use crate::quantities::parameters::Parameters;
 use crate::scene::graph::CHANNELS;
 use crate::scene::graph::{Channel, Graph};
 
+/// How far ahead pressures that vary are looked at, s.
+const LONGEST: f64 = 0.02;
+/// Steps of the search for the instant at which one of them is zero, and how near they come to it, s.
+const MARCH: usize = 64;
+const INSTANT: f64 = 1e-9;
 /// Trials of a window, each shorter or with another formula of a flow.
 const TRIALS: usize = 64;
 /// Replacements of the force that is guessed.
@@ -109,8 +114,12 @@ impl Motion {
     /// number of rotations and that of iterations.
     ///
     /// # Errors
-    /// [`Error::Air`].
+    /// [`Error::Air`], [`Error::Vacuum`].
     pub(crate) fn renew_air(&mut self) -> Result<[u64; 2], Error> {
+        let (breath, input) = self.breath();
+        if breath < 2.0 * INSTANT {
+            return Err(Error::Vacuum { time: self.state.epoch.value(), name: input.name() });
+        }
         let Some(mut air) = self.state.air.take_if(|air| air.vented.is_none()) else {
             return Ok([0; 2]);
         };
@@ -119,7 +128,7 @@ impl Motion {
         let parameters = self.model.parameters;
         let flies = self.flying().is_some();
         let inputs = &self.state.inputs;
-        let mut problem = problem(&parameters, self.graph(), inputs, flies, air.ahead);
+        let mut problem = problem(&parameters, self.graph(), inputs, flies, air.ahead.min(breath));
         let (mut work, mut rejected) = ([0; 2], false);
         for _ in 0..TRIALS {
             let shorter = match self.attempt(&air, &problem, motion, &mut work) {
@@ -190,6 +199,31 @@ impl Motion {
             }
         }
         None
+    }
+
+    /// How long after the epoch the pressures of supply and exhaust are certainly above zero, s, and which then is not;
+    /// of pressures that vary, no longer than [`LONGEST`].
+    pub(super) fn breath(&self) -> (f64, Input) {
+        let of = |input: Input| {
+            let poly = self.state.inputs.of(input);
+            if self.state.air.is_none() || poly.is_constant() {
+                return (f64::INFINITY, input);
+            }
+            // No pressure falls faster than at its steepest.
+            let slope = |k: usize| k as f64 * poly.0[k].abs() * math::powi(LONGEST, k - 1);
+            let steepest: f64 = (1..=poly.degree()).map(slope).sum();
+            let mut time = 0.0;
+            for _ in 0..MARCH {
+                let step = poly.at(time) / steepest;
+                if step < INSTANT {
+                    break;
+                }
+                time = LONGEST.min(time + step);
+            }
+            (time, input)
+        };
+        let (supply, exhaust) = (of(Input::SupplyPressure), of(Input::ExhaustPressure));
+        if exhaust.0 < supply.0 { exhaust } else { supply }
     }
 
     /// Puts the air's forces on the piston and on the bit, from the epoch on.

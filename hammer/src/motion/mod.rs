@@ -176,7 +176,8 @@ impl Motion {
     pub(crate) fn reach(&self) -> f64 {
         let reaches = self.state.anchors.iter().filter_map(|anchor| anchor.driven.reach);
         let window = self.air().and_then(|air| air.window.as_ref());
-        reaches.fold(window.map_or(f64::INFINITY, |window| window.reach), f64::min)
+        let window = window.map_or(f64::INFINITY, |window| window.reach);
+        reaches.fold(self.breath().0.min(window), f64::min)
     }
 
     /// A track at its anchor.

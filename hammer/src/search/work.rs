@@ -19,9 +19,10 @@ const BUSY: f64 = 0.01;
 const MOST: f64 = 0.5;
 /// Units between two polls of the interrupt: 0.1 ms, or 4 ms on the finest mesh.
 const PAUSE: u64 = 500;
-/// Units of a Taylor window, a panel of the barrier's series or an iteration of the air's, and of a transition:
+/// Units of a Taylor window or an iteration of the air's, of a panel of the barrier's series, and of a transition:
 /// each takes about as long as so many evaluations.
 const WINDOW: u64 = 16;
+const PANEL: u64 = 2;
 const TRANSITION: u64 = 100;
 
 /// Work done by a search.
@@ -51,7 +52,7 @@ impl Work {
 
     /// Counts panels of the barrier's series.
     pub(super) fn count_panels(&mut self, panels: u64) {
-        self.barrier += WINDOW * panels;
+        self.barrier += PANEL * panels;
     }
 
     /// Counts what a window of air took: rotations, and iterations.
@@ -235,12 +236,12 @@ mod tests {
         let expected = Work {
             evaluations: 1,
             samples: 6,
-            barrier: 3 * WINDOW,
+            barrier: 3 * PANEL,
             air: 7 * WINDOW,
             ..Work::default()
         };
         assert_eq!(work, expected);
         (work.windows, work.scans) = (11, 13);
-        assert_eq!(work.units(), 1 + 6 + 13 + (3 + 7 + 11) * WINDOW);
+        assert_eq!(work.units(), 1 + 6 + 13 + 3 * PANEL + (7 + 11) * WINDOW);
     }
 }
