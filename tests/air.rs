@@ -8,7 +8,7 @@ use dth_hammer::events::Extra;
 use hammer::variables::{Role, VARIABLES};
 
 /// `drive.source = Air`.
-const AIR: i32 = 5;
+const AIR: i32 = 4;
 const END: f64 = 0.08;
 
 /// What a host of either standard does here.

@@ -67,9 +67,8 @@ fn at_a_communication_point_an_output_follows_only_what_the_description_says() {
         (1, &[][..]),
         (2, &[("drive_force", 1e4)]),
         (3, &[("drive_pressure", 1e7)]),
-        (4, &[]),
-        (5, &[]),
-        (5, &hung),
+        (AIR, &[]),
+        (AIR, &hung),
     ] {
         let host = Host::new(&library);
         host.set_int("drive.source", source);
