@@ -52,8 +52,8 @@ fn presets_agree_on_the_meshes_that_users_get() {
 fn drawn_scenes_driven_by_air_agree() {
     let found = tally((20, 0), Kind::Air, |_| (), |_| ());
     assert!(found.failures.is_empty(), "{}", found.failures.join("\n"));
-    // Most are decided, and few refused.
-    assert!(2 * found.whole > found.scenes && 5 * found.refused < found.scenes, "{}", found.line());
+    // About half are decided in double precision, and few refused.
+    assert!(3 * found.whole > found.scenes && 5 * found.refused < found.scenes, "{}", found.line());
 }
 
 fn compared(group: &str, excuse: Option<&str>) {

@@ -384,14 +384,12 @@ fn makers(out: &mut String) {
     }
     off.sort_by(f64::total_cmp);
     if let (Some(middle), Some(worst)) = (off.get(off.len() / 2), off.last()) {
-        let percent = |x: &f64| 100.0 * (x.exp() - 1.0);
         let _ = writeln!(
             out,
-            "\nOff by {:.0} % in the middle, {:.0} % at worst, of {} rows that could be predicted. Printed air \
-             that falls or stands while the pressure doubles (SPM830 and SPM930 from 5 to 10 bar) is that of no \
-             choked port.",
-            percent(middle),
-            percent(worst),
+            "\nOff by a factor of {:.2} in the middle, {:.2} at worst, of {} rows that could be predicted. Printed \
+             air that grows by a sixth from 5 to 10 bar (SPM830, SPM930) is that of no choked port.",
+            middle.exp(),
+            worst.exp(),
             off.len()
         );
     }
