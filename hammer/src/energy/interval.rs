@@ -383,8 +383,16 @@ impl Interval {
 
     /// About how many numbers are stored.
     pub fn size(&self) -> usize {
-        const FIXED: usize = 64;
-        self.ends.len() + self.others.iter().map(|other| other.ends.len()).sum::<usize>() + FIXED
+        let numbers = |bytes: usize| bytes / size_of::<f64>();
+        let slow = |driven: &Driven| numbers(size_of_val(&driven.slow[..]));
+        let other = |other: &Other| other.ends.len() + slow(&other.driven);
+        let loading = if let Loading::Varying(all) = &self.loading {
+            numbers(size_of::<Polynomials>()) + all.driven.iter().map(slow).sum::<usize>()
+        } else {
+            0
+        };
+        let fixed = numbers(size_of::<Self>() + size_of_val(&self.others[..]));
+        self.ends.len() + self.others.iter().map(other).sum::<usize>() + loading + fixed
     }
 }
 

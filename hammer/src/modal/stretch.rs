@@ -89,11 +89,15 @@ impl<'a> Stretch<'a> {
         load.integral_of_product(&rate, self.span) + modal
     }
 
-    /// `int load(t) c . z(t) dt` of a displacement's rate `c . z`, by parts, and the sum of the sizes of
-    /// its terms.
+    /// `int load(t) c . z(t) dt` of a displacement's rate `c . z`, and the sum of the sizes of its terms.
     fn moment_and_size(&self, index: usize, load: &Poly) -> [f64; 2] {
+        self.moment_and_size_of(self.system.rate_integrals(index), load)
+    }
+
+    /// The same of a row with these repeated integrals, by parts.
+    fn moment_and_size_of(&self, ready: &[Vec<f64>], load: &Poly) -> [f64; 2] {
         let (mut sum, mut size, mut sign) = (0.0, 0.0, 1.0);
-        let (ready, mut more, mut p) = (self.system.rate_integrals(index), Vec::new(), *load);
+        let (mut more, mut p) = (Vec::new(), *load);
         for k in 0..=load.degree() {
             if k >= ready.len() {
                 more = self.system.integral_of(if more.is_empty() { &ready[k - 1] } else { &more });
@@ -109,54 +113,19 @@ impl<'a> Stretch<'a> {
         [sum, size]
     }
 
-    /// Work lost in the bars; `energy` gives `z.Q z` at start and end.
+    /// Work lost in the bars; `energy` gives `z.Q z` at start and end. With loads that vary it follows from
+    /// the whole motion `y' = B y + b f`: `d/dt y.Q y = 2 y.Q b f` less the damping's power.
     pub fn damping(&self, energy: [f64; 2]) -> f64 {
-        let own = energy[0] - energy[1];
-        if self.system.varies(self.loads) || self.system.is_braked() {
-            own + self.forced_damping()
-        } else {
-            own
+        if !self.system.varies(self.loads) && !self.system.is_braked() {
+            return energy[0] - energy[1];
         }
-    }
-
-    /// The part of the damping's work due to loads that vary: `d_i (v_i^2 + 2 v_i V_i . z)`
-    /// integrated and summed over the damped velocities, which are `v_i(t) + V_i . z(t)`.
-    fn forced_damping(&self) -> f64 {
-        let mut sum = 0.0;
-        let mut rows: Vec<Vec<f64>> = Vec::new();
-        for mode in 0..self.system.damped() {
-            let (damping, row) = self.system.velocity_row(mode);
-            if damping == 0.0 {
-                continue;
-            }
-            let forced = self.system.velocity(mode, self.loads, self.driven).trimmed(self.span);
-            sum += damping * forced.integral_of_product(&forced, self.span);
-            let terms = forced.degree() + 1;
-            rows.resize(rows.len().max(terms), vec![0.0; row.len()]);
-            for (u, c) in rows.iter_mut().zip(&forced.0) {
-                kernel::add(u, 2.0 * damping * c, &row);
-            }
+        let form = |end| self.system.damping_of_whole(self.loads, self.driven, end);
+        let mut work = form((0.0, self.start)) - form((self.span, self.end));
+        for (load, poly, integrals) in self.system.damped_loads(self.loads, self.driven) {
+            let [modal, _] = self.moment_and_size_of(integrals, load);
+            work += load.integral_of_product(&poly, self.span) + modal;
         }
-        sum + self.moments(rows)
-    }
-
-    /// `int sum_k t^k rows_k . z(t) dt`, by parts.
-    fn moments(&self, mut rows: Vec<Vec<f64>>) -> f64 {
-        let (mut sum, mut sign) = (0.0, 1.0);
-        while !rows.is_empty() {
-            for row in &mut rows {
-                *row = self.system.integral_of(row);
-            }
-            let value = |sum, row: &Vec<f64>| sum * self.span + kernel::dot(row, self.end);
-            let end = rows.iter().rev().fold(0.0, value);
-            sum += sign * (end - kernel::dot(&rows[0], self.start));
-            sign = -sign;
-            rows.remove(0);
-            for (k, row) in rows.iter_mut().enumerate() {
-                row.iter_mut().for_each(|x| *x *= (k + 1) as f64);
-            }
-        }
-        sum
+        work
     }
 
     /// `int p'^2 dt` of the tip from `at`, where `z` stands, to the end, from its Taylor
@@ -253,4 +222,78 @@ pub(crate) fn moments(a: &[f64; TAYLOR]) -> [f64; TAYLOR] {
 /// `int_0^1` of a polynomial times one of these moments.
 pub(crate) fn product(moments: &[f64; TAYLOR], b: &[f64; TAYLOR]) -> f64 {
     moments.iter().zip(b).map(|(m, b)| m * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::laws::mode::{Mode, RockMode};
+    use crate::modal::structure::{Attachment, Structure};
+    use crate::modal::system::Recipe;
+
+    /// Gauss's nodes and weights for five points.
+    const GAUSS: [(f64, f64); 5] = [
+        (-0.906179845938664, 0.23692688505618908),
+        (-0.5384693101056831, 0.47862867049936647),
+        (0.0, 0.5688888888888889),
+        (0.5384693101056831, 0.47862867049936647),
+        (0.906179845938664, 0.23692688505618908),
+    ];
+
+    /// Four modes on a dashpot, with and without a spring beside it (so that a translation slides), under loads
+    /// that vary slowly and quickly beside them: the work of damping is the integral of its power,
+    /// `beta w^2 q'^2` of each mode and `c u'^2` of the dashpot, by quadrature.
+    #[test]
+    fn work_of_damping_under_loads_that_vary_is_the_integral_of_its_power() {
+        let (omega2, beta) = ([0.0, 4e6, 9e6, 2.5e7], 1e-6);
+        let (shape, viscosity) = ([0.6, 0.9, -0.7, 0.5], 900.0);
+        for (stiffness, span) in [(0.0, 2e-3), (30.0, 2e-3), (4e6, 2e-3)] {
+            let attachments = vec![Attachment { shape: &shape, stiffness, viscosity }];
+            let translation = [1.0, 0.0, 0.0, 0.0];
+            let sliding = (stiffness == 0.0).then_some(&translation[..]);
+            let structure = Structure { attachments, sliding, ..Structure::free(&omega2, beta) };
+            let mut loads = std::array::from_fn(|_| vec![0.0; 4]);
+            (loads[0], loads[1]) = (vec![1.0, 0.5, 0.2, -0.4], vec![0.3, -0.8, 0.6, 0.1]);
+            let functionals = vec![shape.to_vec()];
+            let recipe = Recipe { structure, loads, functionals, dampers: vec![(0, viscosity)] };
+            let system = System::new(recipe, None, Mode::starting(RockMode::Forward)).unwrap();
+            let mut loads = [Poly::default(); CHANNELS];
+            loads[0].0[..3].copy_from_slice(&[2e3, -5e5, 3e8]);
+            loads[1].0[..4].copy_from_slice(&[-1e3, 4e5, 2e8, -1e11]);
+            let mut start = vec![0.0; 2 * system.blocks()];
+            system.to_modal(&[1e-4, 2e-4, -1e-4, 5e-5, 0.4, -0.3, 0.2, 0.1], &mut start);
+            let driven = system.take_driven(&loads, &mut start);
+            assert!(driven.reach.is_none_or(|reach| reach > span), "{driven:?}");
+            let mut end = start.clone();
+            system.rotate(span, &mut end);
+            let power = |t: f64| {
+                let (mut z, mut state) = (start.clone(), [0.0; 8]);
+                system.rotate(t, &mut z);
+                system.add_driven(&loads, &driven, t, &mut z);
+                system.to_bodies(&z, &mut state);
+                let speeds = &state[4..];
+                let u: f64 = shape.iter().zip(speeds).map(|(x, v)| x * v).sum();
+                let bars = omega2.iter().zip(speeds).map(|(w2, v)| beta * w2 * v * v);
+                bars.sum::<f64>() + viscosity * u * u
+            };
+            // A quarter radian of the fastest mode a panel: the rule is exact to (1/8)^10.
+            let panels = 100;
+            let half = 0.5 * span / f64::from(panels);
+            let panel = |i: i32| -> f64 {
+                let middle = half * f64::from(2 * i + 1);
+                GAUSS.iter().map(|(x, weight)| weight * power(middle + half * x)).sum()
+            };
+            let wanted = half * (0..panels).map(panel).sum::<f64>();
+            let (loads, driven) = (&loads, &driven);
+            let stretch =
+                Stretch { system: &system, start: &start, end: &end, span, loads, driven };
+            let form = system.damping_form();
+            let energy = [form.of(&start), form.of(&end)];
+            let found = stretch.damping(energy);
+            // What cancels are forms of the ends, each of some hundred terms.
+            let size = wanted + energy[0] + energy[1];
+            assert!((found - wanted).abs() < 1e-11 * size, "{stiffness}: {found} {wanted} {size}");
+            assert!((found - energy[0] + energy[1]).abs() > 0.1 * wanted, "loads matter");
+        }
+    }
 }

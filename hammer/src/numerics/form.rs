@@ -58,6 +58,28 @@ impl Form {
     pub fn of(&self, x: &[f64]) -> f64 {
         self.blocks.as_ref().map_or_else(|| quadratic(&self.rows, x), |blocks| of_blocks(blocks, x))
     }
+
+    /// `2 m x`.
+    pub(crate) fn gradient(&self, x: &[f64]) -> Vec<f64> {
+        let mut product = vec![0.0; x.len()];
+        let mut add = |i: usize, k: usize, entry: f64| {
+            product[i] += entry * x[k];
+            product[k] += entry * x[i];
+        };
+        if let Some([upper, cross, lower]) = &self.blocks {
+            let n = upper.len();
+            for i in 0..n {
+                add(i, i, upper[i]);
+                add(n + i, i, cross[i]);
+                add(n + i, n + i, lower[i]);
+            }
+        } else {
+            for i in 0..x.len() {
+                (0..=i).for_each(|k| add(i, k, self.rows[Self::row(i) + k]));
+            }
+        }
+        product
+    }
 }
 
 /// The sums of [`quadratic`] without what is zero.
@@ -115,6 +137,10 @@ mod tests {
         // 256 terms of size at most 1, each rounded.
         let form = Form::new(&m, n);
         assert!((form.of(&x) - full).abs() < 256.0 * f64::EPSILON);
+        // Half of the gradient's product with x is the form.
+        let gradient = form.gradient(&x);
+        let half: f64 = gradient.iter().zip(&x).map(|(g, x)| 0.5 * g * x).sum();
+        assert!((half - full).abs() < 256.0 * f64::EPSILON);
     }
 
     #[test]

@@ -172,11 +172,4 @@ impl Basis {
             (place(k), [displacements, &rest[..self.modes]])
         })
     }
-
-    /// Coefficients that give free mode `mode`'s velocity.
-    pub(crate) fn velocity_row(&self, mode: usize) -> Vec<f64> {
-        let mut row = vec![0.0; 2 * self.n];
-        self.columns().for_each(|(k, [_, velocities])| row[k] = velocities[mode]);
-        row
-    }
 }

@@ -39,7 +39,7 @@ use crate::modal::system::driven::Driven;
 pub use crate::modal::system::functional::{Functional, INTEGRALS, TAYLOR};
 use crate::modal::system::generator::Generator;
 use crate::modal::system::passage::Passage;
-use crate::modal::system::response::Response;
+use crate::modal::system::response::{ORDERS, Response};
 use crate::numerics::combine::{Columns, combine};
 use crate::numerics::form::Form;
 use crate::numerics::gram::gram;
@@ -93,9 +93,19 @@ pub struct System {
     dampers: Vec<(usize, f64)>,
     tip_dashpot: Option<usize>,
     damping_form: OnceLock<Form>,
+    damped_drives: OnceLock<[Option<DampedDrive>; CHANNELS]>,
     viscous_form: OnceLock<Form>,
     /// Direct passages from other systems into this one.
     passages: Mutex<Vec<Entry>>,
+}
+
+/// `2 Q b` of a channel's drive `b` and the damping form `Q`, its products with the shapes of the load's
+/// derivatives, and its repeated integrals.
+#[derive(Debug)]
+struct DampedDrive {
+    row: Vec<f64>,
+    statics: [[f64; ORDERS]; CHANNELS],
+    integrals: Vec<Vec<f64>>,
 }
 
 /// A passage into a system.
@@ -162,6 +172,7 @@ impl System {
             dampers,
             tip_dashpot: tip,
             damping_form: OnceLock::new(),
+            damped_drives: OnceLock::new(),
             viscous_form: OnceLock::new(),
             passages: Mutex::default(),
         };
@@ -388,25 +399,50 @@ impl System {
         self.generator.lyapunov(|i, k| c[i] * c[k], stops)
     }
 
-    /// Number of velocities that damping acts on: of the free modes, and of dashpots.
-    pub fn damped(&self) -> usize {
-        self.modes() + self.dampers.len()
+    /// What loads do to the damping form, by channel.
+    fn damped_drives(&self) -> &[Option<DampedDrive>; CHANNELS] {
+        self.damped_drives.get_or_init(|| {
+            let form = self.damping_form();
+            let of = |drive| {
+                let row = form.gradient(drive);
+                let mut integral = row.clone();
+                let integrals = (0..ORDERS).map(|_| {
+                    integral = self.integral_of(&integral);
+                    integral.clone()
+                });
+                let integrals = integrals.collect();
+                DampedDrive { statics: self.response.statics_of(&row), row, integrals }
+            };
+            std::array::from_fn(|channel| self.response.drive(channel).map(of))
+        })
     }
 
-    /// The damping coefficient of one of them, and the coefficients of the velocity.
-    pub fn velocity_row(&self, index: usize) -> (f64, Vec<f64>) {
-        match index.checked_sub(self.modes()).map(|i| self.dampers[i]) {
-            Some((functional, viscosity)) => {
-                (viscosity, self.functionals[functional].rows[1].clone())
-            }
-            None => (self.damping[index], self.basis.velocity_row(index)),
-        }
+    /// Of each load that acts and is not zero: the polynomial part of `2 b.Q y`, `b f` being the load and
+    /// `Q` the damping form; and the repeated integrals of its coefficients.
+    pub(crate) fn damped_loads<'a>(
+        &'a self,
+        loads: &'a [Poly; CHANNELS],
+        driven: &'a Driven,
+    ) -> impl Iterator<Item = (&'a Poly, Poly, &'a [Vec<f64>])> {
+        let acting = loads.iter().zip(self.damped_drives());
+        acting.filter(|(load, _)| !load.is_constant() || load.0[0] != 0.0).filter_map(
+            move |(load, drive)| {
+                let DampedDrive { row, statics, integrals } = drive.as_ref()?;
+                Some((load, self.response.poly(row, statics, loads, driven), &integrals[..]))
+            },
+        )
     }
 
-    /// That velocity (of a free mode, not of a translation) due to the loads.
-    pub fn velocity(&self, index: usize, loads: &[Poly; CHANNELS], driven: &Driven) -> Poly {
-        let (_, row) = self.velocity_row(index);
-        self.response.poly(&row, &self.response.statics_of(&row), loads, driven)
+    /// The damping form of a whole state less the translation, which is `t` after the epoch.
+    pub(crate) fn damping_of_whole(
+        &self,
+        loads: &[Poly; CHANNELS],
+        driven: &Driven,
+        (t, z): (f64, &[f64]),
+    ) -> f64 {
+        let mut y = z.to_vec();
+        self.response.add(loads, driven, t, &mut y);
+        self.damping_form().of(&y)
     }
 
     /// True if any of these loads that acts on it varies.

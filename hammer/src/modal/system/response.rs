@@ -72,6 +72,11 @@ impl Response {
         Self { drives, sizes, statics, gains, braked: generator.braked }
     }
 
+    /// `b` of a channel; none if its load does not act on the system.
+    pub(crate) fn drive(&self, channel: usize) -> Option<&[f64]> {
+        (self.sizes[channel] != 0.0).then(|| &self.drives[channel][..])
+    }
+
     /// True if any of these loads that acts on the system varies.
     pub(crate) fn varies(&self, loads: &[Poly; CHANNELS]) -> bool {
         self.sizes.iter().zip(loads).any(|(size, load)| *size > 0.0 && !load.is_constant())
