@@ -84,8 +84,9 @@ mod tests {
         ];
         let mut scene = Scene::default();
         scene.parameters.rock.stiffness = 2e8;
-        let own =
-            Datasheet { known: known.to_vec(), own_rock: true }.solve(&scene).expect("a hammer");
+        let own = Datasheet { known: known.to_vec(), own_rock: true, ..Default::default() }
+            .solve(&scene)
+            .expect("a hammer");
         let lines = known.map(|(quantity, value)| format!("{}={value}\n", quantity.name()));
         let text = answer(&(lines.concat() + "rock.stiffness=2e8\n"));
         let sets = differences(&own.scene.parameters);

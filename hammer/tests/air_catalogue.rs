@@ -5,7 +5,15 @@ use hammer::periodic::{Wanted, steady};
 use hammer::presets::AirHammer;
 
 fn hammer() -> AirHammer {
-    AirHammer { outer: 0.105, piston: 9.1, casing: 27.0, supply: 2e-4, hole: 0.115, feed: 17e3 }
+    AirHammer {
+        outer: 0.105,
+        piston: 9.1,
+        casing: 27.0,
+        supply: 2e-4,
+        hole: 0.115,
+        feed: 17e3,
+        stroke: 1.0,
+    }
 }
 
 /// Two ways to one number: what the supply has lost over whole blows, and the mean of a long run.

@@ -4,12 +4,12 @@ use hammer::Scene;
 use hammer::datasheet::{Datasheet, DatasheetError, Quantity, Solution};
 
 use Quantity::{
-    AirFlow, BlowEnergy, Bore, DampingRatio, Flow, Frequency, Hole, ImpactSpeed, Length,
+    AirFlow, BlowEnergy, DampingRatio, Feed, Flow, Frequency, Hole, ImpactSpeed, Length,
     OuterDiameter, PistonMass, Power, Pressure, Rate, Stroke,
 };
 
 fn sheet(known: &[(Quantity, f64)]) -> Datasheet {
-    Datasheet { known: known.to_vec(), own_rock: false }
+    Datasheet { known: known.to_vec(), ..Datasheet::default() }
 }
 
 fn solved(known: &[(Quantity, f64)]) -> Solution {
@@ -24,66 +24,131 @@ fn range(solution: &Solution, name: &str) -> [f64; 2] {
     solution.found.iter().find(|row| row.name.starts_with(name)).expect("a number").range
 }
 
-/// Mean of the settled blows of another run of the scene: nothing of the fit.
+/// Mean of blows of another run of the scene.
 fn settled(scene: &Scene) -> [f64; 2] {
     let mut machine = scene.machine().expect("a machine");
-    let mut blows = Vec::new();
-    while blows.len() < 120 {
-        machine.advance(machine.time() + 0.5).expect("a run");
-        blows.extend(machine.step_blows());
-    }
-    let blows = &blows[40..];
+    machine.advance(0.6).expect("a run");
+    machine.advance(1.0).expect("a run");
+    let blows = machine.step_blows();
     let mean =
         |of: fn(&hammer::Blow) -> f64| blows.iter().map(of).sum::<f64>() / blows.len() as f64;
     [mean(|b| b.energy), 1.0 / mean(|b| b.period)]
 }
 
-/// The hammer runs at the energy and frequency given: to `CLOSE` = 1e-3 of the rebound, which moves the
-/// energy by `2 e / (1 - e^2)` times as much, some 3e-3, and of the period.
+const SANDVIK: [(Quantity, f64); 5] =
+    [(OuterDiameter, 0.124), (Pressure, 24e5), (Power, 31.7e3), (PistonMass, 15.9), (Hole, 0.14)];
+
+/// The scene strikes as the middle of the sample does: its loop stops at 0.5 % of the logarithm.
 #[test]
-fn a_hammer_by_energy_and_frequency_strikes_so() {
-    let solution = solved(&[(PistonMass, 8.6), (BlowEnergy, 475.0), (Frequency, 30.0)]);
-    let [energy, frequency] = settled(&solution.scene);
-    assert!((energy / 475.0 - 1.0).abs() < 4e-3, "{energy} J");
-    assert!((frequency / 30.0 - 1.0).abs() < 4e-3, "{frequency} Hz");
-    assert!((solution.scene.parameters.piston_mass() / 8.6 - 1.0).abs() < 1e-12);
-    assert!(solution.contradictions.is_empty(), "{:?}", solution.contradictions);
+fn the_scene_strikes_as_the_sample_says() {
+    for known in [&SANDVIK[..], &[(PistonMass, 8.6), (BlowEnergy, 375.0), (Frequency, 30.0)]] {
+        let solution = solved(known);
+        let [energy, frequency] = settled(&solution.scene);
+        assert!((energy / found(&solution, "blow energy") - 1.0).abs() < 0.01, "{energy} J");
+        assert!((frequency / found(&solution, "frequency") - 1.0).abs() < 0.01, "{frequency} Hz");
+    }
 }
 
-/// Energy and speed say the mass: `m = 2 W / v^2`.
+/// A number that is given is met by the middle of the sample, within its own error, where nothing contradicts.
+#[test]
+fn what_is_given_is_met() {
+    let solution = solved(&[(PistonMass, 8.6), (BlowEnergy, 375.0), (Frequency, 30.0)]);
+    for compared in &solution.compared {
+        assert!(compared.off().abs() < compared.quantity.error(), "{compared:?}");
+    }
+    assert!(solution.contradictions.is_empty(), "{:?}", solution.contradictions);
+    // 80 % of a normal number lie within 1.28 of its errors; what is known of the rest of the hammer narrows it.
+    let [low, high] = range(&solution, "blow energy");
+    assert!(high / low < (2.0 * 1.3 * 0.05f64).exp() && high / low > 1.03, "{low} {high}");
+}
+
+/// Energy and speed say the mass: `m = 2 W / v^2`, to the errors of both.
 #[test]
 fn energy_and_speed_say_the_mass() {
-    let solution = solved(&[(ImpactSpeed, 10.0), (BlowEnergy, 475.0), (Frequency, 30.0)]);
-    assert!((found(&solution, "piston mass") / 9.5 - 1.0).abs() < 1e-2, "{:?}", solution.found);
+    let solution = solved(&[(ImpactSpeed, 9.0), (BlowEnergy, 375.0), (Frequency, 30.0)]);
+    let mass = found(&solution, "piston mass");
+    assert!((mass / (2.0 * 375.0 / 81.0) - 1.0).abs() < 0.11, "{mass}");
 }
 
-/// Pressure, bore and stroke alone need the effectiveness, which is assumed and said; with an energy it
-/// is solved for, `eta = F / (p A)`, and nothing contradicts.
+/// No jump beyond a number's slope: each input over its range in steps of `h`, of each number the second difference is
+/// small beside the first ones, up to what 240 members leave: a rank's step, `1 / 240` of the range's width.
 #[test]
-fn the_effectiveness_is_solved_for_where_the_energy_is_known() {
-    let air = [(PistonMass, 3.4), (Pressure, 15e5), (Bore, 0.075), (Stroke, 0.05)];
-    let alone = solved(&air);
-    assert!((found(&alone, "effectiveness") - 0.75).abs() < 1e-3);
-    assert!(alone.assumed.iter().any(|text| text.contains("effectiveness")));
-    // Known by 15 %, and from the speed at which pistons strike, if at all, by twice that one's error.
-    let [low, high] = range(&alone, "effectiveness");
-    let error = (high / low).ln() / 2.0;
-    assert!(error < 0.1501 && error > 0.1, "{error}");
-    let of_blow = [&air[..], &[(BlowEnergy, 150.0)]].concat();
-    let solution = solved(&of_blow);
-    let area = std::f64::consts::FRAC_PI_4 * 0.075 * 0.075;
-    let effectiveness = solution.scene.parameters.drive.amplitude / (15e5 * area);
-    assert!((found(&solution, "effectiveness") / effectiveness - 1.0).abs() < 1e-3);
-    assert!(effectiveness < 0.6, "{effectiveness}");
-    let energy = found(&solution, "blow energy");
-    assert!((energy / 150.0 - 1.0).abs() < 0.01, "{energy} J");
-    assert!(solution.contradictions.is_empty(), "{:?}", solution.contradictions);
-    assert!(!solution.assumed.iter().any(|text| text.contains("effectiveness")));
+fn an_answer_changes_as_little_as_its_sheet() {
+    let base = [(OuterDiameter, 0.08), (PistonMass, 4.7), (Pressure, 10e5), (AirFlow, 4.5 / 60.0)];
+    let sweeps = [
+        (Pressure, [5e5, 30e5]),
+        (AirFlow, [2.5 / 60.0, 9.0 / 60.0]),
+        (PistonMass, [3.0, 8.0]),
+        (OuterDiameter, [0.06, 0.11]),
+        (Hole, [0.08, 0.13]),
+        (Power, [4e3, 14e3]),
+        (Frequency, [15.0, 40.0]),
+        (Feed, [3e3, 12e3]),
+    ];
+    for (quantity, [low, high]) in sweeps {
+        let steps = 16;
+        let by = (high / low as f64).ln() / f64::from(steps);
+        let answers: Vec<Vec<f64>> = (0..=steps)
+            .map(|k| {
+                let mut known: Vec<_> =
+                    base.iter().copied().filter(|(q, _)| *q != quantity).collect();
+                known.push((quantity, low * (by * f64::from(k)).exp()));
+                let solution = sheet(&known).sample(&Scene::default()).expect("a hammer");
+                solution
+                    .iter()
+                    .flat_map(|row| [row.value, row.range[0], row.range[1]])
+                    .map(f64::ln)
+                    .collect()
+            })
+            .collect();
+        for number in 0..answers[0].len() {
+            let at = |k: usize| answers[k][number];
+            // A number grows with no more than the third power of any input.
+            for k in 1..answers.len() {
+                let jump = (at(k) - at(k - 1)).abs();
+                assert!(jump < 3.0 * by + 0.02, "{quantity:?} {number} {k}: {jump} for {by}");
+            }
+        }
+    }
 }
 
-/// Mass, energy and speed that do not fit: told, with the size. Each gives way by the square of its
-/// error: `W = m v^2 / 2` is off by a factor 1.5, of which energy and twice the speed take 1 and 4 parts
-/// of five (and the mass next to nothing), up to what frequency and stroke do not care about.
+/// A small hammer whose air grows with pressure, as its maker prints it: energy never falls with the pressure that is
+/// worked at.
+#[test]
+fn energy_grows_with_the_pressure_of_a_table() {
+    let table = Datasheet {
+        known: vec![(OuterDiameter, 0.067), (PistonMass, 3.4), (Pressure, 12e5)],
+        air: vec![[5e5, 3.0 / 60.0], [10e5, 3.5 / 60.0], [12e5, 5.0 / 60.0]],
+        ..Datasheet::default()
+    };
+    let energy = |at: f64| {
+        let rows = Datasheet { at: Some(at), ..table.clone() }.sample(&Scene::default());
+        let rows = rows.expect("a hammer");
+        rows.iter().find(|row| row.name == "blow energy").expect("it").value
+    };
+    let all: Vec<f64> = (0..12).map(|k| energy(4e5 + 1e5 * f64::from(k))).collect();
+    assert!(all.windows(2).all(|pair| pair[1] >= pair[0]), "{all:?}");
+}
+
+/// One row of a table ten times too large is named, with its pressure; the others are not.
+#[test]
+fn a_misprint_in_a_table_is_named() {
+    let table = |first: f64| {
+        let air = vec![[10e5, first / 60.0], [15e5, 12.0 / 60.0], [17e5, 14.0 / 60.0]];
+        let known = vec![(OuterDiameter, 0.126), (PistonMass, 12.0), (Pressure, 17e5)];
+        Datasheet { known, air, ..Datasheet::default() }.solve(&Scene::default()).expect("it")
+    };
+    let told = |solution: &Solution| -> Vec<String> {
+        let all = solution.contradictions.iter();
+        all.filter(|text| text.starts_with("air_flow")).cloned().collect()
+    };
+    assert!(told(&table(7.5)).is_empty(), "{:?}", told(&table(7.5)));
+    let wrong = told(&table(75.0));
+    assert!(wrong.len() == 1 && wrong[0].starts_with("air_flow at 10 bar: 75 m3/min"), "{wrong:?}");
+}
+
+/// Mass, energy and speed that do not fit: told, with the size. `W = m v^2 / 2` is off by a factor 1.5, of which energy
+/// and twice the speed take 1 and 4 parts of five, the mass next to nothing.
 #[test]
 fn what_contradicts_is_told_with_its_size() {
     let energy = 1.5 * 0.5 * 8.6 * 100.0;
@@ -92,80 +157,49 @@ fn what_contradicts_is_told_with_its_size() {
     let messages = &solution.contradictions;
     assert!(messages.iter().any(|t| t.starts_with("blow_energy: 645 J given")), "{messages:?}");
     assert!(messages.iter().any(|t| t.starts_with("impact_speed")), "{messages:?}");
-    let energy_off = solution.compared.iter().find(|c| c.quantity == BlowEnergy).expect("it").off();
-    // exp(-ln 1.5 / 5) - 1, to what Gauss's weights of the mass (1 in 25) shift it.
-    assert!((energy_off - (-0.2 * 1.5f64.ln()).exp_m1()).abs() < 0.01, "{energy_off}");
+    let off = solution.compared.iter().find(|c| c.quantity == BlowEnergy).expect("it").off();
+    // exp(-ln 1.5 / 5) - 1, to what the mass, and the frequency's pull on the energy, shift it.
+    assert!((off - (-0.2 * 1.5f64.ln()).exp_m1()).abs() < 0.03, "{off}");
 }
 
-/// A uniform bar's contact is as stiff as its section is large, and a rock's stiffness, viscosity and
-/// barrier grow with the area that they act on: all by the squares of diameters.
+/// A rate says the specific energy: the power to the rock over area and rate, to the rate's error; at another pressure
+/// the rate stays as narrow, though the energy of no rock is known to 10 %.
 #[test]
-fn contact_and_rock_grow_with_the_areas_they_act_on() {
-    let mut own = Scene::default();
-    (own.parameters.rock.viscosity, own.parameters.rock.energy_barrier) = (3e4, 5.0);
-    let (own_rock, area) = (own.parameters.rock, own.parameters.cross_section);
-    let known = [(PistonMass, 8.6), (BlowEnergy, 475.0), (Frequency, 30.0), (Hole, 0.18)];
-    for (given, share) in [(false, 4.0), (true, 1.0)] {
-        let sheet = Datasheet { known: known.to_vec(), own_rock: given };
-        let p = sheet.solve(&own).expect("a hammer").scene.parameters;
-        let of_area = own.parameters.contact.stiffness / area;
-        assert!((p.contact.stiffness / p.cross_section / of_area - 1.0).abs() < 1e-12);
-        assert!((p.cross_section / area - 1.0).abs() > 0.1, "{}", p.cross_section);
-        let pairs = [
-            (p.rock.stiffness, own_rock.stiffness),
-            (p.rock.viscosity, own_rock.viscosity),
-            (p.rock.energy_barrier, own_rock.energy_barrier),
-        ];
-        // The diameter for which the scene's rock is, 90 mm, is half of this hole's.
-        assert!(pairs.iter().all(|(new, old)| (new / old - share).abs() < 1e-12), "{pairs:?}");
-    }
+fn a_measured_rate_is_carried_to_another_pressure() {
+    let known = [&SANDVIK[..], &[(Rate, 18.0 / 3600.0)]].concat();
+    let here = solved(&known);
+    let area = std::f64::consts::FRAC_PI_4 * 0.14 * 0.14;
+    let energy = found(&here, "specific energy");
+    let product = energy * area * 18.0 / 3600.0 / found(&here, "power to the rock");
+    assert!((product - 1.0).abs() < 0.05, "{product}");
+    assert_eq!(here.scene.parameters.rock.specific_energy, energy);
+    let wide = |solution: &Solution| {
+        let [low, high] = range(solution, "rate of penetration");
+        high / low
+    };
+    // 80 % of what is known to 10 %.
+    assert!((wide(&here) / (2.0 * 1.28 * 0.1f64).exp() - 1.0).abs() < 0.06, "{}", wide(&here));
+    let sheet = Datasheet { known, at: Some(30e5), ..Datasheet::default() };
+    let there = sheet.solve(&Scene::default()).expect("a hammer");
+    assert!(found(&there, "rate") > 1.15 * found(&here, "rate"));
+    assert!(wide(&there) < 1.1 * wide(&here), "{} {}", wide(&there), wide(&here));
+    assert!(wide(&solved(&SANDVIK)) > 1.5 * wide(&here));
 }
 
-/// A rate says the specific energy: the power to the rock over area and rate.
+/// Members of two sheets are drawn alike: what is unknown of both cancels in their ratio.
 #[test]
-fn a_measured_rate_says_the_specific_energy() {
-    let blows = [(PistonMass, 8.6), (BlowEnergy, 475.0), (Frequency, 30.0)];
-    let solution = solved(&[&blows[..], &[(Rate, 0.01), (Hole, 0.115)]].concat());
-    let energy = found(&solution, "specific energy");
-    let area = std::f64::consts::FRAC_PI_4 * 0.115 * 0.115;
-    assert!((energy * area * 0.01 / found(&solution, "power to the rock") - 1.0).abs() < 1e-12);
-    // And with it the hammer drills at that rate.
-    assert_eq!(solution.scene.parameters.rock.specific_energy, energy);
-    let mut machine = solution.scene.machine().expect("a machine");
-    machine.advance(3.0).expect("a run");
-    let rate = machine.blow().expect("a blow").rop;
-    assert!((rate / 0.01 - 1.0).abs() < 5e-3, "{rate} m/s");
-}
-
-/// A bore filled with oil once a blow: `Q = f A S`.
-#[test]
-fn a_flow_says_the_stroke() {
-    let known = [(PistonMass, 8.6), (BlowEnergy, 475.0), (Bore, 0.08), (Flow, 0.012)];
-    let solution = solved(&known);
-    let area = std::f64::consts::FRAC_PI_4 * 0.08 * 0.08;
-    let flow = area * found(&solution, "height") * found(&solution, "frequency");
-    assert!((flow / 0.012 - 1.0).abs() < 5e-3, "{flow}");
-}
-
-/// `P = W f`: power stands for the energy where a catalogue gives that.
-#[test]
-fn power_and_frequency_say_the_energy() {
-    let solution = solved(&[(PistonMass, 8.6), (Power, 14_250.0), (Frequency, 30.0)]);
-    let energy = found(&solution, "blow energy");
-    assert!((energy / 475.0 - 1.0).abs() < 4e-3, "{energy} J");
-    assert!(solution.contradictions.is_empty(), "{:?}", solution.contradictions);
-}
-
-/// Air that works at the supply's pressure `p` without expanding, `W = p V`, and fills more when it is
-/// free: `Q = P (1 / p + 1 / p0)` with the power of the blows. Nothing else knows of it here: the hammer is
-/// larger than those whose air is simulated.
-#[test]
-fn an_air_flow_says_the_power_of_the_blows() {
-    let known = [(PistonMass, 40.0), (Pressure, 24e5), (Bore, 0.16), (AirFlow, 0.5)];
-    let solution = solved(&known);
-    let power = 0.5 / (1.0 / 24e5 + 1.0 / 101_325.0);
-    let own = found(&solution, "power of the blows");
-    assert!((own / power - 1.0).abs() < 5e-3, "{own} W, {power} W");
+fn two_pressures_of_a_hammer_have_a_narrow_ratio() {
+    let sample = |at: f64| {
+        let sheet = Datasheet { known: SANDVIK.to_vec(), at: Some(at), ..Datasheet::default() };
+        let rows = sheet.sample(&Scene::default()).expect("a hammer");
+        rows.into_iter().find(|row| row.name == "rate of penetration").expect("it")
+    };
+    let (low, high) = (sample(24e5), sample(30e5));
+    let mut ratios: Vec<f64> = high.members.iter().zip(&low.members).map(|(a, b)| a / b).collect();
+    ratios.sort_by(f64::total_cmp);
+    let [least, most] = [ratios[ratios.len() / 10], ratios[ratios.len() * 9 / 10]];
+    assert!(least > 1.1 && most / least < 1.1, "{least} to {most}");
+    assert!(low.range[1] / low.range[0] > 1.5);
 }
 
 #[test]
@@ -177,65 +211,26 @@ fn what_no_hammer_has_is_asked_about() {
     };
     let rest = [(PistonMass, 8.6), (Frequency, 30.0)];
     let with = |known| refused(&[&rest[..], &[known]].concat());
-    assert!(
-        with((BlowEnergy, 9.5e6)).starts_with("blow_energy = 9500000"),
-        "{}",
-        with((BlowEnergy, 9.5e6))
-    );
+    assert!(with((BlowEnergy, 9.5e6)).starts_with("blow_energy = 9500000"));
     assert!(with((ImpactSpeed, 1256.0)).contains("0.5 to 25 m/s"));
     // An energy that is allowed, of a piston that would be a projectile.
     assert!(with((BlowEnergy, 5e3)).contains("impact_speed"));
     assert!(with((Pressure, f64::NAN)).contains("pressure"));
     assert!(with((DampingRatio, 0.7)).contains("damping_ratio = 0.7"));
+    let mut table = sheet(&rest);
+    table.air = vec![[10e5, 1e3]];
+    let error = table.solve(&Scene::default()).expect_err("refused").to_string();
+    assert!(error.contains("air_flow = 1000"), "{error}");
 }
 
-/// A maker's power, pressure and sizes of a 5-inch hammer: the rate hangs on the power alone, so it is
-/// told; blows and energy have the range of bores and effectiveness that it may have.
+/// 3.4 kg in which 350 J are asked for strike at 14.3 m/s: told, and cut, not met.
 #[test]
-fn a_catalogue_s_power_is_enough() {
-    let known = [
-        (OuterDiameter, 0.124),
-        (Pressure, 24e5),
-        (Power, 31.7e3),
-        (PistonMass, 15.9),
-        (Hole, 0.14),
-    ];
-    let solution = solved(&known);
-    assert!(solution.contradictions.is_empty(), "{:?}", solution.contradictions);
-    let power = found(&solution, "power of the blows");
-    assert!((power / 31.7e3 - 1.0).abs() < 4e-3, "{power} W");
-    // Energy times frequency is the power, whatever the bore.
-    let [energy, frequency] = ["blow energy", "frequency"].map(|name| found(&solution, name));
-    assert!((energy * frequency / power - 1.0).abs() < 1e-12);
-    // `P = F v / 2 (2 w / v + 1 - e)` with `F = eta p A`: at a given power the speed is as uncertain as
-    // `eta A` (15 % and twice the 4.5 % of the bore) beside the power's 5 % and the pressure's 5 %, and
-    // the energy twice that; the rebound's share of it is the rest.
-    let expected = 2.0 * f64::hypot(f64::hypot(0.15, 2.0 * 0.04 / 0.89), 0.05 * 2f64.sqrt());
-    let [low, high] = range(&solution, "blow energy");
-    let wide = 0.5 * (high / low).ln();
-    assert!((wide / expected - 1.0).abs() < 0.1, "{wide} {expected}");
-    // Published of such hammers: 35 to 45 blows a second.
-    let [low, high] = range(&solution, "frequency");
-    assert!(low < 45.0 && high > 35.0, "{low} to {high} Hz");
-    // The rate has the range of the specific energy, widened a little by that of the power.
-    let [low, high] = range(&solution, "rate of penetration");
-    let factor = (high / low).sqrt();
-    let expected = f64::hypot(1.55f64.ln(), 0.05).exp();
-    assert!((factor / expected - 1.0).abs() < 1e-3, "{factor} {expected}");
-}
-
-/// 3.4 kg, 12 bar, 5 m3 a minute in a hammer of 808 mm: the air's power would throw the piston at far
-/// more than steel stands, and above the hammer's back head. It is said, by how much, and held back.
-#[test]
-fn a_piston_that_is_too_light_for_its_air_is_told() {
-    let known = [(PistonMass, 3.4), (Pressure, 12e5), (AirFlow, 5.0 / 60.0), (Length, 0.808)];
-    let solution = solved(&known);
+fn a_piston_that_is_too_light_is_told() {
+    let solution = solved(&[(PistonMass, 3.4), (BlowEnergy, 350.0), (Frequency, 30.0)]);
     let message = solution.contradictions.join("\n");
     assert!(message.contains("steel does not last beyond 13 m/s"), "{message}");
-    assert!(message.contains("air_flow: 5 m3/min given"), "{message}");
-    let speed = found(&solution, "impact speed");
-    // The limit is held to its own error of 1 %.
-    assert!(speed < 13.0 * 1.01 * 1.01, "{speed}");
+    let [low, high] = range(&solution, "impact speed");
+    assert!(low > 12.5 && high < 14.5 && high / low > 1.005, "{low} to {high}");
 }
 
 #[test]
@@ -243,35 +238,26 @@ fn what_no_hammer_does_is_told_in_words() {
     let message = |known: &[(Quantity, f64)]| solved(known).contradictions.join("\n");
     let fast = message(&[(PistonMass, 6.0), (BlowEnergy, 300.0), (Frequency, 100.0)]);
     assert!(fast.contains("no hammer down the hole strikes so often"), "{fast}");
-    let hard = message(&[(PistonMass, 3.4), (BlowEnergy, 350.0), (Frequency, 30.0)]);
-    assert!(hard.contains("An impact at 14."), "{hard}");
-    let slow = [(PistonMass, 3.4), (BlowEnergy, 220.0), (Frequency, 10.0), (Length, 0.6)];
+    let slow = [(PistonMass, 3.4), (BlowEnergy, 220.0), (Frequency, 10.0), (Length, 0.4)];
     let long = message(&[&slow[..], &[(OuterDiameter, 0.067)]].concat());
     assert!(long.contains("there is no room for both"), "{long}");
-    let weak = [(PistonMass, 8.6), (BlowEnergy, 475.0), (Frequency, 30.0)];
+    let weak = [(PistonMass, 8.6), (BlowEnergy, 475.0), (Frequency, 30.0), (Stroke, 0.05)];
     let weak = message(&[&weak[..], &[(Pressure, 5e5), (OuterDiameter, 0.1)]].concat());
-    assert!(weak.contains("more than all of it"), "{weak}");
+    assert!(weak.contains("more than all of the supply's"), "{weak}");
 }
 
-/// Pressure times flow is the power of a liquid, of which the blows have a part that is message.
+/// Pressure times flow is the power of a liquid, of which the blows have 0.6, up to 15 % (the flow's own error aside).
 #[test]
 fn a_liquid_s_flow_is_a_power() {
     let flow = 380e-3 / 60.0;
-    let solution = solved(&[(Pressure, 150e5), (Flow, flow), (Frequency, 1780.0 / 60.0)]);
+    let known = [(Pressure, 150e5), (Flow, flow), (Frequency, 1780.0 / 60.0), (Hole, 0.11)];
+    let solution = solved(&known);
     let power = found(&solution, "power of the blows");
-    assert!((power / (0.6 * 150e5 * flow) - 1.0).abs() < 4e-3, "{power}");
-    assert!(solution.assumed.iter().any(|text| text.contains("Of pressure times flow")));
-    assert!(solution.contradictions.is_empty(), "{:?}", solution.contradictions);
-}
-
-/// One measured rate gives the rock, to its own scatter of 10 %.
-#[test]
-fn a_measured_rate_shrinks_the_range_to_its_scatter() {
-    let blows = [(PistonMass, 8.6), (BlowEnergy, 475.0), (Frequency, 30.0), (Hole, 0.115)];
-    let without = solved(&blows).scene.parameters.rock.specific_energy_factor;
-    let with = solved(&[&blows[..], &[(Rate, 0.01)]].concat());
-    let with = with.scene.parameters.rock.specific_energy_factor;
-    assert_eq!((without, with), (1.55, 1.1));
+    assert!((power / (0.6 * 150e5 * flow) - 1.0).abs() < 0.15, "{power}");
+    assert!(solution.assumed.iter().any(|text| text.contains("liquid")));
+    let [energy, frequency] = settled(&solution.scene);
+    assert!((energy / found(&solution, "blow energy") - 1.0).abs() < 0.02, "{energy} J");
+    assert!((frequency * 60.0 / 1780.0 - 1.0).abs() < 0.05, "{frequency} Hz");
 }
 
 #[test]
@@ -279,7 +265,6 @@ fn too_little_is_told_with_what_is_missing() {
     let message = |known: &[(Quantity, f64)]| {
         sheet(known).solve(&Scene::default()).expect_err("refused").to_string()
     };
-    assert!(message(&[(PistonMass, 8.6), (BlowEnergy, 475.0)]).contains("frequency"));
     assert!(message(&[(PistonMass, 8.6)]).contains("says the power"));
-    assert!(message(&[]).contains("piston_mass"));
+    assert!(message(&[(Frequency, 30.0)]).contains("piston_mass"));
 }

@@ -1,27 +1,24 @@
-//! Hammers that air drives: settled blows of one, and the ports with which it takes its air.
+//! Settled blows of a hammer that air drives, and the ports with which it gives a number.
 
-use super::fit::Unknowns;
-use super::response::Response;
-use super::{Datasheet, DatasheetError, Quantity};
+use super::DatasheetError;
 use crate::numerics::math;
 use crate::presets::AirHammer;
 use crate::quantities::air::ATMOSPHERE;
 use crate::quantities::parameters::InputValues;
-use crate::quantities::sections::Segment;
 use crate::scene::Scene;
 
 /// Blows until they repeat, and of the mean after them.
 const SETTLED: u64 = 12;
 const MEANT: u64 = 6;
+/// The same where a hundredth is enough.
+const SOON: [u64; 2] = [7, 2];
 /// Longest that is looked for them, s.
 const PATIENCE: f64 = 3.0;
-/// How closely the air is met, and in how many rounds.
+/// How closely a number is met, and in how many rounds.
 const CLOSE: f64 = 2e-3;
 const ROUNDS: usize = 8;
-/// Outside diameters of the hammers that the model is known of, m: 3.5 to 6 inches.
-const SIZES: [f64; 2] = [0.079, 0.155];
 /// Feed over outside diameter squared and pressure: what the presets of 4 and 5 inches have.
-const FEED: f64 = 0.58;
+pub(super) const FEED: f64 = 0.58;
 
 /// Means of settled blows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,16 +43,24 @@ impl AirBlow {
     /// # Errors
     /// The engine's; a hammer that does not strike so often.
     pub fn settled(scene: &Scene) -> Result<Self, DatasheetError> {
+        Ok(Self::of(scene, false)?.0)
+    }
+
+    /// The same, with how high the piston turns above the bit (m); sooner where a hundredth is enough.
+    pub(super) fn of(scene: &Scene, soon: bool) -> Result<(Self, f64), DatasheetError> {
         let mut machine = scene.machine()?;
-        let mut sum = [0.0; 6];
-        let mut counted = 0;
-        while machine.counters().blows < SETTLED + MEANT {
-            machine.advance(machine.time() + 2e-3)?;
+        let [settled, meant] = if soon { SOON } else { [SETTLED, MEANT] };
+        let (mut sum, mut counted, mut height) = ([0.0; 6], 0, 0.0f64);
+        while machine.counters().blows < settled + meant {
+            machine.advance(machine.time() + 1e-3)?;
             let blows = machine.counters().blows;
-            if let Some(blow) = machine.blow().filter(|_| blows > counted.max(SETTLED)) {
+            if blows >= settled {
+                height = height.max(-machine.kinematics().relative_position);
+            }
+            if let Some(blow) = machine.blow().filter(|_| blows > counted.max(settled)) {
                 let b = blow;
                 let all = [b.energy, b.period, b.speed, b.air_flow, b.rock_work, b.rop];
-                sum.iter_mut().zip(all).for_each(|(sum, new)| *sum += new / MEANT as f64);
+                sum.iter_mut().zip(all).for_each(|(sum, new)| *sum += new / meant as f64);
             }
             counted = blows;
             if machine.time() > PATIENCE {
@@ -65,68 +70,7 @@ impl AirBlow {
             }
         }
         let [energy, period, speed, flow, rock_work, rate] = sum;
-        Ok(Self { energy, period, speed, flow, rock_work, rate })
-    }
-}
-
-impl Datasheet {
-    /// The outside diameter, if the sheet says pressure and air of a hammer in the range of the model and
-    /// nothing of a blow: those numbers would be fitted by more than the ports.
-    pub(super) fn of_air(&self) -> Option<f64> {
-        let given = |quantity: &Quantity| self.get(*quantity).is_some();
-        let of_blow = [
-            Quantity::BlowEnergy,
-            Quantity::Frequency,
-            Quantity::ImpactSpeed,
-            Quantity::Stroke,
-            Quantity::Effectiveness,
-            Quantity::PistonLength,
-        ];
-        let air = self.is_air() && given(&Quantity::AirFlow) && !of_blow.iter().any(given);
-        let outer = self.outer()?.0;
-        (air && (SIZES[0]..=SIZES[1]).contains(&outer)).then_some(outer)
-    }
-
-    /// The feed that holds the casing of an air hammer down, N.
-    pub(super) fn feed_of_air(&self) -> Option<f64> {
-        let outer = self.of_air()?;
-        Some(FEED * outer * outer * self.get(Quantity::Pressure)?)
-    }
-
-    /// The hammer with its air inside, its ports fitted to the air that it takes, and its blows. Rock,
-    /// hole and material are those of the scene.
-    pub(super) fn with_air(
-        &self,
-        scene: &Scene,
-        unknowns: &Unknowns,
-    ) -> Option<Result<(Scene, AirBlow), DatasheetError>> {
-        let (outer, pressure) = (self.of_air()?, self.get(Quantity::Pressure)?);
-        let wanted = self.get(Quantity::AirFlow)?;
-        let feed = self.get(Quantity::Feed).or_else(|| self.feed_of_air())?;
-        let hole = scene.parameters.hole.diameter;
-        let mut hammer = AirHammer::in_proportion(outer, unknowns.mass, hole, feed);
-        hammer.outer = self.get(Quantity::Bore).map_or(outer, |bore| bore / AirHammer::BORE);
-        let dressed = |hammer: &AirHammer| {
-            let mut of_air = hammer.at(pressure);
-            let (p, own) = (&mut of_air.parameters, &scene.parameters);
-            (p.rock, p.hole, p.material, p.gravity) =
-                (own.rock, own.hole, own.material, own.gravity);
-            if let Some(mass) = self.get(Quantity::BitMass) {
-                let Segment { area, .. } = p.bit.segment[0];
-                p.bit.segment[0].length = mass / (p.material.density * area);
-            }
-            of_air
-        };
-        let fitted = hammer.fitted(dressed, wanted, |blow| blow.flow);
-        Some(fitted.map(|(hammer, blow)| (dressed(&hammer), blow)))
-    }
-}
-
-impl AirBlow {
-    /// The same as of simulated blows of a relay.
-    pub(super) fn response(&self, relay: &Response) -> Response {
-        let share = self.rock_work / self.energy;
-        Response { share, energy: self.energy, period: self.period, ..*relay }
+        Ok((Self { energy, period, speed, flow, rock_work, rate }, height))
     }
 }
 

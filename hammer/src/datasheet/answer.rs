@@ -1,232 +1,234 @@
-//! What a fit has found, in numbers and sentences.
+//! What a sample says, in numbers and sentences, and its middle hammer as a scene.
 
 use super::air::AirBlow;
-use super::assume::{Assumption, area};
-use super::fit::{Fit, Unknowns};
+use super::assume::area;
+use super::member::{Blow, Fluid, LIFT, Row};
 use super::quantity::Quantity;
-use super::response::Response;
-use super::{Comparison, Found, Solution};
+use super::sample::{Member, Sample};
+use super::{Comparison, Datasheet, DatasheetError, Found, Solution};
 use crate::numerics::display::digits;
 use crate::numerics::math;
 use crate::presets::{AirHammer, DAMPING, REFERENCE_HOLE};
+use crate::quantities::parameters::{MAX_ELEMENTS, Parameters};
+use crate::quantities::sections::{Body, Segment};
 use crate::scene::Scene;
 
 /// Advance of the hole per turn of the bit that makers recommend (Epiroc), m: named where it is told.
 const ADVANCE: [f64; 2] = [0.010, 0.019];
-/// What is off by more than this part is told; of an air hammer, by what its model is off itself.
-const TOLD: f64 = 0.01;
-const TOLD_OF_AIR: f64 = 0.16;
-/// Numbers of a relay: air has others, or none.
-const OF_RELAY: [&str; 4] = [
-    "driving force",
-    "height where the piston turns",
-    "rebound of the piston over its impact speed",
-    "effectiveness: mean driving pressure over the supply's",
-];
+/// Rounds in which the middle hammer's scene is moved to its numbers, and how close.
+const ROUNDS: usize = 4;
+const CLOSE: f64 = 5e-3;
 
-impl Fit<'_> {
-    /// The answer, where the last simulation agrees with the fit.
-    pub(super) fn answer(
-        &self,
-        unknowns: &Unknowns,
-        response: &Response,
-        mut scene: Scene,
-        air: Option<&AirBlow>,
-    ) -> Solution {
-        if let Some(measured) = self.sheet.get(Quantity::Rate) {
-            let Response { energy, period, share, .. } = *response;
-            let rate = self.rate(energy, period, share);
-            let rock = &mut scene.parameters.rock;
-            rock.specific_energy *= rate / measured;
-            rock.specific_energy_factor = 1.0 + Quantity::Rate.error();
-        }
-        let stated = self.sheet.known.iter();
-        let compared: Vec<Comparison> = stated
-            .filter_map(|(quantity, given)| {
-                let solved = match quantity {
-                    Quantity::AirFlow if air.is_some() => air.map(|blow| blow.flow),
-                    Quantity::BlowEnergy => Some(response.energy),
-                    Quantity::Frequency => Some(1.0 / response.period),
-                    Quantity::Power => Some(response.energy / response.period),
-                    _ => self.value(*quantity, unknowns, response),
-                };
-                solved.map(|solved| Comparison { quantity: *quantity, given: *given, solved })
-            })
-            .collect();
-        let tolerance = if air.is_some() { TOLD_OF_AIR } else { TOLD };
-        let off = compared.iter().filter(|compared| compared.off().abs() > tolerance);
-        let mut contradictions: Vec<String> = off.map(sentence).collect();
-        contradictions.extend(match air {
-            Some(blow) => blow.impossible(self.sheet),
-            None => self.impossible(unknowns, response),
+impl Datasheet {
+    /// The answer of a sample, in the rock of a scene.
+    pub(super) fn answer(&self, base: Scene, sample: &Sample) -> Result<Solution, DatasheetError> {
+        let found = self.found(&base, sample);
+        let compared = sample.solved().iter().map(|(row, solved)| {
+            let Row { quantity, pressure, given, .. } = *row;
+            (*row, Comparison { quantity, pressure, given, solved: *solved })
         });
-        let mut found = self.found(unknowns, response, &scene);
-        let mut assumed = self.assumptions();
-        if let Some(blow) = air {
-            found.retain(|row| !OF_RELAY.contains(&row.name));
-            let value = blow.flow;
-            found.push(Found { name: "free air", value, range: [value; 2], unit: "m3/s" });
-            assumed.push(AirHammer::ASSUMED.into());
+        let compared: Vec<(Row, Comparison)> = compared.collect();
+        let off = compared.iter().filter(|(row, c)| math::ln(c.solved / c.given).abs() > row.error);
+        let mut contradictions: Vec<String> = off.map(|(_, compared)| sentence(compared)).collect();
+        contradictions.extend(self.impossible(sample));
+        let mut scene = match self.hammer(&base, sample) {
+            Ok(scene) => scene,
+            Err(DatasheetError::Engine(error)) => return Err(error.into()),
+            Err(other) => {
+                contradictions.push(format!("No steady blow is found: {other}."));
+                base
+            }
+        };
+        let (energy, [low, high]) = sample.number(|m| m.specific_energy);
+        let rock = &mut scene.parameters.rock;
+        if self.get(Quantity::Rate).is_some() {
+            rock.specific_energy = energy;
+            rock.specific_energy_factor = (high / low).sqrt();
         }
-        Solution { scene, compared, found, assumed, contradictions }
+        Ok(Solution {
+            scene,
+            compared: compared.into_iter().map(|(_, compared)| compared).collect(),
+            found,
+            weights: sample.members.iter().map(|member| member.weight).collect(),
+            assumed: self.assumptions(),
+            contradictions,
+        })
     }
 
-    /// What follows, with the range of what is not determined.
-    fn found(&self, unknowns: &Unknowns, response: &Response, scene: &Scene) -> Vec<Found> {
-        let Response { energy, period, share, returned, .. } = *response;
-        let throw = self.throw(unknowns, response);
-        let error = |of| self.error(of, unknowns, response);
-        let between = |name, value: f64, error: f64, unit| {
-            let factor = math::exp(error);
-            Found { name, value, range: [value / factor, value * factor], unit }
+    /// What follows, with its range.
+    pub(super) fn found(&self, scene: &Scene, sample: &Sample) -> Vec<Found> {
+        let p = &scene.parameters;
+        let row = |name, unit, of: &dyn Fn(&Member) -> f64| {
+            let (value, range) = sample.number(of);
+            let members = sample.members.iter().map(of).collect();
+            Found { name, value, range, unit, members }
         };
-        let ranged = |name, value, of, unit| between(name, value, error(of), unit);
-        let plain = |name, value, unit| Found { name, value, range: [value; 2], unit };
         let mut list = vec![
-            ranged("blow energy", energy, Quantity::BlowEnergy, "J"),
-            ranged("frequency", 1.0 / period, Quantity::Frequency, "Hz"),
-            ranged("power of the blows", energy / period, Quantity::Power, "W"),
-            ranged(
-                "impact speed",
-                (2.0 * energy / unknowns.mass).sqrt(),
-                Quantity::ImpactSpeed,
-                "m/s",
-            ),
-            ranged("piston mass", unknowns.mass, Quantity::PistonMass, "kg"),
-            plain("driving force", unknowns.force, "N"),
-            ranged("height where the piston turns", throw.height, Quantity::Stroke, "m"),
-            plain("rebound of the piston over its impact speed", returned.max(0.0).sqrt(), ""),
-            plain("work to the rock over blow energy", share, ""),
-            ranged("power to the rock", share * energy / period, Quantity::Power, "W"),
+            row("rate of penetration", "m/s", &|m| m.rate),
+            row("blow energy", "J", &|m| m.blow.energy),
+            row("frequency", "Hz", &|m| m.blow.frequency),
+            row("power of the blows", "W", &|m| m.blow.power()),
+            row("impact speed", "m/s", &|m| m.blow.speed()),
+            row("piston mass", "kg", &|m| m.blow.mass),
+            row("bore", "m", &|m| m.blow.bore),
+            row("height where the piston turns", "m", &|m| m.blow.height),
+            row("effectiveness: mean driving pressure over the supply's", "", &|m| {
+                m.blow.effectiveness()
+            }),
+            row("work to the rock over blow energy", "", &|m| m.share),
+            row("power to the rock", "W", &|m| m.share * m.blow.power()),
+            row("specific energy", "J/m3", &|m| m.specific_energy),
+            // What is lost in the rock up to the force F is (1 - 1/gamma) F^2 / (2 KR), in one thrust.
+            row("largest rock force", "N", &|m| {
+                let lost = 1.0 - 1.0 / p.rock.unloading_ratio;
+                (2.0 * m.stiffness * m.share * m.blow.energy / lost).sqrt()
+            }),
+            // Of bars with one section: half the speed goes into each.
+            row("stress of the first wave in piston and bit", "Pa", &|m| {
+                0.5 * p.material.density * p.wave_speed() * m.blow.speed()
+            }),
+            row("feed", "N", &|m| m.feed),
         ];
-        if self.sheet.has_pressure() {
-            let name = "effectiveness: mean driving pressure over the supply's";
-            list.push(ranged(name, unknowns.effectiveness, Quantity::Effectiveness, ""));
-            list.push(ranged("bore", unknowns.bore, Quantity::Bore, "m"));
+        if self.fluid() == Fluid::Air {
+            list.push(row("free air", "m3/s", &|m| m.blow.flow));
         }
-        let rock = &scene.parameters.rock;
-        list.push(self.turning(self.rate(energy, period, share)));
-        list.extend(self.flushing());
-        list.push(match self.sheet.get(Quantity::Rate) {
-            None => {
-                let of_rock = math::ln(rock.specific_energy_factor);
-                let wide = of_rock.hypot(error(Quantity::Power));
-                between("rate of penetration", self.rate(energy, period, share), wide, "m/s")
-            }
-            Some(_) => {
-                let wide = math::ln(rock.specific_energy_factor).hypot(error(Quantity::Power));
-                between("specific energy from the rate", rock.specific_energy, wide, "J/m3")
-            }
+        let [least, most] = ADVANCE;
+        list.push(match self.get(Quantity::Rotation) {
+            Some(rotation) => row("advance per turn", "m", &|m| m.rate / rotation),
+            None => row("rotation for 10 to 19 mm of advance per turn", "Hz", &|m| {
+                m.rate / (0.5 * (least + most))
+            }),
         });
+        if let (Some((hole, _)), Some(pipe)) = (self.hole(), self.get(Quantity::Pipe)) {
+            let ring = area(hole) - area(pipe);
+            let given = self.get(Quantity::AirFlow);
+            list.push(row("up-hole velocity of the air", "m/s", &|m| {
+                given.unwrap_or(m.blow.flow) / ring
+            }));
+        }
         list
     }
 
-    /// Rate over rotation: the advance per turn, or the rotation that gives the usual one.
-    fn turning(&self, rate: f64) -> Found {
-        let [least, most] = ADVANCE;
-        match self.sheet.get(Quantity::Rotation) {
-            Some(rotation) => {
-                let value = rate / rotation;
-                Found { name: "advance per turn", value, range: [value; 2], unit: "m" }
-            }
-            None => Found {
-                name: "rotation for 10 to 19 mm of advance per turn",
-                value: rate / (0.5 * (least + most)),
-                range: [rate / most, rate / least],
-                unit: "Hz",
-            },
-        }
-    }
-
-    /// Velocity of the free air that rises between hole and pipe.
-    fn flushing(&self) -> Option<Found> {
-        let flow = self.sheet.get(Quantity::AirFlow)?;
-        let ((hole, _), pipe) = (self.sheet.hole()?, self.sheet.get(Quantity::Pipe)?);
-        let value = flow / (area(hole) - area(pipe));
-        Some(Found { name: "up-hole velocity of the air", value, range: [value; 2], unit: "m/s" })
-    }
-
     fn assumptions(&self) -> Vec<String> {
-        let sheet = self.sheet;
-        let given = |quantity| sheet.get(quantity).is_some();
-        let mut list = Vec::new();
-        let mut say = |if_so: bool, text: String| {
-            if if_so {
-                list.push(text);
-            }
-        };
-        let of_air = sheet.of_air().is_some();
-        let slender = !given(Quantity::PistonLength) && !of_air;
-        say(slender, "The piston is as slender as the reference hammer's.".into());
+        let given = |quantity| self.get(quantity).is_some();
+        let mut list = self.of_blows();
+        let mut say = |if_so: bool, text: String| list.extend(if_so.then_some(text));
         say(!given(Quantity::BitMass), "The bit is as long and as heavy as the piston.".into());
         say(true, "Piston and bit have one section, constant along them.".into());
-        // Of the throw of a relay, which an air hammer does not have.
-        let relay_too = |row: &&Assumption| {
-            !of_air || !matches!(row.quantity, Quantity::Effectiveness | Quantity::ImpactSpeed)
-        };
-        for text in self
-            .assumed
-            .iter()
-            .filter(relay_too)
-            .map(|row| row.text.clone())
-            .chain(sheet.of_fluids())
-        {
-            say(true, text);
-        }
-        if let (None, Some(feed)) = (sheet.get(Quantity::Feed), sheet.usual_feed()) {
-            let text = format!("The feed is {} kN, usual for that size.", digits(1e-3 * feed));
-            say(true, text);
+        if let (None, Some(feed)) = (self.get(Quantity::Feed), self.usual_feed()) {
+            say(
+                true,
+                format!(
+                    "The feed is {} kN, usual for that size and pressure.",
+                    digits(1e-3 * feed)
+                ),
+            );
         }
         say(
             !given(Quantity::DampingRatio),
             format!("The damping ratio of the piston's first elastic mode is {DAMPING}."),
         );
-        if let Some((hole, Some(from))) = sheet.hole() {
-            let text =
-                format!("The hole is {} mm wide, usual for that {from}.", digits(1e3 * hole));
-            say(true, text);
-        }
-        let bit = 1e3 * REFERENCE_HOLE;
-        match sheet.hole() {
-            _ if sheet.own_rock => {}
-            None => say(true, format!("The rock is that under a bit of {bit} mm.")),
-            Some((hole, _)) => {
-                let share = (hole / REFERENCE_HOLE) * (hole / REFERENCE_HOLE);
-                say(
-                    true,
-                    format!(
-                        "The rock's stiffness, viscosity and barrier are those meant for a bit of \
-                         {bit} mm, times {}: in proportion to the hole's area.",
-                        digits(share)
-                    ),
-                );
+        if let Some((hole, from)) = self.hole() {
+            let share = (hole / REFERENCE_HOLE) * (hole / REFERENCE_HOLE);
+            if let Some(from) = from {
+                let hole = digits(1e3 * hole);
+                say(true, format!("The hole is {hole} mm wide, usual for that {from}."));
             }
-        }
-        let used = [Quantity::AirFlow, Quantity::Flow];
-        let unused = !sheet.has_pressure() && !used.iter().any(|flow| given(*flow));
-        for quantity in [Quantity::Pressure, Quantity::Bore] {
             say(
-                given(quantity) && unused,
+                !self.own_rock,
                 format!(
-                    "{} is not used: it says nothing without the other of pressure and bore.",
-                    quantity.name()
+                    "The rock's stiffness, viscosity and barrier are those meant for a bit of {} mm, times {}: in \
+                     proportion to the hole's area; its hardness is known up to a factor of 1.75.",
+                    1e3 * REFERENCE_HOLE,
+                    digits(share)
                 ),
             );
         }
+        list.extend(self.of_liquid());
         list
+    }
+
+    /// The middle hammer, in the rock of a scene: moved until it strikes as the sample says.
+    fn hammer(&self, base: &Scene, sample: &Sample) -> Result<Scene, DatasheetError> {
+        let [energy, frequency] =
+            [sample.number(|m| m.blow.energy).0, sample.number(|m| m.blow.frequency).0];
+        let mut hammer = sample.hammer;
+        let mut scene = self.dressed(base, &hammer)?;
+        for _ in 0..ROUNDS {
+            let (blow, _) = AirBlow::of(&scene, true)?;
+            let [more, faster] = [energy / blow.energy, frequency * blow.period].map(math::ln);
+            if more.abs().max(faster.abs()) < CLOSE {
+                break;
+            }
+            // Energy goes with area and stroke, the square of the frequency with area over stroke.
+            let by = |x: f64| math::exp((0.5 * x).clamp(-0.3, 0.3));
+            hammer.bore *= by(0.5 * (more + 2.0 * faster));
+            hammer.height *= by(more - 2.0 * faster);
+            let next = self.dressed(base, &hammer);
+            scene = next?;
+        }
+        Ok(scene)
+    }
+
+    /// A scene of such a hammer: `height` is the stroke over the presets', `flow` the area of a port.
+    fn dressed(&self, base: &Scene, hammer: &Blow) -> Result<Scene, DatasheetError> {
+        let own = base.parameters;
+        let length = self.get(Quantity::PistonLength);
+        let mut scene = match self.fluid() {
+            Fluid::Air => {
+                let outer = self.outer().map_or(hammer.bore, |(outer, ..)| outer);
+                let (hole, feed) = (own.hole.diameter, base.inputs.feed_force);
+                let mut air = AirHammer::in_proportion(outer, hammer.mass, hole, feed);
+                air.outer = hammer.bore / (AirHammer::BORE * AirHammer::DRIVE.sqrt());
+                (air.supply, air.stroke) = (hammer.flow, hammer.height);
+                air.at(hammer.pressure)
+            }
+            Fluid::Liquid => {
+                let mut scene = *base;
+                let p = &mut scene.parameters;
+                p.drive.amplitude = hammer.pressure * area(hammer.bore);
+                p.drive.stroke = LIFT * hammer.height;
+                p.contact.initial_gap = p.drive.stroke;
+                let slender = own.piston.length * math::cbrt(hammer.mass / own.piston_mass());
+                let length = length.unwrap_or(slender);
+                let section = hammer.mass / (p.material.density * length);
+                p.contact.stiffness *= section / p.cross_section;
+                (p.piston.segments, p.bit.segments) = (0, 0);
+                (p.piston.length, p.bit.length, p.cross_section) = (length, length, section);
+                let spans = own.piston.elements as f64 * length / own.piston.length;
+                let spans = (spans.round() as usize).clamp(1, MAX_ELEMENTS);
+                (p.piston.elements, p.bit.elements) = (spans, spans);
+                scene
+            }
+        };
+        let p: &mut Parameters = &mut scene.parameters;
+        (p.rock, p.hole, p.gravity, p.fidelity) = (own.rock, own.hole, own.gravity, own.fidelity);
+        let density = p.material.density;
+        if let (Some(length), Fluid::Air) = (length, self.fluid()) {
+            p.piston.segment[0] = Segment { length, area: hammer.mass / (density * length) };
+        }
+        if let Some(mass) = self.get(Quantity::BitMass) {
+            let section = p.sections(Body::Bit);
+            let by = mass / section.mass(density);
+            p.bit.segment[0].length *= by;
+            p.bit.length *= by;
+        }
+        let damping = p.damping_time_of(self.get(Quantity::DampingRatio).unwrap_or(DAMPING));
+        p.material.damping_time = damping.unwrap_or(p.material.damping_time);
+        p.validate().map_err(crate::error::Error::from)?;
+        Ok(scene)
     }
 }
 
 /// A contradiction in words.
 fn sentence(compared: &Comparison) -> String {
-    let Comparison { quantity, given, solved } = *compared;
+    let Comparison { quantity, pressure, given, solved } = *compared;
     let ((unit, size), name) = (quantity.field_unit(), quantity.name());
     let off = 100.0 * compared.off();
-    let [given, solved] = [given / size, solved / size];
+    let [given, solved] = [given / size, solved / size].map(digits);
     let (size, side) = (off.abs(), if off > 0.0 { "more" } else { "less" });
-    let [given, solved] = [given, solved].map(digits);
+    let at = pressure.map(|at| format!(" at {} bar", digits(1e-5 * at))).unwrap_or_default();
     format!(
-        "{name}: {given} {unit} given, {solved} {unit} of the hammer that fits all best: \
-         {size:.1} % {side}."
+        "{name}{at}: {given} {unit} given, {solved} {unit} of the hammers that fit all best: {size:.1} % {side}."
     )
 }

@@ -5,8 +5,11 @@
 //! middle of each range) of 86 to 107 kN per metre of the outside diameter. Drillco (Puma 3.1) has a
 //! sleeve of 74 mm outside and 64.09 mm inside.
 
+use super::air::FEED as HELD;
+use super::member::{Fluid, Kind, Point, Row};
 use super::quantity::Quantity;
-use super::{Datasheet, EFFICIENCY};
+use super::table::Table;
+use super::{Datasheet, DatasheetError, EFFICIENCY};
 use crate::numerics::display::digits;
 use crate::numerics::math;
 use std::f64::consts::PI;
@@ -14,9 +17,9 @@ use std::f64::consts::PI;
 /// Diameter that fits in a sleeve over its outside diameter, and the part of it that is bore.
 const SLEEVE: f64 = 64.09 / 74.0;
 const BORE: [f64; 2] = [0.85, 0.93];
-/// Mean driving pressure over the supply's on such a bore, and its error. Sandvik's hammers of 3.5 to
-/// 6 inches have their published power at 35 to 45 blows a second with 0.68 to 0.84.
-const EFFECTIVE: (f64, f64) = (0.75, 0.15);
+/// Error of the energy of hammers in proportion to the presets: on such bores Sandvik's of 3.5 to 6 inches have
+/// their published power within as much.
+const EFFECTIVE: f64 = 0.15;
 /// Mass of the piston over the cube of the outside diameter, kg/m3, and its error.
 const PISTON: (f64, f64) = (8000.0, 0.3);
 /// Diameter of the hole over the outside diameter, and its error.
@@ -28,14 +31,16 @@ const FEED: f64 = 94e3;
 /// Above this pressure a hammer is not driven by air, Pa.
 const AIR: f64 = 40e5;
 
-/// A number that is assumed, and its standard error as a share of it.
-#[derive(Clone, Debug)]
-pub(super) struct Assumption {
-    pub quantity: Quantity,
-    pub value: f64,
-    pub error: f64,
-    pub text: String,
-}
+/// Pressures where none is given, Pa, and their error.
+const PRESSURE: (f64, f64) = (20e5, 0.35);
+const OF_LIQUID: f64 = 150e5;
+/// Stroke over the presets', and its error; of a liquid's drive hardly anything is known.
+const STROKE: (f64, f64) = (0.25, 0.6);
+/// Port over bore: those of the presets have 0.014 to 0.034.
+const PORT: (f64, f64) = (0.024, 0.5);
+/// Errors of air and frequency of hammers in proportion to the presets (`reports/catalogue.md`).
+const SHARE: f64 = 0.1;
+const PACE: f64 = 0.05;
 
 impl Datasheet {
     /// The outside diameter (m), its error, and what it is from.
@@ -74,97 +79,126 @@ impl Datasheet {
         self.get(Quantity::Hole).map(|hole| (hole, None)).or_else(usual)
     }
 
-    /// Whether the pressure is that of air.
-    pub(super) fn is_air(&self) -> bool {
-        let pressure = self.get(Quantity::Pressure);
-        pressure.is_some_and(|pressure| pressure < AIR) && self.get(Quantity::Flow).is_none()
+    /// What drives it: above 40 bar, or with a flow, a liquid.
+    pub(super) fn fluid(&self) -> Fluid {
+        let high = self.get(Quantity::Pressure).is_some_and(|pressure| pressure >= AIR);
+        if high || self.get(Quantity::Flow).is_some() { Fluid::Liquid } else { Fluid::Air }
     }
 
-    /// The feed (N) where none is given and the size is.
+    /// The feed (N) where none is given and the size is known: what makers print, or what holds an air
+    /// hammer's casing down where that is more.
     pub(super) fn usual_feed(&self) -> Option<f64> {
-        if let Some(feed) = self.feed_of_air() {
-            return Some(feed);
+        let outer = self.outer()?.0;
+        let printed = FEED * outer;
+        let pressure = self.at.or(self.get(Quantity::Pressure)).unwrap_or(PRESSURE.0);
+        let held = HELD * outer * outer * pressure;
+        Some(if self.fluid() == Fluid::Air { printed.max(held) } else { printed })
+    }
+
+    /// Hammers before anything is known of their blows.
+    pub(super) fn kind(&self) -> Result<Kind, DatasheetError> {
+        let little = |text: &str| DatasheetError::TooLittle(text.into());
+        let (outer, error, _) = self.outer().ok_or_else(|| {
+            little("nothing says how heavy the piston is: give piston_mass, od or hole")
+        })?;
+        let of_power = [
+            Quantity::Pressure,
+            Quantity::Power,
+            Quantity::BlowEnergy,
+            Quantity::ImpactSpeed,
+            Quantity::AirFlow,
+            Quantity::Flow,
+        ];
+        if self.air.is_empty() && of_power.iter().all(|quantity| self.get(*quantity).is_none()) {
+            return Err(little(
+                "nothing says the power of the blows: give pressure, power, blow_energy or air_flow",
+            ));
         }
-        let outer = self.get(Quantity::OuterDiameter);
-        Some(FEED * outer.or_else(|| Some(self.get(Quantity::Hole)? / HOLE.0))?)
-    }
-
-    /// The bore (m): given, or what fits.
-    pub(super) fn bore(&self) -> Option<f64> {
-        let fits = || Some(0.5 * (BORE[0] + BORE[1]) * SLEEVE * self.outer()?.0);
-        self.get(Quantity::Bore).or_else(fits)
-    }
-
-    /// Whether the pressure acts on a bore that is known, or of a hammer driven by air.
-    pub(super) fn has_pressure(&self) -> bool {
-        let bore = self.get(Quantity::Bore).and(self.get(Quantity::Pressure)).is_some();
-        bore || (self.is_air() && self.outer().is_some())
-    }
-
-    /// What may be assumed, what is best known first.
-    pub(super) fn assumptions(&self) -> Vec<Assumption> {
-        let mut list = Vec::new();
-        let mut may = |quantity, value: f64, error: f64, text: String| {
-            if self.get(quantity).is_none() {
-                list.push(Assumption { quantity, value, error, text });
-            }
+        let fluid = self.fluid();
+        let liquid = fluid == Fluid::Liquid;
+        let given = |quantity: Quantity, value: f64, error: f64| match self.get(quantity) {
+            Some(value) => (value, quantity.error()),
+            None => (value, error),
         };
-        if let Some((outer, error, from)) = self.outer() {
-            let (value, wide) = (PISTON.0 * outer * outer * outer, PISTON.1.hypot(3.0 * error));
-            let text = format!(
-                "The piston has {} kg, as hammers of that {from} have, up to {:.0} %.",
-                digits(value),
-                100.0 * wide
-            );
-            may(Quantity::PistonMass, value, wide, text);
-            if self.has_pressure() {
-                let [least, most] = BORE;
-                let middle = 0.5 * (least + most);
-                let (value, own) = (middle * SLEEVE * outer, 0.5 * (most - least) / middle);
-                let text = format!(
-                    "The bore is {} mm, {least} to {most} of what fits in a hammer of that {from}.",
-                    digits(1e3 * value)
-                );
-                may(Quantity::Bore, value, own.hypot(error), text);
-            }
-        }
-        if self.has_pressure() {
-            let (value, error) = EFFECTIVE;
-            let text = format!(
-                "The mean driving pressure is {value} of the supply's (effectiveness), up to {:.0} %.",
-                100.0 * error
-            );
-            may(Quantity::Effectiveness, value, error, text);
-        }
-        let (speed, error) = SPEED;
-        let text =
-            format!("The piston strikes at {speed} m/s, as most do, up to {:.0} %.", 100.0 * error);
-        may(Quantity::ImpactSpeed, speed, error, text);
-        list
+        let [least, most] = BORE;
+        let middle = 0.5 * (least + most);
+        let of_bore = (0.5 * (most - least) / middle).hypot(error);
+        let unknowns = [
+            given(Quantity::Pressure, if liquid { OF_LIQUID } else { PRESSURE.0 }, PRESSURE.1),
+            given(Quantity::Bore, middle * SLEEVE * outer, if liquid { STROKE.1 } else { of_bore }),
+            given(
+                Quantity::PistonMass,
+                PISTON.0 * outer * outer * outer,
+                PISTON.1.hypot(3.0 * error),
+            ),
+            (1.0, if liquid { STROKE.1 } else { STROKE.0 }),
+            PORT,
+            (1.0, EFFECTIVE),
+            (1.0, SHARE),
+            (1.0, PACE),
+        ];
+        let middle = Point::from_iterator(unknowns.iter().map(|(value, _)| math::ln(*value)));
+        let wide = Point::from_iterator(unknowns.iter().map(|(_, error)| *error));
+        Ok(Kind { fluid, middle, wide, table: Table::get()? })
     }
 
-    /// What is assumed of air and liquid, a sentence each.
-    pub(super) fn of_fluids(&self) -> Vec<String> {
+    /// The speed at which pistons strike, where none is given.
+    pub(super) fn usual_speed(&self) -> Option<Row> {
+        let (given, error) = SPEED;
+        let quantity = Quantity::ImpactSpeed;
+        let row = Row { quantity, given, error, pressure: None, series: 0, assumed: true };
+        self.get(quantity).is_none().then_some(row)
+    }
+
+    /// What is assumed of a blow, a sentence each.
+    pub(super) fn of_blows(&self) -> Vec<String> {
         let given = |quantity| self.get(quantity).is_some();
         let mut list = Vec::new();
-        if given(Quantity::Pressure) && given(Quantity::AirFlow) && self.of_air().is_none() {
-            list.push(
-                "Air works at the supply's pressure: a blow takes the volume of its energy over the \
-                 pressure."
-                    .into(),
+        let mut say = |quantity, text: String| list.extend((!given(quantity)).then_some(text));
+        let of = |error: f64| format!("{:.0} %", 100.0 * error);
+        if let Some((outer, error, from)) = self.outer() {
+            let (mass, wide) = (PISTON.0 * outer * outer * outer, PISTON.1.hypot(3.0 * error));
+            let text = format!(
+                "The piston has {} kg, as hammers of that {from} have, up to {}.",
+                digits(mass),
+                of(wide)
             );
+            say(Quantity::PistonMass, text);
+            let [least, most] = BORE;
+            let text =
+                format!("The bore is {least} to {most} of what fits in a hammer of that {from}.");
+            say(Quantity::Bore, text);
         }
-        if given(Quantity::Pressure) && given(Quantity::Flow) {
-            list.push(format!(
-                "Of pressure times flow the blows have {EFFICIENCY}; the rest is lost in valve and ports."
-            ));
-        } else if given(Quantity::Bore) && given(Quantity::Flow) {
-            list.push(
-                "A blow takes the bore full of fluid, from the bit to where the piston turns."
-                    .into(),
-            );
-        }
+        say(
+            Quantity::Effectiveness,
+            format!(
+                "Faces, stroke and ports are those of the air presets, in proportion, with the stroke up to {}, \
+                 the effectiveness up to {} and the air up to {} off.",
+                of(STROKE.0),
+                of(EFFECTIVE),
+                of(SHARE)
+            ),
+        );
+        let (speed, error) = SPEED;
+        say(
+            Quantity::ImpactSpeed,
+            format!("The piston strikes at {speed} m/s, as most do, up to {}.", of(error)),
+        );
+        let pressure = if self.fluid() == Fluid::Air { PRESSURE.0 } else { OF_LIQUID };
+        say(
+            Quantity::Pressure,
+            format!("The pressure is {:.0} bar, up to {}.", 1e-5 * pressure, of(PRESSURE.1)),
+        );
         list
+    }
+
+    /// What is assumed of a liquid.
+    pub(super) fn of_liquid(&self) -> Option<String> {
+        (self.fluid() == Fluid::Liquid).then(|| {
+            format!(
+                "A liquid drives it at a constant pressure; of pressure times flow the blows have {EFFICIENCY}."
+            )
+        })
     }
 }
 

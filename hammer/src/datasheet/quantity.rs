@@ -51,7 +51,7 @@ list! {
     AirFlow, "air_flow", "m3/s", ("m3/min", 1.0 / 60.0), [1e-4, 5.0], Some(0.15), "Volume of free air per time";
     Flow, "flow", "m3/s", ("l/min", 1e-3 / 60.0), [1e-6, 0.1], Some(0.25), "Volume of oil or water per time: with the pressure, the power that it brings";
     Rate, "rop", "m/s", ("m/h", 1.0 / 3600.0), [1e-6, 0.2], Some(0.1), "Measured rate of penetration";
-    Effectiveness, "effectiveness", "1", ("1", 1.0), [1e-3, 1.0], Some(1e-4), "Mean driving pressure over the supply's";
+    Effectiveness, "effectiveness", "1", ("1", 1.0), [1e-3, 1.0], Some(0.02), "Mean driving pressure over the supply's";
     PistonLength, "piston_length", "m", ("mm", 1e-3), [0.01, 5.0], None, "Length of the piston; as slender as the scene's if not given";
     BitMass, "bit_mass", "kg", ("kg", 1.0), [0.05, 2000.0], None, "Mass of the bit; as long as the piston if not given";
     OuterDiameter, "od", "m", ("mm", 1e-3), [0.02, 2.0], None, "Outside diameter of the hammer: says which bore, piston and feed fit";
@@ -67,6 +67,12 @@ impl Quantity {
     /// All of them.
     pub fn all() -> impl Iterator<Item = Self> {
         TABLE.iter().map(|row| row.quantity)
+    }
+
+    /// Whether it says something of a blow, beside what a hammer is.
+    pub(super) fn of_blow(self) -> bool {
+        let of_hammer = [Self::Pressure, Self::Bore, Self::PistonMass, Self::Rate];
+        self.error().is_finite() && !of_hammer.contains(&self)
     }
 
     fn row(self) -> &'static Row {

@@ -45,20 +45,20 @@ pub struct AirHammer {
     pub hole: f64,
     /// Feed, N.
     pub feed: f64,
+    /// Stroke, ports and dead volumes over those of the presets.
+    pub stroke: f64,
 }
 
 impl AirHammer {
     /// The bore over the outer diameter.
     pub const BORE: f64 = 0.866;
-
-    /// What is assumed of one [in proportion](Self::in_proportion), fitted to the air that it takes.
-    pub const ASSUMED: &str = "Faces, stroke, ports and casing are those of the air presets, in proportion \
-        to the area; the supply ports are fitted to the air.";
+    /// The area on which the air drives over the bore's.
+    pub const DRIVE: f64 = 0.92;
 
     /// One like the presets, with casing and ports in proportion to the area of its outside diameter (m).
     pub fn in_proportion(outer: f64, piston: f64, hole: f64, feed: f64) -> Self {
         let [casing, supply] = [CASING, PORTS].map(|part| part * outer * outer);
-        Self { outer, piston, casing, supply, hole, feed }
+        Self { outer, piston, casing, supply, hole, feed, stroke: 1.0 }
     }
 
     /// Its scene, at the pressure of the presets.
@@ -81,26 +81,26 @@ impl AirHammer {
             (Segment { length, area }, Segment { length, area });
         (p.mesh.degree, p.piston.elements, p.bit.elements) = (3, 16, 16);
         p.contact.stiffness = rounded(p.material.youngs_modulus * area / FRONT);
-        p.contact.initial_gap = 0.06;
+        p.contact.initial_gap = 0.06 * self.stroke;
         p.rock.spread(self.hole);
         p.hole.diameter = self.hole;
         p.casing.mass = self.casing;
         p.chuck.idle_travel = 0.02;
-        let [drive, back] = [rounded(0.92 * bore), rounded(0.55 * bore)];
+        let [drive, back] = [rounded(Self::DRIVE * bore), rounded(0.55 * bore)];
         (p.drive.source, p.drive.area_drive, p.drive.area_return) = (Source::Air, drive, back);
         p.air = AirLaw {
             drive: AirChamber {
-                dead_volume: rounded(0.02 * drive),
-                supply: -0.038,
-                exhaust: -0.028,
+                dead_volume: rounded(0.02 * drive * self.stroke),
+                supply: -0.038 * self.stroke,
+                exhaust: -0.028 * self.stroke,
             },
             returning: AirChamber {
-                dead_volume: rounded(0.03 * back),
-                supply: -0.022,
-                exhaust: -0.042,
+                dead_volume: rounded(0.03 * back * self.stroke),
+                supply: -0.022 * self.stroke,
+                exhaust: -0.042 * self.stroke,
             },
-            cylinder: 0.12,
-            port_height: 6e-3,
+            cylinder: 0.12 * self.stroke,
+            port_height: 6e-3 * self.stroke,
             supply_area: self.supply,
             exhaust_area: 2.5 * self.supply,
             ..p.air
@@ -117,7 +117,8 @@ pub const THREE_AND_A_HALF_INCH: Preset = Preset {
     description: "A 3.5-inch hammer driven by air at 24 bar in a casing, 85 mm, 90 mm hole: piston's mass and air from makers, ports and areas assumed",
     change: |p, inputs| {
         let (outer, piston, casing, supply) = (0.085, 5.5, 16.0, 1.45e-4);
-        AirHammer { outer, piston, casing, supply, hole: 0.09, feed: 12_000.0 }.build(p, inputs);
+        AirHammer { outer, piston, casing, supply, hole: 0.09, feed: 12_000.0, stroke: 1.0 }
+            .build(p, inputs);
     },
 };
 
@@ -127,7 +128,8 @@ pub const FOUR_INCH: Preset = Preset {
     description: "A 4-inch hammer driven by air at 24 bar in a casing, 105 mm, 115 mm hole: piston's mass and air from makers, ports and areas assumed",
     change: |p, inputs| {
         let (outer, piston, casing, supply) = (0.105, 9.1, 27.0, 2.2e-4);
-        AirHammer { outer, piston, casing, supply, hole: 0.115, feed: 17_000.0 }.build(p, inputs);
+        AirHammer { outer, piston, casing, supply, hole: 0.115, feed: 17_000.0, stroke: 1.0 }
+            .build(p, inputs);
     },
 };
 
@@ -137,7 +139,8 @@ pub const FIVE_INCH: Preset = Preset {
     description: "A 5-inch hammer driven by air at 24 bar in a casing, 127 mm, 140 mm hole: piston's mass and air from makers, ports and areas assumed",
     change: |p, inputs| {
         let (outer, piston, casing, supply) = (0.127, 19.0, 40.0, 1.92e-4);
-        AirHammer { outer, piston, casing, supply, hole: 0.14, feed: 19_000.0 }.build(p, inputs);
+        AirHammer { outer, piston, casing, supply, hole: 0.14, feed: 19_000.0, stroke: 1.0 }
+            .build(p, inputs);
     },
 };
 
@@ -147,6 +150,7 @@ pub const SIX_INCH: Preset = Preset {
     description: "A 6-inch hammer driven by air at 24 bar in a casing, 150 mm, 165 mm hole: piston's mass and air from makers, ports and areas assumed",
     change: |p, inputs| {
         let (outer, piston, casing, supply) = (0.15, 23.9, 65.0, 1.9e-4);
-        AirHammer { outer, piston, casing, supply, hole: 0.165, feed: 25_000.0 }.build(p, inputs);
+        AirHammer { outer, piston, casing, supply, hole: 0.165, feed: 25_000.0, stroke: 1.0 }
+            .build(p, inputs);
     },
 };

@@ -38,19 +38,23 @@ pub fn datasheet<'py>(
     given: HashMap<String, f64>,
     own_rock: bool,
     numbers: HashMap<String, f64>,
+    air: Vec<(f64, f64)>,
+    at: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let own = scene_of(&numbers)?;
     let known = Quantity::all()
         .filter_map(|quantity| given.get(quantity.name()).map(|value| (quantity, *value)));
-    let sheet = Datasheet { known: known.collect(), own_rock };
+    let air = air.into_iter().map(|(pressure, air)| [pressure, air]).collect();
+    let sheet = Datasheet { known: known.collect(), air, at, own_rock };
     let solved = interruptible(py, || guarded(|| Ok::<_, Failure>(sheet.solve(&own))))?;
     let solved = solved.map_err(|error| match error {
         DatasheetError::Engine(error) => PyErr::from(Failure::from(error)),
         other => refused(other.to_string()),
     })?;
     let compared = solved.compared.iter();
-    let compared: Vec<_> =
-        compared.map(|c| (c.quantity.name(), c.given, c.solved, c.quantity.unit())).collect();
+    let compared: Vec<_> = compared
+        .map(|c| (c.quantity.name(), c.given, c.solved, c.quantity.unit(), c.pressure))
+        .collect();
     let row = PyDict::new(py);
     let mut parameters = differences(&solved.scene.parameters);
     let (inputs, usual) = (solved.scene.inputs, own.inputs);
@@ -63,7 +67,10 @@ pub fn datasheet<'py>(
     row.set_item("parameters", parameters)?;
     row.set_item("compared", compared)?;
     let found = solved.found.iter();
-    let found: Vec<_> = found.map(|f| (f.name, f.value, f.range[0], f.range[1], f.unit)).collect();
+    let found: Vec<_> = found
+        .map(|f| (f.name, f.value, f.range[0], f.range[1], f.unit, f.members.clone()))
+        .collect();
+    row.set_item("weights", solved.weights)?;
     row.set_item("found", found)?;
     row.set_item("assumed", solved.assumed)?;
     row.set_item("contradictions", solved.contradictions)?;

@@ -11,6 +11,7 @@ from .cycle import Cycle as Cycle
 from .cycle import Cycles as Cycles
 from .cycle import stationary as stationary
 from .datasheet import Datasheet as Datasheet
+from .datasheet import compare as compare
 from .datasheet import from_datasheet as from_datasheet
 from .diagram import Waves as Waves
 from .diagram import waves as waves

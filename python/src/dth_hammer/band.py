@@ -23,6 +23,8 @@ RATES = ("rop", "rop_mean")
 SIDES = ("_low", "_high")
 #: Least ratio of the ends of a range that two digits show.
 VISIBLE = 1.05
+#: Digits of the ends of a range.
+DIGITS = 2
 
 
 def factor(parameters: Mapping[str, Value]) -> float:
@@ -99,14 +101,22 @@ def sentence(parameters: Mapping[str, Value]) -> str:
     return f"{text[0].upper()}{text[1:]}."
 
 
-def interval(low: float, high: float) -> str:
-    """Two numbers to two digits, ``130 to 310``."""
-    return f"{_two_digits(low)} to {_two_digits(high)}"
+def interval(low: float, high: float, digits: int = DIGITS) -> str:
+    """Two numbers to two digits, ``130 to 310``, or more."""
+    two = f"{_two_digits(low)} to {_two_digits(high)}"
+    return f"{low:.{digits}g} to {high:.{digits}g}" if digits > DIGITS else two
 
 
 def ranged(low: float, high: float) -> str:
     """The interval of a range that two digits can show, else nothing."""
     return interval(low, high) if low * VISIBLE < high else ""
+
+
+def to_digits(number: float, low: float, high: float) -> str:
+    """A number to the digits that its range leaves: two where it is wide, four without one."""
+    if low * VISIBLE >= high:
+        return f"{number:.4g}"
+    return _two_digits(number) if low * 1.3 < high else f"{number:.3g}"
 
 
 def _two_digits(number: float) -> str:

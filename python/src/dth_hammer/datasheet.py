@@ -9,9 +9,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+import pandas as pd
 
 from . import _native, quantities, rocks
-from .band import PER_HOUR, ranged
+from .band import PER_HOUR, ranged, to_digits
 from .contract import typed
 from .errors import DomainError, warn
 from .variables import VARIABLES, Value, numbers
@@ -27,11 +28,13 @@ class Datasheet:
     assumed: tuple[str, ...]
     #: What simulated blows give with these parameters, and what follows: name, number, unit.
     found: tuple[tuple[str, float, str], ...]
-    #: Of each of these the least and the largest number that the errors of all that is given and
-    #: assumed allow.
+    #: Of each of these the ends between which 80 % of the hammers lie that the sheet allows.
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    #: What was given, and what the hammer has: name, given, of the hammer, unit.
-    compared: tuple[tuple[str, float, float, str], ...] = ()
+    #: These hammers, a row each, a column by name; ``weight`` is what one counts.
+    members: pd.DataFrame = field(default_factory=pd.DataFrame, repr=False)
+    #: What was given, and what the hammers have: name, given, of the hammers, unit, and of a row of
+    #: a table its pressure.
+    compared: tuple[tuple[str, float, float, str, float | None], ...] = ()
     #: Sentences: what was given cannot be had at once, and by how much.
     contradictions: tuple[str, ...] = ()
 
@@ -39,10 +42,13 @@ class Datasheet:
         rows = [f"{name} = {_text(name, number)}" for name, number in self.parameters.items()]
         rows = [f"{name}: {text}" for name, text in self.readable().items()] + [""] + rows
         rows += ["given, and of this hammer:"]
-        for name, given, own, _ in self.compared:
+        for name, given, own, _, at in self.compared:
             unit, size = TRADE[name]
             off = f"{100 * (own / given - 1):+.1f} %"
-            rows.append(f"  {name}: {given / size:.4g} {unit}, {own / size:.4g} {unit} ({off})")
+            where = f" at {1e-5 * at:g} bar" if at else ""
+            rows.append(
+                f"  {name}{where}: {given / size:.4g} {unit}, {own / size:.4g} {unit} ({off})"
+            )
         rows += ["assumed:", *(f"  {text}" for text in self.assumed)]
         if self.contradictions:
             rows += ["contradictions:", *(f"  {text}" for text in self.contradictions)]
@@ -60,7 +66,8 @@ class Datasheet:
             low, high = (factor * side for side in self.ranges[name])
             sides = ranged(low, high)
             wide = f" ({sides})" if sides else ""
-            rows.append((name, f"{factor * number:.4g} {unit}".rstrip() + wide))
+            digits = to_digits(factor * number, low, high)
+            rows.append((name, f"{digits} {unit}".rstrip() + wide))
         return dict(sorted(rows, key=lambda row: "rate" not in row[0]))
 
     def _repr_html_(self) -> str:
@@ -100,15 +107,16 @@ def from_datasheet(
     rotation: Value | None = None,
     damping_ratio: Value | None = None,
     specific_energy: Value | None = None,
+    at: Value | None = None,
     rock: str | Mapping[str, Value] | None = None,
 ) -> Datasheet:
-    """Finds the hammer that best matches a datasheet or a page of a catalogue.
+    """Finds the hammers that match a datasheet or a page of a catalogue.
 
-    Give what is printed. All of it is fitted at once. What leaves the rate open is refused;
-    whatever else is missing is assumed (`Datasheet.assumed`), and what depends on it has a range
-    (`Datasheet.ranges`). What contradicts and what no hammer does is told in `contradictions` and
-    a warning. Numbers are in SI units (kg, J, Hz, Pa, m, N, m3/s); text may carry any other, for
-    instance ``"1800 bpm"``, ``"350 ft.lbf"`` or ``"250 psi"``.
+    Give what is printed. All of it is met at once by a sample of hammers. What leaves the rate open
+    is refused; whatever else is missing is drawn (`Datasheet.assumed`), and each number has the
+    range of 80 % of the sample (`Datasheet.ranges`). What contradicts and what no hammer does is
+    told in `contradictions` and a warning. Numbers are in SI units (kg, J, Hz, Pa, m, N, m3/s); text
+    may carry any other, for instance ``"1800 bpm"``, ``"350 ft.lbf"`` or ``"250 psi"``.
 
     Args:
         piston_mass: of the piston.
@@ -134,6 +142,7 @@ def from_datasheet(
         rotation: turns per time, for the advance per turn.
         damping_ratio: of the piston's first elastic mode; half a per cent is assumed.
         specific_energy: of the rock, J/m3.
+        at: the pressure that is worked at, where the sheet's numbers are of another.
         rock: a name, a class, a strength or a file, as `dth_hammer.rock` takes them, or parameters
             under this very bit; the reference rock if not given.
 
@@ -145,7 +154,7 @@ def from_datasheet(
         >>> sheet = from_datasheet(power="11 kW", frequency="1500 bpm", hole="115 mm")
         >>> low, high = (3600 * rate for rate in sheet.ranges["rate of penetration"])
         >>> print(f"{low:.0f} to {high:.0f} m/h")
-        9 to 23 m/h
+        8 to 25 m/h
     """
     arguments = {name: value for name, value in locals().items() if name in UNITS}
     named: list[str] = []
@@ -159,8 +168,10 @@ def from_datasheet(
     if specific_energy is not None:
         name = "rock.specific_energy"
         own[name] = VARIABLES[name].number(specific_energy)
-    if isinstance(air_flow, Mapping):
-        arguments |= _working_point(air_flow, pressure)
+    table = _rows(air_flow) if isinstance(air_flow, Mapping) else []
+    if table:
+        arguments |= {"air_flow": None, "pressure": table[-1][0] if pressure is None else pressure}
+    worked = None if at is None else quantities.read(at, "Pa", "at")
     given = {
         name: quantities.read(value, UNITS[name], name)
         for name, value in arguments.items()
@@ -169,38 +180,60 @@ def from_datasheet(
     for name, number in given.items():
         if not math.isfinite(number):
             raise DomainError(f"{name} = {number:g} is not finite")
-    solved = _native.datasheet(given, rock is not None, own)
+    solved = _native.datasheet(given, rock is not None, own, table, worked)
     if solved["contradictions"]:
         warn(" ".join(solved["contradictions"]))
     return Datasheet(
         {**own, **dict(solved["parameters"])},
         (*solved["assumed"], *named),
-        tuple((name, number, unit) for name, number, _, _, unit in solved["found"]),
-        {name: (low, high) for name, _, low, high, _ in solved["found"]},
+        tuple((name, number, unit) for name, number, _, _, unit, _ in solved["found"]),
+        {name: (low, high) for name, _, low, high, _, _ in solved["found"]},
+        pd.DataFrame({row[0]: row[5] for row in solved["found"]} | {"weight": solved["weights"]}),
         tuple(solved["compared"]),
         tuple(solved["contradictions"]),
     )
 
 
-def _working_point(air_flow: Mapping[Value, Value], pressure: Value | None) -> dict[str, Value]:
-    """Returns pressure and free air of a table; the highest pressure if none is given.
-
-    Between two rows the air is a straight line over the pressure.
-    """
-    rows = sorted(
+def _rows(air_flow: Mapping[Value, Value]) -> list[tuple[float, float]]:
+    """Pressure and free air of each row of a table, SI."""
+    if not air_flow:
+        raise DomainError("air_flow is empty: give a flow for at least one pressure")
+    return sorted(
         (quantities.read(p, "Pa", "pressure"), quantities.read(q, UNITS["air_flow"], "air_flow"))
         for p, q in air_flow.items()
     )
-    if not rows:
-        raise DomainError("air_flow is empty: give a flow for at least one pressure")
-    pressures, flows = zip(*rows, strict=True)
-    at = pressures[-1] if pressure is None else quantities.read(pressure, "Pa", "pressure")
-    if not pressures[0] <= at <= pressures[-1]:
-        low, high = (1e-5 * side for side in (pressures[0], pressures[-1]))
-        raise DomainError(
-            f"pressure = {1e-5 * at:g} bar is not among those of air_flow, {low:g} to {high:g} bar"
-        )
-    return {"pressure": at, "air_flow": float(np.interp(at, pressures, flows))}
+
+
+#: What two hammers are compared in, by the columns of `Datasheet.members`.
+COMPARED = ("rate of penetration", "blow energy", "frequency", "power of the blows", "free air")
+
+
+def compare(a: Datasheet, b: Datasheet) -> pd.DataFrame:
+    """Compares two hammers, or one at two pressures, in one rock: numbers of ``a`` over ``b``'s.
+
+    Both samples are drawn alike, so what is unknown of both at once cancels: the rock, and how far
+    hammers are off the model. A row each: the middle ratio and the ends of 80 %.
+
+    Args:
+        a: what is compared.
+        b: with what.
+
+    Example:
+        >>> from dth_hammer import compare, from_datasheet
+        >>> sheet = {"od": "124 mm", "pressure": "24 bar", "power": "31.7 kW", "hole": "140 mm"}
+        >>> more = compare(from_datasheet(**sheet, at="30 bar"), from_datasheet(**sheet))
+        >>> print(f"{more.loc['rate of penetration', 'ratio']:.1f} times the rate")
+        1.3 times the rate
+    """
+    rows = {}
+    for name in COMPARED:
+        if name in a.members and name in b.members:
+            ratios = (a.members[name] / b.members[name]).to_numpy()
+            weights = np.sqrt((a.members["weight"] * b.members["weight"]).to_numpy())
+            order = np.argsort(ratios)
+            below = np.cumsum(weights[order]) - 0.5 * weights[order]
+            rows[name] = np.interp([0.5, 0.1, 0.9], below / weights.sum(), ratios[order])
+    return pd.DataFrame.from_dict(rows, orient="index", columns=["ratio", "low", "high"])
 
 
 def _text(name: str, number: float) -> str:

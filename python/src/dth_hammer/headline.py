@@ -21,9 +21,9 @@ SUMMARISED: Mapping[str, str] = {
     "blow energy": "blow energy",
     "impact speed": "impact speed",
     "power of the blows": "power of the blows",
-    "work to the rock over blow energy": "",
+    "work to the rock over blow energy": "work to the rock over blow energy",
     "power to the rock": "power to the rock",
-    "free air": "",
+    "free air": "free air",
 }
 #: Units in which a number is shown where the field has another than the table's.
 SHOWN: Mapping[str, str] = {
@@ -41,7 +41,7 @@ SHOWN: Mapping[str, str] = {
 }
 #: What a datasheet finds that a run does not have.
 FOUND = (
-    *("piston mass", "driving force", "bore", "height where the piston turns"),
+    *("piston mass", "feed", "bore", "height where the piston turns"),
     *("rotation for 10 to 19 mm of advance per turn", "advance per turn"),
     "up-hole velocity of the air",
 )
@@ -60,7 +60,7 @@ def headline(
     """
     blows = _blows(run, sheet)
     # The air of a hammer with its air inside is that of its blows.
-    rows = {**blows, **(_drive(sheet) | blows), **_loads(run, waves)}
+    rows = {**blows, **(_drive(sheet) | blows), **_loads(run, waves, sheet)}
     if life is not None:
         seconds, factor = 3600.0 * float(life.worst["hours"]), 1.0 + life.life_error
         rows["life of what breaks first"] = seconds, seconds / factor, seconds * factor, "s"
@@ -111,7 +111,7 @@ def _drive(sheet: Datasheet | None) -> dict[str, Row]:
     if sheet is None:
         return {}
     rows: dict[str, Row] = {
-        FLOWS[name]: _plain(own, unit) for name, _, own, unit in sheet.compared if name in FLOWS
+        FLOWS[name]: _plain(own, unit) for name, _, own, unit, _ in sheet.compared if name in FLOWS
     }
     for name, value, unit in sheet.found:
         if name in FOUND:
@@ -119,7 +119,7 @@ def _drive(sheet: Datasheet | None) -> dict[str, Row]:
     return rows
 
 
-def _loads(run: Run, waves: Waves | None) -> dict[str, Row]:
+def _loads(run: Run, waves: Waves | None, sheet: Datasheet | None) -> dict[str, Row]:
     """Largest forces and stresses."""
     half = run.convert("si").frame
     half = half[half.index >= half.index[-1] / 2]
@@ -132,4 +132,12 @@ def _loads(run: Run, waves: Waves | None) -> dict[str, Row]:
         stress = getattr(waves, body).stress
         rows[f"largest tension in the {body}"] = _plain(float(stress.max()), "Pa")
         rows[f"largest compression in the {body}"] = _plain(float(-stress.min()), "Pa")
+    if sheet is None:
+        return rows
+    # Waves grow with the speed of the impact.
+    found = {name: value for name, value, _ in sheet.found}
+    for name, (value, _, _, unit) in rows.items():
+        of = name if name in found else "impact speed"
+        low, high = (value * side / found[of] for side in sheet.ranges[of])
+        rows[name] = value, low, high, unit
     return rows

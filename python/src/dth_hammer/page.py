@@ -177,12 +177,13 @@ def _given(sheet: Datasheet | None) -> list[str]:
     if sheet is None:
         return []
     rows = []
-    for name, given, own, _ in sheet.compared:
+    for name, given, own, _, at in sheet.compared:
         unit, size = TRADE[name]
         numbers = [_number(given / size), _number(own / size)]
         # Adding zero makes -0.0 positive.
         off = round(100 * (own / given - 1), 1) + 0.0
-        rows.append([name.replace("_", " "), *numbers, unit, f"{off:+.1f} %"])
+        where = f" at {1e-5 * at:.3g} bar" if at else ""
+        rows.append([name.replace("_", " ") + where, *numbers, unit, f"{off:+.1f} %"])
     items = "".join(f"<li>{_text(text)}</li>" for text in sheet.assumed)
     heads = ["of the datasheet", "given", "of this hammer", "unit", "off"]
     return [

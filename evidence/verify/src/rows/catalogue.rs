@@ -115,7 +115,7 @@ impl Hammer {
     pub fn solve(&self) -> Result<Found, DatasheetError> {
         let (outer, piston, hole, (casing, feed)) =
             (self.outer, self.piston_mass(), self.hole, self.held);
-        let first = AirHammer { outer, piston, casing, supply: 2e-4, hole, feed };
+        let first = AirHammer { outer, piston, casing, supply: 2e-4, hole, feed, stroke: 1.0 };
         let [low, middle, high] = PRESSURES;
         let (hammer, blow) = first.fitted(
             |hammer: &AirHammer| hammer.at(low),
@@ -236,6 +236,7 @@ fn epiroc(out: &mut String) -> Result<(), DatasheetError> {
         supply: 1.9e-4 * area,
         hole: 0.203,
         feed: 25e3 * area,
+        stroke: 1.0,
     };
     let blow = AirBlow::settled(&hammer.at(25e5))?;
     let _ = write!(

@@ -24,6 +24,7 @@ COMMANDS = {
     "system": "write an .ssp of the hammer and its drive, connected by name",
     "mesh": "print the mesh that a stated error needs",
     "datasheet": "find the hammer that a datasheet or a catalogue describes, and report on it",
+    "compare": "compare two hammers, or one at two pressures, in one rock",
     "rock": "list rocks, with sources and scatter, or print the parameters of one under a bit",
     "atlas": "follow stationary cycles along a parameter, stable or not",
     "info": "list variables, units and presets",

@@ -1,0 +1,225 @@
+//! Hammers that meet what a sheet gives, and what they do: of every number the middle and the range.
+
+use super::member::{Blow, COUNT, Kind, Point, Row};
+use super::{Datasheet, DatasheetError, Quantity};
+use crate::numerics::math;
+use crate::quantities::warnings::FASTEST;
+use crate::scene::Scene;
+
+/// How many, in pairs that are drawn on opposite sides.
+const MEMBERS: usize = 240;
+/// Errors of 80 % of a normal distribution.
+const WIDE: f64 = 1.2816;
+/// How sharply the speed that steel stands cuts.
+const SHARP: f64 = 60.0;
+/// Work to the rock over blow energy: RI 7300's drills and this model's hammers have 0.57 to 0.79.
+const SHARE: (f64, f64) = (0.68, 0.12);
+/// Factor of 80 % of what a rock's hardness, and a feed, are about.
+const HARDNESS: f64 = 1.75;
+const FEED: f64 = 1.25;
+
+/// One of them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Member {
+    pub blow: Blow,
+    /// Of the share of the sample.
+    pub weight: f64,
+    /// Work to the rock over blow energy, and the stiffness of the rock, N/m.
+    pub share: f64,
+    pub stiffness: f64,
+    pub specific_energy: f64,
+    pub feed: f64,
+    /// Rate of penetration, m/s.
+    pub rate: f64,
+}
+
+/// All of them.
+pub(super) struct Sample {
+    pub members: Vec<Member>,
+    /// What the middle hammer is built of.
+    pub hammer: Blow,
+    solved: Vec<(Row, f64)>,
+    /// The speed of the hammers that were asked for, before the limit cuts, m/s.
+    pub asked_speed: f64,
+}
+
+/// A normal number that belongs to a member and a dimension: the same in every sheet, so that two sheets are
+/// compared member by member, and a sheet that changes a little has an answer that changes a little.
+fn drawn(member: usize, dimension: usize) -> f64 {
+    let mut state = (member as u64 / 2 + 1) << 32 | (dimension as u64 + 1);
+    let mut uniform = || {
+        // Steele, Lea, Flood 2014: splitmix64.
+        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut mixed = state;
+        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((mixed ^ (mixed >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    };
+    uniform();
+    // Twelve uniform numbers have the variance 1.
+    let sum: f64 = (0..12).map(|_| uniform() - 0.5).sum();
+    if member % 2 == 0 { sum } else { -sum }
+}
+
+/// Dimensions after the unknowns: of all else, and from where on of rows' noise.
+const ROWS: usize = 100;
+const OF_SHARE: usize = 50;
+const OF_HARDNESS: usize = 51;
+const OF_ENERGY: usize = 52;
+const OF_FEED: usize = 53;
+const OF_RATE: usize = 54;
+
+impl Sample {
+    /// The hammers of a sheet, in the rock of a scene.
+    pub fn of(sheet: &Datasheet, scene: &Scene) -> Result<Self, DatasheetError> {
+        let (kind, rows) = (sheet.kind()?, sheet.rows());
+        let members = (0..MEMBERS).map(|member| {
+            let draw = Point::from_fn(|k, _| drawn(member, k));
+            let noise: Vec<f64> = rows.iter().map(|row| row.noise(member)).collect();
+            kind.nearest(&rows, &draw, &noise)
+        });
+        let members: Vec<Point> = members.collect();
+        let blows: Vec<Blow> = members.iter().map(|off| kind.blow(off, None)).collect();
+        let equal: Vec<(f64, f64)> = blows.iter().map(|blow| (blow.speed(), 1.0)).collect();
+        let asked_speed = quantile(&equal, 0.5);
+        // The limit cuts: what strikes faster is no hammer. Where all do, the slowest are left.
+        let slowest = blows.iter().map(Blow::speed).fold(f64::INFINITY, f64::min);
+        let weight = |blow: &Blow| {
+            let over = SHARP * math::ln(blow.speed() / FASTEST.max(slowest));
+            1.0 / (1.0 + math::exp(over.min(500.0)))
+        };
+        let weights: Vec<f64> = blows.iter().map(weight).collect();
+        let sum: f64 = weights.iter().sum();
+        let middle = members.iter().zip(&weights).map(|(off, w)| off * *w).sum::<Point>() / sum;
+        let at = sheet.at.or(sheet.get(Quantity::Pressure));
+        let solved = sheet.rows().into_iter().chain(sheet.of_hammer()).map(|row| {
+            let each = members.iter().zip(&weights);
+            let list: Vec<_> = each.map(|(off, weight)| (kind.value(&row, off), *weight)).collect();
+            (row, quantile(&list, 0.5))
+        });
+        let solved = solved.filter(|(row, _)| !row.assumed).collect();
+        let hammer = kind.hammer(&middle, at);
+        let members = members.iter().zip(blows).enumerate().map(|(member, (off, own))| {
+            let blow = at.map_or(own, |at| kind.at(off, at, sheet));
+            Member::of(sheet, scene, member, own, blow, weights[member])
+        });
+        Ok(Self { members: members.collect(), hammer, solved, asked_speed })
+    }
+
+    /// What is given, and what the members have of it.
+    pub fn solved(&self) -> &[(Row, f64)] {
+        &self.solved
+    }
+
+    /// Middle of a number, and the ends between which 80 % of it are.
+    pub fn number(&self, of: impl Fn(&Member) -> f64) -> (f64, [f64; 2]) {
+        let list: Vec<_> = self.members.iter().map(|m| (of(m), m.weight)).collect();
+        (quantile(&list, 0.5), [0.1, 0.9].map(|part| quantile(&list, part)))
+    }
+}
+
+impl Kind {
+    /// The blow of a member at the pressure that is worked at, off its own by as much as the sheet's is.
+    fn at(&self, off: &Point, at: f64, sheet: &Datasheet) -> Blow {
+        let given = sheet.get(Quantity::Pressure).unwrap_or(at);
+        let own = math::exp(self.logs(off)[0]);
+        self.blow(off, Some(own * at / given))
+    }
+}
+
+impl Row {
+    /// How far a member's measurement of it is off, in errors.
+    fn noise(&self, member: usize) -> f64 {
+        drawn(member, ROWS + self.quantity as usize + 32 * self.series)
+    }
+}
+
+impl Member {
+    fn of(
+        sheet: &Datasheet,
+        scene: &Scene,
+        member: usize,
+        own: Blow,
+        blow: Blow,
+        weight: f64,
+    ) -> Self {
+        let about = |dimension: usize, wide: f64| math::exp(wide * drawn(member, dimension));
+        let p = &scene.parameters;
+        let share = (SHARE.0 * about(OF_SHARE, SHARE.1)).min(0.95);
+        let known = math::ln(p.rock.specific_energy_factor) / WIDE;
+        let hardness = if sheet.own_rock { 0.0 } else { math::ln(HARDNESS) / WIDE };
+        let area = p.work_per_length() / p.rock.specific_energy;
+        let specific_energy = match sheet.get(Quantity::Rate) {
+            Some(rate) => {
+                let rate = rate * about(OF_RATE, Quantity::Rate.error());
+                share * own.power() / (area * rate)
+            }
+            None => p.rock.specific_energy * about(OF_ENERGY, known),
+        };
+        let usual = scene.inputs.feed_force * about(OF_FEED, math::ln(FEED) / WIDE);
+        Self {
+            blow,
+            weight,
+            share,
+            stiffness: p.rock.stiffness * about(OF_HARDNESS, hardness),
+            specific_energy,
+            feed: sheet.get(Quantity::Feed).unwrap_or(usual),
+            rate: share * blow.power() / (area * specific_energy),
+        }
+    }
+}
+
+/// The number below which a part of the weights is; between two by a straight line.
+fn quantile(list: &[(f64, f64)], part: f64) -> f64 {
+    let mut list = list.to_vec();
+    list.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let wanted = part * list.iter().map(|(_, weight)| weight).sum::<f64>();
+    let mut below = 0.0;
+    let mut before: Option<(f64, f64)> = None;
+    for (value, weight) in list {
+        let middle = below + 0.5 * weight;
+        if middle >= wanted {
+            return match before {
+                Some((at, had)) if middle > at => {
+                    had + (value - had) * (wanted - at) / (middle - at)
+                }
+                _ => value,
+            };
+        }
+        before = Some((middle, value));
+        below += weight;
+    }
+    before.map_or(f64::NAN, |(_, value)| value)
+}
+
+const _: () = assert!(COUNT < OF_SHARE && OF_RATE < ROWS);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Mean, variance and 80 % of a normal distribution: of 24,000 numbers to four of their standard errors.
+    #[test]
+    fn what_is_drawn_is_normal() {
+        let all: Vec<f64> = (0..MEMBERS).flat_map(|m| (0..100).map(move |d| drawn(m, d))).collect();
+        let count = all.len() as f64;
+        let mean = all.iter().sum::<f64>() / count;
+        let square = all.iter().map(|x| x * x).sum::<f64>() / count;
+        let inside = all.iter().filter(|x| x.abs() < WIDE).count() as f64 / count;
+        assert!(
+            mean.abs() < 1e-12 && (square - 1.0).abs() < 4.0 * (4.0 / count).sqrt(),
+            "{square}"
+        );
+        // Twelve uniform numbers have 0.2 % more there.
+        assert!((inside - 0.8).abs() < 0.003 + 4.0 * (0.32 / count).sqrt(), "{inside}");
+    }
+
+    #[test]
+    fn quantiles_go_straight_between_weights() {
+        let list = [(3.0, 1.0), (1.0, 1.0), (2.0, 2.0)];
+        assert_eq!(quantile(&list, 0.5), 2.0);
+        assert_eq!(quantile(&list, 0.0), 1.0);
+        // From 2, whose middle is at 2 of 4, to 3 at 3.5 of 4.
+        assert!((quantile(&list, 0.75) - (2.0 + 1.0 / 1.5)).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,183 @@
+//! The blows of air hammers in numbers without a dimension: one table for all sizes and strokes.
+//!
+//! Of a rigid hammer whose casing is held, in proportion to the presets, two numbers are left if lengths are over
+//! the stroke `L`, areas over the bore's `A`, masses over the piston's `m` and pressures over the atmosphere's
+//! `p0`: the supply's pressure, and the opening `a` of its ports
+//!
+//! ```text
+//! s = (a / A) sqrt(R T m / (p0 A L)),   energy = p0 A L e,   frequency = f / sqrt(m L / (p0 A)),
+//! free air = q A L / sqrt(m L / (p0 A)),   turning at h L above the bit
+//! ```
+//!
+//! Gravity, some hundredths of the pressure, is that of one hammer. The table is simulated once in a process.
+
+use super::DatasheetError;
+use super::air::AirBlow;
+use crate::numerics::math;
+use crate::presets::AirHammer;
+use crate::quantities::air::ATMOSPHERE;
+use crate::quantities::parameters::Fidelity;
+use crate::scene::Scene;
+use std::sync::OnceLock;
+
+/// Nodes of the table: least and largest pressure over the atmosphere's and opening, and how many.
+const PRESSURES: ([f64; 2], usize) = ([1.5, 40.0], 6);
+const OPENINGS: ([f64; 2], usize) = ([0.15, 6.0], 7);
+/// The gas's error, enough for what a hundredth is told of.
+const ERROR: f64 = 1e-4;
+/// Gas constant of air, J/(kg K).
+const GAS: f64 = 287.05;
+
+/// Logarithms of energy, frequency, air and height, over what the table has them over.
+pub(super) type Logs = [f64; 4];
+
+/// What a hammer's numbers are over.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scales {
+    /// Bore's area, m2, mass, kg, and stroke over the presets'.
+    pub area: f64,
+    pub mass: f64,
+    pub stroke: f64,
+}
+
+impl Scales {
+    /// Of energy, time and volume.
+    pub fn of(&self) -> [f64; 3] {
+        let Self { area, mass, stroke } = *self;
+        [ATMOSPHERE * area * stroke, (mass * stroke / (ATMOSPHERE * area)).sqrt(), area * stroke]
+    }
+
+    /// The opening over that of a port over the bore's area.
+    pub fn opening(&self) -> f64 {
+        let Self { area, mass, stroke } = *self;
+        (GAS * Scene::default().parameters.air.temperature * mass / (ATMOSPHERE * area * stroke))
+            .sqrt()
+    }
+}
+
+/// The table.
+pub(super) struct Table {
+    nodes: Vec<Logs>,
+}
+
+static TABLE: OnceLock<Table> = OnceLock::new();
+
+impl Table {
+    /// The table of this process.
+    pub fn get() -> Result<&'static Self, DatasheetError> {
+        if let Some(table) = TABLE.get() {
+            return Ok(table);
+        }
+        let places = (0..PRESSURES.1).flat_map(|i| (0..OPENINGS.1).map(move |k| [i, k]));
+        let nodes = places.map(|[i, k]| Self::node(place(PRESSURES, i), place(OPENINGS, k)));
+        let nodes = nodes.collect::<Result<_, DatasheetError>>()?;
+        Ok(TABLE.get_or_init(|| Self { nodes }))
+    }
+
+    /// One hammer, simulated.
+    fn node(pressure: f64, opening: f64) -> Result<Logs, DatasheetError> {
+        let [pressure, opening] = [pressure, opening].map(math::exp);
+        let hammer = |supply| {
+            let feed = super::air::FEED * 0.105 * 0.105 * pressure * ATMOSPHERE;
+            AirHammer { supply, ..AirHammer::in_proportion(0.105, 9.1, 0.115, feed) }
+        };
+        let scene = |supply| {
+            let mut scene = hammer(supply).at(pressure * ATMOSPHERE);
+            let p = &mut scene.parameters;
+            p.fidelity = Fidelity::Rigid;
+            p.air.error = ERROR;
+            (p.casing.mass, p.chuck.idle_travel) = (0.0, 0.0);
+            scene
+        };
+        let p = scene(1e-4).parameters;
+        let scales = Scales { area: p.drive.area_drive, mass: p.piston_mass(), stroke: 1.0 };
+        let [energy, time, volume] = scales.of();
+        let (blow, height) = AirBlow::of(&scene(opening / scales.opening() * scales.area), true)?;
+        Ok([blow.energy / energy, time / blow.period, blow.flow * time / volume, height]
+            .map(math::ln))
+    }
+
+    /// Between the nodes by cubics whose slopes agree, beyond them by straight lines: at logarithms of the pressure
+    /// over the atmosphere's and of the opening.
+    pub fn at(&self, pressure: f64, opening: f64) -> Logs {
+        let index = |(ends, count): ([f64; 2], usize), x: f64| {
+            let [low, high] = ends.map(math::ln);
+            (x - low) / (high - low) * (count - 1) as f64
+        };
+        let [u, v] = [index(PRESSURES, pressure), index(OPENINGS, opening)];
+        std::array::from_fn(|number| {
+            let row = |i: usize| spline(OPENINGS.1, v, |k| self.nodes[i * OPENINGS.1 + k][number]);
+            spline(PRESSURES.1, u, row)
+        })
+    }
+}
+
+/// Logarithm of a node.
+fn place((ends, count): ([f64; 2], usize), index: usize) -> f64 {
+    let [low, high] = ends.map(math::ln);
+    low + (high - low) * index as f64 / (count - 1) as f64
+}
+
+/// Through values at 0, 1, 2 and so on.
+fn spline(count: usize, x: f64, value: impl Fn(usize) -> f64) -> f64 {
+    let last = count - 1;
+    if x <= 0.0 {
+        return value(0) + x * (value(1) - value(0));
+    }
+    if x >= last as f64 {
+        return value(last) + (x - last as f64) * (value(last) - value(last - 1));
+    }
+    let i = (x as usize).min(last - 1);
+    let (t, b, c) = (x - i as f64, value(i), value(i + 1));
+    let a = if i == 0 { 2.0 * b - c } else { value(i - 1) };
+    let d = if i + 2 > last { 2.0 * c - b } else { value(i + 2) };
+    let bend = 2.0 * a - 5.0 * b + 4.0 * c - d + t * (3.0 * (b - c) + d - a);
+    b + 0.5 * t * (c - a + t * bend)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A cubic through the values of a straight line is that line; through a parabola's it is that parabola
+    /// between inner values (Catmull and Rom: exact to second degree).
+    #[test]
+    fn the_spline_is_exact_for_lines_and_inside_for_parabolas() {
+        for k in 0..60 {
+            let x = -1.0 + 0.1 * f64::from(k);
+            let line = |i: usize| 3.0 - 2.0 * i as f64;
+            assert!((spline(5, x, line) - (3.0 - 2.0 * x)).abs() < 1e-13);
+            let square = |i: usize| (i * i) as f64;
+            if (1.0..=3.0).contains(&x) {
+                assert!((spline(5, x, square) - x * x).abs() < 1e-13, "{x}");
+            }
+        }
+    }
+
+    /// Another size, piston, stroke and pressure than the table's, simulated with gravity: what is left out is
+    /// gravity, here 0.03 of the pressure's force, and what lies between the nodes.
+    #[test]
+    fn a_hammer_of_another_size_is_the_table_s() {
+        let mut hammer = AirHammer::in_proportion(0.15, 23.9, 0.165, 3e4);
+        (hammer.supply, hammer.stroke) = (2.2e-4, 1.3);
+        let mut scene = hammer.at(15e5);
+        let p = &mut scene.parameters;
+        p.fidelity = Fidelity::Rigid;
+        (p.casing.mass, p.chuck.idle_travel) = (0.0, 0.0);
+        let p = scene.parameters;
+        let area = p.drive.area_drive;
+        let scales = Scales { area, mass: p.piston_mass(), stroke: 1.3 };
+        let [energy, time, volume] = scales.of();
+        let opening = math::ln(2.2e-4 / area * scales.opening());
+        let [e, f, q, _] =
+            Table::get().expect("a table").at(math::ln(15e5 / ATMOSPHERE), opening).map(math::exp);
+        let blow = AirBlow::settled(&scene).expect("blows");
+        for (told, simulated) in [
+            (e * energy, blow.energy),
+            (f / time, 1.0 / blow.period),
+            (q * volume / time, blow.flow),
+        ] {
+            assert!((told / simulated - 1.0).abs() < 0.03, "{told} {simulated}");
+        }
+    }
+}

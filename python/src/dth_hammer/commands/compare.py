@@ -1,0 +1,32 @@
+"""`dth-hammer compare`: what one hammer, or pressure, gives over another in one rock."""
+
+from __future__ import annotations
+
+import argparse
+
+from ..band import interval
+from ..datasheet import compare, from_datasheet
+from .options import ROCK, Call, assignments, listed
+
+MADE = "made of the words that are given"
+CALL = Call(compare, {"a": MADE, "b": MADE})
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the sheet, what differs from it, and the rock."""
+    parser.add_argument(
+        "sheet", help="a datasheet: od=124mm,pressure=24bar,power=31.7kW,hole=140mm"
+    )
+    parser.add_argument("other", help="what is other in the hammer compared with it: at=30bar")
+    parser.add_argument("--rock", help=ROCK.help)
+
+
+def run(options: argparse.Namespace) -> None:
+    """Prints each number of the other hammer over that of the first, with its range."""
+    given = assignments(listed(options.sheet)) | ({"rock": options.rock} if options.rock else {})
+    first, other = (
+        from_datasheet(**given),
+        from_datasheet(**given | assignments(listed(options.other))),
+    )
+    for name, row in compare(other, first).iterrows():
+        print(f"{name}: {row['ratio']:.3g} times ({interval(row['low'], row['high'], 3)})")

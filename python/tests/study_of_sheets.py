@@ -1,0 +1,93 @@
+"""How often the 80 % ranges of a sheet hold what makers print, each number held out in turn.
+
+    python python/tests/study_of_sheets.py
+
+Reads `reports/makers.csv` and writes `reports/sheets.md`. Of a hammer one number is held out (the
+piston's mass, air at one pressure, power, blows a minute, middle of the feed's range), and the rest
+of its rows is the sheet.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from dth_hammer import Datasheet, HammerWarning, from_datasheet
+
+REPORTS = Path(__file__).parents[2] / "reports"
+KGF = 9.80665
+
+
+def sheet(rows: pd.DataFrame) -> dict[str, Any]:
+    """What all rows of a hammer say."""
+    first = rows.iloc[0]
+    given: dict[str, Any] = {
+        "od": (first["outside_mm"], "mm"),
+        "piston_mass": (first["piston_kg"], "kg"),
+        "hole": (0.5 * (first["hole_min_mm"] + first["hole_max_mm"]), "mm"),
+        "length": (first["length_mm"], "mm"),
+        "power": (rows["power_kw"].max(), "kW"),
+        "frequency": (rows["blows_per_min"].max(), "1/min"),
+        "feed": (0.5 * KGF * (first["feed_min_kgf"] + first["feed_max_kgf"]), "N"),
+    }
+    texts = {name: f"{float(x)!r} {unit}" for name, (x, unit) in given.items() if np.isfinite(x)}
+    air = rows.dropna(subset="air_m3_per_min")
+    pairs = zip(air["pressure_bar"], air["air_m3_per_min"], strict=True)
+    texts["pressure"] = f"{float(rows['pressure_bar'].max())!r} bar"
+    return texts | {"air_flow": {f"{p:g} bar": f"{q:g} m3/min" for p, q in pairs}}
+
+
+def held_out(rows: pd.DataFrame) -> Iterator[tuple[str, float, Datasheet, str, float]]:
+    """Each number in turn: name, printed, sheet of the rest, its name there, size of its unit."""
+    whole = sheet(rows)
+    printed = {
+        "piston_mass": ("piston mass", 1.0),
+        "power": ("power of the blows", 1e3),
+        "frequency": ("frequency", 1 / 60),
+        "feed": ("feed", 1.0),
+    }
+    for name, (column, size) in printed.items():
+        if name in whole and ("od" in whole or name != "piston_mass"):
+            rest = {n: x for n, x in whole.items() if n != name and x}
+            yield name, float(whole[name].split()[0]), from_datasheet(**rest), column, size
+    for pressure, air in whole["air_flow"].items():
+        kept = {p: q for p, q in whole["air_flow"].items() if p != pressure}
+        rest = {n: x for n, x in whole.items() if n != "air_flow"} | {"at": pressure}
+        found = from_datasheet(**rest, **({"air_flow": kept} if kept else {}))
+        yield f"air at {pressure}", float(air.split()[0]), found, "free air", 1 / 60
+
+
+def table() -> pd.DataFrame:
+    """A row for each number that is held out."""
+    makers, found = pd.read_csv(REPORTS / "makers.csv"), []
+    for model, rows in makers.groupby("model", sort=False):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", HammerWarning)
+            for name, printed, answer, column, size in held_out(rows):
+                low, high = (side / size for side in answer.ranges[column])
+                row = {"hammer": model, "held out": name, "printed": printed}
+                found.append(row | {"low": low, "high": high, "holds": low <= printed <= high})
+    return pd.DataFrame(found)
+
+
+def report(found: pd.DataFrame) -> str:
+    """The table, under a heading of its own."""
+    share = found["holds"].mean()
+    lines = ["# What makers print, held out of their sheets", ""]
+    lines += [f"{found['holds'].sum()} of {len(found)} ranges of 80 % hold it: {share:.0%}.", ""]
+    lines += ["| hammer | held out | printed | range of 80 % | holds |", "|---" * 5 + "|"]
+    for row in found.to_dict("records"):
+        number = f"{row['printed']:.4g} | {row['low']:.3g} to {row['high']:.3g}"
+        holds = "yes" if row["holds"] else "**no**"
+        lines.append(f"| {row['hammer']} | {row['held out']} | {number} | {holds} |")
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    text = report(table())
+    (REPORTS / "sheets.md").write_text(text, encoding="utf-8")
+    print(text, end="")
