@@ -1,4 +1,4 @@
-"""Measures what the guide tells of coupling, feed and scaling: `cargo docs --measure`.
+"""Measures what the guide tells of coupling and scaling: `cargo docs --measure`.
 
 The results are committed in guide/measured, with the machine they were measured on.
 """
@@ -35,35 +35,6 @@ def valve() -> None:
     import valve  # noqa: PLC0415
 
     (MEASURED / "valve.md").write_text(valve.table(valve.UNTIL) + "\n", encoding="utf-8")
-
-
-def feed() -> None:
-    """The feed force that drills fastest."""
-    import best_feed  # noqa: PLC0415
-
-    table = best_feed.run(scheduler="threads")
-    best_feed.draw(table).savefig(MEASURED / "feed.png", dpi=160)
-    lines = [
-        "| rock | highest ROP at | ROP there | ROP at the least feed | 90 % of it from |",
-        "|---|---|---|---|---|",
-    ]
-    for row in best_feed.best(table).itertuples():
-        part = table[table["rock"] == row.rock].sort_values("feed_force")
-        edge = " (end of the range)" if row.feed_force == part["feed_force"].max() else ""
-        enough = part.loc[part["rop_mean"] >= 0.9 * row.rop_mean, "feed_force"].min()
-        lines.append(
-            f"| {row.rock} | {row.feed_force / 1e3:.0f} kN{edge} | {_rate(table.loc[row.Index])} "
-            f"| {_rate(part.iloc[0])} | {enough / 1e3:.0f} kN |"
-        )
-    (MEASURED / "feed.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def _rate(row: pd.Series) -> str:
-    """A mean rate of a sweep with its range."""
-    from dth_hammer.band import interval  # noqa: PLC0415
-
-    low, high = (3600 * row[f"rop_mean_{side}"] for side in ("low", "high"))
-    return f"{3600 * row['rop_mean']:.1f} m/h ({interval(low, high)})"
 
 
 def sweep() -> None:
@@ -207,7 +178,6 @@ def main(chosen: list[str]) -> None:
     """Measures what is named, or all."""
     MEASURED.mkdir(exist_ok=True)
     for name, task in {
-        "feed": feed,
         "sweep": sweep,
         "scaling": scale,
         "coupling": coupling,

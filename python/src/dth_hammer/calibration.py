@@ -34,6 +34,7 @@ from .measurements import GIVE, Free, Measured, Problem, looked_at
 from .posterior import Emulator, modes, population
 from .records import Record
 from .surfaces import Surface, basis, curved_size
+from .trends import table_of
 from .variables import Array
 
 #: Points of the first design, for each parameter; starts that are followed; their distance, as a
@@ -58,6 +59,8 @@ CORRELATED, BLIND = 0.95, 0.5
 #: width by which ends and middle of intervals may move at last; a fit so many deviations from a
 #: mode has missed it.
 TURNS, AMONG, STAYS, MISSED = 6, 8, 0.1, 2.0
+#: A hammer meets what was measured up to so many of its errors.
+MEETS = 4.0
 
 
 @dataclass(frozen=True)
@@ -222,7 +225,28 @@ def fitted(problem: Problem, loss: str = "linear", seed: int = 1) -> Calibration
         # A mode that no start has found.
         if all((np.abs(fit.logs - peak) > MISSED * size).any() for fit in fits):
             fits.append(_follow(problem, peak, loss, seed))
-    return _described(problem, min(fits, key=lambda fit: fit.cost), members, peaks)
+    met = _met(problem, [fit.logs for fit in fits], peaks)
+    return _described(problem, min(fits, key=lambda fit: fit.cost), members, met)
+
+
+def _met(
+    problem: Problem, fits: list[Array], peaks: list[tuple[Array, float]]
+) -> list[tuple[Array, float]]:
+    """The modes whose hammers, simulated, meet the measurements, or the fits next to these."""
+    met: list[tuple[Array, float]] = []
+    for peak, share in peaks:
+        nearest = min(fits, key=lambda logs: float(np.abs(logs - peak).max()))
+        for place in (peak, nearest):
+            off = np.abs(problem.at(place[None])[0] - problem.values) / problem.errors
+            if (off <= MEETS).all():
+                known = [k for k, (other, _) in enumerate(met) if np.allclose(other, place)]
+                if known:
+                    met[known[0]] = (place, met[known[0]][1] + share)
+                else:
+                    met.append((place, share))
+                break
+    total = sum(share for _, share in met)
+    return [(place, share / total) for place, share in met] or peaks[:1]
 
 
 def _weighed(problem: Problem, loss: str, seed: int) -> tuple[Array, list[tuple[Array, float]]]:
@@ -368,13 +392,17 @@ def _described(
     chi_square = float(off @ np.linalg.solve(np.eye(len(off)) + left, off))
     freedom = len(off) - len(names)
     near = np.minimum(fit.logs - problem.low, problem.high - fit.logs)
-    tables = _tables(problem, fit, off)
     misfit = _misfit(chi_square, freedom)
     if misfit:
         warn(misfit)
     ((_, last),) = (
         responses([problem.numbers(fit.logs)], problem.wanted) if problem.means else [(0, None)]
     )
+    # What is told of the fitted hammer is what it does, simulated, not what the surface has there.
+    simulated = problem.values + off * problem.errors
+    if last is not None:
+        simulated[: len(problem.means)] = table_of([last], problem.means)[0]
+    tables = _tables(problem, fit, (simulated - problem.values) / problem.errors)
     return Calibration(
         parameters=pd.Series(best, index=index, name="value"),
         errors=pd.Series(best * sizes, index=index, name="error"),

@@ -115,8 +115,8 @@ def from_datasheet(
     Give what is printed. All of it is met at once by a sample of hammers. What leaves the rate open
     is refused; whatever else is missing is drawn (`Datasheet.assumed`), and each number has the
     range of 80 % of the sample (`Datasheet.ranges`). What contradicts and what no hammer does is
-    told in `contradictions` and a warning. Numbers are in SI units (kg, J, Hz, Pa, m, N, m3/s); text
-    may carry any other, for instance ``"1800 bpm"``, ``"350 ft.lbf"`` or ``"250 psi"``.
+    told in `contradictions` and a warning. Numbers are in SI units (kg, J, Hz, Pa, m, N, m3/s);
+    text may carry any other, for instance ``"1800 bpm"``, ``"350 ft.lbf"`` or ``"250 psi"``.
 
     Args:
         piston_mass: of the piston.

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .errors import DomainError, RefusedError
+from .errors import DomainError, RefusedError, warn
 from .gradients import differentiable
 from .longrun import Wanted, named, responses, unit
 from .quantities import read
@@ -141,6 +141,12 @@ def _measured(name: str, given: Measured) -> tuple[float, float] | None:
         raise DomainError(f"{name} = {given!r}: {GIVE}")
     determined = [np.nan if x is None else read(x, of, name) for x in given]
     values = np.array(determined, dtype=float)
+    if VARIABLES[name].minimum == 0.0 and not isinstance(given, tuple):
+        # What a rig's log has between its values: idle time, and the null of its files.
+        idle = int(np.sum(values <= 0.0))
+        values = values[~(values <= 0.0)]
+        if idle:
+            warn(f"{idle} of {len(determined)} values of {name} are not above 0 and are left out")
     if len(values) == 2 and isinstance(given, tuple):
         value, sigma = map(float, values)
         if np.isnan(value):
@@ -154,4 +160,6 @@ def _measured(name: str, given: Measured) -> tuple[float, float] | None:
         value, sigma = float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values)))
     if not (np.isfinite(value) and sigma > 0.0 and np.isfinite(sigma)):
         raise DomainError(f"{name} = {value:g} with error {sigma:g}: an error must be above 0")
+    if value <= 0.0 and VARIABLES[name].minimum == 0.0:
+        raise DomainError(f"{name} = {value:g} {of} is not above 0: is the unit right?")
     return value, sigma

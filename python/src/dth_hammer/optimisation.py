@@ -64,7 +64,7 @@ class Optimum:
     flat: tuple[str, ...]
     #: By how much the goal jumps from design to design there, as a part of it.
     roughness: float
-    #: ``optimal``, ``rough``, ``flat`` or ``stopped``, and what that means.
+    #: ``optimal``, ``held``, ``rough``, ``flat`` or ``stopped``, and what that means.
     status: str
     message: str
     #: All designs in the order in which they were tried: start, parameters, goal, its error, of how
@@ -289,6 +289,8 @@ def _status(
     rises = np.abs(slopes) > 3.0 * np.maximum(errors, 1e-12)
     gains = float(np.max(np.abs(slopes[free]) * AROUND, initial=0.0))
     by = f", held by {', '.join(held)}" if held else ""
+    if held and not free.any():
+        return "held", f"all that is free is at a bound, beyond which the goal may go on{by}"
     if not (rises & free).any() and rough < 1e-9:
         return "flat", f"nothing that is free changes the goal there{by}"
     if rough > 0.2 * gains and rough > min(problem.wanted.by_mean.values()):

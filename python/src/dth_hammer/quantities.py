@@ -139,6 +139,21 @@ def read(value: object, unit: str, name: str) -> float:
         raise DomainError(f"{name} = {value!r} is not a number") from None
 
 
+def alike(texts: list[str], name: str) -> list[str]:
+    """Values in a row, with the unit of the last one where it alone has one, as catalogues do.
+
+    Raises:
+        DomainError: some have a unit and some have none.
+    """
+    found = [NUMBER.fullmatch(text.strip()) for text in texts]
+    units = [match[2].strip() if match else "" for match in found]
+    if None in found or not any(units) or all(units):
+        return texts
+    if any(units[:-1]):
+        raise DomainError(f"{name}: {', '.join(texts)}: some have a unit and some have none")
+    return [*(f"{text} {units[-1]}" for text in texts[:-1]), texts[-1]]
+
+
 def seconds(value: object, name: str) -> float:
     """A duration or an instant in seconds; text may carry a unit, a timedelta is one."""
     if isinstance(value, datetime.timedelta):

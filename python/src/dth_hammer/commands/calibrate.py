@@ -10,6 +10,7 @@ import pandas as pd
 
 from .. import outputs
 from ..calibration import calibrate
+from ..quantities import alike
 from ..variables import VARIABLES
 from . import common
 from .options import FREE, Call, Written, assignments, bounds
@@ -20,7 +21,7 @@ NEEDS = ("scipy",)
 def measured(texts: Sequence[str]) -> dict[str, Any]:
     """By name a value and its error, or several values."""
     return {
-        name: tuple(text.split(":")) if ":" in text else [part.strip() for part in text.split(",")]
+        name: tuple(alike(text.split(":"), name)) if ":" in text else alike(text.split(","), name)
         for name, text in assignments(texts).items()
     }
 

@@ -14,7 +14,7 @@ from .. import outputs, rocks
 from ..band import reason, with_sides
 from ..errors import DomainError
 from ..fixed import Fixed
-from ..quantities import SYSTEMS, convert, with_units
+from ..quantities import SYSTEMS, alike, convert, with_units
 from ..variables import VARIABLES, Variable, numbers
 from .options import ROCK, assignments
 
@@ -99,13 +99,14 @@ def add_units(parser: argparse.ArgumentParser) -> None:
 def values(variable: Variable, text: str) -> list[Any]:
     """Parses a list ``a,b,c`` or a range ``first:last:count``; each value may carry a unit."""
     if ":" not in text:
-        return [part.strip() for part in text.split(",")]
+        return alike([part.strip() for part in text.split(",")], variable.name)
     parts = text.split(":")
     refusal = DomainError(
         f"{text!r} is not FIRST:LAST:COUNT with a COUNT of 1 to {LONGEST}, as 1e3:9e3:5"
     )
     try:
-        first, last, count = parts[0], parts[1], int(parts[2])
+        first, last = alike(parts[:2], variable.name)
+        count = int(parts[2])
     except (IndexError, ValueError):
         raise refusal from None
     if len(parts) != 3 or not 1 <= count <= LONGEST:
