@@ -55,9 +55,9 @@ def held_out(rows: pd.DataFrame) -> Iterator[tuple[str, float, Datasheet, str, f
             rest = {n: x for n, x in whole.items() if n != name and x}
             yield name, float(whole[name].split()[0]), from_datasheet(**rest), column, size
     for pressure, air in whole["air_flow"].items():
-        kept = {p: q for p, q in whole["air_flow"].items() if p != pressure}
+        others = {p: q for p, q in whole["air_flow"].items() if p != pressure}
         rest = {n: x for n, x in whole.items() if n != "air_flow"} | {"at": pressure}
-        found = from_datasheet(**rest, **({"air_flow": kept} if kept else {}))
+        found = from_datasheet(**rest, **({"air_flow": others} if others else {}))
         yield f"air at {pressure}", float(air.split()[0]), found, "free air", 1 / 60
 
 

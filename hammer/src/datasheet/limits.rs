@@ -10,7 +10,7 @@ use crate::quantities::warnings::FASTEST;
 /// Most blows a second: air hammers do 15 to 45, water hammers up to 70.
 const MOST_BY_AIR: f64 = 50.0;
 const MOST: f64 = 75.0;
-/// Part of a hammer's length in which piston and stroke have room; chuck, valve and back head have the rest.
+/// Part of a hammer's length in which piston and stroke have room; valve and back head have the rest.
 const ROOM: f64 = 0.7;
 /// Velocity of the air that makers ask for in the hole, m/s.
 const FLUSHING: [f64; 2] = [15.0, 30.0];

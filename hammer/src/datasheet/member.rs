@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 /// square of the frequency (effectiveness), air, and frequency are off those of hammers in proportion.
 pub(super) const COUNT: usize = 8;
 pub(super) type Point = SVector<f64, COUNT>;
-/// A residual of so many errors counts as an outlier: it pulls no harder than that.
+/// A residual of so many errors counts as an outlier: it pulls no harder.
 const OUTLIER: f64 = 3.0;
 const STEPS: usize = 30;
 /// Share of its speed with which a piston of a liquid's drive is thrown back, squared.
@@ -154,10 +154,7 @@ impl Kind {
                 .collect()
         };
         let cost = |off: &Point, found: &[f64]| -> f64 {
-            let rows = found.iter().map(|r| {
-                let r = r.abs();
-                if r < OUTLIER { 0.5 * r * r } else { OUTLIER * (r - 0.5 * OUTLIER) }
-            });
+            let rows = rows.iter().zip(found).map(|(row, r)| row.cost(r.abs()));
             0.5 * (off - draw).norm_squared() + rows.sum::<f64>()
         };
         let mut here = *draw;
@@ -172,7 +169,7 @@ impl Kind {
                 residuals(&there)
             });
             for (row, r) in found.iter().enumerate() {
-                let weight = (OUTLIER / r.abs()).min(1.0);
+                let weight = rows[row].weight(r.abs());
                 let slope = Point::from_fn(|k, _| (moved[k][row] - r) / BY);
                 matrix += weight * slope * slope.transpose();
                 right -= weight * *r * slope;
@@ -208,6 +205,26 @@ pub(super) struct Row {
     pub series: usize,
     /// Not given: what pistons do.
     pub assumed: bool,
+}
+
+impl Row {
+    /// What a residual costs (Huber): beyond an outlier's it grows in proportion; in a table, of which the other rows
+    /// stand against it, by a logarithm alone (Cauchy).
+    fn cost(&self, r: f64) -> f64 {
+        match self.series {
+            0 if r < OUTLIER => 0.5 * r * r,
+            0 => OUTLIER * (r - 0.5 * OUTLIER),
+            _ => 0.5 * OUTLIER * OUTLIER * math::ln(1.0 + (r / OUTLIER) * (r / OUTLIER)),
+        }
+    }
+
+    /// The slope of that over the residual.
+    fn weight(&self, r: f64) -> f64 {
+        match self.series {
+            0 => (OUTLIER / r).min(1.0),
+            _ => 1.0 / (1.0 + (r / OUTLIER) * (r / OUTLIER)),
+        }
+    }
 }
 
 impl Datasheet {

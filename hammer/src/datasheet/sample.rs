@@ -46,7 +46,7 @@ pub(super) struct Sample {
 /// A normal number that belongs to a member and a dimension: the same in every sheet, so that two sheets are
 /// compared member by member, and a sheet that changes a little has an answer that changes a little.
 fn drawn(member: usize, dimension: usize) -> f64 {
-    let mut state = (member as u64 / 2 + 1) << 32 | (dimension as u64 + 1);
+    let mut state = ((member as u64 / 2 + 1) << 32) | (dimension as u64 + 1);
     let mut uniform = || {
         // Steele, Lea, Flood 2014: splitmix64.
         state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
@@ -58,7 +58,7 @@ fn drawn(member: usize, dimension: usize) -> f64 {
     uniform();
     // Twelve uniform numbers have the variance 1.
     let sum: f64 = (0..12).map(|_| uniform() - 0.5).sum();
-    if member % 2 == 0 { sum } else { -sum }
+    if member.is_multiple_of(2) { sum } else { -sum }
 }
 
 /// Dimensions after the unknowns: of all else, and from where on of rows' noise.

@@ -1,6 +1,6 @@
 //! The blows of air hammers in numbers without a dimension: one table for all sizes and strokes.
 //!
-//! Of a rigid hammer whose casing is held, in proportion to the presets, two numbers are left if lengths are over
+//! Of a rigid hammer whose cylinder is held, in proportion to the presets, two numbers are left if lengths are over
 //! the stroke `L`, areas over the bore's `A`, masses over the piston's `m` and pressures over the atmosphere's
 //! `p0`: the supply's pressure, and the opening `a` of its ports
 //!
@@ -86,7 +86,7 @@ impl Table {
             let p = &mut scene.parameters;
             p.fidelity = Fidelity::Rigid;
             p.air.error = ERROR;
-            (p.casing.mass, p.chuck.idle_travel) = (0.0, 0.0);
+            AirHammer::hold(p);
             scene
         };
         let p = scene(1e-4).parameters;
@@ -163,7 +163,7 @@ mod tests {
         let mut scene = hammer.at(15e5);
         let p = &mut scene.parameters;
         p.fidelity = Fidelity::Rigid;
-        (p.casing.mass, p.chuck.idle_travel) = (0.0, 0.0);
+        AirHammer::hold(p);
         let p = scene.parameters;
         let area = p.drive.area_drive;
         let scales = Scales { area, mass: p.piston_mass(), stroke: 1.3 };

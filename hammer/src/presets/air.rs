@@ -61,6 +61,11 @@ impl AirHammer {
         Self { outer, piston, casing, supply, hole, feed, stroke: 1.0 }
     }
 
+    /// Holds its cylinder: it has no casing that may rise.
+    pub(crate) fn hold(p: &mut Parameters) {
+        (p.casing.mass, p.chuck.idle_travel) = (0.0, 0.0);
+    }
+
     /// Its scene, at the pressure of the presets.
     pub fn start(&self) -> (Parameters, InputValues) {
         let mut start = Default::default();

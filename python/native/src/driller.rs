@@ -4,11 +4,10 @@ use crate::failure::{Failure, refused};
 use crate::interrupt::interruptible;
 use crate::machine::guarded;
 use crate::scene::scene_of;
-use crate::table::row;
 use hammer::Input;
 use hammer::datasheet::{Datasheet, DatasheetError, Quantity};
 use hammer::presets::{Figure, Ground, Inserts, ROCKS, RockError, RockType};
-use hammer::variables::{Role, Variable, differences};
+use hammer::variables::{Role, VARIABLES, differences};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::HashMap;
@@ -135,22 +134,19 @@ pub fn ground_under(numbers: HashMap<String, f64>, inserts: usize, radius: f64) 
     let rock = rock.under(&bit).map_err(message)?;
     let parameters = hammer::Parameters { rock, ..Default::default() };
     parameters.validate().map_err(Failure::from)?;
-    let read = |name: &&'static str| match row(name) {
-        Ok((_, Variable { role: Role::Parameter { slot, .. }, .. })) => slot.read(&parameters),
-        _ => f64::NAN,
-    };
-    Ok(OF_BIT.iter().map(|name| (*name, read(name))).collect())
+    // What a rock has a hand in: all that changes with another one.
+    let mut other = Ground::of(&parameters.rock, &bit);
+    for (_, _, at) in Ground::ROWS {
+        *at(&mut other) = 2.0 * *at(&mut other) + 1.0;
+    }
+    let other = hammer::Parameters { rock: other.under(&bit).map_err(message)?, ..parameters };
+    let slots = VARIABLES.iter().filter_map(|variable| match &variable.role {
+        Role::Parameter { slot, .. } => Some((variable.name, slot)),
+        _ => None,
+    });
+    let own = slots.map(|(name, slot)| (name, slot.read(&parameters), slot.read(&other)));
+    Ok(own.filter(|(_, now, then)| now != then).map(|(name, now, _)| (name, now)).collect())
 }
-
-/// What a rock under a bit is in a scene.
-const OF_BIT: [&str; 6] = [
-    "rock.stiffness",
-    "rock.unloading_ratio",
-    "rock.viscosity",
-    "rock.energy_barrier",
-    "rock.specific_energy",
-    "rock.specific_energy_factor",
-];
 
 /// The rock of a scene's numbers, as its file has it.
 #[pyfunction]
