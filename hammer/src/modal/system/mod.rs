@@ -39,7 +39,7 @@ use crate::modal::system::driven::Driven;
 pub use crate::modal::system::functional::{Functional, INTEGRALS, TAYLOR};
 use crate::modal::system::generator::Generator;
 use crate::modal::system::passage::Passage;
-use crate::modal::system::response::{ORDERS, Response};
+use crate::modal::system::response::{DampedDrive, Response};
 use crate::numerics::combine::{Columns, combine};
 use crate::numerics::form::Form;
 use crate::numerics::gram::gram;
@@ -97,15 +97,6 @@ pub struct System {
     viscous_form: OnceLock<Form>,
     /// Direct passages from other systems into this one.
     passages: Mutex<Vec<Entry>>,
-}
-
-/// `2 Q b` of a channel's drive `b` and the damping form `Q`, its products with the shapes of the load's
-/// derivatives, and its repeated integrals.
-#[derive(Debug)]
-struct DampedDrive {
-    row: Vec<f64>,
-    statics: [[f64; ORDERS]; CHANNELS],
-    integrals: Vec<Vec<f64>>,
 }
 
 /// A passage into a system.
@@ -401,20 +392,8 @@ impl System {
 
     /// What loads do to the damping form, by channel.
     fn damped_drives(&self) -> &[Option<DampedDrive>; CHANNELS] {
-        self.damped_drives.get_or_init(|| {
-            let form = self.damping_form();
-            let of = |drive| {
-                let row = form.gradient(drive);
-                let mut integral = row.clone();
-                let integrals = (0..ORDERS).map(|_| {
-                    integral = self.integral_of(&integral);
-                    integral.clone()
-                });
-                let integrals = integrals.collect();
-                DampedDrive { statics: self.response.statics_of(&row), row, integrals }
-            };
-            std::array::from_fn(|channel| self.response.drive(channel).map(of))
-        })
+        let make = || self.response.damped_drives(self.damping_form(), &self.generator);
+        self.damped_drives.get_or_init(make)
     }
 
     /// Of each load that acts and is not zero: the polynomial part of `2 b.Q y`, `b f` being the load and

@@ -21,6 +21,7 @@
 use crate::modal::system::driven::Driven;
 use crate::modal::system::generator::Generator;
 use crate::numerics::collocation::STAGES;
+use crate::numerics::form::Form;
 use crate::numerics::kernel;
 use crate::numerics::math;
 use crate::numerics::poly::{Poly, TERMS};
@@ -49,6 +50,15 @@ pub(crate) struct Response {
     braked: bool,
 }
 
+/// `2 Q b` of a channel's drive `b` and a damping form `Q`, its products with the shapes of the load's
+/// derivatives, and its repeated integrals.
+#[derive(Debug)]
+pub(crate) struct DampedDrive {
+    pub(crate) row: Vec<f64>,
+    pub(crate) statics: [[f64; ORDERS]; CHANNELS],
+    pub(crate) integrals: Vec<Vec<f64>>,
+}
+
 impl Response {
     /// From `b`, and the sizes of the channels' unit loads.
     pub(crate) fn new(
@@ -72,9 +82,23 @@ impl Response {
         Self { drives, sizes, statics, gains, braked: generator.braked }
     }
 
-    /// `b` of a channel; none if its load does not act on the system.
-    pub(crate) fn drive(&self, channel: usize) -> Option<&[f64]> {
-        (self.sizes[channel] != 0.0).then(|| &self.drives[channel][..])
+    /// What the loads do to a damping form, by channel; none of a load that does not act on the system.
+    pub(crate) fn damped_drives(
+        &self,
+        form: &Form,
+        generator: &Generator,
+    ) -> [Option<DampedDrive>; CHANNELS] {
+        let of = |drive: &[f64]| {
+            let row = form.gradient(drive);
+            let mut integral = row.clone();
+            let integrals = (0..ORDERS).map(|_| {
+                integral = generator.integrate(&integral);
+                integral.clone()
+            });
+            let integrals = integrals.collect();
+            DampedDrive { statics: self.statics_of(&row), row, integrals }
+        };
+        std::array::from_fn(|k| (self.sizes[k] != 0.0).then(|| of(&self.drives[k])))
     }
 
     /// True if any of these loads that acts on the system varies.
