@@ -69,7 +69,8 @@ def exact() -> float:
     ("scheme", "delay", "order"),
     [
         ("jacobi", 0.0, 1),
-        ("jacobi", None, 2),
+        # This partner looks at the place that it is led to, and is not late beyond the step's begin.
+        ("jacobi", 0.5, 2),
         ("gauss-seidel", 0.0, 1),
         ("gauss-seidel", None, 2),
     ],
@@ -90,9 +91,9 @@ def test_what_a_held_pressure_makes_is_told_by_the_hammer() -> None:
             moved = hammer["relative_position"] - spring.free
             stored = 0.5 * STIFFNESS * AREA * (moved**2 - 0.01**2)
             made = energy(hammer) * hammer["piston_velocity"] ** 2 + stored
-            # Late by half a step is a part omega h of the energy; its square is left out.
-            assert hammer["energy_exchange"] == pytest.approx(made, abs=2e-3 * 2.5)
-            assert abs(made) > (5e-3 if delay == 0.0 else 0.0)
+            # Even motion within a step leaves out a part omega h, 0.0024, of it.
+            assert hammer["energy_exchange"] == pytest.approx(made, rel=0.01, abs=1e-6)
+            assert abs(made) > (1e-4 if delay == 0.0 else 0.0)
 
 
 def energy(hammer: Hammer) -> float:

@@ -161,10 +161,7 @@ class Coupling:
             start(self._now()[0])
 
     def advance(self, to: float | str) -> None:
-        """Advances both to a time, in seconds or as text with a unit.
-
-        What the exchange makes is warned of beyond 1 % of the drive's work of a blow.
-        """
+        """Advances both to a time, in seconds or as text with a unit."""
         hammer, to = self.hammer, quantities.seconds(to, "to")
         while (left := to - hammer.time) > 1e-9 * self.largest:
             # Two equal last steps instead of a full one and a very short one.
@@ -173,7 +170,6 @@ class Coupling:
                 self._exchange(size)
             else:
                 self._attempt(size, self.tolerance)
-        hammer.look()
 
     def _exchange(self, size: float) -> dict[str, float]:
         """Makes one step of both and returns what the hammer was given."""
