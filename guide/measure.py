@@ -66,16 +66,6 @@ def scale() -> None:
     (MEASURED / "scaling.md").write_text(text, encoding="utf-8")
 
 
-def windows() -> None:
-    """A window of period two of the preset `overdamped`, by branches and by simulation."""
-    import numpy as np  # noqa: PLC0415
-    from dth_hammer.atlas import atlas, figure  # noqa: PLC0415
-
-    values = np.linspace(6.48e7, 6.72e7, 9)
-    table = atlas("rock.stiffness", values, preset="overdamped", returns=4)
-    figure(table).savefig(MEASURED / "windows.png", dpi=160)
-
-
 def rock() -> None:
     """The rock from what sensors see of each blow."""
     import rock_from_hammer  # noqa: PLC0415
@@ -182,7 +172,6 @@ def main(chosen: list[str]) -> None:
         "scaling": scale,
         "coupling": coupling,
         "valve": valve,
-        "windows": windows,
         "rock": rock,
         "designs": designs,
         "sobol": sobol,

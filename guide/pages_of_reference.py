@@ -39,8 +39,6 @@ OUTPUTS = {
 FUNCTIONS = {
     "simulate": ("Run",),
     "steady": ("Steady",),
-    "stationary": ("Cycle",),
-    "Cycles": (),
     "trend": ("Trend",),
     "sweep": ("Case",),
     "optimise": ("Optimum",),

@@ -1,28 +1,17 @@
-//! Derivatives for a profiler: of a run of 1 s of the reference hammer, read every 10 ms, or of its
-//! stationary cycle if the first argument is `cycle`, by as many parameters as the second says.
+//! Derivatives for a profiler: of a run of 1 s of the reference hammer, read every 10 ms,
+//! by as many parameters as the first argument says.
 
 use hammer::Scene;
-use hammer::periodic::{Search, find};
 use hammer::sensitivity::{Argument, Sample, derivatives};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut words = std::env::args().skip(1);
-    let cycle = words.next().is_some_and(|word| word == "cycle");
-    let count = words.next().map_or(Ok(0), |text| text.parse())?;
+    let count = std::env::args().nth(1).map_or(Ok(0), |text| text.parse())?;
     let scene = Scene::default();
     // A relay reads no air, and without a casing there is none; what is left is in the order of
     // the table.
     let absent = |a: &Argument| ["air.", "casing."].iter().any(|part| a.name().starts_with(part));
     let read = |a: &Argument| a.is_read(&scene.parameters) && !absent(a);
     let by: Vec<Argument> = Argument::all().filter(read).take(count).collect();
-    if cycle {
-        for (argument, gradient) in by.iter().zip(find(&scene, &Search::default(), &by)?.gradients)
-        {
-            let (value, error) = (gradient.values.tip_rate, gradient.errors.tip_rate);
-            println!("{argument:?}: {value:e} +- {error:.0e}, reach {:.1e}", gradient.reach);
-        }
-        return Ok(());
-    }
     let instants: Vec<f64> = (1..=100).map(|k| 0.01 * f64::from(k)).collect();
     let run = |scene: &Scene| {
         Sample::of_run(&mut scene.machine()?, &instants, &|m| vec![m.kinematics().tip_depth])

@@ -10,7 +10,7 @@ mod error;
 pub mod families;
 mod interrupt;
 mod machine;
-pub mod periodic;
+pub mod means;
 pub mod presets;
 pub mod sensitivity;
 pub mod variables;

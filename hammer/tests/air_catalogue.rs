@@ -1,7 +1,7 @@
 //! Air that a hammer takes, among the means of its blows, and the ports that are fitted to it.
 
 use hammer::datasheet::AirBlow;
-use hammer::periodic::{Wanted, steady};
+use hammer::means::{Wanted, steady};
 use hammer::presets::AirHammer;
 
 fn hammer() -> AirHammer {

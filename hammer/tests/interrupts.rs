@@ -1,7 +1,7 @@
 //! Long work of every kind ends when it is interrupted, and leaves what it worked on as it was.
 
+use hammer::means::{Wanted, steady};
 use hammer::Scene;
-use hammer::periodic::{CycleError, Search, find};
 use hammer::sensitivity::{Argument, Sample, derivatives};
 use hammer::{Error, InputValues, Interrupt, Machine, Parameters, in_threads};
 use std::panic::catch_unwind;
@@ -191,15 +191,15 @@ fn what_takes_long_of_reading_an_energy_can_be_cancelled_and_done_again() {
 }
 
 #[test]
-fn derivatives_and_the_search_for_a_cycle_end_when_they_are_interrupted() {
+fn derivatives_and_long_run_responses_end_when_they_are_interrupted() {
     let _alone = alone();
     let scene = Scene { parameters: scene(10, 3), ..Scene::default() };
     let by = ["feed_force", "rock.stiffness"].map(|name| Argument::named(name).expect("a number"));
     let read = |m: &mut Machine| vec![m.kinematics().contact_gap];
     let run = |at: &Scene| Sample::of_run(&mut at.machine()?, &[0.5], &read);
-    let differentiate = || derivatives(&scene, &by, &run).map(|_| ()).map_err(CycleError::from);
-    let seek = || find(&scene, &Search::default(), &by).map(|_| ());
-    for work in [&differentiate as &dyn Fn() -> Result<(), CycleError>, &seek] {
+    let differentiate = || derivatives(&scene, &by, &run).map(|_| ());
+    let respond = || steady(&scene, &Wanted::default(), &mut |_, _| true).map(|_| ());
+    for work in [&differentiate as &dyn Fn() -> Result<(), Error>, &respond] {
         // The scene's systems are made once: another time they are found.
         work().expect("a result");
         let all = Counted::never();

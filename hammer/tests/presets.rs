@@ -1,35 +1,13 @@
 //! The named hammers: they settle.
 
-use hammer::Scene;
-use hammer::periodic::{Search, find};
 use hammer::presets::{PRESETS, Preset};
-use hammer::{Body, Reading, Source};
+use hammer::Scene;
+use hammer::{Body, Reading};
 
 /// The scene of a preset, with its own start values of inputs.
 fn scene(preset: &Preset) -> Scene {
     let (parameters, inputs) = preset.start();
     Scene { parameters, inputs }
-}
-
-/// True of a relay without a string.
-fn is_alone(preset: &Preset) -> bool {
-    let p = scene(preset).parameters;
-    p.drill.rods == 0 && p.drive.source == Source::Relay
-}
-
-/// Each relay but that on rods repeats exactly, after one return of its drive or, in granite, two; and what is
-/// a little off comes back.
-#[test]
-fn every_relay_without_rods_has_a_stationary_cycle_that_attracts() {
-    for preset in PRESETS.iter().filter(|preset| is_alone(preset)) {
-        let scene = scene(preset);
-        let mut found = (1..=2).map(|returns| {
-            let search = Search { returns, settle: 80 / returns, ..Search::default() };
-            find(&scene, &search, &[])
-        });
-        let stable = found.find(|cycle| cycle.as_ref().is_ok_and(|cycle| cycle.is_stable()));
-        assert!(stable.is_some(), "{} does not settle", preset.name);
-    }
 }
 
 /// Half a per cent of critical damping in the piston's first elastic mode, to the three digits that

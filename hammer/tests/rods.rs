@@ -1,7 +1,6 @@
 //! A top hammer: a drill string of shank, rods and sleeves between piston and bit.
 
-use hammer::Scene;
-use hammer::periodic::{Averages, Kind, Wanted, steady};
+use hammer::means::{Averages, Kind, Wanted, steady};
 use hammer::presets::PRESETS;
 use hammer::{
     Body, Event, Fidelity, InputValues, MAX_RODS, MAX_SECTIONS, Machine, Parameters, Reading, Relay,

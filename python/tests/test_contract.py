@@ -12,7 +12,7 @@ import dth_hammer as dth
 import numpy as np
 import pandas as pd
 import pytest
-from dth_hammer import calibration, cycle, designs, response, trends, workers
+from dth_hammer import calibration, designs, response, trends, workers
 from dth_hammer.errors import DthHammerError
 
 RIGID = {"fidelity": "Rigid"}
@@ -71,7 +71,6 @@ def functions(folder: Path) -> dict[Callable[..., Any], dict[str, Any]]:
         dth.Case: {"parameters": RIGID},
         dth.Record: {"signal": "rock_force", "samples": samples, "error": 0.1},
         dth.SNCurve: {"strength": "300 MPa", "cycles": 1e7, "slope": 8},
-        dth.Cycles: {"parameters": RIGID},
         dth.Coupling: {"hammer": hammer, "partner": Model(), "step": 1e-3},
         dth.simulate: {"parameters": RIGID, "until": 0.01},
         dth.steady: {"scene": RIGID},
@@ -83,7 +82,6 @@ def functions(folder: Path) -> dict[Callable[..., Any], dict[str, Any]]:
             "scene": RIGID,
         },
         dth.optimise: {"goal": "rop", "free": {"feed_force": (4e3, 6e3)}, "scene": RIGID},
-        dth.stationary: {"parameters": RIGID},
         dth.waves: {"until": 2e-3},
         dth.life: {"curve": curve, "parameters": RIGID},
         dth.mesh_for: {"error": 0.05},
@@ -98,7 +96,7 @@ def functions(folder: Path) -> dict[Callable[..., Any], dict[str, Any]]:
 
 #: Not called: what answers are, errors, and tables.
 ANSWERS = {
-    "Calibration", "Cycle", "Datasheet", "Life", "Mesh", "Motion", "Optimum", "Partner", "Rock",
+    "Calibration", "Datasheet", "Life", "Mesh", "Motion", "Optimum", "Partner", "Rock",
     "Run", "Snapshot", "Steady", "Trend", "Waves", "DomainError", "DthHammerError",
     "HammerWarning", "RefusedError", "UnknownNameError", "PRESETS", "ROCKS", "VARIABLES", "fmu",
 }  # fmt: skip
@@ -116,7 +114,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     def responses(points: Sequence[object], *_: object, **__: object) -> Iterator[Any]:
         return ((k, answer) for k in range(len(points)))
 
-    for module in (calibration, cycle, designs, response, trends, workers):
+    for module in (calibration, designs, response, trends, workers):
         monkeypatch.setattr(module, "responses", responses)
 
 

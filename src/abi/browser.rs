@@ -5,8 +5,8 @@ use crate::c::{Handle, Out, Status, Text};
 use crate::datasheet;
 use crate::error::CallError;
 use crate::session::call;
+use hammer::means::{Averages, Kind, Wanted, steady};
 use hammer::Scene;
-use hammer::periodic::{Averages, Kind, Wanted, steady};
 use std::ffi::{CString, c_char};
 use std::sync::OnceLock;
 
@@ -34,7 +34,7 @@ extern "C" fn dth_steady_names() -> *const c_char {
 /// The long-run response of the scene set, before it runs: to a relative error of the rate of
 /// penetration, with so many simulated blows at most.
 ///
-/// Writes the number of returns after which it repeats (0: it does not, -1: it stalls), the number
+/// Writes the number of blows after which it repeats (0: it does not, -1: it stalls), the number
 /// of blows, 1 if the error was reached, then all means, all their standard errors, and all standard
 /// deviations from blow to blow. SI units.
 #[unsafe(no_mangle)]
@@ -46,7 +46,7 @@ extern "C" fn dth_steady(me: Handle, error: f64, blows: usize, values: Out<f64>)
         let found = steady(&Scene { parameters, inputs }, &wanted, &mut |_, _| true)
             .map_err(CallError::from)?;
         let kind = match found.kind {
-            Kind::Cycle(returns) => returns as f64,
+            Kind::Cycle(blows) => blows as f64,
             Kind::Irregular => 0.0,
             Kind::Stalled => -1.0,
         };

@@ -179,13 +179,6 @@ impl Air {
         air
     }
 
-    /// The same air, its sums counted from here.
-    pub(crate) fn restarted(mut self, parameters: &Parameters, places: Places) -> Self {
-        (self.sums, self.window, self.past) = (AirSums::default(), None, None);
-        self.energy_start = self.energy(parameters, places, 0.0);
-        self
-    }
-
     /// Fills the chambers to these pressures at the supply's temperature.
     fn fill(&mut self, parameters: &Parameters, places: Places, pressures: [f64; 2]) {
         let volumes = volumes(parameters, places);

@@ -59,11 +59,6 @@ impl Peaks {
     pub fn contact_force(&self) -> f64 {
         self.tie_force(Tie::Contact)
     }
-
-    /// The larger of each.
-    pub(crate) fn raise(&mut self, other: Self) {
-        self.0.iter_mut().zip(other.0).for_each(|(best, force)| *best = best.max(force));
-    }
 }
 
 /// An interval whose peaks are not yet found.

@@ -145,11 +145,6 @@ impl Progress {
         self.drilled[0] += length;
     }
 
-    /// The sums of work begin anew.
-    pub(crate) fn restart_work(&mut self) {
-        (self.given, self.advance, self.drilled) = (0.0, 0.0, [0.0; 2]);
-    }
-
     fn note_blow(&mut self, motion: &Motion, speed: f64) {
         let here = motion.milestone();
         let air_mass = motion.air().map_or(0.0, |air| air.sums.mass);

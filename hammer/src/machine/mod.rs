@@ -25,7 +25,6 @@ mod tracked;
 mod views;
 pub(crate) mod zeno;
 
-use crate::air::Air;
 use crate::allowance::Allowance;
 use crate::energy::deferred::DeferredLedger;
 use crate::energy::interval::Interval;
@@ -36,7 +35,6 @@ use crate::error::Error;
 use crate::laws::air::Opening;
 use crate::laws::event::{Bodies, Event};
 use crate::laws::mode::{Mode, RockMode, Tie, TieState};
-use crate::laws::rock::Memory;
 use crate::modal::model::Model;
 use crate::modal::track::ROUNDED;
 use crate::motion::Motion;
@@ -377,29 +375,6 @@ impl Machine {
         self.search.stop();
         self.views = Views::default();
         self.motion.move_epoch(at, viscous)
-    }
-
-    /// Makes the present the epoch.
-    pub(crate) fn settle(&mut self) -> Result<(), Error> {
-        self.move_epoch_to_now()?;
-        self.resume()
-    }
-
-    /// Puts the hammer into another mode and state now; the energy balance restarts here.
-    pub(crate) fn place(
-        &mut self,
-        mode: Mode,
-        memory: Memory,
-        psi: f64,
-        air: Option<Box<Air>>,
-        whole: &[f64],
-    ) -> Result<(), Error> {
-        self.move_epoch_to_now()?;
-        self.motion.place(mode, memory, psi, air, whole)?;
-        let energy_start = Stored::at_epoch(&self.motion).total();
-        self.ledger = Ledger { energy_start, ..Ledger::default() }.into();
-        self.blows.restart_work();
-        self.resume()
     }
 
     /// Moves the epoch to the present time, by one flow from the last event; the search starts

@@ -7,7 +7,7 @@ use crate::air::Air;
 use crate::error::Error;
 use crate::laws::event::{Bodies, Displacement};
 use crate::laws::mode::{Mode, Relay, RockMode, Tie, TieState};
-use crate::laws::rock::{Memory, Spring};
+use crate::laws::rock::Spring;
 use crate::modal::model::Model;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
@@ -137,41 +137,6 @@ impl Motion {
         let shoulder = carried.map_or(0.0, |bit| self.poly(0, bit).at(0.0));
         state[0] = (shoulder - strain) * frame.mass.sqrt();
         self.enter(index, group, &state)
-    }
-
-    /// Puts the hammer into another mode and state at the epoch: `[q | q']` of all modes (the
-    /// piston's first), the rock's memory, and the air.
-    pub(crate) fn place(
-        &mut self,
-        mode: Mode,
-        memory: Memory,
-        psi: f64,
-        air: Option<Box<Air>>,
-        whole: &[f64],
-    ) -> Result<(), Error> {
-        let forces = self.air_forces(air.as_deref());
-        let state = &mut self.state;
-        (state.mode, state.memory, state.psi) = (mode, memory, psi);
-        state.loads = loads(&self.model.parameters, &state.inputs, mode, forces);
-        let groups = self.graph().groups(&mode);
-        let still =
-            |group: &Group| Anchor::still(&self.model, *group, mode, [0.0; 2], &self.state.loads);
-        let anchors = groups.iter().map(still).collect::<Result<_, _>>()?;
-        self.state.anchors = anchors;
-        self.tracks = self.state.tracks(&self.model)?;
-        self.steady = self.state.is_steady();
-        let all = Group { bodies: self.graph().all(), spring: None };
-        let (q, v) = whole.split_at(whole.len() / 2);
-        for (index, group) in groups.into_iter().enumerate() {
-            let mut part = vec![0.0; 2 * self.graph().modes(group.bodies)];
-            let shared = self.graph().overlaps(all, group);
-            shared.iter().for_each(|overlap| overlap.copy([q, v], &mut part));
-            self.enter(index, group, &part)?;
-        }
-        let [places, _] = self.in_cylinder(&self.tracks, 0.0);
-        let parameters = &self.model.parameters;
-        self.state.air = air.map(|air| Box::new(air.restarted(parameters, places)));
-        Ok(())
     }
 }
 

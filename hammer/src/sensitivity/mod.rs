@@ -27,6 +27,5 @@ mod step;
 
 pub use argument::Argument;
 pub use differences::{Derivative, NonSmooth, derivatives};
-pub(crate) use differences::{differentiate, reach};
 pub use sample::{Change, Sample};
 pub use step::over_step;

@@ -9,8 +9,8 @@ use crate::session::Session;
 use crate::table::{Pick, Selection};
 use crate::turn::Turn;
 use hammer::Interrupt;
+use hammer::means::{Averages, Kind, MOST_REPEATING, Means, NUMBERS, Numbers, Wanted, steady};
 use hammer::Scene;
-use hammer::periodic::{Averages, Kind, MOST_RETURNS, Means, NUMBERS, Numbers, Wanted, steady};
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use std::collections::HashMap;
@@ -91,12 +91,12 @@ impl Plan {
                     *self.heard.lock().unwrap_or_else(PoisonError::into_inner) = (blows, error);
                     true
                 })?;
-                let returns = match found.kind {
-                    Kind::Cycle(returns) => returns as f64,
+                let repeating = match found.kind {
+                    Kind::Cycle(blows) => blows as f64,
                     Kind::Irregular => 0.0,
                     Kind::Stalled => -1.0,
                 };
-                values.extend([returns, found.blows as f64, f64::from(u8::from(found.reached))]);
+                values.extend([repeating, found.blows as f64, f64::from(u8::from(found.reached))]);
                 values.extend([found.mean, found.error, found.spread].iter().flat_map(|a| a.0));
             }
         }
@@ -116,9 +116,9 @@ pub fn averages() -> Vec<&'static str> {
 /// How long-run responses are sought unless one says otherwise.
 #[pyfunction]
 pub fn wanted() -> HashMap<&'static str, f64> {
-    let Wanted { error, blows, limit, returns, .. } = Wanted::default();
-    [("error", error.rop()), ("blows", blows as f64), ("limit", limit), ("returns", returns as f64)]
-        .into()
+    let Wanted { error, blows, limit, repeating, .. } = Wanted::default();
+    let [blows, repeating] = [blows, repeating].map(|count| count as f64);
+    [("error", error.rop()), ("blows", blows), ("limit", limit), ("repeating", repeating)].into()
 }
 
 /// Means of blows that were simulated elsewhere, a row each as [`Numbers`] has them, their errors and
@@ -168,7 +168,7 @@ impl Batch {
     }
 
     /// Begins to seek long-run responses: the largest error of each mean, most blows, longest time
-    /// without a blow (s), and most returns of a cycle.
+    /// without a blow (s), and most blows after which they may repeat.
     #[staticmethod]
     fn steady(
         py: Python<'_>,
@@ -176,15 +176,15 @@ impl Batch {
         wanted: (Vec<f64>, usize, f64, usize),
         threads: usize,
     ) -> PyResult<Self> {
-        let (error, blows, limit, returns) = wanted;
-        if returns > MOST_RETURNS {
-            return Err(refused(format!("returns = {returns} must be 0 to {MOST_RETURNS}")));
+        let (error, blows, limit, repeating) = wanted;
+        if repeating > MOST_REPEATING {
+            return Err(refused(format!("repeating = {repeating} must be 0 to {MOST_REPEATING}")));
         }
         let error = error.try_into().map(Averages).map_err(|wrong: Vec<f64>| {
             refused(format!("{} errors are not the {} of the means", wrong.len(), Averages::COUNT))
         })?;
         let each = (threads / scenes.len().max(1)).max(1);
-        let wanted = Wanted { error, blows, limit, returns, threads: each, ..Wanted::default() };
+        let wanted = Wanted { error, blows, limit, repeating, threads: each, ..Wanted::default() };
         Self::begin(py, scenes, Job::Steady(wanted), threads)
     }
 

@@ -5,7 +5,6 @@
 //! exception of `dth_hammer.errors`.
 
 mod batch;
-mod cycles;
 mod derivatives;
 mod driller;
 mod failure;
@@ -25,8 +24,6 @@ mod _native {
 
     #[pymodule_export]
     use crate::batch::{Batch, averages, means, wanted};
-    #[pymodule_export]
-    use crate::cycles::{Finder, cycle_numbers};
     #[pymodule_export]
     use crate::derivatives::{arguments, derivatives};
     #[pymodule_export]

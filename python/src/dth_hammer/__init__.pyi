@@ -7,9 +7,6 @@ from .cases import Case as Case
 from .couple import Coupling as Coupling
 from .couple import Motion as Motion
 from .couple import Partner as Partner
-from .cycle import Cycle as Cycle
-from .cycle import Cycles as Cycles
-from .cycle import stationary as stationary
 from .datasheet import Datasheet as Datasheet
 from .datasheet import compare as compare
 from .datasheet import from_datasheet as from_datasheet

@@ -81,7 +81,7 @@ class Steady:
 
     @property
     def error(self) -> pd.Series:
-        """Standard errors of the means; 0 of a cycle."""
+        """Standard errors of the means; 0 of blows that repeat."""
         return self.outputs["error"]
 
     @property
@@ -91,7 +91,7 @@ class Steady:
 
     @property
     def repeats(self) -> bool:
-        """Whether the motion is a stationary cycle."""
+        """Whether the blows repeat."""
         return self.kind.startswith("cycle")
 
     def __getitem__(self, name: str) -> float:
@@ -182,12 +182,12 @@ class Wanted:
     blows: int = int(DEFAULTS["blows"])
     #: Without a blow for so long it is stalled, s.
     limit: float = DEFAULTS["limit"]
-    #: Cycles are sought that close after so many returns of the drive at most; 0: none.
-    returns: int = int(DEFAULTS["returns"])
+    #: Most blows after which a motion may repeat; 0: none.
+    repeating: int = int(DEFAULTS["repeating"])
 
     def __post_init__(self) -> None:
         bounds = [("blows", self.blows, FEWEST, 1e7), ("limit", self.limit, 1e-3, 1e4)]
-        bounds += [("returns", self.returns, 0, 16)]
+        bounds += [("repeating", self.repeating, 0, 16)]
         bounds += [(f"error of {name}", error, 1e-6, 1.0) for name, error in self.by_mean.items()]
         for name, value, low, high in bounds:
             if not low <= quantities.read(value, "1", name) <= high:
@@ -223,7 +223,7 @@ def responses(
     scenes = [[*point.items()] for point in points]
     if not scenes:
         return
-    ways = (wanted.errors, wanted.blows, wanted.limit, wanted.returns)
+    ways = (wanted.errors, wanted.blows, wanted.limit, wanted.repeating)
     batch = _native.Batch.steady(scenes, ways, threads or cores())
     bar, done = Bar(progress, len(scenes)), 0
     with closing(bar):
@@ -248,8 +248,8 @@ def cores() -> int:
 
 def _answer(values: Sequence[float], point: Mapping[str, float], warnings: Sequence[str]) -> Steady:
     """Returns a response from the engine's answer."""
-    returns, blows, reached, *numbers = values
-    kind = {-1: "stalled", 0: "irregular", 1: "cycle"}.get(int(returns), f"cycle of {returns:g}")
+    repeating, blows, reached, *numbers = values
+    kind = {-1: "stalled", 0: "irregular", 1: "cycle"}.get(int(repeating), f"cycle of {repeating:g}")
     parts = np.array(numbers).reshape(3, len(MEANS))
     if kind == "stalled":
         parts[:] = np.nan

@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 from . import _native, answers, figures, outputs
 from .band import interval, ranged, sentence
 from .contract import typed
-from .cycle import stationary
 from .datasheet import TRADE, Datasheet
 from .diagram import Waves, waves
 from .errors import DomainError, RefusedError, TooFewBlowsError
@@ -35,7 +34,7 @@ SETTLED = (
 )
 #: Units as `convert` takes them.
 Units = str | Mapping[str, str]
-#: What trends and slopes are told of, and over which part of a parameter, either way.
+#: What trends are told of, and over which part of a parameter, either way.
 WIDTH = 0.05
 SMOOTH = ("rop", "tip_rate", "period", "blow_speed", "blow_energy")
 STYLE = """
@@ -69,7 +68,7 @@ def report(
         out: the page to write, ``.html``.
         units: of the tables, as `convert` takes them; of several, the later go before the earlier.
         gradient: parameters and inputs on which the long-run response may depend: trends
-            ``d ln number / d ln parameter`` over 5 %, and exact slopes of a stationary cycle.
+            ``d ln number / d ln parameter`` over 5 %.
         curve: an S-N line: the life of each section is told, its worst place marked in the waves.
         sheet: the datasheet of the scene: what it says, leaves open and contradicts is told.
 
@@ -295,9 +294,7 @@ def _drawn(drawings: list[Drawing]) -> list[str]:
 
 
 def _dependence(scene: Scene, by: list[str]) -> list[str]:
-    """What the long-run response depends on: trends, then exact slopes with the width for which
-    they hold; nothing if nobody asked.
-    """
+    """What the long-run response depends on: trends; nothing if nobody asked."""
     if not by:
         return []
     title = "<h2>What the long-run response depends on</h2>"
@@ -323,23 +320,7 @@ def _dependence(scene: Scene, by: list[str]) -> list[str]:
     )
     drawing = ("Tornado", "What each parameter changes over its width.", found.plot)
     parts = [title, _table(heads, rows), f'<p class="note">{note}</p>', *_drawn([drawing])]
-    return [*parts, *_slopes(scene, by)]
-
-
-def _slopes(scene: Scene, by: list[str]) -> list[str]:
-    """Exact slopes of the stationary cycle, if there is one, and how far they hold."""
-    try:
-        cycle = stationary(scene.parameters, by, preset=scene.preset)
-    except RefusedError as error:
-        return [f'<p class="note">No exact slopes: {_text(str(error))}.</p>']
-    heads = ["exact slope of the stationary cycle", *by]
-    rows = [[name, *map(_number, cycle.elasticities.loc[name])] for name in SMOOTH]
-    widths = [100.0 * cycle.reach[name] / abs(cycle.values[name] or 1.0) for name in by]
-    rows.append(["holds within", *(f"{width:.2g} %" for width in widths)])
-    notes = ["Slopes of the present piece: beyond the width given two events change places."]
-    if cycle.nonsmooth:
-        notes.append(f"At {len(cycle.nonsmooth)} places they hold on one side at most.")
-    return [_table(heads, rows), f'<p class="note">{_text(" ".join(notes))}</p>']
+    return parts
 
 
 def _settled(run: Run, units: Units | list[Units]) -> str:

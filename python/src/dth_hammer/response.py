@@ -84,7 +84,7 @@ def steady(
 ) -> Steady | pd.DataFrame:
     """Finds the long-run means of a hammer, or of each of many, with their errors.
 
-    If the blows repeat, the stationary cycle is solved for; its means have no error. Otherwise
+    If the blows come to repeat, to 1e-9, the means are those of the last ones, without error. Otherwise
     several simulations run side by side until the standard error of the rate of penetration is
     small enough. The start of each is left out, and correlated blows are averaged in batches.
 

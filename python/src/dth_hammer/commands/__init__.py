@@ -26,6 +26,5 @@ COMMANDS = {
     "datasheet": "find the hammer that a datasheet or a catalogue describes, and report on it",
     "compare": "compare two hammers, or one at two pressures, in one rock",
     "rock": "list rocks, with sources and scatter, or print the parameters of one under a bit",
-    "atlas": "follow stationary cycles along a parameter, stable or not",
     "info": "list variables, units and presets",
 }

@@ -1,6 +1,6 @@
-//! The stationary cycle of the reference hammer, in three rocks.
+//! The reference hammer settled, in three rocks.
 //!
-//! `cargo run --release -p hammer --example stationary`
+//! `cargo run --release -p hammer --example settled`
 
 use hammer::{InputValues, Machine, Parameters};
 

@@ -1,25 +1,23 @@
 //! The long-run response of a hammer, whether it repeats or not.
 //!
-//! Blows are simulated until they repeat nearly: then the cycle is solved for from there
-//! ([`find`](super::find)), and is the answer if it is stable and the simulation, followed further,
-//! comes to it: another stable cycle may lie close by. Where blows do not repeat, several simulations from starts a little apart, which drift away from each
-//! other, are averaged ([`Means`]) until the error asked for is reached.
+//! Blows are simulated. Where they repeat nearly, the simulation goes on until they repeat to
+//! [`CLOSED`], and the answer is the last ones. Otherwise, several simulations from starts a little
+//! apart, which drift away from each other, are averaged ([`Means`]) until the error asked for is
+//! reached. A motion that repels is never met in this way; where several attract, the answer is the one
+//! that the scene's own start leads to.
 
 use crate::energy::ledger::Energies;
 use crate::error::Error;
 use crate::interrupt::in_threads;
 use crate::laws::event::{Displacement, Event};
 use crate::machine::{Machine, Observer};
-use crate::numerics::math;
-use crate::periodic::averages::{Averages, Means, NUMBERS, Numbers};
-use crate::periodic::error::CycleError;
-use crate::periodic::find::{Cycle, Search, find_from};
+use crate::means::averages::{Averages, Means, NUMBERS, Numbers};
 use crate::scene::Scene;
 
 /// What a hammer does in the long run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// It repeats after so many returns of its drive.
+    /// It repeats after so many blows.
     Cycle(usize),
     /// It does not repeat.
     Irregular,
@@ -34,7 +32,7 @@ pub struct Steady {
     pub kind: Kind,
     /// Means over blows.
     pub mean: Averages,
-    /// Standard errors of these; 0 of a cycle.
+    /// Standard errors of these; 0 of a motion that repeats.
     pub error: Averages,
     /// Standard deviations from blow to blow.
     pub spread: Averages,
@@ -42,8 +40,6 @@ pub struct Steady {
     pub blows: usize,
     /// True if the error asked for was reached.
     pub reached: bool,
-    /// The cycle, if it is one.
-    pub cycle: Option<Cycle>,
 }
 
 /// How a long-run response is sought.
@@ -57,9 +53,8 @@ pub struct Wanted {
     pub fewest: usize,
     /// Without a blow for so long it is stalled, s.
     pub limit: f64,
-    /// Cycles are sought that close after so many returns at most; 0: none; [`MOST_RETURNS`] is the
-    /// same as more.
-    pub returns: usize,
+    /// Most blows after which a motion may repeat; 0: none; [`MOST_REPEATING`] is the same as more.
+    pub repeating: usize,
     /// Simulations that a mean is of; the answer depends on it.
     pub members: usize,
     /// Threads that simulate them; the answer does not depend on it.
@@ -70,33 +65,28 @@ impl Default for Wanted {
     fn default() -> Self {
         let error = Averages::of_rates(0.01);
         let (blows, fewest) = (20_000, 300);
-        Self { error, blows, fewest, limit: 10.0, returns: 8, members: 4, threads: 1 }
+        Self { error, blows, fewest, limit: 10.0, repeating: 8, members: 4, threads: 1 }
     }
 }
 
-/// Blows before a cycle is sought.
+/// Blows before a motion that repeats is sought.
 const SETTLED: usize = 40;
-/// Most returns of a cycle that is sought: it is seen in the last of these blows, see [`repeats`].
-pub const MOST_RETURNS: usize = (SETTLED - 8) / 2;
+/// Blows that repeat, beside two rounds of them.
+const WINDOW: usize = 8;
+/// Most blows after which a motion that repeats is seen in the first [`SETTLED`].
+pub const MOST_REPEATING: usize = (SETTLED - WINDOW) / 2;
 /// By how much a simulation grows at least and at most, before its error is looked at again, and what
 /// is added to the blows that the error so far asks for. A look after every few blows would end where
 /// the error happens to be estimated too small.
 const GROWTH: [f64; 3] = [1.5, 4.0, 1.2];
 /// Blows whose speeds and periods differ by this part at most repeat nearly.
-const REPEATS: f64 = 5e-3;
-/// Most cycles that are sought of one hammer.
-const ATTEMPTS: usize = 4;
-/// Multiples of the returns after which blows repeat nearly that are tried.
-const MULTIPLES: usize = 4;
-/// A cycle's rate must be that of the last blows to this part, or the motion is not followed to it.
-const NEAR: f64 = 0.01;
-/// A simulation has come to a cycle where its means are that cycle's to this part.
-const MET: f64 = 1e-6;
-/// A simulation that is not there yet is followed until the leading multiplier has left this part of
-/// its distance, or for so many blows; it goes to the cycle if this part more is left at most.
-const LEFT: f64 = 0.01;
+const NEAR: f64 = 5e-3;
+/// Blows repeat where these differ by this part at most. Rounding leaves 1e-11 of them; and what is
+/// still to come of a start that fades by a factor `r` a blow is `r / (1 - r)` of it.
+const CLOSED: f64 = 1e-9;
+/// Blows that are simulated beyond those that repeat nearly, for them to repeat; a motion that
+/// forgets its start more slowly is a mean until then.
 const FOLLOWED: usize = 200;
-const BESIDE: f64 = 0.1;
 /// How much faster each simulation's piston starts than that of the one before, m/s.
 const APART: f64 = 0.03;
 /// How often a simulation without blows is asked whether it has stalled, s.
@@ -117,22 +107,18 @@ pub fn steady(
     let count = wanted.members.min(wanted.blows / SETTLED).max(1);
     let most = (wanted.blows / count).max(SETTLED);
     let fewest = wanted.fewest.min(most);
-    let (mut next, mut attempts, mut growth) = (SETTLED, ATTEMPTS, GROWTH[0]);
+    let (mut next, mut growth) = (SETTLED, GROWTH[0]);
     loop {
         grow(&mut members, next, wanted)?;
         if members.iter().any(|member| member.list.len() < next) {
             return Ok(Steady::of(Kind::Stalled, Means::default(), true));
         }
-        if attempts > 0
-            && let Some(returns) = repeats(&members[0].list, wanted.returns)
-        {
-            attempts -= 1;
-            if let Some(cycle) = attracting(scene, returns, wanted.returns, &members[0])? {
-                return Ok(cycle);
-            }
+        if let Some(blows) = followed(&mut members[0], wanted)? {
+            let means = Means::exact(last(&members[0].list, blows));
+            return Ok(Steady::of(Kind::Cycle(blows), means, true));
         }
         if next >= fewest {
-            let means = Means::of(&apart(&members));
+            let means = Means::of(&apart(&members, next));
             let (excess, total) = (means.excess(&wanted.error), next * members.len());
             let reached = excess <= 1.0;
             if reached || !progress(total, excess) || next >= most {
@@ -151,18 +137,15 @@ pub fn steady(
     }
 }
 
-/// The blows of the simulations that are each another one: where a motion forgets how it began without
-/// repeating, all come to the same blows, and several say no more than one.
-fn apart(members: &[Member]) -> Vec<&[Numbers]> {
+/// So many blows of the simulations that are each another one: where a motion forgets how it began
+/// without repeating, all come to the same blows, and several say no more than one.
+fn apart(members: &[Member], count: usize) -> Vec<&[Numbers]> {
     let mut different: Vec<&[Numbers]> = Vec::new();
     for member in members {
-        let last = |list: &[Numbers]| list.last_chunk::<3>().copied();
-        let alike = |other: &&[Numbers]| match (last(other), last(&member.list)) {
-            (Some(one), Some(two)) => one.iter().zip(&two).all(|(a, b)| same(a, b)),
-            _ => false,
-        };
+        let list = &member.list[..count];
+        let alike = |other: &&[Numbers]| last(other, 3).iter().zip(last(list, 3)).all(within(NEAR));
         if !different.iter().any(alike) {
-            different.push(&member.list);
+            different.push(list);
         }
     }
     different
@@ -171,7 +154,7 @@ fn apart(members: &[Member]) -> Vec<&[Numbers]> {
 impl Steady {
     fn of(kind: Kind, means: Means, reached: bool) -> Self {
         let Means { mean, error, spread, blows } = means;
-        Self { kind, mean, error, spread, blows, reached, cycle: None }
+        Self { kind, mean, error, spread, blows, reached }
     }
 }
 
@@ -271,67 +254,35 @@ fn grow(members: &mut [Member], count: usize, wanted: &Wanted) -> Result<(), Err
     in_threads(members.iter_mut().collect(), wanted.threads, work).into_iter().collect()
 }
 
-/// Whether two blows are nearly the same.
-fn same(a: &Numbers, b: &Numbers) -> bool {
-    [0, 2].iter().all(|k| (a[*k] - b[*k]).abs() <= REPEATS * b[*k].abs())
+/// Whether two blows differ by no more than a part.
+fn within(part: f64) -> impl Fn((&Numbers, &Numbers)) -> bool {
+    move |(a, b)| [0, 2].iter().all(|k| (a[*k] - b[*k]).abs() <= part * b[*k].abs())
 }
 
-/// The number of blows after which the last ones repeat nearly, if they do.
-fn repeats(list: &[Numbers], most: usize) -> Option<usize> {
-    (1..=most.min(MOST_RETURNS)).find(|k| {
-        let recent = &list[list.len() - (8 + 2 * k)..];
-        recent.iter().zip(&recent[*k..]).all(|(a, b)| same(a, b))
+/// The number of blows after which the last ones repeat to a part, if they do.
+fn repeats(list: &[Numbers], most: usize, part: f64) -> Option<usize> {
+    (1..=most.min(MOST_REPEATING)).find(|k| {
+        let recent = last(list, WINDOW + 2 * k);
+        recent.iter().zip(&recent[*k..]).all(within(part))
     })
 }
 
-/// The cycle that a simulation is near, of so many returns or a multiple of them, if it is stable
-/// and has its rate. A cycle that repels a little may have an attracting one close by, of twice as
-/// many returns.
-fn attracting(
-    scene: &Scene,
-    returns: usize,
-    most: usize,
-    member: &Member,
-) -> Result<Option<Steady>, Error> {
-    for multiple in (returns..=most).step_by(returns).take(MULTIPLES) {
-        if let Some(cycle) = solved(scene, multiple, member)? {
-            return Ok(Some(cycle));
+/// Follows a simulation whose blows repeat nearly until they repeat, and tells after how many; none
+/// where they do not come to it.
+fn followed(member: &mut Member, wanted: &Wanted) -> Result<Option<usize>, Error> {
+    let end = member.list.len() + FOLLOWED;
+    while repeats(&member.list, wanted.repeating, NEAR).is_some() {
+        let found = repeats(&member.list, wanted.repeating, CLOSED);
+        let count = member.list.len() + 1;
+        if found.is_some() || count > end {
+            return Ok(found);
+        }
+        member.strike(count, wanted.limit)?;
+        if member.list.len() < count {
+            break;
         }
     }
     Ok(None)
-}
-
-fn solved(scene: &Scene, returns: usize, member: &Member) -> Result<Option<Steady>, Error> {
-    let restored = || -> Result<Machine, Error> {
-        let mut machine = scene.machine()?;
-        machine.restore(&member.machine.state())?;
-        Ok(machine)
-    };
-    let search = Search { returns, settle: 1, steps: 12, ..Search::default() };
-    let cycle = match find_from(restored()?, scene, &search, &[]) {
-        Ok(cycle) => cycle,
-        Err(CycleError::Engine(error)) => return Err(error),
-        Err(_) => return Ok(None),
-    };
-    let observed = Means::exact(&member.list[member.list.len() - 2 * returns..]).mean.tip_rate();
-    let blows = cycle.response.strikes.len();
-    let near = (cycle.response.tip_rate - observed).abs() <= NEAR * observed.abs();
-    if !near || !cycle.is_stable() || blows == 0 {
-        return Ok(None);
-    }
-    let mut machine = restored()?;
-    machine.restore(&cycle.state)?;
-    // The first blows have a part from before.
-    let mut once = Member::from(machine);
-    once.strike(3 * blows, search.limit)?;
-    let means = Means::exact(last(&once.list, blows));
-    let multiplier = cycle.multipliers.first().map_or(1.0, |m| math::norm(*m));
-    let mut simulation = Member { list: member.list.clone(), ..Member::from(restored()?) };
-    if !goes_to(&mut simulation, &means.mean, blows, multiplier)? {
-        return Ok(None);
-    }
-    let found = Steady::of(Kind::Cycle(returns), means, true);
-    Ok(Some(Steady { cycle: Some(cycle), ..found }))
 }
 
 /// The last blows.
@@ -339,35 +290,9 @@ fn last(list: &[Numbers], count: usize) -> &[Numbers] {
     &list[list.len().saturating_sub(count)..]
 }
 
-/// Whether a simulation comes to a stable cycle of so many blows and these means.
-fn goes_to(
-    simulation: &mut Member,
-    cycle: &Averages,
-    blows: usize,
-    multiplier: f64,
-) -> Result<bool, Error> {
-    let off = |list: &[Numbers]| {
-        let (means, known) = (Means::exact(last(list, blows)).mean.of_motion(), cycle.of_motion());
-        means.iter().zip(known).map(|(mean, known)| (mean / known - 1.0).abs()).fold(0.0, f64::max)
-    };
-    let before = off(&simulation.list);
-    if before <= MET {
-        return Ok(true);
-    }
-    let most = (FOLLOWED / blows).max(1);
-    let (mut cycles, mut left) = (0, 1.0);
-    while cycles < most && left > LEFT {
-        (cycles, left) = (cycles + 1, left * multiplier);
-    }
-    let count = simulation.list.len() + cycles * blows;
-    simulation.strike(count, Search::default().limit)?;
-    Ok(simulation.list.len() == count && off(&simulation.list) <= (BESIDE + left) * before)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::periodic::find::find;
     use crate::quantities::parameters::Fidelity;
 
     fn rigid() -> Scene {
@@ -383,43 +308,40 @@ mod tests {
         Ok(members)
     }
 
-    /// A cycle is where the motion goes if it has the rate of the blows simulated, to 1 %.
+    /// Two stable motions whose rates differ by 0.15 %: the answer is the one that blows go to, which
+    /// after 400 of them has no more to forget.
     #[test]
-    fn a_cycle_of_another_rate_than_the_blows_is_not_their_answer() -> Result<(), Error> {
-        let scene = rigid();
-        let mut members = simulated(&scene, SETTLED)?;
-        let member = &mut members[0];
-        assert!(solved(&scene, 1, member)?.is_some());
-        for (part, taken) in [(1.005, true), (1.03, false), (0.97, false)] {
-            let list = member.list.clone();
-            member.list.iter_mut().for_each(|blow| blow[1] *= part);
-            assert_eq!(solved(&scene, 1, member)?.is_some(), taken, "{part}");
-            member.list = list;
-        }
-        Ok(())
-    }
-
-    /// Two stable motions whose rates differ by 0.15 %: the cycle that the equation has near the blows is
-    /// not where they go.
-    #[test]
-    fn a_stable_cycle_close_by_is_not_the_answer_where_the_blows_go_elsewhere() -> Result<(), Error>
-    {
+    fn of_two_motions_close_by_the_answer_is_where_the_blows_go() -> Result<(), Error> {
         let mut scene = rigid();
         let p = &mut scene.parameters;
         (p.bit.length, scene.inputs.feed_force) = (0.2656, 3850.0);
         (p.rock.stiffness, p.rock.unloading_ratio) = (2.0557e8, 11.89);
         (p.rock.viscosity, p.rock.energy_barrier) = (1.7e5, 4.0);
-        let close = find(&scene, &Search::default(), &[]).expect("there is one");
-        assert!(close.is_stable());
         let answer = steady(&scene, &Wanted::default(), &mut |_, _| true)?;
         assert_eq!(answer.kind, Kind::Cycle(2));
         let long = &simulated(&scene, 400)?[0].list;
         let rate = Means::exact(last(long, 100)).mean.tip_rate();
-        // Both are solved to 1e-10 of the state.
+        // Blows that repeat to 1e-9, and what is still to come of the start.
         assert!((answer.mean.tip_rate() / rate - 1.0).abs() < 1e-8);
-        let apart = (close.response.tip_rate / rate - 1.0).abs();
-        assert!((1e-3..NEAR).contains(&apart), "{apart}");
         Ok(())
+    }
+
+    /// Blows of a speed each: `10 + part` and `10` in turn repeat after one blow to a larger part, and after
+    /// two to any.
+    #[test]
+    fn blows_repeat_after_as_few_as_they_agree() {
+        let part = 1e-6;
+        let list: Vec<Numbers> = (0..40)
+            .map(|k| {
+                let mut blow = [1.0; NUMBERS];
+                blow[2] = 10.0 * (1.0 + part * f64::from(k % 2));
+                blow
+            })
+            .collect();
+        assert_eq!(repeats(&list, 8, 2.0 * part), Some(1));
+        assert_eq!(repeats(&list, 8, 0.5 * part), Some(2));
+        assert_eq!(repeats(&list, 1, 0.5 * part), None);
+        assert_eq!(repeats(&list, 0, 1.0), None);
     }
 
     /// Without feed the rigid reference never repeats: simulations that begin a little apart become
@@ -427,10 +349,10 @@ mod tests {
     #[test]
     fn simulations_of_a_mean_are_different_ones_or_count_once() -> Result<(), Error> {
         let mut scene = rigid();
-        assert_eq!(apart(&simulated(&scene, 60)?).len(), 1);
+        assert_eq!(apart(&simulated(&scene, 60)?, 60).len(), 1);
         scene.inputs.feed_force = 0.0;
         let members = simulated(&scene, 60)?;
-        assert_eq!(apart(&members).len(), 4);
+        assert_eq!(apart(&members, 60).len(), 4);
         // From the first blow on, if not by much.
         assert!(members[1..].iter().all(|other| other.list[0] != members[0].list[0]));
         Ok(())
