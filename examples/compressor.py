@@ -17,9 +17,9 @@ from pathlib import Path
 import fmpy
 import pandas as pd
 from dth_hammer.figures import BIT, DARK, PISTON
+from dth_hammer.figures.style import styled
 from dth_hammer.fmu import configure
 from dth_hammer.models.compressor import Compressor, Supply
-from dth_hammer.style import styled
 from fmpy.fmi2 import FMU2Slave
 from matplotlib.figure import Figure
 

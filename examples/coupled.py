@@ -13,8 +13,8 @@ from pathlib import Path
 import pandas as pd
 from dth_hammer import Coupling, Hammer
 from dth_hammer.figures import BIT, DARK, PISTON
+from dth_hammer.figures.style import styled
 from dth_hammer.models.hydraulic import WaterDrive
-from dth_hammer.style import styled
 from matplotlib.figure import Figure
 
 SAMPLING = 5e-4  # s: how often pressures are noted, finer than a blow

@@ -13,7 +13,7 @@ from pathlib import Path
 import pandas as pd
 from dth_hammer import VARIABLES, Hammer, rock, simulate
 from dth_hammer.figures import BIT, ROCK
-from dth_hammer.style import styled
+from dth_hammer.figures.style import styled
 from matplotlib.figure import Figure
 
 

@@ -27,8 +27,8 @@ import numpy as np
 import pandas as pd
 from dth_hammer import VARIABLES, Hammer, Snapshot
 from dth_hammer.figures import BIT, ROCK
-from dth_hammer.style import styled
-from dth_hammer.variables import Array, Value
+from dth_hammer.figures.style import styled
+from dth_hammer.scene.variables import Array, Value
 from matplotlib.figure import Figure
 
 T = TypeVar("T")

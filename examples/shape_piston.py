@@ -23,8 +23,8 @@ import pandas as pd
 from dth_hammer import VARIABLES, Hammer, simulate
 from dth_hammer import rock as rock_under
 from dth_hammer.figures import DARK, PISTON
-from dth_hammer.style import styled
-from dth_hammer.variables import Array, Value
+from dth_hammer.figures.style import styled
+from dth_hammer.scene.variables import Array, Value
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.optimize import minimize

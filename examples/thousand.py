@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 from dth_hammer import VARIABLES, sweep
 from dth_hammer.figures import BIT
-from dth_hammer.style import styled
+from dth_hammer.figures.style import styled
 from matplotlib.figure import Figure
 
 #: Multiples of the FMU's own values; in each the value itself.

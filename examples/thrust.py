@@ -21,8 +21,8 @@ import numpy as np
 import pandas as pd
 from dth_hammer import PRESETS, RefusedError, simulate
 from dth_hammer.figures import BIT, PISTON, ROCK
+from dth_hammer.figures.style import styled
 from dth_hammer.models.compressor import FREE
-from dth_hammer.style import styled
 from matplotlib.figure import Figure
 
 if TYPE_CHECKING:

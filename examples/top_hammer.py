@@ -16,8 +16,8 @@ import numpy as np
 import pandas as pd
 from dth_hammer import PRESETS, steady, waves
 from dth_hammer.figures import BIT, PISTON
-from dth_hammer.style import styled
-from dth_hammer.variables import numbers, whole
+from dth_hammer.figures.style import styled
+from dth_hammer.scene.variables import numbers, whole
 from matplotlib.figure import Figure
 
 PRESET = "top_hammer"

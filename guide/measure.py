@@ -84,7 +84,7 @@ def rock() -> None:
 def sobol() -> None:
     """Sobol indices as the page finds them, of 4,096 hammers."""
     import blocks  # noqa: PLC0415
-    from dth_hammer.style import styled  # noqa: PLC0415
+    from dth_hammer.figures.style import styled  # noqa: PLC0415
 
     page = (ROOT / "guide" / "pages" / "sensitivity.md").read_text(encoding="utf-8")
     code = next(block.code for block in blocks.parse(page) if block.kind == "python")

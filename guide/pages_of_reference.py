@@ -7,8 +7,9 @@ import re
 from collections.abc import Iterable
 
 import dth_hammer
-from dth_hammer import PRESETS, VARIABLES, figures, fmu, quantities, testing
-from dth_hammer.variables import Variable
+from dth_hammer import PRESETS, VARIABLES, figures, fmu, testing
+from dth_hammer.scene import quantities
+from dth_hammer.scene.variables import Variable
 
 #: Title of a page of variables by the first part of the names that it has.
 PARAMETERS = {

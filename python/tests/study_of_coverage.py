@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from dth_hammer import HammerWarning, calibrate, steady
-from dth_hammer.variables import numbers, whole
+from dth_hammer.scene.variables import numbers, whole
 
 ROCK = ("rock.stiffness", "rock.unloading_ratio")
 BOTH = ("rock.stiffness", "drive.amplitude")

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from dth_hammer import PRESETS
-from dth_hammer.longrun import Steady, Wanted, responses
-from dth_hammer.variables import numbers
+from dth_hammer.scene.variables import numbers
+from dth_hammer.study.longrun import Steady, Wanted, responses
 
 #: Parameters of each hammer, and its preset. The named ones with next to no damping; a rock that
 #: creeps, since the reference repeats without feed. Those that cost least come first.

@@ -12,7 +12,7 @@ import warnings
 from collections.abc import Mapping
 
 from dth_hammer import HammerWarning, calibrate, optimise, steady, trend
-from dth_hammer.variables import PRESETS, numbers, whole
+from dth_hammer.scene.variables import PRESETS, numbers, whole
 
 Values = Mapping[str, float | str]
 #: Drives that no preset has.

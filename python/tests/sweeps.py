@@ -18,7 +18,7 @@ UNTIL = 0.15
 def forbidden_runs() -> Iterator[None]:
     """Any run in this process fails."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("dth_hammer.sweeping.parts_of", None)
+        patch.setattr("dth_hammer.study.sweeping.parts_of", None)
         yield
 
 

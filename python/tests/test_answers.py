@@ -8,11 +8,11 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 from dth_hammer import VARIABLES, HammerWarning, calibrate, optimise, steady, trend
-from dth_hammer.answers import BAND, BLUE, ORANGE
-from dth_hammer.calibration import Calibration
-from dth_hammer.longrun import Steady
 from dth_hammer.errors import MissingError
-from dth_hammer.optimisation import KEPT, Optimum
+from dth_hammer.run.answers import BAND, BLUE, ORANGE
+from dth_hammer.study.calibration import Calibration
+from dth_hammer.study.longrun import Steady
+from dth_hammer.study.optimisation import KEPT, Optimum
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
@@ -89,7 +89,7 @@ def test_without_matplotlib_the_tables_are_left(
     def missing(*_: str) -> None:
         raise MissingError("this needs matplotlib", name="matplotlib")
 
-    monkeypatch.setattr("dth_hammer.answers.need", missing)
+    monkeypatch.setattr("dth_hammer.run.answers.need", missing)
     assert "<img" not in cycle._repr_html_()
     assert "<table" in cycle._repr_html_()
 

@@ -21,10 +21,10 @@ from dth_hammer import (
     optimise,
     steady,
 )
-from dth_hammer.measures import measure
-from dth_hammer.posterior import modes, population
-from dth_hammer.records import simulated
-from dth_hammer.variables import whole
+from dth_hammer.run.records import simulated
+from dth_hammer.scene.variables import whole
+from dth_hammer.study.measures import measure
+from dth_hammer.study.posterior import modes, population
 from interrupting import Interrupts
 from study_of_coverage import held, intervals
 

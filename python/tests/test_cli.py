@@ -126,7 +126,7 @@ def test_mistakes_are_told_in_a_line_before_anything_runs(
 ) -> None:
     if not any("=" in word and "piston" in word for word in arguments):
         monkeypatch.setattr(Hammer, "run", None)
-        monkeypatch.setattr("dth_hammer.sweeping.parts_of", None)
+        monkeypatch.setattr("dth_hammer.study.sweeping.parts_of", None)
     assert main(arguments) == 2
     error = capsys.readouterr().err
     assert message in error

@@ -12,8 +12,8 @@ import dth_hammer as dth
 import numpy as np
 import pandas as pd
 import pytest
-from dth_hammer import calibration, designs, response, trends, workers
 from dth_hammer.errors import DthHammerError
+from dth_hammer.study import calibration, designs, response, trends, workers
 
 RIGID = {"fidelity": "Rigid"}
 #: What no argument may be, and what some may not. None is left out: it is what is not given.

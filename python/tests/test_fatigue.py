@@ -12,7 +12,7 @@ import pytest
 from dth_hammer import DomainError, HammerWarning, Life, RefusedError, Scene, SNCurve, life, report
 from dth_hammer.cli import main
 from dth_hammer.errors import MissingError
-from dth_hammer.fatigue import ranges, turning_points
+from dth_hammer.study.fatigue import ranges, turning_points
 
 CURVE = SNCurve("200 MPa", 1e7, 8)
 # A coarse mesh, which costs a quarter, and a penalty as stiff as two of its elements.

@@ -12,8 +12,8 @@ import matplotlib.image as mpimg
 import numpy as np
 import pytest
 from dth_hammer import DthHammerError, Hammer, Run, figures, simulate
-from dth_hammer.dark import ON_COLOUR
 from dth_hammer.errors import TooFewBlowsError
+from dth_hammer.figures.dark import ON_COLOUR
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text

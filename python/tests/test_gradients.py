@@ -13,7 +13,7 @@ from dth_hammer import (
     UnknownNameError,
     simulate,
 )
-from dth_hammer.records import simulated
+from dth_hammer.run.records import simulated
 
 #: Small meshes: what is shown here does not depend on them.
 SMALL = {"piston.elements": 4, "bit.elements": 4, "contact.stiffness": 2e10}

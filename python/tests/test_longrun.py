@@ -7,17 +7,16 @@ import pytest
 from dth_hammer import (
     Coupling,
     HammerWarning,
-    RefusedError,
     simulate,
     steady,
     trend,
 )
 from dth_hammer.cli import main
 from dth_hammer.errors import DomainError, UnknownNameError
-from dth_hammer.longrun import numbers_of
 from dth_hammer.models.hydraulic import Water, WaterDrive
-from dth_hammer.motions import drawn
-from dth_hammer.trends import line, sobol
+from dth_hammer.study.longrun import numbers_of
+from dth_hammer.study.motions import drawn
+from dth_hammer.study.trends import line, sobol
 from interrupting import Interrupts
 
 RIGID = {"fidelity": "Rigid"}
@@ -117,15 +116,6 @@ def test_one_motion_from_every_start_is_one_row_and_starts_need_a_hammer_alone()
         steady(RIGID, starts=2, control=lambda hammer: None)
     with pytest.raises(DomainError, match="starts = 0"):
         steady(RIGID, starts=0)
-
-
-@pytest.mark.filterwarnings("ignore:.*creeps in the rock")
-def test_slopes_of_an_unstable_cycle_are_no_answer() -> None:
-    cycles = Cycles(HARD, preset="overdamped")
-    with pytest.warns(HammerWarning, match="its slopes are not those"):
-        cycle = cycles.find(gradient=["rock.stiffness"])
-    assert not cycle.stable
-    assert "its slopes are not those" in cycle._repr_html_()
 
 
 def test_what_stalls_has_no_means() -> None:

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from dth_hammer import Case, DomainError, HammerWarning, UnknownNameError, steady, sweep, workers
+from dth_hammer import Case, DomainError, HammerWarning, UnknownNameError, steady, sweep
+from dth_hammer.study import workers
 
 RIGID = {"fidelity": "Rigid"}
 #: With feed a cycle, without one no blow is as another.

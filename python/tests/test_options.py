@@ -12,7 +12,7 @@ from dth_hammer.cli import main
 from dth_hammer.commands import COMMANDS
 from dth_hammer.commands.options import Call, kind
 from dth_hammer.figures import settled_cycle
-from dth_hammer.page import report
+from dth_hammer.figures.page import report
 
 #: Commands that declare their options by hand: what they call needs a package that may be missing.
 BY_HAND: dict[str, tuple[Any, dict[str, str]]] = {

@@ -17,10 +17,10 @@ from dth_hammer import (
     Run,
     UnknownNameError,
     convert,
-    quantities,
     simulate,
     with_units,
 )
+from dth_hammer.scene import quantities
 
 # Exact by definition: the inch, the pound (mass), standard gravity.
 INCH, POUND, GRAVITY = Fraction("0.0254"), Fraction("0.45359237"), Fraction("9.80665")

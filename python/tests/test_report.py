@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from dth_hammer import (
     PRESETS,
+    VARIABLES,
     DomainError,
     HammerWarning,
     Scene,
@@ -25,7 +26,7 @@ from dth_hammer import (
 )
 from dth_hammer.cli import main
 from dth_hammer.fmu import find
-from dth_hammer.variables import model
+from dth_hammer.scene.variables import model
 from lxml import html
 
 GIVEN = {"feed_force": "6 kN", "piston.length": 0.18}

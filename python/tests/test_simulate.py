@@ -18,9 +18,9 @@ from dth_hammer import (
     mesh_for,
     simulate,
 )
-from dth_hammer.run import PER_BLOW
+from dth_hammer.run.run import PER_BLOW
+from dth_hammer.scene.variables import VARIABLES, model
 from dth_hammer.testing import assert_energy_balanced, assert_periodic
-from dth_hammer.variables import VARIABLES, model
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from dth_hammer import PRESETS, Case, DomainError, Hammer, simulate, sweep
-from dth_hammer.store import Store
+from dth_hammer.study.store import Store
 from sweeps import UNTIL, forbidden_runs
 
 

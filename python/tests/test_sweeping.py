@@ -32,7 +32,7 @@ from dth_hammer import (
     sweep,
 )
 from dth_hammer.errors import OutputError
-from dth_hammer.store import Store
+from dth_hammer.study.store import Store
 from interrupting import Interrupts
 from sweeps import UNTIL, begun, forbidden_runs, written
 
@@ -313,7 +313,7 @@ def test_processes_are_for_cases_that_python_plays(monkeypatch: pytest.MonkeyPat
     def none(*_: Any) -> None:
         raise LookupError
 
-    monkeypatch.setattr("dth_hammer.workers._by_processes", none)
+    monkeypatch.setattr("dth_hammer.study.workers._by_processes", none)
     assert sweep(GRID, 0.01)["error"].tolist() == [""] * 4
     with pytest.raises(LookupError):
         sweep(GRID, 0.01, cases={"fed": Case(inputs={"drive_force": 0.0})})

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from .hammer import Hammer
+    from .run.hammer import Hammer
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -27,7 +27,7 @@ def pytest_configure(config: pytest.Config) -> None:
 def make_hammer() -> Iterator[Callable[..., Hammer]]:
     """Makes hammers, as many as wanted, and closes them after the test."""
     # Imported late: a test session that has no hammer pays nothing.
-    from .hammer import Hammer  # noqa: PLC0415
+    from .run.hammer import Hammer  # noqa: PLC0415
 
     made: list[Hammer] = []
 

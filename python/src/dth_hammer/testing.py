@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pandas as pd
 
-from .hammer import Hammer
-from .run import Run
+from .run.hammer import Hammer
+from .run.run import Run
 
 WORKS = ("energy_drive", "energy_gravity", "energy_feed")
 

@@ -9,9 +9,9 @@ from typing import Any
 import pandas as pd
 
 from .. import outputs
-from ..calibration import calibrate
-from ..quantities import alike
-from ..variables import VARIABLES
+from ..scene.quantities import alike
+from ..scene.variables import VARIABLES
+from ..study.calibration import calibrate
 from . import common
 from .options import FREE, Call, Written, assignments, bounds
 

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .. import outputs, rocks
-from ..band import reason, with_sides
+from .. import outputs
 from ..errors import DomainError
 from ..fixed import Fixed
-from ..quantities import SYSTEMS, alike, convert, with_units
-from ..variables import VARIABLES, Variable, numbers
+from ..scene import rocks
+from ..scene.band import reason, with_sides
+from ..scene.quantities import SYSTEMS, alike, convert, with_units
+from ..scene.variables import VARIABLES, Variable, numbers
 from .options import ROCK, assignments
 
 #: Most values that a range may stand for.

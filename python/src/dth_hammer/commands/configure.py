@@ -6,7 +6,7 @@ import argparse
 
 from .. import outputs
 from ..fmu.variant import configure
-from ..variables import PRESETS
+from ..scene.variables import PRESETS
 from .options import Call
 
 CALL = Call(configure)

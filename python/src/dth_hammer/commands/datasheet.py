@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from .. import _native, outputs
-from ..datasheet import Datasheet, from_datasheet
 from ..errors import DomainError
+from ..scene.datasheet import Datasheet, from_datasheet
 from . import common
 from .options import SN, Call, Written, assignments
 
@@ -77,8 +77,8 @@ def _words(given: Mapping[str, Any]) -> str:
 
 
 def _report(page: Path, sheet: Datasheet, words: str, options: argparse.Namespace) -> None:
-    from ..page import report  # noqa: PLC0415
-    from ..scene import Scene  # noqa: PLC0415
+    from ..figures.page import report  # noqa: PLC0415
+    from ..scene.scene import Scene  # noqa: PLC0415
 
     scene = Scene("Hammer of a datasheet", words, None, dict(sheet.parameters))
     curve = SN.read(options.sn) if options.sn else None

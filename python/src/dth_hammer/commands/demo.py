@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..band import with_band
-from ..run import Run
+from ..run.run import Run
+from ..scene.band import with_band
 from . import common
 
 NEEDS = ("matplotlib",)

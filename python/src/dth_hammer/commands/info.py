@@ -6,7 +6,7 @@ import argparse
 
 from ..errors import FmuNotFoundError
 from ..fmu.package import load
-from ..variables import PRESETS, VARIABLES, Variable, model
+from ..scene.variables import PRESETS, VARIABLES, Variable, model
 from .options import Call
 
 CALL = Call(load)

@@ -6,7 +6,7 @@ import argparse
 from functools import partial
 
 from .. import outputs
-from ..fatigue import life
+from ..study.fatigue import life
 from . import common
 from .options import Call
 
@@ -29,8 +29,8 @@ def run(options: argparse.Namespace) -> None:
     if options.out:
         outputs.write(found.places, options.out)
     if options.plot:
-        from ..diagram import waves  # noqa: PLC0415
         from ..figures import wave_diagram  # noqa: PLC0415
+        from ..run.diagram import waves  # noqa: PLC0415
 
         del given["curve"]
         wave_diagram(waves(**given), found).savefig(options.plot)

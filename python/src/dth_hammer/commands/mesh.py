@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from .. import _native
-from ..mesh import mesh_for
+from ..scene.mesh import mesh_for
 from .options import Call, Written
 
 USUAL = ", ".join(f"{error:g} of a {of}" for of, error in sorted(_native.mesh_readings().items()))

@@ -8,9 +8,9 @@ from functools import partial
 import pandas as pd
 
 from .. import outputs
-from ..measures import named, unit
-from ..optimisation import optimise
-from ..variables import VARIABLES
+from ..scene.variables import VARIABLES
+from ..study.measures import named, unit
+from ..study.optimisation import optimise
 from . import common
 from .options import FREE, Call, Written, bounds
 

@@ -10,10 +10,10 @@ from pathlib import Path
 from types import NoneType
 from typing import Any, Literal, get_args, get_origin
 
-from .. import quantities
 from ..contract import alternatives, hints_of
 from ..errors import DomainError
-from ..fatigue import SNCurve
+from ..scene import quantities
+from ..study.fatigue import SNCurve
 
 
 class Written:

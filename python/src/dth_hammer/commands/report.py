@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from .. import outputs
-from ..scene import Scene
-from ..variables import VARIABLES
+from ..scene.scene import Scene
+from ..scene.variables import VARIABLES
 from . import common
 from .options import SN, listed
 
@@ -41,7 +41,7 @@ def run(options: argparse.Namespace) -> None:
     out = outputs.check(options.out or options.scene.with_suffix(".html"), (".html", ".htm"))
     common.check_units(options.units, {v.name: v.unit for v in VARIABLES.of("output", "local")})
 
-    from ..page import report  # noqa: PLC0415
+    from ..figures.page import report  # noqa: PLC0415
 
     units = common.systems(options.units)
     curve = SN.read(options.sn) if options.sn else None

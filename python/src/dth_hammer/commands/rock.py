@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from ..rocks import ROCKS, rock
+from ..scene.rocks import ROCKS, rock
 from .options import Call, Written
 
 #: The unit in which a number of an SI unit is printed, and how many of the SI unit it is.

@@ -6,11 +6,11 @@ import argparse
 from contextlib import suppress
 
 from .. import outputs
-from ..band import reason
 from ..errors import TooFewBlowsError
-from ..run import simulate
-from ..summary import readable
-from ..variables import VARIABLES
+from ..run.run import simulate
+from ..run.summary import readable
+from ..scene.band import reason
+from ..scene.variables import VARIABLES
 from . import common
 from .options import Call
 

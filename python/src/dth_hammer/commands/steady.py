@@ -8,9 +8,9 @@ from pathlib import Path
 import pandas as pd
 
 from .. import outputs
-from ..longrun import MEANS, unit
-from ..response import steady
-from ..variables import VARIABLES
+from ..scene.variables import VARIABLES
+from ..study.longrun import MEANS, unit
+from ..study.response import steady
 from . import common
 from .options import Call, Written
 

@@ -6,8 +6,8 @@ import argparse
 
 from .. import outputs
 from ..errors import DomainError
-from ..sweeping import RESULTS, sweep
-from ..variables import UNTIL, VARIABLES
+from ..scene.variables import UNTIL, VARIABLES
+from ..study.sweeping import RESULTS, sweep
 from . import common
 from .options import SHARED, Call, Written
 

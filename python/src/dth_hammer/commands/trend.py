@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from functools import partial
 
 from .. import outputs
-from ..quantities import read
-from ..trends import trend
+from ..scene.quantities import read
+from ..study.trends import trend
 from . import common
 from .options import Call, Written, assignments
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 
 from .. import outputs
-from ..diagram import Waves, waves
 from ..errors import DomainError
 from ..fmu.package import load
 from ..fmu.variant import configure
-from ..mesh import ELEMENTS
-from ..variables import numbers, whole
+from ..run.diagram import Waves, waves
+from ..scene.mesh import ELEMENTS
+from ..scene.variables import numbers, whole
 from . import common
 from .options import Call
 

@@ -18,10 +18,11 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
 
 from .. import __name__ as package_name
-from .. import _native, quantities
+from .. import _native
 from ..errors import DomainError, DthHammerError, FmuNotFoundError, warn
 from ..extras import need
-from ..variables import UNTIL, Value
+from ..scene import quantities
+from ..scene.variables import UNTIL, Value
 from .package import Package, load
 from .variant import configure, start_values
 

@@ -23,9 +23,9 @@ from xml.etree import ElementTree as ET
 
 from .. import _native
 from ..errors import DthHammerError
-from ..hammer import Hammer
-from ..mesh import ELASTIC, ELEMENTS, FIDELITY
-from ..variables import VARIABLES, Value, Variable, numbers, whole
+from ..run.hammer import Hammer
+from ..scene.mesh import ELASTIC, ELEMENTS, FIDELITY
+from ..scene.variables import VARIABLES, Value, Variable, numbers, whole
 from .package import DESCRIPTION, IDENTITY, Package, inspect, load
 
 DOCUMENTATION = "documentation/index.html"

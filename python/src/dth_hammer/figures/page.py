@@ -1,0 +1,420 @@
+"""A run as one self-contained HTML page: `report`."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from .. import _native, figures, outputs
+from ..contract import typed
+from ..errors import DomainError, RefusedError, TooFewBlowsError
+from ..run import answers
+from ..run.diagram import Waves, waves
+from ..run.gradients import differentiable
+from ..run.run import Run, simulate
+from ..run.summary import HEADS, displayed
+from ..scene.band import interval, ranged, sentence
+from ..scene.datasheet import TRADE, Datasheet
+from ..scene.mesh import ELASTIC, FIDELITY
+from ..scene.quantities import convert
+from ..scene.scene import Scene
+from ..scene.variables import VARIABLES, Variable
+from ..study.fatigue import Life, SNCurve, life
+from ..study.trends import trend
+from .headline import headline
+
+#: What is told of the last blow: the first that one asks for.
+SETTLED = (
+    *("rop", "drilled_length", "blow_energy", "blow_speed", "blow_period"),
+    *("tip_rate", "blow_penetration", "tip_depth"),
+)
+#: Units as `convert` takes them.
+Units = str | Mapping[str, str]
+#: What trends are told of, and over which part of a parameter, either way.
+WIDTH = 0.05
+SMOOTH = ("rop", "tip_rate", "period", "blow_speed", "blow_energy")
+STYLE = """
+:root { color-scheme: light dark; }
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
+table { border-collapse: collapse; display: block; overflow-x: auto; }
+td, th { padding: .2rem .8rem; text-align: left; border-bottom: 1px solid #8886; }
+@media (max-width: 30rem) { td, th { padding: .2rem .3rem; } }
+td.number { text-align: right; font-variant-numeric: tabular-nums; }
+figure { margin: 1.5rem 0; } img { max-width: 100%; background: white; }
+figcaption, .note { color: #666; } @media (prefers-color-scheme: dark) {
+  figcaption, .note { color: #aaa; } }
+.warning { border-left: 4px solid #d55e00; padding-left: .8rem; }
+"""
+
+
+@typed()
+def report(
+    scene: Scene | str | Path,
+    out: str | Path,
+    *,
+    units: Units | list[Units] = "metric",
+    gradient: Iterable[str] = (),
+    curve: SNCurve | None = None,
+    sheet: Datasheet | None = None,
+) -> Path:
+    """Runs a scene and writes one HTML page of it: figures, tables, and what they were made from.
+
+    Args:
+        scene: a `Scene`, or the JSON file of one.
+        out: the page to write, ``.html``.
+        units: of the tables, as `convert` takes them; of several, the later go before the earlier.
+        gradient: parameters and inputs on which the long-run response may depend: trends
+            ``d ln number / d ln parameter`` over 5 %.
+        curve: an S-N line: the life of each section is told, its worst place marked in the waves.
+        sheet: the datasheet of the scene: what it says, leaves open and contradicts is told.
+
+    A figure that a run has too few blows for is left out, and the page says so.
+
+    Example:
+        >>> from dth_hammer import Scene, report
+        >>> page = report(Scene(title="Granite", rock="granite", until="400 ms"), "granite.html")
+        >>> print(page.name, "<h1>Granite</h1>" in page.read_text(encoding="utf-8"))
+        granite.html True
+    """
+    path = outputs.check(out, (".html", ".htm"))
+    if not isinstance(scene, Scene):
+        scene = Scene.read(scene)
+    by = differentiable(gradient)
+    run = simulate(scene.parameters, scene.until, scene.inputs, preset=scene.preset)
+    lives = _lives(scene, curve)
+    record = _waves(scene)
+    body = [
+        f"<h1>{_text(scene.title)}</h1>",
+        f"<p>{_text(scene.description)}</p>" if scene.description else "",
+        *[f'<p class="warning">{_text(text)}</p>' for text in _warnings(run, sheet)],
+        *_headline(run, sheet, record, lives, units),
+        *_given(sheet),
+        *_summary(run),
+        "<h2>The last blow</h2>",
+        _settled(run, units),
+        *_drawn(_figures(scene, run, lives, record)),
+        *_life(lives),
+        *_dependence(scene, by),
+        "<h2>Blow by blow</h2>",
+        _blows(run, units),
+        "<h2>What was set</h2>",
+        _parameters(run),
+        f'<p class="note">{_text(_provenance(run))}</p>',
+    ]
+    page = (
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{_text(scene.title)}'
+        f'</title><meta name="viewport" content="width=device-width"><style>{STYLE}</style></head>'
+        f"<body>{''.join(body)}</body></html>\n"
+    )
+    path.write_text(page, encoding="utf-8")
+    return path
+
+
+Drawing = tuple[str, str, Callable[[], Figure]]
+
+
+def _lives(scene: Scene, curve: SNCurve | None) -> Life | str | None:
+    """Returns the requested life, or the reason why there is none."""
+    if curve is None:
+        return None
+    if scene.inputs:
+        return "inputs change over time"
+    try:
+        return life(curve, scene.parameters, preset=scene.preset)
+    except (DomainError, RefusedError) as error:
+        return str(error)
+
+
+def _waves(scene: Scene) -> Waves | None:
+    """The waves of the last blow, of elastic bodies on which nothing acts on the way."""
+    fidelity = VARIABLES[FIDELITY]
+    if scene.inputs or scene.numbers.get(FIDELITY, fidelity.start) != fidelity.number(ELASTIC):
+        return None
+    try:
+        return waves(scene.parameters, scene.until, preset=scene.preset)
+    except TooFewBlowsError:
+        return None
+
+
+def _warnings(run: Run, sheet: Datasheet | None) -> list[str]:
+    """Lists the warnings and what contradicts the datasheet."""
+    return [*(sheet.contradictions if sheet else ()), *run.warnings]
+
+
+def _headline(
+    run: Run,
+    sheet: Datasheet | None,
+    record: Waves | None,
+    lives: Life | str | None,
+    units: Units | list[Units],
+) -> list[str]:
+    """The numbers that an engineer hands on, each with its range where it has one."""
+    life = lives if isinstance(lives, Life) else None
+    table = _displayed(headline(run, sheet, record, life), units)
+    if not len(table.columns):
+        return []
+    rows = []
+    for name, (value, low, high) in table.items():
+        unit = table.attrs["units"][name]
+        rows.append([str(name), _number(value), ranged(low, high), "" if unit == "1" else unit])
+    notes = [sentence(run.parameters)]
+    if record is not None and life is None:
+        notes.append("Life: give the S-N line of your steel (--sn).")
+    return [
+        "<h2>The hammer</h2>",
+        _table(["", "value", "range", "unit"], rows),
+        f'<p class="note">{_text(" ".join(notes))}</p>',
+    ]
+
+
+def _given(sheet: Datasheet | None) -> list[str]:
+    """Tabulates what the datasheet says, what the hammer achieves and what was assumed."""
+    if sheet is None:
+        return []
+    rows = []
+    for name, given, own, _, at in sheet.compared:
+        unit, size = TRADE[name]
+        numbers = [_number(given / size), _number(own / size)]
+        # Adding zero makes -0.0 positive.
+        off = round(100 * (own / given - 1), 1) + 0.0
+        where = f" at {1e-5 * at:.3g} bar" if at else ""
+        rows.append([name.replace("_", " ") + where, *numbers, unit, f"{off:+.1f} %"])
+    items = "".join(f"<li>{_text(text)}</li>" for text in sheet.assumed)
+    heads = ["of the datasheet", "given", "of this hammer", "unit", "off"]
+    return [
+        "<h2>What was given</h2>",
+        _table(heads, rows),
+        f"<h2>What was assumed</h2><ul>{items}</ul>",
+    ]
+
+
+def _life(lives: Life | str | None) -> list[str]:
+    """Returns a table with the worst place of each section."""
+    if lives is None:
+        return []
+    title = "<h2>Life</h2>"
+    if isinstance(lives, str):
+        return [title, f'<p class="note">Not computed: {_text(lives)}.</p>']
+    heads = [
+        *("section", "worst place (mm below the contact)", "least (MPa)", "largest (MPa)"),
+        *("range (MPa)", "cycles per blow", "damage per blow", "hours"),
+    ]
+    rows = [
+        [
+            f"{row['body']} {row['section']}",
+            f"{row['position'] * 1e3:.1f}",
+            *(_number(1e-6 * row[stress]) for stress in ("least", "largest", "range")),
+            *(_number(row[name]) for name in ("cycles", "damage", "hours")),
+        ]
+        for row in lives.sections.to_dict("records")
+    ]
+    line = lives.curve
+    note = (
+        f"Nominal axial stress, settled blows counted: {lives.blows} ({lives.kind}); rainflow "
+        f"counting (ASTM E1049), damages added (Miner). The S-N line is given: "
+        f"amplitude {line.strength * 1e-6:g} MPa at {line.cycles:g} cycles, slope {line.slope:g}. "
+        f"The mesh leaves {100 * lives.stress_error:.2g} % of the stress open."
+    )
+    return [title, _table(heads, rows), f'<p class="note">{_text(note)}</p>']
+
+
+def _figures(
+    scene: Scene, run: Run, lives: Life | str | None, record: Waves | None
+) -> list[Drawing]:
+    """Returns title, caption and drawing function of each figure."""
+    drawn: list[Drawing] = [
+        ("The run", "Depth, and the blows one by one.", run.plot),
+        (
+            "On the way to a steady blow",
+            "How far each blow is from the last one.",
+            lambda: figures.convergence(run),
+        ),
+    ]
+    if scene.inputs:
+        # What follows repeats a run that nothing acts on.
+        return drawn
+    common: dict[str, Any] = {"preset": scene.preset}
+    cycle: list[Run] = []
+
+    def settled() -> Run:
+        if not cycle:
+            cycle.append(figures.settled_cycle(scene.parameters, scene.until, **common))
+        return cycle[0]
+
+    drawn += [
+        (
+            "The last cycle",
+            "Left the whole cycle, right what follows the impact: displacements, mean "
+            "velocities, contact and mode of the rock.",
+            lambda: figures.cycle(settled()),
+        ),
+        (
+            "Indicator diagram",
+            "Driving force over the height of the piston above the bit. The area inside is the "
+            "drive's work seen from the bit; the energies below also count how the bit moves.",
+            lambda: figures.indicator(settled()),
+        ),
+        (
+            "Rock force against penetration",
+            "Loading and, steeper, unloading; the peaks are viscous.",
+            lambda: figures.rock_cycles(settled()),
+        ),
+        (
+            "Energy per blow",
+            "What was put in beside where it went.",
+            lambda: figures.ledger(figures.at_blows(scene.parameters, scene.until, **common)),
+        ),
+    ]
+    if record is not None:
+        drawn.append(
+            (
+                "Stress waves of the last blow",
+                "Red is tension, blue compression.",
+                lambda: figures.wave_diagram(record, lives if isinstance(lives, Life) else None),
+            )
+        )
+    return drawn
+
+
+def _drawn(drawings: list[Drawing]) -> list[str]:
+    parts = []
+    for title, caption, draw in drawings:
+        parts.append(f"<h2>{_text(title)}</h2>")
+        try:
+            picture = answers.image(draw(), caption)
+        except TooFewBlowsError as error:
+            parts.append(f'<p class="note">Not drawn: {_text(str(error))}.</p>')
+            continue
+        parts.append(f"<figure>{picture}<figcaption>{_text(caption)}</figcaption></figure>")
+    return parts
+
+
+def _dependence(scene: Scene, by: list[str]) -> list[str]:
+    """What the long-run response depends on: trends; nothing if nobody asked."""
+    if not by:
+        return []
+    title = "<h2>What the long-run response depends on</h2>"
+    if scene.inputs:
+        return [title, '<p class="note">Not computed: inputs change over time.</p>']
+    try:
+        found = trend(scene, dict.fromkeys(by, WIDTH), SMOOTH)
+    except (DomainError, RefusedError) as error:
+        return [title, f'<p class="note">Not computed: {_text(str(error))}.</p>']
+    heads = ["of the long-run response", "SI value", *by, "roughness"]
+    rows = [
+        [
+            str(name),
+            _ranged(*found.middle.loc[name]),
+            *(f"{row['elasticity']:.3f} ± {row['error']:.3f}" for _, row in table.iterrows()),
+            f"{100.0 * found.roughness[name]:.2g} %",
+        ]
+        for name, table in found.table.groupby("output", sort=False)
+    ]
+    note = (
+        f"Per cent of a number for one per cent of a parameter, over {100 * WIDTH:g} % either way; "
+        "roughness is what the response jumps by beside that."
+    )
+    drawing = ("Tornado", "What each parameter changes over its width.", found.plot)
+    parts = [title, _table(heads, rows), f'<p class="note">{note}</p>', *_drawn([drawing])]
+    return parts
+
+
+def _settled(run: Run, units: Units | list[Units]) -> str:
+    last = _displayed(run.frame, units).iloc[-1:]
+    names = [name for name in SETTLED if name in last]
+    rows = [
+        [name, _number(last[name].iloc[0]), last.attrs["units"][name], VARIABLES[name].description]
+        for name in names
+    ]
+    return _table(["output", "value", "unit", "meaning"], rows)
+
+
+def _summary(run: Run) -> list[str]:
+    """Mean and spread over the blows of the second half."""
+    title = "<h2>The blows from the middle of the run on</h2>"
+    try:
+        rows = [[*row] for row in displayed(run.summary())]
+    except TooFewBlowsError as error:
+        return [title, f'<p class="note">Not computed: {_text(str(error))}.</p>']
+    note = f"{sentence(run.parameters)} From blow to blow: standard deviation."
+    return [title, _table([*HEADS], rows), f'<p class="note">{_text(note)}</p>']
+
+
+def _blows(run: Run, units: Units | list[Units]) -> str:
+    table = _displayed(run.blows, units)
+    if not len(table):
+        return "<p>No blow.</p>"
+    heads = ["blow", *(f"{name} ({table.attrs['units'][name]})" for name in map(str, table))]
+    rows = [
+        [str(n), *map(_number, row)] for n, row in zip(table.index, table.to_numpy(), strict=True)
+    ]
+    return _table(heads, rows)
+
+
+def _displayed(table: pd.DataFrame, units: Units | list[Units]) -> pd.DataFrame:
+    for each in units if isinstance(units, list) else [units]:
+        own = each if isinstance(each, str) else {n: u for n, u in each.items() if n in table}
+        table = convert(table, own)
+    return table
+
+
+def _parameters(run: Run) -> str:
+    given = run.parameters
+    settable = VARIABLES.of("parameter", "input")
+    unread = {name for name, _ in _native.unread(dict(given), [v.name for v in settable])}
+    rows = [
+        [
+            v.name,
+            _value(v, given.get(v.name, v.start)),
+            "" if v.name in given else "default",
+            v.description,
+        ]
+        for v in settable
+        if v.name in given or v.name not in unread
+    ]
+    return _table(["name", "value", "", "meaning"], rows)
+
+
+def _value(variable: Variable, number: float | None) -> str:
+    if number is None:
+        return ""
+    return variable.labels.get(int(number)) or variable.text(number)
+
+
+def _provenance(run: Run) -> str:
+    simulated = f"{run.model}; {run.time[-1]:g} s simulated."
+    return f"{simulated} Values marked default are those of the reference hammer."
+
+
+def _table(heads: list[str], rows: list[list[str]]) -> str:
+    head = "".join(f"<th>{_text(cell)}</th>" for cell in heads)
+    lines = [
+        "".join(
+            f'<td class="number">{cell}</td>' if _is_number(cell) else f"<td>{_text(cell)}</td>"
+            for cell in row
+        )
+        for row in rows
+    ]
+    return f"<table><tr>{head}</tr>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>"
+
+
+def _is_number(cell: str) -> bool:
+    return cell.replace("-", "").replace(".", "").replace("e", "").replace("+", "").isdigit()
+
+
+def _ranged(mean: float, low: float, high: float) -> str:
+    """A number, with its range if it has one."""
+    return f"{_number(mean)} ({interval(low, high)})" if low <= high else _number(mean)
+
+
+def _number(number: float) -> str:
+    return f"{number:.4g}"
+
+
+def _text(text: str) -> str:
+    return html.escape(str(text))

@@ -1,0 +1,1 @@
+"""One run of one hammer: stepping, coupling, derivatives, blows, waves."""

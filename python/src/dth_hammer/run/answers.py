@@ -1,0 +1,134 @@
+"""How notebooks show results: figures beside tables."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from ..errors import MissingError
+from ..extras import need
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BLUE, ORANGE, GREY, BROWN, DARK = "#0072b2", "#d55e00", "#999999", "#8c6d31", "#444444"
+#: Half of the interval that holds 95 of 100 normal deviates.
+BAND = 1.96
+
+
+def image(figure: Figure, caption: str, dpi: int = 130) -> str:
+    """Returns a figure as an HTML image element."""
+    data = io.BytesIO()
+    figure.savefig(data, format="png", dpi=dpi)
+    picture = base64.b64encode(data.getvalue()).decode("ascii")
+    return f'<img alt="{html.escape(caption)}" src="data:image/png;base64,{picture}">'
+
+
+def with_figure(table: str, draw: Callable[[], Figure], caption: str) -> str:
+    """Returns HTML of a table and its figure; the table alone where matplotlib is missing."""
+    try:
+        return table + image(draw(), caption, 90)
+    except MissingError:
+        return table
+
+
+def _styled(width: float, height: float) -> AbstractContextManager[Figure]:
+    style = need("dth_hammer.figures.style", "plot")
+    figure: AbstractContextManager[Figure] = style.styled(width, height)
+    return figure
+
+
+def energies(works: Mapping[str, float]) -> Figure:
+    """Energy of a blow or a cycle: what was put in, and where it went."""
+    put = ("drive", "gravity", "feed")
+    names = [name.removeprefix("energy_").replace("_", " ") for name in works]
+    colours = [BLUE if name in put else ORANGE for name in names]
+    with _styled(6.5, 0.8 + 0.3 * len(works)) as figure:
+        axes = figure.subplots()
+        axes.barh(names, [*works.values()], color=colours)
+        axes.invert_yaxis()
+        axes.set_xlabel("energy (J); blue: put in, orange: where it went")
+    return figure
+
+
+def residuals(table: pd.DataFrame) -> Figure:
+    """How far the fitted hammer is from each measurement or sample, over the error."""
+    over_time = table.index.name == "time"
+    label = "fitted less measured, over the error; grey: 95 of 100"
+    with _styled(6.5, 3.0 if over_time else 0.9 + 0.3 * len(table)) as figure:
+        axes = figure.subplots()
+        if over_time:
+            axes.axhspan(-BAND, BAND, color=GREY, alpha=0.3, lw=0)
+            axes.plot(1e3 * table.index, table["residual"], ".", color=BLUE)
+            axes.set(xlabel="time (ms)", ylabel=label)
+            return figure
+        axes.axvspan(-BAND, BAND, color=GREY, alpha=0.3, lw=0)
+        axes.plot(table["residual"], [*table.index], "o", color=BLUE)
+        axes.margins(y=0.5 / len(table))
+        axes.invert_yaxis()
+        axes.set_xlabel(label)
+    return figure
+
+
+def history(table: pd.DataFrame, chosen: float, kept: float) -> Figure:
+    """The goal of every design tried, in order; ``kept``: by how much a limit may be passed."""
+    inside = (table.filter(like="past ").fillna(0.0) <= kept).all(axis=1).to_numpy()
+    number, goal = np.arange(1, len(table) + 1), table["goal"]
+    with _styled(6.5, 3.0) as figure:
+        axes = figure.subplots()
+        axes.plot(number[inside], goal[inside], "o", color=BLUE, label="within the limits")
+        if not inside.all():
+            axes.plot(number[~inside], goal[~inside], "x", color=GREY, label="beyond them")
+        axes.axhline(chosen, color=ORANGE, label="chosen")
+        axes.set(xlabel="design", ylabel="goal (SI units)")
+        figure.legend(loc="outside upper center", ncols=3)
+    return figure
+
+
+def exchanged(table: pd.DataFrame, end: float) -> Figure:
+    """Inputs of a coupled hammer as it had them over its steps, and the piston over the bit."""
+    names = [name for name in table if not str(name).startswith("relative_")]
+    times = np.append(table.index, end)
+    with _styled(7.0, 4.5) as figure:
+        upper, lower = figure.subplots(2, 1, sharex=True)
+        for name, colour in zip(names, (BLUE, ORANGE, BROWN, DARK), strict=False):
+            steps = np.column_stack([times[:-1], times[1:]]).ravel()
+            upper.plot(steps, np.repeat(table[name].to_numpy(), 2), color=colour, label=name)
+        units = {str(table.attrs["units"][name]) for name in names}
+        upper.set_ylabel(f"given to the hammer ({', '.join(sorted(units))})")
+        figure.legend(loc="outside upper center", ncols=2)
+        lower.plot(table.index, 1e3 * table["relative_position"], color=DARK)
+        lower.set(xlabel="time (s)", ylabel="piston over bit (mm)")
+    return figure
+
+
+def overview(frame: pd.DataFrame, blows: pd.DataFrame) -> Figure:
+    """A run at a glance: tip depth, energy and speed of the blows, rate of penetration."""
+    rows: tuple[tuple[str, float, str, str], ...] = (
+        ("tip_depth", 1e3, "tip depth (mm)", BROWN),
+        ("blow_speed", 1.0, "impact speed (m/s)", ORANGE),
+        ("blow_energy", 1.0, "blow energy (J)", DARK),
+        ("rop", 3600.0, "ROP (m/h)", BLUE),
+    )
+    with _styled(7.0, 7.0) as figure:
+        panels = figure.subplots(len(rows), sharex=True)
+        for axes, (column, factor, label, colour) in zip(panels, rows, strict=True):
+            if column == "tip_depth":
+                axes.plot(frame.index, frame[column] * factor, color=colour)
+            else:
+                displayed = blows[blows[column] > 0]
+                axes.plot(
+                    displayed["blow_time"], displayed[column] * factor, "o-", color=colour, ms=3
+                )
+            axes.set_ylabel(label)
+            axes.grid(color="0.92", linewidth=0.6)
+        panels[-1].set_xlabel("time (s)")
+        figure.align_ylabels()
+    return figure

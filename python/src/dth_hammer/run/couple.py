@@ -1,0 +1,278 @@
+"""Co-simulation of the hammer with a model of its drive.
+
+The partner gives pressures and needs the piston's motion. A `Coupling` steps both:
+
+* ``gauss-seidel``: the hammer steps first, the partner then follows its known motion, a cubic;
+* ``jacobi``: both step with what is known at the start of the step (they could run in parallel);
+  the partner follows the piston straight on;
+* ``tolerance``: if, after a step, a pressure is off by more than this from what the hammer used,
+  both states are restored and a smaller step is made.
+
+Pressures are held over a step. To which instant they belong the hammer is told
+(`coupling.delay`, in steps before the middle of a step): it extrapolates them, and both schemes are
+of second order in the step. `energy_exchange` is what is left.
+
+A partner that switches at positions of the piston asks for them by `Hammer.stop_at`: a step
+then ends there, the partner follows to that instant, and its new values hold from there on.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
+
+import numpy as np
+import pandas as pd
+
+from ..contract import typed
+from ..errors import DomainError
+from ..fixed import Fixed
+from ..scene import quantities
+from ..scene.variables import VARIABLES, whole
+from . import answers
+from .hammer import Hammer
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Scheme = Literal["jacobi", "gauss-seidel"]
+POSITION, VELOCITY = "relative_position", "relative_velocity"
+#: How many steps before the middle of its step a partner's value belongs to, by scheme. With
+#: what is known at the start the partner moves by the velocity there, half a step late.
+DELAYS: dict[str, float] = {"gauss-seidel": 0.5, "jacobi": 1.0}
+DELAY, SOURCE = "coupling.delay", "drive.source"
+#: Most exchanges that a history keeps, the latest.
+KEPT = 1_000_000
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The piston over one step: position (m) and velocity (m/s) from its start.
+
+    Example:
+        >>> from dth_hammer import Motion
+        >>> position, velocity = Motion.straight(-0.02, 5.0)(1e-3)
+        >>> print(round(position, 4), velocity)
+        -0.015 5.0
+    """
+
+    coefficients: tuple[float, float, float, float]
+    rate: tuple[float, float, float]
+    #: The end of the step, and both there to the bit: what switches there decides by them.
+    end: tuple[float, float, float] | None = None
+
+    def __call__(self, time: float) -> tuple[float, float]:
+        """Position and velocity at a time after the start of the step."""
+        if self.end is not None and time == self.end[0]:
+            return self.end[1:]
+        a, b, c, d = self.coefficients
+        e, f, g = self.rate
+        return a + time * (b + time * (c + time * d)), e + time * (f + time * g)
+
+    @classmethod
+    def held(cls, position: float, velocity: float) -> Motion:
+        """Returns constant position and velocity, as in a host without derivatives."""
+        return cls((position, 0.0, 0.0, 0.0), (velocity, 0.0, 0.0))
+
+    @classmethod
+    def straight(cls, position: float, velocity: float) -> Motion:
+        """Returns a motion of constant velocity."""
+        return cls((position, velocity, 0.0, 0.0), (velocity, 0.0, 0.0))
+
+    @classmethod
+    def between(cls, start: tuple[float, float], end: tuple[float, float], size: float) -> Motion:
+        """Returns the cubic through both positions with both velocities."""
+        (x, v), (y, w) = start, end
+        mean = (y - x) / size
+        c, d = (3.0 * mean - 2.0 * v - w) / size, (v + w - 2.0 * mean) / (size * size)
+        return cls((x, v, c, d), (v, 2.0 * c, 3.0 * d), (size, *end))
+
+
+class Partner(Protocol):
+    """A model that drives the hammer.
+
+    What fills with the piston's position (a chamber with gas in it) has ``start(position)`` too,
+    which makes its state for a piston that stands there, m; `Coupling` calls it.
+    """
+
+    def outputs(self) -> Mapping[str, float]:
+        """Returns values of the hammer's inputs, by name."""
+
+    def advance(self, size: float, motion: Callable[[float], tuple[float, float]], /) -> None:
+        """Integrates over one step; ``motion`` gives the piston's position and velocity in it."""
+
+
+class Restorable(Partner, Protocol):
+    """A partner whose steps can be taken back, for `Coupling` with a tolerance."""
+
+    def save(self) -> Any:
+        """Returns the state."""
+
+    def restore(self, state: Any, /) -> None:
+        """Restores a saved state."""
+
+
+@typed()
+class Coupling:
+    """Steps a hammer and a model of its drive together.
+
+    Example:
+        >>> from dth_hammer import Coupling, Hammer
+        >>> from dth_hammer.models.hydraulic import WaterDrive
+        >>> drive = WaterDrive()
+        >>> with Hammer(drive.water.parameters()) as hammer:
+        ...     Coupling(hammer, drive, step="50 us").advance("100 ms")
+        ...     print(hammer["blow_count"], "blows")
+        4 blows
+    """
+
+    def __init__(
+        self,
+        hammer: Hammer,
+        partner: Partner,
+        step: float | str,
+        *,
+        scheme: Scheme = "gauss-seidel",
+        delay: float | None = None,
+        tolerance: float | None = None,
+        smallest: float | str = 1e-7,
+    ) -> None:
+        wanted = ["advance", "outputs", *(["save", "restore"] if tolerance is not None else ())]
+        if lacks := [name for name in wanted if not callable(getattr(partner, name, None))]:
+            raise DomainError(
+                f"a {type(partner).__name__} lacks {', '.join(lacks)}, which a Partner has"
+            )
+        self.hammer, self.partner = hammer, partner
+        self.largest = quantities.duration(step, "step")
+        self.smallest = quantities.duration(smallest, "smallest")
+        self.tolerance = tolerance
+        self.scheme = scheme
+        self.delay = DELAYS[scheme] if delay is None else delay
+        self.accepted = self.rejected = 0
+        self._step = self.largest
+        self._motion = hammer.reader([POSITION, VELOCITY])
+        self._exchanged, self._end = array("d"), hammer.time
+        self._names: tuple[str, ...] = ()
+        if VARIABLES[SOURCE].labels[int(whole(hammer.numbers)[SOURCE])] in ("Force", "Pressure"):
+            hammer.set({DELAY: self.delay})
+        start = getattr(partner, "start", None)
+        if hammer.time == 0.0 and callable(start):
+            start(self._now()[0])
+
+    def advance(self, to: float | str) -> None:
+        """Advances both to a time, in seconds or as text with a unit."""
+        hammer, to = self.hammer, quantities.seconds(to, "to")
+        while (left := to - hammer.time) > 1e-9 * self.largest:
+            # Two equal last steps instead of a full one and a very short one.
+            size = left if left <= self._step * (1 + 1e-9) else min(self._step, left)
+            if self.tolerance is None:
+                self._exchange(size)
+            else:
+                self._attempt(size, self.tolerance)
+
+    def _exchange(self, size: float) -> dict[str, float]:
+        """Makes one step of both and returns what the hammer was given."""
+        hammer, partner = self.hammer, self.partner
+        start = self._now()
+        given = dict(partner.outputs())
+        self._give(given)
+        begun = hammer.time
+        # It may end before its time, where it was asked to stop.
+        self._end = hammer.step(size)
+        size = self._end - begun
+        end = self._now()
+        if self.scheme == "jacobi":
+            motion = Motion.straight(*start)
+        elif size > 0.0:
+            motion = Motion.between(start, end, size)
+        else:
+            motion = Motion.held(*end)
+        partner.advance(size, motion)
+        self.accepted += 1
+        return given
+
+    def _give(self, given: Mapping[str, float]) -> None:
+        """Sets the hammer's inputs, and notes them."""
+        self.hammer.set(given)
+        self._names = self._names or tuple(given)
+        if len(self._exchanged) >= 2 * KEPT * self._width:
+            del self._exchanged[: KEPT * self._width]
+        row = [self.hammer.time, *self._now()]
+        self._exchanged.extend(row + [given.get(name, np.nan) for name in self._names])
+
+    def _before(self) -> tuple[float, dict[str, float]] | None:
+        """Instant and values of the last exchange, if there was one."""
+        if not self._exchanged:
+            return None
+        row = self._exchanged[-self._width :]
+        return row[0], dict(zip(self._names, row[3:], strict=True))
+
+    @property
+    def _width(self) -> int:
+        """Numbers of an exchange."""
+        return 3 + len(self._names)
+
+    @property
+    def history(self) -> pd.DataFrame:
+        """What was exchanged at the start of each step, by time: the piston's motion and inputs.
+
+        Steps that were taken back are not in it, nor more than the latest million.
+        """
+        columns = [POSITION, VELOCITY, *self._names]
+        units = {name: VARIABLES[name].unit for name in columns}
+        rows = np.array(self._exchanged).reshape(-1, self._width)
+        index = pd.Index(rows[:, 0], name="time")
+        table = pd.DataFrame(rows[:, 1:], index, pd.Index(columns)).iloc[-KEPT:]
+        table.attrs = {"units": Fixed(units)}
+        return table
+
+    def plot(self, last: float | str | None = None) -> Figure:
+        """Draws the history: inputs as the hammer had them, and the piston over the bit.
+
+        Args:
+            last: how long before now, s or text with a unit; all of it if not given.
+        """
+        table = self.history
+        if last is not None:
+            table = table[table.index >= self._end - quantities.duration(last, "last")]
+        return answers.exchanged(table, self._end)
+
+    def _now(self) -> tuple[float, float]:
+        position, velocity = self._motion()
+        return position, velocity
+
+    def _attempt(self, size: float, tolerance: float) -> None:
+        hammer, partner = self.hammer, cast(Restorable, self.partner)
+        before, state, last = hammer.save(), partner.save(), self._before()
+        while True:
+            error = self._error(last, self._exchange(size)) / tolerance
+            factor = 0.9 * max(error, 1e-6) ** -0.5
+            if error <= 1.0 or size <= self.smallest:
+                break
+            hammer.restore(before)
+            partner.restore(state)
+            del self._exchanged[-self._width :]
+            self.accepted -= 1
+            self.rejected += 1
+            size = max(self.smallest, size * max(0.2, factor))
+        # A last step that was cut short says nothing about the length of the next.
+        grown = size * min(2.0, max(0.2, factor))
+        self._step = min(self.largest, max(self.smallest, grown))
+
+    def _error(
+        self, last: tuple[float, dict[str, float]] | None, given: Mapping[str, float]
+    ) -> float:
+        """How far the middle of a step was off, by what came at its end."""
+        begun, after = self._exchanged[-self._width], self.partner.outputs()
+        size = self._end - begun
+
+        def off(name: str) -> float:
+            rise = after[name] - given[name]
+            if last is None or begun <= last[0]:
+                return 0.5 * rise
+            slope = (given[name] - last[1].get(name, given[name])) / (begun - last[0])
+            return 0.5 * (rise - slope * size)
+
+        return max(abs(off(name)) for name in given)

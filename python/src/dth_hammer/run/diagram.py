@@ -1,0 +1,142 @@
+"""Stress and velocity along piston and bit over time, as in a wave diagram."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .. import _native
+from ..contract import typed
+from ..errors import DthHammerError, TooFewBlowsError
+from ..fixed import Fixed
+from ..scene.mesh import BODIES
+from ..scene.variables import UNTIL, Array, Value, numbers, whole
+from .run import Run, simulate
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Outputs that tell what happens meanwhile.
+BESIDE = ("contact_closed", "contact_force", "rock_mode", "rock_force")
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One body: one row per instant, one column per element or node, top to bottom."""
+
+    #: Positions of the nodes below the face where piston and bit meet, m.
+    nodes: Array
+    #: Axial stress in the elements, tension positive, Pa.
+    stress: Array
+    #: Velocities of the nodes, positive downward, m/s.
+    velocity: Array
+
+    @property
+    def centres(self) -> Array:
+        """Positions of the middles of the elements, m."""
+        return 0.5 * (self.nodes[1:] + self.nodes[:-1])
+
+
+@dataclass(frozen=True)
+class Waves:
+    """Stress and velocity in space and time; positions are those of the unstrained bars."""
+
+    #: Instants, s, from the impact if there is one.
+    time: Array
+    piston: Bar
+    bit: Bar
+    #: Contact and rock at the same instants.
+    beside: pd.DataFrame
+    #: ``impact``, its instant (s), and ``front``, the stress behind the front in the bit (Pa).
+    notes: Mapping[str, float] = field(default_factory=dict)
+
+    def table(self) -> pd.DataFrame:
+        """The stresses in long form: time, body, position and stress in each row."""
+        import pandas as pd  # noqa: PLC0415
+
+        parts = []
+        for body, bar in (("piston", self.piston), ("bit", self.bit)):
+            size = len(bar.centres)
+            columns = {
+                "time": np.repeat(self.time, size),
+                "body": body,
+                "position": np.tile(bar.centres, len(self.time)),
+                "stress": bar.stress.ravel(),
+            }
+            parts.append(pd.DataFrame(columns))
+        table = pd.concat(parts, ignore_index=True)
+        table.attrs["units"] = Fixed({"time": "s", "position": "m", "stress": "Pa"})
+        return table
+
+    @classmethod
+    def of(cls, run: Run) -> Waves:
+        """The waves in a run that `simulate` made with ``waves=True``."""
+        frame = run.convert("si").frame
+
+        def columns(family: str) -> Array:
+            names = [c for c in frame if str(c).startswith(f"{family}[")]
+            if not names:
+                raise DthHammerError(f"no {family} in the run: simulate with waves=True")
+            return frame[names].to_numpy()
+
+        def bar(body: str) -> Bar:
+            nodes = _native.nodes(run.parameters, body)
+            nodes = nodes - nodes[-1] if body == "piston" else nodes
+            return Bar(nodes, columns(f"{body}_stress"), columns(f"{body}_node_velocity"))
+
+        beside = frame[[c for c in BESIDE if c in frame]]
+        return cls(run.time, bar("piston"), bar("bit"), beside, run.notes)
+
+
+@typed()
+def waves(
+    parameters: Mapping[str, Value] | None = None,
+    until: float | str | None = UNTIL,
+    *,
+    preset: str | None = None,
+    times: Sequence[float] | Array | None = None,
+) -> Waves:
+    """Returns stress and velocity along piston and bit after the last impact before ``until``.
+
+    ``notes["front"]`` is the stress behind the front in the bit for the impact speed ``v``,
+    ``E v / c0 Ap / (Ap + Ab)`` with the areas that meet (Saint-Venant), Pa; ``notes["impact"]`` is
+    the instant of the impact, s.
+
+    Args:
+        parameters: as of `simulate`.
+        until: the waves are those of the last impact before this time: s, or text with a unit.
+        preset: parameter set to start from.
+        times: instants to look at, in seconds from the impact. If not given: four times a
+            wave's way through both bodies and back, four instants an element passed.
+
+    Example:
+        >>> from dth_hammer import waves
+        >>> found = waves(until="100 ms")
+        >>> front, most = found.notes["front"] / 1e6, found.bit.stress.min() / 1e6
+        >>> print(f"{most:.0f} MPa, front {front:.0f} MPa")
+        -246 MPa, front 217 MPa
+    """
+    run = simulate(parameters, until, preset=preset, outputs=["blow_count"])
+    if not len(run.blows):
+        raise TooFewBlowsError(f"no blow in {run.time[-1]:g} s: there is no wave to look at")
+    impact, blow_speed = (float(run.blows[c].iloc[-1]) for c in ("blow_time", "blow_speed"))
+    given = numbers(preset, parameters)
+    all_numbers = whole(given)
+    modulus = all_numbers["material.youngs_modulus"]
+    speed = float(np.sqrt(modulus / all_numbers["material.density"]))
+    since = _times(given, speed) if times is None else np.asarray(times, dtype=float)
+    run = simulate(parameters, preset=preset, times=impact + since, outputs=BESIDE, waves=True)
+    above, below = _native.sections(given, "piston")[-1], _native.sections(given, "bit")[0]
+    front = above[1] / (above[1] + below[1]) * modulus * blow_speed / speed
+    return Waves.of(run.since(impact, {"impact": impact, "front": front}))
+
+
+def _times(given: Mapping[str, float], speed: float) -> Array:
+    nodes = [_native.nodes(given, body) for body in BODIES]
+    element = min(float(n[-1]) / (len(n) - 1) for n in nodes)
+    # A little of what is before, so that the impact is seen.
+    end = 8.0 * sum(float(n[-1]) for n in nodes) / speed
+    return np.arange(-0.02 * end, end, 0.25 * element / speed)

@@ -1,0 +1,141 @@
+"""Derivatives of runs: differences of exact runs, with their errors, through every event."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .. import _native
+from ..errors import DomainError, DthHammerError, UnknownNameError
+from ..scene.variables import Array
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from .hammer import Hammer
+
+#: Between an output and what it is differentiated by, in the name of a table's column.
+PER = " per "
+#: A derivative that is this many times the number over the parameter is none; one that holds for
+#: less than this part of the parameter is told.
+SHARP, NARROW = 1e4, 1e-7
+#: A run of a hammer in which some numbers are changed: what is read, and the hammer at its end.
+Again = Callable[[Mapping[str, float]], "tuple[Array, Hammer]"]
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """Derivatives of a run's results, one row per parameter."""
+
+    #: Of the shape of what is read, by each; where events change places the mean of both sides.
+    values: list[Array]
+    #: Errors of these.
+    errors: list[Array]
+    #: How far each may change before events change their order, to first order.
+    reach: Array
+    #: Where derivatives hold on one side at most, in words.
+    nonsmooth: list[list[str]]
+
+
+def derivatives(numbers: Mapping[str, float], by: Sequence[str], again: Again) -> Derivatives:
+    """Derivatives of a run by parameters and inputs.
+
+    Args:
+        numbers: what was set.
+        by: parameters and constant inputs.
+        again: repeats the run with some numbers changed.
+    """
+    for _, why in _native.unread(dict(numbers), [*by]):
+        raise DomainError(f"no derivative by a parameter that is not read: {why}")
+    shape: list[tuple[int, ...]] = []
+
+    def run(changed: Mapping[str, float]) -> tuple[Array, _native.Machine]:
+        values, hammer = again(changed)
+        shape[:] = [values.shape]
+        return np.ascontiguousarray(values, dtype=float).ravel(), hammer.machine
+
+    rows = _native.derivatives(dict(numbers), differentiable(by), run)
+    values, errors, reach, nonsmooth = ([*part] for part in zip(*rows, strict=True))
+    return Derivatives(
+        [v.reshape(shape[0]) for v in values],
+        [e.reshape(shape[0]) for e in errors],
+        np.array(reach),
+        nonsmooth,
+    )
+
+
+def smooth(
+    found: Derivatives, rows: Array, at: Mapping[str, float]
+) -> tuple[Derivatives, list[str]]:
+    """Returns the meaningful derivatives, and a sentence for each doubtful one.
+
+    A motion that does not settle multiplies a small change by ten and more a blow: its derivatives
+    grow without bound, and hold for next to nothing.
+
+    Args:
+        found: the derivatives of the rows.
+        rows: what was read, a column an output.
+        at: values of what they are by.
+    """
+    texts, sizes = [], np.abs(rows).max(axis=0)
+    for k, (name, value) in enumerate(at.items()):
+        scale = abs(value) or 1.0
+        lost = np.abs(found.values[k]) * scale > SHARP * sizes
+        found.values[k][lost] = np.nan
+        meant = "`trend` tells what means depend on"
+        if lost.any() or np.isnan(found.values[k]).any():
+            texts.append(f"not smooth in {name}: the motion does not settle; {meant}")
+        elif found.nonsmooth[k]:
+            why = "; ".join(dict.fromkeys(found.nonsmooth[k][:2]))
+            texts.append(f"derivatives by {name} hold on one side at most ({why}); {meant}")
+        elif found.reach[k] < NARROW * scale:
+            part = found.reach[k] / scale
+            texts.append(f"derivatives by {name} hold for {part:.1g} of it at most; {meant}")
+    return found, texts
+
+
+def differentiable(names: Iterable[str]) -> list[str]:
+    """Returns the names, each once; raises if there is no derivative by one."""
+    known, chosen = _native.arguments(), [*dict.fromkeys(names)]
+    for name in chosen:
+        if name not in known:
+            raise UnknownNameError("parameter or input with derivatives", name, known)
+    return chosen
+
+
+def column(output: str, by: str) -> str:
+    """Name of the column of a derivative."""
+    return f"{output}{PER}{by}"
+
+
+def with_derivatives(frame: pd.DataFrame, found: Derivatives, by: Iterable[str]) -> pd.DataFrame:
+    """A run's table with a column for each derivative of what is a number."""
+    import pandas as pd  # noqa: PLC0415
+
+    columns = {
+        column(str(output), name): values[:, i]
+        for i, output in enumerate(frame)
+        if frame[output].dtype.kind in "fiub"
+        for name, values in zip(by, found.values, strict=True)
+    }
+    whole = pd.concat([frame, pd.DataFrame(columns, index=frame.index)], axis=1)
+    whole.attrs = frame.attrs
+    return whole
+
+
+def derivatives_in(frame: pd.DataFrame, by: Mapping[str, float]) -> pd.DataFrame:
+    """The derivatives among the columns of a run's table; elasticities by what has a value here."""
+    import pandas as pd  # noqa: PLC0415
+
+    pairs = [tuple(str(c).split(PER)) for c in frame if PER in str(c)]
+    if not pairs:
+        raise DthHammerError("no derivatives in this run: simulate(..., gradient=[...])")
+    table = frame[[column(*pair) for pair in pairs]].copy()
+    table.columns = pd.MultiIndex.from_tuples(pairs, names=["output", "by"])
+    for output, name in pairs:
+        if name in by:
+            table[output, name] *= by[name] / frame[output]
+    return table

@@ -1,0 +1,250 @@
+"""A running hammer: variables by name, steps, saved states."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable, Mapping, Sequence
+from types import TracebackType
+from typing import NoReturn
+
+from .. import _native
+from .._native import Snapshot
+from ..contract import typed
+from ..errors import ClosedError, DomainError, warn
+from ..scene import quantities, rocks
+from ..scene.variables import VARIABLES, Array, Value, Variable, numbers
+from . import diagnostics
+
+#: What a notebook shows of a hammer.
+SHOWN = ("blow_count", "blow_energy", "blow_period", "rop", "tip_depth")
+
+
+class Reader:
+    """Reads the same variables at every step without looking up their names."""
+
+    def __init__(self, hammer: Hammer, variables: Iterable[Variable]) -> None:
+        self._hammer, self.variables = hammer, [*variables]
+        self.names = [v.name for v in self.variables]
+        self._selection = _native.Selection(self.names)
+
+    def __call__(self) -> list[float]:
+        """Values in the order of the variables, all as numbers."""
+        return self._hammer.machine.read(self._selection)
+
+    def named(self) -> dict[str, float]:
+        """Returns values by name; counters are ints."""
+        found = zip(self.variables, self(), strict=True)
+        return {v.name: int(number) if v.counts else number for v, number in found}
+
+
+@typed()
+class Hammer:
+    """A running hammer; use it in a ``with`` block, which closes it.
+
+    Several threads may use it; their calls take turns. ``warnings`` lists the warnings so far.
+
+    Args:
+        parameters: by dotted name: a number in the declared unit, a label of an
+            enumeration, or text with a unit (``"60 mm"``); inputs too. Anything not given
+            has the value of the reference hammer.
+        preset: parameter set to start from.
+        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
+        quiet: collects warnings without raising them.
+        journal: keeps all events, for derivatives.
+
+    Example:
+        >>> from dth_hammer import Hammer
+        >>> with Hammer({"feed_force": "6 kN"}, rock="granite") as hammer:
+        ...     hammer.advance("200 ms")
+        ...     hammer.set({"feed_force": "8 kN"})
+        ...     hammer.advance("300 ms")
+        ...     print(hammer["blow_count"], "blows")
+        0.2
+        0.3
+        7 blows
+    """
+
+    def __init__(
+        self,
+        parameters: Mapping[str, Value] | None = None,
+        *,
+        preset: str | None = None,
+        rock: str | None = None,
+        quiet: bool = False,
+        journal: bool = False,
+    ) -> None:
+        self.warnings: list[str] = []
+        self._quiet, self._journal = quiet, journal
+        self._machine: _native.Machine | None = None
+        self._start(numbers(preset, rocks.given(parameters, rock)))
+
+    @property
+    def machine(self) -> _native.Machine:
+        """Returns the engine of a hammer that is not closed."""
+        if self._machine is None:
+            raise ClosedError("this hammer is closed: read its values before, or make another")
+        return self._machine
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Numbers that were set when it was made, by name, in SI units."""
+        return dict(self._initial)
+
+    @property
+    def time(self) -> float:
+        """Present time, s."""
+        return self.machine.time
+
+    def set(self, values: Mapping[str, Value] | None = None, /, **inputs: Value) -> None:
+        """Sets inputs and tunable parameters, from this communication point on."""
+        checked = {}
+        for name, value in {**(values or {}), **inputs}.items():
+            variable = VARIABLES.settable(name)
+            if not variable.tunable:
+                raise DomainError(f"{name} is fixed: give it when the hammer is made")
+            checked[name] = variable.number(value)
+        self.machine.set(checked)
+        self._note(self._diagnostics.set(checked))
+
+    def set_slopes(self, slopes: Mapping[str, float | Sequence[float]]) -> None:
+        """Time derivatives of inputs from now on: the first, or the first up to four."""
+        for name, slope in slopes.items():
+            derivatives = [slope] if isinstance(slope, (int, float)) else slope
+            self.machine.set_derivatives(VARIABLES.settable(name).name, [*map(float, derivatives)])
+
+    def get(self, names: Iterable[str]) -> dict[str, float]:
+        """Returns several variables as numbers; counters are ints."""
+        return self.reader(names).named()
+
+    def __getitem__(self, name: str) -> float:
+        """One variable as a number."""
+        return self.get([name])[name]
+
+    def reader(self, names: Iterable[str]) -> Reader:
+        """Returns a function that reads the same variables quickly at every step."""
+        return Reader(self, [VARIABLES[name] for name in names])
+
+    def rate(self, name: str) -> float:
+        """Returns the time derivative of an output, in its unit per second."""
+        return self.machine.rate(VARIABLES[name].name)
+
+    def label(self, name: str) -> str:
+        """Returns the label of an enumeration's present value."""
+        return VARIABLES[name].labels[int(self[name])]
+
+    def step_blows(self) -> dict[str, list[float]]:
+        """Returns all blows of the last step: a list of instants, of speeds and so on, in order."""
+        columns = self.machine.step_blows().T.tolist()
+        names = _native.blow_names()
+        return dict(zip(names, columns or [[] for _ in names], strict=True))
+
+    def step(self, size: float | str) -> float:
+        """Makes one communication step and returns the new time; text may carry a unit.
+
+        The new time is earlier than asked for if `stop_at` ends the step.
+        """
+        size = size if isinstance(size, float) else quantities.seconds(size, "the step")
+        return self.advance(self.time + size)
+
+    def advance(self, to: float | str) -> float:
+        """Makes one communication step to a given time; text may carry a unit."""
+        to = to if isinstance(to, float) else quantities.seconds(to, "the instant")
+        if to > self.time:
+            self._note(self._diagnostics.step())
+        return self.machine.advance(to)
+
+    def stop_at(self, positions: Iterable[float | str] = (), *, blows: bool = False) -> None:
+        """Ends each step from now on where the piston passes a position, in either direction.
+
+        The instant is exact to rounding: ``relative_position`` is then that position or beyond it.
+        The motion is the same, bit for bit, as without.
+
+        Args:
+            positions: of the piston over the bit, m, or text with a unit; none: steps are whole.
+            blows: at each blow too, exactly at ``blow_time``.
+        """
+        position = VARIABLES["relative_position"]
+        self.machine.stop_at([position.number(at) for at in positions], blows)
+
+    def run(
+        self, times: Array, names: Sequence[str], signals: Mapping[str, Array]
+    ) -> tuple[Array, Array]:
+        """Steps through a list of instants; returns rows of the named outputs, and all blows.
+
+        A signal is an input or a tunable parameter, its value now and at each instant. Other
+        threads run meanwhile; Ctrl-C ends it.
+        """
+        self._note([*self._diagnostics.set(signals), *self._diagnostics.step()])
+        return self.machine.run(times, _native.Selection([*names]), dict(signals))
+
+    def save(self) -> Snapshot:
+        """Returns the present state, for any hammer with the same parameters; it can be pickled."""
+        return self.machine.snapshot()
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Restores a saved state; the snapshot can be used again.
+
+        One from another process comes as bytes: ``Snapshot.from_bytes(data)``.
+        """
+        if not isinstance(snapshot, Snapshot):
+            raise DomainError(f"a state to restore is a Snapshot, not {type(snapshot).__name__}")
+        self.machine.restore(snapshot)
+
+    def reset(self, parameters: Mapping[str, Value] | None = None) -> None:
+        """Restarts at time 0 with the same parameters, except for those given."""
+        _ = self.machine
+        self._start(self._initial | numbers(None, parameters))
+
+    def _start(self, checked: Mapping[str, float]) -> None:
+        self._machine = _native.Machine(dict(checked), self._journal)
+        self._initial = dict(checked)
+        self._diagnostics = diagnostics.Diagnostics(self._initial)
+        self._note([*self._machine.warnings(), *self._diagnostics.start()])
+
+    def look(self) -> None:
+        """Adds to ``warnings`` what the engine finds doubtful now: a blow that is too fast."""
+        self._note(self.machine.warnings())
+
+    def close(self) -> None:
+        """Frees the engine; a second call does nothing. Any other use is then an error."""
+        self._machine = None
+
+    @property
+    def closed(self) -> bool:
+        """Whether the hammer has been closed."""
+        return self._machine is None
+
+    def _note(self, found: Iterable[str]) -> None:
+        for text in found:
+            if text not in self.warnings:
+                self.warnings.append(text)
+                if not self._quiet:
+                    warn(text)
+
+    def __repr__(self) -> str:
+        state = "closed" if self.closed else f"at {self.time:g} s"
+        return f"<Hammer {state}, {len(self._initial)} parameters set>"
+
+    def _repr_html_(self) -> str:
+        """Returns HTML for notebooks: time, blows and hole."""
+        if self.closed:
+            return f"<p>{html.escape(repr(self))}</p>"
+        rows = [("time", f"{self.time:g} s")]
+        rows += [(name, VARIABLES[name].text(self[name])) for name in SHOWN]
+        cells = "".join(f"<tr><td>{name}</td><td>{value}</td></tr>" for name, value in rows)
+        return f"<table>{cells}</table>"
+
+    def __reduce__(self) -> NoReturn:
+        """Raises: an engine can be neither copied nor moved to another process."""
+        raise TypeError("a hammer cannot be copied or pickled: use its methods save and restore")
+
+    def __enter__(self) -> Hammer:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        _error: BaseException | None,
+        _trace: TracebackType | None,
+    ) -> None:
+        self.close()

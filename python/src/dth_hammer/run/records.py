@@ -1,0 +1,126 @@
+"""Records of a sensor over time, and what a hammer would have shown there."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from ..contract import typed
+from ..errors import DomainError, UnknownNameError
+from ..scene.variables import VARIABLES, Array
+from .gradients import derivatives
+from .hammer import Hammer
+
+#: Step by which an impact is looked for, s.
+STRIDE = 5e-3
+#: Longest time from one impact to the next, s.
+LONGEST = 10.0
+
+
+@typed()
+@dataclass(frozen=True)
+class Record:
+    """Samples of a force or a motion, as a sensor gives them.
+
+    Args:
+        signal: an output: ``contact_force``, ``rock_force``,
+            ``piston_velocity``, ``bit_tip_position`` and so on.
+        samples: values in SI units over time in seconds, rising.
+        error: standard error of a sample, or one for each.
+        blow: the impact that times count from, 1 the first; ``None``: from the start. Of a
+            hammer that drills steadily, any blow that has forgotten the start.
+
+    Example:
+        >>> from dth_hammer import Record, simulate
+        >>> frame = simulate(until="40 ms", step="10 us").frame
+        >>> after = frame.loc[0.0137:0.0139, "contact_force"]
+        >>> print(len(Record("contact_force", after, error=5e3, blow=None).times), "samples")
+        20 samples
+    """
+
+    signal: str
+    samples: pd.Series
+    error: float | Sequence[float]
+    blow: int | None = 1
+
+    def __post_init__(self) -> None:
+        try:
+            times, values, errors = self.times, self.values, self.errors
+        except (TypeError, ValueError) as error:
+            raise DomainError(f"the samples of {self.signal} must be numbers: {error}") from None
+        if not len(times) or (np.diff(times) <= 0.0).any() or times[0] < 0.0:
+            raise DomainError(f"a record of {self.signal} needs rising times from 0 on")
+        if not np.isfinite(values).all():
+            raise DomainError(f"a sample of {self.signal} is not a finite number")
+        if errors.shape != times.shape or not (errors > 0.0).all() or not np.isfinite(errors).all():
+            raise DomainError(
+                f"a record of {self.signal} needs one error above 0, or one for each sample"
+            )
+        if self.blow is not None and self.blow < 1:
+            raise DomainError(f"blow = {self.blow}: the first is 1")
+
+    @property
+    def times(self) -> Array:
+        """Instants of the samples, s."""
+        return np.asarray(self.samples.index, dtype=float)
+
+    @property
+    def values(self) -> Array:
+        """The samples."""
+        return self.samples.to_numpy(float)
+
+    @property
+    def errors(self) -> Array:
+        """A standard error each."""
+        given = np.asarray(self.error, dtype=float)
+        return np.full(len(self.samples), float(given)) if given.ndim == 0 else given
+
+
+def check(records: Sequence[Record]) -> None:
+    """Raises unless the record is of a number over time."""
+    known = [v.name for v in VARIABLES.of("output")]
+    for record in records:
+        if record.signal not in known:
+            raise UnknownNameError("signal with derivatives", record.signal, known)
+
+
+def simulated(
+    record: Record, parameters: Mapping[str, float], by: Sequence[str] = ()
+) -> tuple[Array, Array]:
+    """Returns the record of a hammer with these parameters, and its derivatives.
+
+    A sample is taken a given time after the impact, which moves with a parameter.
+
+    Returns:
+        The samples, and a row of derivatives by each.
+    """
+
+    def again(changed: Mapping[str, float]) -> tuple[Array, Hammer]:
+        numbers = {**parameters, **changed}
+        began = 0.0 if record.blow is None else _impact(numbers, record.blow)
+        hammer = Hammer(numbers, quiet=True, journal=True)
+        return hammer.run(began + record.times, [record.signal], {})[0].ravel(), hammer
+
+    values, _ = again({})
+    if not by:
+        return values, np.zeros((len(values), 0))
+    return values, np.array(derivatives(parameters, by, again).values).T
+
+
+def _impact(numbers: Mapping[str, float], number: int) -> float:
+    """The instant of an impact, s."""
+    last, count = 0.0, 0
+    with Hammer(numbers, quiet=True) as hammer:
+        while True:
+            hammer.step(STRIDE)
+            times = hammer.step_blows()["blow_time"]
+            if count + len(times) >= number:
+                return times[number - count - 1]
+            count, last = count + len(times), times[-1] if times else last
+            if hammer.time - last > LONGEST:
+                raise DomainError(
+                    f"blow {number} does not occur: the hammer strikes none for {LONGEST:g} s"
+                )

@@ -1,0 +1,331 @@
+"""From parameters to a run: `simulate`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import _native
+from ..contract import typed
+from ..errors import warn
+from ..extras import need
+from ..fixed import Fixed
+from ..scene import quantities, rocks
+from ..scene.band import factor
+from ..scene.mesh import coarse_for
+from ..scene.scene import Scene
+from ..scene.signals import Function, Signal, instants_of, move, signals_of
+from ..scene.variables import STEP, UNTIL, VARIABLES, Array, Value, Variable, model, numbers, whole
+from . import answers
+from .gradients import derivatives, derivatives_in, smooth, with_derivatives
+from .hammer import Hammer
+from .summary import operation, summary
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+#: Parts of a run between which a progress bar moves.
+PARTS = 100
+#: What a table of blows has.
+PER_BLOW = (
+    *("blow_time", "blow_period", "blow_speed", "blow_energy", "blow_penetration"),
+    *("rop", "tip_rate"),
+)
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run: its outputs over time, its blows, and the scene that was simulated."""
+
+    #: Outputs over time, a column each; ``attrs["units"]`` says in which units.
+    frame: pd.DataFrame = field(repr=False)
+    #: One row a blow, counted from 1, however often one looked.
+    blows: pd.DataFrame = field(repr=False)
+    #: What was asked for.
+    scene: Scene
+    #: Numbers of all that was set, by name, in SI units.
+    parameters: Mapping[str, float] = field(repr=False)
+    #: Work given to the rock since the blow before, J, by blow.
+    rock_work: Array = field(repr=False)
+    #: What was warned of.
+    warnings: tuple[str, ...] = ()
+    #: Values of what derivatives are by, if they were asked for.
+    by: Mapping[str, float] = field(default_factory=dict, repr=False)
+    #: What a figure needs beside: the instant of an impact (s), a period (s) and so on.
+    notes: Mapping[str, float] = field(default_factory=dict, repr=False)
+    #: Version of the engine.
+    model: str = field(default_factory=model)
+
+    def __getitem__(self, name: str) -> pd.Series:
+        """An output over time."""
+        return self.frame[name]
+
+    def __contains__(self, name: object) -> bool:
+        """Returns whether an output was read."""
+        return name in self.frame
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterates over the names of the outputs."""
+        return map(str, self.frame)
+
+    def __len__(self) -> int:
+        """Number of instants."""
+        return len(self.frame)
+
+    @property
+    def time(self) -> Array:
+        """The instants, s."""
+        return self.frame.index.to_numpy(float)
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Units of the columns."""
+        return {"time": "s", **self.frame.attrs["units"]}
+
+    def convert(self, units: str | Mapping[str, str]) -> Run:
+        """Returns the run in other units; see `dth_hammer.convert`."""
+        if isinstance(units, str):
+            return replace(
+                self,
+                frame=quantities.convert(self.frame, units),
+                blows=quantities.convert(self.blows, units),
+            )
+        own = {n: u for n, u in units.items() if n in self.blows}
+        rest = {n: u for n, u in units.items() if n in self.frame or n not in own}
+        return replace(
+            self,
+            frame=quantities.convert(self.frame, rest),
+            blows=quantities.convert(self.blows, own),
+        )
+
+    def since(self, impact: float, notes: Mapping[str, float]) -> Run:
+        """Returns the run with times counted from an instant (s)."""
+        import pandas as pd  # noqa: PLC0415
+
+        frame = self.frame.set_axis(pd.Index(self.time - impact, name="time"), axis=0)
+        frame.attrs = self.frame.attrs
+        return replace(self, frame=frame, notes={**self.notes, **notes})
+
+    def summary(
+        self,
+        since: float | str | None = None,
+        *,
+        pipe: Value | None = None,
+        rotation: Value | None = None,
+    ) -> pd.DataFrame:
+        """Mean and spread (standard deviation) over blows: `dth_hammer.run.summary.summary`.
+
+        Args:
+            since: the first instant that counts, s or text with a unit; the middle of the run if
+                not given, so that the way from rest to the settled blow is left out.
+            pipe: outside diameter of the drill pipe, for the up-hole velocity of the air.
+            rotation: turns per time, for the advance per turn.
+
+        Raises:
+            TooFewBlowsError: fewer than two complete blow periods.
+        """
+        si, wide = self.convert("si"), factor(self.parameters)
+        found = summary(si.blows, self.rock_work, self.time[-1], since, wide)
+        air = float(si["air_flow"].iloc[-1]) if "air_flow" in si else 0.0
+        hole = whole(self.parameters)["hole.diameter"]
+        return operation(found, hole, air, pipe, rotation)
+
+    def plot(self) -> Figure:
+        """Plots tip depth, and speed, energy and rate per blow."""
+        si = self.convert("si")
+        return answers.overview(si.frame, si.blows)
+
+    def gradient(self, *, elasticities: bool = False) -> pd.DataFrame:
+        """The derivatives in a run that `simulate` made with ``gradient``.
+
+        Args:
+            elasticities: ``d ln output / d ln parameter`` instead of the derivatives.
+
+        Returns:
+            The same rows, with columns of two levels: output, and what it is differentiated by.
+        """
+        return derivatives_in(self.frame, self.by if elasticities else {})
+
+    def _repr_html_(self) -> str:
+        summary = f"{len(self.blows)} blows in {self.time[-1]:g} s"
+        return f"<p>{summary}</p>{self.frame.to_html(max_rows=10)}"
+
+
+@typed()
+def simulate(
+    parameters: Mapping[str, Value] | None = None,
+    until: float | str | None = UNTIL,
+    inputs: Mapping[str, Signal] | None = None,
+    *,
+    preset: str | None = None,
+    rock: str | None = None,
+    step: float | str | None = STEP,
+    times: Collection[float | str] | None = None,
+    outputs: Iterable[str] | None = None,
+    waves: bool = False,
+    gradient: Iterable[str] = (),
+    control: Callable[[Hammer], None] | None = None,
+    progress: bool = False,
+) -> Run:
+    """Simulates a hammer.
+
+    Args:
+        parameters: by dotted name: a number in the declared unit, a label of an
+            enumeration, or text with a unit (``"60 mm"``). What is not given is that of the
+            reference hammer.
+        until: seconds to simulate, or text with a unit (``"500 ms"``).
+        inputs: over time: a number, a function of time, or a Series over rising instants
+            (held before its first and after its last). Between communication points they
+            are straight lines.
+        preset: parameter set to start from.
+        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
+        step: communication step, s, or text with a unit. The physics does not depend on it: it
+            only sets how often outputs are read.
+        times: instants at which outputs are read, in place of a step.
+        outputs: names to read; all outputs and local variables if not given.
+        waves: reads also stress and velocity along piston and bit, as many columns as the
+            mesh needs. `dth_hammer.waves` makes a diagram of them.
+        gradient: parameters and inputs by which the outputs are differentiated, through every
+            event. An input stands for a constant added to it all along. The derivatives are
+            columns ``"rop per rock.stiffness"``; `Run.gradient` sorts them out.
+        control: called with the hammer at each communication point before the step,
+            for instance to set tunable parameters by depth.
+        progress: shows a progress bar.
+
+    Example:
+        >>> from dth_hammer import simulate
+        >>> run = simulate({"rock.stiffness": "200 MN/m"}, until="300 ms")
+        >>> blow = run.blows.iloc[-1]
+        >>> print(f"{blow.blow_energy:.0f} J, {3600 * blow.rop:.1f} m/h")
+        233 J, 11.0 m/h
+    """
+    parameters = rocks.given(parameters, rock)
+    instants = instants_of(until, step, times)
+    asked = [*outputs] if outputs else []
+    named = [VARIABLES[n] for n in asked]
+    signals = signals_of(inputs)
+    given = numbers(preset, parameters)
+    start = given | numbers(None, {name: signal(0.0) for name, signal in signals.items()})
+    chosen = {v.name: v for v in named or VARIABLES.of("output", "local")}
+    if waves:
+        chosen |= {name: VARIABLES[name] for name in _native.wave_names(given)}
+    with Hammer(start) as hammer:
+        rows, blows = play(hammer, instants, signals, [*chosen], control=control, progress=progress)
+        if hidden := int(hammer["blow_count"]) - len(blows):
+            warn(f"{hidden} blows are missing: a step had too many, or `control` made one")
+        hammer.look()
+        warnings = tuple(hammer.warnings) + coarse_for(asked, waves, given)
+    frame = _frame(rows, [*chosen.values()], instants)
+    by = [*dict.fromkeys(gradient)]
+    if by:
+
+        def again(changed: Mapping[str, float]) -> tuple[Array, Hammer]:
+            return _again(start, signals, instants, [*chosen], control=control, changed=changed)
+
+        found = derivatives(start, by, again)
+        found, texts = smooth(found, rows, {name: whole(start)[name] for name in by})
+        for text in texts:
+            warn(text)
+        warnings += tuple(texts)
+        frame = with_derivatives(frame, found, by)
+    end = until if times is None else float(instants[-1])
+    scene = Scene("run", "", preset, dict(parameters or {}), dict(inputs or {}), end)
+    table, work = _blows(blows)
+    return Run(frame, table, scene, given, work, warnings, {n: whole(given)[n] for n in by})
+
+
+def play(
+    hammer: Hammer,
+    instants: Array,
+    signals: Mapping[str, Function],
+    names: Sequence[str],
+    *,
+    control: Callable[[Hammer], None] | None = None,
+    progress: bool = False,
+) -> tuple[Array, Array]:
+    """Steps a hammer from instant to instant: rows of the names at each, and of all blows.
+
+    Without ``control`` that is one call of the engine, or a few that a progress bar follows.
+    """
+    size = 1 if control else -(-len(instants) // PARTS) if progress else len(instants)
+    parts: Any = range(0, len(instants), size)
+    if progress:
+        parts = need("tqdm", "sweep").tqdm(parts, unit="part", leave=False)
+    found = []
+    for first in parts:
+        part = instants[first : first + size]
+        if control and part[0] > 0.0:
+            move(hammer, signals, float(part[0]))
+            control(hammer)
+            found.append(hammer.run(part, names, {}))
+        else:
+            points = [hammer.time, *part]
+            values = {name: np.array([s(t) for t in points]) for name, s in signals.items()}
+            found.append(hammer.run(part, names, values))
+    rows, blows = zip(*found, strict=True)
+    return np.concatenate(rows), np.concatenate(blows)
+
+
+def _again(
+    start: Mapping[str, float],
+    signals: Mapping[str, Function],
+    instants: Array,
+    names: Sequence[str],
+    *,
+    control: Callable[[Hammer], None] | None,
+    changed: Mapping[str, float],
+) -> tuple[Array, Hammer]:
+    """Repeats a run with one number changed slightly; an input over time is shifted throughout."""
+
+    def shifted(name: str, signal: Function) -> Function:
+        by = changed.get(name, start[name]) - start[name]
+        return lambda t: signal(t) + by
+
+    hammer = Hammer({**start, **changed}, quiet=True, journal=True)
+    moved = {name: shifted(name, signal) for name, signal in signals.items()}
+    rows, _ = play(hammer, instants, moved, names, control=deepcopy(control))
+    return rows, hammer
+
+
+def _frame(rows: Array, variables: list[Variable], instants: Array) -> pd.DataFrame:
+    import pandas as pd  # noqa: PLC0415
+
+    columns: dict[str, Any] = {}
+    for variable, values in zip(variables, rows.T, strict=True):
+        if variable.kind == "Boolean":
+            columns[variable.name] = values > 0.5
+        elif variable.labels:
+            codes = values.astype(int) - 1
+            labels = pd.Index([*variable.labels.values()])
+            columns[variable.name] = pd.Categorical.from_codes(codes, labels)
+        elif variable.counts:
+            columns[variable.name] = values.astype(np.int64)
+        else:
+            columns[variable.name] = values
+    frame = pd.DataFrame(columns, index=pd.Index(instants, name="time"))
+    frame.attrs = _attributes(variables)
+    return frame
+
+
+def _blows(blows: Array) -> tuple[pd.DataFrame, Array]:
+    """The table of blows, and the work given to the rock before each."""
+    import pandas as pd  # noqa: PLC0415
+
+    columns = dict(zip(_native.blow_names(), blows.T, strict=True))
+    index = pd.RangeIndex(1, len(blows) + 1, name="blow")
+    table = pd.DataFrame({name: columns[name] for name in PER_BLOW}, index=index)
+    table.attrs = _attributes([VARIABLES[str(name)] for name in table])
+    return table, columns["rock_work"]
+
+
+def _attributes(variables: Iterable[Variable]) -> dict[Any, Any]:
+    listed = [*variables]
+    return {
+        "units": Fixed({v.name: v.unit for v in listed}),
+        "display_units": Fixed({v.name: v.display_unit for v in listed if v.display_unit}),
+    }

@@ -1,0 +1,185 @@
+"""Summary of a run: means over blows, the range of the rate, the spread of the blows."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+
+from ..errors import DomainError, TooFewBlowsError
+from ..scene import quantities
+from ..scene.band import interval
+from ..scene.variables import Array, Value
+
+
+def summary(
+    table: pd.DataFrame,
+    rock_work: Array,
+    end: float,
+    since: float | str | None = None,
+    factor: float = 1.0,
+) -> pd.DataFrame:
+    """Mean and spread (standard deviation) over the blows of a run, and the range of the rate.
+
+    With the periods ``T``, penetrations ``P``, energies ``W`` of the blows and the works ``R``
+    given to the rock between each and the next, all from the engine's own table of blows::
+
+        frequency = n / sum T              tip's gain per time = sum P / sum T
+        power of the blows = sum W / sum T     power to the rock = sum R / sum T
+        share to the rock = sum R / sum W      rate of penetration = 4 sum R / (pi D^2 E_v sum T)
+
+    The work of feed and gravity goes to the rock too, so that the share may exceed 1.
+
+    Args:
+        table: the blows of a run, in SI units.
+        rock_work: given to the rock since the blow before each, J.
+        end: of the run, s.
+        since: the first instant that counts, s or text with a unit; the middle of the run if not
+            given.
+        factor: up to which the rock's specific energy is known, and with it the rate.
+
+    Returns:
+        A row a quantity; columns ``mean``, ``low`` and ``high`` (what the specific energy's range
+        makes of the rate; none of what does not depend on it), ``spread`` (blow by blow; none of
+        a power or a frequency) and ``unit`` (SI).
+
+    Raises:
+        TooFewBlowsError: fewer than two complete blow periods.
+    """
+    begin = end / 2 if since is None else quantities.seconds(since, "since")
+    if begin < 0.0:
+        raise DomainError(f"since = {begin:g} s is before the start")
+    # What a row completes began at the blow before: its energy is that of the blow before.
+    times, energies = (table[name].to_numpy() for name in ("blow_time", "blow_energy"))
+    counted = (
+        np.flatnonzero((times[:-1] >= begin) & (table["blow_period"].to_numpy()[1:] > 0.0)) + 1
+    )
+    if len(counted) < 2:
+        raise TooFewBlowsError(
+            f"{len(counted)} complete blow periods from {begin:g} s on: 2 are needed"
+        )
+    period, gain = (table[name].to_numpy()[counted] for name in ("blow_period", "blow_penetration"))
+    energy, work, total = energies[counted - 1], rock_work[counted], period.sum()
+    speed = table["blow_speed"].to_numpy()[counted - 1]
+    each = table["rop"].to_numpy()[counted]
+    rows = [
+        ("rate of penetration", (each * period).sum() / total, _spread(each), "m/s"),
+        ("frequency", len(counted) / total, math.nan, "Hz"),
+        ("blow period", *_moments(period), "s"),
+        ("impact speed", *_moments(speed), "m/s"),
+        ("blow energy", *_moments(energy), "J"),
+        ("work to the rock per blow", *_moments(work), "J"),
+        (
+            "work to the rock over blow energy",
+            work.sum() / energy.sum(),
+            _spread(work / energy),
+            "1",
+        ),
+        ("power of the blows", energy.sum() / total, math.nan, "W"),
+        ("power to the rock", work.sum() / total, math.nan, "W"),
+        ("tip's gain per blow", *_moments(gain), "m"),
+        ("tip's gain per time", gain.sum() / total, _spread(gain / period), "m/s"),
+    ]
+    found = pd.DataFrame(
+        [row[1:] for row in rows],
+        index=[name for name, *_ in rows],
+        columns=["mean", "spread", "unit"],
+    )
+    rate = found["mean"].where(found.index == "rate of penetration")
+    found.insert(1, "low", rate / factor)
+    found.insert(2, "high", rate * factor)
+    return found
+
+
+def operation(
+    table: pd.DataFrame, hole: float, air: float, pipe: Value | None, rotation: Value | None
+) -> pd.DataFrame:
+    """Adds to a summary the air, its velocity up the hole, and the advance per turn.
+
+    Args:
+        table: a summary.
+        hole: its diameter, m.
+        air: free air that the hammer takes, m3/s; 0 of one that takes none.
+        pipe: outside diameter of the drill pipe; the air rises between it and the hole.
+        rotation: turns per time.
+
+    Makers ask for 15 to 30 m/s up the hole, and for 10 to 19 mm per turn.
+    """
+    more: dict[str, tuple[float, float, float, float, str]] = {}
+    if air > 0.0:
+        more["free air"] = air, math.nan, math.nan, math.nan, "m3/s"
+    if pipe is not None:
+        outside = quantities.read(pipe, "m", "pipe")
+        if not 0.0 < outside < hole:
+            raise DomainError(
+                f"pipe = {outside:g} m is not above 0 and below the hole's {hole:g} m"
+            )
+        if not air > 0.0:
+            raise DomainError("pipe: this hammer takes no air, so none rises past a pipe")
+        velocity = air / (0.25 * math.pi * (hole**2 - outside**2))
+        more["up-hole velocity of the air"] = velocity, math.nan, math.nan, math.nan, "m/s"
+    if rotation is not None:
+        turns = quantities.read(rotation, "Hz", "rotation")
+        if not 0.0 < turns < math.inf:
+            raise DomainError(f"rotation = {turns:g} Hz is not finite and above 0")
+        sides = (float(table[c]["rate of penetration"]) / turns for c in ("mean", "low", "high"))
+        mean, low, high = sides
+        more["advance per turn"] = mean, low, high, math.nan, "m"
+    rows = pd.DataFrame.from_dict(more, orient="index", columns=[*table.columns])
+    return pd.concat([table, rows]) if more else table
+
+
+#: What the columns of a displayed summary are.
+HEADS = ("", "mean", "range", "from blow to blow", "unit")
+
+
+def displayed(table: pd.DataFrame) -> list[tuple[str, str, str, str, str]]:
+    """The rows of a summary as text, in the units of the field: name, mean, range, spread, unit."""
+    rows: list[tuple[str, str, str, str, str]] = []
+    for name, (mean, low, high, spread, si) in table.iterrows():
+        for factor, named in FIELD.get((si, str(name)), FIELD.get(si, ((1.0, si),))):
+            sides = "" if math.isnan(low) else interval(factor * low, factor * high)
+            value, wide = _digits(factor * mean, factor * spread)
+            rows.append((str(name), value, sides, wide, "" if named == "1" else named))
+    return rows
+
+
+def _digits(mean: float, spread: float) -> tuple[str, str]:
+    """A mean to four digits and its spread to two, both to the coarser of these places."""
+    ends = [(abs(mean), 3), (spread, 1)]
+    place = min([p - math.floor(math.log10(x)) for x, p in ends if 0.0 < x < math.inf], default=3)
+    number, wide, least = (
+        f"{round(x, place):.{max(place, 0)}f}" for x in (mean, spread, 10.0**-place)
+    )
+    if math.isnan(spread):
+        return number, ""
+    return number, f"± {wide}" if float(wide) else f"< {least}"
+
+
+#: Factors and units in which a unit is shown, or that of one quantity.
+FIELD: dict[str | tuple[str, str], tuple[tuple[float, str], ...]] = {
+    "s": ((1e3, "ms"),),
+    "m": ((1e3, "mm"),),
+    "W": ((1e-3, "kW"),),
+    "m3/s": ((60.0, "m3/min"),),
+    ("m/s", "tip's gain per time"): ((1e3, "mm/s"),),
+    ("m/s", "rate of penetration"): ((3600.0, "m/h"), (60.0, "m/min")),
+}
+
+
+def readable(table: pd.DataFrame) -> str:
+    """A summary as text."""
+    return "\n".join(
+        f"  {name:34}{mean:>8}  {sides:14}{spread:19}{unit}".rstrip()
+        for name, mean, sides, spread, unit in (HEADS, *displayed(table))
+    )
+
+
+def _moments(values: Array) -> tuple[float, float]:
+    return float(values.mean()), _spread(values)
+
+
+def _spread(values: Array) -> float:
+    """Standard deviation of one value, estimated from several."""
+    return float(values.std(ddof=1))

@@ -1,0 +1,1 @@
+"""What a run starts from: names, units, parameters, rocks, meshes, inputs over time."""

@@ -1,0 +1,259 @@
+"""Parameters from a datasheet or a catalogue page: `from_datasheet`. The engine solves it,
+see `hammer::datasheet`; here are units and tables.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+
+from .. import _native
+from ..contract import typed
+from ..errors import DomainError, warn
+from . import quantities, rocks
+from .band import PER_HOUR, ranged, to_digits
+from .variables import VARIABLES, Value, numbers
+
+
+@dataclass(frozen=True)
+class Datasheet:
+    """A hammer made from a datasheet: its parameters, and what had to be assumed."""
+
+    #: For `simulate`, `Hammer` or `sweep`.
+    parameters: Mapping[str, float]
+    #: Sentences: what the datasheet did not say.
+    assumed: tuple[str, ...]
+    #: What simulated blows give with these parameters, and what follows: name, number, unit.
+    found: tuple[tuple[str, float, str], ...]
+    #: Of each of these the ends between which 80 % of the hammers lie that the sheet allows.
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    #: These hammers, a row each, a column by name; ``weight`` is what one counts.
+    members: pd.DataFrame = field(default_factory=pd.DataFrame, repr=False)
+    #: What was given, and what the hammers have: name, given, of the hammers, unit, and of a row of
+    #: a table its pressure.
+    compared: tuple[tuple[str, float, float, str, float | None], ...] = ()
+    #: Sentences: what was given cannot be had at once, and by how much.
+    contradictions: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        rows = [f"{name} = {_text(name, number)}" for name, number in self.parameters.items()]
+        rows = [f"{name}: {text}" for name, text in self.readable().items()] + [""] + rows
+        rows += ["given, and of this hammer:"]
+        for name, given, own, _, at in self.compared:
+            unit, size = TRADE[name]
+            off = f"{100 * (own / given - 1):+.1f} %"
+            where = f" at {1e-5 * at:g} bar" if at else ""
+            rows.append(
+                f"  {name}{where}: {given / size:.4g} {unit}, {own / size:.4g} {unit} ({off})"
+            )
+        rows += ["assumed:", *(f"  {text}" for text in self.assumed)]
+        if self.contradictions:
+            rows += ["contradictions:", *(f"  {text}" for text in self.contradictions)]
+        return "\n".join(rows)
+
+    def readable(self) -> dict[str, str]:
+        """Returns the results in field units with their ranges, the rate first."""
+        rows = []
+        for name, number, si in self.found:
+            factor, unit = FIELD.get(si, (1.0, si))
+            if name.startswith("rate"):
+                factor, unit = PER_HOUR, "m/h"
+            elif name.startswith("rotation"):
+                factor, unit = 60.0, "turns/min"
+            low, high = (factor * side for side in self.ranges[name])
+            sides = ranged(low, high)
+            wide = f" ({sides})" if sides else ""
+            digits = to_digits(factor * number, low, high)
+            rows.append((name, f"{digits} {unit}".rstrip() + wide))
+        return dict(sorted(rows, key=lambda row: "rate" not in row[0]))
+
+    def _repr_html_(self) -> str:
+        cells = [
+            f"<tr><td>{name}</td><td>{text}</td></tr>" for name, text in self.readable().items()
+        ]
+        names = [
+            f"<tr><td><code>{n}</code></td><td>{_text(n, x)}</td></tr>"
+            for n, x in self.parameters.items()
+        ]
+        texts = [f"<li>{text}</li>" for text in (*self.contradictions, *self.assumed)]
+        return f"<table>{''.join(names + cells)}</table><ul>{''.join(texts)}</ul>"
+
+
+@typed(rock="`dth_hammer.rock` gives them by name")
+def from_datasheet(
+    *,
+    piston_mass: Value | None = None,
+    blow_energy: Value | None = None,
+    frequency: Value | None = None,
+    impact_speed: Value | None = None,
+    pressure: Value | None = None,
+    bore: Value | None = None,
+    stroke: Value | None = None,
+    power: Value | None = None,
+    air_flow: Value | Mapping[Value, Value] | None = None,
+    flow: Value | None = None,
+    rop: Value | None = None,
+    effectiveness: Value | None = None,
+    piston_length: Value | None = None,
+    bit_mass: Value | None = None,
+    od: Value | None = None,
+    length: Value | None = None,
+    hole: Value | None = None,
+    feed: Value | None = None,
+    pipe: Value | None = None,
+    rotation: Value | None = None,
+    damping_ratio: Value | None = None,
+    specific_energy: Value | None = None,
+    at: Value | None = None,
+    rock: str | Mapping[str, Value] | None = None,
+) -> Datasheet:
+    """Finds the hammers that match a datasheet or a page of a catalogue.
+
+    Give what is printed. All of it is met at once by a sample of hammers. What leaves the rate open
+    is refused; whatever else is missing is drawn (`Datasheet.assumed`), and each number has the
+    range of 80 % of the sample (`Datasheet.ranges`). What contradicts and what no hammer does is
+    told in `contradictions` and a warning. Numbers are in SI units (kg, J, Hz, Pa, m, N, m3/s);
+    text may carry any other, for instance ``"1800 bpm"``, ``"350 ft.lbf"`` or ``"250 psi"``.
+
+    Args:
+        piston_mass: of the piston.
+        blow_energy: of the piston just before it meets the bit.
+        frequency: blows per time.
+        impact_speed: of the piston just before it meets the bit.
+        pressure: of the supply, over that of the exhaust.
+        bore: diameter on which the pressure acts.
+        stroke: from the bit to where the piston turns.
+        power: of the blows: energy times frequency.
+        air_flow: of free air; by pressure where a catalogue prints several,
+            ``{"17 bar": "13 m3/min", "24 bar": "19 m3/min"}``.
+        flow: of oil or water.
+        rop: a measured rate of penetration: it gives the rock's specific energy.
+        effectiveness: mean driving pressure over the supply's, if it is known.
+        piston_length: if not given, as slender as the reference piston.
+        bit_mass: if not given, the bit is as long as the piston.
+        od: outside diameter of the hammer.
+        length: of the hammer.
+        hole: its diameter; the rock's stiffness grows with it.
+        feed: if not given, what is usual for the size, or the reference's.
+        pipe: outside diameter of the drill pipe; with ``air_flow`` it gives the up-hole velocity.
+        rotation: turns per time, for the advance per turn.
+        damping_ratio: of the piston's first elastic mode; half a per cent is assumed.
+        specific_energy: of the rock, J/m3.
+        at: the pressure that is worked at, where the sheet's numbers are of another.
+        rock: a name, a class, a strength or a file, as `dth_hammer.rock` takes them, or parameters
+            under this very bit; the reference rock if not given.
+
+    Raises:
+        DomainError: a number that no hammer has; too little to find one.
+
+    Example:
+        >>> from dth_hammer import from_datasheet
+        >>> sheet = from_datasheet(power="11 kW", frequency="1500 bpm", hole="115 mm")
+        >>> low, high = (3600 * rate for rate in sheet.ranges["rate of penetration"])
+        >>> print(f"{low:.0f} to {high:.0f} m/h")
+        8 to 25 m/h
+    """
+    arguments = {name: value for name, value in locals().items() if name in UNITS}
+    named: list[str] = []
+    if isinstance(rock, str):
+        if hole is None and od is None:
+            raise DomainError(f"rock {rock!r} depends on the bit: give hole or od")
+        usual = None if od is None else _native.usual_hole(quantities.read(od, "m", "od"))
+        rock = rocks.rock(rock, hole=usual if hole is None else hole)
+        named = [*rock.assumed]
+    own = numbers(None, rock)
+    if specific_energy is not None:
+        name = "rock.specific_energy"
+        own[name] = VARIABLES[name].number(specific_energy)
+    table = _rows(air_flow) if isinstance(air_flow, Mapping) else []
+    if table:
+        arguments |= {"air_flow": None, "pressure": table[-1][0] if pressure is None else pressure}
+    worked = None if at is None else quantities.read(at, "Pa", "at")
+    given = {
+        name: quantities.read(value, UNITS[name], name)
+        for name, value in arguments.items()
+        if value is not None
+    }
+    for name, number in given.items():
+        if not math.isfinite(number):
+            raise DomainError(f"{name} = {number:g} is not finite")
+    solved = _native.datasheet(given, rock is not None, own, table, worked)
+    if solved["contradictions"]:
+        warn(" ".join(solved["contradictions"]))
+    return Datasheet(
+        {**own, **dict(solved["parameters"])},
+        (*solved["assumed"], *named),
+        tuple((name, number, unit) for name, number, _, _, unit, _ in solved["found"]),
+        {name: (low, high) for name, _, low, high, _, _ in solved["found"]},
+        pd.DataFrame({row[0]: row[5] for row in solved["found"]} | {"weight": solved["weights"]}),
+        tuple(solved["compared"]),
+        tuple(solved["contradictions"]),
+    )
+
+
+def _rows(air_flow: Mapping[Value, Value]) -> list[tuple[float, float]]:
+    """Pressure and free air of each row of a table, SI."""
+    if not air_flow:
+        raise DomainError("air_flow is empty: give a flow for at least one pressure")
+    return sorted(
+        (quantities.read(p, "Pa", "pressure"), quantities.read(q, UNITS["air_flow"], "air_flow"))
+        for p, q in air_flow.items()
+    )
+
+
+#: What two hammers are compared in, by the columns of `Datasheet.members`.
+COMPARED = ("rate of penetration", "blow energy", "frequency", "power of the blows", "free air")
+
+
+def compare(a: Datasheet, b: Datasheet) -> pd.DataFrame:
+    """Compares two hammers, or one at two pressures, in one rock: numbers of ``a`` over ``b``'s.
+
+    Both samples are drawn alike, so what is unknown of both at once cancels: the rock, and how far
+    hammers are off the model. A row each: the middle ratio and the ends of 80 %.
+
+    Args:
+        a: what is compared.
+        b: with what.
+
+    Example:
+        >>> from dth_hammer import compare, from_datasheet
+        >>> sheet = {"od": "124 mm", "pressure": "24 bar", "power": "31.7 kW", "hole": "140 mm"}
+        >>> more = compare(from_datasheet(**sheet, at="30 bar"), from_datasheet(**sheet))
+        >>> print(f"{more.loc['rate of penetration', 'ratio']:.1f} times the rate")
+        1.3 times the rate
+    """
+    rows = {}
+    for name in COMPARED:
+        if name in a.members and name in b.members:
+            ratios = (a.members[name] / b.members[name]).to_numpy()
+            weights = np.sqrt((a.members["weight"] * b.members["weight"]).to_numpy())
+            order = np.argsort(ratios)
+            below = np.cumsum(weights[order]) - 0.5 * weights[order]
+            rows[name] = np.interp([0.5, 0.1, 0.9], below / weights.sum(), ratios[order])
+    return pd.DataFrame.from_dict(rows, orient="index", columns=["ratio", "low", "high"])
+
+
+def _text(name: str, number: float) -> str:
+    """A parameter's value with its unit, or in words."""
+    variable = VARIABLES[name]
+    return variable.labels.get(int(number)) or variable.text(number)
+
+
+#: SI units of what may be given, by name.
+UNITS: Mapping[str, str] = {row[0]: row[1] for row in _native.datasheet_numbers()}
+#: The units of the trade, and how many of the SI unit each is.
+TRADE: Mapping[str, tuple[str, float]] = {
+    row[0]: (row[2], row[3]) for row in _native.datasheet_numbers()
+}
+#: Factor and unit in which a number of an SI unit is told.
+FIELD: Mapping[str, tuple[float, str]] = {
+    "W": (1e-3, "kW"),
+    "N": (1e-3, "kN"),
+    "m": (1e3, "mm"),
+    "J/m3": (1e-6, "MJ/m3"),
+    "m3/s": (60.0, "m3/min"),
+}

@@ -1,0 +1,100 @@
+"""The mesh that a result with a given error needs, by the engine's rule."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from .. import _native
+from ..contract import typed
+from ..errors import DomainError
+from .variables import VARIABLES, Value, numbers, whole
+
+BODIES = ("piston", "bit")
+ELEMENTS = ("piston.elements", "bit.elements")
+FIDELITY, ELASTIC = "fidelity", "Elastic"
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A mesh, and the error for which it was chosen."""
+
+    #: What it is for: rate, force or stress.
+    of: str
+    #: Relative error of it that was asked for.
+    error: float
+    #: Width of the sharpest front, m.
+    front: float
+    #: Longest span, m.
+    span: float
+    #: Degree and spans by parameter.
+    parameters: Mapping[str, int]
+
+
+#: Outputs that an impact's front makes.
+FORCES = tuple(f"{tie}_force{of}" for tie in ("contact", "rock", "chuck") for of in ("", "_peak"))
+
+
+def coarse_for(names: Iterable[str], waves: bool, given: Mapping[str, float]) -> tuple[str, ...]:
+    """Warns that forces (of these outputs) or stresses are asked for on a mesh made for a rate."""
+    asked = [name for name in FORCES if name in names] + ["stresses"] * waves
+    if not asked or whole(given)[FIDELITY] != VARIABLES[FIDELITY].number(ELASTIC):
+        return ()
+    reading = "stress" if waves else "force"
+    error, usual = float(_native.force_error(dict(given))), _native.mesh_readings()[reading]
+    if error <= usual:
+        return ()
+    return (
+        f"{', '.join(asked)}: this mesh is fine enough for a rate; the force of an impact errs by "
+        f"up to {error:.0%} on it. mesh_for(of={reading!r}) has a mesh for {usual:.0%}",
+    )
+
+
+@typed()
+def mesh_for(
+    error: float | None = None,
+    parameters: Mapping[str, Value] | None = None,
+    *,
+    preset: str | None = None,
+    of: str = "rate",
+) -> Mesh:
+    """Returns a mesh on which a result has at most the relative error ``error``.
+
+    Args:
+        error: largest relative error, between 0 and 1. If None, the engine's choice for the result.
+        parameters: of the hammer, as for `simulate`.
+        preset: parameter set to start from.
+        of: the result: a ``rate`` (also period, energy and power of blows), a ``force`` (the
+            largest of contact or rock), or a ``stress`` along the bodies.
+
+    Raises:
+        DomainError: the error is not between 0 and 1, the result is none of these, or the error
+            needs more spans than a body may have.
+
+    Example:
+        >>> from dth_hammer import mesh_for
+        >>> mesh = mesh_for(0.05, of="force")
+        >>> print(mesh.parameters)
+        {'mesh.degree': 5, 'piston.elements': 45, 'bit.elements': 45}
+    """
+    known = _native.mesh_readings()
+    if of not in known:
+        raise DomainError(f"of = {of!r} must be one of {', '.join(sorted(known))}")
+    error = known[of] if error is None else error
+    if not 0.0 < error < 1.0:
+        raise DomainError(f"error = {error:g} must be between 0 and 1")
+    given = numbers(preset, parameters)
+    front, advice = _native.mesh(given, of, error)
+    if advice is None:
+        raise DomainError(
+            f"an error of {error:g} takes more spans than a body may have: fronts are "
+            f"{front * 1e3:.2g} mm wide; soften contact.stiffness (in a casing, chuck.stiffness) "
+            "or damp more"
+        )
+    degree, *spans = advice
+    bodies = (*BODIES, "casing")[: len(spans)]
+    elements = {f"{body}.elements": count for body, count in zip(bodies, spans, strict=True)}
+    chosen = {"mesh.degree": degree, **elements}
+    nodes = [_native.nodes({**given, **chosen}, body) for body in bodies]
+    span = max(float((n[1:] - n[:-1]).max()) for n in nodes)
+    return Mesh(of, error, front, span, chosen)

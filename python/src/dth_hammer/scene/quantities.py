@@ -1,0 +1,302 @@
+"""Quantities with units: one reader of what a user writes, one converter of what is shown.
+
+Factors are exact, so that ``"60 mm"`` is the same number as 0.06. A unit is a product of symbols
+with powers, as the engine declares them (``N.s/m``, ``m2``) or as Python and pint write them
+(``N*s/m``, ``m**2``).
+"""
+
+from __future__ import annotations
+
+import datetime
+import math
+import re
+from collections.abc import Mapping
+from fractions import Fraction
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from ..contract import typed
+from ..errors import DomainError, UnknownNameError
+from ..fixed import Fixed
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas as pd
+
+    # A number of NumPy's is one when the program runs too.
+    Value = float | int | bool | str | np.integer[Any] | np.floating[Any]
+else:
+    #: A number in the declared unit, a label of an enumeration, text such as ``"60 mm"``, or a
+    #: quantity of pint's.
+    Value = float | int | bool | str
+
+NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
+#: What a unit begins with, and how long it may be.
+UNIT = re.compile(r"(?:1/)?[^\W\d_].{0,39}")
+#: A symbol with its power, in a unit as `_parsed` has rewritten it.
+SYMBOL = re.compile(r"([^\W\d_]+)(-?\d)?")
+#: By symbol: how many, and powers of metre, kilogram and second; these take prefixes.
+METRIC: Mapping[str, tuple[Any, int, int, int]] = {
+    "m": (1, 1, 0, 0),
+    "g": ("0.001", 0, 1, 0),
+    "s": (1, 0, 0, 1),
+    "N": (1, 1, 1, -2),
+    "J": (1, 2, 1, -2),
+    "W": (1, 2, 1, -3),
+    "Pa": (1, -1, 1, -2),
+    "bar": (100_000, -1, 1, -2),
+    "Hz": (1, 0, 0, -1),
+    "l": ("0.001", 3, 0, 0),
+    "L": ("0.001", 3, 0, 0),
+}
+PREFIXES: Mapping[str, Any] = {
+    "n": "1e-9", "u": "1e-6", "µ": "1e-6", "μ": "1e-6", "m": "1e-3", "c": "1e-2", "d": "0.1",
+    "h": 100, "k": 1000, "M": 10**6, "G": 10**9,
+}  # fmt: skip
+#: And these take none. The inch, the pound and standard gravity are exact by definition.
+POUND, GRAVITY = Fraction("0.45359237"), Fraction("9.80665")
+OTHERS: Mapping[str, tuple[Any, int, int, int]] = {
+    "min": (60, 0, 0, 1),
+    "h": (3600, 0, 0, 1),
+    "hr": (3600, 0, 0, 1),
+    "t": (1000, 0, 1, 0),
+    "in": ("0.0254", 1, 0, 0),
+    "inch": ("0.0254", 1, 0, 0),
+    "ft": ("0.3048", 1, 0, 0),
+    "lb": (POUND, 0, 1, 0),
+    "lbf": (POUND * GRAVITY, 1, 1, -2),
+    "kgf": (GRAVITY, 1, 1, -2),
+    "psi": (POUND * GRAVITY / Fraction("0.0254") ** 2, -1, 1, -2),
+    "blow": (1, 0, 0, 0),
+    "blows": (1, 0, 0, 0),
+    "bpm": (Fraction(1, 60), 0, 0, -1),
+    "cfm": (Fraction("0.3048") ** 3 / 60, 3, 0, -1),
+}
+UNITS = {
+    prefix + symbol: (Fraction(many) * Fraction(of[0]), *of[1:])
+    for prefix, many in PREFIXES.items()
+    for symbol, of in METRIC.items()
+} | {**METRIC, **OTHERS}
+#: Units of the field by those of the table: metric, then those of the oil field.
+FIELD: Mapping[str, tuple[str, ...]] = {
+    "m": ("mm", "cm", "in", "ft"),
+    "m2": ("mm2", "cm2", "in2"),
+    "m/s": ("mm/s", "m/min", "m/h", "ft/h", "ft/s"),
+    "m/s2": ("ft/s2",),
+    "s": ("ms", "us", "min", "h"),
+    "N": ("kN", "lbf", "kgf"),
+    "N/m": ("kN/mm", "MN/m", "lbf/in"),
+    "N.s": ("kN.s", "lbf.s"),
+    "N.s/m": ("kN.s/m", "lbf.s/in"),
+    "Pa": ("bar", "MPa", "GPa", "psi"),
+    "J": ("kJ", "N.m", "ft.lbf"),
+    "kg": ("g", "lb"),
+    "kg/m3": ("g/cm3", "lb/ft3"),
+    "Hz": ("1/min", "bpm", "blows/min"),
+    "m3/s": ("m3/min", "l/min", "cfm"),
+}
+#: Units of the oil field by those that the table proposes to show.
+OIL_FIELD: Mapping[str, str] = {
+    "mm": "in",
+    "m": "in",
+    "mm2": "in2",
+    "m/s": "ft/s",
+    "m/h": "ft/h",
+    "mm/s": "ft/h",
+    "m/s2": "ft/s2",
+    "kN": "lbf",
+    "kN/mm": "lbf/in",
+    "N.s": "lbf.s",
+    "N.s/m": "lbf.s/in",
+    "bar": "psi",
+    "MPa": "psi",
+    "GPa": "psi",
+    "J": "ft.lbf",
+    "kg/m3": "lb/ft3",
+    "m3/min": "cfm",
+}
+#: A run or a table.
+Displayed = TypeVar("Displayed")
+SYSTEMS = ("si", "metric", "us")
+
+
+def read(value: object, unit: str, name: str) -> float:
+    """The value as a number in a unit; text may carry another unit of the same dimension.
+
+    Args:
+        value: a number, text such as ``"60 mm"``, or a quantity of pint's.
+        unit: the unit wanted, as the table has it; ``"1"`` or nothing for a pure number.
+        name: what the value is of, for the message of an error.
+    """
+    if isinstance(value, str):
+        return _read_text(value.strip(), unit, name)
+    if hasattr(value, "to") and hasattr(value, "magnitude"):
+        quantity: Any = value
+        return _read_text(f"{float(quantity.magnitude)!r} {quantity.units:~C}", unit, name)
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        raise DomainError(f"{name} = {value!r} is not a number") from None
+
+
+def alike(texts: list[str], name: str) -> list[str]:
+    """Values in a row, with the unit of the last one where it alone has one, as catalogues do.
+
+    Raises:
+        DomainError: some have a unit and some have none.
+    """
+    found = [NUMBER.fullmatch(text.strip()) for text in texts]
+    units = [match[2].strip() if match else "" for match in found]
+    if None in found or not any(units) or all(units):
+        return texts
+    if any(units[:-1]):
+        raise DomainError(f"{name}: {', '.join(texts)}: some have a unit and some have none")
+    return [*(f"{text} {units[-1]}" for text in texts[:-1]), texts[-1]]
+
+
+def seconds(value: object, name: str) -> float:
+    """A duration or an instant in seconds; text may carry a unit, a timedelta is one."""
+    if isinstance(value, datetime.timedelta):
+        value = value.total_seconds()
+    number = read(value, "s", name)
+    if not math.isfinite(number):
+        raise DomainError(f"{name} must be finite, not {number}")
+    return number
+
+
+def duration(value: object, name: str) -> float:
+    """A duration in seconds, above 0."""
+    number = seconds(value, name)
+    if not number > 0.0:
+        raise DomainError(f"{name} = {number:g} s is not above 0")
+    return number
+
+
+@typed()
+def convert(frame: Displayed, units: str | Mapping[str, str]) -> Displayed:
+    """Converts a run or a table of this package to other units, listed in ``attrs["units"]``.
+
+    Args:
+        frame: a run, or a table: its frame, its blows, a sweep.
+        units: ``"si"``, ``"metric"`` (what people use), ``"us"`` (in, ft, lbf,
+            psi), or a unit by column, for instance ``{"rop": "m/h"}``.
+
+    Example:
+        >>> from dth_hammer import convert, simulate
+        >>> blows = convert(simulate(until="200 ms").blows, "us")
+        >>> print(blows.attrs["units"]["blow_energy"], round(blows["blow_energy"].iloc[-1], 1))
+        ft.lbf 167.3
+    """
+    table: Any = frame
+    converted: Displayed = (
+        table.convert(units) if hasattr(table, "frame") else _convert(table, units)
+    )
+    return converted
+
+
+def _framed(table: Any) -> None:
+    """Raises unless the value is a table of this package."""
+    if not (hasattr(table, "attrs") and hasattr(table, "columns")):
+        raise DomainError(f"{type(table).__name__}: give a run or a table of this package")
+
+
+def _convert(frame: Any, units: str | Mapping[str, str]) -> Any:
+    _framed(frame)
+    own = dict(frame.attrs.get("units", {}))
+    displays = frame.attrs.get("display_units", {})
+    base = frame.attrs.get("si_units", own)
+    if isinstance(units, str):
+        if units not in SYSTEMS:
+            raise UnknownNameError("system of units", units, SYSTEMS)
+        proposed = {n: displays.get(n) or u for n, u in base.items() if n in frame}
+        if units == "si":
+            proposed = {n: base[n] for n in proposed}
+        elif units == "us":
+            proposed = {n: OIL_FIELD.get(u, u) for n, u in proposed.items()}
+        units = proposed
+    result = frame.copy()
+    for name, unit in units.items():
+        if name not in frame:
+            raise UnknownNameError("column", name, map(str, frame))
+        if name not in own:
+            raise DomainError(f"{name} has no unit")
+        factor = float(1 / _factor(unit, own[name], name))
+        if factor != 1.0:
+            result[name] = result[name] * factor
+    result.attrs = frame.attrs | {"units": Fixed(own | dict(units)), "si_units": Fixed(base)}
+    return result
+
+
+@typed()
+def with_units(table: pd.DataFrame) -> pd.DataFrame:
+    """Returns a table with the unit of each column in its heading, as ``rop [m/s]``.
+
+    It is for display only, because its columns have other names.
+
+    Example:
+        >>> from dth_hammer import simulate, with_units
+        >>> print(list(with_units(simulate(until="100 ms").blows)[:1])[:3])
+        ['blow_time [s]', 'blow_period [s]', 'blow_speed [m/s]']
+    """
+    _framed(table)
+    units = {"time": "s", **table.attrs.get("units", {})}
+
+    def heading(name: str) -> str:
+        unit = units.get(name, "1")
+        return name if unit in ("", "1") else f"{name} [{unit}]"
+
+    headed = table.set_axis([heading(str(name)) for name in table], axis=1)
+    index = table.index.name
+    return headed if index is None else headed.rename_axis(index=heading(str(index)))
+
+
+def known(unit: str) -> str:
+    """Returns the usual units of a declared unit's dimension, for messages."""
+    names = (unit, *FIELD.get(unit, ())) if unit not in ("", "1") else ()
+    return ", ".join(names) or "no unit"
+
+
+def _read_text(text: str, unit: str, name: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        pass
+    match = NUMBER.fullmatch(text)
+    if match is None or not UNIT.fullmatch(match[2]):
+        raise DomainError(f"{name} = {text!r} is not a number, nor one with a unit")
+    factor, number = _factor(match[2], unit, name), float(match[1])
+    if number == 0.0 or not math.isfinite(number):
+        return number
+    try:
+        return float(Fraction(match[1]) * factor)
+    except OverflowError:
+        return math.inf
+
+
+@lru_cache(maxsize=1024)
+def _factor(given: str, wanted: str, name: str) -> Fraction:
+    """Returns the factor from the given unit to SI."""
+    if given == wanted:
+        return Fraction(1)
+    (factor, powers), (one, wanted_powers) = _parsed(given), _parsed(wanted)
+    if not factor or powers != wanted_powers or wanted in ("", "1"):
+        raise DomainError(f"{name} is given in {known(wanted)}, not in {given!r}")
+    return factor / one
+
+
+def _parsed(unit: str) -> tuple[Fraction, tuple[int, int, int]]:
+    """Parses a unit: factor to SI (0 if unknown), powers of metre, kilogram and second."""
+    text = unit.replace("**", "").replace("^", "").replace("²", "2").replace("³", "3")
+    first, *rest = re.split(r"\s*([.*·/ ])\s*", text)
+    total, powers = Fraction(1), [0, 0, 0]
+    for operator, part in zip(["*", *rest[::2]], [first, *rest[1::2]], strict=True):
+        if part == "1":
+            continue
+        match = SYMBOL.fullmatch(part)
+        if not match or match[1] not in UNITS:
+            return Fraction(0), (0, 0, 0)
+        factor, *of = UNITS[match[1]]
+        power = int(match[2] or 1) * (-1 if operator == "/" else 1)
+        total *= Fraction(factor) ** power
+        powers = [a + power * b for a, b in zip(powers, of, strict=True)]
+    return total, (powers[0], powers[1], powers[2])

@@ -1,0 +1,128 @@
+"""A scene in a JSON file, as the laboratory and `dth-hammer datasheet` write it.
+
+    {
+      "description": "Granite, with a feed that rises",
+      "preset": "air_4_inch",
+      "rock": "granite",
+      "start_values": {"feed_force": "6 kN", "piston.length": 0.18},
+      "inputs": {"feed_force": {"0 s": "4 kN", "1 s": "8 kN"}},
+      "until": "1 s"
+    }
+
+All but the braces may be left out; a preset of the FMU and a file of the laboratory are scenes too.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import InitVar, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from .. import _native
+from ..contract import typed
+from ..errors import DomainError, UnknownNameError
+from . import quantities
+from .rocks import given
+from .signals import Signal
+from .variables import Value, numbers
+
+KEYS = ("description", "preset", "rock", "start_values", "inputs", "until")
+
+
+@typed()
+@dataclass(frozen=True)
+class Scene:
+    """A hammer, what acts on it, and for how long.
+
+    Example:
+        >>> from dth_hammer import Scene
+        >>> scene = Scene(rock="granite", parameters={"feed_force": "8 kN"}, until="1 s")
+        >>> print(scene.numbers["feed_force"])
+        8000.0
+    """
+
+    title: str = ""
+    description: str = ""
+    preset: str | None = None
+    parameters: Mapping[str, Value] = field(default_factory=dict)
+    inputs: Mapping[str, Signal] = field(default_factory=dict)
+    until: float | str | None = None
+    #: Kept among the parameters.
+    rock: InitVar[str | None] = None
+
+    def __post_init__(self, rock: str | None) -> None:
+        """Lays the rock beside the parameters."""
+        object.__setattr__(self, "parameters", given(self.parameters, rock))
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Checked numbers of the preset with the parameters laid over it."""
+        return numbers(self.preset, self.parameters)
+
+    @property
+    def damping_ratio(self) -> float:
+        """Damping ratio ``beta omega / 2`` of the piston's first elastic mode."""
+        return _native.damping(self.numbers, 0.0)[1]
+
+    def damping_time(self, ratio: Value) -> float:
+        """The ``material.damping_time`` that damps the piston's first elastic mode by a ratio, s.
+
+        ``beta = 2 zeta / omega``. The reference's 2e-8 s is 0.1 % of critical damping; a hammer of
+        stepped bodies then never repeats a blow. Half a per cent is what the named hammers have.
+
+        Args:
+            ratio: of critical damping, 0 to 0.5.
+        """
+        return _native.damping(self.numbers, quantities.read(ratio, "1", "ratio"))[0]
+
+    @classmethod
+    def read(cls, path: str | Path) -> Scene:
+        """Reads a scene from a file; an error names the place in the file."""
+        path = Path(path)
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError) as error:
+            raise DomainError(f"{path} cannot be read: {error}") from None
+        except json.JSONDecodeError as error:
+            raise DomainError(f"{path} is not JSON: {error}") from None
+        if not isinstance(content, dict):
+            raise DomainError(f"{path} is not a scene: it must be an object in braces")
+        for key in content:
+            if key not in KEYS:
+                raise UnknownNameError(f"part of a scene ({path.name})", key, KEYS)
+        values, inputs = (_object(content, key, path) for key in ("start_values", "inputs"))
+        return cls(
+            title=path.stem,
+            description=str(content.get("description", "")),
+            preset=content.get("preset"),
+            parameters=values,
+            inputs={name: _signal(name, value) for name, value in inputs.items()},
+            until=content.get("until"),
+            rock=_rock(content.get("rock"), path),
+        )
+
+
+def _rock(name: str | None, path: Path) -> str | None:
+    """A rock of a scene; a file of one lies beside the scene."""
+    return str(path.parent / name) if name is not None and name.endswith(".json") else name
+
+
+def _object(content: Mapping[str, Any], key: str, path: Path) -> dict[str, Any]:
+    found = content.get(key, {})
+    if not isinstance(found, dict):
+        raise DomainError(f"{key} of {path.name} must be an object in braces")
+    return found
+
+
+def _signal(name: str, value: Any) -> Signal:
+    if isinstance(value, dict):
+        if not value:
+            raise DomainError(f"the input {name} has no instants")
+        return pd.Series([*value.values()], index=[*value], dtype=object)
+    if isinstance(value, (int, float, str)):
+        return value
+    raise DomainError(f"the input {name} must be a value, or values by instant in braces")

@@ -1,0 +1,96 @@
+"""Inputs that change over time, and the instants at which outputs are read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..errors import DomainError
+from ..run.hammer import Hammer
+from . import quantities
+from .variables import STEP, UNTIL, VARIABLES, Array
+
+#: An input over time: a number, a function of time, or a Series that is interpolated.
+Signal = Any
+#: The same, checked: its value at an instant.
+Function = Callable[[float], float]
+#: Most points that a run may have: beyond, a unit is likely wrong.
+POINTS = 1e8
+
+
+def instants_of(
+    until: float | str | None,
+    step: float | str | None,
+    times: Collection[float | str] | None = None,
+) -> Array:
+    """The communication points of a run, s."""
+    if times is not None:
+        return _rising(times, "times", twice=True)
+    end = UNTIL if until is None else quantities.duration(until, "until")
+    size = STEP if step is None else quantities.duration(step, "step")
+    if end / size > POINTS:
+        raise DomainError(f"{end:g} s in steps of {size:g} s are more than {POINTS:.0e} points")
+    # Points k * step, the last one exactly at the end.
+    count = max(1, int(np.ceil(end / size - 1e-9)))
+    return np.append(np.arange(count) * size, end)
+
+
+def _rising(times: Iterable[Any], name: str, twice: bool = False) -> Array:
+    """Instants in seconds, from numbers, text with units, or timedeltas."""
+    import pandas as pd  # noqa: PLC0415, takes longer than all else here
+
+    try:
+        index = pd.Index(times)
+    except (TypeError, ValueError):
+        raise DomainError(f"{name} = {times!r} is not a list of instants") from None
+    if isinstance(index, pd.TimedeltaIndex):
+        instants = index.total_seconds().to_numpy()
+    elif isinstance(index, pd.DatetimeIndex):
+        raise DomainError(f"{name} must be seconds since the start, not dates")
+    else:
+        instants = np.array([quantities.seconds(t, f"{name}[{i}]") for i, t in enumerate(index)])
+    if not len(instants):
+        raise DomainError(f"{name} has no instants")
+    if twice and instants[0] < 0.0:
+        raise DomainError(f"{name} begins at {instants[0]:g} s, before the start")
+    steps = np.diff(instants)
+    falls = np.flatnonzero((steps < 0.0) if twice else (steps <= 0.0))
+    if len(falls):
+        here, there = instants[falls[0]], instants[falls[0] + 1]
+        raise DomainError(f"{name} must rise, but {here:g} s is followed by {there:g} s")
+    return np.asarray(instants, dtype=float)
+
+
+def signals_of(inputs: Mapping[str, Signal] | None) -> dict[str, Function]:
+    """Returns the inputs as functions of time, checked."""
+    return {name: _signal(name, signal) for name, signal in (inputs or {}).items()}
+
+
+def _signal(name: str, signal: Signal) -> Function:
+    variable = VARIABLES.settable(name)
+    if not variable.tunable:
+        raise DomainError(f"{name} is fixed: it cannot vary over time")
+    if hasattr(signal, "index") and hasattr(signal, "to_numpy"):
+        instants = instants_in(name, signal)
+        values = np.array([variable.number(value) for value in signal])
+        return lambda t: float(np.interp(t, instants, values))
+    if callable(signal):
+        return lambda t: variable.number(signal(t))
+    number = variable.number(signal)
+    return lambda _: number
+
+
+def instants_in(name: str, series: Any) -> Array:
+    """The instants of an input that is a Series, s."""
+    return _rising(series.index, f"the index of {name}")
+
+
+def move(hammer: Hammer, signals: Mapping[str, Function], to: float) -> None:
+    """Sets the inputs for one step that ends at an instant."""
+    now, values = hammer.time, {name: signal(hammer.time) for name, signal in signals.items()}
+    hammer.set(values)
+    ports = [n for n in signals if VARIABLES[n].causality == "input"]
+    if to > now:
+        hammer.set_slopes({n: (signals[n](to) - values[n]) / (to - now) for n in ports})

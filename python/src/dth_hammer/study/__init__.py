@@ -1,0 +1,1 @@
+"""Many runs: long-run means, sweeps, trends, fits, designs, fatigue."""

@@ -1,0 +1,493 @@
+"""Estimates a hammer's parameters, with reliable error bars, from measurements while it runs.
+
+The response is only piecewise smooth, so it is not differentiated. In the logarithms of the
+parameters, over a box around the present estimate, a smooth surface is fitted to the means at
+points spread over the box; the residuals are the roughness. With measured values ``m`` of
+covariance ``S``, the surface ``f`` and the covariance ``R`` of its residuals,
+
+    minimise (m - f(x)) . (S + R)^-1 (m - f(x)),    covariance of x = (J . (S + R')^-1 J)^-1
+
+within box and bounds, where ``R'`` is that of a new point: ``R (1 + leverage)``, larger for few
+points. That covariance sizes the boxes only: what the measurements leave of the parameters is a
+population over the likelihood (`posterior`), of an emulator that is refined by hammers simulated
+among its members until these stay. Boxes move, and shrink as long as the residuals shrink as
+those of a smooth function do: a box within one piece of the response would take the slope of that
+piece for the trend.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ..contract import typed
+from ..errors import DomainError, RefusedError, warn
+from ..extras import need
+from ..run import answers
+from ..run.records import Record
+from ..scene.band import beside
+from ..scene.variables import Array
+from .longrun import Hammerlike, Steady, Wanted, named, numbers_of, responses, unit
+from .measurements import GIVE, Free, Measured, Problem, looked_at
+from .posterior import Emulator, modes, population
+from .surfaces import Surface, basis, curved_size
+from .trends import table_of
+
+#: Points of the first design, for each parameter; starts that are followed; their distance, as a
+#: part of the bounds.
+FIRST, STARTS, APART = 16, 2, 0.15
+#: Half of a first box over the bounds, and of the smallest one, in logarithms.
+WIDE, NARROW = 0.25, 1e-3
+#: Factor by which boxes shrink, and their least size in standard errors.
+SHRINK, ENOUGH = 0.4, 2.0
+#: Residuals are roughness if a smaller box leaves more than this part of them; of a smooth function
+#: a plane would leave the square of `SHRINK`. Below a part of the measurement's error none matter.
+SMOOTH, SMALL = 0.4, 0.1
+#: Points in a box, for each coefficient of a surface of second degree; most boxes from one start.
+DENSE, BOXES = 3, 12
+#: A quadratic surface is used below this part of a plane's squared residuals; a misfit is reported
+#: below this probability.
+PAYS, CHANCE = 0.8, 1e-3
+#: Correlation beyond which two estimates can hardly be distinguished; error of a direction, over
+#: the width of the bounds, beyond which the measurements do not determine it.
+CORRELATED, BLIND = 0.95, 0.5
+#: Turns of refining the likelihood at most; hammers of each, for each parameter; the part of their
+#: width by which ends and middle of intervals may move at last; a fit so many deviations from a
+#: mode has missed it.
+TURNS, AMONG, STAYS, MISSED = 6, 8, 0.1, 2.0
+#: A hammer meets what was measured up to so many of its errors.
+MEETS = 4.0
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Estimated parameters and their uncertainty."""
+
+    #: Best values.
+    parameters: pd.Series
+    #: Standard deviations of what the likelihood leaves; those of the bounds if undetermined.
+    errors: pd.Series
+    covariance: pd.DataFrame
+    correlation: pd.DataFrame
+    #: Drawn from the likelihood within the bounds: a row each, a column by parameter.
+    samples: pd.DataFrame = field(repr=False)
+    #: Best values and share of each mode of the likelihood, the largest first.
+    modes: pd.DataFrame
+    #: What these measurements do not determine, one sentence each.
+    cannot_tell: tuple[str, ...]
+    #: Parameters at their bounds.
+    at_bounds: tuple[str, ...]
+    #: Measured and fitted values (a rate with its range), errors of both, and their difference
+    #: over these.
+    residuals: pd.DataFrame
+    #: The same of each record, over its time.
+    records: tuple[pd.DataFrame, ...]
+    #: Sum of the squared residuals over their errors; measurements less parameters.
+    chi_square: float
+    degrees_of_freedom: int
+    #: Why the model does not describe the measurements; empty if it may.
+    misfit: str
+    #: The long-run response there; None if only records were fitted.
+    steady: Steady | None
+    #: Number of simulated hammers.
+    evaluations: int
+    _problem: Problem = field(repr=False)
+    _left: Array = field(repr=False)
+
+    @property
+    def hammer(self) -> dict[str, float]:
+        """Numbers of the fitted hammer, with those that were given."""
+        return {**self._problem.given, **self.parameters}
+
+    def interval(self, level: float = 0.95) -> pd.DataFrame:
+        """Returns an interval of each parameter with this probability, one row each.
+
+        Equally probable on both sides, so not symmetric about the best value.
+
+        Args:
+            level: how probable it is that an interval holds the value, above 0 and below 1.
+        """
+        if not 0.0 < level < 1.0:
+            raise DomainError(f"level = {level:g} must be above 0 and below 1")
+        sides = self.samples.quantile([0.5 - 0.5 * level, 0.5 + 0.5 * level]).T
+        return sides.set_axis(["low", "high"], axis=1)
+
+    def log_likelihood(self, theta: Sequence[float] | Array) -> Any:
+        """Logarithm of the likelihood of parameters, without its constant.
+
+        For samplers such as emcee. It is minus infinity outside the bounds, and where the engine
+        refuses the hammer or the hammer stalls; it is never NaN.
+
+        Args:
+            theta: values in SI units, in the order of `parameters`, or many of them, a row each.
+
+        Returns:
+            A number, or one for each row.
+        """
+        problem = self._problem
+        try:
+            points = np.asarray(theta, dtype=float)
+        except (TypeError, ValueError):
+            points = np.zeros(0)
+        if points.ndim not in (1, 2) or points.shape[-1] != len(problem.names):
+            raise DomainError(
+                f"theta of shape {points.shape} must have {len(problem.names)} numbers a row: "
+                f"{', '.join(problem.names)}"
+            )
+        rows = np.atleast_2d(points)
+        logs = np.log(np.where(rows > 0.0, rows, np.nan))
+        inside = np.array([problem.holds(row) for row in logs], dtype=bool)
+        values = np.full((len(rows), len(problem.values)), np.nan)
+        if inside.any():
+            values[inside] = problem.at(logs[inside])
+        off = (values - problem.values) / problem.errors
+        solved = np.linalg.solve(np.eye(off.shape[1]) + self._left, off.T).T
+        found = -0.5 * np.sum(off * solved, axis=1)
+        found[~np.isfinite(found)] = -np.inf
+        return float(found[0]) if points.ndim == 1 else found
+
+    def _repr_html_(self) -> str:
+        table = pd.DataFrame({"value": self.parameters, "error": self.errors})
+        table = table.join(self.interval())
+        texts = [*self.cannot_tell, *(f"{n} is at its bound" for n in self.at_bounds)]
+        texts += [self.misfit] if self.misfit else []
+        texts += [self.steady.rate] if self.steady is not None else []
+        html = self.residuals.to_html(na_rep="") + "".join(f"<p>{text}</p>" for text in texts)
+        html = table.to_html(float_format="{:.4g}".format) + html
+        return answers.with_figure(html, self.plot, "Fitted less measured, over the error")
+
+    def plot(self) -> Any:
+        """Plots the fitted hammer beside each measurement, or beside the first record."""
+        return answers.residuals(self.residuals if len(self.residuals) else self.records[0])
+
+
+@typed(measured=GIVE)
+def calibrate(
+    measured: Mapping[str, Measured],
+    free: Free,
+    scene: Hammerlike = None,
+    *,
+    records: Sequence[Record] = (),
+    preset: str | None = None,
+    rock: str | None = None,
+    loss: str = "linear",
+    error: float = 0.005,
+    seed: int = 1,
+    progress: bool = False,
+) -> Calibration:
+    """Fits parameters to long-run measurements of a hammer, and to records over time.
+
+    Args:
+        measured: means of `Steady` by name: a value with its standard error, numbers in SI units or
+            text (``("34 mm/s", "0.5 mm/s")``), or three or more repeated measurements.
+        free: parameters and constant inputs to estimate, all above 0, optionally with bounds:
+            ``{"rock.stiffness": ("50 MN/m", "500 MN/m")}``; otherwise a factor of three both ways.
+        scene: all other parameters, and the first estimate: a `Scene`, or parameters by name.
+        records: samples of a force or a motion over time, see `Record`.
+        preset: parameter set to start from.
+        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
+        loss: ``linear``, or a robust one of `scipy.optimize.least_squares`: ``soft_l1``,
+            ``huber``, ``cauchy``, ``arctan``.
+        error: relative standard error of the rate of penetration of each simulated hammer.
+        seed: random seed of the simulated points.
+        progress: shows progress bars.
+
+    Example:
+        >>> from dth_hammer import calibrate, steady
+        >>> rigid = {"fidelity": "Rigid"}
+        >>> rate = steady(rigid | {"rock.stiffness": 1.5e8}).mean["tip_rate"]
+        >>> found = calibrate({"tip_rate": (rate, 0.01 * rate)}, ["rock.stiffness"], rigid)
+        >>> print(f"{found.parameters['rock.stiffness']:.2e} N/m")
+        1.50e+08 N/m
+    """
+    losses = ("linear", "soft_l1", "huber", "cauchy", "arctan")
+    if loss not in losses:
+        raise DomainError(f"loss = {loss!r} must be one of {', '.join(losses)}")
+    if seed < 0:
+        raise DomainError(f"seed = {seed} must be 0 or more")
+    problem = looked_at(
+        measured, free, numbers_of(scene, preset, rock), records, Wanted(error=error)
+    )
+    problem.progress = progress
+    return fitted(problem, loss, seed)
+
+
+def fitted(problem: Problem, loss: str = "linear", seed: int = 1) -> Calibration:
+    """Returns the best fit from several starting points, and what the likelihood leaves."""
+    fits = [_follow(problem, start, loss, seed) for start in _starts(problem, loss, seed)]
+    members, peaks = _weighed(problem, loss, seed)
+    size = members.std(axis=0) + NARROW
+    for peak, _ in peaks:
+        # A mode that no start has found.
+        if all((np.abs(fit.logs - peak) > MISSED * size).any() for fit in fits):
+            fits.append(_follow(problem, peak, loss, seed))
+    met = _met(problem, [fit.logs for fit in fits], peaks)
+    return _described(problem, min(fits, key=lambda fit: fit.cost), members, met)
+
+
+def _met(
+    problem: Problem, fits: list[Array], peaks: list[tuple[Array, float]]
+) -> list[tuple[Array, float]]:
+    """The modes whose hammers, simulated, meet the measurements, or the fits next to these."""
+    met: list[tuple[Array, float]] = []
+    for peak, share in peaks:
+        nearest = min(fits, key=lambda logs: float(np.abs(logs - peak).max()))
+        for place in (peak, nearest):
+            off = np.abs(problem.at(place[None])[0] - problem.values) / problem.errors
+            if (off <= MEETS).all():
+                known = [k for k, (other, _) in enumerate(met) if np.allclose(other, place)]
+                if known:
+                    met[known[0]] = (place, met[known[0]][1] + share)
+                else:
+                    met.append((place, share))
+                break
+    total = sum(share for _, share in met)
+    return [(place, share / total) for place, share in met] or peaks[:1]
+
+
+def _weighed(problem: Problem, loss: str, seed: int) -> tuple[Array, list[tuple[Array, float]]]:
+    """A population over the likelihood, and its modes, refined until it stays."""
+    groups = len(problem.means), [len(record.values) for record in problem.records]
+    before: Array | None = None
+    for turn in range(TURNS):
+        found = (np.array(problem.found) - problem.values) / problem.errors
+        bounds = (problem.low, problem.high)
+        emulator = Emulator(np.array(problem.logs), found, bounds, groups, loss)
+        members = population(emulator, *bounds, seed + turn)
+        sides = np.quantile(members, [0.025, 0.5, 0.975], axis=0)
+        wide = sides[2] - sides[0] + NARROW
+        if before is not None and (np.abs(sides - before) < STAYS * wide).all():
+            break
+        before = sides
+        if turn < TURNS - 1:
+            random = np.random.default_rng([seed, turn])
+            problem.note(members[random.choice(len(members), AMONG * len(problem.names))])
+    return members, modes(emulator, members)
+
+
+@dataclass(frozen=True)
+class _Fit:
+    logs: Array
+    surface: Surface
+    #: Of the logarithms.
+    covariance: Array
+    cost: float
+
+
+def _surface(problem: Problem, low: Array, high: Array) -> Surface | None:
+    """Fits the surface over a box; None if too few hammers in it have a response."""
+    logs, found = problem.within(low, high)
+    count, centre = len(low), 0.5 * (low + high)
+    plane, curved = count + 1, curved_size(count)
+
+    def fit(size: int) -> tuple[Array, Array, float]:
+        terms = basis(logs - centre, size)
+        coefficients, *_ = np.linalg.lstsq(terms, found, rcond=None)
+        rest = found - terms @ coefficients
+        return coefficients, rest, float(np.sum(rest**2)) / (len(logs) - size)
+
+    if len(logs) < plane + 3:
+        return None
+    best = fit(plane)
+    if len(logs) >= curved + 3 and (other := fit(curved))[2] < PAYS * best[2]:
+        best = other
+    coefficients, rest, _ = best
+    free, means = len(logs) - len(coefficients), len(problem.means)
+    left = np.zeros((found.shape[1],) * 2)
+    left[:means, :means] = rest[:, :means].T @ rest[:, :means] / free
+    # Samples of a record share one roughness and are independent of each other.
+    end = means
+    for record in problem.records:
+        part = slice(end, end := end + len(record.values))
+        left[part, part] = (
+            np.eye(len(record.values)) * np.mean(np.sum(rest[:, part] ** 2, 0)) / free
+        )
+    terms = basis(logs - centre, len(coefficients))
+    return Surface(centre, coefficients, left, np.linalg.pinv(terms.T @ terms), free)
+
+
+def _solve(problem: Problem, surface: Surface, low: Array, high: Array, loss: str) -> _Fit:
+    """Finds the best point of a surface within a box."""
+    least_squares = need("scipy.optimize", "fit").least_squares
+    root = np.linalg.cholesky(np.eye(len(surface.left)) + surface.left)
+
+    def whitened(logs: Array) -> Array:
+        return np.linalg.solve(root, surface(logs))
+
+    middle = np.clip(surface.centre, low, high)
+    found = least_squares(whitened, middle, bounds=(low, high), loss=loss, x_scale=high - low)
+    jacobian = surface.slopes(found.x)
+    errors = np.eye(len(surface.left)) + surface.scatter(found.x)
+    # Information of the bounds: a value anywhere within them.
+    prior = np.diag(12.0 / (problem.high - problem.low) ** 2)
+    covariance = np.linalg.inv(jacobian.T @ np.linalg.solve(errors, jacobian) + prior)
+    return _Fit(found.x, surface, covariance, float(found.cost))
+
+
+def _starts(problem: Problem, loss: str, seed: int) -> Iterator[Array]:
+    """Returns the best points of a design over the bounds that are not close to each other."""
+    if not problem.logs:
+        problem.note(problem.start[None])
+        problem.spread(problem.low, problem.high, seed, FIRST * len(problem.names))
+    logs, off = problem.within(problem.low, problem.high)
+    if not len(logs):
+        why = f": {problem.refused[0]}" if problem.refused else ""
+        raise RefusedError(f"no hammer within the bounds has a long-run response{why}")
+    squares = off**2 if loss == "linear" else 2.0 * (np.sqrt(1.0 + off**2) - 1.0)
+    chosen: list[Array] = []
+    for point in logs[np.argsort(squares.sum(axis=1))]:
+        apart = (np.abs((point - c) / (problem.high - problem.low)).max() for c in chosen)
+        if all(distance > APART for distance in apart):
+            chosen.append(point)
+            yield point
+        if len(chosen) == STARTS:
+            return
+
+
+def _follow(problem: Problem, start: Array, loss: str, seed: int) -> _Fit:
+    """Refines one starting point, box by box."""
+    count = DENSE * curved_size(len(start))
+    bounds = problem.high - problem.low
+    half, here = WIDE * bounds, start
+    fit: _Fit | None = None
+    rough: float | None = None
+    for _ in range(BOXES):
+        low, high = (np.clip(here + w * half, problem.low, problem.high) for w in (-1.0, 1.0))
+        problem.spread(low, high, seed, count)
+        surface = _surface(problem, low, high)
+        if surface is None:
+            if fit is not None:
+                return fit
+            half = SHRINK * half
+            continue
+        fit = _solve(problem, surface, low, high, loss)
+        moved = np.abs(fit.logs - here)
+        here = fit.logs
+        if not (moved < 0.9 * half).all():
+            continue
+        if rough is not None and surface.rough > SMOOTH * rough:
+            return fit
+        least = np.clip(ENOUGH * np.sqrt(np.diag(fit.covariance)), NARROW, WIDE * bounds)
+        if surface.rough < SMALL or (half <= 1.01 * least).all():
+            return fit
+        rough, half = surface.rough, np.maximum(SHRINK * half, least)
+    if fit is None:
+        raise RefusedError("too few hammers near the best start have a long-run response")
+    return fit
+
+
+def _described(
+    problem: Problem, fit: _Fit, members: Array, peaks: list[tuple[Array, float]]
+) -> Calibration:
+    names, index = problem.names, pd.Index(problem.names)
+    best = np.exp(fit.logs)
+    covariance = np.atleast_2d(np.cov(members.T)) + NARROW**4 * np.eye(len(names))
+    sizes = np.sqrt(np.diag(covariance))
+    off = fit.surface(fit.logs)
+    left = fit.surface.scatter(fit.logs)
+    chi_square = float(off @ np.linalg.solve(np.eye(len(off)) + left, off))
+    freedom = len(off) - len(names)
+    near = np.minimum(fit.logs - problem.low, problem.high - fit.logs)
+    misfit = _misfit(chi_square, freedom)
+    if misfit:
+        warn(misfit)
+    ((_, last),) = (
+        responses([problem.numbers(fit.logs)], problem.wanted) if problem.means else [(0, None)]
+    )
+    # What is told of the fitted hammer is what it does, simulated, not what the surface has there.
+    simulated = problem.values + off * problem.errors
+    if last is not None:
+        simulated[: len(problem.means)] = table_of([last], problem.means)[0]
+    tables = _tables(problem, fit, (simulated - problem.values) / problem.errors)
+    return Calibration(
+        parameters=pd.Series(best, index=index, name="value"),
+        errors=pd.Series(best * sizes, index=index, name="error"),
+        covariance=pd.DataFrame(covariance * np.outer(best, best), index, index),
+        correlation=pd.DataFrame(covariance / np.outer(sizes, sizes), index, index),
+        samples=pd.DataFrame(np.exp(members), columns=index),
+        modes=pd.DataFrame(np.exp([peak for peak, _ in peaks]), columns=index).assign(
+            share=[share for _, share in peaks]
+        ),
+        cannot_tell=(*_blind(problem, covariance), *_several(names, peaks)),
+        at_bounds=tuple(n for n, room in zip(names, near, strict=True) if room < 1e-6),
+        residuals=tables[0],
+        records=tuple(tables[1:]),
+        chi_square=chi_square,
+        degrees_of_freedom=freedom,
+        misfit=misfit,
+        steady=last if isinstance(last, Steady) else None,
+        evaluations=len(problem.logs),
+        _problem=problem,
+        _left=left,
+    )
+
+
+def _misfit(chi_square: float, freedom: int) -> str:
+    # As many parameters as measurements meet them all, so any misfit counts, as of one.
+    if need("scipy.stats", "fit").chi2.sf(chi_square, max(freedom, 1)) >= CHANCE:
+        return ""
+    return (
+        f"the model does not describe what was measured: chi-square {chi_square:.4g} of {freedom} "
+        "degrees of freedom; the parameters and their errors mean little"
+    )
+
+
+def _tables(problem: Problem, fit: _Fit, off: Array) -> list[pd.DataFrame]:
+    """Tabulates measured and fitted values of the means and of each record."""
+    rough = np.sqrt(np.diag(fit.surface.scatter(fit.logs)))
+    columns = {
+        "measured": problem.values,
+        "error": problem.errors,
+        "found": problem.values + off * problem.errors,
+        "roughness": rough * problem.errors,
+        "residual": off / np.hypot(1.0, rough),
+    }
+    indices: list[pd.Index[Any]] = [pd.Index(problem.means)]
+    indices += [pd.Index(r.times, name="time") for r in problem.records]
+    ends = np.cumsum([len(index) for index in indices])
+    parts = np.split(np.column_stack([*columns.values()]), ends[:-1])
+    tables = [pd.DataFrame(p, i, [*columns]) for p, i in zip(parts, indices, strict=True)]
+    tables[0]["unit"] = [unit(named(name)) for name in problem.means]
+    tables[0] = beside(tables[0], "found", problem.numbers(fit.logs))
+    return tables
+
+
+def _several(names: Sequence[str], peaks: list[tuple[Array, float]]) -> tuple[str, ...]:
+    """Says that the likelihood has several modes."""
+    if len(peaks) < 2:
+        return ()
+    texts = [
+        f"{', '.join(f'{n} = {x:.4g}' for n, x in zip(names, np.exp(peak), strict=True))} "
+        f"({share:.0%})"
+        for peak, share in peaks
+    ]
+    return (f"these measurements allow for {len(texts)} hammers: {'; '.join(texts)}",)
+
+
+def _blind(problem: Problem, covariance: Array) -> tuple[str, ...]:
+    """Finds the directions and pairs of parameters that the measurements do not determine."""
+    names = problem.names
+    prior = (problem.high - problem.low) / np.sqrt(12.0)
+    parts, directions = np.linalg.eigh(covariance / np.outer(prior, prior))
+    texts = []
+    for part, direction in zip(np.sqrt(parts), (directions * prior[:, None]).T, strict=True):
+        if part <= BLIND:
+            continue
+        powers = direction / np.abs(direction).max()
+        largest = [k for k in np.argsort(-np.abs(powers)) if abs(powers[k]) > 0.1]
+        product = " ".join(f"{names[k]}^{powers[k]:.2g}" for k in largest)
+        texts.append(f"these measurements do not determine {product}: only the bounds limit it")
+    sizes = np.sqrt(np.diag(covariance))
+    for i, first in enumerate(names):
+        for k, second in enumerate(names[:i]):
+            tied = covariance[i, k] / (sizes[i] * sizes[k])
+            if abs(tied) > CORRELATED:
+                texts.append(
+                    f"{second} and {first} are hardly distinguished (correlation {tied:.3f}): "
+                    "another kind of measurement would help"
+                )
+    return tuple(texts)

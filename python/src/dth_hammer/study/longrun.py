@@ -1,0 +1,309 @@
+"""Long-run means over blows, with errors, of hammers that repeat or not."""
+
+from __future__ import annotations
+
+import html
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from .. import _native
+from ..errors import DomainError, RefusedError, UnknownNameError
+from ..extras import need
+from ..run import answers
+from ..scene import quantities, rocks
+from ..scene.band import beside, in_words
+from ..scene.scene import Scene
+from ..scene.signals import Signal
+from ..scene.variables import VARIABLES, Array, Value, whole
+from ..scene.variables import numbers as checked
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: Names of the means, in their order.
+MEANS: tuple[str, ...] = tuple(_native.averages())
+#: Means whose errors end a simulation, unless others are named.
+RATES = ("rop", "tip_rate")
+#: What a table calls the kind of a response.
+KIND = "kind"
+#: Units of those that are no variables.
+UNITS = {
+    "blow_frequency": "Hz",
+    "period": "s",
+    "advance": "m",
+    "rebound_speed": "m/s",
+    "rebound_ratio": "1",
+}
+#: A warning where blows have run out.
+NOT_REACHED = (
+    "the error asked for is not reached after {} blows: allow more blows, or a larger error"
+)
+#: How long results are waited for before progress is told, s.
+PART = 0.3
+#: Fewest blows of a mean.
+FEWEST = 100
+#: Energies of a blow.
+WORKS = tuple(name for name in MEANS if name.startswith("energy_"))
+#: A hammer: a scene, or parameters by name.
+Hammerlike = Scene | Mapping[str, Value] | None
+
+
+@dataclass(frozen=True)
+class Steady:
+    """A long-run response."""
+
+    #: ``cycle``, ``cycle of 2`` and so on, ``irregular``, ``stalled``.
+    kind: str
+    #: Mean, the range that the rock's specific energy leaves of a rate of penetration (``low``,
+    #: ``high``), standard error and spread from blow to blow of each output, and its unit. A rate
+    #: of penetration is the advance over the time of all blows; energies are those of a blow.
+    outputs: pd.DataFrame
+    #: Blows that the means are of.
+    blows: int
+    #: Whether the error asked for was reached.
+    reached: bool
+    #: Numbers of all that was set, by name, in SI units.
+    parameters: Mapping[str, float] = field(repr=False)
+    #: What was warned of.
+    warnings: tuple[str, ...] = ()
+    #: With ``starts``: a row for each motion that was met, with its kind, its share of the starts
+    #: and its means; that of the scene's own start is the first.
+    motions: pd.DataFrame | None = field(default=None, repr=False)
+
+    @property
+    def mean(self) -> pd.Series:
+        """Means by name, SI units."""
+        return self.outputs["mean"]
+
+    @property
+    def error(self) -> pd.Series:
+        """Standard errors of the means; 0 of blows that repeat."""
+        return self.outputs["error"]
+
+    @property
+    def spread(self) -> pd.Series:
+        """Standard deviations from blow to blow."""
+        return self.outputs["spread"]
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the blows repeat."""
+        return self.kind.startswith("cycle")
+
+    def __getitem__(self, name: str) -> float:
+        """Returns a mean, or the value of a parameter that was set."""
+        if name in self.parameters and name not in self.outputs.index:
+            return self.parameters[name]
+        return float(self.mean[named(name)])
+
+    @property
+    def rate(self) -> str:
+        """The rate of penetration with the range that the rock's specific energy leaves of it."""
+        return in_words(self["rop"], self.parameters)
+
+    def specific_energy(self, rate: Value) -> float:
+        """Returns the rock's specific energy from one measured rate of penetration, J/m3.
+
+        ``E_v = 4 P / (pi D^2 rate)`` with the mean power ``P`` that the hammer gives the rock, and
+        the hole's diameter ``D`` (``hole.diameter``).
+
+        Args:
+            rate: of penetration, m/s or text with a unit (``"30 m/h"``).
+
+        Raises:
+            DomainError: no rate above 0.
+            RefusedError: the hammer comes to rest.
+        """
+        number = quantities.read(rate, "m/s", "rate")
+        diameter = whole(self.parameters)["hole.diameter"]
+        if not (np.isfinite(number) and number > 0.0):
+            raise DomainError(f"rate = {number:g} m/s is not finite and above 0")
+        if self.kind == "stalled":
+            raise RefusedError("the hammer comes to rest: no specific energy follows from a rate")
+        work = self.mean["energy_rock_dissipated"] + self.mean["energy_viscous"]
+        return float(work / self.mean["period"] / (0.25 * np.pi * diameter**2 * number))
+
+    def measured(self, rate: Value, scatter: float = 0.1) -> dict[str, float]:
+        """Returns the rock's specific energy and its uncertainty from one measured rate.
+
+        Args:
+            rate: of penetration, as for `specific_energy`.
+            scatter: of the measured rate, a share of it.
+        """
+        if not 0.0 <= scatter <= 1.0:
+            raise DomainError(f"scatter = {scatter:g} is not a share of the rate, 0 to 1")
+        return {
+            "rock.specific_energy": self.specific_energy(rate),
+            "rock.specific_energy_factor": 1.0 + scatter,
+        }
+
+    def _repr_html_(self) -> str:
+        text = f"{self.kind}, {self.blows} blows" + ("" if self.reached else ", error not reached")
+        numbers = self.outputs.to_html(float_format="{:.6g}".format, na_rep="")
+        table = f"<p>{html.escape(text)}</p><p>{html.escape(self.rate)}</p>{numbers}"
+        return (
+            table
+            if self.kind == "stalled"
+            else answers.with_figure(table, self.plot, "Energy of a blow")
+        )
+
+    def plot(self) -> Figure:
+        """Plots the energy of a blow: work beside losses."""
+        return answers.energies(dict(self.mean[[*WORKS]]))
+
+
+def named(name: str) -> str:
+    """Returns the name of a mean; raises if there is none."""
+    if name not in MEANS:
+        raise UnknownNameError("mean", name, MEANS)
+    return name
+
+
+def unit(name: str) -> str:
+    """Unit of a mean."""
+    return UNITS.get(name) or VARIABLES[name].unit
+
+
+#: The engine's own.
+DEFAULTS = _native.wanted()
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """How long-run responses are found."""
+
+    #: Largest standard error of both rates, or by name of any means, over the mean.
+    error: float | Mapping[str, float] = DEFAULTS["error"]
+    #: Most blows simulated.
+    blows: int = int(DEFAULTS["blows"])
+    #: Without a blow for so long it is stalled, s.
+    limit: float = DEFAULTS["limit"]
+    #: Most blows after which a motion may repeat; 0: none.
+    repeating: int = int(DEFAULTS["repeating"])
+
+    def __post_init__(self) -> None:
+        bounds = [("blows", self.blows, FEWEST, 1e7), ("limit", self.limit, 1e-3, 1e4)]
+        bounds += [("repeating", self.repeating, 0, 16)]
+        bounds += [(f"error of {name}", error, 1e-6, 1.0) for name, error in self.by_mean.items()]
+        for name, value, low, high in bounds:
+            if not low <= quantities.read(value, "1", name) <= high:
+                raise DomainError(f"{name} = {value} must be {low:g} to {high:g}")
+
+    @property
+    def by_mean(self) -> dict[str, float]:
+        """Errors by the names of the means."""
+        if isinstance(self.error, Mapping):
+            return {named(name): error for name, error in self.error.items()}
+        return dict.fromkeys(RATES, self.error)
+
+    @property
+    def errors(self) -> list[float]:
+        """An error for each mean, infinity where any will do."""
+        return [self.by_mean.get(name, np.inf) for name in MEANS]
+
+
+def responses(
+    points: Sequence[Mapping[str, float]],
+    wanted: Wanted,
+    *,
+    threads: int | None = None,
+    progress: bool = False,
+    stopped: Callable[[], bool] = lambda: False,
+) -> Iterator[tuple[int, Steady | str]]:
+    """Yields the long-run responses of many hammers as they finish; text says why one is refused.
+
+    Threads are as many as cores if nobody says.
+
+    Ctrl-C ends all, and so does ``stopped``: a thread that is not the main one hears of no signal.
+    """
+    scenes = [[*point.items()] for point in points]
+    if not scenes:
+        return
+    ways = (wanted.errors, wanted.blows, wanted.limit, wanted.repeating)
+    batch = _native.Batch.steady(scenes, ways, threads or cores())
+    bar, done = Bar(progress, len(scenes)), 0
+    with closing(bar):
+        try:
+            while done < len(scenes):
+                for index, values, refused, warnings in batch.take(1, PART) or ():
+                    done += 1
+                    yield index, refused or _answer(values, points[index], warnings)
+                if stopped():
+                    raise KeyboardInterrupt
+                bar.tell(*batch.heard(), done)
+        finally:
+            batch.stop()
+
+
+def cores() -> int:
+    """Returns the number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _answer(values: Sequence[float], point: Mapping[str, float], warnings: Sequence[str]) -> Steady:
+    """Returns a response from the engine's answer."""
+    repeating, blows, reached, *numbers = values
+    kinds = {-1: "stalled", 0: "irregular", 1: "cycle"}
+    kind = kinds.get(int(repeating), f"cycle of {repeating:g}")
+    parts = np.array(numbers).reshape(3, len(MEANS))
+    if kind == "stalled":
+        parts[:] = np.nan
+    short = () if reached > 0.5 else (NOT_REACHED.format(int(blows)),)
+    reasons = (*warnings, *short)
+    return Steady(kind, tabled(parts, point), int(blows), not short, dict(point), reasons)
+
+
+def tabled(parts: Array, given: Mapping[str, float]) -> pd.DataFrame:
+    """Returns means, errors and spreads as a table of outputs."""
+    columns = dict(zip(("mean", "error", "spread"), parts, strict=True))
+    frame = beside(pd.DataFrame(columns, index=pd.Index(MEANS, name="output")), "mean", given)
+    frame["unit"] = [unit(name) for name in MEANS]
+    return frame
+
+
+def numbers_of(scene: Hammerlike, preset: str | None, rock: str | None = None) -> dict[str, float]:
+    """Returns the checked numbers of a hammer without inputs over time."""
+    given, signals = given_of(scene, preset, rock)
+    if signals:
+        raise DomainError(f"{', '.join(signals)} over time: only constant inputs are possible here")
+    return given
+
+
+def given_of(
+    scene: Hammerlike, preset: str | None, rock: str | None = None
+) -> tuple[dict[str, float], dict[str, Signal]]:
+    """Checked numbers of a hammer, and its inputs over time."""
+    if isinstance(scene, Scene):
+        given = checked(preset or scene.preset, rocks.given(scene.parameters, rock))
+        return given, dict(scene.inputs)
+    return checked(preset, rocks.given(scene, rock)), {}
+
+
+class Bar:
+    """A progress bar, if it is wanted."""
+
+    def __init__(self, shown: bool, total: int = 1) -> None:
+        self._total = total
+        named_ = {"leave": False, "unit": "hammer" if total > 1 else "blow"}
+        bars = need("tqdm", "sweep").tqdm if shown else None
+        self._bar: Any = bars and bars(total=total if total > 1 else None, **named_)
+
+    def tell(self, blows: int, excess: float, done: int = 0) -> None:
+        """Blows so far, and the error over the one wanted."""
+        if self._bar is not None:
+            self._bar.n = done if self._total > 1 else blows
+            known = f"{excess:.2g} times the one wanted" if np.isfinite(excess) else "not yet known"
+            self._bar.set_postfix_str(f"error {known}")
+
+    def close(self) -> None:
+        """Removes the bar."""
+        if self._bar is not None:
+            self._bar.close()

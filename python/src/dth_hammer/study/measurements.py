@@ -1,0 +1,165 @@
+"""What is measured, which parameters are free, and the hammers that were simulated for it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..errors import DomainError, RefusedError, warn
+from ..run.gradients import differentiable
+from ..run.records import Record, check, simulated
+from ..scene.quantities import read
+from ..scene.variables import VARIABLES, Array, Value, whole
+from .longrun import Wanted, named, responses, unit
+from .trends import sobol, table_of
+
+#: A value with its standard error, or repeated measurements; None and NaN are missing.
+Measured = tuple[Value, Value] | Collection[Value | None]
+#: Parameters to find: their names, or bounds by name, None if there are none.
+Free = Sequence[str] | Mapping[str, tuple[Value, Value] | None]
+
+#: Bounds of a parameter, as a factor both ways, unless they are given.
+FACTOR = 3.0
+GIVE = "give (value, standard error), or three or more values"
+
+
+@dataclass
+class Problem:
+    """Measurements, free parameters, and the hammers simulated so far."""
+
+    names: list[str]
+    #: Logarithms: where to begin, and bounds.
+    start: Array
+    low: Array
+    high: Array
+    given: Mapping[str, float]
+    means: list[str]
+    records: Sequence[Record]
+    values: Array
+    errors: Array
+    wanted: Wanted
+    progress: bool = False
+    #: Points tried, and what they gave.
+    logs: list[Array] = field(default_factory=list)
+    found: list[Array] = field(default_factory=list)
+    refused: list[str] = field(default_factory=list)
+
+    def holds(self, logs: Array) -> bool:
+        """Returns whether a point is within the bounds."""
+        return bool((logs >= self.low - 1e-12).all() and (logs <= self.high + 1e-12).all())
+
+    def numbers(self, logs: Array) -> dict[str, float]:
+        """Returns the parameters of the hammer at a point."""
+        return {**self.given, **dict(zip(self.names, map(float, np.exp(logs)), strict=True))}
+
+    def at(self, points: Array) -> Array:
+        """Responses of hammers, one row per point; NaN where there is none."""
+        values = np.full((len(points), len(self.values)), np.nan)
+        scenes = [self.numbers(logs) for logs in points]
+        if self.means:
+            for k, answer in responses(scenes, self.wanted, progress=self.progress):
+                if isinstance(answer, str):
+                    self.refused.append(answer)
+                values[k, : len(self.means)] = table_of([answer], self.means)[0]
+        for k, scene in enumerate(scenes) if self.records else ():
+            try:
+                samples = [simulated(record, scene)[0] for record in self.records]
+                values[k, len(self.means) :] = np.concatenate(samples)
+            except (DomainError, RefusedError) as error:
+                self.refused.append(str(error))
+        return values
+
+    def spread(self, low: Array, high: Array, seed: int, count: int) -> None:
+        """Simulates the points of a box that have not been simulated yet."""
+        inside = sum(bool((x >= low).all() and (x <= high).all()) for x in self.logs)
+        if inside >= count:
+            return
+        unit_box = sobol(len(self.names), count - inside, seed + len(self.logs))[: count - inside]
+        self.note(0.5 * (low + high) + 0.5 * (high - low) * unit_box)
+
+    def note(self, points: Array) -> None:
+        """Simulates points and stores their responses."""
+        self.logs += [*points]
+        self.found += [*self.at(points)]
+
+    def within(self, low: Array, high: Array) -> tuple[Array, Array]:
+        """Points of a box that have a response, and it over the measurement's error."""
+        logs, found = np.array(self.logs), np.array(self.found)
+        inside = ((logs >= low) & (logs <= high)).all(axis=1) & np.isfinite(found).all(axis=1)
+        return logs[inside], (found[inside] - self.values) / self.errors
+
+
+def looked_at(
+    measured: Mapping[str, Measured],
+    free: Free,
+    given: Mapping[str, float],
+    records: Sequence[Record],
+    wanted: Wanted,
+) -> Problem:
+    """Checks the arguments."""
+    check(records)
+    rows = {name: _measured(name, numbers) for name, numbers in measured.items()}
+    means = {name: row for name, row in rows.items() if row is not None}
+    names = differentiable(free)
+    if not (means or records) or not names:
+        raise DomainError("give what was measured, and which parameters are free")
+    table = np.array([*means.values()], dtype=float).reshape(len(means), 2)
+    values = np.concatenate([table[:, 0], *(r.values for r in records)])
+    errors = np.concatenate([table[:, 1], *(r.errors for r in records)])
+    known = whole(given)
+    start, low, high = (np.empty(len(names)) for _ in range(3))
+    for k, name in enumerate(names):
+        start[k] = known[name]
+        bounds = free[name] if isinstance(free, Mapping) else None
+        if bounds is not None:
+            low[k], high[k] = (VARIABLES[name].number(bound) for bound in bounds)
+        else:
+            low[k], high[k] = start[k] / FACTOR, start[k] * FACTOR
+        if not 0.0 < low[k] < high[k]:
+            raise DomainError(f"the bounds of {name}, {low[k]:g} to {high[k]:g}, must be above 0")
+    start = np.clip(start, low, high)
+    return Problem(
+        names=names,
+        start=np.log(start),
+        low=np.log(low),
+        high=np.log(high),
+        given=given,
+        means=[*means],
+        records=records,
+        values=values,
+        errors=errors,
+        wanted=wanted,
+    )
+
+
+def _measured(name: str, given: Measured) -> tuple[float, float] | None:
+    """Returns value and standard error; None if every value is missing."""
+    of = unit(named(name))
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise DomainError(f"{name} = {given!r}: {GIVE}")
+    determined = [np.nan if x is None else read(x, of, name) for x in given]
+    values = np.array(determined, dtype=float)
+    if VARIABLES[name].minimum == 0.0 and not isinstance(given, tuple):
+        # What a rig's log has between its values: idle time, and the null of its files.
+        idle = int(np.sum(values <= 0.0))
+        values = values[~(values <= 0.0)]
+        if idle:
+            warn(f"{idle} of {len(determined)} values of {name} are not above 0 and are left out")
+    if len(values) == 2 and isinstance(given, tuple):
+        value, sigma = map(float, values)
+        if np.isnan(value):
+            return None
+    else:
+        values = values[np.isfinite(values)]
+        if not len(values):
+            return None
+        if len(values) < 3:
+            raise DomainError(f"{name}: {GIVE}")
+        value, sigma = float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values)))
+    if not (np.isfinite(value) and sigma > 0.0 and np.isfinite(sigma)):
+        raise DomainError(f"{name} = {value:g} with error {sigma:g}: an error must be above 0")
+    if value <= 0.0 and VARIABLES[name].minimum == 0.0:
+        raise DomainError(f"{name} = {value:g} {of} is not above 0: is the unit right?")
+    return value, sigma

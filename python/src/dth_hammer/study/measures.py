@@ -1,0 +1,61 @@
+"""What a hammer is judged by: means of its long-run response, and what follows from these."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from .. import _native
+from ..errors import UnknownNameError
+from ..scene.quantities import read
+from ..scene.variables import whole
+from . import longrun
+from .fatigue import largest_stress
+from .longrun import MEANS, Steady
+
+
+def _mass(body: str) -> Callable[[Steady], float]:
+    def mass(found: Steady) -> float:
+        parts = np.array(_native.sections(dict(found.parameters), body))
+        return float(whole(found.parameters)["material.density"] * np.prod(parts, axis=1).sum())
+
+    return mass
+
+
+def _stress(body: str) -> Callable[[Steady], float]:
+    return lambda found: largest_stress(found, body)
+
+
+def _power(found: Steady) -> float:
+    return found["blow_energy"] * found["blow_frequency"]
+
+
+#: Beside the means, by name: unit and value.
+OTHERS: Mapping[str, tuple[str, Callable[[Steady], float]]] = {
+    "power": ("W", _power),
+    "piston_mass": ("kg", _mass("piston")),
+    "bit_mass": ("kg", _mass("bit")),
+    "piston_stress": ("Pa", _stress("piston")),
+    "bit_stress": ("Pa", _stress("bit")),
+}
+
+
+def named(name: str) -> str:
+    """Returns the name of a measure; raises if there is none."""
+    if name not in MEANS and name not in OTHERS:
+        raise UnknownNameError("mean", name, (*MEANS, *OTHERS))
+    return name
+
+
+def unit(name: str) -> str:
+    """Unit of a measure."""
+    return OTHERS[name][0] if name in OTHERS else longrun.unit(name)
+
+
+def measure(given: str | Callable[[Steady], float]) -> Callable[[Steady], float]:
+    """Returns the function that a name stands for, or one that reads what a function returns."""
+    if callable(given):
+        return lambda found: read(given(found), "1", getattr(given, "__name__", "the goal"))
+    name = named(given)
+    return OTHERS[name][1] if name in OTHERS else lambda found: found[name]

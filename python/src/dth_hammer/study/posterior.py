@@ -1,0 +1,228 @@
+"""What measurements leave of parameters: a population over the likelihood of an emulated response.
+
+Each measurement is emulated over all hammers that were simulated: a plane, and a Gaussian process
+(Matern 5/2, a length for each parameter) on what it leaves; a nugget is the roughness, by which the
+response jumps beside any smooth function. Its variance adds to that of the measurement. A
+population that begins all over the bounds is led to the likelihood in steps (tempered; moved along
+differences of its members), so that it finds every mode, wherever a search would have ended.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..extras import need
+from ..scene.variables import Array
+from .trends import sobol
+
+#: Most hammers that an emulator is made of: the nearest to what was measured.
+MOST = 150
+#: Bounds of the lengths over those of the parameters, and of the nugget over the variance.
+LENGTHS, NUGGETS = (0.03, 30.0), (1e-8, 1.0)
+#: Members of a population; moves of each after a step, and at the end; part that a step keeps.
+MEMBERS, MOVES, LAST_MOVES, KEPT = 512, 4, 16, 0.5
+#: Two members belong to two modes if the likelihood between them is lower than at both by more than
+#: its logarithm says, and a mode is told if it has such a share.
+VALLEY, SHARE = 2.0, 0.05
+#: Better members that a member is compared with, the nearest.
+NEAR = 8
+
+
+def rho(squares: Array, loss: str) -> Any:
+    """What squared residuals count, as in `scipy.optimize.least_squares`."""
+    if loss == "soft_l1":
+        return 2.0 * (np.sqrt(1.0 + squares) - 1.0)
+    if loss == "huber":
+        return np.where(squares <= 1.0, squares, 2.0 * np.sqrt(np.maximum(squares, 1.0)) - 1.0)
+    if loss == "cauchy":
+        return np.log1p(squares)
+    return np.arctan(squares) if loss == "arctan" else squares
+
+
+class _Process:
+    """A Gaussian process of outputs that share lengths and nugget."""
+
+    def __init__(self, places: Array, values: Array) -> None:
+        self.places, self.values = places, values
+        count = places.shape[1]
+        minimize = need("scipy.optimize", "fit").minimize
+        bounds = [np.log(LENGTHS)] * count + [np.log(NUGGETS)]
+        begin = np.append(np.zeros(count), np.log(1e-3))
+        found = minimize(self._cost, begin, method="L-BFGS-B", bounds=bounds, tol=1e-3)
+        self.logs = found.x
+        self.inverse = np.linalg.inv(self._matrix(self.logs))
+        self.weights = self.inverse @ values
+        self.variance = np.sum(values * self.weights, axis=0) / len(values) + 1e-300
+
+    def _matrix(self, logs: Array) -> Array:
+        near = _matern(self.places, self.places, np.exp(logs[:-1]))
+        return np.asarray(near + np.exp(logs[-1]) * np.eye(len(near)))
+
+    def _cost(self, logs: Array) -> float:
+        """Minus the logarithm of the likelihood of the values, the variances at their best."""
+        root = np.linalg.cholesky(self._matrix(logs))
+        white = np.linalg.solve(root, self.values)
+        variances = np.sum(white**2, axis=0) / len(white) + 1e-300
+        volume = 2.0 * np.sum(np.log(np.diag(root))) * self.values.shape[1]
+        return float(0.5 * (volume + len(white) * np.sum(np.log(variances))))
+
+    def __call__(self, places: Array) -> tuple[Array, Array]:
+        """Means and variances of new points, roughness included."""
+        near = _matern(places, self.places, np.exp(self.logs[:-1]))
+        left = 1.0 + np.exp(self.logs[-1]) - np.sum(near @ self.inverse * near, axis=1)
+        return near @ self.weights, np.maximum(left, 0.0)[:, None] * self.variance
+
+    def left_out(self) -> Array:
+        """What each value differs from its prediction by all others."""
+        return np.asarray(self.weights / np.diag(self.inverse)[:, None])
+
+
+def _matern(first: Array, second: Array, lengths: Array) -> Array:
+    off = (first[:, None] - second[None]) / lengths
+    r = np.sqrt(5.0 * np.sum(off**2, axis=2))
+    return np.asarray((1.0 + r + r**2 / 3.0) * np.exp(-r))
+
+
+class Emulator:
+    """The response over the bounds, as deviation from the measurement over its error.
+
+    Args:
+        logs: of the parameters of all hammers, a row each.
+        found: their responses, NaN where there is none.
+        bounds: least and largest logarithms.
+        groups: how many means there are, each with a process of its own, and correlated in what
+            they leave; then the numbers of samples that share one.
+        loss: of `calibrate`.
+    """
+
+    def __init__(
+        self,
+        logs: Array,
+        found: Array,
+        bounds: tuple[Array, Array],
+        groups: tuple[int, Sequence[int]],
+        loss: str,
+    ) -> None:
+        self.low, self.wide = bounds[0], bounds[1] - bounds[0]
+        means, samples = groups
+        self.loss, self.means = loss, means
+        places, known = self._placed(logs), np.isfinite(found).all(axis=1)
+        self.all, self.known = places, known
+        places, found = places[known], found[known]
+        near = np.argsort(np.sum(rho(found**2, "cauchy"), axis=1))[:MOST]
+        places, found = places[near], found[near]
+        terms = np.column_stack([np.ones(len(places)), places])
+        self.plane, *_ = np.linalg.lstsq(terms, found, rcond=None)
+        parts = np.split(
+            found - terms @ self.plane, np.cumsum([*[1] * means, *samples])[:-1], axis=1
+        )
+        self.processes = [_Process(places, part) for part in parts]
+        rest = np.column_stack([process.left_out() for process in self.processes])[:, :means]
+        sizes = np.sqrt(np.mean(rest**2, axis=0)) + 1e-300
+        self.correlation = (rest / sizes).T @ (rest / sizes) / len(rest)
+
+    def _placed(self, logs: Array) -> Array:
+        return np.asarray((logs - self.low) / self.wide)
+
+    def __call__(self, logs: Array) -> Array:
+        """Logarithm of the likelihood of points, one a row; minus infinity beside refused ones."""
+        places = self._placed(logs)
+        predicted = [process(places) for process in self.processes]
+        terms = np.column_stack([np.ones(len(places)), places])
+        off = terms @ self.plane + np.column_stack([mean for mean, _ in predicted])
+        sizes = np.sqrt(np.column_stack([variance for _, variance in predicted]))
+        own = sizes[:, : self.means]
+        matrix = np.eye(self.means) + self.correlation * own[:, :, None] * own[:, None, :]
+        root = np.linalg.cholesky(matrix)
+        white = np.linalg.solve(root, off[:, : self.means, None])[:, :, 0]
+        total = -0.5 * np.sum(rho(white**2, self.loss), axis=1)
+        total -= np.sum(np.log(np.diagonal(root, axis1=1, axis2=2)), axis=1)
+        rest = 1.0 + sizes[:, self.means :] ** 2
+        squares = rho(off[:, self.means :] ** 2 / rest, self.loss)
+        total -= 0.5 * np.sum(squares + np.log(rest), axis=1)
+        nearest = np.argmin(np.sum((places[:, None] - self.all[None]) ** 2, axis=2), axis=1)
+        inside = ((places >= 0.0) & (places <= 1.0)).all(axis=1) & np.asarray(self.known)[nearest]
+        return np.where(inside, total, -np.inf)
+
+
+def population(of: Callable[[Array], Array], low: Array, high: Array, seed: int) -> Array:
+    """Members drawn from a likelihood over bounds, the best one first."""
+    random = np.random.default_rng(seed)
+    members = 0.5 * (low + high) + 0.5 * (high - low) * sobol(len(low), MEMBERS, seed)
+    values, power = of(members), 0.0
+    while power < 1.0:
+        step = _step(values, 1.0 - power)
+        weights = np.exp(step * (values - values.max()))
+        places = (np.arange(len(members)) + random.random()) / len(members)
+        chosen = np.searchsorted(np.cumsum(weights) / weights.sum(), places)
+        chosen = np.minimum(chosen, len(members) - 1)
+        members, values, power = members[chosen], values[chosen], power + step
+        for _ in range(MOVES if power < 1.0 else LAST_MOVES):
+            members, values = _moved(of, members, values, power, random)
+    return np.asarray(members[np.argsort(-values)])
+
+
+def _step(values: Array, most: float) -> float:
+    """How far to go so that a part of the members still counts."""
+
+    def keeps(step: float) -> bool:
+        weights = np.exp(step * (values - values.max()))
+        return bool(weights.sum() ** 2 / np.sum(weights**2) >= KEPT * np.isfinite(values).sum())
+
+    if keeps(most):
+        return most
+    low, high = 0.0, most
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if keeps(middle) else (low, middle)
+    return high
+
+
+def _moved(
+    of: Callable[[Array], Array],
+    members: Array,
+    values: Array,
+    power: float,
+    random: np.random.Generator,
+) -> tuple[Array, Array]:
+    """Each half moves along differences between members of the other."""
+    members, values, count = members.copy(), values.copy(), members.shape[1]
+    halves = np.array_split(random.permutation(len(members)), 2)
+    for own, other in (halves, halves[::-1]):
+        first, second = (members[random.choice(other, len(own))] for _ in range(2))
+        # Now and then a whole difference, from mode to mode.
+        usual = 2.38 / np.sqrt(2.0 * count) * random.uniform(0.3, 1.0, len(own))
+        size = np.where(random.random(len(own)) < 0.1, 1.0, usual)
+        jitter = 1e-5 * random.standard_normal(members[own].shape)
+        tried = members[own] + size[:, None] * (first - second) + jitter
+        found = of(tried)
+        with np.errstate(invalid="ignore"):
+            better = np.log(random.random(len(own))) < power * (found - values[own])
+        members[own[better]], values[own[better]] = tried[better], found[better]
+    return members, values
+
+
+def modes(of: Callable[[Array], Array], members: Array) -> list[tuple[Array, float]]:
+    """Best member and share of each mode, the largest first.
+
+    A member belongs to the mode of a near better one to which no valley is between, so that the
+    bends of a ridge do not part it.
+    """
+    order = np.argsort(-of(members))
+    members = members[order]
+    values, places = of(members), members / (np.ptp(members, axis=0) + 1e-12)
+    ways = np.linspace(0.0, 1.0, 11)[1:-1, None, None]
+    belongs = np.arange(len(members))
+    for k in range(1, len(members)):
+        near = np.argsort(np.sum((places[:k] - places[k]) ** 2, axis=1))[:NEAR]
+        between = members[k] + ways * (members[near] - members[k])
+        lowest = of(between.reshape(-1, members.shape[1])).reshape(len(ways), -1).min(axis=0)
+        if lowest.max() > values[k] - VALLEY:
+            belongs[k] = belongs[near[np.argmax(lowest)]]
+    peaks, counts = np.unique(belongs, return_counts=True)
+    shares = counts / len(members)
+    modes = [(members[p], float(s)) for p, s in zip(peaks, shares, strict=True) if s >= SHARE]
+    return sorted(modes, key=lambda mode: -mode[1])

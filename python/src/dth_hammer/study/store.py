@@ -1,0 +1,140 @@
+"""The file of a sweep, to which rows are only ever added."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import socket
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO
+
+import pandas as pd
+
+from .. import outputs
+from ..errors import OutputError
+
+RUN = "run"
+#: Columns of text, which may be empty or look like numbers.
+TEXTS = (RUN, "case", "error", "warning", "model", "kind")
+
+
+class Store:
+    """A table's file, and a folder of parts while the sweep is incomplete."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = outputs.check(path, outputs.STORED)
+        self.parts = self.path.with_name(self.path.name + ".parts")
+        if self.path.is_file() and self.path.stat().st_size:
+            self._read(self.path)
+
+    @contextlib.contextmanager
+    def alone(self) -> Iterator[None]:
+        """Locks the table against other sweeps; the lock ends with the process."""
+        self.parts.mkdir(exist_ok=True)
+        lock = self.parts / "lock"
+        while True:
+            file = lock.open("a+", encoding="utf-8")
+            try:
+                _lock(file)
+            except OSError:
+                file.seek(0)
+                holder = file.read() or "another process"
+                file.close()
+                raise OutputError(
+                    f"{self.path} is being written by {holder}: wait for it, stop it, or choose "
+                    "another file"
+                ) from None
+            with contextlib.suppress(OSError):
+                if os.path.samestat(os.fstat(file.fileno()), lock.stat()):
+                    break
+            # The one who held it has removed it.
+            file.close()
+            self.parts.mkdir(exist_ok=True)
+        with file:
+            file.truncate(0)
+            began = time.strftime("%Y-%m-%d %H:%M:%S %z")
+            file.write(f"process {os.getpid()} on {socket.gethostname()} since {began}")
+            file.flush()
+            try:
+                yield
+            finally:
+                # While it is held, or it may be the next one's; Windows removes none that is open.
+                if os.name != "nt":
+                    lock.unlink()
+        with contextlib.suppress(OSError):
+            if os.name == "nt":
+                lock.unlink()
+            self.parts.rmdir()
+
+    def rows(self) -> pd.DataFrame:
+        """Returns all stored rows, each once."""
+        return self._together(self._files())
+
+    def add(self, table: pd.DataFrame, key: str = RUN) -> None:
+        """Stores rows as a new part."""
+        self.parts.mkdir(exist_ok=True)
+        outputs.write(table, self.parts / f"{table[key].iloc[0]}.parquet", index=False)
+
+    def finish(self) -> None:
+        """Merges all rows into one file, including those of other grids and sweeps."""
+        files = self._files()
+        if files == [self.path]:
+            return
+        outputs.write(self._together(files), self.path, index=False)
+        for part in files:
+            if part != self.path:
+                part.unlink(missing_ok=True)
+
+    def _files(self) -> list[Path]:
+        own = [self.path] if self.path.is_file() and self.path.stat().st_size else []
+        return own + sorted(self.parts.glob("*.parquet"))
+
+    def _together(self, files: list[Path]) -> pd.DataFrame:
+        tables = [self._read(file) for file in files]
+        if not tables:
+            return pd.DataFrame()
+        table = pd.concat(tables, ignore_index=True).drop_duplicates(RUN, ignore_index=True)
+        texts = [name for name in TEXTS if name in table]
+        table[texts] = table[texts].fillna("")
+        return table
+
+    def _read(self, path: Path) -> pd.DataFrame:
+        try:
+            table = outputs.read(path)
+            if RUN not in table:
+                raise OutputError(f"{path} is there and is no sweep's table: it would be lost")
+            # Numbers are floats, whatever one sweep or another has written them as.
+            table = table.reset_index(drop=True)
+            columns = {n: c if n in TEXTS else _numbers(c) for n, c in table.items()}
+        except (ValueError, TypeError) as error:
+            raise OutputError(f"{path} is there and is no sweep's table: {error}") from None
+        return pd.DataFrame(columns)
+
+
+def _numbers(column: pd.Series) -> pd.Series:
+    """Returns a column as floats, NaN where it is empty."""
+    words = {"": math.nan, "True": 1.0, "False": 0.0}
+    numbers = [words[v] if v in words else math.nan if pd.isna(v) else float(v) for v in column]
+    return pd.Series(numbers, dtype=float)
+
+
+#: Where a lock lies in its file, under Windows: what is locked there cannot be read.
+BEYOND = 1 << 20
+
+
+def _lock(file: IO[str]) -> None:
+    """Locks a file for this process, or raises an OSError at once."""
+    if sys.platform == "win32":
+        import msvcrt  # noqa: PLC0415
+
+        file.seek(BEYOND)
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
+        file.seek(0)
+    else:
+        import fcntl  # noqa: PLC0415
+
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)

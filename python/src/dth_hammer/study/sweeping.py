@@ -1,0 +1,321 @@
+"""Many runs over a grid of parameters; resumable; one row per run."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from contextlib import closing, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeGuard
+
+import numpy as np
+import pandas as pd
+
+from ..contract import typed
+from ..errors import DomainError, InterruptedSweepError, LostWorkerError, warn
+from ..extras import need
+from ..scene import quantities
+from ..scene.band import SIDES, with_sides
+from ..scene.variables import VARIABLES, Value, model
+from ..scene.variables import numbers as checked
+from .cases import CASE, ERROR, MODEL, PASSING, UNTIL, WARNING, Case, Job, planned
+from .longrun import KIND, MEANS, Wanted, named, unit
+from .store import RUN, TEXTS, Store
+from .workers import parts_of
+
+if TYPE_CHECKING:
+    from dask.distributed import Client
+
+    #: Scheduler, number of workers, and runs of a task.
+    Workers = tuple[str | Client | None, int | None, int | None]
+
+#: Values by parameter, or rows.
+Grid = Mapping[str, Value | Collection[Value]] | Sequence[Mapping[str, Value]] | pd.DataFrame
+#: In place of a duration: long-run responses.
+STEADY = "steady"
+#: Columns of a long-run response beside its means.
+LONG: Mapping[str, Any] = {KIND: str, "blows": "Int64", "reached": "boolean"}
+#: What a row tells about a run's end unless other outputs are asked for.
+RESULTS = (
+    "blow_count",
+    "blow_period",
+    "blow_speed",
+    "blow_energy",
+    "blow_penetration",
+    "rop",
+    "rop_mean",
+    "tip_rate",
+    "tip_rate_mean",
+    "tip_depth",
+    "energy_drive",
+    "energy_residual",
+    "stalled",
+)
+
+
+@typed()
+def sweep(
+    grid: Grid,
+    until: float | str,
+    *,
+    parameters: Mapping[str, Value] | None = None,
+    preset: str | None = None,
+    cases: Mapping[str, Case] | None = None,
+    outputs: Iterable[str] | None = None,
+    error: float | Mapping[str, float] | None = None,
+    out: str | Path | None = None,
+    scheduler: str | Client | None = None,
+    workers: int | None = None,
+    batch: int | None = None,
+    progress: bool = False,
+) -> pd.DataFrame:
+    """Runs every point of a grid, or finds its long-run means, and returns one row per run.
+
+    Args:
+        grid: values by parameter (all combinations; a single value is shared by all), or one row
+            per run: a DataFrame, or a list of parameters by name.
+        until: seconds of each run, or text with a unit; ``"steady"`` for the long-run response
+            instead, as `steady` finds it: means, their errors as ``rop_error`` and so on, what
+            kind of motion it is, of how many blows, and whether the error was reached. Either way
+            the range that the rock's specific energy leaves of a rate of penetration is in
+            ``rop_low`` and ``rop_high``.
+        parameters: what all runs share, laid over the preset.
+        preset: parameter set to start from.
+        cases: by name, what is done with every point of the grid: rocks, inputs over time,
+            controllers. The table has the name in the column ``case``.
+        outputs: names to read at the end of a run. Of a long-run response, names of means.
+        error: of a long-run response, as for `steady`.
+        out: Parquet or CSV file for the rows. They are kept beside it in parts as they come:
+            the same call made again runs only what is missing, and another grid adds its
+            rows to those that are there.
+        scheduler: ``"threads"`` (the engine's own; runs with inputs or controllers one after
+            another in Python), ``"processes"`` (of this machine, without sockets), the address
+            of a Dask scheduler, or a Dask client. Who reaches a Dask scheduler runs code there.
+            If not given, threads, and processes for cases with inputs or controllers.
+        workers: number of workers, for processes and threads; as many as there are cores if not
+            given.
+        batch: number of runs in a task: a part file and a tick of the progress bar. If not given,
+            threads make a part of what came within half a second, processes of up to 25 runs.
+        progress: shows a progress bar.
+
+    Raises:
+        OutputError: ``out`` cannot be written, or another sweep is writing it.
+        LostWorkerError: a worker was killed; says what is kept.
+
+    A run that the engine refuses has its message in the column ``error``; what is doubtful in one
+    is in ``warning``. What an input or a controller raised is in ``error`` too; such a row is not
+    kept in ``out``, so the same call tries it again.
+
+    Example:
+        >>> from dth_hammer import sweep
+        >>> read = ["blow_count", "blow_speed"]
+        >>> table = sweep({"feed_force": [4e3, 8e3]}, "200 ms", outputs=read)
+        >>> print(table[["feed_force", *read]].round(2).to_string(index=False))
+         feed_force  blow_count  blow_speed
+             4000.0           5       11.55
+             8000.0           5       11.37
+    """
+    end: float | Wanted
+    if until == STEADY:
+        end = Wanted() if error is None else Wanted(error=error)
+    elif error is not None:
+        raise DomainError(f'error is of a long-run response: until = {until!r} is not "{STEADY}"')
+    else:
+        end = quantities.duration(until, "until")
+    by = (scheduler, workers, batch)
+    return table_of(
+        grid,
+        end,
+        parameters=parameters,
+        preset=preset,
+        cases=cases,
+        outputs=outputs,
+        out=out,
+        by=by,
+        progress=progress,
+    )
+
+
+def table_of(
+    grid: Grid,
+    end: float | Wanted,
+    *,
+    parameters: Mapping[str, Value] | None = None,
+    preset: str | None = None,
+    cases: Mapping[str, Case] | None = None,
+    outputs: Iterable[str] | None = None,
+    out: str | Path | None = None,
+    by: Workers = (None, None, None),
+    progress: bool = False,
+) -> pd.DataFrame:
+    """Returns a row for each point of a grid, as `sweep` does."""
+    names = columns(outputs, steady=isinstance(end, Wanted))
+    counts(workers=by[1], batch=by[2])
+    common = checked(preset, parameters)
+    points = [checked(None, point) for point in _points(grid)]
+    chosen = {"": Case()} if cases is None else dict(cases)
+    if not chosen:
+        raise DomainError("cases is empty: give at least one, or leave it out")
+    shared: dict[str, Any] = {
+        "common": common,
+        "until": end,
+        "names": names,
+        "stored": out is not None,
+    }
+    plan = [r for n, case in chosen.items() for r in planned(n, case, points, **shared)]
+    keys = [run.key for run in plan]
+    runs = {run.key: run for run in plan}
+    store = Store(Path(out)) if out is not None else None
+    with store.alone() if store else nullcontext():
+        tables = _run(runs, store, by, progress)
+        if store:
+            store.finish()
+    settings = [*dict.fromkeys(name for run in plan for name in run.numbers)]
+    listed = with_sides(names)
+    table = _whole(tables, keys, [CASE, *settings] if cases is not None else settings, listed)
+    table.attrs |= _provenance([*points[0]], listed, settings)
+    if isinstance(end, Wanted):
+        del table[UNTIL]
+    else:
+        table.attrs |= {"until": end, "units": table.attrs["units"] | {UNTIL: "s"}}
+    _tell(table)
+    return table
+
+
+def columns(outputs: Iterable[str] | None, *, steady: bool) -> list[str]:
+    """What is read of a run, or the columns of a long-run response."""
+    if not steady:
+        return [VARIABLES[name].name for name in (RESULTS if outputs is None else outputs)]
+    means = [named(name) for name in (MEANS if outputs is None else outputs)]
+    return [*LONG, *means, *(f"{name}_error" for name in means)]
+
+
+def unit_of(name: str) -> str:
+    """Unit of a column."""
+    if name in LONG:
+        return "1"
+    return unit(of(name)) if of(name) in MEANS else VARIABLES[of(name)].unit
+
+
+def of(column: str) -> str:
+    """The output that a column is the error of, or a side of the range of; or the column itself."""
+    name = column.removesuffix("_error")
+    for side in SIDES:
+        name = name.removesuffix(side)
+    return name
+
+
+def _run(
+    runs: Mapping[str, Job],
+    store: Store | None,
+    by: Workers,
+    progress: bool,
+) -> list[pd.DataFrame]:
+    """Returns the stored rows, and runs and stores the missing ones."""
+    done = store.rows() if store else pd.DataFrame()
+    tables = [done[done[RUN].isin(runs)].drop_duplicates(RUN)] if len(done) else []
+    known = set(tables[0][RUN]) if tables else set()
+    missing = [run for key, run in runs.items() if key not in known]
+    if not missing:
+        return tables
+    displayed: Any = nullcontext()
+    if progress:
+        displayed = need("tqdm", "sweep").tqdm(total=len(runs), initial=len(known), unit="run")
+    # Closed, or whoever is at work for it would go on after Ctrl-C.
+    with displayed as bar, closing(parts_of(missing, *by)) as parts:
+        try:
+            for rows in parts:
+                if bar is not None:
+                    bar.update(len(rows))
+                passing = [row.pop(PASSING, False) for row in rows]
+                tables.append(pd.DataFrame(rows))
+                if store and not all(passing):
+                    store.add(tables[-1][~np.array(passing)], RUN)
+        except (KeyboardInterrupt, LostWorkerError) as error:
+            # As they are found again: a part may have come while it was being written.
+            found = store.rows() if store else done
+            count = int(found[RUN].isin(runs).sum()) if len(found) else 0
+            state = (count, len(runs), store and store.path)
+            if isinstance(error, LostWorkerError):
+                raise LostWorkerError(error.why, *state) from None
+            raise InterruptedSweepError(*state) from None
+    return tables
+
+
+def counts(**numbers: Any) -> None:
+    """Raises unless the value is a whole number."""
+    for name, number in numbers.items():
+        if number is not None and (not isinstance(number, int) or number < 1):
+            raise DomainError(f"{name} = {number!r} is not a whole number above 0")
+
+
+def _whole(
+    tables: list[pd.DataFrame],
+    keys: list[str],
+    settings: list[str],
+    names: list[str],
+) -> pd.DataFrame:
+    """Returns one row per grid point, in order, with the columns that exist."""
+    table = pd.concat(tables, ignore_index=True) if len(tables) > 1 else tables[0]
+    table = table.set_index(RUN).loc[keys].reset_index()
+    table = table[[RUN, *settings, UNTIL, *names, ERROR, WARNING, MODEL]]
+    for name in (RUN, *settings, UNTIL, ERROR, WARNING, MODEL):
+        dtype: Any = str if name in TEXTS else float
+        table[name] = table[name].astype(dtype)
+        if dtype is float and name != UNTIL:
+            # What one case sets and another does not is there the reference's.
+            table[name] = table[name].fillna(VARIABLES[name].start)
+    for name in names:
+        variable = VARIABLES[name] if name in VARIABLES else None  # noqa: SIM401, get raises
+        kind: Any = LONG.get(name, float)
+        if variable:
+            kind = "boolean" if variable.kind == "Boolean" else kind
+            kind = "Int64" if variable.counts else kind
+        if kind is str:
+            continue
+        # Rows just computed and rows read again differ in how they write what is missing.
+        numbers = [math.nan if pd.isna(v) else float(v) for v in table[name]]
+        table[name] = pd.Series(numbers, dtype=float).astype(kind)
+    return table
+
+
+def _points(grid: Grid) -> list[dict[str, Any]]:
+    if isinstance(grid, pd.DataFrame):
+        points = [{str(k): v for k, v in row.items()} for row in grid.to_dict("records")]
+    elif not isinstance(grid, Mapping):
+        points = [{**point} for point in grid if isinstance(point, Mapping)]
+        if len(points) < len(grid) or any({*point} != {*points[0]} for point in points):
+            raise DomainError("the rows of the grid must be parameters by name, the same in each")
+    else:
+        axes = {n: list(v) if several(v) else [v] for n, v in grid.items()}
+        for name, listed in axes.items():
+            if not listed:
+                raise DomainError(f"{name} has no value in the grid")
+        points = [dict(zip(axes, p, strict=True)) for p in itertools.product(*axes.values())]
+    if not points or not points[0]:
+        raise DomainError("the grid is empty: name at least one parameter and its values")
+    return points
+
+
+def several(values: Value | Collection[Value]) -> TypeGuard[Collection[Value]]:
+    """Whether these are values of a parameter, and not one."""
+    listed = isinstance(values, Collection) and not isinstance(values, str | bytes | Mapping)
+    return listed and getattr(values, "ndim", 1) > 0
+
+
+def _tell(table: pd.DataFrame) -> None:
+    """Warns once about doubtful settings in all or some runs."""
+    for text, rows in table[table[WARNING] != ""].groupby(WARNING, sort=False):
+        warn(f"{len(rows)} of {len(table)} runs: {text}")
+
+
+def _provenance(varied: list[str], names: list[str], settings: list[str]) -> dict[str, Any]:
+    columns = [*settings, *names]
+    display = {name: VARIABLES[of(name)].display_unit for name in columns if of(name) in VARIABLES}
+    return {
+        "units": {name: unit_of(name) for name in columns},
+        "display_units": {name: unit for name, unit in display.items() if unit},
+        "swept": varied,
+        "model": model(),
+    }
