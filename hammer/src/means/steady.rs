@@ -84,6 +84,8 @@ const NEAR: f64 = 5e-3;
 /// Blows repeat where these differ by this part at most. Rounding leaves 1e-11 of them; and what is
 /// still to come of a start that fades by a factor `r` a blow is `r / (1 - r)` of it.
 const CLOSED: f64 = 1e-9;
+/// Two rounds that differ by less are one that has not closed yet.
+const ALIKE: f64 = 1e-6;
 /// Blows that are simulated beyond those that repeat nearly, for them to repeat; a motion that
 /// forgets its start more slowly is a mean until then.
 const FOLLOWED: usize = 200;
@@ -143,7 +145,7 @@ fn apart(members: &[Member], count: usize) -> Vec<&[Numbers]> {
     let mut different: Vec<&[Numbers]> = Vec::new();
     for member in members {
         let list = &member.list[..count];
-        let alike = |other: &&[Numbers]| last(other, 3).iter().zip(last(list, 3)).all(within(NEAR));
+        let alike = |other: &&[Numbers]| last(other, 3).iter().zip(last(list, 3)).all(within(CLOSED));
         if !different.iter().any(alike) {
             different.push(list);
         }
@@ -273,9 +275,14 @@ fn followed(member: &mut Member, wanted: &Wanted) -> Result<Option<usize>, Error
     let end = member.list.len() + FOLLOWED;
     while repeats(&member.list, wanted.repeating, NEAR).is_some() {
         let found = repeats(&member.list, wanted.repeating, CLOSED);
+        // A start that alternates as it fades closes after two rounds sooner than after one.
+        let settled = found == repeats(&member.list, wanted.repeating, ALIKE);
         let count = member.list.len() + 1;
-        if found.is_some() || count > end {
+        if found.is_some() && settled {
             return Ok(found);
+        }
+        if count > end {
+            break;
         }
         member.strike(count, wanted.limit)?;
         if member.list.len() < count {
