@@ -12,8 +12,8 @@
 mod callgrind;
 
 use callgrind::instructions;
-use hammer::means::{Wanted, steady};
 use hammer::Scene;
+use hammer::means::{Wanted, steady};
 use hammer::sensitivity::{Argument, Sample, derivatives};
 use hammer::variables::{Role, Slot, VARIABLES};
 use hammer::{Error, Fidelity, Input, Machine, Source, Vectors};

@@ -1,8 +1,8 @@
 //! Air with what else a hammer may have: another law of reloading, rods, derivatives, a supply that cannot
 //! start it.
 
-use hammer::means::{Kind, Wanted, steady};
 use hammer::Scene;
+use hammer::means::{Kind, Wanted, steady};
 use hammer::sensitivity::{Argument, Sample, derivatives};
 use hammer::{Fidelity, InputValues, Machine, Parameters, Reloading, Source};
 

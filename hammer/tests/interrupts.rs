@@ -1,7 +1,7 @@
 //! Long work of every kind ends when it is interrupted, and leaves what it worked on as it was.
 
-use hammer::means::{Wanted, steady};
 use hammer::Scene;
+use hammer::means::{Wanted, steady};
 use hammer::sensitivity::{Argument, Sample, derivatives};
 use hammer::{Error, InputValues, Interrupt, Machine, Parameters, in_threads};
 use std::panic::catch_unwind;

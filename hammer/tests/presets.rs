@@ -1,7 +1,7 @@
 //! The named hammers: they settle.
 
-use hammer::presets::{PRESETS, Preset};
 use hammer::Scene;
+use hammer::presets::{PRESETS, Preset};
 use hammer::{Body, Reading};
 
 /// The scene of a preset, with its own start values of inputs.

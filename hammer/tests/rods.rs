@@ -1,5 +1,6 @@
 //! A top hammer: a drill string of shank, rods and sleeves between piston and bit.
 
+use hammer::Scene;
 use hammer::means::{Averages, Kind, Wanted, steady};
 use hammer::presets::PRESETS;
 use hammer::{

@@ -1,6 +1,7 @@
 //! Long-run responses: cycles, means with their errors, and standstill.
 
 use crate::scenes;
+use hammer::Scene;
 use hammer::means::{Averages, Kind, Steady, Wanted, steady};
 use hammer::presets::PRESETS;
 use hammer::{Fidelity, Machine, Source};

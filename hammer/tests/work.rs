@@ -1,6 +1,7 @@
 //! How much work a cycle takes: a slower algorithm fails here. The counts are of this
 //! algorithm, not of a machine; a change that lowers them updates them.
 
+use hammer::Scene;
 use hammer::means::{Wanted, steady};
 use hammer::presets::Preset;
 use hammer::sensitivity::{Argument, Sample, derivatives};

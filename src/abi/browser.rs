@@ -5,8 +5,8 @@ use crate::c::{Handle, Out, Status, Text};
 use crate::datasheet;
 use crate::error::CallError;
 use crate::session::call;
-use hammer::means::{Averages, Kind, Wanted, steady};
 use hammer::Scene;
+use hammer::means::{Averages, Kind, Wanted, steady};
 use std::ffi::{CString, c_char};
 use std::sync::OnceLock;
 

@@ -145,7 +145,8 @@ fn apart(members: &[Member], count: usize) -> Vec<&[Numbers]> {
     let mut different: Vec<&[Numbers]> = Vec::new();
     for member in members {
         let list = &member.list[..count];
-        let alike = |other: &&[Numbers]| last(other, 3).iter().zip(last(list, 3)).all(within(CLOSED));
+        let alike =
+            |other: &&[Numbers]| last(other, 3).iter().zip(last(list, 3)).all(within(CLOSED));
         if !different.iter().any(alike) {
             different.push(list);
         }
