@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from ..band import interval
-from ..datasheet import compare, from_datasheet
+from ..scene.band import interval
+from ..scene.datasheet import compare, from_datasheet
 from .options import ROCK, Call, assignments, listed
 
 MADE = "made of the words that are given"

@@ -310,8 +310,8 @@ def _list_arrays(root: ET.Element, package: Package) -> int:
         place = [part.tag for part in structure].index("InitialUnknown")
         structure.insert(place, ET.Element("Output", unknown | {"dependencies": ""}))
         # It depends on all that an output does which is not 0 at the start.
-        known = max((part.get("dependencies", "") for part in structure), key=len)
-        ET.SubElement(structure, "InitialUnknown", unknown | {"dependencies": known})
+        widest = max((part.get("dependencies", "") for part in structure), key=len)
+        ET.SubElement(structure, "InitialUnknown", unknown | {"dependencies": widest})
     return added
 
 
