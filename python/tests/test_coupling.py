@@ -69,7 +69,7 @@ def exact() -> float:
     ("scheme", "delay", "order"),
     [
         ("jacobi", 0.0, 1),
-        # This partner looks at the place that it is led to, and is not late beyond the step's begin.
+        # This partner looks at the place that it is led to: it is no later than the step's begin.
         ("jacobi", 0.5, 2),
         ("gauss-seidel", 0.0, 1),
         ("gauss-seidel", None, 2),
@@ -91,8 +91,8 @@ def test_what_a_held_pressure_makes_is_told_by_the_hammer() -> None:
             moved = hammer["relative_position"] - spring.free
             stored = 0.5 * STIFFNESS * AREA * (moved**2 - 0.01**2)
             made = energy(hammer) * hammer["piston_velocity"] ** 2 + stored
-            # Even motion within a step leaves out a part omega h, 0.0024, of it.
-            assert hammer["energy_exchange"] == pytest.approx(made, rel=0.01, abs=1e-6)
+            # The last step waits for the next value: of what grows as t^2, a part 3 h / END, 0.015.
+            assert hammer["energy_exchange"] == pytest.approx(made, rel=0.02, abs=1e-6)
             assert abs(made) > (1e-4 if delay == 0.0 else 0.0)
 
 
