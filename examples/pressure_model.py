@@ -264,9 +264,9 @@ def text(table: Sequence[tuple[str, str, float, float, float, float, float]]) ->
         "|---|---|---|---|---|---|---|",
     ]
     for case, host, step, delay, *errors in table:
-        shown = ["fails" if math.isnan(x) else f"{100 * x:+.3g} %" for x in errors]
+        cells = ["fails" if math.isnan(x) else f"{100 * x:+.3g} %" for x in errors]
         lines.append(
-            f"| {case} | {host} | {step * 1e6:.0f} µs | {delay:g} | " + " | ".join(shown) + " |"
+            f"| {case} | {host} | {step * 1e6:.0f} µs | {delay:g} | " + " | ".join(cells) + " |"
         )
     return "\n".join(lines)
 

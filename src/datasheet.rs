@@ -91,7 +91,9 @@ mod tests {
         let text = answer(&(lines.concat() + "rock.stiffness=2e8\n"));
         let sets = differences(&own.scene.parameters);
         assert!(sets.iter().all(|(name, value)| text.contains(&format!("set\t{name}\t{value}\n"))));
-        assert_eq!(text.matches("set\t").count(), sets.len());
+        // The feed is an input, beside the parameters.
+        let feed = usize::from(own.scene.inputs.feed_force != scene.inputs.feed_force);
+        assert_eq!(text.matches("set\t").count(), sets.len() + feed);
         assert_eq!(text.matches("contradiction\t").count(), own.contradictions.len());
         assert!(!own.contradictions.is_empty() && text.contains("assumed\t"));
     }

@@ -34,7 +34,7 @@ pub fn open(
 ) -> Option<usize> {
     let mut lines = Vec::new();
     // What FMI 3.0 logs it logs only if that is on; hosts of 2.0 take it as the debug log.
-    let face_is_two = matches!(face, Ok(Face::Two));
+    let silent = !logging && matches!(face, Ok(Face::Three { .. }));
     let made = || {
         name.ok_or("instanceName is null")?;
         let face = face?;
@@ -58,7 +58,7 @@ pub fn open(
     lines.extend(
         made.as_ref().err().map(|text| Line { category: Category::Error, text: text.clone() }),
     );
-    if logging || face_is_two {
+    if !silent {
         tell(logger, &lines);
     }
     made.ok()

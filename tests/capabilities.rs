@@ -204,7 +204,7 @@ fn every_output_derivative_is_that_of_its_output() {
         .collect();
     // In flight, in the collision, and while the bit drills and rebounds.
     let instants = [1e-4, 2.26e-4, 2.4e-4, 2.6e-4, 2.8e-4, 4e-4, 7e-4, 1.5e-3, 3e-3, 6e-3];
-    for source in 1..=5 {
+    for source in 1..=4 {
         let host = driven(&library, source);
         let mut time = 0.0;
         let stencils: Vec<_> =
@@ -212,8 +212,10 @@ fn every_output_derivative_is_that_of_its_output() {
         assert!(stencils.len() >= 8, "{} of {source}", stencils.len());
         assert!(host.get("blow_count") >= 1.0 && host.get("rock_cycle_count") >= 1.0);
         for (index, (name, output)) in outputs.iter().enumerate() {
-            // Of the last step each, not of time; and errors, which have no rate.
-            if name.ends_with("_peak") || name.ends_with("residual") {
+            // Of the last step each, not of time; errors, which have no rate; and what changes only where a
+            // value is handed over.
+            let of_steps = name.ends_with("_peak") || *name == "energy_exchange";
+            if of_steps || name.ends_with("residual") {
                 continue;
             }
             for order in [1, 2] {

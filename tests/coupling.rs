@@ -1,4 +1,4 @@
-//! A drive from outside through both standards: the same numbers as in the engine, and what is told.
+//! A drive from outside through both standards: the same numbers as in the engine, and what is reported.
 
 use crate::support::host::{Host, vr};
 use crate::support::library::{ERROR, Handle, Library, OK};
@@ -144,11 +144,11 @@ fn what_a_step_shows_is_told_once() {
         host.step(f64::from(step) * 2e-5, 2e-5);
     }
     let log: Vec<String> = host.take_log().into_iter().map(|line| line.2).collect();
-    let told: Vec<&String> =
+    let reported: Vec<&String> =
         log.iter().filter(|text| text.starts_with("energy_exchange: ")).collect();
-    assert_eq!(told.len(), 1, "{log:?}");
+    assert_eq!(reported.len(), 1, "{log:?}");
     for part in ["steps of 0.00002 s", "coupling.delay = 0 ", "set coupling.delay (0.5"] {
-        assert!(told[0].contains(part), "{}", told[0]);
+        assert!(reported[0].contains(part), "{}", reported[0]);
     }
     let hard = Host::new(&library);
     hard.set_int("fidelity", 1);
@@ -160,8 +160,8 @@ fn what_a_step_shows_is_told_once() {
     }
     let log: Vec<String> = hard.take_log().into_iter().map(|line| line.2).collect();
     let count = |start: &str| log.iter().filter(|text| text.starts_with(start)).count();
-    let told = ["An impact at 1", "feed_force = 0 N at the first step: "].map(count);
-    assert_eq!(told, [1, 1], "{log:?}");
+    let reported = ["An impact at 1", "feed_force = 0 N at the first step: "].map(count);
+    assert_eq!(reported, [1, 1], "{log:?}");
 }
 
 /// A host whose clock counts from 1970: the same motion, blows on its clock.

@@ -39,7 +39,7 @@ fn decompose(p: &Parameters, name: &str) {
 
 #[test]
 fn every_preset_in_any_casing_runs_on_the_mesh_that_is_advised() {
-    let mut runs = 0;
+    let (mut runs, mut all) = (0, 0);
     for preset in PRESETS {
         let (start, _) = preset.start();
         if start.drill.rods > 0 {
@@ -48,6 +48,7 @@ fn every_preset_in_any_casing_runs_on_the_mesh_that_is_advised() {
         for elastic in [false, true] {
             for impedance in [0.0, 4e3] {
                 let name = format!("{}, elastic {elastic}, string {impedance}", preset.name);
+                all += 1;
                 let Some((p, inputs)) = cased(&start, elastic, impedance) else { continue };
                 decompose(&p, &name);
                 let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
@@ -65,5 +66,5 @@ fn every_preset_in_any_casing_runs_on_the_mesh_that_is_advised() {
             }
         }
     }
-    assert!(runs >= 36, "{runs} of 40");
+    assert!(all >= 32 && 10 * runs >= 9 * all, "{runs} of {all}");
 }

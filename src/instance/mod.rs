@@ -313,7 +313,7 @@ impl Instance {
         let stops = self.events.stops(self.face);
         let done = machine.advance_keeping_start(target, stops);
         self.inputs.pass();
-        lines.extend(self.warnings.shown(machine));
+        lines.extend(self.warnings.after_step(machine));
         self.warn(lines);
         let (begun, stop) = done?;
         self.step_start = Some((start, begun));

@@ -43,8 +43,8 @@ impl Warnings {
         starved.into_iter().chain(unfed(feed)).collect()
     }
 
-    /// What a step that was made has shown.
-    pub fn shown(&mut self, machine: &Machine) -> Vec<String> {
+    /// What a step that was made gives reason to warn of.
+    pub fn after_step(&mut self, machine: &Machine) -> Vec<String> {
         let coarse = machine.exchange_warning().filter(|_| !self.coarse);
         let fast = machine.too_fast().filter(|_| !self.fast);
         (self.coarse, self.fast) = (self.coarse || coarse.is_some(), self.fast || fast.is_some());

@@ -15,7 +15,7 @@
 //! | a value set several times | the last of them |
 //! | a value with derivatives | its polynomial, as given |
 //! | after an early return, the same value or none | what acted before the return, as the same step goes on |
-//! | after an early return, another value | that value: a step begins there |
+//! | after an early return, another value | that value: a step begins there, with a jump that counts as no error of the exchange |
 //! | a step of size 0 | nothing moves; it counts as no step |
 //!
 //! `energy_exchange` is the work of what acted, less that of straight lines between the successive
@@ -234,6 +234,11 @@ impl Machine {
         let changed = before.is_none_or(|(_, before)| before != values);
         if goes_on && !changed {
             return Ok(Some(self.relative_place()));
+        }
+        if goes_on {
+            // A jump, as a valve makes one where the step ended: no straight line leads to it.
+            self.exchange.pieces.clear();
+            self.exchange.point = None;
         }
         if let Some(([begin, _], before)) = before.filter(|_| !goes_on && drive.delay > 0.0) {
             let ahead = drive.delay * size / (now - begin);

@@ -302,7 +302,7 @@ mod tests {
                 let problem = problem(&p, &model.graph, &inputs, flies, 1e-4);
                 let held = if flies { 0.0 } else { one };
                 let (gains, tied) = if casing > 0.0 {
-                    let frame = 1.0 / casing;
+                    let frame = 1.0 / model.graph.bodies[model.graph.frame].mass;
                     ([[one + frame, frame], [one, -bit]], [[held + frame, frame], [held, bit]])
                 } else {
                     ([[one, -bit]; 2], [[held, bit]; 2])
