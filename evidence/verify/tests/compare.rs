@@ -69,7 +69,9 @@ fn compared(group: &str, excuse: Option<&str>) {
     let others = lists.into_iter().filter(|(name, _)| excuse != Some(name));
     let apart: Vec<_> = others.flat_map(|(_, list)| list).chain(&tally.failures).collect();
     assert!(apart.is_empty(), "{apart:#?}");
-    assert!(scenes > 0 && tally.events > 0 && tally.instants > scenes, "{}", tally.line());
+    // A hammer that stands has no event.
+    let moves = tally.events > 0 || group.starts_with("standing");
+    assert!(scenes > 0 && moves && tally.instants > scenes, "{}", tally.line());
 }
 
 /// Declares a test a group of scenes that agree now, but for an excuse that is said.
@@ -93,5 +95,5 @@ agree! {
     casing_on_a_weak_string,
     unequal_bodies or rough,
     retuned_twice_at_once,
-    standing_tip_is_pushed or at_rest,
+    standing_tip_is_pushed or rough,
 }
