@@ -87,7 +87,7 @@ fn an_answer_changes_as_little_as_its_sheet() {
     ];
     for (quantity, [low, high]) in sweeps {
         let steps = 16;
-        let by = (high / low).ln() / f64::from(steps);
+        let by = f64::ln(high / low) / f64::from(steps);
         let answers: Vec<Vec<f64>> = (0..=steps)
             .map(|k| {
                 let mut known: Vec<_> =
