@@ -45,6 +45,7 @@ FUNCTIONS = {
     "optimise": ("Optimum",),
     "calibrate": ("Calibration", "Record"),
     "from_datasheet": ("Datasheet",),
+    "compare": (),
     "rock": ("Rock",),
     "mesh_for": ("Mesh",),
     "life": ("SNCurve", "Life"),
@@ -196,12 +197,16 @@ def python() -> Pages:
 
 
 def own(module: object) -> dict[str, object]:
-    """A module's public functions."""
+    """A module's public functions: those it lists, if it does."""
     name = module.__name__  # type: ignore[attr-defined]
+    listed = getattr(module, "__all__", vars(module))
     return {
         key: value
         for key, value in vars(module).items()
-        if inspect.isfunction(value) and value.__module__.startswith(name) and key[0] != "_"
+        if key in listed
+        and inspect.isfunction(value)
+        and value.__module__.startswith(name)
+        and key[0] != "_"
     }
 
 

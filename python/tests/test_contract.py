@@ -64,6 +64,7 @@ def functions(folder: Path) -> dict[Callable[..., Any], dict[str, Any]]:
     samples = pd.Series([0.0, 0.1], [0.0, 1e-3])
     hammer = dth.Hammer(RIGID)
     scene = dth.Scene(parameters=RIGID, until=0.05)
+    sheet = dth.from_datasheet(piston_mass=3.4, blow_energy=220, frequency=20)
     curve = dth.SNCurve("300 MPa", 1e7, 8)
     return {
         dth.Hammer: {"parameters": RIGID},
@@ -88,6 +89,7 @@ def functions(folder: Path) -> dict[Callable[..., Any], dict[str, Any]]:
         dth.rock: {"name": "kuru granite", "inserts": 8, "insert_radius": "6 mm"},
         # Refused once all is looked at: too little is known, a rigid body has no stress.
         dth.from_datasheet: {},
+        dth.compare: {"a": sheet, "b": sheet},
         dth.report: {"scene": scene, "out": folder / "page.html"},
         dth.convert: {"frame": run.frame, "units": "us"},
         dth.with_units: {"table": run.frame},

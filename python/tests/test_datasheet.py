@@ -68,7 +68,7 @@ def test_the_rock_grows_with_the_area_of_the_hole() -> None:
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"piston_mass": 3.4}, "nothing says the power of the blows: give power"),
+        ({"piston_mass": 3.4}, "nothing says the power of the blows: give pressure"),
         ({"power": "20 kW", "air_flow": {}}, "air_flow is empty"),
         ({"power": "20 kW", "rock": "granite"}, "give hole or od"),
         ({"piston_mass": -1, "blow_energy": 220, "frequency": 20}, "piston_mass = -1 is not"),

@@ -140,7 +140,9 @@ def test_a_delay_is_the_second_order_in_every_host(case: str) -> None:
         # Half the step, half the error where values are held.
         held = [of[host, step, False] for step in steps]
         assert 1.5 < held[0] / held[1] < 2.7
-    errors = {(host, delay > 0.0): part for _, host, step, delay, _, _, part in table if step == 1e-4}
+    errors = {
+        (host, delay > 0.0): part for _, host, step, delay, _, _, part in table if step == 1e-4
+    }
     assert errors["own loop", False] > 0.01 > abs(errors["own loop", True])
 
 

@@ -98,7 +98,7 @@ def test_blows_have_the_units_of_their_table(run: Run) -> None:
     np.testing.assert_allclose(changed["tip_depth"], run["tip_depth"] / 0.0254, rtol=1e-15)
     assert changed.convert("us").blows.attrs["units"]["blow_speed"] == "ft/s"
     with pytest.raises(UnknownNameError, match="tip_depth"):
-        run.convert({"hole_dept": "mm"})
+        run.convert({"tip_dept": "mm"})
 
 
 def test_a_column_of_a_long_run_is_not_paid_for_with_copies(run: Run) -> None:

@@ -97,7 +97,7 @@ def test_what_a_controller_raised_is_tried_again_and_a_refusal_is_not(
         if full.exists():
             raise OSError("No space left on device")
 
-    grid = {"rock.unloading_ratio": [4.0], "rock.stiffness": [1e8, 1e-300]}
+    grid = {"rock.unloading_ratio": [4.0], "rock.stiffness": [1e8, 1e300]}
     case = Case(control=logs, step="5 ms", version=1)
     full.touch()
     rows = sweep(grid, 0.01, cases={"": case}, scheduler=scheduler, workers=1, out=out)

@@ -336,7 +336,9 @@ def variant(fmu_path: Path, tmp_path: Path) -> Path:
 @pytest.fixture(scope="module")
 def inside() -> Trajectory:
     """What the native module says of the same mesh."""
-    frame = dth_hammer.simulate(SCENE | MESH, END, step=STEP, waves=True)
+    # The scene strikes harder than steel lasts, so that a blow comes early.
+    with pytest.warns(dth_hammer.HammerWarning, match="does not last beyond"):
+        frame = dth_hammer.simulate(SCENE | MESH, END, step=STEP, waves=True)
     return {str(name): frame[name].to_numpy() for name in frame if str(name).endswith("]")}
 
 

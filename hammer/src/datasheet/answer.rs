@@ -210,8 +210,9 @@ impl Datasheet {
         if let Some(mass) = self.get(Quantity::BitMass) {
             let section = p.sections(Body::Bit);
             let by = mass / section.mass(density);
-            p.bit.segment[0].length *= by;
-            p.bit.length *= by;
+            // A length that sections replace stays as it is.
+            let uniform = p.bit.segments == 0;
+            *if uniform { &mut p.bit.length } else { &mut p.bit.segment[0].length } *= by;
         }
         let damping = p.damping_time_of(self.get(Quantity::DampingRatio).unwrap_or(DAMPING));
         p.material.damping_time = damping.unwrap_or(p.material.damping_time);

@@ -26,6 +26,17 @@ def darken(figure: Figure) -> Figure:
     """Turns a figure's colours for a dark page, in place: greys invert, hues grow lighter.
 
     What a colour map paints stays as it is: its scale tells what it means.
+
+    Example:
+        >>> from matplotlib.colors import to_hex
+        >>> from matplotlib.figure import Figure
+        >>> from dth_hammer import figures
+        >>> figure = Figure()
+        >>> title = figure.suptitle("black on white")
+        >>> before = title.get_color()
+        >>> after = figures.darken(figure).get_suptitle() and title.get_color()
+        >>> print(before, to_hex(after))
+        black #ebebeb
     """
     for artist in figure.findobj():
         if artist.get_gid() == ON_COLOUR:

@@ -155,7 +155,7 @@ def from_datasheet(
         >>> sheet = from_datasheet(power="11 kW", frequency="1500 bpm", hole="115 mm")
         >>> low, high = (3600 * rate for rate in sheet.ranges["rate of penetration"])
         >>> print(f"{low:.0f} to {high:.0f} m/h")
-        8 to 25 m/h
+        8 to 21 m/h
     """
     arguments = {name: value for name, value in locals().items() if name in UNITS}
     named: list[str] = []
@@ -209,6 +209,7 @@ def _rows(air_flow: Mapping[Value, Value]) -> list[tuple[float, float]]:
 COMPARED = ("rate of penetration", "blow energy", "frequency", "power of the blows", "free air")
 
 
+@typed()
 def compare(a: Datasheet, b: Datasheet) -> pd.DataFrame:
     """Compares two hammers, or one at two pressures, in one rock: numbers of ``a`` over ``b``'s.
 

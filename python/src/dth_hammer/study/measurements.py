@@ -22,6 +22,8 @@ Free = Sequence[str] | Mapping[str, tuple[Value, Value] | None]
 
 #: Bounds of a parameter, as a factor both ways, unless they are given.
 FACTOR = 3.0
+#: Means that are no variables, and above 0 wherever there are blows.
+RATES_OF_BLOWS = ("blow_frequency", "period")
 GIVE = "give (value, standard error), or three or more values"
 
 
@@ -141,7 +143,8 @@ def _measured(name: str, given: Measured) -> tuple[float, float] | None:
         raise DomainError(f"{name} = {given!r}: {GIVE}")
     determined = [np.nan if x is None else read(x, of, name) for x in given]
     values = np.array(determined, dtype=float)
-    if VARIABLES[name].minimum == 0.0 and not isinstance(given, tuple):
+    above = name in RATES_OF_BLOWS or (name in VARIABLES and VARIABLES[name].minimum == 0.0)
+    if above and not isinstance(given, tuple):
         # What a rig's log has between its values: idle time, and the null of its files.
         idle = int(np.sum(values <= 0.0))
         values = values[~(values <= 0.0)]
@@ -160,6 +163,6 @@ def _measured(name: str, given: Measured) -> tuple[float, float] | None:
         value, sigma = float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values)))
     if not (np.isfinite(value) and sigma > 0.0 and np.isfinite(sigma)):
         raise DomainError(f"{name} = {value:g} with error {sigma:g}: an error must be above 0")
-    if value <= 0.0 and VARIABLES[name].minimum == 0.0:
+    if value <= 0.0 and above:
         raise DomainError(f"{name} = {value:g} {of} is not above 0: is the unit right?")
     return value, sigma
