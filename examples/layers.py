@@ -52,7 +52,7 @@ def run(until: float = 2.0, layers: Sequence[Layer] = FORMATION) -> pd.DataFrame
     """Outputs over time."""
     names = [
         "tip_depth",
-        "tip_rate",
+        "rop",
         "blow_time",
         "blow_count",
         "energy_retuned",
@@ -63,11 +63,11 @@ def run(until: float = 2.0, layers: Sequence[Layer] = FORMATION) -> pd.DataFrame
 
 
 def draw(frame: pd.DataFrame, layers: Sequence[Layer] = FORMATION) -> Figure:
-    """Depth over time, and the tip's gain per time over depth, layers named."""
+    """Depth over time, and the rate of penetration over depth, layers named."""
     with styled(7.5, 4.0) as figure:
         left, right = figure.subplots(1, 2, sharey=True)
         left.plot(frame.index, frame["tip_depth"] * 1e3, color=ROCK)
-        right.plot(frame["tip_rate"] * 1e3, frame["tip_depth"] * 1e3, color=BIT)
+        right.plot(frame["rop"] * 1e3, frame["tip_depth"] * 1e3, color=BIT)
         for layer in layers:
             for axes in (left, right):
                 axes.axhline(layer.top * 1e3, color="0.6", linewidth=0.7, linestyle=":")
@@ -82,7 +82,7 @@ def draw(frame: pd.DataFrame, layers: Sequence[Layer] = FORMATION) -> Figure:
         left.invert_yaxis()
         left.set_xlabel("time (s)")
         left.set_ylabel("tip depth (mm)")
-        right.set_xlabel("tip's gain per time, last blow period (mm/s)")
+        right.set_xlabel("rate of penetration, last blow period (mm/s)")
     return figure
 
 

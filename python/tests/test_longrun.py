@@ -49,7 +49,9 @@ def test_blows_that_alternate_are_found_where_a_cycle_of_one_repels() -> None:
     # Two blows that alternate: their mean is that of a long run.
     long = simulate(HARD, preset="overdamped", until=8.0, outputs=["tip_rate"]).blows.tail(40)
     rate = long["blow_penetration"].sum() / long["blow_period"].sum()
-    assert found["tip_rate"] == pytest.approx(rate, rel=1e-9)
+    # They are simulated until they repeat to 1e-9: a transient that shrinks by a hundredth from one
+    # pair of blows to the next is then still 100 times that.
+    assert found["tip_rate"] == pytest.approx(rate, rel=1e-7)
 
 
 @pytest.mark.filterwarnings("ignore:.*creeps in the rock")
