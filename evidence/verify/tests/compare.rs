@@ -89,7 +89,7 @@ agree! {
     retuned_at_rest,
     no_gain,
     steep_unloading,
-    light_bit,
+    light_bit or rough,
     chaotic_joints or rough,
     rough_casing or rough,
     casing_on_a_weak_string,

@@ -8,7 +8,7 @@ use crate::numerics::kernel::{self, inner_product};
 use std::ops::Range;
 
 /// Beyond this mismatch, a state that enters the basis is corrected once.
-pub(crate) const ROUGH: f64 = 1e-12;
+const ROUGH: f64 = 1e-11;
 
 /// A basis of the phase space `[q | q']` of the free modes, and its inverse.
 ///

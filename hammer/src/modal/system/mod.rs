@@ -34,7 +34,7 @@ use crate::modal::spectrum::block::Block;
 use crate::modal::spectrum::joined::Joined;
 use crate::modal::spectrum::reaction;
 use crate::modal::structure::{Attachment, Structure};
-use crate::modal::system::basis::{Basis, ROUGH};
+use crate::modal::system::basis::Basis;
 use crate::modal::system::driven::Driven;
 pub use crate::modal::system::functional::{Functional, INTEGRALS, TAYLOR};
 use crate::modal::system::generator::Generator;
@@ -69,7 +69,7 @@ pub struct Recipe<'a> {
 const BASIS_TOLERANCE: f64 = 1e-5;
 /// A basis with a larger mismatch is made again of pairs that are refined in every amplitude (small ones count
 /// where a stiff spring acts on a light body), and of what is found beside them.
-const ACCURATE: f64 = ROUGH;
+const ACCURATE: f64 = 1e-11;
 
 /// A decomposed system.
 #[derive(Debug)]
