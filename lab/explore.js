@@ -118,7 +118,7 @@ class Explore {
     const first = cycle.time.findIndex((time) => time >= cycle.impact), end = cycle.time.findLastIndex((time) => time <= cycle.impact + cycle.period);
     const over = (name, c = cycle, [from, to] = [first, end]) => c[name][to] - c[name][from];
     const density = of("material.density"), wave = Math.sqrt(of("material.youngs_modulus") / density);
-    const sections = BODIES.map((body) => [1, 2].map((i) => [of(`${body}.segment[${i}].length`), of(`${body}.segment[${i}].area`)]));
+    const sections = BODIES.map((body) => Array.from({ length: of(`${body}.segments`) }, (_, i) => ["length", "area"].map((size) => of(`${body}.segment[${i + 1}].${size}`))));
     const mass = sections[0].reduce((sum, [length, area]) => sum + length * area, 0) * density;
     const [upper, lower] = [sections[0].at(-1)[1], sections[1][0][1]], long = sections[1].reduce((sum, [length]) => sum + length, 0);
     const after = (time) => cycle.time.findIndex((t) => t >= cycle.impact + time);

@@ -8,7 +8,7 @@
 use hammer::Input;
 use hammer::Scene;
 use hammer::datasheet::{Datasheet, Quantity};
-use hammer::variables::{Role, VARIABLES, differences};
+use hammer::variables::{Role, VARIABLES, Variable, differences};
 use std::fmt::Write as _;
 
 /// The answer to a request.
@@ -44,9 +44,8 @@ fn solve(request: &str) -> Result<String, String> {
         let (name, unit) = (row.quantity.name(), row.quantity.unit());
         let _ = writeln!(text, "compared\t{name}\t{}\t{}\t{unit}", row.given, row.solved);
     }
-    let feed = found.scene.inputs.feed_force;
-    if feed != scene.inputs.feed_force {
-        let _ = writeln!(text, "set\t{}\t{feed}", Input::FeedForce.name());
+    for (name, value) in changed_inputs(&found.scene, &scene) {
+        let _ = writeln!(text, "set\t{name}\t{value}");
     }
     for row in &found.found {
         let ([low, high], unit) = (row.range, row.unit);
@@ -67,6 +66,19 @@ fn lay(scene: &mut Scene, name: &str, value: f64) -> Result<(), String> {
         _ => return Err(format!("a datasheet has no number called {name}")),
     }
     Ok(())
+}
+
+/// The inputs of a scene that are not those of another: its feed, and the pressure of its air.
+fn changed_inputs(scene: &Scene, other: &Scene) -> Vec<(&'static str, f64)> {
+    let [mut inputs, mut others] = [scene.inputs, other.inputs];
+    let changed = |variable: &Variable| match &variable.role {
+        Role::Input { start, .. } => {
+            let value = *start(&mut inputs);
+            (value != *start(&mut others)).then_some((variable.name, value))
+        }
+        _ => None,
+    };
+    VARIABLES.iter().filter_map(changed).collect()
 }
 
 #[cfg(test)]
@@ -91,9 +103,12 @@ mod tests {
         let text = answer(&(lines.concat() + "rock.stiffness=2e8\n"));
         let sets = differences(&own.scene.parameters);
         assert!(sets.iter().all(|(name, value)| text.contains(&format!("set\t{name}\t{value}\n"))));
-        // The feed is an input, beside the parameters.
-        let feed = usize::from(own.scene.inputs.feed_force != scene.inputs.feed_force);
-        assert_eq!(text.matches("set\t").count(), sets.len() + feed);
+        let inputs = changed_inputs(&own.scene, &scene);
+        assert!(
+            inputs.iter().all(|(name, value)| text.contains(&format!("set\t{name}\t{value}\n")))
+        );
+        assert!(!inputs.is_empty(), "the air's pressure at least");
+        assert_eq!(text.matches("set\t").count(), sets.len() + inputs.len());
         assert_eq!(text.matches("contradiction\t").count(), own.contradictions.len());
         assert!(!own.contradictions.is_empty() && text.contains("assumed\t"));
     }

@@ -95,8 +95,8 @@ def test_with_fmi_3_it_is_a_system_of_ssp_2(drive: Path, tmp_path: Path) -> None
         for component in structure.iter("{*}Component")
         for connector in component.iter("{*}Connector")
     }
-    # `event_kind` and `event_position` are whole numbers.
-    assert types == {("hammer", "Float64"), ("hammer", "Int32"), ("drive", "Real")}
+    # `event_kind` is one too: some hosts read every output as real.
+    assert types == {("hammer", "Float64"), ("drive", "Real")}
     hammer = tmp_path / "resources" / "hammer.fmu"
     assert validate_fmu(str(hammer)) == []
     starts = {v.name: v.start for v in fmpy.read_model_description(hammer).modelVariables}
