@@ -237,7 +237,7 @@ def test_a_datasheet_is_solved_as_in_python_and_contradictions_are_told(opened: 
     for sentence in (*own.contradictions, *own.assumed):
         assert re.sub(r"[0-9.]+", "", sentence) in re.sub(r"[0-9.]+", "", text)
     assert "1800 1/min" in text
-    # The hammer runs; at this feed its blows differ from each other by more than the answer's range.
+    # The hammer runs; at this feed its blows differ from each other by more than the answer tells.
     assert displayed(page, "energy") > 0.0
 
 
