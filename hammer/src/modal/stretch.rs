@@ -1,7 +1,7 @@
 //! Exact integrals over a stretch between two events.
 //!
 //! Over such a stretch loads are polynomials and displacements are `c . z(t) + poly(t)` (slow
-//! coordinates, for which `B` is nearly singular, are in `poly`: see [`crate::modal::system::response`]),
+//! coordinates, for which `B` is nearly singular, are in `poly`: see `modal/system/response.rs`),
 //! and
 //!
 //! * `int f(t) c . z dt` follows from `z = (B^-1 z)'` by parts, once per degree;
