@@ -81,14 +81,15 @@ def test_a_catalogue_s_air_gives_a_hammer_with_its_air_inside() -> None:
     sheet = from_datasheet(**SHEET)
     assert sheet.parameters["drive.source"] == 4  # Air, the last of the four
     values = {name: number for name, number, _ in sheet.found}
-    # The ports are fitted to 0.2 %.
-    assert 60.0 * values["free air"] == pytest.approx(16.9, rel=2e-3)
-    # Published and held out: 29.1 kW, 35 to 45 blows a second. The model's own error is 16 %.
-    assert values["power of the blows"] == pytest.approx(29.1e3, rel=0.16)
+    # What is given lies in its range. Published and held out: 29.1 kW, 35 to 45 blows a second; the
+    # model's own error of a power is 16 %.
+    low, high = sheet.ranges["free air"]
+    assert 60.0 * low < 16.9 < 60.0 * high
+    low, high = sheet.ranges["power of the blows"]
+    assert low / 1.16 < 29.1e3 < 1.16 * high
     assert 35.0 < values["frequency"] < 45.0
-    assert values["impact speed"] < 13.0
+    assert sheet.ranges["impact speed"][1] < 13.0
     assert "driving force" not in values
-    assert any("supply ports are fitted" in line for line in sheet.assumed)
-    # And the scene that is handed on is that hammer.
+    # And the scene that is handed on, one hammer of the sample, runs on air.
     own = steady(dict(sheet.parameters))
-    assert own["air_flow"] == pytest.approx(values["free air"], rel=5e-3)
+    assert own["air_flow"] == pytest.approx(values["free air"], rel=0.16)
