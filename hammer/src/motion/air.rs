@@ -29,7 +29,7 @@ const AGREED: f64 = 0.1;
 /// A window whose error is so far above that allowed is not worth an agreement.
 const HOPELESS: f64 = 4.0;
 /// Part of the length that the error would allow, and how a window may grow and shrink.
-const CAUTION: f64 = 0.8;
+const SAFETY_FACTOR: f64 = 0.8;
 const GROWTH: f64 = 2.0;
 const SHRINKAGE: f64 = 0.1;
 /// Shortest window, s.
@@ -136,13 +136,13 @@ impl Motion {
                 None if air.past.take().is_some() => continue,
                 None => SHRINKAGE,
                 Some(solved) => {
-                    let change = CAUTION / math::pow(solved.error, 1.0 / STAGES as f64);
+                    let change = SAFETY_FACTOR / math::pow(solved.error, 1.0 / STAGES as f64);
                     if solved.error <= 1.0 {
                         match air.window(&problem, &solved, motion[0]) {
                             Ok(window) => {
                                 // What has just been too long would be so again.
                                 let growth = if rejected { 1.0 } else { GROWTH };
-                                air.ahead = problem.span * change.clamp(CAUTION, growth);
+                                air.ahead = problem.span * change.clamp(SAFETY_FACTOR, growth);
                                 air.window = Some(window);
                                 self.state.air = Some(air);
                                 return Ok(work);
@@ -155,7 +155,7 @@ impl Motion {
                     }
                     rejected = true;
                     air.past = Some(air.past(&problem, &solved));
-                    change.clamp(SHRINKAGE, CAUTION)
+                    change.clamp(SHRINKAGE, SAFETY_FACTOR)
                 }
             };
             problem.span *= shorter;
