@@ -34,7 +34,7 @@ def run(compressor: Compressor, until: float, step: float = STEP) -> pd.DataFram
     """A row a step: what the hammer says, the pressure that feeds it, what is held before it."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "hammer.fmu")
-        configure(file, preset=PRESET)
+        configure(None, file, preset=PRESET)
         unpacked = fmpy.extract(file)
         try:
             return _stepped(unpacked, Supply(compressor), until, step)

@@ -43,7 +43,7 @@ def build(out: Path, step: float) -> None:
     """Makes both FMUs beside `out`, and their container."""
     folder = out.resolve().parent
     build_compressor(folder)
-    configure(folder / HAMMER, SCENE)
+    configure(SCENE, folder / HAMMER)
     description = {
         "name": out.name,
         "step_size": step,

@@ -22,7 +22,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-from dth_hammer import Optimum, Steady, optimise, steady
+from dth_hammer import Steady, optimise, steady
+from dth_hammer.study.optimisation import Optimum
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -84,9 +85,9 @@ class Case:
     def found(self) -> Optimum:
         """By `optimise`."""
         return optimise(
+            self.others,
             self.goal,
             self.free,
-            self.others,
             least=self.least,
             limits=self.limits,
             preset=self.preset,

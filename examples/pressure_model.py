@@ -96,7 +96,7 @@ def build(folder: Path, case: Case, delay: float) -> None:
         archive.writestr("modelDescription.xml", DESCRIPTION.format(begin=case.begin))
         archive.write(library, "binaries/linux64/pressure_model.so")
     own = {"fidelity": "Rigid", "contact.initial_gap": -case.begin, "coupling.delay": delay}
-    configure(folder / HAMMER, own | case.scene)
+    configure(own | case.scene, folder / HAMMER)
 
 
 def by_loop(folder: Path, step: float, end: float) -> Rows:

@@ -20,7 +20,7 @@ def build(out: Path, step: float, until: float) -> None:
     """Writes the system."""
     with tempfile.TemporaryDirectory() as folder:
         partners = {"compressor": build_compressor(Path(folder))}
-        for ends in write_system(out, partners, SCENE, step=step, until=until):
+        for ends in write_system(SCENE, out, partners, step=step, until=until):
             print(" -> ".join(map(".".join, ends)))
 
 

@@ -5,11 +5,14 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Iterable
+from typing import Any
 
 import dth_hammer
 from dth_hammer import PRESETS, VARIABLES, figures, fmu, testing
-from dth_hammer.scene import quantities
+from dth_hammer.run import diagram
+from dth_hammer.scene import mesh, quantities, rocks
 from dth_hammer.scene.variables import Variable
+from dth_hammer.study import calibration, fatigue, optimisation, trends
 
 #: Title of a page of variables by the first part of the names that it has.
 PARAMETERS = {
@@ -37,22 +40,20 @@ OUTPUTS = {
     "Motion, forces and modes": ("",),
 }
 #: Pages of functions, and what else is on each: what it takes and returns.
-FUNCTIONS = {
+FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "simulate": ("Run",),
     "steady": ("Steady",),
-    "trend": ("Trend",),
-    "sweep": ("Case",),
-    "optimise": ("Optimum",),
-    "calibrate": ("Calibration", "Record"),
+    "trend": (trends.Trend,),
+    "sweep": (),
+    "optimise": (optimisation.Optimum,),
+    "calibrate": (calibration.Calibration, "Record"),
     "from_datasheet": ("Datasheet",),
     "compare": (),
-    "rock": ("Rock",),
-    "mesh_for": ("Mesh",),
-    "life": ("SNCurve", "Life"),
-    "waves": ("Waves",),
+    "rock": (rocks.Rock,),
+    "mesh_for": (mesh.Mesh,),
+    "life": ("SNCurve", fatigue.Life),
+    "waves": (diagram.Waves,),
     "report": ("Scene",),
-    "convert": (),
-    "with_units": (),
     "Hammer": ("Snapshot",),
     "Coupling": ("Partner", "Motion"),
 }
@@ -172,7 +173,8 @@ def python() -> Pages:
         value = getattr(dth_hammer, name)
         text = _entry(name, value, "#")
         for other in others:
-            text += _entry(other, getattr(dth_hammer, other))
+            made = getattr(dth_hammer, other) if isinstance(other, str) else other
+            text += _entry(made.__name__, made)
         pages[file] = name, "\n".join(text) + "\n"
         lines.append(f"| [`{name}`]({file}) | {_first(value)} |")
     for module in MODULES:

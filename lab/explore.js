@@ -6,7 +6,7 @@ const CASING = 25;
 /** One blow on a drill string: a piston that arrives at this speed, m/s, from a small gap, m. On this mesh the share that
  * the rock gets is within 2 % of that on five times as many spans, with up to four rods. */
 const STRIKE = { "piston.initial_velocity": 10, "contact.initial_gap": 1e-4, "contact.stiffness": 1e10, "mesh.degree": 5, "piston.elements": 20, "bit.elements": 40 };
-/** Forces are read here, which the preset's mesh is not made for: `dth-hammer mesh --preset water_hammer --of force --error 1%`. */
+/** Forces are read here, which the preset's mesh is not made for: `dth-hammer mesh water_hammer --of force --error 1%`. */
 const FORCE_MESH = { "mesh.degree": 5, "piston.elements": 44, "bit.elements": 23 };
 const GEOMETRIC = (from, to, steps) => Array.from({ length: steps }, (_, i) => Number((from * (to / from) ** (i / (steps - 1))).toPrecision(3)));
 

@@ -159,6 +159,6 @@ class Scene {
       // Shells look for files behind brackets.
       return ` --set ${text.includes("[") ? `"${text}"` : text}`;
     });
-    return `dth-hammer run${preset ? ` --preset ${preset}` : ""}${settings.join("")}`;
+    return `dth-hammer run${preset ? ` ${preset}` : ""}${settings.join("")}`;
   }
 }

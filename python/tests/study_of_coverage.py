@@ -53,7 +53,7 @@ def intervals(hammer: str, draws: Iterable[int]) -> pd.DataFrame:
         }
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", HammerWarning)
-            found = calibrate(measured, free, parameters, preset=preset, seed=draw)
+            found = calibrate(parameters, measured, free, preset=preset, seed=draw)
         sides = found.interval()
         for name in free:
             low, high = sides.loc[name] / truth[name]

@@ -30,10 +30,10 @@ def row(name: str, preset: str, parameters: Values) -> str:
     harder = {**parameters, "rock.stiffness": 1.1 * middle["rock.stiffness"]}
     means = steady(harder, preset=preset, error=0.005).mean
     measured = {key: (means[key], 0.01 * means[key]) for key in MEASURED}
-    found = calibrate(measured, ["rock.stiffness"], parameters, preset=preset)
+    found = calibrate(parameters, measured, ["rock.stiffness"], preset=preset)
     [off] = (found.parameters / harder["rock.stiffness"] - 1.0).to_numpy()
     feed = middle["feed_force"] or 1e3
-    best = optimise("rop", {"feed_force": (0.8 * feed, 1.2 * feed)}, parameters, preset=preset)
+    best = optimise(parameters, "rop", {"feed_force": (0.8 * feed, 1.2 * feed)}, preset=preset)
     return (
         f"| {name} | {response.kind} | {1e3 * response.mean['rop']:.2f} | "
         f"{slope.iloc[0]:.2f} ± {slope.iloc[1]:.2f} | {off:+.1%} | {1e3 * best.value:.2f} |"

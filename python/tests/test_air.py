@@ -53,9 +53,7 @@ def test_ports_are_found_from_the_air_that_is_measured() -> None:
     hidden = {"air.supply_area": 2.4e-4}
     air = steady(hidden, preset=PRESET)["air_flow"]
     found = calibrate(
-        {"air_flow": (air, 0.005 * air)},
-        {"air.supply_area": (1.8e-4, 3e-4)},
-        preset=PRESET,
+        {}, {"air_flow": (air, 0.005 * air)}, {"air.supply_area": (1.8e-4, 3e-4)}, preset=PRESET
     )
     # Four standard errors: the air grows with the ports, and is said to be known to 0.5 %.
     area = float(found.parameters["air.supply_area"])
@@ -70,10 +68,10 @@ def test_an_air_hammer_has_a_report_with_its_air(tmp_path: Path) -> None:
 
 
 def test_an_air_hammer_has_a_life() -> None:
-    hours = life(SNCurve("200 MPa", 1e7, 8), preset=PRESET).worst["hours"]
+    hours = life(None, SNCurve("200 MPa", 1e7, 8), preset=PRESET).worst["hours"]
     assert 0.0 < hours < np.inf
     # Damage goes with the stress over the strength to the power of the slope.
-    stronger = life(SNCurve("400 MPa", 1e7, 8), preset=PRESET).worst["hours"]
+    stronger = life(None, SNCurve("400 MPa", 1e7, 8), preset=PRESET).worst["hours"]
     assert stronger == pytest.approx(2.0**8 * hours, rel=1e-6)
 
 

@@ -31,13 +31,13 @@ def fit() -> Calibration:
     # A frequency that no such hammer has, five errors off.
     rates["blow_frequency"] = (1.05 * mean["blow_frequency"], 0.01 * mean["blow_frequency"])
     with pytest.warns(HammerWarning, match="does not describe"):
-        return calibrate(rates, ["rock.stiffness"], RIGID)
+        return calibrate(RIGID, rates, ["rock.stiffness"])
 
 
 @pytest.fixture(scope="module")
 def best() -> Optimum:
     limits = {"blow_energy": (None, "240 J")}
-    return optimise("rop", {"drive.stroke": ("30 mm", "60 mm")}, RIGID, limits=limits, starts=2)
+    return optimise(RIGID, "rop", {"drive.stroke": ("30 mm", "60 mm")}, limits=limits, starts=2)
 
 
 def sums(figure: Figure) -> Mapping[str, float]:

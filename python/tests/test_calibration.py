@@ -46,7 +46,7 @@ def test_parameters_are_found_from_a_noisy_record_as_well_as_its_covariance_says
     pulls = []
     for seed in range(4):
         noisy = clean + error * np.random.default_rng(seed).standard_normal(len(clean))
-        found = calibrate({}, [*truth], SMALL, records=[pulse(noisy, 2, error)])
+        found = calibrate(SMALL, {}, [*truth], records=[pulse(noisy, 2, error)])
         for name, value in truth.items():
             assert found.parameters[name] == pytest.approx(value, rel=0.05)
             pulls.append((found.parameters[name] - value) / found.errors[name])
@@ -55,7 +55,7 @@ def test_parameters_are_found_from_a_noisy_record_as_well_as_its_covariance_says
     # Eight pulls, hardly correlated: the sum of their squares is in this range but once in 10000.
     assert 0.4 < np.sum(np.square(pulls)) < 32.0
     with pytest.raises(UnknownNameError):
-        calibrate({}, ["rock.stiffness"], records=[Record("blow_cuont", pd.Series([1.0]), 1.0)])
+        calibrate({}, {}, ["rock.stiffness"], records=[Record("blow_cuont", pd.Series([1.0]), 1.0)])
     with pytest.raises(DomainError, match="error"):
         Record("contact_force", pd.Series([1.0]), 0.0)
 
@@ -70,7 +70,7 @@ def test_a_rock_is_found_from_twenty_noisy_blows_with_units_and_gaps() -> None:
     }
     record["blow_energy"] = (f"{found['blow_energy']} J", "2 J")
     record["period"] = (None, 1e-3)
-    fit = calibrate(record, {"rock.stiffness": ("50 MN/m", "400 MN/m")}, SMALL)
+    fit = calibrate(SMALL, record, {"rock.stiffness": ("50 MN/m", "400 MN/m")})
     # Four standard errors: once in 15000 draws is it further off.
     error = fit.errors["rock.stiffness"]
     assert abs(fit.parameters["rock.stiffness"] - truth) < 4.0 * error < 0.15 * truth
@@ -125,7 +125,7 @@ def test_a_population_is_drawn_from_a_likelihood_with_two_modes() -> None:
 def test_a_measurement_beyond_all_hammers_does_not_fit() -> None:
     # One measurement of one parameter: no degrees of freedom, and 34 m/s is no rate.
     with pytest.warns(HammerWarning, match="does not describe"):
-        fit = calibrate({"rop": (34.0, 0.3)}, ["rock.stiffness"], RIGID)
+        fit = calibrate(RIGID, {"rop": (34.0, 0.3)}, ["rock.stiffness"])
     assert fit.degrees_of_freedom == 0
     assert "chi-square" in fit.misfit
 
@@ -139,7 +139,7 @@ def test_one_wild_measurement_moves_a_robust_fit_less() -> None:
     off = {}
     for loss in ("linear", "cauchy"):
         with pytest.warns(HammerWarning, match="does not describe"):
-            fit = calibrate(measured, ["rock.stiffness"], RIGID, loss=loss)
+            fit = calibrate(RIGID, measured, ["rock.stiffness"], loss=loss)
         assert "chi-square" in fit.misfit
         off[loss] = abs(np.log(fit.parameters["rock.stiffness"] / truth))
     assert off["cauchy"] < 0.5 * off["linear"]
@@ -148,16 +148,16 @@ def test_one_wild_measurement_moves_a_robust_fit_less() -> None:
 def test_what_measurements_cannot_tell_is_told_by_its_direction() -> None:
     rop = steady(SMALL)["tip_rate"]
     found = calibrate(
-        {"tip_rate": (rop, 0.01 * rop)}, ["rock.stiffness", "rock.unloading_ratio"], SMALL
+        SMALL, {"tip_rate": (rop, 0.01 * rop)}, ["rock.stiffness", "rock.unloading_ratio"]
     )
     assert "do not determine" in found.cannot_tell[0]
     assert np.isfinite(found.errors).all()
     with pytest.raises(DomainError, match="error"):
-        calibrate({"tip_rate": (0.03, 0.0)}, ["rock.stiffness"], SMALL)
+        calibrate(SMALL, {"tip_rate": (0.03, 0.0)}, ["rock.stiffness"])
     with pytest.raises(UnknownNameError):
-        calibrate({"rpo": (0.03, 0.1)}, ["rock.stiffness"], SMALL)
+        calibrate(SMALL, {"rpo": (0.03, 0.1)}, ["rock.stiffness"])
     with pytest.raises(DomainError, match="loss"):
-        calibrate({"tip_rate": (0.03, 0.1)}, ["rock.stiffness"], SMALL, loss="none")
+        calibrate(SMALL, {"tip_rate": (0.03, 0.1)}, ["rock.stiffness"], loss="none")
 
 
 def test_intervals_hold_the_truth_about_as_often_as_they_say() -> None:
@@ -168,7 +168,7 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say() -> None:
 
 def test_a_design_is_as_good_as_brute_force_within_its_limits() -> None:
     free = {"drive.amplitude": (1400.0, 2200.0), "drive.stroke": ("30 mm", "60 mm")}
-    best = optimise("rop", free, RIGID, limits={"blow_energy": (None, "160 J")})
+    best = optimise(RIGID, "rop", free, limits={"blow_energy": (None, "160 J")})
     grid = [(f, x) for f in np.linspace(1400.0, 2200.0, 9) for x in np.linspace(0.03, 0.06, 9)]
     tried = [steady(RIGID | {"drive.amplitude": f, "drive.stroke": x}) for f, x in grid]
     brute = max(found["rop"] for found in tried if found["blow_energy"] <= 160.0)
@@ -192,13 +192,13 @@ def test_goals_and_limits_are_functions_too_and_refused_designs_are_points() -> 
 
     # A stroke close to nothing stalls, or is refused.
     free = {"piston.length": (0.1, 0.25), "drive.stroke": (1e-4, 0.06)}
-    best = optimise(work, free, RIGID, least=True, limits={mass: (0.12, None)}, starts=2)
+    best = optimise(RIGID, work, free, least=True, limits={mass: (0.12, None)}, starts=2)
     assert best.parameters["piston.length"] >= 0.12 * (1.0 - 2e-4)
     assert np.isfinite(best.value)
     with pytest.raises(RefusedError, match="designs"):
-        optimise("rop", {"feed_force": (4e3, 6e3)}, RIGID, limits={"rop": (1.0, None)}, starts=1)
+        optimise(RIGID, "rop", {"feed_force": (4e3, 6e3)}, limits={"rop": (1.0, None)}, starts=1)
     with pytest.raises(DomainError, match="first must be less"):
-        optimise("rop", {"feed_force": (6e3, 4e3)}, RIGID)
+        optimise(RIGID, "rop", {"feed_force": (6e3, 4e3)})
 
 
 def test_an_optimum_has_the_error_of_its_own_goal() -> None:
@@ -210,10 +210,10 @@ def test_an_optimum_has_the_error_of_its_own_goal() -> None:
         return 2.0 * found["blow_speed"] + found["rebound_speed"]
 
     alone = {"starts": 1, "error": 0.02, "tolerance": 0.0}
-    energy = optimise("blow_energy", free, still, **alone)
+    energy = optimise(still, "blow_energy", free, **alone)
     assert energy.error == pytest.approx(energy.steady.error["blow_energy"], rel=1e-9)
     assert energy.error > 0.0
-    both = optimise(speeds, free, still, **alone)
+    both = optimise(still, speeds, free, **alone)
     errors = both.steady.error
     # A linear function of them: differences are exact to rounding of sums.
     assert both.error == pytest.approx(
@@ -233,7 +233,7 @@ def test_a_lucky_design_does_not_win_over_the_mean_within_the_tolerance() -> Non
     # The exact mean over one per cent: of the hill, and one fiftieth of 5 % more.
     top = 1.0 + 0.05 / 50.0
     for seed in (1, 2):
-        best = optimise(spiked, free, RIGID, seed=seed)
+        best = optimise(RIGID, spiked, free, seed=seed)
         # Of 33 hammers none to two stand out, so their mean errs by 0.05 / 33 times one or two.
         assert best.value == pytest.approx(top, abs=3.5e-3)
         assert best.parameters["feed_force"] == pytest.approx(5e3, rel=0.15)
@@ -244,7 +244,7 @@ def test_a_lucky_design_does_not_win_over_the_mean_within_the_tolerance() -> Non
 def test_an_optimum_keeps_its_value_when_it_is_perturbed() -> None:
     free = {"drive.amplitude": (1400.0, 1800.0), "drive.stroke": ("30 mm", "50 mm")}
     limits = {"blow_energy": (None, "160 J")}
-    found = [optimise("rop", free, RIGID, limits=limits, seed=seed) for seed in (1, 2)]
+    found = [optimise(RIGID, "rop", free, limits=limits, seed=seed) for seed in (1, 2)]
     values = [best.value for best in found]
     assert np.ptp(values) <= 3e-3 * values[0]
     noise, chosen = np.random.default_rng(1), found[0].parameters
@@ -258,7 +258,7 @@ def test_an_optimum_keeps_its_value_when_it_is_perturbed() -> None:
 
 def test_starts_that_agree_are_enough() -> None:
     free = {"drive.stroke": ("30 mm", "60 mm")}
-    best = optimise("blow_energy", free, RIGID, starts=8)
+    best = optimise(RIGID, "blow_energy", free, starts=8)
     # Energy rises with the stroke, whatever one begins with: two starts, and the search from there.
     assert {*best.history["start"]} == {-1, 0, 1, 8}
 
@@ -286,24 +286,24 @@ def test_masses_stresses_and_power_are_goals_and_limits_by_name() -> None:
     with pytest.raises(RefusedError, match="rigid"):
         measure("bit_stress")(steady(RIGID))
     light = {"piston.length": (0.1, 0.25)}
-    best = optimise("rop", light, RIGID, limits={"piston_mass": ("2.2 kg", None)}, starts=1)
+    best = optimise(RIGID, "rop", light, limits={"piston_mass": ("2.2 kg", None)}, starts=1)
     assert measure("piston_mass")(best.steady) == pytest.approx(2.2, rel=1e-2)
     with pytest.raises(UnknownNameError, match="piston_mas"):
-        optimise("piston_mas", light, RIGID)
+        optimise(RIGID, "piston_mas", light)
     with pytest.raises(DomainError, match="tolerance"):
-        optimise("rop", light, RIGID, tolerance=1.0)
+        optimise(RIGID, "rop", light, tolerance=1.0)
 
 
 def test_what_a_limit_raises_is_raised_as_it_is() -> None:
     free = {"feed_force": (4e3, 6e3)}
     with pytest.raises(UnknownNameError, match="rpo"):
-        optimise("rop", free, RIGID, limits={lambda s: s["rpo"]: (0.0, None)}, starts=2)
+        optimise(RIGID, "rop", free, limits={lambda s: s["rpo"]: (0.0, None)}, starts=2)
     with pytest.raises(ZeroDivisionError):
-        optimise(lambda s: s["rop"] / 0.0, free, RIGID, starts=2)
+        optimise(RIGID, lambda s: s["rop"] / 0.0, free, starts=2)
 
 
 def test_a_goal_that_nothing_changes_is_flat() -> None:
-    found = optimise(lambda _: 1.0, {"feed_force": (4e3, 6e3)}, RIGID, starts=1)
+    found = optimise(RIGID, lambda _: 1.0, {"feed_force": (4e3, 6e3)}, starts=1)
     assert found.status == "flat"
     assert found.flat == ("feed_force",)
 
@@ -320,4 +320,4 @@ def test_ctrl_c_ends_designs_that_other_threads_try(ctrl_c: Interrupts) -> None:
 
     # It looks every 0.3 s.
     with ctrl_c(0.5, begun, within=4.0):
-        optimise("rop", {"feed_force": (0.0, 5.0)}, fine, design=design, error=1e-6)
+        optimise(fine, "rop", {"feed_force": (0.0, 5.0)}, design=design, error=1e-6)

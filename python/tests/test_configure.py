@@ -41,7 +41,7 @@ def expected(**more: float) -> list[float]:
 
 def test_a_host_that_sets_nothing_simulates_the_scene(tmp_path: Path) -> None:
     file = tmp_path / "my.fmu"
-    assert configure(file, SCENE) == 0
+    assert configure(SCENE, file) == 0
     assert validate_fmu(str(file)) == []
     assert outputs(file) == pytest.approx(expected(), rel=1e-9)
     nodes = load(file).description.iterfind("ModelVariables/ScalarVariable")
@@ -74,29 +74,29 @@ def test_the_fmu_in_a_host_gives_the_numbers_of_the_native_module_to_the_last_bi
 
 def test_a_configured_fmu_can_be_configured_further(tmp_path: Path) -> None:
     one, two = tmp_path / "one.fmu", tmp_path / "two.fmu"
-    configure(one, SCENE)
-    configure(two, {"feed_force": 7e3}, fmu=one)
+    configure(SCENE, one)
+    configure({"feed_force": 7e3}, two, fmu=one)
     assert outputs(two) == pytest.approx(expected(feed_force=7e3), rel=1e-9)
     with pytest.raises(DthHammerError, match="would overwrite"):
-        configure(two, {}, fmu=two)
+        configure({}, two, fmu=two)
 
 
 def test_waves_and_a_scene_go_into_one_file(tmp_path: Path) -> None:
     file = tmp_path / "waves.fmu"
-    added = configure(file, SCENE, waves=True)
+    added = configure(SCENE, file, waves=True)
     assert added > 2 * (16 + 9)
     assert validate_fmu(str(file)) == []
     assert outputs(file) == pytest.approx(expected(), rel=1e-9)
     with pytest.raises(DthHammerError, match="lists waves already"):
-        configure(tmp_path / "again.fmu", {}, fmu=file)
+        configure({}, tmp_path / "again.fmu", fmu=file)
 
 
 def test_a_wrong_scene_writes_nothing(tmp_path: Path) -> None:
     file = tmp_path / "my.fmu"
     with pytest.raises(DomainError, match=r"rock\.stiffness"):
-        configure(file, {"rock.stiffness": -1.0})
+        configure({"rock.stiffness": -1.0}, file)
     with pytest.raises(DthHammerError, match="no waves"):
-        configure(file, {"fidelity": "Rigid"}, waves=True)
+        configure({"fidelity": "Rigid"}, file, waves=True)
     assert not list(tmp_path.iterdir())
 
 
@@ -115,7 +115,7 @@ EVENTS = {"event.positions": 2, "event.position[1]": "-30 mm", "event.blow": "fa
 
 def test_an_fmu_of_fmi_3_starts_with_its_events_too(tmp_path: Path) -> None:
     file = tmp_path / "my.fmu"
-    configure(file, SCENE | EVENTS | {"waves.stations": 7}, fmi=3, arrays=True)
+    configure(SCENE | EVENTS | {"waves.stations": 7}, file, fmi=3, arrays=True)
     assert validate_fmu(str(file)) == []
     assert outputs(file) == pytest.approx(expected(), rel=1e-9)
     starts = {v.name: v.start for v in fmpy.read_model_description(file).modelVariables}
@@ -132,7 +132,7 @@ def test_an_fmu_of_fmi_3_starts_with_its_events_too(tmp_path: Path) -> None:
 
 def test_the_library_has_the_events_that_an_fmu_of_fmi_3_starts_with(tmp_path: Path) -> None:
     file = tmp_path / "my.fmu"
-    configure(file, {"event.positions": 1, "event.position[1]": -0.03, "event.blow": 0}, fmi=3)
+    configure({"event.positions": 1, "event.position[1]": -0.03, "event.blow": 0}, file, fmi=3)
     result = fmpy.simulate_fmu(
         str(file),
         stop_time=0.1,
@@ -161,9 +161,9 @@ def test_events_out_of_their_range_are_refused(
     tmp_path: Path, given: dict[str, int | str], message: str
 ) -> None:
     with pytest.raises(DthHammerError, match=message):
-        configure(tmp_path / "my.fmu", given, fmi=3, arrays=True)
+        configure(given, tmp_path / "my.fmu", fmi=3, arrays=True)
     with pytest.raises(DthHammerError, match="no parameter or input"):
-        configure(tmp_path / "my.fmu", given)
+        configure(given, tmp_path / "my.fmu")
     assert not list(tmp_path.iterdir())
 
 
@@ -183,7 +183,7 @@ def test_arrays_are_in_a_variant_of_fmi_3_alone(
     arrays = [v.name for v in found.values() if v.dimensions]
     assert "piston_stress" in arrays
     assert "step_blow_time" in arrays
-    configure(two, {"waves.stations": 7}, fmu=file)
+    configure({"waves.stations": 7}, two, fmu=file)
     stress = fmpy.simulate_fmu(str(two), stop_time=0.05, output=["piston_stress"])["piston_stress"]
     assert stress.shape[1] == 7
     assert np.abs(stress).max() > 1e6

@@ -16,9 +16,7 @@ from dth_hammer import (
     Hammer,
     Run,
     UnknownNameError,
-    convert,
     simulate,
-    with_units,
 )
 from dth_hammer.scene import quantities
 
@@ -163,36 +161,41 @@ def frame(run: Run) -> pd.DataFrame:
 
 
 def test_a_table_goes_to_other_units_and_back(frame: pd.DataFrame) -> None:
-    field = convert(frame, {"rop": "m/h", "rock_force": "lbf"})
+    field = quantities.convert(frame, {"rop": "m/h", "rock_force": "lbf"})
     assert field.attrs["units"]["rop"] == "m/h"
     np.testing.assert_allclose(field["rop"], frame["rop"] * 3600, rtol=1e-15)
     assert field["tip_depth"].equals(frame["tip_depth"])
-    back = convert(convert(field, "us"), "si")
+    back = quantities.convert(quantities.convert(field, "us"), "si")
     assert back.attrs["units"] == frame.attrs["units"]
     for name in ("rop", "rock_force", "tip_depth", "blow_energy"):
         # A product with each factor and its inverse: four roundings.
         np.testing.assert_allclose(back[name], frame[name], rtol=1e-15)
 
 
-def test_a_table_for_reading_has_its_units_in_the_headings(frame: pd.DataFrame) -> None:
-    readable = with_units(convert(frame[["rop", "blow_count"]], {"rop": "m/h"}))
+def test_a_table_for_reading_has_its_units_in_the_headings(run: Run) -> None:
+    readable = run.to_frame("rop", "blow_count", units={"rop": "m/h"})
     assert list(readable) == ["rop [m/h]", "blow_count"]
     assert readable.index.name == "time [s]"
-    assert list(frame[["rop"]]) == ["rop"]
+    assert len(run.to_frame("rop")) == len(run.blows)
+    with pytest.raises(UnknownNameError, match="did you mean 'rop'"):
+        run.to_frame("ropp")
 
 
 def test_systems_of_units(frame: pd.DataFrame) -> None:
-    metric, us = convert(frame, "metric").attrs["units"], convert(frame, "us").attrs["units"]
+    metric, us = (
+        quantities.convert(frame, "metric").attrs["units"],
+        quantities.convert(frame, "us").attrs["units"],
+    )
     assert [metric[n] for n in ("rop", "tip_depth", "rock_force")] == ["m/h", "mm", "kN"]
     assert [us[n] for n in ("rop", "tip_depth", "rock_force")] == ["ft/h", "in", "lbf"]
     with pytest.raises(UnknownNameError, match="did you mean 'metric'"):
-        convert(frame, "metrik")
+        quantities.convert(frame, "metrik")
     with pytest.raises(UnknownNameError, match="did you mean 'rop'"):
-        convert(frame, {"ropp": "m/h"})
+        quantities.convert(frame, {"ropp": "m/h"})
 
 
 def test_figures_and_blows_do_not_mind_the_units(run: Run) -> None:
-    us = convert(run, "us")
+    us = run.convert("us")
     table = us.blows
     assert table.attrs["units"]["blow_speed"] == "ft/s"
     assert table["blow_speed"].iloc[0] == pytest.approx(

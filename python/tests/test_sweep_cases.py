@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from dth_hammer import PRESETS, Case, DomainError, Hammer, simulate, sweep
+from dth_hammer import PRESETS, DomainError, Hammer, Scene, simulate, sweep
 from dth_hammer.study.store import Store
 from sweeps import UNTIL, forbidden_runs
 
@@ -30,61 +30,61 @@ class Counting:
 
 RAMP = pd.Series([3e3, 8e3], index=[0.0, UNTIL])
 CASES = {
-    "plain": Case(),
-    "granite": Case({"rock": "granite"}),
-    "ramp": Case(inputs={"feed_force": RAMP}, step="1 ms"),
-    "controlled": Case(control=harder_when_deeper, step=1e-3, version=1),
-    "counted": Case(control=Counting(), step=UNTIL / 600, version=1),
+    "plain": None,
+    "granite": Scene(rock="granite"),
+    "ramp": Scene(inputs={"feed_force": RAMP}),
+    "preset": "water_hammer",
 }
 
 
 @pytest.mark.parametrize("scheduler", ["threads", "processes"])
 def test_a_case_is_what_simulate_gives(scheduler: str, tmp_path: Path) -> None:
-    grid = {"rock.viscosity": [1e4, 2e4]}
-    out = tmp_path / "cases.parquet"
-    table = sweep(grid, UNTIL, cases=CASES, scheduler=scheduler, workers=1, out=out)
-    assert table["error"].tolist() == [""] * 10
+    grid, read = {"rock.viscosity": [1e4, 2e4]}, ["rop", "tip_depth"]
+    ways = {"cases": CASES, "step": "1 ms", "out": tmp_path / "cases.parquet"}
+    table = sweep(grid, UNTIL, scheduler=scheduler, workers=1, **ways)
+    assert table["error"].tolist() == [""] * 8
     for _, row in table.iterrows():
-        case = CASES[row["case"]]
-        run = simulate(
-            {**case.parameters, "rock.viscosity": row["rock.viscosity"]},
-            UNTIL,
-            dict(case.inputs),
-            preset=case.preset,
-            step=case.step,
-            control=case.control if row["case"] == "controlled" else None,
-            outputs=["rop", "tip_depth"],
-        )
-        if row["case"] != "counted":
-            assert run.frame.iloc[-1].tolist() == row[["rop", "tip_depth"]].tolist()
+        with Hammer(CASES[row["case"]] if row["case"] != "ramp" else None) as one:
+            point = one.numbers | {"rock.viscosity": row["rock.viscosity"]}
+        inputs = {"feed_force": RAMP} if row["case"] == "ramp" else {}
+        run = simulate(point, UNTIL, inputs, step="1 ms", outputs=read)
+        assert run.frame.iloc[-1].tolist() == row[read].tolist()
     with forbidden_runs():
-        pd.testing.assert_frame_equal(sweep(grid, UNTIL, cases=CASES, out=out), table)
+        pd.testing.assert_frame_equal(sweep(grid, UNTIL, **ways), table)
+
+
+@pytest.mark.parametrize("scheduler", ["threads", "processes"])
+def test_each_run_has_a_controller_of_its_own(scheduler: str) -> None:
+    ways = {"scheduler": scheduler, "workers": 1, "outputs": ["tip_depth"]}
+    grid = {"rock.viscosity": [1e4, 2e4]}
+    counted = sweep(grid, UNTIL, control=Counting(), step=UNTIL / 600, **ways)
+    assert counted["error"].tolist() == ["", ""]
+    table = sweep(grid, UNTIL, control=harder_when_deeper, step=1e-3, **ways)
+    run = simulate({"rock.viscosity": 1e4}, UNTIL, step=1e-3, control=harder_when_deeper)
+    assert table["tip_depth"][0] == run["tip_depth"].iloc[-1]
 
 
 def test_a_case_is_told_from_another_by_its_inputs_and_its_version(tmp_path: Path) -> None:
     out, grid = tmp_path / "cases.csv", {"rock.viscosity": [1e4]}
     ramps = [pd.Series([3e3, end], index=[0.0, UNTIL]) for end in (4e3, 5e3, 5e3)]
     for feed in ("3 kN", 3e3, 4e3, *ramps):
-        cases = {"fed": Case(inputs={"feed_force": feed})}
+        cases = {"fed": Scene(inputs={"feed_force": feed})}
         sweep(grid, 0.01, cases=cases, scheduler="threads", out=out)
     # One number each, and two ramps; the same again is not run again.
     assert len(Store(out).rows()) == 4
     for version in (1, 1, 2):
-        cases = {"led": Case(control=harder_when_deeper, version=version)}
-        sweep(grid, 0.01, cases=cases, scheduler="threads", out=out)
+        ways = {"control": harder_when_deeper, "version": version}
+        sweep(grid, 0.01, scheduler="threads", out=out, **ways)
     assert len(Store(out).rows()) == 6
 
 
-@pytest.mark.parametrize(
-    "case",
-    [Case(control=harder_when_deeper), Case(inputs={"feed_force": lambda t: 5e3})],
-    ids=["controller", "input"],
-)
-def test_code_without_a_version_keeps_no_rows(case: Case, tmp_path: Path) -> None:
+def test_code_without_a_version_keeps_no_rows(tmp_path: Path) -> None:
     grid = {"rock.viscosity": [1e4]}
-    with pytest.raises(DomainError, match=r"the case 'led' has code .*version=1"):
-        sweep(grid, 0.01, cases={"led": case}, scheduler="threads", out=tmp_path / "x.csv")
-    assert sweep(grid, 0.01, cases={"led": case}, scheduler="threads")["error"].tolist() == [""]
+    fed = {"cases": {"led": Scene(inputs={"feed_force": lambda _: 5e3})}}
+    for code in ({"control": harder_when_deeper}, fed):
+        with pytest.raises(DomainError, match=r"the case '(led)?' has code .*version=1"):
+            sweep(grid, 0.01, scheduler="threads", out=tmp_path / "x.csv", **code)
+        assert sweep(grid, 0.01, scheduler="threads", **code)["error"].tolist() == [""]
 
 
 @pytest.mark.parametrize("scheduler", ["threads", "processes"])
@@ -98,15 +98,15 @@ def test_what_a_controller_raised_is_tried_again_and_a_refusal_is_not(
             raise OSError("No space left on device")
 
     grid = {"rock.unloading_ratio": [4.0], "rock.stiffness": [1e8, 1e300]}
-    case = Case(control=logs, step="5 ms", version=1)
+    ways = {"control": logs, "step": "5 ms", "version": 1, "workers": 1, "out": out}
     full.touch()
-    rows = sweep(grid, 0.01, cases={"": case}, scheduler=scheduler, workers=1, out=out)
+    rows = sweep(grid, 0.01, scheduler=scheduler, **ways)
     message, refusal = rows["error"]
     assert message == "OSError: No space left on device"
     assert "cannot be computed" in refusal
     assert Store(out).rows()["error"].tolist() == [refusal]
     full.unlink()
-    again = sweep(grid, 0.01, cases={"": case}, scheduler=scheduler, workers=1, out=out)
+    again = sweep(grid, 0.01, scheduler=scheduler, **ways)
     assert again["error"].tolist() == ["", refusal]
     assert len(Store(out).rows()) == 2
 
@@ -116,11 +116,10 @@ def test_a_controller_that_fails_says_so_in_its_row() -> None:
         raise KeyError(hammer.time)
 
     grid = {"feed_force": [4e3]}
-    cases = {"fails": Case(control=fails), "goes": Case()}
-    table = sweep(grid, 0.01, cases=cases, scheduler="threads")
-    assert table["error"].tolist() == ["KeyError: 0.0", ""]
+    table = sweep(grid, 0.01, control=fails, scheduler="threads")
+    assert table["error"].tolist() == ["KeyError: 0.0"]
     with pytest.raises(DomainError, match="feed_force is in the grid and an input of the case"):
-        sweep(grid, 0.01, cases={"both": Case(inputs={"feed_force": 5e3})})
+        sweep(grid, 0.01, base=Scene(inputs={"feed_force": 5e3}))
 
 
 def test_an_input_over_time_goes_before_that_of_the_preset() -> None:
@@ -129,7 +128,7 @@ def test_an_input_over_time_goes_before_that_of_the_preset() -> None:
     table = sweep(
         {"gravity": [0.0], "contact.stiffness": [1e9]},
         1e-6,
-        cases={"": Case(preset=preset, inputs=inputs)},
+        base=Scene(preset=preset, inputs=inputs),
         outputs=["rock_force"],
     )
     run = simulate({"gravity": 0.0, "contact.stiffness": 1e9}, 1e-6, preset=preset, inputs=inputs)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import signal
@@ -11,7 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -21,17 +20,17 @@ import psutil
 import pytest
 from dask.distributed import Client, LocalCluster
 from dth_hammer import (
-    Case,
     DomainError,
-    DthHammerError,
     Hammer,
     HammerWarning,
     RefusedError,
+    Scene,
     UnknownNameError,
-    convert,
+    steady,
     sweep,
 )
 from dth_hammer.errors import OutputError
+from dth_hammer.scene import quantities
 from dth_hammer.study.store import Store
 from interrupting import Interrupts
 from sweeps import UNTIL, begun, forbidden_runs, written
@@ -52,14 +51,15 @@ def test_a_row_is_what_one_run_gives() -> None:
 def test_each_rate_has_the_range_of_its_own_rock() -> None:
     # Beside each other in one table: a rock known up to a factor of 1.1, and one up to 2.
     grid = {"rock.specific_energy_factor": [1.1, 2.0]}
-    for end, rates in ((UNTIL, ["rop", "rop_mean"]), ("steady", ["rop"])):
-        table = sweep(grid, end, parameters={"fidelity": "Rigid"}, outputs=[*rates, "blow_energy"])
-        for rate in rates:
+    rates = ["rop", "rop_mean"]
+    swept = sweep(grid, UNTIL, base={"fidelity": "Rigid"}, outputs=[*rates, "blow_energy"])
+    for table in (swept, steady(grid | {"fidelity": "Rigid"})):
+        for rate in [rate for rate in rates if rate in table]:
             wide = table["rock.specific_energy_factor"]
             assert (table[f"{rate}_low"] == table[rate] / wide).all()
             assert (table[f"{rate}_high"] == table[rate] * wide).all()
             assert table[rate].iloc[0] > 0.0
-        units = convert(table, "metric").attrs["units"]
+        units = quantities.convert(table, "metric").attrs["units"]
         assert {units[column] for column in units if column.startswith("rop")} == {"m/h"}
         assert "blow_energy_low" not in table
 
@@ -114,96 +114,22 @@ def test_mistakes_are_found_before_anything_runs() -> None:
 def test_a_scheduler_that_is_not_there_is_named() -> None:
     with pytest.raises(UnknownNameError, match="did you mean 'threads'"):
         sweep(GRID, UNTIL, scheduler="thread")
-    with pytest.raises(DthHammerError, match="no Dask scheduler answers at udp:"):
-        sweep(GRID, UNTIL, scheduler="udp://127.0.0.1:1")
+    with pytest.raises(DomainError, match="scheduler"):
+        sweep(GRID, UNTIL, scheduler=[])  # type: ignore[arg-type]
 
 
-@contextmanager
-def program(*arguments: str) -> Iterator[subprocess.Popen[bytes]]:
-    """A program of Dask's, ended when its user is done."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-    )
-    try:
-        yield process
-    finally:
-        process.terminate()
-        process.wait(timeout=30)
-
-
-@contextmanager
-def cluster(folder: Path) -> Iterator[tuple[str, subprocess.Popen[bytes], subprocess.Popen[bytes]]]:
-    """A scheduler and two workers as a user begins them: address, scheduler, workers' parent."""
-    contact = folder / "scheduler.json"
-    shared = ("--scheduler-file", str(contact), "--host", "127.0.0.1", "--no-dashboard")
-    with (
-        program("distributed.cli.dask_scheduler", *shared, "--port", "0") as scheduler,
-        program(
-            "distributed.cli.dask_worker", *shared, "--nworkers", "2", "--nthreads", "1"
-        ) as workers,
-    ):
-        for _ in range(300):
-            if contact.is_file() and contact.read_text(encoding="utf-8").strip():
-                break
-            time.sleep(0.1)
-        yield json.loads(contact.read_text(encoding="utf-8"))["address"], scheduler, workers
-
-
-def test_a_cluster_by_its_address_gives_the_same_to_the_last_bit(tmp_path: Path) -> None:
-    with cluster(tmp_path) as (address, scheduler, _):
-        assert address.startswith("tcp://127.0.0.1:")
-        far = sweep(GRID, UNTIL, scheduler=address, batch=1)
-        # It is another's cluster: it must outlive the sweep, and serve the next one.
-        assert scheduler.poll() is None
-        more = sweep({"feed_force": [6e3]}, UNTIL, scheduler=address)
+def test_executors_give_the_same_to_the_last_bit() -> None:
     near = sweep(GRID, UNTIL, scheduler="threads", workers=2)
+    shape = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    with LocalCluster(processes=False, **shape) as cluster, Client(cluster) as client:
+        far = sweep(GRID, UNTIL, scheduler=client.get_executor(), batch=1)
+        # It is another's: it must outlive the sweep, and serve the next one.
+        more = sweep({"feed_force": [6e3]}, UNTIL, scheduler=client.get_executor())
+    with ThreadPoolExecutor(2) as crew:
+        side = sweep(GRID, UNTIL, scheduler=crew)
     pd.testing.assert_frame_equal(far, near, check_exact=True)
+    pd.testing.assert_frame_equal(side, near, check_exact=True)
     assert more["error"].tolist() == [""]
-
-
-FAR: dict[str, Any] = {"feed_force": [3e3 + 100.0 * k for k in range(30)]}
-SEVERAL = f"""
-import sys
-from dth_hammer import sweep
-table = sweep({FAR}, 2.0, batch=1, out="x.parquet", scheduler=sys.argv[1])
-print(len(table), "rows")
-"""
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="a killed scheduler leaves its port open")
-@pytest.mark.parametrize("lost", ["worker", "scheduler"])
-def test_a_sweep_loses_nothing_with_a_part_of_its_cluster(tmp_path: Path, lost: str) -> None:
-    with cluster(tmp_path) as (address, scheduler, workers):
-        process = begun(tmp_path, written(tmp_path, SEVERAL), address)
-        store = wait_for_a_part(tmp_path)
-        if lost == "scheduler":
-            scheduler.kill()
-        else:
-            children = psutil.Process(workers.pid).children(recursive=True)
-            next(c for c in children if "spawn_main" in " ".join(c.cmdline())).kill()
-        said, complaints = process.communicate(timeout=120)
-    if lost == "worker":
-        assert (said, process.returncode) == ("30 rows\n", 0), complaints
-    else:
-        message = re.search(r"the Dask scheduler was lost; (\d+) of 30 runs are kept", complaints)
-        assert message is not None, complaints
-        assert 0 < int(message[1]) == len(store.rows()) < 30
-    # What is there is what one process gives, and the rest is computed.
-    rest = sweep(FAR, 2.0, scheduler="threads", out=tmp_path / "x.parquet")
-    near = sweep(FAR, 2.0, scheduler="threads")
-    pd.testing.assert_frame_equal(rest, near, check_exact=True)
-
-
-def test_two_clients_in_one_process_do_not_meet() -> None:
-    shape = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": ":0"}
-    with (
-        LocalCluster(processes=False, **shape) as near,
-        Client(near) as one,
-        LocalCluster(processes=False, **shape) as far,
-        Client(far) as two,
-    ):
-        tables = [sweep(GRID, UNTIL, scheduler=client, batch=1) for client in (one, two)]
-    pd.testing.assert_frame_equal(*tables)
 
 
 @pytest.mark.parametrize("suffix", [".parquet", ".csv"])
@@ -316,7 +242,7 @@ def test_processes_are_for_cases_that_python_plays(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr("dth_hammer.study.workers._by_processes", none)
     assert sweep(GRID, 0.01)["error"].tolist() == [""] * 4
     with pytest.raises(LookupError):
-        sweep(GRID, 0.01, cases={"fed": Case(inputs={"drive_force": 0.0})})
+        sweep(GRID, 0.01, base=Scene(inputs={"drive_force": 0.0}))
 
 
 SCRIPT = """
@@ -380,13 +306,13 @@ def test_ctrl_c_ends_a_run_of_a_month_at_once(ctrl_c: Interrupts) -> None:
 
 LONG = """
 import sys, time
-from dth_hammer import Case, sweep
+from dth_hammer import sweep
 
 def slow(hammer):
     time.sleep(0.02)
 
-cases = {"slow": Case(control=slow, step="1 ms", version=1)}
-sweep({"feed_force": [3e3 + k for k in range(300)]}, 0.05, cases=cases, workers=2, batch=1,
+sweep({"feed_force": [3e3 + k for k in range(300)]}, 0.05, control=slow, step="1 ms", version=1,
+      workers=2, batch=1,
       out="x.parquet", scheduler=sys.argv[1])
 """
 
@@ -437,7 +363,7 @@ def test_a_killed_worker_is_told_with_what_is_kept(tmp_path: Path) -> None:
     children = psutil.Process(process.pid).children(recursive=True)
     next(c for c in children if "spawn_main" in " ".join(c.cmdline())).kill()
     _, complaints = process.communicate(timeout=120)
-    message = re.search(r"a worker process ended \(.*\); (\d+) of 300 runs are kept", complaints)
+    message = re.search(r"a worker ended \(.*\); (\d+) of 300 runs are kept", complaints)
     assert message is not None, complaints
     assert "LostWorkerError" in complaints
     assert 0 < int(message[1]) == len(store.rows())

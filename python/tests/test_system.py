@@ -26,7 +26,7 @@ def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_a_system_is_valid_by_the_schema_of_ssp_1(drive: Path, tmp_path: Path) -> None:
     file = tmp_path / "one.ssp"
-    write_system(file, {"drive": drive}, SCENE, step="20 us", until="0.3 s")
+    write_system(SCENE, file, {"drive": drive}, step="20 us", until="0.3 s")
     schemas = Path(fmpy.__file__).with_name("ssp") / "schema"
     schema = etree.XMLSchema(etree.parse(schemas / "SystemStructureDescription.xsd"))
     with ZipFile(file) as archive:
@@ -50,7 +50,7 @@ def test_a_reader_of_ssp_finds_the_components_and_what_is_connected(
     drive: Path, tmp_path: Path
 ) -> None:
     file = tmp_path / "one.ssp"
-    message = write_system(file, {"drive": drive}, SCENE, until=0.3)
+    message = write_system(SCENE, file, {"drive": drive}, until=0.3)
     structure = read_ssd(str(file))
     assert [c.name for c in structure.system.elements] == ["drive", "hammer"]
     found = {
@@ -66,7 +66,7 @@ def test_a_reader_of_ssp_finds_the_components_and_what_is_connected(
 
 def test_the_hammer_in_it_starts_as_the_scene(drive: Path, tmp_path: Path) -> None:
     file = tmp_path / "one.ssp"
-    write_system(file, {"drive": drive}, SCENE | {"feed_force": "6 kN"}, preset="air_4_inch")
+    write_system(SCENE | {"feed_force": "6 kN"}, file, {"drive": drive}, preset="air_4_inch")
     with ZipFile(file) as archive:
         archive.extractall(tmp_path)
     hammer = tmp_path / "resources" / "hammer.fmu"
@@ -82,7 +82,7 @@ def test_the_hammer_in_it_starts_as_the_scene(drive: Path, tmp_path: Path) -> No
 def test_with_fmi_3_it_is_a_system_of_ssp_2(drive: Path, tmp_path: Path) -> None:
     file = tmp_path / "one.ssp"
     events = {"event.positions": 1, "event.position[1]": -0.02}
-    connected = write_system(file, {"drive": drive}, SCENE | events, fmi=3)
+    connected = write_system(SCENE | events, file, {"drive": drive}, fmi=3)
     with ZipFile(file) as archive:
         archive.extractall(tmp_path)
         structure = etree.fromstring(archive.read("SystemStructure.ssd"))
@@ -102,7 +102,7 @@ def test_with_fmi_3_it_is_a_system_of_ssp_2(drive: Path, tmp_path: Path) -> None
     starts = {v.name: v.start for v in fmpy.read_model_description(hammer).modelVariables}
     assert float(starts["event.position[1]"]) == -0.02
     with pytest.raises(FmuNotFoundError, match=r"not a co-simulation FMU of FMI 2\.0"):
-        write_system(file, {"drive": hammer}, SCENE)
+        write_system(SCENE, file, {"drive": hammer})
 
 
 def test_what_cannot_be_a_system_is_told_and_nothing_is_written(
@@ -120,15 +120,15 @@ def test_what_cannot_be_a_system_is_told_and_nothing_is_written(
         ({"other": hammer}, DthHammerError, "other shares no name with the hammer"),
     ):
         with pytest.raises(error, match=message):
-            write_system(out, partners, SCENE)
+            write_system(SCENE, out, partners)
     with pytest.raises(DomainError, match="step = -1 s is not above 0"):
-        write_system(out, {"drive": drive}, SCENE, step=-1)
+        write_system(SCENE, out, {"drive": drive}, step=-1)
     assert not out.parent.exists()
 
 
 def test_a_drive_that_the_hammer_does_not_read_is_a_warning(drive: Path, tmp_path: Path) -> None:
     with pytest.warns(HammerWarning, match="pressure is ignored: drive.source is Relay"):
-        write_system(tmp_path / "one.ssp", {"drive": drive})
+        write_system({}, tmp_path / "one.ssp", {"drive": drive})
 
 
 def test_the_command(drive: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -18,13 +18,13 @@ from dth_hammer import (
     Hammer,
     RefusedError,
     UnknownNameError,
-    Waves,
     figures,
     simulate,
     waves,
 )
 from dth_hammer.cli import main
-from dth_hammer.fmu import load, write_variant
+from dth_hammer.fmu import configure, load
+from dth_hammer.run.diagram import Waves
 from fmpy.validation import validate_fmu
 from lxml import etree
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -226,7 +226,7 @@ def test_a_variant_keeps_its_mesh(variant: Path, tmp_path: Path) -> None:
     limits = [(nodes["bit.elements"].get(k), nodes["fidelity"].get(k)) for k in ("min", "max")]
     assert limits == [("7", "2"), ("7", "2")]
     with pytest.raises(DthHammerError, match="would overwrite"):
-        write_variant(variant, fmu=variant)
+        configure({}, variant, waves=True, fmu=variant)
 
 
 def test_the_command_draws_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -100,7 +100,7 @@ def test_a_system_of_ssp_2_in_fmucontainer_is_the_loop_in_python(
     names = ("piston_position", "bit_position", "tip_depth", "blow_count", "blow_time", "air_flow")
     file = tmp_path / "compressor.ssp"
     partners = {"compressor": container.build_compressor(tmp_path / "compressor")}
-    write_system(file, partners, container.SCENE, step=step, fmu=three_path)
+    write_system(container.SCENE, file, partners, step=step, fmu=three_path)
     assembly = Assembly(Path(file.name), fmu_directory=tmp_path, default_step_size=step)
     # The file itself has no ports: its components' outputs are what there is to see.
     assembly.root.auto_output = True

@@ -23,7 +23,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from cofmupy import Coordinator
-from dth_hammer.fmu import write_variant
+from dth_hammer.fmu import configure
 from fmpy.validation import validate_fmu
 from fmu import Instance, Package
 from hosting import END, SCENE, STEP, Trajectory, assert_same
@@ -329,7 +329,7 @@ MESH = {"piston.elements": 18, "bit.elements": 17}
 def variant(fmu_path: Path, tmp_path: Path) -> Path:
     """The FMU that lists stress and velocity along the bars; its mesh is not the default."""
     file = tmp_path / "waves.fmu"
-    write_variant(file, list(MESH.values()), fmu=fmu_path)
+    configure(MESH, file, waves=True, fmu=fmu_path)
     return file
 
 

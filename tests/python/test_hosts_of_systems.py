@@ -98,7 +98,7 @@ def test_libcosim_with_a_configured_fmu(
     libcosim: ModuleType, fmu_path: Path, tmp_path: Path, outputs: list[str], rigid: Trajectory
 ) -> None:
     file = tmp_path / "mine.fmu"
-    configure(file, ENUMERATED, fmu=fmu_path)
+    configure(ENUMERATED, file, fmu=fmu_path)
     host, slave = local(libcosim, file)
     assert "fidelity" not in host.references(slave)
     assert_same(host.play(slave, outputs), after_start(rigid))
@@ -140,7 +140,7 @@ def test_ecos_with_a_configured_fmu(
     ecos: ModuleType, fmu_path: Path, tmp_path: Path, outputs: list[str], rigid: Trajectory
 ) -> None:
     file = tmp_path / "mine.fmu"
-    configure(file, ENUMERATED, fmu=fmu_path)
+    configure(ENUMERATED, file, fmu=fmu_path)
     assert_same(ecos_trajectory(ecos, file, outputs, {}), rigid)
 
 

@@ -241,7 +241,9 @@ def test_a_datasheet_is_solved_as_in_python_and_contradictions_are_told(
     assert "1800 1/min" in text
     # The hammer runs: its last blow is that of the FMU, to the digits that are displayed. Blows differ
     # from each other here by more than the answer's range, so that none of them is its median.
-    assert displayed(page, "energy") == pytest.approx(blows(package, found)[-1]["blow_energy"], rel=5e-3)
+    assert displayed(page, "energy") == pytest.approx(
+        blows(package, found)[-1]["blow_energy"], rel=5e-3
+    )
 
 
 def test_axe_finds_nothing_in_a_solved_datasheet(opened: OPEN) -> None:

@@ -16,8 +16,9 @@ from ..fixed import Fixed
 from ..scene import rocks
 from ..scene.band import reason, with_sides
 from ..scene.quantities import SYSTEMS, alike, convert, with_units
-from ..scene.variables import VARIABLES, Variable, numbers
-from .options import ROCK, assignments
+from ..scene.scene import Scene
+from ..scene.variables import VARIABLES, Variable
+from .options import assignments
 
 #: Most values that a range may stand for.
 LONGEST = 1_000_000
@@ -49,14 +50,15 @@ def many(options: argparse.Namespace) -> Any:
     return {name: values(VARIABLES.settable(name), text) for name, text in axes.items()}
 
 
-def tell_many(options: argparse.Namespace, table: pd.DataFrame, names: Sequence[str]) -> None:
+def tell_many(
+    options: argparse.Namespace, table: pd.DataFrame, names: Sequence[str], base: Scene
+) -> None:
     """Prints columns of many hammers, and why their rates have ranges."""
     printed = table[[*with_sides(names), "error"]]
     printed.attrs = table.attrs
     print(readable(in_units(printed, own_units(options.units, printed)), index=False))
     if not any(name.startswith("rock.specific_energy") for name in table.attrs["swept"]):
-        given = rocks.given(assignments(options.set), getattr(options, "rock", None))
-        print(reason(numbers(options.preset, given)))
+        print(reason(base.numbers))
 
 
 def add_files(
@@ -72,10 +74,8 @@ def add_files(
         add_units(parser)
 
 
-def add_rock(parser: argparse.ArgumentParser, *, read: bool = False) -> None:
-    """The options that write the rock of a hammer, and where no function takes one, read it."""
-    if read:
-        parser.add_argument("--rock", help=ROCK.help)
+def add_rock(parser: argparse.ArgumentParser) -> None:
+    """The option that writes the rock of a hammer."""
     parser.add_argument("--write-rock", type=Path, help="file to write the rock to, for --rock")
 
 

@@ -17,7 +17,7 @@ def run(options: argparse.Namespace) -> None:
     outputs.check(options.out, (".fmu",))
     given = CALL.given(options)
     added = configure(**given)
-    preset = PRESETS[options.preset].values if options.preset else ()
-    started = {*given["parameters"], *preset}
+    scene = given["hammer"]
+    started = {*scene.parameters, *(PRESETS[scene.preset].values if scene.preset else ())}
     more = f", {added} more outputs" if added else ""
     print(f"{options.out}: {len(started)} start values{more}")

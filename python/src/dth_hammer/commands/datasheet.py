@@ -68,7 +68,7 @@ def run(options: argparse.Namespace) -> None:
         scene = {"description": _words(given), "start_values": dict(sheet.parameters)}
         out.write_text(json.dumps(scene, indent=2) + "\n", encoding="utf-8")
     if page:
-        _report(page, sheet, _words(given), options)
+        _report(page, sheet, options)
 
 
 def _words(given: Mapping[str, Any]) -> str:
@@ -76,11 +76,9 @@ def _words(given: Mapping[str, Any]) -> str:
     return ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in given.items())
 
 
-def _report(page: Path, sheet: Datasheet, words: str, options: argparse.Namespace) -> None:
+def _report(page: Path, sheet: Datasheet, options: argparse.Namespace) -> None:
     from ..figures.page import report  # noqa: PLC0415
-    from ..scene.scene import Scene  # noqa: PLC0415
 
-    scene = Scene("Hammer of a datasheet", words, None, dict(sheet.parameters))
     curve = SN.read(options.sn) if options.sn else None
-    report(scene, page, units=common.systems(options.units), curve=curve, sheet=sheet)
+    report(sheet, page, units=common.systems(options.units), curve=curve)
     print(f"{page}: {page.stat().st_size / 1e6:.1f} MB")

@@ -8,13 +8,14 @@ from pathlib import Path
 from ..run.run import Run
 from ..scene.band import with_band
 from . import common
+from .options import HAMMER
 
 NEEDS = ("matplotlib",)
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the command's arguments to its parser."""
-    parser.add_argument("--preset", help="parameter set to use, as listed by `dth-hammer info`")
+    parser.add_argument("hammer", help=HAMMER.help, nargs="?")
     file = Path("dth-hammer.png")
     parser.add_argument(
         "-o", "--out", type=Path, default=file, help=f"figure to write (default: {file})"
@@ -26,7 +27,7 @@ def run(options: argparse.Namespace) -> None:
     from ..figures import cycle, settled_cycle  # noqa: PLC0415
 
     common.check_outputs(None, options.out)
-    settled = settled_cycle(preset=options.preset)
+    settled = settled_cycle(options.hammer)
     print(table(settled))
     cycle(settled).savefig(options.out)
     print(f"figure: {options.out}")

@@ -32,5 +32,4 @@ def run(options: argparse.Namespace) -> None:
         from ..figures import wave_diagram  # noqa: PLC0415
         from ..run.diagram import waves  # noqa: PLC0415
 
-        del given["curve"]
-        wave_diagram(waves(**given), found).savefig(options.plot)
+        wave_diagram(waves(given["hammer"]), found).savefig(options.plot)

@@ -6,6 +6,7 @@ import argparse
 import inspect
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import NoneType
 from typing import Any, Literal, get_args, get_origin
@@ -13,6 +14,7 @@ from typing import Any, Literal, get_args, get_origin
 from ..contract import alternatives, hints_of
 from ..errors import DomainError
 from ..scene import quantities
+from ..scene.hammers import scene_of
 from ..study.fatigue import SNCurve
 
 
@@ -46,8 +48,10 @@ class Call:
         without: Mapping[str, str] | None = None,
         **written: Written,
     ) -> None:
-        self.function, self.without = function, without or {}
+        self.function = function
         self.parameters = inspect.signature(function).parameters
+        self.without = {n: why for n, why in NOWHERE.items() if n in self.parameters}
+        self.without |= without or {}
         if strange := ({*self.without} | {*written}) - {*self.parameters}:
             raise TypeError(f"{function.__name__} does not take {', '.join(strange)}")
         named = [name for name in self.parameters if name not in self.without]
@@ -58,11 +62,13 @@ class Call:
     def declare(self, parser: argparse.ArgumentParser) -> None:
         """Adds the options to a parser."""
         hints, meanings = hints_of(self.function), described(self.function)
+        if {*self.written} & {*HAMMERS}:
+            parser.add_argument(*SET.flags, help=SET.help, **SET.keywords)
         for name, written in self.written.items():
             default = self.parameters[name].default
             given = default is not inspect.Parameter.empty
             keywords = written.keywords
-            if not keywords.keys() & {"type", "action"}:
+            if not keywords.keys() & {"type", "action", "nargs"}:
                 keywords = kind(name, hints[name], default) | keywords
             if written.flags[0].startswith("-"):
                 keywords = {"required": not given} | keywords
@@ -78,6 +84,9 @@ class Call:
             value = getattr(options, written.flags[-1].lstrip("-").replace("-", "_"))
             if value is not None:
                 found[name] = written.read(value)
+        for name in {*HAMMERS} & {*self.written}:
+            scene = scene_of(found.get(name), found.pop("rock", None))
+            found[name] = replace(scene, parameters=scene.parameters | SET.read(options.set))
         return found
 
 
@@ -161,6 +170,16 @@ SET = Written(
     default=[],
     metavar="NAME=VALUE",
 )
+#: The hammer that a command is of, and what a function calls it.
+HAMMER = Written(
+    "hammer",
+    help="a preset's name, or the JSON file of a scene, as `dth-hammer datasheet -o` writes it; "
+    "--set is laid over it",
+    nargs="?",
+)
+HAMMERS = ("hammer", "base")
+#: What no command has.
+NOWHERE = {"preset": "the hammer is one"}
 #: What it drills.
 ROCK = Written(
     "--rock",
@@ -177,15 +196,11 @@ SN = Written(
 )
 #: What is written alike wherever a function takes it.
 SHARED = {
-    "parameters": SET,
-    "scene": SET,
+    **dict.fromkeys(HAMMERS, HAMMER),
     "rock": ROCK,
-    "preset": Written(more=", as listed by `dth-hammer info`"),
     "until": Written("--until", lambda text: quantities.duration(text, "--until")),
     "step": Written("--step", lambda text: quantities.duration(text, "--step")),
-    "scheduler": Written(
-        help="threads (if not given), processes, or the address of a Dask scheduler"
-    ),
+    "scheduler": Written(help="threads (if not given) or processes"),
     "progress": Written(
         "--quiet", lambda quiet: not quiet, help="show no progress bar", action="store_true"
     ),

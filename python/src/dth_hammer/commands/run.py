@@ -17,7 +17,7 @@ from .options import Call
 CALL = Call(
     simulate,
     {
-        "inputs": "functions of time; of a scene in a file, `dth-hammer report` reads them",
+        "inputs": "over time: those of a scene in a file",
         "outputs": "what is printed needs all",
         "control": "a function",
     },

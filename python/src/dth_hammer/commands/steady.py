@@ -8,6 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from .. import outputs
+from ..scene.hammers import numbers_of
 from ..scene.variables import VARIABLES
 from ..study.longrun import MEANS, unit
 from ..study.response import steady
@@ -45,12 +46,12 @@ def run(options: argparse.Namespace) -> None:
     units = {name: unit(name) for name in MEANS}
     if len(grid):
         common.check_units(options.units, units | {n: VARIABLES.settable(n).unit for n in grid})
-        given = asked.pop("scene")
-        shared = {name: value for name, value in given.items() if name not in grid}
+        base = asked.pop("hammer")
+        shared = {name: value for name, value in numbers_of(base).items() if name not in grid}
         rows = grid.assign(**shared) if isinstance(grid, pd.DataFrame) else grid | shared
         table = steady(rows, **asked)
         read = ["rop", "rop_error", "blow_frequency", "blow_energy"]
-        common.tell_many(options, table, [*grid, "kind", "blows", *read])
+        common.tell_many(options, table, [*grid, "kind", "blows", *read], base)
         return
     common.by_name(pd.DataFrame(index=pd.Index(MEANS)), units, options.units)
     asked.pop("out", None)

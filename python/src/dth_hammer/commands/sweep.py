@@ -14,9 +14,10 @@ from .options import SHARED, Call, Written
 CALL = Call(
     sweep,
     {
-        "grid": "--over or --rows",
-        "cases": "inputs over time and functions",
-        "error": "of a long-run response, for which there is `dth-hammer steady`",
+        "hammers": "--over or --rows",
+        "cases": "other hammers",
+        "control": "a function",
+        "version": "of functions",
     },
     until=Written(
         "--until",
@@ -44,4 +45,4 @@ def run(options: argparse.Namespace) -> None:
     read = options.outputs or RESULTS
     common.check_units(options.units, {n: VARIABLES[n].unit for n in [*grid, *read]})
     few = options.outputs or ["blow_count", "blow_period", "blow_speed", "rop"]
-    common.tell_many(options, sweep(grid, **given), [*grid, *few])
+    common.tell_many(options, sweep(grid, **given), [*grid, *few], given["base"])

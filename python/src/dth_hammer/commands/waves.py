@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 
 from .. import outputs
 from ..errors import DomainError
@@ -10,7 +11,7 @@ from ..fmu.package import load
 from ..fmu.variant import configure
 from ..run.diagram import Waves, waves
 from ..scene.mesh import ELEMENTS
-from ..scene.variables import numbers, whole
+from ..scene.variables import whole
 from . import common
 from .options import Call
 
@@ -42,7 +43,9 @@ def run(options: argparse.Namespace) -> None:
     """Writes the requested files and prints the greatest stresses."""
     given = CALL.given(options)
     if options.elements:
-        given["parameters"] |= dict(zip(ELEMENTS, options.elements, strict=True))
+        mesh = dict(zip(ELEMENTS, options.elements, strict=True))
+        scene = given["hammer"]
+        given["hammer"] = replace(scene, parameters=scene.parameters | mesh)
     if options.out is None and options.plot is None:
         raise DomainError("nothing to write: give --plot, -o, or both")
     if options.out is not None:
@@ -50,7 +53,7 @@ def run(options: argparse.Namespace) -> None:
     common.check_outputs(None, options.plot)
     variant = options.out is not None and options.out.suffix == VARIANT
     if variant:
-        _write_variant(options, numbers(options.preset, given["parameters"]))
+        _write_variant(options, given["hammer"].numbers)
     if variant and options.plot is None:
         return
     record = waves(**given)
@@ -65,7 +68,7 @@ def run(options: argparse.Namespace) -> None:
 
 def _write_variant(options: argparse.Namespace, given: dict[str, float]) -> None:
     mesh = [int(whole(given)[name]) for name in ELEMENTS]
-    added = configure(options.out, given, waves=True, **FILE.given(options))
+    added = configure(given, options.out, waves=True, **FILE.given(options))
     print(f"{options.out}: {added} more outputs, along {mesh[0]} and {mesh[1]} elements")
 
 

@@ -21,7 +21,8 @@ from matplotlib.ticker import MaxNLocator
 from ..errors import DthHammerError, TooFewBlowsError
 from ..run.diagram import Waves
 from ..run.run import Run, simulate
-from ..scene.variables import Array, Value, numbers, whole
+from ..scene.hammers import Hammerlike, Rocklike
+from ..scene.variables import Array, whole
 from ..study.fatigue import Life
 from .dark import ON_COLOUR, darken
 from .style import styled
@@ -64,10 +65,11 @@ STORES = ("energy_kinetic", "energy_strain", "energy_contact", "energy_rock_stor
 
 
 def settled_cycle(
-    parameters: Mapping[str, Value] | None = None,
+    hammer: Hammerlike = None,
     until: float | str | None = None,
     *,
     preset: str | None = None,
+    rock: Rocklike = None,
     outlook: float = 4e-3,
     fine: float = 1e-6,
 ) -> Run:
@@ -82,7 +84,7 @@ def settled_cycle(
         >>> print(f"{1e3 * run.notes['period']:.2f} ms")
         45.61 ms
     """
-    run = simulate(parameters, until, preset=preset, outputs=["blow_count"])
+    run = simulate(hammer, until, preset=preset, rock=rock, outputs=["blow_count"])
     table = run.blows
     if len(table) < 2:
         raise TooFewBlowsError(f"{len(table)} blows in {run.time[-1]:g} s: too few for a period")
@@ -92,8 +94,8 @@ def settled_cycle(
     close = np.arange(-10 * fine, 1.02 * outlook, fine)
     after = np.arange(1.02 * outlook, 1.03 * period, 50 * fine)
     times = np.concatenate((before, close, after))
-    close_up = simulate(parameters, preset=preset, times=impact + times)
-    gap = whole(numbers(preset, parameters))["contact.initial_gap"]
+    close_up = simulate(run, times=impact + times)
+    gap = whole(run.parameters)["contact.initial_gap"]
     notes = {"period": period, "outlook": outlook, "impact": impact, "gap": gap}
     return close_up.since(impact, notes)
 
@@ -240,10 +242,11 @@ def indicator(run: Run) -> Figure:
 
 
 def at_blows(
-    parameters: Mapping[str, Value] | None = None,
+    hammer: Hammerlike = None,
     until: float | str | None = None,
     *,
     preset: str | None = None,
+    rock: Rocklike = None,
 ) -> Run:
     """Simulates, and returns the outputs at the instants of the blows, as `ledger` needs them.
 
@@ -253,10 +256,11 @@ def at_blows(
         >>> print(len(run.frame), "rows")
         7 rows
     """
-    table = simulate(parameters, until, preset=preset, outputs=["blow_count"]).blows
+    run = simulate(hammer, until, preset=preset, rock=rock, outputs=["blow_count"])
+    table = run.blows
     if len(table) < 2:
         raise TooFewBlowsError(f"{len(table)} blows: too few for an energy ledger")
-    return simulate(parameters, preset=preset, times=table["blow_time"].to_numpy())
+    return simulate(run, times=table["blow_time"].to_numpy())
 
 
 def ledger(run: Run) -> Figure:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 from matplotlib.figure import Figure
@@ -20,6 +19,7 @@ from ..run.run import Run, simulate
 from ..run.summary import HEADS, displayed
 from ..scene.band import interval, ranged, sentence
 from ..scene.datasheet import TRADE, Datasheet
+from ..scene.hammers import Hammerlike, Rocklike, scene_of
 from ..scene.mesh import ELASTIC, FIDELITY
 from ..scene.quantities import convert
 from ..scene.scene import Scene
@@ -54,26 +54,29 @@ figcaption, .note { color: #666; } @media (prefers-color-scheme: dark) {
 
 @typed()
 def report(
-    scene: Scene | str | Path,
+    hammer: Hammerlike,
     out: str | Path,
     *,
+    preset: str | None = None,
+    rock: Rocklike = None,
     units: Units | list[Units] = "metric",
     gradient: Iterable[str] = (),
     curve: SNCurve | None = None,
-    sheet: Datasheet | None = None,
 ) -> Path:
-    """Runs a scene and writes one HTML page of it: figures, tables, and what they were made from.
+    """Runs a hammer and writes one HTML page of it: figures, tables, and what they were made from.
 
     Args:
-        scene: a `Scene`, or the JSON file of one.
+        hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
         out: the page to write, ``.html``.
+        preset: parameter set that a mapping is laid over.
+        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
         units: of the tables, as `convert` takes them; of several, the later go before the earlier.
         gradient: parameters and inputs on which the long-run response may depend: trends
             ``d ln number / d ln parameter`` over 5 %.
         curve: an S-N line: the life of each section is told, its worst place marked in the waves.
-        sheet: the datasheet of the scene: what it says, leaves open and contradicts is told.
 
-    A figure that a run has too few blows for is left out, and the page says so.
+    Of a datasheet, what it says, leaves open and contradicts is told. A figure that a run has too
+    few blows for is left out, and the page says so.
 
     Example:
         >>> from dth_hammer import Scene, report
@@ -82,14 +85,14 @@ def report(
         granite.html True
     """
     path = outputs.check(out, (".html", ".htm"))
-    if not isinstance(scene, Scene):
-        scene = Scene.read(scene)
+    scene = scene_of(hammer, rock, preset)
+    sheet = hammer if isinstance(hammer, Datasheet) else None
     by = differentiable(gradient)
-    run = simulate(scene.parameters, scene.until, scene.inputs, preset=scene.preset)
+    run = simulate(scene)
     lives = _lives(scene, curve)
     record = _waves(scene)
     body = [
-        f"<h1>{_text(scene.title)}</h1>",
+        f"<h1>{_text(run.scene.title)}</h1>",
         f"<p>{_text(scene.description)}</p>" if scene.description else "",
         *[f'<p class="warning">{_text(text)}</p>' for text in _warnings(run, sheet)],
         *_headline(run, sheet, record, lives, units),
@@ -107,8 +110,9 @@ def report(
         f'<p class="note">{_text(_provenance(run))}</p>',
     ]
     page = (
-        f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{_text(scene.title)}'
-        f'</title><meta name="viewport" content="width=device-width"><style>{STYLE}</style></head>'
+        f'<!doctype html><html lang="en"><head><meta charset="utf-8">'
+        f"<title>{_text(run.scene.title)}</title>"
+        f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style></head>'
         f"<body>{''.join(body)}</body></html>\n"
     )
     path.write_text(page, encoding="utf-8")
@@ -125,7 +129,7 @@ def _lives(scene: Scene, curve: SNCurve | None) -> Life | str | None:
     if scene.inputs:
         return "inputs change over time"
     try:
-        return life(curve, scene.parameters, preset=scene.preset)
+        return life(scene, curve)
     except (DomainError, RefusedError) as error:
         return str(error)
 
@@ -136,7 +140,7 @@ def _waves(scene: Scene) -> Waves | None:
     if scene.inputs or scene.numbers.get(FIDELITY, fidelity.start) != fidelity.number(ELASTIC):
         return None
     try:
-        return waves(scene.parameters, scene.until, preset=scene.preset)
+        return waves(scene)
     except TooFewBlowsError:
         return None
 
@@ -238,12 +242,11 @@ def _figures(
     if scene.inputs:
         # What follows repeats a run that nothing acts on.
         return drawn
-    common: dict[str, Any] = {"preset": scene.preset}
     cycle: list[Run] = []
 
     def settled() -> Run:
         if not cycle:
-            cycle.append(figures.settled_cycle(scene.parameters, scene.until, **common))
+            cycle.append(figures.settled_cycle(scene))
         return cycle[0]
 
     drawn += [
@@ -267,7 +270,7 @@ def _figures(
         (
             "Energy per blow",
             "What was put in beside where it went.",
-            lambda: figures.ledger(figures.at_blows(scene.parameters, scene.until, **common)),
+            lambda: figures.ledger(figures.at_blows(scene)),
         ),
     ]
     if record is not None:

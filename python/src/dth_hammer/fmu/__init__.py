@@ -2,6 +2,6 @@
 
 from .package import Package, find, load
 from .system import write_system
-from .variant import configure, write_variant
+from .variant import configure
 
-__all__ = ["Package", "configure", "find", "load", "write_system", "write_variant"]
+__all__ = ["Package", "configure", "find", "load", "write_system"]

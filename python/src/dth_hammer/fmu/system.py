@@ -22,7 +22,8 @@ from .. import _native
 from ..errors import DomainError, DthHammerError, FmuNotFoundError, warn
 from ..extras import need
 from ..scene import quantities
-from ..scene.variables import UNTIL, Value
+from ..scene.hammers import Hammerlike, Rocklike
+from ..scene.variables import UNTIL
 from .package import Package, load
 from .variant import configure, start_values
 
@@ -47,11 +48,12 @@ Port = tuple[str, str]
 
 
 def write_system(
+    hammer: Hammerlike,
     out: str | Path,
     partners: Mapping[str, str | Path],
-    parameters: Mapping[str, Value] | None = None,
     *,
     preset: str | None = None,
+    rock: Rocklike = None,
     step: float | str = STEP,
     until: float | str = UNTIL,
     fmu: str | Path | Package | None = None,
@@ -62,10 +64,11 @@ def write_system(
     It is of SSP 1.0, or of SSP 2.0 if the hammer is of FMI 3.0: then partners may be of either.
 
     Args:
+        hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
         out: the .ssp to write.
         partners: FMUs for co-simulation by the names of their components, for instance a drive.
-        parameters: of the hammer, as for `simulate`; start values of inputs too.
-        preset: parameter set to start from.
+        preset: parameter set that a mapping is laid over.
+        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
         step: step of the exchange that the file proposes, s, or text with a unit.
         until: end that the file proposes, s, or text with a unit.
         fmu: file of the hammer, in place of the one in the package.
@@ -86,11 +89,11 @@ def write_system(
     connected = _connect(descriptions)
     # Last: hosts that initialise one after another then give it what its partners begin with.
     descriptions[HAMMER] = descriptions.pop(HAMMER)
-    _warn(start_values(package.description, parameters, preset)[0], connected)
+    _warn(start_values(package.description, hammer, preset, rock)[0], connected)
     with tempfile.TemporaryDirectory() as folder:
-        hammer = Path(folder, f"{HAMMER}.fmu")
-        configure(hammer, parameters, preset=preset, fmu=package)
-        files = {HAMMER: hammer} | {name: Path(path) for name, path in partners.items()}
+        own = Path(folder, f"{HAMMER}.fmu")
+        configure(hammer, own, preset=preset, rock=rock, fmu=package)
+        files = {HAMMER: own} | {name: Path(path) for name, path in partners.items()}
         _write(out, _structure(out.stem, descriptions, connected, size, end), files)
     return connected
 

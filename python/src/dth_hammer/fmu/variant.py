@@ -16,7 +16,8 @@ import os
 import re
 import struct
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -24,8 +25,9 @@ from xml.etree import ElementTree as ET
 from .. import _native
 from ..errors import DthHammerError
 from ..run.hammer import Hammer
-from ..scene.mesh import ELASTIC, ELEMENTS, FIDELITY
-from ..scene.variables import VARIABLES, Value, Variable, numbers, whole
+from ..scene.hammers import Hammerlike, Rocklike, numbers_of, scene_of
+from ..scene.mesh import ELASTIC, FIDELITY
+from ..scene.variables import VARIABLES, Value, Variable, whole
 from .package import DESCRIPTION, IDENTITY, Package, inspect, load
 
 DOCUMENTATION = "documentation/index.html"
@@ -49,10 +51,11 @@ TYPE = ("declaredType", "unit", "displayUnit", "nominal")
 
 
 def configure(
+    hammer: Hammerlike,
     out: str | Path,
-    parameters: Mapping[str, Value] | None = None,
     *,
     preset: str | None = None,
+    rock: Rocklike = None,
     waves: bool = False,
     arrays: bool = False,
     fmu: str | Path | Package | None = None,
@@ -64,10 +67,12 @@ def configure(
     plain FMU lets it set.
 
     Args:
+        hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`;
+            start values of inputs too; of an FMU of FMI 3.0 those of its events and lengths of
+            arrays.
         out: the .fmu to write.
-        parameters: by dotted name, as for `simulate`; start values of inputs too; of an FMU of
-            FMI 3.0 those of its events and lengths of arrays.
-        preset: parameter set to start from.
+        preset: parameter set that a mapping is laid over.
+        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
         waves: lists stress and velocity along the scene's mesh among the outputs.
         arrays: with FMI 3, lists the same, and the blows of a step, as arrays.
         fmu: file to use in place of the one in the package.
@@ -81,7 +86,7 @@ def configure(
 
     Example:
         >>> from dth_hammer import fmu
-        >>> fmu.configure("mine.fmu", {"feed_force": "8 kN", "rock": "granite"})
+        >>> fmu.configure({"feed_force": "8 kN"}, "mine.fmu", rock="granite")
         0
     """
     package, out = load(fmu, fmi=fmi), Path(out)
@@ -90,7 +95,7 @@ def configure(
     root = package.description
     added = _list_arrays(root, package) if arrays else 0
     rows = _rows(root)
-    given, beside = start_values(root, parameters, preset)
+    given, beside = start_values(root, hammer, preset, rock)
     # The engine judges the scene before a file is written.
     Hammer(given, quiet=True).close()
     if unknown := [name for name in given if name not in rows]:
@@ -104,13 +109,14 @@ def configure(
 
 
 def start_values(
-    root: ET.Element, parameters: Mapping[str, Value] | None, preset: str | None
+    root: ET.Element, hammer: Hammerlike, preset: str | None, rock: Rocklike
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Checked numbers of a scene, and of what an FMU of FMI 3.0 has beside the hammer's own."""
     more = {v.name: v for v in _beside(root)}
-    chosen = parameters or {}
-    beside = {n: more[n].number(value) for n, value in chosen.items() if n in more}
-    return numbers(preset, {n: v for n, v in chosen.items() if n not in more}), beside
+    scene = scene_of(hammer, rock, preset)
+    beside = {n: more[n].number(value) for n, value in scene.parameters.items() if n in more}
+    own: dict[str, Value] = {n: v for n, v in scene.parameters.items() if n not in more}
+    return numbers_of(replace(scene, parameters=own)), beside
 
 
 def _beside(root: ET.Element) -> list[Variable]:
@@ -196,31 +202,6 @@ def _filled(library: bytes, text: str) -> bytes:
     """A library with a text in its section."""
     before, mark, rest = library.partition(MARK)
     return before + mark + text.encode().ljust(ROOM, b"\0") + rest[ROOM:] if mark else library
-
-
-def write_variant(
-    out: str | Path,
-    elements: Sequence[int] | None = None,
-    *,
-    fmu: str | Path | Package | None = None,
-) -> int:
-    """Writes the FMU with stress and velocity along a mesh among its outputs.
-
-    Args:
-        out: the .fmu to write.
-        elements: the mesh, as element counts of piston and bit; those of the FMU's start
-            values if not given.
-        fmu: file to use in place of the one in the package.
-
-    Returns the number of outputs added.
-
-    Example:
-        >>> from dth_hammer import fmu
-        >>> print(fmu.write_variant("waves.fmu", (10, 10)), "more outputs")
-        42 more outputs
-    """
-    mesh = dict(zip(ELEMENTS, elements or (), strict=bool(elements)))
-    return configure(out, mesh, waves=True, fmu=fmu)
 
 
 def _identity_parts(root: ET.Element, package: Package) -> tuple[str, str]:

@@ -12,8 +12,9 @@ from .. import _native
 from ..contract import typed
 from ..errors import DthHammerError, TooFewBlowsError
 from ..fixed import Fixed
+from ..scene.hammers import Hammerlike, Rocklike
 from ..scene.mesh import BODIES
-from ..scene.variables import UNTIL, Array, Value, numbers, whole
+from ..scene.variables import Array, whole
 from .run import Run, simulate
 
 if TYPE_CHECKING:
@@ -93,10 +94,11 @@ class Waves:
 
 @typed()
 def waves(
-    parameters: Mapping[str, Value] | None = None,
-    until: float | str | None = UNTIL,
+    hammer: Hammerlike = None,
+    until: float | str | None = None,
     *,
     preset: str | None = None,
+    rock: Rocklike = None,
     times: Sequence[float] | Array | None = None,
 ) -> Waves:
     """Returns stress and velocity along piston and bit after the last impact before ``until``.
@@ -106,9 +108,10 @@ def waves(
     the instant of the impact, s.
 
     Args:
-        parameters: as of `simulate`.
+        hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
         until: the waves are those of the last impact before this time: s, or text with a unit.
-        preset: parameter set to start from.
+        preset: parameter set that a mapping is laid over.
+        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
         times: instants to look at, in seconds from the impact. If not given: four times a
             wave's way through both bodies and back, four instants an element passed.
 
@@ -119,16 +122,16 @@ def waves(
         >>> print(f"{most:.0f} MPa, front {front:.0f} MPa")
         -246 MPa, front 217 MPa
     """
-    run = simulate(parameters, until, preset=preset, outputs=["blow_count"])
+    run = simulate(hammer, until, preset=preset, rock=rock, outputs=["blow_count"])
     if not len(run.blows):
         raise TooFewBlowsError(f"no blow in {run.time[-1]:g} s: there is no wave to look at")
     impact, blow_speed = (float(run.blows[c].iloc[-1]) for c in ("blow_time", "blow_speed"))
-    given = numbers(preset, parameters)
+    given = dict(run.parameters)
     all_numbers = whole(given)
     modulus = all_numbers["material.youngs_modulus"]
     speed = float(np.sqrt(modulus / all_numbers["material.density"]))
     since = _times(given, speed) if times is None else np.asarray(times, dtype=float)
-    run = simulate(parameters, preset=preset, times=impact + since, outputs=BESIDE, waves=True)
+    run = simulate(run, times=impact + since, outputs=BESIDE, waves=True)
     above, below = _native.sections(given, "piston")[-1], _native.sections(given, "bit")[0]
     front = above[1] / (above[1] + below[1]) * modulus * blow_speed / speed
     return Waves.of(run.since(impact, {"impact": impact, "front": front}))

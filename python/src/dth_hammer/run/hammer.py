@@ -11,7 +11,9 @@ from .. import _native
 from .._native import Snapshot
 from ..contract import typed
 from ..errors import ClosedError, DomainError, warn
-from ..scene import quantities, rocks
+from ..scene import quantities
+from ..scene.hammers import Hammerlike, Rocklike, numbers_of
+from ..scene.signals import Function
 from ..scene.variables import VARIABLES, Array, Value, Variable, numbers
 from . import diagnostics
 
@@ -44,10 +46,8 @@ class Hammer:
     Several threads may use it; their calls take turns. ``warnings`` lists the warnings so far.
 
     Args:
-        parameters: by dotted name: a number in the declared unit, a label of an
-            enumeration, or text with a unit (``"60 mm"``); inputs too. Anything not given
-            has the value of the reference hammer.
-        preset: parameter set to start from.
+        hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
+        preset: parameter set that a mapping is laid over.
         rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
         quiet: collects warnings without raising them.
         journal: keeps all events, for derivatives.
@@ -66,17 +66,17 @@ class Hammer:
 
     def __init__(
         self,
-        parameters: Mapping[str, Value] | None = None,
+        hammer: Hammerlike = None,
         *,
         preset: str | None = None,
-        rock: str | None = None,
+        rock: Rocklike = None,
         quiet: bool = False,
         journal: bool = False,
     ) -> None:
         self.warnings: list[str] = []
         self._quiet, self._journal = quiet, journal
         self._machine: _native.Machine | None = None
-        self._start(numbers(preset, rocks.given(parameters, rock)))
+        self._start(numbers_of(hammer, preset, rock))
 
     @property
     def machine(self) -> _native.Machine:
@@ -111,6 +111,14 @@ class Hammer:
         for name, slope in slopes.items():
             derivatives = [slope] if isinstance(slope, (int, float)) else slope
             self.machine.set_derivatives(VARIABLES.settable(name).name, [*map(float, derivatives)])
+
+    def move(self, signals: Mapping[str, Function], to: float) -> None:
+        """Sets inputs over time for one step that ends at an instant."""
+        now, values = self.time, {name: signal(self.time) for name, signal in signals.items()}
+        self.set(values)
+        ports = [n for n in signals if VARIABLES[n].causality == "input"]
+        if to > now:
+            self.set_slopes({n: (signals[n](to) - values[n]) / (to - now) for n in ports})
 
     def get(self, names: Iterable[str]) -> dict[str, float]:
         """Returns several variables as numbers; counters are ints."""

@@ -11,15 +11,16 @@ import numpy as np
 
 from .. import _native
 from ..contract import typed
-from ..errors import warn
+from ..errors import UnknownNameError, warn
 from ..extras import need
 from ..fixed import Fixed
-from ..scene import quantities, rocks
+from ..scene import quantities
 from ..scene.band import factor
+from ..scene.hammers import Hammerlike, Rocklike, scene_of
 from ..scene.mesh import coarse_for
 from ..scene.scene import Scene
-from ..scene.signals import Function, Signal, instants_of, move, signals_of
-from ..scene.variables import STEP, UNTIL, VARIABLES, Array, Value, Variable, model, numbers, whole
+from ..scene.signals import Function, Signal, instants_of, signals_of
+from ..scene.variables import STEP, VARIABLES, Array, Value, Variable, model, numbers, whole
 from . import answers
 from .gradients import derivatives, derivatives_in, smooth, with_derivatives
 from .hammer import Hammer
@@ -63,6 +64,8 @@ class Run:
 
     def __getitem__(self, name: str) -> pd.Series:
         """An output over time."""
+        if name not in self.frame:
+            raise UnknownNameError("output of the run", name, self)
         return self.frame[name]
 
     def __contains__(self, name: object) -> bool:
@@ -88,7 +91,12 @@ class Run:
         return {"time": "s", **self.frame.attrs["units"]}
 
     def convert(self, units: str | Mapping[str, str]) -> Run:
-        """Returns the run in other units; see `dth_hammer.convert`."""
+        """Returns the run in other units.
+
+        Args:
+            units: ``"si"``, ``"metric"`` (what people use), ``"us"`` (in, ft, lbf, psi), or a unit
+                by column, for instance ``{"rop": "m/h"}``.
+        """
         if isinstance(units, str):
             return replace(
                 self,
@@ -102,6 +110,20 @@ class Run:
             frame=quantities.convert(self.frame, rest),
             blows=quantities.convert(self.blows, own),
         )
+
+    def to_frame(self, *names: str, units: str | Mapping[str, str] | None = None) -> pd.DataFrame:
+        """Returns a table for reading, the unit of each column in its heading: ``rop [m/s]``.
+
+        Args:
+            names: columns, of the blows if these have them all, else over time; all of the blows'
+                if not given.
+            units: a system, or a unit by column, as of `convert`.
+        """
+        run = self if units is None else self.convert(units)
+        table = run.blows if all(name in run.blows for name in names) else run.frame
+        if missing := [name for name in names if name not in table]:
+            raise UnknownNameError("output of the run", missing[0], map(str, table))
+        return quantities.with_units(table[[*names]] if names else table)
 
     def since(self, impact: float, notes: Mapping[str, float]) -> Run:
         """Returns the run with times counted from an instant (s)."""
@@ -158,12 +180,12 @@ class Run:
 
 @typed()
 def simulate(
-    parameters: Mapping[str, Value] | None = None,
-    until: float | str | None = UNTIL,
+    hammer: Hammerlike = None,
+    until: float | str | None = None,
     inputs: Mapping[str, Signal] | None = None,
     *,
     preset: str | None = None,
-    rock: str | None = None,
+    rock: Rocklike = None,
     step: float | str | None = STEP,
     times: Collection[float | str] | None = None,
     outputs: Iterable[str] | None = None,
@@ -175,14 +197,15 @@ def simulate(
     """Simulates a hammer.
 
     Args:
-        parameters: by dotted name: a number in the declared unit, a label of an
-            enumeration, or text with a unit (``"60 mm"``). What is not given is that of the
-            reference hammer.
-        until: seconds to simulate, or text with a unit (``"500 ms"``).
+        hammer: parameters by dotted name (a number in the declared unit, a label of an
+            enumeration, or text with a unit, ``"60 mm"``; what is not given is that of the
+            reference hammer), a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
+        until: seconds to simulate, or text with a unit (``"500 ms"``); what the scene says, or
+            0.6 s, if not given.
         inputs: over time: a number, a function of time, or a Series over rising instants
             (held before its first and after its last). Between communication points they
             are straight lines.
-        preset: parameter set to start from.
+        preset: parameter set that a mapping is laid over.
         rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
         step: communication step, s, or text with a unit. The physics does not depend on it: it
             only sets how often outputs are read.
@@ -204,22 +227,23 @@ def simulate(
         >>> print(f"{blow.blow_energy:.0f} J, {3600 * blow.rop:.1f} m/h")
         233 J, 11.0 m/h
     """
-    parameters = rocks.given(parameters, rock)
+    scene = scene_of(hammer, rock, preset)
+    until = scene.until if until is None else until
     instants = instants_of(until, step, times)
     asked = [*outputs] if outputs else []
     named = [VARIABLES[n] for n in asked]
-    signals = signals_of(inputs)
-    given = numbers(preset, parameters)
+    scene = replace(scene, inputs={**scene.inputs, **(inputs or {})})
+    signals, given = signals_of(scene.inputs), scene.numbers
     start = given | numbers(None, {name: signal(0.0) for name, signal in signals.items()})
     chosen = {v.name: v for v in named or VARIABLES.of("output", "local")}
     if waves:
         chosen |= {name: VARIABLES[name] for name in _native.wave_names(given)}
-    with Hammer(start) as hammer:
-        rows, blows = play(hammer, instants, signals, [*chosen], control=control, progress=progress)
-        if hidden := int(hammer["blow_count"]) - len(blows):
+    with Hammer(start) as live:
+        rows, blows = play(live, instants, signals, [*chosen], control=control, progress=progress)
+        if hidden := int(live["blow_count"]) - len(blows):
             warn(f"{hidden} blows are missing: a step had too many, or `control` made one")
-        hammer.look()
-        warnings = tuple(hammer.warnings) + coarse_for(asked, waves, given)
+        live.look()
+        warnings = tuple(live.warnings) + coarse_for(asked, waves, given)
     frame = _frame(rows, [*chosen.values()], instants)
     by = [*dict.fromkeys(gradient)]
     if by:
@@ -234,7 +258,7 @@ def simulate(
         warnings += tuple(texts)
         frame = with_derivatives(frame, found, by)
     end = until if times is None else float(instants[-1])
-    scene = Scene("run", "", preset, dict(parameters or {}), dict(inputs or {}), end)
+    scene = replace(scene, title=scene.title or "run", until=end)
     table, work = _blows(blows)
     return Run(frame, table, scene, given, work, warnings, {n: whole(given)[n] for n in by})
 
@@ -260,7 +284,7 @@ def play(
     for first in parts:
         part = instants[first : first + size]
         if control and part[0] > 0.0:
-            move(hammer, signals, float(part[0]))
+            hammer.move(signals, float(part[0]))
             control(hammer)
             found.append(hammer.run(part, names, {}))
         else:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from .. import _native
 from ..contract import typed
 from ..errors import DomainError
-from .variables import VARIABLES, Value, numbers, whole
+from .hammers import Hammerlike, Rocklike, numbers_of
+from .variables import VARIABLES, whole
 
 BODIES = ("piston", "bit")
 ELEMENTS = ("piston.elements", "bit.elements")
@@ -52,18 +53,20 @@ def coarse_for(names: Iterable[str], waves: bool, given: Mapping[str, float]) ->
 
 @typed()
 def mesh_for(
+    hammer: Hammerlike = None,
     error: float | None = None,
-    parameters: Mapping[str, Value] | None = None,
     *,
     preset: str | None = None,
+    rock: Rocklike = None,
     of: str = "rate",
 ) -> Mesh:
     """Returns a mesh on which a result has at most the relative error ``error``.
 
     Args:
+        hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
         error: largest relative error, between 0 and 1. If None, the engine's choice for the result.
-        parameters: of the hammer, as for `simulate`.
-        preset: parameter set to start from.
+        preset: parameter set that a mapping is laid over.
+        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
         of: the result: a ``rate`` (also period, energy and power of blows), a ``force`` (the
             largest of contact or rock), or a ``stress`` along the bodies.
 
@@ -73,7 +76,7 @@ def mesh_for(
 
     Example:
         >>> from dth_hammer import mesh_for
-        >>> mesh = mesh_for(0.05, of="force")
+        >>> mesh = mesh_for(error=0.05, of="force")
         >>> print(mesh.parameters)
         {'mesh.degree': 5, 'piston.elements': 45, 'bit.elements': 45}
     """
@@ -83,7 +86,7 @@ def mesh_for(
     error = known[of] if error is None else error
     if not 0.0 < error < 1.0:
         raise DomainError(f"error = {error:g} must be between 0 and 1")
-    given = numbers(preset, parameters)
+    given = numbers_of(hammer, preset, rock)
     front, advice = _native.mesh(given, of, error)
     if advice is None:
         raise DomainError(

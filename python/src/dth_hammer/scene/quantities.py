@@ -13,9 +13,8 @@ import re
 from collections.abc import Mapping
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
-from ..contract import typed
 from ..errors import DomainError, UnknownNameError
 from ..fixed import Fixed
 
@@ -115,8 +114,6 @@ OIL_FIELD: Mapping[str, str] = {
     "kg/m3": "lb/ft3",
     "m3/min": "cfm",
 }
-#: A run or a table.
-Displayed = TypeVar("Displayed")
 SYSTEMS = ("si", "metric", "us")
 
 
@@ -172,36 +169,13 @@ def duration(value: object, name: str) -> float:
     return number
 
 
-@typed()
-def convert(frame: Displayed, units: str | Mapping[str, str]) -> Displayed:
-    """Converts a run or a table of this package to other units, listed in ``attrs["units"]``.
+def convert(frame: pd.DataFrame, units: str | Mapping[str, str]) -> pd.DataFrame:
+    """Converts a table of this package to other units, listed in ``attrs["units"]``.
 
     Args:
-        frame: a run, or a table: its frame, its blows, a sweep.
-        units: ``"si"``, ``"metric"`` (what people use), ``"us"`` (in, ft, lbf,
-            psi), or a unit by column, for instance ``{"rop": "m/h"}``.
-
-    Example:
-        >>> from dth_hammer import convert, simulate
-        >>> blows = convert(simulate(until="200 ms").blows, "us")
-        >>> print(blows.attrs["units"]["blow_energy"], round(blows["blow_energy"].iloc[-1], 1))
-        ft.lbf 167.3
+        frame: a run's frame, its blows, a sweep.
+        units: a system, or a unit by column.
     """
-    table: Any = frame
-    converted: Displayed = (
-        table.convert(units) if hasattr(table, "frame") else _convert(table, units)
-    )
-    return converted
-
-
-def _framed(table: Any) -> None:
-    """Raises unless the value is a table of this package."""
-    if not (hasattr(table, "attrs") and hasattr(table, "columns")):
-        raise DomainError(f"{type(table).__name__}: give a run or a table of this package")
-
-
-def _convert(frame: Any, units: str | Mapping[str, str]) -> Any:
-    _framed(frame)
     own = dict(frame.attrs.get("units", {}))
     displays = frame.attrs.get("display_units", {})
     base = frame.attrs.get("si_units", own)
@@ -227,18 +201,8 @@ def _convert(frame: Any, units: str | Mapping[str, str]) -> Any:
     return result
 
 
-@typed()
 def with_units(table: pd.DataFrame) -> pd.DataFrame:
-    """Returns a table with the unit of each column in its heading, as ``rop [m/s]``.
-
-    It is for display only, because its columns have other names.
-
-    Example:
-        >>> from dth_hammer import simulate, with_units
-        >>> print(list(with_units(simulate(until="100 ms").blows)[:1])[:3])
-        ['blow_time [s]', 'blow_period [s]', 'blow_speed [m/s]']
-    """
-    _framed(table)
+    """A table for display, with the unit of each column in its heading: ``rop [m/s]``."""
     units = {"time": "s", **table.attrs.get("units", {})}
 
     def heading(name: str) -> str:

@@ -61,7 +61,11 @@ class Scene:
     @property
     def numbers(self) -> dict[str, float]:
         """Checked numbers of the preset with the parameters laid over it."""
-        return numbers(self.preset, self.parameters)
+        return self.over({})
+
+    def over(self, under: Mapping[str, float]) -> dict[str, float]:
+        """The same, laid over other numbers."""
+        return numbers(self.preset, self.parameters, under)
 
     @property
     def damping_ratio(self) -> float:

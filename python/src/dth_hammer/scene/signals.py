@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from ..errors import DomainError
-from ..run.hammer import Hammer
 from . import quantities
 from .variables import STEP, UNTIL, VARIABLES, Array
 
@@ -85,12 +84,3 @@ def _signal(name: str, signal: Signal) -> Function:
 def instants_in(name: str, series: Any) -> Array:
     """The instants of an input that is a Series, s."""
     return _rising(series.index, f"the index of {name}")
-
-
-def move(hammer: Hammer, signals: Mapping[str, Function], to: float) -> None:
-    """Sets the inputs for one step that ends at an instant."""
-    now, values = hammer.time, {name: signal(hammer.time) for name, signal in signals.items()}
-    hammer.set(values)
-    ports = [n for n in signals if VARIABLES[n].causality == "input"]
-    if to > now:
-        hammer.set_slopes({n: (signals[n](to) - values[n]) / (to - now) for n in ports})

@@ -30,8 +30,9 @@ from ..extras import need
 from ..run import answers
 from ..run.records import Record
 from ..scene.band import beside
+from ..scene.hammers import Hammerlike, Rocklike, numbers_of
 from ..scene.variables import Array
-from .longrun import Hammerlike, Steady, Wanted, named, numbers_of, responses, unit
+from .longrun import Steady, Wanted, named, responses, unit
 from .measurements import GIVE, Free, Measured, Problem, looked_at
 from .posterior import Emulator, modes, population
 from .surfaces import Surface, basis, curved_size
@@ -167,13 +168,13 @@ class Calibration:
 
 @typed(measured=GIVE)
 def calibrate(
+    hammer: Hammerlike,
     measured: Mapping[str, Measured],
     free: Free,
-    scene: Hammerlike = None,
     *,
     records: Sequence[Record] = (),
     preset: str | None = None,
-    rock: str | None = None,
+    rock: Rocklike = None,
     loss: str = "linear",
     error: float = 0.005,
     seed: int = 1,
@@ -182,13 +183,14 @@ def calibrate(
     """Fits parameters to long-run measurements of a hammer, and to records over time.
 
     Args:
+        hammer: all other parameters, and the first estimate: parameters by name, a preset's name,
+            a `Scene` or its file, a `Datasheet`, a `Run`.
         measured: means of `Steady` by name: a value with its standard error, numbers in SI units or
             text (``("34 mm/s", "0.5 mm/s")``), or three or more repeated measurements.
         free: parameters and constant inputs to estimate, all above 0, optionally with bounds:
             ``{"rock.stiffness": ("50 MN/m", "500 MN/m")}``; otherwise a factor of three both ways.
-        scene: all other parameters, and the first estimate: a `Scene`, or parameters by name.
         records: samples of a force or a motion over time, see `Record`.
-        preset: parameter set to start from.
+        preset: parameter set that a mapping is laid over.
         rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
         loss: ``linear``, or a robust one of `scipy.optimize.least_squares`: ``soft_l1``,
             ``huber``, ``cauchy``, ``arctan``.
@@ -200,7 +202,7 @@ def calibrate(
         >>> from dth_hammer import calibrate, steady
         >>> rigid = {"fidelity": "Rigid"}
         >>> rate = steady(rigid | {"rock.stiffness": 1.5e8}).mean["tip_rate"]
-        >>> found = calibrate({"tip_rate": (rate, 0.01 * rate)}, ["rock.stiffness"], rigid)
+        >>> found = calibrate(rigid, {"tip_rate": (rate, 0.01 * rate)}, ["rock.stiffness"])
         >>> print(f"{found.parameters['rock.stiffness']:.2e} N/m")
         1.50e+08 N/m
     """
@@ -210,7 +212,7 @@ def calibrate(
     if seed < 0:
         raise DomainError(f"seed = {seed} must be 0 or more")
     problem = looked_at(
-        measured, free, numbers_of(scene, preset, rock), records, Wanted(error=error)
+        measured, free, numbers_of(hammer, preset, rock), records, Wanted(error=error)
     )
     problem.progress = progress
     return fitted(problem, loss, seed)

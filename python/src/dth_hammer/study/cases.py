@@ -10,17 +10,14 @@ from copy import deepcopy
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from ..contract import typed
 from ..errors import DomainError, RefusedError
 from ..run.hammer import Hammer
 from ..run.run import play
 from ..scene import quantities
 from ..scene.band import sides
 from ..scene.signals import Signal, instants_in, instants_of, signals_of
-from ..scene.variables import STEP, VARIABLES, Value, model
-from ..scene.variables import numbers as checked
+from ..scene.variables import STEP, VARIABLES, model
 from .longrun import KIND, Steady, Wanted, responses
-from .stepped import Acts, moved
 from .store import RUN
 
 #: Columns beside parameters and outputs: what tells runs apart, how long one is, of which
@@ -33,34 +30,22 @@ PASSING = "passing"
 Row = dict[str, Any]
 
 
-@typed()
 @dataclass(frozen=True)
 class Case:
-    """What the runs of a sweep need besides their grid point; every part is optional.
+    """What the runs of a sweep need besides their grid point.
 
     Inputs and the controller act at communication points, so a case that has one of them has
-    a ``step`` too: the FMU's proposal if it gives none.
-
-    Example:
-        >>> from dth_hammer import Case, sweep
-        >>> cases = {name: Case({"rock": name}) for name in ("R3", "granite")}
-        >>> table = sweep({"feed_force": [6e3]}, "200 ms", cases=cases, outputs=["blow_count"])
-        >>> print(table[["case", "blow_count"]].to_string(index=False))
-           case  blow_count
-             R3           5
-        granite           5
+    a ``step`` too: that of `simulate` if it gives none.
     """
 
-    #: Laid over those that all runs share; the point of the grid is laid over these.
-    parameters: Mapping[str, Value] = field(default_factory=dict)
-    preset: str | None = None
+    #: The point of the grid is laid over these.
+    parameters: Mapping[str, float] = field(default_factory=dict)
     #: Inputs over time, as `simulate` takes them.
     inputs: Mapping[str, Signal] = field(default_factory=dict)
     #: Called with the hammer before each step. Each run has a copy of its own.
     control: Callable[[Hammer], None] | None = None
     step: float | str | None = None
-    #: Tells the rows of one state of the code from those of another in a sweep's file; needed
-    #: there where an input or the controller is a function.
+    #: Tells the rows of one state of the code from those of another in a sweep's file.
     version: int | str | None = None
 
     @property
@@ -81,7 +66,7 @@ class Case:
         if codes and self.version is None:
             raise DomainError(
                 f"the case {name!r} has code ({', '.join(codes)}): to keep its rows in a file, "
-                "give it a version, Case(..., version=1), and another one when the code changes"
+                "give it a version (version=1), and another one when the code changes"
             )
         data = {n: _data(n, s) for n, s in self.inputs.items() if not callable(s)}
         return [self.version, data, codes, quantities.duration(self.step or STEP, "step")]
@@ -113,7 +98,8 @@ class Job:
         """Runs it and returns the final values."""
         try:
             if isinstance(self.until, Wanted):
-                return self.answer(self._sought(self.until))
+                ((_, found),) = responses([self.numbers], self.until, threads=1)
+                return self.answer(found)
             start = {name: s(0.0) for name, s in signals_of(self.case.inputs).items()}
             with Hammer(dict(self.numbers) | start, quiet=True) as hammer:
                 self._played(hammer)
@@ -138,14 +124,6 @@ class Job:
         row |= {name: float(found.mean[name]) for name in means}
         row |= sides(row, self.numbers)
         return row | {f"{name}_error": float(found.error[name]) for name in means}
-
-    def _sought(self, wanted: Wanted) -> Steady | str:
-        if not self.case.moves:
-            ((_, found),) = responses([self.numbers], wanted, threads=1)
-            return found
-        size = quantities.duration(self.case.step or STEP, "step")
-        signals = signals_of(self.case.inputs)
-        return moved(self.numbers, wanted, Acts(signals, deepcopy(self.case.control), None, size))
 
     def _played(self, hammer: Hammer) -> None:
         assert not isinstance(self.until, Wanted)
@@ -176,22 +154,20 @@ def planned(
     case: Case,
     points: Sequence[Mapping[str, float]],
     *,
-    common: Mapping[str, float],
     until: float | Wanted,
     names: Sequence[str],
     stored: bool,
 ) -> list[Job]:
     """Returns the checked runs of a case over the grid; ``kept``: rows go to a file."""
-    shared = checked(case.preset, case.parameters, common)
     code = case.identity(name) if stored else []
-    if case.moves:
+    if case.moves and not isinstance(until, Wanted):
         signals_of(case.inputs)
-        instants_of(STEP if isinstance(until, Wanted) else until, case.step)
+        instants_of(until, case.step)
     runs = []
     for point in points:
         for text in {*case.inputs} & {*point}:
             raise DomainError(f"{text} is in the grid and an input of the case {name!r}")
-        numbers = shared | dict(point)
+        numbers = {**case.parameters, **point}
         end = asdict(until) if isinstance(until, Wanted) else until
         text = json.dumps([ROWS, model(), sorted(numbers.items()), end, names, name, code])
         key = hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -16,8 +16,9 @@ from ..errors import DomainError, RefusedError
 from ..extras import need
 from ..fixed import Fixed
 from ..scene import quantities
+from ..scene.hammers import Hammerlike, Rocklike, numbers_of, scene_of
 from ..scene.mesh import ELEMENTS, mesh_for
-from ..scene.variables import Array, Value, numbers, whole
+from ..scene.variables import Array, whole
 from .longrun import Steady
 from .response import steady
 
@@ -144,10 +145,11 @@ class Life:
 
 @typed()
 def life(
+    hammer: Hammerlike,
     curve: SNCurve,
-    parameters: Mapping[str, Value] | None = None,
     *,
     preset: str | None = None,
+    rock: Rocklike = None,
 ) -> Life:
     """Estimates the hours until piston, bit and an elastic casing break by fatigue.
 
@@ -156,16 +158,17 @@ def life(
     parabola through three samples. Ranges are counted by rainflow (ASTM E1049), damages are added
     (Miner): ``hours = time / damage``.
 
-    Unless ``parameters`` name degree or spans, the mesh is chosen for a stress from which the hours
-    err by a fifth at most; `Life.stress_error` says what the mesh leaves.
+    Unless the hammer's parameters name degree or spans, the mesh is chosen for a stress from which
+    the hours err by a fifth at most; `Life.stress_error` says what the mesh leaves.
 
     The stress is nominal and axial: the effects of notches, splines, bending, contact and
     hardening must be in the curve.
 
     Args:
+        hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
         curve: the S-N line.
-        parameters: of the hammer, as for `simulate`.
-        preset: parameter set to start from.
+        preset: parameter set that a mapping is laid over.
+        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
 
     Raises:
         RefusedError: the hammer comes to rest, or its bodies are rigid.
@@ -174,12 +177,13 @@ def life(
     Example:
         >>> from dth_hammer import SNCurve, life
         >>> mesh = {"mesh.degree": 3, "piston.elements": 8, "bit.elements": 8}
-        >>> found = life(SNCurve("300 MPa", 1e7, 8), mesh)
+        >>> found = life(mesh, SNCurve("300 MPa", 1e7, 8))
         >>> print(found.worst["body"], f"{found.worst['hours']:.0f} h")
         bit 3654 h
     """
     need("rainflow", "life")
-    given = _meshed(numbers(preset, parameters), parameters or {}, curve)
+    own = scene_of(hammer, rock, preset).parameters
+    given = _meshed(numbers_of(hammer, preset, rock), own, curve)
     names = [name for name in _native.wave_names(given) if "_stress[" in name]
     found = steady(given)
     if found.kind == "stalled":
@@ -207,14 +211,14 @@ def life(
     return Life(table, curve, blows, blows * period, found.kind, mesh, error)
 
 
-def _meshed(given: dict[str, float], own: Mapping[str, Value], curve: SNCurve) -> dict[str, float]:
+def _meshed(given: dict[str, float], own: Iterable[str], curve: SNCurve) -> dict[str, float]:
     """Adds a mesh for stresses, unless the parameters choose one."""
     if any(name == "mesh.degree" or name.endswith(".elements") for name in own):
         return given
     error = (1.0 + LIFE_ERROR) ** (1.0 / curve.slope) - 1.0
     usual = _native.mesh_readings()["stress"]
     try:
-        return {**given, **mesh_for(min(error, usual), given, of="stress").parameters}
+        return {**given, **mesh_for(given, min(error, usual), of="stress").parameters}
     except DomainError:
         # Fronts that no mesh resolves, or a string that needs all there is: its error is told.
         return given

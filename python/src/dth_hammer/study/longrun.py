@@ -16,12 +16,9 @@ from .. import _native
 from ..errors import DomainError, RefusedError, UnknownNameError
 from ..extras import need
 from ..run import answers
-from ..scene import quantities, rocks
+from ..scene import quantities
 from ..scene.band import beside, in_words
-from ..scene.scene import Scene
-from ..scene.signals import Signal
 from ..scene.variables import VARIABLES, Array, Value, whole
-from ..scene.variables import numbers as checked
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -50,8 +47,6 @@ PART = 0.3
 FEWEST = 100
 #: Energies of a blow.
 WORKS = tuple(name for name in MEANS if name.startswith("energy_"))
-#: A hammer: a scene, or parameters by name.
-Hammerlike = Scene | Mapping[str, Value] | None
 
 
 @dataclass(frozen=True)
@@ -267,24 +262,6 @@ def tabled(parts: Array, given: Mapping[str, float]) -> pd.DataFrame:
     frame = beside(pd.DataFrame(columns, index=pd.Index(MEANS, name="output")), "mean", given)
     frame["unit"] = [unit(name) for name in MEANS]
     return frame
-
-
-def numbers_of(scene: Hammerlike, preset: str | None, rock: str | None = None) -> dict[str, float]:
-    """Returns the checked numbers of a hammer without inputs over time."""
-    given, signals = given_of(scene, preset, rock)
-    if signals:
-        raise DomainError(f"{', '.join(signals)} over time: only constant inputs are possible here")
-    return given
-
-
-def given_of(
-    scene: Hammerlike, preset: str | None, rock: str | None = None
-) -> tuple[dict[str, float], dict[str, Signal]]:
-    """Checked numbers of a hammer, and its inputs over time."""
-    if isinstance(scene, Scene):
-        given = checked(preset or scene.preset, rocks.given(scene.parameters, rock))
-        return given, dict(scene.inputs)
-    return checked(preset, rocks.given(scene, rock)), {}
 
 
 class Bar:

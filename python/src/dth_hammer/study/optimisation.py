@@ -21,9 +21,10 @@ from ..errors import DomainError
 from ..extras import need
 from ..run import answers
 from ..scene.band import sides
+from ..scene.hammers import Hammerlike, Rocklike, numbers_of
 from ..scene.variables import Array, Value
 from .designs import KEPT, Limits, Measure, Problem, Row, limits_of
-from .longrun import Hammerlike, Steady, Wanted, numbers_of
+from .longrun import Steady, Wanted
 from .trends import line, sobol
 
 if TYPE_CHECKING:
@@ -95,13 +96,14 @@ class Optimum:
 
 @typed()
 def optimise(
+    hammer: Hammerlike,
     goal: Measure,
     free: Mapping[str, tuple[Value, Value]],
-    scene: Hammerlike = None,
     *,
     least: bool = False,
     limits: Limits | None = None,
     preset: str | None = None,
+    rock: Rocklike = None,
     design: Callable[[Mapping[str, float]], Mapping[str, Value]] | None = None,
     tolerance: float = 0.01,
     starts: int = 4,
@@ -116,21 +118,22 @@ def optimise(
     by means over more hammers, and the optimum is looked at through a plane over a small box.
 
     Args:
+        hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
         goal: a mean of `Steady`; ``power`` (energy of blows over time), ``piston_mass``,
             ``bit_mass``, ``piston_stress`` or ``bit_stress`` (largest axial stress of a settled
             cycle, on the hammer's own mesh); or a function of a `Steady`:
             ``lambda s: s["energy_drive"] / s["advance"]``.
         free: bounds by name: parameters, inputs, or what ``design`` takes.
-        scene: the others: a `Scene`, or parameters by name.
         least: looks for the smallest value instead of the largest.
         limits: lower and upper limits of what a goal may be, None where there is none:
             ``{"blow_energy": (None, "240 J")}``.
-        preset: parameter set to start from.
+        preset: parameter set that a mapping is laid over.
+        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
         design: makes parameters of the free numbers, for instance a shape of a given mass.
         tolerance: by which each free number may be off, a part of its value: goal and limits are
             means over hammers that are off by so much, those of a design at a bound to either side
             of it; 0 for the design alone.
-        starts: number of starts at most; the first is where the scene is, or the middle of the
+        starts: number of starts at most; the first is where the hammer is, or the middle of the
             bounds.
         error: relative standard error of the rate of penetration of each design.
         seed: random seed of the other starts.
@@ -141,12 +144,12 @@ def optimise(
     Example:
         >>> from dth_hammer import optimise
         >>> rigid = {"fidelity": "Rigid"}
-        >>> best = optimise("blow_energy", {"drive.stroke": ("30 mm", "60 mm")}, rigid, starts=1)
+        >>> best = optimise(rigid, "blow_energy", {"drive.stroke": ("30 mm", "60 mm")}, starts=1)
         >>> stroke = 1e3 * best.parameters["drive.stroke"]
         >>> print(f"{stroke:.1f} mm: {best.value:.0f} J", best.at_bounds)
         60.0 mm: 272 J ('drive.stroke',)
     """
-    problem = Problem(goal, free, numbers_of(scene, preset), design=design)
+    problem = Problem(goal, free, numbers_of(hammer, preset, rock), design=design)
     problem.limits = [*limits_of(limits or {})]
     problem.wanted, problem.sign = Wanted(error=error), 1.0 if least else -1.0
     if starts < 1:

@@ -3,36 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 from contextlib import closing
 from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeGuard, cast, overload
+from typing import TypeGuard, cast, overload
 
 import pandas as pd
 
 from ..contract import typed
 from ..errors import DomainError, RefusedError, warn
 from ..run.hammer import Hammer
-from ..scene import quantities, rocks
-from ..scene.scene import Scene
+from ..scene import quantities
+from ..scene.hammers import Hammerlike, Rocklike, numbers_of, scene_of
 from ..scene.signals import Signal, signals_of
 from ..scene.variables import STEP
-from .longrun import Bar, Hammerlike, Steady, Wanted, given_of, responses
+from .cases import Case
+from .longrun import Bar, Steady, Wanted, responses
 from .motions import drawn, met
 from .stepped import Acts, Stepped, moved
 from .sweeping import Grid, several, table_of
 
-if TYPE_CHECKING:
-    from dask.distributed import Client
-
 
 @overload
 def steady(  # type: ignore[overload-overlap]
-    scene: Hammerlike = ...,
+    hammer: Hammerlike = ...,
     *,
     preset: str | None = ...,
-    rock: str | None = ...,
+    rock: Rocklike = ...,
     error: float | Mapping[str, float] = ...,
     blows: int = ...,
     limit: float | str = ...,
@@ -48,15 +47,15 @@ def steady(  # type: ignore[overload-overlap]
 
 @overload
 def steady(
-    scene: Grid,
+    hammer: Grid,
     *,
     preset: str | None = ...,
-    rock: str | None = ...,
+    rock: Rocklike = ...,
     error: float | Mapping[str, float] = ...,
     blows: int = ...,
     limit: float | str = ...,
     out: str | Path | None = ...,
-    scheduler: str | Client | None = ...,
+    scheduler: str | Executor | None = ...,
     workers: int | None = ...,
     progress: bool = ...,
 ) -> pd.DataFrame: ...
@@ -64,10 +63,10 @@ def steady(
 
 @typed()
 def steady(
-    scene: Hammerlike | Grid = None,
+    hammer: Hammerlike | Grid = None,
     *,
     preset: str | None = None,
-    rock: str | None = None,
+    rock: Rocklike = None,
     error: float | Mapping[str, float] = Wanted.error,
     blows: int = Wanted.blows,
     limit: float | str = Wanted.limit,
@@ -78,7 +77,7 @@ def steady(
     partner: Callable[[Hammer], Stepped] | None = None,
     step: float | str | None = None,
     out: str | Path | None = None,
-    scheduler: str | Client | None = None,
+    scheduler: str | Executor | None = None,
     workers: int | None = None,
     progress: bool = False,
 ) -> Steady | pd.DataFrame:
@@ -90,12 +89,12 @@ def steady(
     in batches.
 
     Args:
-        scene: a `Scene`, or parameters by dotted name as for `simulate`; constant inputs too. Of
-            many hammers, as for `sweep`: values by parameter, a list of parameters by name, or a
-            DataFrame. The answer is then a table, a row each: means, their errors as ``rop_error``
-            and so on, what kind of motion it is, of how many blows, and whether the error was
-            reached; why one is refused is in ``error``.
-        preset: parameter set to start from.
+        hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet` or a
+            `Run`. Of many hammers, as for `sweep`: values by parameter, a list of parameters by
+            name, or a DataFrame. The answer is then a table, a row each: means, their errors as
+            ``rop_error`` and so on, what kind of motion it is, of how many blows, and whether the
+            error was reached; why one is refused is in ``error``.
+        preset: parameter set that a mapping is laid over.
         rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
         error: largest relative standard error of the rates of hole and tip. A mapping
             has one for any means by name: ``{"blow_energy": 0.005}``.
@@ -135,21 +134,18 @@ def steady(
              6000.0 cycle
     """
     wanted = Wanted(error=error, blows=blows, limit=quantities.duration(limit, "limit"))
-    if _many(scene):
+    if _many(hammer):
         if starts != 1 or inputs or control or partner or step is not None:
             raise DomainError(
                 "many hammers have one start each, and no inputs over time, control or partner "
-                'here: give sweep(grid, "steady", cases=...) those'
+                "here: call steady for each hammer that has those"
             )
-        by = (scheduler, workers, None)
-        parameters = rocks.given({}, rock)
-        return table_of(
-            scene, wanted, parameters=parameters, preset=preset, out=out, by=by, progress=progress
-        )
+        by, case = (scheduler, workers, None), Case(numbers_of(None, preset, rock))
+        return table_of(hammer, wanted, {"": case}, out=out, by=by, progress=progress)
     if out is not None or scheduler is not None or workers is not None:
         raise DomainError("out, scheduler and workers are for many hammers: give lists or rows")
-    given, signals = given_of(cast("Hammerlike", scene), preset, rock)
-    signals |= inputs or {}
+    scene = scene_of(cast("Hammerlike", hammer), rock, preset)
+    given, signals = scene.numbers, {**scene.inputs, **(inputs or {})}
     if starts < 1:
         raise DomainError(f"starts = {starts} must be 1 or more")
     if signals or control or partner:
@@ -176,8 +172,8 @@ def steady(
     return replace(found, motions=motions, warnings=(*found.warnings, *texts))
 
 
-def _many(scene: Hammerlike | Grid) -> TypeGuard[Grid]:
+def _many(hammer: Hammerlike | Grid) -> TypeGuard[Grid]:
     """Whether these are many hammers: several values of a parameter, or rows."""
-    if isinstance(scene, Mapping):
-        return any(several(values) for values in scene.values())
-    return scene is not None and not isinstance(scene, Scene)
+    if isinstance(hammer, Mapping):
+        return any(several(values) for values in hammer.values())
+    return isinstance(hammer, pd.DataFrame | list | tuple)

@@ -11,7 +11,7 @@ import numpy as np
 from .. import _native
 from ..errors import DomainError, warn
 from ..run.hammer import Hammer
-from ..scene.signals import Function, move
+from ..scene.signals import Function
 from ..scene.variables import Array
 from .longrun import FEWEST, MEANS, NOT_REACHED, WORKS, Steady, Wanted, tabled
 
@@ -49,7 +49,7 @@ class Acts:
 
         def step() -> None:
             to = hammer.time + self.size
-            move(hammer, self.signals, to)
+            hammer.move(self.signals, to)
             if self.control:
                 self.control(hammer)
             coupled.advance(to)

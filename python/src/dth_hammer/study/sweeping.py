@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from concurrent.futures import Executor
 from contextlib import closing, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeGuard
+from typing import Any, TypeGuard
 
 import numpy as np
 import pandas as pd
@@ -15,25 +16,23 @@ import pandas as pd
 from ..contract import typed
 from ..errors import DomainError, InterruptedSweepError, LostWorkerError, warn
 from ..extras import need
+from ..run.hammer import Hammer
 from ..scene import quantities
 from ..scene.band import SIDES, with_sides
+from ..scene.hammers import Hammerlike, Rocklike, scene_of
 from ..scene.variables import VARIABLES, Value, model
 from ..scene.variables import numbers as checked
+from . import longrun
 from .cases import CASE, ERROR, MODEL, PASSING, UNTIL, WARNING, Case, Job, planned
-from .longrun import KIND, MEANS, Wanted, named, unit
+from .longrun import KIND, MEANS, Wanted, unit
 from .store import RUN, TEXTS, Store
 from .workers import parts_of
 
-if TYPE_CHECKING:
-    from dask.distributed import Client
-
-    #: Scheduler, number of workers, and runs of a task.
-    Workers = tuple[str | Client | None, int | None, int | None]
+#: Scheduler, number of workers, and runs of a task.
+Workers = tuple[str | Executor | None, int | None, int | None]
 
 #: Values by parameter, or rows.
 Grid = Mapping[str, Value | Collection[Value]] | Sequence[Mapping[str, Value]] | pd.DataFrame
-#: In place of a duration: long-run responses.
-STEADY = "steady"
 #: Columns of a long-run response beside its means.
 LONG: Mapping[str, Any] = {KIND: str, "blows": "Int64", "reached": "boolean"}
 #: What a row tells about a run's end unless other outputs are asked for.
@@ -56,42 +55,48 @@ RESULTS = (
 
 @typed()
 def sweep(
-    grid: Grid,
+    hammers: Grid,
     until: float | str,
     *,
-    parameters: Mapping[str, Value] | None = None,
+    base: Hammerlike = None,
     preset: str | None = None,
-    cases: Mapping[str, Case] | None = None,
+    rock: Rocklike = None,
+    cases: Mapping[str, Hammerlike] | None = None,
+    control: Callable[[Hammer], None] | None = None,
+    step: float | str | None = None,
+    version: int | str | None = None,
     outputs: Iterable[str] | None = None,
-    error: float | Mapping[str, float] | None = None,
     out: str | Path | None = None,
-    scheduler: str | Client | None = None,
+    scheduler: str | Executor | None = None,
     workers: int | None = None,
     batch: int | None = None,
     progress: bool = False,
 ) -> pd.DataFrame:
-    """Runs every point of a grid, or finds its long-run means, and returns one row per run.
+    """Runs every hammer of a grid, and returns one row per run; `steady` has their long-run means.
+
+    The range that the rock's specific energy leaves of a rate of penetration is in ``rop_low`` and
+    ``rop_high``.
 
     Args:
-        grid: values by parameter (all combinations; a single value is shared by all), or one row
+        hammers: values by parameter (all combinations; a single value is shared by all), or one row
             per run: a DataFrame, or a list of parameters by name.
-        until: seconds of each run, or text with a unit; ``"steady"`` for the long-run response
-            instead, as `steady` finds it: means, their errors as ``rop_error`` and so on, what
-            kind of motion it is, of how many blows, and whether the error was reached. Either way
-            the range that the rock's specific energy leaves of a rate of penetration is in
-            ``rop_low`` and ``rop_high``.
-        parameters: what all runs share, laid over the preset.
-        preset: parameter set to start from.
-        cases: by name, what is done with every point of the grid: rocks, inputs over time,
-            controllers. The table has the name in the column ``case``.
-        outputs: names to read at the end of a run. Of a long-run response, names of means.
-        error: of a long-run response, as for `steady`.
+        until: seconds of each run, or text with a unit.
+        base: what all of them are laid over: one hammer, as of `simulate`; inputs over time too.
+        preset: parameter set that a mapping is laid over.
+        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
+        cases: by name, what else lies between the base and each point of the grid: a rock, a
+            preset, a `Scene` with its inputs. The table has the name in the column ``case``.
+        control: called with the hammer before each step; each run has a copy of its own.
+        step: communication step of inputs and control; that of `simulate` if not given.
+        version: tells the rows of one state of the code from those of another in ``out``; needed
+            there where an input or the control is a function.
+        outputs: names to read at the end of a run.
         out: Parquet or CSV file for the rows. They are kept beside it in parts as they come:
             the same call made again runs only what is missing, and another grid adds its
             rows to those that are there.
         scheduler: ``"threads"`` (the engine's own; runs with inputs or controllers one after
-            another in Python), ``"processes"`` (of this machine, without sockets), the address
-            of a Dask scheduler, or a Dask client. Who reaches a Dask scheduler runs code there.
+            another in Python), ``"processes"`` (of this machine, without sockets), or an
+            executor of `concurrent.futures`, such as a Dask client's (``client.get_executor()``).
             If not given, threads, and processes for cases with inputs or controllers.
         workers: number of workers, for processes and threads; as many as there are cores if not
             given.
@@ -116,34 +121,24 @@ def sweep(
              4000.0           5       11.55
              8000.0           5       11.37
     """
-    end: float | Wanted
-    if until == STEADY:
-        end = Wanted() if error is None else Wanted(error=error)
-    elif error is not None:
-        raise DomainError(f'error is of a long-run response: until = {until!r} is not "{STEADY}"')
-    else:
-        end = quantities.duration(until, "until")
-    by = (scheduler, workers, batch)
+    end, by = quantities.duration(until, "until"), (scheduler, workers, batch)
+    shared, made = scene_of(base, rock, preset), {}
+    for name, hammer in ({"": None} if cases is None else cases).items():
+        case = scene_of(hammer)
+        inputs = {**shared.inputs, **case.inputs}
+        made[name] = Case(case.over(shared.numbers), inputs, control, step, version)
+    named = cases is not None
     return table_of(
-        grid,
-        end,
-        parameters=parameters,
-        preset=preset,
-        cases=cases,
-        outputs=outputs,
-        out=out,
-        by=by,
-        progress=progress,
+        hammers, end, made, named=named, outputs=outputs, out=out, by=by, progress=progress
     )
 
 
 def table_of(
     grid: Grid,
     end: float | Wanted,
+    cases: Mapping[str, Case],
     *,
-    parameters: Mapping[str, Value] | None = None,
-    preset: str | None = None,
-    cases: Mapping[str, Case] | None = None,
+    named: bool = False,
     outputs: Iterable[str] | None = None,
     out: str | Path | None = None,
     by: Workers = (None, None, None),
@@ -152,18 +147,15 @@ def table_of(
     """Returns a row for each point of a grid, as `sweep` does."""
     names = columns(outputs, steady=isinstance(end, Wanted))
     counts(workers=by[1], batch=by[2])
-    common = checked(preset, parameters)
     points = [checked(None, point) for point in _points(grid)]
-    chosen = {"": Case()} if cases is None else dict(cases)
-    if not chosen:
+    if not cases:
         raise DomainError("cases is empty: give at least one, or leave it out")
     shared: dict[str, Any] = {
-        "common": common,
         "until": end,
         "names": names,
         "stored": out is not None,
     }
-    plan = [r for n, case in chosen.items() for r in planned(n, case, points, **shared)]
+    plan = [r for n, case in cases.items() for r in planned(n, case, points, **shared)]
     keys = [run.key for run in plan]
     runs = {run.key: run for run in plan}
     store = Store(Path(out)) if out is not None else None
@@ -173,7 +165,7 @@ def table_of(
             store.finish()
     settings = [*dict.fromkeys(name for run in plan for name in run.numbers)]
     listed = with_sides(names)
-    table = _whole(tables, keys, [CASE, *settings] if cases is not None else settings, listed)
+    table = _whole(tables, keys, [CASE, *settings] if named else settings, listed)
     table.attrs |= _provenance([*points[0]], listed, settings)
     if isinstance(end, Wanted):
         del table[UNTIL]
@@ -187,7 +179,7 @@ def columns(outputs: Iterable[str] | None, *, steady: bool) -> list[str]:
     """What is read of a run, or the columns of a long-run response."""
     if not steady:
         return [VARIABLES[name].name for name in (RESULTS if outputs is None else outputs)]
-    means = [named(name) for name in (MEANS if outputs is None else outputs)]
+    means = [longrun.named(name) for name in (MEANS if outputs is None else outputs)]
     return [*LONG, *means, *(f"{name}_error" for name in means)]
 
 

@@ -19,8 +19,9 @@ from ..errors import DomainError, RefusedError, warn
 from ..extras import need
 from ..run.gradients import differentiable
 from ..scene.band import beside, in_words, sides, with_sides
+from ..scene.hammers import Hammerlike, Rocklike, numbers_of
 from ..scene.variables import Array, whole
-from .longrun import Hammerlike, Steady, Wanted, named, numbers_of, responses
+from .longrun import Steady, Wanted, named, responses
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -104,11 +105,12 @@ class Trend:
 
 @typed(widths='give widths by parameter: {"rock.stiffness": 0.05}')
 def trend(
-    scene: Hammerlike = None,
+    hammer: Hammerlike = None,
     widths: Mapping[str, float] | None = None,
     outputs: Iterable[str] = OUTPUTS,
     *,
     preset: str | None = None,
+    rock: Rocklike = None,
     points: int | None = None,
     error: float = 0.003,
     seed: int = 1,
@@ -120,10 +122,11 @@ def trend(
     output changes for one per cent of a parameter, over the stated width. Points are Sobol's.
 
     Args:
-        scene: a `Scene`, or parameters by name.
+        hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
         widths: by parameter or constant input, how far from its value, as a part of it: 0.05.
         outputs: means of the long-run response, as ``rop`` or ``blow_energy``.
-        preset: parameter set to start from.
+        preset: parameter set that a mapping is laid over.
+        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
         points: number of hammers, rounded up to a power of two; four a coefficient if not given.
         error: relative standard error of the rate of penetration at each point.
         seed: random seed of the points.
@@ -135,7 +138,7 @@ def trend(
         >>> print(found.elasticities.loc["blow_energy"].round(2).to_dict())
         {'feed_force': -0.05}
     """
-    given, names = numbers_of(scene, preset), [named(name) for name in outputs]
+    given, names = numbers_of(hammer, preset, rock), [named(name) for name in outputs]
     wide = box_of(given, widths or {})
     count = points or POINTS * (len(wide) + 2)
     if count < len(wide) + 3:

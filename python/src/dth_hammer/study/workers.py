@@ -1,4 +1,4 @@
-"""Workers of a sweep: threads of the engine, processes, or a Dask cluster."""
+"""Workers of a sweep: threads of the engine, processes, or an executor."""
 
 from __future__ import annotations
 
@@ -6,27 +6,22 @@ import contextlib
 import multiprocessing
 import os
 import pickle
-import queue
 import signal
 import sys
 import threading
 import time
 from collections.abc import Generator, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from concurrent.futures import FIRST_COMPLETED, Executor, ProcessPoolExecutor, wait
 from multiprocessing.connection import Connection
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from .. import _native
-from ..errors import DomainError, DthHammerError, LostWorkerError, UnknownNameError
+from ..errors import DthHammerError, LostWorkerError, UnknownNameError
 from ..extras import need
 from .cases import Job, Row
 from .longrun import Wanted, cores, responses
 
-if TYPE_CHECKING:
-    from dask.distributed import Client
-
+SCHEDULERS = ("processes", "threads")
 #: The engine's threads make a part of what comes within this time, s, if they are not told of
 #: how many rows.
 PART = 0.5
@@ -38,16 +33,14 @@ MOST = 61
 
 def parts_of(
     runs: Sequence[Job],
-    scheduler: str | Client | None,
+    scheduler: str | Executor | None,
     workers: int | None,
     batch: int | None,
 ) -> Generator[list[Row], None, None]:
     """Yields the rows of runs in parts, as they are completed."""
     count = workers or cores()
-    if not (scheduler is None or isinstance(scheduler, str) or hasattr(scheduler, "submit")):
-        raise DomainError(
-            f"scheduler = {scheduler!r} is not threads, processes, an address, or a Dask client"
-        )
+    if isinstance(scheduler, str) and scheduler not in SCHEDULERS:
+        raise UnknownNameError("scheduler", scheduler, SCHEDULERS)
     if scheduler in {None, "threads"}:
         yield from _by_engine([run for run in runs if not run.case.moves], count, batch)
         runs = [run for run in runs if run.case.moves]
@@ -57,11 +50,11 @@ def parts_of(
         return
     size = batch or max(1, min(TASK, len(runs) // 40))
     tasks = [runs[i : i + size] for i in range(0, len(runs), size)]
-    if scheduler in {None, "processes"}:
-        yield from _by_processes(tasks, count) if tasks else ()
-    else:
-        with _client_of(scheduler) as client:
-            yield from _by_dask(tasks, client)
+    if isinstance(scheduler, Executor):
+        yield from _by_executor(scheduler, tasks)
+    elif tasks:
+        with _processes(min(count, len(tasks), MOST)) as crew:
+            yield from _by_executor(crew, tasks)
 
 
 def _by_engine(runs: Sequence[Job], count: int, batch: int | None) -> Iterator[list[Row]]:
@@ -104,40 +97,45 @@ def _by_responses(
         yield rows
 
 
-def _by_processes(tasks: list[Sequence[Job]], count: int) -> Iterator[list[Row]]:
+def _by_executor(crew: Executor, tasks: Sequence[Sequence[Job]]) -> Iterator[list[Row]]:
+    dumps = need("cloudpickle", "sweep").dumps
+    with _quietly():
+        pending = {crew.submit(_rows, dumps(task)) for task in tasks}
+    try:
+        while pending:
+            # Some systems hear of Ctrl-C between two waits only.
+            done, pending = wait(pending, PART, FIRST_COMPLETED)
+            for future in done:
+                yield future.result()
+    except DthHammerError:
+        raise
+    except Exception as error:
+        why = f"{type(error).__name__}: {error}".rstrip(": ")
+        raise LostWorkerError(f"a worker ended (killed, or out of memory: {why})") from error
+    finally:
+        for future in pending:
+            future.cancel()
+
+
+@contextlib.contextmanager
+def _processes(count: int) -> Iterator[Executor]:
     """Processes that talk to this one through pipes: no socket is opened."""
     if getattr(multiprocessing.current_process(), "_inheriting", False):
         raise DthHammerError(
             "a sweep began while a worker was starting: put what the script does under "
             "`if __name__ == '__main__':`"
         )
-    cloudpickle = need("cloudpickle", "sweep")
     fresh = multiprocessing.get_context("spawn")
     reader, writer = fresh.Pipe(duplex=False)
-    pool = ProcessPoolExecutor(min(count, len(tasks), MOST), fresh, _attend, (reader,))
-    done: queue.SimpleQueue[Future[list[Row]]] = queue.SimpleQueue()
+    crew = ProcessPoolExecutor(count, fresh, _attend, (reader,))
     with reader, writer:
         try:
-            with _ignoring_interrupts(), _without_main():
-                for task in tasks:
-                    future = pool.submit(_unpickled, cloudpickle.dumps(task))
-                    future.add_done_callback(done.put)
-            for _ in tasks:
-                yield _next(done)
-            pool.shutdown()
-        except BrokenProcessPool:
-            raise LostWorkerError("a worker process ended (killed, or out of memory)") from None
+            yield crew
+            crew.shutdown()
         finally:
             # Whoever is still at work ends now.
             writer.close()
-            pool.shutdown(cancel_futures=True)
-
-
-def _next(done: queue.SimpleQueue[Future[list[Row]]]) -> list[Row]:
-    # Some systems hear of Ctrl-C between two waits only.
-    while True:
-        with contextlib.suppress(queue.Empty):
-            return done.get(timeout=PART).result()
+            crew.shutdown(cancel_futures=True)
 
 
 def _attend(alive: Connection) -> None:
@@ -152,69 +150,21 @@ def _attend(alive: Connection) -> None:
     threading.Thread(target=leave, daemon=True).start()
 
 
-def _unpickled(task: bytes) -> list[Row]:
-    return _rows(pickle.loads(task))
+def _rows(task: bytes) -> list[Row]:
+    return [run.row() for run in pickle.loads(task)]
 
 
-def _by_dask(tasks: list[Sequence[Job]], client: Client) -> Iterator[list[Row]]:
-    dask = need("dask.distributed", "cluster")
-    futures = [client.submit(_rows, task, pure=False) for task in tasks]
-    try:
-        # On this client's own loop: the default is that of the last client made.
-        for _, rows in dask.as_completed(futures, loop=client.loop, with_results=True):
-            if isinstance(rows, BaseException):
-                raise LostWorkerError("the Dask scheduler was lost") from None
-            yield rows
-    except dask.KilledWorker:
-        raise LostWorkerError("workers of the Dask cluster were killed") from None
-    except KeyboardInterrupt:
-        client.cancel(futures, force=True)
-        raise
-
-
-def _rows(runs: Sequence[Job]) -> list[Row]:
-    return [run.row() for run in runs]
-
-
-@contextmanager
-def _client_of(scheduler: str | Client) -> Iterator[Client]:
-    """Returns a Dask client from an address, or the client itself."""
-    if not isinstance(scheduler, str):
-        yield scheduler
-        return
-    if ":" not in scheduler:
-        raise UnknownNameError("scheduler", scheduler, ("processes", "threads"))
-    dask = need("dask.distributed", "cluster")
-    try:
-        client = dask.Client(scheduler, timeout="10s")
-    except (OSError, ValueError) as error:
-        raise DthHammerError(f"no Dask scheduler answers at {scheduler}: {error}") from None
-    with client:
-        yield client
-
-
-@contextmanager
-def _ignoring_interrupts() -> Iterator[None]:
-    """Processes that start now leave Ctrl-C to the one that started them."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-@contextmanager
-def _without_main() -> Iterator[None]:
-    """Processes that start now do not run the script again that started them.
+@contextlib.contextmanager
+def _quietly() -> Iterator[None]:
+    """Processes that start now leave Ctrl-C to this one, and do not run its script again.
 
     They need nothing of it, and a script that does not say `if __name__ == "__main__"` would
     begin its sweep in each of them.
     """
     main: Any = sys.modules["__main__"]
     saved = {name: main.__dict__[name] for name in ("__file__", "__spec__") if name in vars(main)}
+    hears = threading.current_thread() is threading.main_thread()
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN) if hears else None
     for name in saved:
         delattr(main, name)
     main.__spec__ = None
@@ -222,3 +172,5 @@ def _without_main() -> Iterator[None]:
         yield
     finally:
         main.__dict__.update(saved)
+        if hears:
+            signal.signal(signal.SIGINT, before)
