@@ -141,8 +141,8 @@ def _presets() -> list[str]:
 def _along() -> list[str]:
     """What there is as many of as the mesh has."""
     text = (
-        "As many as the mesh has, so an FMU lists them only in [a variant for one "
-        "mesh](look.md#in-another-host). The member 1 is at the body's upper end."
+        "As many as the mesh has, 1 at the body's upper end. An FMU of FMI 3.0 has them as arrays, "
+        "of as many stations as the host says ([a variant](look.md#in-another-host))."
     )
     lines = ["# Along the bodies", "", text, "", "| name | unit | meaning |", "|---|---|---|"]
     for name, row in VARIABLES.families.items():

@@ -19,7 +19,7 @@ function measure(scene, cycle) {
     const sections = sectionsOf(scene, body);
     const length = sections.reduce((sum, [part]) => sum + part, 0);
     const count = cycle.stress[index][0]?.length ?? 0;
-    const ends = cycle.nodes[index] ?? Array.from({ length: count + 1 }, (_, i) => (i / count) * length);
+    const ends = Array.from({ length: count + 1 }, (_, i) => (i / count) * length);
     const areaAt = (place) => {
       let bottom = 0;
       for (const [part, area] of sections) {

@@ -142,6 +142,13 @@ class Hammer {
     return this.read(call, references, Int32Array);
   }
 
+  /** Stresses in the elements of piston (0) or bit (1): see src/abi/browser.rs. */
+  stress(body) {
+    const { room, functions } = this.library;
+    const count = functions.dth_stress(this.handle, body, room + VALUES, (HANDLE - VALUES) / 8);
+    return new Float64Array(functions.memory.buffer, room + VALUES, count).slice();
+  }
+
   read(call, references, Kind) {
     const { room, functions } = this.library;
     const memory = () => functions.memory.buffer;

@@ -101,8 +101,8 @@ function engine(heard, failed) {
   made.onerror = ({ message }) => failed(message);
   const text = atob(find("engine").textContent.trim()), bytes = new Uint8Array(text.length);
   for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
-  const { guid, variables, families } = description;
-  made.postMessage({ kind: "open", bytes: bytes.buffer, description: { guid, variables, families } }, [bytes.buffer]);
+  const { guid, variables } = description;
+  made.postMessage({ kind: "open", bytes: bytes.buffer, description: { guid, variables } }, [bytes.buffer]);
   return made;
 }
 

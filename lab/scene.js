@@ -34,17 +34,7 @@ function readDescription(text) {
       items: enumerations[kind.getAttribute("declaredType")],
     };
   }
-  const families = {};
-  for (const family of root.querySelectorAll("Waves > Family")) {
-    const get = (name) => family.getAttribute(name);
-    families[get("name")] = {
-      first: Number(get("firstValueReference")),
-      count: get("count"),
-      least: get("least"),
-      more: Number(get("more")),
-    };
-  }
-  return { guid: root.getAttribute("guid"), version: root.getAttribute("version"), variables, families, modes: enumerations.RockMode };
+  return { guid: root.getAttribute("guid"), version: root.getAttribute("version"), variables, modes: enumerations.RockMode };
 }
 
 /** A unit as people write it. */

@@ -57,7 +57,7 @@ function record(names, numbers) {
 function begin(scene, values) {
   present.before.forEach((state) => present.hammer.forget(state));
   present.hammer?.free();
-  present = { scene, hammer: null, rows: [], before: [], values };
+  present = { scene, hammer: null, rows: [], before: [] };
   library.take();
   present.hammer = new Hammer(library, description, values);
   present.warnings = library.take();
@@ -107,8 +107,8 @@ async function run({ scene, values }) {
 
 /** The hammer before it moves: something to look at at once. */
 function start() {
-  const { hammer, scene, values } = present;
-  const samples = new Samples(hammer, values);
+  const { hammer, scene } = present;
+  const samples = new Samples(hammer);
   samples.take();
   postMessage({ kind: "cycle", scene, blow: -1, impact: 0, period: 0, outlook: OUTLOOK, ...samples.all() });
 }
@@ -119,7 +119,7 @@ function cycle(blow, { last = false, rough = 1 } = {}) {
   if (rows[blow + 1] === undefined) return;
   const impact = rows[blow].blow_time, period = rows[blow + 1].blow_time - impact;
   const now = hammer.keep();
-  const samples = new Samples(hammer, present.values);
+  const samples = new Samples(hammer);
   hammer.restore(before[blow]);
   samples.take();
   const close = (time) => time >= impact - 10 * MEDIUM && time < impact + OUTLOOK;
@@ -131,21 +131,11 @@ function cycle(blow, { last = false, rough = 1 } = {}) {
 
 /** What is looked at along a cycle. */
 class Samples {
-  constructor(hammer, values) {
+  constructor(hammer) {
     this.hammer = hammer;
     this.motion = references(OF_MOTION);
     [this.mode, this.closed] = [references(["rock_mode"]), references(["contact_closed"])];
     this.count = references(["contact_count"]);
-    const value = (name) => (name ? (values[name] ?? description.variables[name].start) : 0);
-    const members = ({ first, count, least, more }) =>
-      Array.from({ length: Math.max(value(count), value(least)) + more }, (_, i) => first + i);
-    const { families } = description;
-    this.stress = BODIES.map((body) => members(families[`${body}_stress`]));
-    // Where an element ends, if the library tells; else they are equal.
-    this.nodes = BODIES.map((body) => {
-      const family = families[`${body}_node_position`];
-      return family ? hammer.reals(members(family)) : null;
-    });
     this.times = [];
     this.rows = [];
     this.stresses = [[], []];
@@ -166,7 +156,7 @@ class Samples {
     this.times.push(hammer.time);
     this.rows.push(row);
     this.modes.push([hammer.integers(this.mode)[0], hammer.integers(this.closed, "fmi2GetBoolean")[0]]);
-    this.stress.forEach((body, i) => this.stresses[i].push(hammer.reals(body)));
+    this.stresses.forEach((rows, body) => rows.push(hammer.stress(body)));
   }
 
   /** Samples until a time, in steps of `step(time)`, and of `fine` while waves run. */
@@ -201,7 +191,6 @@ class Samples {
       rock_mode: Int32Array.from(this.modes, ([mode]) => mode),
       contact_closed: Int32Array.from(this.modes, ([, closed]) => closed),
       stress: this.stresses.map(block),
-      nodes: this.nodes,
     };
   }
 }

@@ -1,15 +1,12 @@
 //! Writes `modelDescription.xml` from the template and the table. The library has in it what is committed;
 //! `cargo describe` refreshes that, a test keeps it fresh, and nothing stale is packaged.
 
-use crate::blows;
 use crate::capabilities;
 use crate::category::{Category, LOG_ALL};
-use crate::variant::{START_VALUES, Variant};
-use crate::waves;
-use hammer::families::{ALONG, OF_BLOW};
+use crate::variant::START_VALUES;
 use hammer::quantity::{ENUMERATIONS, Enumeration, QUANTITIES, Quantity};
 use hammer::variables::{Output, Role, STEP_SIZE, STOP_TIME, Slot, VARIABLES, Variable};
-use hammer::{Body, Domain, InputValues, Parameters};
+use hammer::{Domain, InputValues, Parameters};
 use std::fmt::Write;
 
 pub(crate) type Attributes = Vec<(&'static str, String)>;
@@ -31,9 +28,7 @@ pub fn describe() -> String {
     text = text.replace("@STEP_SIZE@", &STEP_SIZE.to_string());
     text = text.replace("@TYPES@", &fragment(write_types));
     text = text.replace("@CATEGORIES@", &fragment(write_categories));
-    text = text.replace("@WAVES@", &fragment(write_waves));
     // The schema wants one element per tool.
-    text = text.replace("@BLOWS@", &fragment(write_blows));
     text = text.replace("@OVER_STEP@", &fragment(write_over_step));
     text = text.replace("@START_VALUES@", &fragment(write_start_values));
     text = text.replace("@VARIABLES@", &fragment(write_variables));
@@ -124,50 +119,6 @@ fn write_categories(writer: &mut Writer) {
         let attributes = vec![("name", name.into()), ("description", description.into())];
         writer.leaf("Category", &attributes);
     }
-}
-
-/// The parts of a variant that lists the waves on one mesh.
-fn write_waves(writer: &mut Writer) {
-    let counts = Body::ALL.map(|body| format!("{{{}}}", waves::elements(body)));
-    let guid = format!("@GUID@{}", Variant::mesh_suffix(&counts));
-    writer.open("Waves", &vec![("guid", guid)]);
-    for (index, family) in ALONG.iter().enumerate() {
-        let mut attributes = vec![
-            ("name", family.name.into()),
-            ("firstValueReference", waves::first(index).to_string()),
-            ("count", waves::elements(family.body).into()),
-            // Elements are never fewer than sections.
-            ("least", format!("{}.segments", family.body.name())),
-            ("more", u32::from(family.nodal).to_string()),
-            ("description", family.description.into()),
-        ];
-        attributes.extend(real(&family.quantity));
-        attributes.push(("nominal", number(family.nominal)));
-        writer.leaf("Family", &attributes);
-    }
-    writer.close("Waves");
-}
-
-/// The value references of the last step's blows.
-fn write_blows(writer: &mut Writer) {
-    let mut attributes = vec![
-        ("name", blows::COUNT_NAME.into()),
-        ("valueReference", blows::COUNT.to_string()),
-        ("most", hammer::MAX_STEP_BLOWS.to_string()),
-        ("description", blows::COUNT_DESCRIPTION.into()),
-    ];
-    attributes.extend(real(&hammer::quantity::COUNT));
-    writer.open("Blows", &attributes);
-    for (index, figure) in OF_BLOW.iter().enumerate() {
-        let mut attributes = vec![
-            ("name", figure.name.into()),
-            ("firstValueReference", blows::first(index).to_string()),
-            ("description", figure.description.into()),
-        ];
-        attributes.extend(figure.row().map(of_output).unwrap_or_default());
-        writer.leaf("Family", &attributes);
-    }
-    writer.close("Blows");
 }
 
 /// The value references of derivatives over the last step.

@@ -1,6 +1,5 @@
 //! Variables that only FMI 3.0 has: time, events, slopes, arrays.
 
-use crate::blows;
 use hammer::Input;
 use hammer::families::{ALONG, Along, OF_BLOW};
 
@@ -149,7 +148,7 @@ impl Extra {
             Self::Along(3) => "bit_section_velocity",
             Self::Along(5) => "casing_section_velocity",
             Self::Along(family) => ALONG[family].name,
-            Self::BlowCount => blows::COUNT_NAME,
+            Self::BlowCount => "step_blow_count",
             Self::OfBlow(figure) => OF_BLOW[figure].name,
         }
     }
@@ -199,7 +198,7 @@ impl Extra {
                     body.name()
                 )
             }
-            Self::BlowCount => blows::COUNT_DESCRIPTION.into(),
+            Self::BlowCount => "Blows of the last communication step".into(),
             Self::OfBlow(figure) => format!(
                 "{}: the last step's blows in their order, the last {} of them, zeros behind",
                 OF_BLOW[figure].description,

@@ -5,7 +5,6 @@
 
 #[allow(unsafe_code, reason = "the C boundary is here and nowhere else")]
 mod abi;
-pub mod blows;
 mod c;
 pub mod capabilities;
 pub mod category;
@@ -19,7 +18,6 @@ mod instance;
 mod registry;
 mod session;
 pub mod variant;
-pub mod waves;
 
 pub use registry::{CAPACITY, READABLE};
 

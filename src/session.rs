@@ -9,7 +9,6 @@ use crate::instance::{Cancel, Face, Instance, Line, Snapshot};
 use crate::registry::{self, CAPACITY, Table};
 use crate::variant::Variant;
 use crate::{GUID, TOKEN};
-use crate::{blows, waves};
 use hammer::variables::VARIABLES;
 use std::borrow::Cow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -111,7 +110,7 @@ pub fn cancel(me: Handle) -> bool {
 
 /// A count that a host can mean. Beyond it lies memory that is not the host's array.
 pub fn sane(count: usize) -> Result<usize, CallError> {
-    let variables = VARIABLES.len() + waves::CAPACITY + blows::CAPACITY + Extra::all().count();
+    let variables = VARIABLES.len() + Extra::all().count();
     if count <= 4 * variables { Ok(count) } else { Err(CallError::TooMany { count, variables }) }
 }
 

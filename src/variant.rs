@@ -1,12 +1,12 @@
-//! FMUs made from the general one: with other start values, with the waves on one mesh among the
-//! outputs, or with arrays (of FMI 3.0: many importers stop at them).
+//! FMUs made from the general one: with other start values, or with arrays (of FMI 3.0: many importers
+//! stop at them).
 //!
 //! A host need not set what stays at its start value, so the library must know what its
 //! description says. It is known from the one text that every host hands over: the GUID, which
 //! has the differences behind the general one's.
 //!
 //! ```text
-//! GENERAL[-set-REFERENCE:BITS,REFERENCE:BITS...][-waves-PISTON-BIT[-CASING]][-arrays]
+//! GENERAL[-set-REFERENCE:BITS,REFERENCE:BITS...][-arrays]
 //! ```
 //!
 //! `BITS` are the 16 hexadecimal digits of an IEEE 754 double, references ascend. As some hosts make a folder
@@ -14,18 +14,13 @@
 //! ([`RESERVED`]), and in its GUID a dash and 16 digits that stand for that text ([`sign`]).
 
 use crate::events::Extra;
-use crate::waves;
 use hammer::variables::{Role, VARIABLES};
-use hammer::{Body, Fidelity, MAX_ELEMENTS, ParameterError, Parameters};
 
 /// What a description lists and starts with, beside the general one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Variant {
     /// Value references and start values of parameters and inputs.
     start: Vec<(u32, f64)>,
-    /// Element counts of the bodies whose waves are listed: none, those of piston and bit, or an
-    /// elastic casing's too.
-    mesh: Vec<usize>,
     /// True if arrays are listed; they are answered without that too.
     arrays: bool,
 }
@@ -36,8 +31,6 @@ pub const ARRAYS: &str = "-arrays";
 pub const SET: &str = "-set-";
 /// How a description writes start values.
 pub const START_VALUES: &str = "-set-{reference}:{bits}";
-/// Before the element counts, with a dash between two.
-const WAVES: &str = "-waves-";
 
 /// Bytes of the section: a mark, by which it is found in the file, and room for each variable.
 pub const RESERVED: usize = MARK.len() + (1 << 14);
@@ -69,13 +62,6 @@ impl Variant {
         if let Some(before) = rest.strip_suffix(ARRAYS) {
             (rest, variant.arrays) = (before, true);
         }
-        if let Some((before, mesh)) = rest.split_once(WAVES) {
-            variant.mesh =
-                mesh.split('-').map(|count| count.parse().ok()).collect::<Option<_>>()?;
-            let fits = variant.mesh.iter().all(|count| (1..=MAX_ELEMENTS).contains(count));
-            (fits && [2, 3].contains(&variant.mesh.len())).then_some(())?;
-            rest = before;
-        }
         if let Some(list) = rest.strip_prefix(SET) {
             variant.start = list.split(',').map(start_value).collect::<Option<_>>()?;
         }
@@ -91,24 +77,7 @@ impl Variant {
         list.dedup_by_key(|(reference, _)| *reference);
         let list: Vec<String> = list.into_iter().map(pair).collect();
         let set = if list.is_empty() { String::new() } else { format!("{SET}{}", list.join(",")) };
-        let waves =
-            if self.mesh.is_empty() { String::new() } else { Self::mesh_suffix(&self.mesh) };
-        set + &waves + if self.arrays { ARRAYS } else { "" }
-    }
-
-    /// What the GUID of a variant has that lists the waves of a mesh.
-    pub fn mesh_suffix(counts: &[impl ToString]) -> String {
-        let counts: Vec<String> = counts.iter().map(ToString::to_string).collect();
-        format!("{WAVES}{}", counts.join("-"))
-    }
-
-    /// The parameters that the general description has, on the mesh of this one.
-    pub fn parameters(&self) -> Parameters {
-        let mut parameters = Parameters::default();
-        let p = &mut parameters;
-        let elements = [&mut p.piston.elements, &mut p.bit.elements, &mut p.casing.elements];
-        elements.into_iter().zip(&self.mesh).for_each(|(elements, count)| *elements = *count);
-        parameters
+        set + if self.arrays { ARRAYS } else { "" }
     }
 
     /// True if the description lists arrays, and the structural parameters that are their lengths.
@@ -119,30 +88,6 @@ impl Variant {
     /// Value references of parameters and inputs, and where they start instead.
     pub fn start_values(&self) -> &[(u32, f64)] {
         &self.start
-    }
-
-    /// Refuses a mesh other than that of the description.
-    ///
-    /// # Errors
-    /// The parameter, its value and the one that is allowed.
-    pub fn check(&self, parameters: &Parameters) -> Result<(), ParameterError> {
-        for (body, &count) in Body::ALL.into_iter().chain([Body::Casing]).zip(&self.mesh) {
-            let (name, value) = (waves::elements(body), parameters.spans(body));
-            if value != count {
-                let allowed = format!("{count}, as the description's outputs are listed");
-                return Err(ParameterError { name, value: value as f64, allowed });
-            }
-        }
-        let wrong = if !self.mesh.is_empty() && parameters.fidelity == Fidelity::Rigid {
-            ("fidelity", 1.0, "2 (Elastic)")
-        } else if self.mesh.len() > 2 && !parameters.is_elastic(Body::Casing) {
-            ("casing.segments", 0.0, "1 at least")
-        } else {
-            return Ok(());
-        };
-        let (name, value, allowed) = wrong;
-        let allowed = format!("{allowed}, as the description lists stresses");
-        Err(ParameterError { name, value, allowed })
     }
 }
 
@@ -162,33 +107,10 @@ fn start_value(text: &str) -> Option<(u32, f64)> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_guid_names_one_mesh_or_is_wrong() {
-        let plain = Variant::default();
-        let meshed = Variant { mesh: vec![40, 7], ..Variant::default() };
-        assert_eq!(Variant::named("g", "g"), Some(plain));
-        assert_eq!(Variant::named("g-waves-40-7", "g"), Some(meshed));
-        for wrong in ["", "h", "g-", "g-waves-40", "g-waves-40-0", "g-waves-401-1"] {
-            assert_eq!(Variant::named(wrong, "g"), None, "{wrong}");
-        }
-        let cased = Variant::named("g-waves-40-7-9", "g").expect("a mesh");
-        assert_eq!(cased.parameters().casing.elements, 9);
-        for wrong in [
-            "g-waves-040-7",
-            "g-waves-40-7-",
-            "g-waves-4-7-0",
-            "g-waves-4-7-9-1",
-            "g-waves-+40-7",
-            "g-waves-40-7 ",
-        ] {
-            assert_eq!(Variant::named(wrong, "g"), None, "{wrong}");
-        }
-    }
-
     /// The library of a configured unit takes its own sign alone: neither the plain GUID nor another text.
     #[test]
     fn a_signed_guid_is_of_the_text_in_the_library() {
-        let text = "-set-5:3fc999999999999a-waves-40-7";
+        let text = "-set-5:3fc999999999999a-arrays";
         let guid = format!("g{}", sign(text));
         assert_eq!(Variant::signed(&guid, "g", text), Variant::named(&format!("g{text}"), "g"));
         assert!(Variant::signed(&guid, "g", text).is_some());
@@ -208,14 +130,16 @@ mod tests {
         let set = format!("g-set-{length}:{a:016x},{feed}:{b:016x}");
         let variant = Variant::named(&set, "g").unwrap();
         assert_eq!(variant.start_values(), [(length, 0.2), (feed, 4e3)]);
-        let both = Variant::named(&format!("{set}-waves-40-7"), "g").unwrap();
-        assert_eq!((both.start, both.mesh), (variant.start, vec![40, 7]));
         let arrays = Variant::named(&format!("{set}-arrays"), "g").unwrap();
         assert!(arrays.arrays && arrays.start_values().len() == 2);
         let event = format!("{set},{}:{a:016x}", Extra::Position(7).reference());
         assert_eq!(Variant::named(&event, "g").unwrap().start_values().len(), 3);
+        assert_eq!(Variant::named("g", "g"), Some(Variant::default()));
         let nan = f64::NAN.to_bits();
         for wrong in [
+            String::new(),
+            "h".into(),
+            "g-".into(),
             "g-set-".into(),
             format!("g-set-{length}"),
             format!("g-set-{length}:{a:x},"),
@@ -226,7 +150,6 @@ mod tests {
             format!("g-set-{length}:{nan:016x}"),
             format!("g-set-{depth}:{a:016x}"),
             format!("g-set-99999:{a:016x}"),
-            format!("g-waves-40-7-set-{length}:{a:016x}"),
             format!("{set} "),
             format!("g-arrays{}", &set[1..]),
             "g-arrays-arrays".into(),

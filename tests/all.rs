@@ -3,7 +3,6 @@
 
 mod abuser;
 mod air;
-mod blows;
 mod calls;
 mod cancel;
 mod capabilities;
@@ -20,4 +19,3 @@ mod sanitized;
 mod support;
 mod three;
 mod warnings;
-mod waves;

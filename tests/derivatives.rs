@@ -347,7 +347,7 @@ fn every_pair_of_fmi_3_is_answered_and_declared() {
     }
 }
 
-/// A call with ten thousand equal knowns makes the runs of one, and sums as many directions.
+/// A call with 800 equal knowns makes the runs of one, and sums as many directions.
 #[test]
 fn equal_knowns_are_differentiated_once() {
     let library = Library::load();
@@ -356,10 +356,10 @@ fn equal_knowns_are_differentiated_once() {
     host.set_int("bit.elements", 60);
     host.plain("fmi2EnterInitializationMode");
     let [force, feed] = ["rock_force", "feed_force"].map(vr);
-    let knowns = vec![feed; 10_000];
+    let knowns = vec![feed; 800];
     let (by, mut slope) = (vec![1.0; knowns.len()], [0.0]);
     let status = library.directional_by(host.handle, &[force], &knowns, &by, &mut slope);
     // As many runs as knowns would take minutes; statics have the slope 1.
     assert_eq!(status, OK);
-    assert!((slope[0] - 1e4).abs() < 1e-3, "{slope:?}");
+    assert!((slope[0] - 800.0).abs() < 1e-4, "{slope:?}");
 }

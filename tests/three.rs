@@ -4,8 +4,9 @@ use crate::support::host::{Host, vr};
 use crate::support::library::{ERROR, Handle, Library, OK};
 use crate::support::three::{Three, extra};
 use dth_hammer::events::Extra;
-use dth_hammer::{blows, symbols};
+use dth_hammer::symbols;
 use hammer::families::OF_BLOW;
+use hammer::{InputValues, Machine, Parameters};
 
 const END: f64 = 0.25;
 const NAMES: [&str; 8] = [
@@ -266,40 +267,32 @@ fn waves_are_arrays_as_long_as_the_host_has_said_before() {
     let range = "waves.stations = 0 is not allowed: it must be 1 to 10000";
     assert_eq!(host.only_error(), range);
     // As many as elements: then each is at the middle of its own.
-    let count = host_elements(&library);
+    let count = Parameters::default().piston.elements;
     host.set("UInt64", stations, count as u64);
     assert_eq!(host.enter_initialization(0.0), ERROR);
     let line = host.only_error();
     assert_eq!(line, "fmi3EnterInitializationMode is not allowed in configuration mode");
     host.calls(&["ExitConfigurationMode"]);
     host.start(false);
-    let two = Host::running(&library, &[]);
-    two.step(0.0, 0.05);
+    let mut machine = hammer();
+    machine.advance(0.05).unwrap();
     host.step(0.0, 0.05);
     let mut stress = vec![f64::NAN; count];
     assert_eq!(host.access("GetFloat64", &[extra("piston_stress")], &mut stress), OK);
-    for (index, value) in stress.iter().enumerate() {
-        let mut expected = [f64::NAN];
-        two.library.get_reals(two.handle, &[1000 + index as u32], &mut expected);
-        assert_eq!(*value, expected[0], "element {index}");
-    }
+    assert_eq!(stress, machine.profile().piston_stress);
     let short = &mut stress[..count - 1];
     assert_eq!(host.access("GetFloat64", &[extra("piston_stress")], short), ERROR);
     assert!(host.only_error().starts_with("nValues = "));
 }
 
-/// Three blows in one step: their arrays are what the hammer of FMI 2.0 tells one by one.
+/// More than three blows in one step: their arrays are what the engine tells one by one.
 #[test]
 fn blows_of_a_step_are_arrays_and_too_short_ones_have_the_last() {
     let library = Library::load();
-    let two = Host::running(&library, &[]);
-    two.step(0.0, END);
-    let read = |reference| {
-        let mut value = [f64::NAN];
-        assert_eq!(library.get_reals(two.handle, &[reference], &mut value), OK);
-        value[0]
-    };
-    let count = read(blows::COUNT) as usize;
+    let mut machine = hammer();
+    machine.advance(END).unwrap();
+    let blows = machine.step_blows();
+    let count = blows.len();
     assert!(count > 3, "{count}");
     for room in [count + 2, count, count - 2] {
         let host = Three::new(&library, false, false);
@@ -309,22 +302,20 @@ fn blows_of_a_step_are_arrays_and_too_short_ones_have_the_last() {
         host.start(false);
         host.step(0.0, END);
         assert_eq!(host.get(extra("step_blow_count")), count as f64);
-        for (figure, row) in OF_BLOW.iter().enumerate() {
+        for row in &OF_BLOW {
             let mut found = vec![f64::NAN; room];
             assert_eq!(host.access("GetFloat64", &[extra(row.name)], &mut found), OK);
-            let values = (0..count as u32).map(|index| read(blows::first(figure) + index));
-            let mut expected: Vec<f64> = values.skip(count.saturating_sub(room)).collect();
+            let last = blows.iter().skip(count.saturating_sub(room));
+            let mut expected: Vec<f64> = last.map(row.value).collect();
             expected.resize(room, 0.0);
             assert_eq!(found, expected, "{} in {room} places", row.name);
         }
     }
 }
 
-fn host_elements(library: &Library) -> usize {
-    let host = Host::new(library);
-    let mut elements = [0];
-    assert_eq!(library.get_ints(false, host.handle, &[vr("piston.elements")], &mut elements), OK);
-    elements[0] as usize
+/// The default hammer, in the engine itself.
+fn hammer() -> Machine {
+    Machine::new(&Parameters::default(), &InputValues::default(), 0.0).unwrap()
 }
 
 #[test]

@@ -4,9 +4,7 @@ use crate::Standard;
 use crate::binary::Binary;
 use crate::licenses::License;
 use dth_hammer::category::Category;
-use dth_hammer::waves;
 use dth_hammer::{CAPACITY, GUID, TOKEN};
-use hammer::families::{ALONG, Along};
 use hammer::presets::{PRESETS, Preset};
 use hammer::quantity::{ENUMERATIONS, Quantity};
 use hammer::variables::{Role, Slot, VARIABLES, Variable};
@@ -38,7 +36,6 @@ pub fn write(standard: Standard, libraries: &[Binary], licenses: &[License]) -> 
         ("@PARAMETERS@", rows(VARIABLES.iter().filter_map(parameter))),
         ("@INPUTS@", rows(VARIABLES.iter().filter_map(input))),
         ("@OUTPUTS@", rows(VARIABLES.iter().filter_map(output))),
-        ("@WAVES@", rows(ALONG.iter().enumerate().map(wave))),
         ("@ENUMERATIONS@", rows(enumerations())),
         ("@PRESETS@", rows(presets())),
         ("@PLATFORMS@", rows(libraries.iter().flat_map(platform))),
@@ -68,12 +65,6 @@ fn number(value: impl ToString) -> Cell {
 
 fn name(name: &str) -> Cell {
     format!("<td class=\"n\"><code>{}</code></td>", escape(name))
-}
-
-fn wave((index, family): (usize, &Along)) -> Vec<Cell> {
-    let indexed = format!("{}[1]", family.name);
-    let first = number(waves::first(index));
-    vec![name(&indexed), first, unit(&family.quantity), text(family.description)]
 }
 
 fn unit(quantity: &Quantity) -> Cell {

@@ -115,7 +115,7 @@ def test_info_tells_units_domains_and_presets(capsys: pytest.CaptureFixture[str]
         (["optimise", "--free", "feed_force"], "is not NAME=LOW:HIGH"),
         (["optimise", "--goal", "rpo", "--free", "feed_force=1:2"], "no mean is called"),
         (["optimise", "--free", "feed_force=1:"], "feed_force"),
-        (["waves", "-o", "x.foo"], "must end in .parquet, .csv, .xlsx, .mat or .fmu"),
+        (["waves", "-o", "x.foo"], "must end in .parquet, .csv, .xlsx or .mat"),
     ],
 )
 def test_mistakes_are_told_in_a_line_before_anything_runs(

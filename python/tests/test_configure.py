@@ -81,22 +81,10 @@ def test_a_configured_fmu_can_be_configured_further(tmp_path: Path) -> None:
         configure({}, two, fmu=two)
 
 
-def test_waves_and_a_scene_go_into_one_file(tmp_path: Path) -> None:
-    file = tmp_path / "waves.fmu"
-    added = configure(SCENE, file, waves=True)
-    assert added > 2 * (16 + 9)
-    assert validate_fmu(str(file)) == []
-    assert outputs(file) == pytest.approx(expected(), rel=1e-9)
-    with pytest.raises(DthHammerError, match="lists waves already"):
-        configure({}, tmp_path / "again.fmu", fmu=file)
-
-
 def test_a_wrong_scene_writes_nothing(tmp_path: Path) -> None:
     file = tmp_path / "my.fmu"
     with pytest.raises(DomainError, match=r"rock\.stiffness"):
         configure({"rock.stiffness": -1.0}, file)
-    with pytest.raises(DthHammerError, match="no waves"):
-        configure({"fidelity": "Rigid"}, file, waves=True)
     assert not list(tmp_path.iterdir())
 
 

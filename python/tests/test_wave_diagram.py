@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
-from zipfile import ZipFile
 
-import fmpy
 import matplotlib.image as mpimg
 import numpy as np
 import pandas as pd
@@ -23,10 +21,7 @@ from dth_hammer import (
     waves,
 )
 from dth_hammer.cli import main
-from dth_hammer.fmu import configure, load
 from dth_hammer.run.diagram import Waves
-from fmpy.validation import validate_fmu
-from lxml import etree
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import QuadMesh
 from scipy.integrate import simpson
@@ -186,49 +181,6 @@ def test_the_words_of_the_diagram_stand_apart_and_in_order() -> None:
     assert all(below.y1 <= above.y0 for below, above in pairwise(boxes))
 
 
-@pytest.fixture(scope="module")
-def variant(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("variant") / "waves.fmu"
-    assert main(["waves", "--elements", "12", "7", "-o", str(out)]) == 0
-    return out
-
-
-def test_a_variant_is_an_fmu_by_the_standard(variant: Path) -> None:
-    assert validate_fmu(str(variant)) == []
-    schemas = Path(fmpy.__file__).with_name("schema") / "fmi2"
-    schema = etree.XMLSchema(etree.parse(schemas / "fmi2ModelDescription.xsd"))
-    root = etree.fromstring(ZipFile(variant).read("modelDescription.xml"))
-    assert schema.validate(root.getroottree()), schema.error_log
-    names = [v.get("name") for v in root.iter("ScalarVariable")]
-    assert len(names) == len(set(names)) == len(VARIABLES) + 2 * (12 + 7) + 2
-    for part in ("Outputs", "InitialUnknowns"):
-        indices = [int(unknown.get("index")) for unknown in root.find(f"ModelStructure/{part}")]
-        assert indices == sorted(indices)
-        assert indices[-40:] == [*range(len(names) - 39, len(names) + 1)]
-    assert all(u.get("dependencies") == "" for u in root.find("ModelStructure/Outputs")[-40:])
-
-
-# That mesh is too coarse for the contact's penalty, which the FMU warns of.
-@pytest.mark.filterwarnings("ignore::dth_hammer.HammerWarning")
-def test_a_variant_gives_what_the_plain_fmu_gives_when_asked(variant: Path) -> None:
-    # This host sets no start value: the mesh comes with the FMU.
-    result = fmpy.simulate_fmu(str(variant), stop_time=FIRST, output_interval=0.005)
-    plain = simulate({"piston.elements": 12, "bit.elements": 7}, FIRST, step=0.005, waves=True)
-    names = [name for name in plain if str(name).endswith("]")]
-    assert len(names) == 40
-    for name in names:
-        np.testing.assert_array_equal(result[name], plain[name], err_msg=name)
-
-
-def test_a_variant_keeps_its_mesh(variant: Path, tmp_path: Path) -> None:
-    root = load(variant).description
-    nodes = {n.get("name"): n[0] for n in root.iterfind("ModelVariables/ScalarVariable")}
-    limits = [(nodes["bit.elements"].get(k), nodes["fidelity"].get(k)) for k in ("min", "max")]
-    assert limits == [("7", "2"), ("7", "2")]
-    with pytest.raises(DthHammerError, match="would overwrite"):
-        configure({}, variant, waves=True, fmu=variant)
-
-
 def test_the_command_draws_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     plot, table = tmp_path / "waves.png", tmp_path / "waves.parquet"
     quick = ["waves", "--elements", "10", "10", "--until", "30 ms"]
@@ -243,8 +195,8 @@ def test_the_command_draws_and_writes(tmp_path: Path, capsys: pytest.CaptureFixt
     ("arguments", "message"),
     [
         ([], "nothing to write"),
-        (["--elements", "0", "20", "-o", "a.fmu"], "piston.elements = 0 is not within 1 and"),
-        (["--elements", "20", "20", "-o", "a.txt", "--until", "0.03"], ".xlsx, .mat or .fmu"),
+        (["--elements", "0", "20", "-o", "a.csv"], "piston.elements = 0 is not within 1 and"),
+        (["--elements", "20", "20", "-o", "a.txt", "--until", "0.03"], ".xlsx or .mat"),
     ],
 )
 def test_mistakes_are_told_in_a_line(

@@ -23,6 +23,21 @@ extern "C" fn dth_datasheet(request: Text, answer: Out<u8>, room: usize) -> usiz
     found.len()
 }
 
+/// Stresses in the elements of piston (0) or bit (1), as far as there is room, and their number; 0 without
+/// an instance. Hosts read the arrays of FMI 3.0 in place of it.
+#[unsafe(no_mangle)]
+extern "C" fn dth_stress(me: Handle, body: usize, out: Out<f64>, room: usize) -> usize {
+    let mut count = 0;
+    call(me, |instance| {
+        let profile = instance.profile()?;
+        let stress = if body == 0 { &profile.piston_stress } else { &profile.bit_stress };
+        count = stress.len();
+        let mut values = stress.iter().take(room).enumerate();
+        values.try_for_each(|(index, stress)| out.write(index, *stress, "values"))
+    });
+    count
+}
+
 /// Names of the means of [`dth_steady`], a line each.
 #[unsafe(no_mangle)]
 extern "C" fn dth_steady_names() -> *const c_char {

@@ -12,11 +12,9 @@ use super::inputs::Inputs;
 use super::settings::Settings;
 use super::values::row;
 use super::{Instance, Phase, finite};
-use crate::blows;
 use crate::capabilities::OVER_STEP;
 use crate::error::CallError;
 use crate::events::Extra;
-use crate::waves::Place;
 use hammer::Scene;
 use hammer::sensitivity::{Argument, Derivative, Sample, derivatives, over_step};
 use hammer::variables::{Read, Role, Slot, VARIABLES};
@@ -128,11 +126,8 @@ impl Instance {
 
     /// The scalars of a real output.
     fn output_values(&mut self, reference: u32) -> Result<Vec<f64>, CallError> {
-        let is_more = match self.face {
-            Face::Three { .. } => Extra::of(reference).is_some_and(Extra::is_output),
-            Face::Two => Place::of(reference).is_some() || blows::Place::of(reference).is_some(),
-        };
-        if !is_more {
+        let of_three = self.face != Face::Two;
+        if !(of_three && Extra::of(reference).is_some_and(Extra::is_output)) {
             output(reference)?;
         }
         let mut found = Vec::new();

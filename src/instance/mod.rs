@@ -128,7 +128,7 @@ pub struct Instance {
 impl Instance {
     /// A new instance of a variant, with debug logging on or off.
     pub fn new(variant: Variant, face: Face, debug: bool) -> Self {
-        let mut settings = Settings::of(&variant.parameters());
+        let mut settings = Settings::of(&Parameters::default());
         let (mut inputs, mut events) = (InputValues::default(), Events::default());
         for (reference, value) in variant.start_values() {
             let row = *reference as usize;
@@ -445,7 +445,6 @@ impl Instance {
         if matches!(self.phase, Phase::Instantiated | Phase::Initialization) {
             let origin = (self.settings.parameters()?, self.inputs.starting(), self.start);
             if self.origin != Some(origin) {
-                self.variant.check(&origin.0)?;
                 self.waves = None;
                 let begin = origin.2 - zero_of(origin.2);
                 self.machine = Some(Machine::new(&origin.0, &origin.1, begin)?);

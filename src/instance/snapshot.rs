@@ -67,10 +67,7 @@ impl Instance {
             )));
         }
         match &snapshot.engine {
-            Some(state) => {
-                self.variant.check(state.parameters())?;
-                self.restore_engine(state)?;
-            }
+            Some(state) => self.restore_engine(state)?,
             None => self.machine = None,
         }
         self.waves = None;

@@ -3,7 +3,6 @@
 use super::events::Mode;
 use super::values::{INTEGER, REAL, check, read_only, row, sound};
 use super::{Instance, Phase, finite};
-use crate::blows::Place;
 use crate::error::CallError;
 use crate::events::{Extra, Length, MAX_LENGTH};
 use hammer::families::{ALONG, OF_BLOW};
@@ -77,7 +76,7 @@ impl Instance {
         let blows = self.machine()?.step_blows();
         let last = blows.iter().skip(blows.len().saturating_sub(room));
         found.extend(last.map(OF_BLOW[figure].value));
-        if Place::Of(figure, 0).is_time() {
+        if OF_BLOW[figure].output == "blow_time" {
             found[before..].iter_mut().for_each(|time| *time = self.on_clock(*time));
         }
         found.resize(before + room, 0.0);

@@ -2,9 +2,7 @@
 
 use super::events::Mode;
 use super::{Instance, Phase, finite};
-use crate::blows;
 use crate::error::CallError;
-use crate::waves::Place;
 use hammer::variables::{Role, Slot, VARIABLES, Variable};
 use hammer::{Error, Input, MAX_INPUT_ORDER, Profile};
 
@@ -30,13 +28,6 @@ impl Instance {
     /// # Errors
     /// No such variable, or wrong parameters while the scene is not yet made.
     pub fn real(&mut self, reference: u32) -> Result<f64, CallError> {
-        if let Some(place) = Place::of(reference) {
-            return self.wave(place);
-        }
-        if let Some(place) = blows::Place::of(reference) {
-            let value = place.read(self.machine()?).map_err(CallError::Argument)?;
-            return Ok(if place.is_time() { self.on_clock(value) } else { value });
-        }
         match &row(reference, REAL)?.role {
             Role::Parameter { slot: Slot::Real(..), .. } => {
                 Ok(self.settings.get(reference as usize))
@@ -60,15 +51,8 @@ impl Instance {
         }
     }
 
-    /// A stress or velocity along a bar.
-    fn wave(&mut self, place: Place) -> Result<f64, CallError> {
-        let parameters = *self.machine()?.parameters();
-        let value = place.read(self.profile()?, &parameters).map_err(CallError::Argument)?;
-        sound(place.family().name, value)
-    }
-
     /// Waves along the bars, all computed when one of them is first read.
-    pub(super) fn profile(&mut self) -> Result<&Profile, CallError> {
+    pub fn profile(&mut self) -> Result<&Profile, CallError> {
         self.machine()?;
         let Some(machine) = &self.machine else { return Err(CallError::Failed) };
         Ok(self.waves.get_or_insert_with(|| machine.profile()))
@@ -139,12 +123,6 @@ impl Instance {
     pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
         self.demand_settable("SetReal", references)?;
         for (reference, value) in references.iter().zip(values) {
-            if let Some(place) = Place::of(*reference) {
-                return Err(read_only(place.family().name));
-            }
-            if blows::Place::of(*reference).is_some() {
-                return Err(read_only("a blow"));
-            }
             let variable = row(*reference, REAL)?;
             match &variable.role {
                 Role::Parameter { slot: Slot::Real(..), .. } => self.may_set(variable)?,

@@ -17,13 +17,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from zipfile import ZipFile
 
-import dth_hammer
 import fmpy
 import numpy as np
 import pandas as pd
 import pytest
 from cofmupy import Coordinator
-from dth_hammer.fmu import configure
 from fmpy.validation import validate_fmu
 from fmu import Instance, Package
 from hosting import END, SCENE, STEP, Trajectory, assert_same
@@ -320,42 +318,3 @@ def test_fmuloader(fmu_path: Path, outputs: list[str], expected: Trajectory) -> 
         hammer.terminate()
         hammer.free_instance()
     assert_same(dict(zip(outputs, np.transpose(rows), strict=True)), expected)
-
-
-MESH = {"piston.elements": 18, "bit.elements": 17}
-
-
-@pytest.fixture
-def variant(fmu_path: Path, tmp_path: Path) -> Path:
-    """The FMU that lists stress and velocity along the bars; its mesh is not the default."""
-    file = tmp_path / "waves.fmu"
-    configure(MESH, file, waves=True, fmu=fmu_path)
-    return file
-
-
-@pytest.fixture(scope="module")
-def inside() -> Trajectory:
-    """What the native module says of the same mesh."""
-    # The scene strikes harder than steel lasts, so that a blow comes early.
-    with pytest.warns(dth_hammer.HammerWarning, match="does not last beyond"):
-        frame = dth_hammer.simulate(SCENE | MESH, END, step=STEP, waves=True)
-    return {str(name): frame[name].to_numpy() for name in frame if str(name).endswith("]")}
-
-
-def test_a_variant_in_sofirpy(variant: Path, inside: Trajectory) -> None:
-    with contextlib.redirect_stderr(io.StringIO()):  # a progress bar
-        table = simulate(
-            stop_time=END,
-            step_size=STEP,
-            fmu_paths={"hammer": variant},
-            start_values={"hammer": dict(SCENE)},
-            parameters_to_log={"hammer": list(inside)},
-        )
-    assert_same({name: table[f"hammer.{name}"] for name in inside}, inside)
-
-
-def test_a_variant_in_fmi_rs(
-    importer: Path, variant: Path, tmp_path: Path, inside: Trajectory
-) -> None:
-    rows = at_points(imported(importer, variant, tmp_path))
-    assert_same({name: rows[name].to_numpy() for name in inside}, inside)

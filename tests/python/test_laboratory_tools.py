@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from browsing import OPEN, PHONE, blows, settled, wait
+from dth_hammer import Hammer
 from fmu import Instance, Package
 from playwright.sync_api import Page, expect
 
@@ -94,14 +95,11 @@ def test_the_wave_diagram_is_the_fmus(opened: OPEN, package: Package) -> None:
     width, height = frame["right"] - left, frame["bottom"] - top
     limit = page.evaluate("waves.limit")
     colours = page.evaluate("stressColours(palette.paper)")
-    first = page.evaluate(
-        "BODIES.map(b => [`${b}_stress`]).map(([n]) => description.families[n].first)"
-    )
     times = np.array(page.evaluate("Array.from(laboratory.cycle.time)"))
     after = times - page.evaluate("laboratory.cycle.impact")
     colours_met = set()
     spans = int(package.start("piston.elements"))
-    with Instance(package) as hammer:
+    with Hammer() as hammer:
         for column in range(20, int(width), 41):
             moment = -3e-5 + (column + 0.5) / width * 6.2e-4
             sample = np.flatnonzero(after <= moment).max()
@@ -111,7 +109,7 @@ def test_the_wave_diagram_is_the_fmus(opened: OPEN, package: Package) -> None:
                 if abs(place - round(place)) < 0.1:
                     continue
                 body, element = divmod(int(place), spans)
-                stress = hammer.slave.getReal([first[body] + element])[0]
+                stress = hammer[f"{('piston', 'bit')[body]}_stress[{element + 1}]"]
                 part = max(-1.0, min(1.0, stress / limit))
                 expected = colours[100 + math.floor(100 * part + 0.5)]
                 found = pixels(page, "waves", left + column, top + row, 1, 1)[0, :3]
@@ -140,11 +138,10 @@ def test_pointing_at_a_wave_shows_the_hammer_at_that_moment(opened: OPEN, packag
     assert time - impact == pytest.approx(-3e-5 + 0.2 * 6.2e-4, abs=3e-6)
     reading = page.inner_text("#wave-text")
     below = float(reading.split("impact, ")[1].split()[0])
-    with Instance(package) as hammer:
+    with Hammer() as hammer:
         hammer.advance(time)
-        first = page.evaluate("description.families.bit_stress.first")
         span = 1e3 * package.start("bit.length") / package.start("bit.elements")
-        stress = hammer.slave.getReal([first + int(below / span)])[0]
+        stress = hammer[f"bit_stress[{int(below / span) + 1}]"]
     number = float(reading.rsplit(": ", 1)[1].split()[0].replace(MINUS, "-"))
     assert number == pytest.approx(1e-6 * stress, rel=5e-3)
     page.mouse.move(0, 0)

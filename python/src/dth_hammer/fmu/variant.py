@@ -1,12 +1,11 @@
-"""FMUs for other hosts: one that starts as a scene, lists the waves on a mesh, or has arrays.
+"""FMUs for other hosts: one that starts as a scene, or has arrays.
 
 Many hosts cannot set an enumeration, some set nothing at all. `configure` writes the scene
 into the description's start values, and so that the library knows of it into a section that the
 library keeps for it. The GUID (in FMI 3.0 the instantiation token), which every host hands over,
-says that both belong together: the plain one and a sign of that text. Outputs of FMI 2.0 are a
-list, so for waves a mesh must be chosen, which then is part of the text too. FMI 3.0 has arrays for
-them, which many importers stop at, so they are in a variant too. But for the section the libraries
-are the same.
+says that both belong together: the plain one and a sign of that text. FMI 3.0 has arrays of waves
+and blows, which many importers stop at, so they are in a variant too. But for the section the
+libraries are the same.
 """
 
 from __future__ import annotations
@@ -19,21 +18,17 @@ import zipfile
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree as ET
 
-from .. import _native
 from ..errors import DthHammerError
 from ..run.hammer import Hammer
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of, scene_of
-from ..scene.mesh import ELASTIC, FIDELITY
-from ..scene.variables import VARIABLES, Value, Variable, whole
+from ..scene.variables import VARIABLES, Value, Variable
 from .package import DESCRIPTION, IDENTITY, Package, inspect, load
 
 DOCUMENTATION = "documentation/index.html"
 #: Where the documentation tells what a file was configured to.
 NOTE = "<!--configured-->"
-WAVES = "-waves-"
 ARRAYS = "-arrays"
 #: What the section of a library begins with, and how many bytes it has behind that.
 MARK, ROOM = b"dth_hammer: this unit starts as:", 1 << 14
@@ -46,8 +41,6 @@ TOLD = {
 #: Files that are of the plain FMU alone, as its reference results.
 PLAIN = "extra/"
 TRUTHS = {0: "false", 1: "true"}
-#: Attributes of an annotation that belong to the type, as a description writes them.
-TYPE = ("declaredType", "unit", "displayUnit", "nominal")
 
 
 def configure(
@@ -56,7 +49,6 @@ def configure(
     *,
     preset: str | None = None,
     rock: Rocklike = None,
-    waves: bool = False,
     arrays: bool = False,
     fmu: str | Path | Package | None = None,
     fmi: int = 2,
@@ -73,8 +65,8 @@ def configure(
         out: the .fmu to write.
         preset: parameter set that a mapping is laid over.
         rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
-        waves: lists stress and velocity along the scene's mesh among the outputs.
-        arrays: with FMI 3, lists the same, and the blows of a step, as arrays.
+        arrays: with FMI 3, lists stress and velocity along the bodies, and the blows of a step, as
+            arrays.
         fmu: file to use in place of the one in the package.
         fmi: version of FMI, 2 or 3, of the one in the package.
 
@@ -100,10 +92,8 @@ def configure(
     Hammer(given, quiet=True).close()
     if unknown := [name for name in given if name not in rows]:
         raise DthHammerError(f"{package.path.name} is of an older version: it has no {unknown[0]}")
-    fixed = _mesh_of_waves(package, given) if waves else {}
-    text = _identify(root, package, {**given, **beside}, fixed, arrays=arrays)
-    _start(root, {n: v for n, v in {**given, **beside}.items() if n not in fixed})
-    added += _list_waves(root, package, given, fixed) if waves else 0
+    text = _identify(root, package, {**given, **beside}, arrays=arrays)
+    _start(root, {**given, **beside})
     _write(package, out, root, text, {**given, **beside})
     return added
 
@@ -138,24 +128,10 @@ def _beside(root: ET.Element) -> list[Variable]:
     return found
 
 
-def _mesh_of_waves(package: Package, given: Mapping[str, float]) -> dict[str, float]:
-    """Returns the parameters that may have only one value where the waves are listed."""
-    if package.fmi == 3:
-        raise DthHammerError(
-            f"{package.path.name} has the waves as arrays: configure it with arrays (--arrays)"
-        )
-    elastic = VARIABLES[FIDELITY].number(ELASTIC)
-    if given.get(FIDELITY, elastic) != elastic:
-        raise DthHammerError(f"rigid bodies carry no waves: set {FIDELITY} = {ELASTIC}")
-    listed = [f"{body}.elements" for body in _native.elastic_bodies(dict(given))]
-    return {n: whole(given)[n] for n in listed} | {FIDELITY: elastic}
-
-
 def _identify(
     root: ET.Element,
     package: Package,
     given: Mapping[str, float],
-    fixed: Mapping[str, float],
     *,
     arrays: bool,
 ) -> str:
@@ -165,15 +141,10 @@ def _identify(
     rest = _section(package)
     arrays = arrays or rest.endswith(ARRAYS)
     rest = rest.removesuffix(ARRAYS).removeprefix(begin)
-    if WAVES in rest:
-        raise DthHammerError(f"{package.path.name} lists waves already: use the plain FMU")
     rows = _rows(root)
     started = _started(rest) | {rows[n][0]: v for n, v in given.items()}
-    started = {r: v for r, v in started.items() if r not in {rows[n][0] for n in fixed}}
     listed = ",".join(f"{r}:{struct.pack('>d', v).hex()}" for r, v in sorted(started.items()))
-    counts = [f"{value:.0f}" for name, value in fixed.items() if name != FIDELITY]
-    ending = (WAVES + "-".join(counts) if fixed else "") + (ARRAYS if arrays else "")
-    text = (begin + listed if listed else "") + ending
+    text = (begin + listed if listed else "") + (ARRAYS if arrays else "")
     root.set(identity, plain + (_sign(text) if text else ""))
     return text
 
@@ -245,28 +216,6 @@ def _written(kind: str, number: float) -> str:
     return repr(float(number)) if kind in ("Real", "Float64") else f"{number:.0f}"
 
 
-def _list_waves(
-    root: ET.Element, package: Package, given: Mapping[str, float], fixed: Mapping[str, float]
-) -> int:
-    node = root.find("VendorAnnotations/Tool[@name='dth_hammer']/Waves")
-    if node is None:
-        raise DthHammerError(f"{package.path.name} does not list stresses along its bodies")
-    families = {row.attrib["name"]: row.attrib for row in node.iter("Family")}
-    variables, structure = root.find("ModelVariables"), root.find("ModelStructure")
-    assert variables is not None
-    assert structure is not None
-    # Some parameters are left one value only.
-    for variable in variables:
-        number = fixed.get(variable.attrib["name"])
-        if number is not None:
-            variable[0].attrib.update(dict.fromkeys(("start", "min", "max"), f"{number:.0f}"))
-    names = _native.wave_names({**given, **fixed})
-    for name in names:
-        family, _, index = name.rstrip("]").partition("[")
-        _add(variables, structure, families[family], name, int(index))
-    return len(names)
-
-
 def _list_arrays(root: ET.Element, package: Package) -> int:
     """Lists the arrays and returns the number of outputs added."""
     node = root.find("Annotations/Annotation[@type='dth_hammer.arrays']/Arrays")
@@ -294,29 +243,6 @@ def _list_arrays(root: ET.Element, package: Package) -> int:
         widest = max((part.get("dependencies", "") for part in structure), key=len)
         ET.SubElement(structure, "InitialUnknown", unknown | {"dependencies": widest})
     return added
-
-
-def _add(
-    variables: ET.Element, structure: ET.Element, row: Mapping[str, str], name: str, index: int
-) -> None:
-    attributes = {
-        "name": name,
-        "valueReference": str(int(row["firstValueReference"]) + index - 1),
-        "description": row["description"],
-        "causality": "output",
-        "variability": "continuous",
-        "initial": "calculated",
-    }
-    node = ET.SubElement(variables, "ScalarVariable", attributes)
-    ET.SubElement(node, "Real", {key: row[key] for key in TYPE if key in row})
-    position: dict[str, Any] = {"index": str(len(variables))}
-    for part in ("Outputs", "InitialUnknowns"):
-        place = structure.find(part)
-        assert place is not None
-        known = (
-            [row.get("dependencies", "") for row in place] if part == "InitialUnknowns" else [""]
-        )
-        ET.SubElement(place, "Unknown", position | {"dependencies": max(known, key=len)})
 
 
 def _text(name: str, number: float) -> str:
