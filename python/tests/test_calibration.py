@@ -123,11 +123,49 @@ def test_a_population_is_drawn_from_a_likelihood_with_two_modes() -> None:
 
 
 def test_a_measurement_beyond_all_hammers_does_not_fit() -> None:
-    # One measurement of one parameter: no degrees of freedom, and 34 m/s is no rate.
-    with pytest.warns(HammerWarning, match="does not describe"):
-        fit = calibrate(RIGID, {"rop": (34.0, 0.3)}, ["rock.stiffness"])
+    # One measurement of one parameter: no degrees of freedom, and millimetres are no metres.
+    with pytest.warns(HammerWarning, match="does not describe .* is the unit of tip_rate right"):
+        fit = calibrate(RIGID, {"tip_rate": (34.0, 0.3)}, ["rock.stiffness"])
     assert fit.degrees_of_freedom == 0
     assert "chi-square" in fit.misfit
+    for name, value in (("rop", "34 m/s"), ("blow_energy", "0.2 J"), ("blow_frequency", "0 Hz")):
+        with pytest.raises(DomainError, match="is the unit right"):
+            calibrate(RIGID, {name: (value, 1.0)}, ["rock.stiffness"])
+
+
+@pytest.mark.parametrize(("low", "seed"), [(1e6, 3), (1e4, 2)])
+def test_every_hammer_that_is_told_meets_what_was_measured(low: float, seed: int) -> None:
+    # 34 mm/s is that of one rock and, by the fitted surface alone, of others that give 26 to 53.
+    free = {"rock.stiffness": (low, 1e9)}
+    fit = calibrate(RIGID, {"tip_rate": ("34 mm/s", "0.5 mm/s")}, free, seed=seed)
+    for stiffness in [*fit.modes["rock.stiffness"], *fit.table()["median"]]:
+        rate = steady(RIGID | {"rock.stiffness": stiffness})["tip_rate"]
+        assert rate == pytest.approx(0.034, abs=4.0 * 5e-4)
+    assert fit.modes["share"].sum() == pytest.approx(1.0)
+    assert (np.diff(np.log(np.sort(fit.modes["rock.stiffness"]))) > 0.01).all()
+    # What is found is what the fitted hammer does, to rounding.
+    found = steady(RIGID | dict(fit.parameters))["tip_rate"]
+    assert fit.residuals.loc["tip_rate", "found"] == pytest.approx(found, rel=1e-12)
+
+
+def test_idle_seconds_and_nulls_of_a_log_are_no_rates() -> None:
+    log = ["18.2 cm/min", "17.9 cm/min", "0 cm/min", "18.6 cm/min", "-999.25 cm/min", "18.4 cm/min"]
+    with pytest.warns(HammerWarning, match="2 of 6 values of rop are not above 0"):
+        fit = calibrate(RIGID, {"rop": log}, ["rock.specific_energy"])
+    assert fit.residuals.loc["rop", "measured"] == pytest.approx(0.18275 / 60, rel=1e-12)
+    # A rate is the power to the rock over the specific energy, so one says the other.
+    energy = steady(RIGID).specific_energy("18.275 cm/min")
+    assert fit.table().loc["rock.specific_energy", "median"] == pytest.approx(energy, rel=0.02)
+
+
+def test_a_rate_is_no_better_known_than_the_specific_energy_of_its_rock() -> None:
+    rate, known = steady(RIGID)["rop"], whole(RIGID)["rock.specific_energy_factor"]
+    fit = calibrate(RIGID, {"rop": (rate, 0.01 * rate)}, ["drive.amplitude"])
+    # 80 % of a normal number of that error are within the factor.
+    error = rate * np.hypot(0.01, np.log(known) / 1.2816)
+    assert fit.residuals.loc["rop", "error"] == pytest.approx(error, rel=1e-12)
+    exact = calibrate(RIGID, {"rop": (rate, 0.01 * rate)}, ["rock.specific_energy"])
+    assert exact.residuals.loc["rop", "error"] == pytest.approx(0.01 * rate, rel=1e-12)
 
 
 def test_one_wild_measurement_moves_a_robust_fit_less() -> None:

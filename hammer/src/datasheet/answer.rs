@@ -32,7 +32,7 @@ impl Datasheet {
         let mut contradictions: Vec<String> = off.map(|(_, compared)| sentence(compared)).collect();
         contradictions.extend(self.impossible(sample));
         let mut scene = match self.hammer(&base, sample) {
-            Ok(scene) => scene,
+            Ok((scene, _)) => scene,
             Err(DatasheetError::Engine(error)) => return Err(error.into()),
             Err(other) => {
                 contradictions.push(format!("No steady blow is found: {other}."));
@@ -41,16 +41,22 @@ impl Datasheet {
         };
         let (energy, [low, high]) = sample.number(|m| m.specific_energy);
         let rock = &mut scene.parameters.rock;
+        let mut assumed = self.assumptions();
         if self.get(Quantity::Rate).is_some() {
             rock.specific_energy = energy;
             rock.specific_energy_factor = (high / low).sqrt();
+            let [energy, low, high] = [energy, low, high].map(|x| digits((1e-6 * x).round()));
+            assumed.push(format!(
+                "The specific energy, {energy} MJ/m3 ({low} to {high}), is that with which this hammer drills at the \
+                 measured rate."
+            ));
         }
         Ok(Solution {
             scene,
             compared: compared.into_iter().map(|(_, compared)| compared).collect(),
             found,
             weights: sample.members.iter().map(|member| member.weight).collect(),
-            assumed: self.assumptions(),
+            assumed,
             contradictions,
         })
     }
@@ -148,26 +154,29 @@ impl Datasheet {
         list
     }
 
-    /// The middle hammer, in the rock of a scene: moved until it strikes as the sample says.
-    fn hammer(&self, base: &Scene, sample: &Sample) -> Result<Scene, DatasheetError> {
+    /// The middle hammer, in the rock of a scene, moved until it strikes as the sample says, and its blow.
+    pub(super) fn hammer(
+        &self,
+        base: &Scene,
+        sample: &Sample,
+    ) -> Result<(Scene, AirBlow), DatasheetError> {
         let [energy, frequency] =
             [sample.number(|m| m.blow.energy).0, sample.number(|m| m.blow.frequency).0];
         let mut hammer = sample.hammer;
-        let mut scene = self.dressed(base, &hammer)?;
-        for _ in 0..ROUNDS {
+        let mut round = 0;
+        loop {
+            let scene = self.dressed(base, &hammer)?;
             let (blow, _) = AirBlow::of(&scene, true)?;
             let [more, faster] = [energy / blow.energy, frequency * blow.period].map(math::ln);
-            if more.abs().max(faster.abs()) < CLOSE {
-                break;
+            if round == ROUNDS || more.abs().max(faster.abs()) < CLOSE {
+                return Ok((scene, blow));
             }
+            round += 1;
             // Energy goes with area and stroke, the square of the frequency with area over stroke.
             let by = |x: f64| math::exp((0.5 * x).clamp(-0.3, 0.3));
             hammer.bore *= by(0.5 * (more + 2.0 * faster));
             hammer.height *= by(more - 2.0 * faster);
-            let next = self.dressed(base, &hammer);
-            scene = next?;
         }
-        Ok(scene)
     }
 
     /// A scene of such a hammer: `height` is the stroke over the presets', `flow` the area of a port.

@@ -122,7 +122,15 @@ impl Datasheet {
     /// # Errors
     /// A number that no hammer has; too little to find a hammer.
     pub fn solve(&self, base: &Scene) -> Result<Solution, DatasheetError> {
-        let (scene, sample) = self.drawn(base)?;
+        let (scene, mut sample) = self.drawn(base)?;
+        if self.get(Quantity::Rate).is_some() {
+            // Measured at the sheet's pressure, whichever is worked at.
+            let measured = Self { at: None, ..self.clone() };
+            let (scene, own) = measured.drawn(base)?;
+            if let Ok((_, blow)) = measured.hammer(&scene, &own) {
+                sample.take_share(blow.rock_work / blow.energy);
+            }
+        }
         self.answer(scene, &sample)
     }
 

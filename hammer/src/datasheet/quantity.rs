@@ -99,6 +99,11 @@ impl Quantity {
         self.row().meaning
     }
 
+    /// Least and largest of real hammers, SI.
+    pub fn range(self) -> [f64; 2] {
+        self.row().range
+    }
+
     /// Standard error of what a datasheet says, over the number; infinite of what is not fitted.
     pub fn error(self) -> f64 {
         self.row().error.unwrap_or(f64::INFINITY)
@@ -109,7 +114,7 @@ impl Quantity {
     /// # Errors
     /// The number is not in the range of real hammers.
     pub fn check(self, value: f64) -> Result<(), ParameterError> {
-        let [low, high] = self.row().range;
+        let [low, high] = self.range();
         let unit = self.unit().trim_start_matches('1');
         Domain::Between(low, high).check(self.name(), value, unit)
     }

@@ -106,6 +106,14 @@ impl Sample {
         Ok(Self { members: members.collect(), hammer, solved, asked_speed })
     }
 
+    /// Takes the share of a simulated hammer, which a measured rate makes the specific energy of, for the middle one.
+    pub fn take_share(&mut self, share: f64) {
+        for member in &mut self.members {
+            member.share *= share / SHARE.0;
+            member.specific_energy *= share / SHARE.0;
+        }
+    }
+
     /// What is given, and what the members have of it.
     pub fn solved(&self) -> &[(Row, f64)] {
         &self.solved
@@ -149,12 +157,14 @@ impl Member {
         let known = math::ln(p.rock.specific_energy_factor) / WIDE;
         let hardness = if sheet.own_rock { 0.0 } else { math::ln(HARDNESS) / WIDE };
         let area = p.work_per_length() / p.rock.specific_energy;
-        let specific_energy = match sheet.get(Quantity::Rate) {
+        // A rock's specific energy counts the work that the hammer's model gives it: where a measured rate says it,
+        // it is of the middle share.
+        let (drilling, specific_energy) = match sheet.get(Quantity::Rate) {
             Some(rate) => {
                 let rate = rate * about(OF_RATE, Quantity::Rate.error());
-                share * own.power() / (area * rate)
+                (SHARE.0, SHARE.0 * own.power() / (area * rate))
             }
-            None => p.rock.specific_energy * about(OF_ENERGY, known),
+            None => (share, p.rock.specific_energy * about(OF_ENERGY, known)),
         };
         let usual = scene.inputs.feed_force * about(OF_FEED, math::ln(FEED) / WIDE);
         Self {
@@ -164,7 +174,7 @@ impl Member {
             stiffness: p.rock.stiffness * about(OF_HARDNESS, hardness),
             specific_energy,
             feed: sheet.get(Quantity::Feed).unwrap_or(usual),
-            rate: share * blow.power() / (area * specific_energy),
+            rate: drilling * blow.power() / (area * specific_energy),
         }
     }
 }

@@ -12,13 +12,15 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::HashMap;
 
-/// Of each number that a datasheet may give: name, unit, unit of the trade and how many of the SI unit
-/// that is, meaning.
+/// Name, unit, unit of the trade and how many of the SI unit that is, range of real hammers, meaning.
+type Number = (&'static str, &'static str, &'static str, f64, [f64; 2], &'static str);
+
+/// Of each number that a datasheet may give.
 #[pyfunction]
-pub fn datasheet_numbers() -> Vec<(&'static str, &'static str, &'static str, f64, &'static str)> {
+pub fn datasheet_numbers() -> Vec<Number> {
     let row = |quantity: Quantity| {
         let (field, size) = quantity.field_unit();
-        (quantity.name(), quantity.unit(), field, size, quantity.meaning())
+        (quantity.name(), quantity.unit(), field, size, quantity.range(), quantity.meaning())
     };
     Quantity::all().map(row).collect()
 }

@@ -25,6 +25,7 @@ from .scene.scene import Scene as Scene
 from .scene.variables import PRESETS as PRESETS
 from .scene.variables import VARIABLES as VARIABLES
 from .study.calibration import calibrate as calibrate
+from .study.drilling import specific_energy as specific_energy
 from .study.fatigue import SNCurve as SNCurve
 from .study.fatigue import life as life
 from .study.longrun import Steady as Steady

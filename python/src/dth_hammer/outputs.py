@@ -84,8 +84,14 @@ def read(path: Path) -> pd.DataFrame:
         raise DomainError(f"{path.name} must end in {either(STORED)}")
     try:
         if path.suffix.lower() == ".csv":
+            with path.open(encoding="utf-8-sig") as file:
+                between = max(",;\t", key=file.readline().count)
             # As text: how pandas reads a float has changed, and float() is exact.
-            return pd.read_csv(path, dtype=str, keep_default_na=False)
+            table = pd.read_csv(
+                path, sep=between, dtype=str, keep_default_na=False, encoding="utf-8-sig"
+            )
+            # Where no comma is between columns, it is a decimal one.
+            return table if between == "," else table.map(lambda cell: cell.replace(",", "."))
         return pd.read_parquet(path)
     except (ValueError, TypeError, OSError) as error:
         raise DomainError(f"{path} cannot be read as a table: {error}") from None

@@ -25,6 +25,7 @@ COMMANDS = {
     "mesh": "print the mesh that a stated error needs",
     "datasheet": "find the hammer that a datasheet or a catalogue describes, and report on it",
     "compare": "compare two hammers, or one at two pressures, in one rock",
+    "log": "find the rock's specific energy over depth from a drilling log",
     "rock": "list rocks, with sources and scatter, or print the parameters of one under a bit",
     "info": "list variables, units and presets",
 }

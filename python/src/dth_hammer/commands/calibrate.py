@@ -67,9 +67,7 @@ def run(options: argparse.Namespace) -> None:
     common.by_name(pd.DataFrame(index=pd.Index([*units])), units, options.units)
     found = calibrate(**given)
     common.keep_rock(options, found.hammer)
-    values = pd.DataFrame({"value": found.parameters, "error": found.errors})
-    values = values.join(found.interval())
-    table = common.by_name(values, units, options.units)
+    table = common.by_name(found.table(), units, options.units)
     if options.out:
         outputs.write(table, options.out)
     print(common.readable(table))

@@ -116,7 +116,7 @@ def to_digits(number: float, low: float, high: float) -> str:
     """A number to the digits that its range leaves: two where it is wide, four without one."""
     if low * VISIBLE >= high:
         return f"{number:.4g}"
-    return _two_digits(number) if low * 1.3 < high else f"{number:.3g}"
+    return _two_digits(number) if low * 1.3 < high else f"{float(f'{number:.3g}'):.6g}"
 
 
 def _two_digits(number: float) -> str:

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,7 +17,7 @@ from ..contract import typed
 from ..errors import DomainError, warn
 from . import quantities, rocks
 from .band import PER_HOUR, ranged, to_digits
-from .variables import VARIABLES, Value, numbers
+from .variables import VARIABLES, Array, Value, numbers
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,12 @@ class Datasheet:
     compared: tuple[tuple[str, float, float, str, float | None], ...] = ()
     #: Sentences: what was given cannot be had at once, and by how much.
     contradictions: tuple[str, ...] = ()
+    #: What was given to `from_datasheet`.
+    given: Mapping[str, Any] = field(default_factory=dict, repr=False)
+
+    def but(self, **changes: Any) -> Datasheet:
+        """Returns the same sheet but for some numbers: ``sheet.but(at="30 bar")``."""
+        return from_datasheet(**{**self.given, **changes})
 
     def __str__(self) -> str:
         rows = [f"{name} = {_text(name, number)}" for name, number in self.parameters.items()]
@@ -157,14 +164,16 @@ def from_datasheet(
         >>> print(f"{low:.0f} to {high:.0f} m/h")
         8 to 21 m/h
     """
-    arguments = {name: value for name, value in locals().items() if name in UNITS}
+    written = {name: value for name, value in locals().items() if value is not None}
+    arguments = {name: written.get(name) for name in UNITS}
     named: list[str] = []
     if isinstance(rock, str):
         if hole is None and od is None:
             raise DomainError(f"rock {rock!r} depends on the bit: give hole or od")
         usual = None if od is None else _native.usual_hole(quantities.read(od, "m", "od"))
         rock = rocks.rock(rock, hole=usual if hole is None else hole)
-        named = [*rock.assumed]
+        known = rop is not None or specific_energy is not None
+        named = [text for text in rock.assumed if not (known and "pecific energy" in text)]
     own = numbers(None, rock)
     if specific_energy is not None:
         name = "rock.specific_energy"
@@ -192,6 +201,7 @@ def from_datasheet(
         pd.DataFrame({row[0]: row[5] for row in solved["found"]} | {"weight": solved["weights"]}),
         tuple(solved["compared"]),
         tuple(solved["contradictions"]),
+        written,
     )
 
 
@@ -232,10 +242,15 @@ def compare(a: Datasheet, b: Datasheet) -> pd.DataFrame:
         if name in a.members and name in b.members:
             ratios = (a.members[name] / b.members[name]).to_numpy()
             weights = np.sqrt((a.members["weight"] * b.members["weight"]).to_numpy())
-            order = np.argsort(ratios)
-            below = np.cumsum(weights[order]) - 0.5 * weights[order]
-            rows[name] = np.interp([0.5, 0.1, 0.9], below / weights.sum(), ratios[order])
+            rows[name] = spread(ratios, weights)
     return pd.DataFrame.from_dict(rows, orient="index", columns=["ratio", "low", "high"])
+
+
+def spread(values: Array, weights: Array) -> Array:
+    """The middle of weighed values, and the ends of 80 %."""
+    order = np.argsort(values)
+    below = np.cumsum(weights[order]) - 0.5 * weights[order]
+    return np.interp([0.5, 0.1, 0.9], below / weights.sum(), values[order])
 
 
 def _text(name: str, number: float) -> str:
@@ -256,5 +271,6 @@ FIELD: Mapping[str, tuple[float, str]] = {
     "N": (1e-3, "kN"),
     "m": (1e3, "mm"),
     "J/m3": (1e-6, "MJ/m3"),
+    "Pa": (1e-6, "MPa"),
     "m3/s": (60.0, "m3/min"),
 }

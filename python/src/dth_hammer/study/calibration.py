@@ -34,7 +34,7 @@ from ..scene.hammers import Hammerlike, Rocklike, numbers_of
 from ..scene.variables import Array
 from .longrun import Steady, Wanted, named, responses, unit
 from .measurements import GIVE, Free, Measured, Problem, looked_at
-from .posterior import Emulator, modes, population
+from .posterior import LOSSES, Emulator, modes, population
 from .surfaces import Surface, basis, curved_size
 from .trends import table_of
 
@@ -60,8 +60,8 @@ CORRELATED, BLIND = 0.95, 0.5
 #: width by which ends and middle of intervals may move at last; a fit so many deviations from a
 #: mode has missed it.
 TURNS, AMONG, STAYS, MISSED = 6, 8, 0.1, 2.0
-#: A hammer meets what was measured up to so many of its errors.
-MEETS = 4.0
+#: A measured value over the fitted one, either way, beyond which its unit is asked about.
+STRANGE = 10.0
 
 
 @dataclass(frozen=True)
@@ -117,6 +117,11 @@ class Calibration:
         sides = self.samples.quantile([0.5 - 0.5 * level, 0.5 + 0.5 * level]).T
         return sides.set_axis(["low", "high"], axis=1)
 
+    def table(self) -> pd.DataFrame:
+        """Returns medians and 95 % intervals of the samples, and best values with their errors."""
+        own = {"best": self.parameters, "error": self.errors}
+        return pd.DataFrame({"median": self.samples.median(), **self.interval(), **own})
+
     def log_likelihood(self, theta: Sequence[float] | Array) -> Any:
         """Logarithm of the likelihood of parameters, without its constant.
 
@@ -152,13 +157,11 @@ class Calibration:
         return float(found[0]) if points.ndim == 1 else found
 
     def _repr_html_(self) -> str:
-        table = pd.DataFrame({"value": self.parameters, "error": self.errors})
-        table = table.join(self.interval())
         texts = [*self.cannot_tell, *(f"{n} is at its bound" for n in self.at_bounds)]
         texts += [self.misfit] if self.misfit else []
         texts += [self.steady.rate] if self.steady is not None else []
         html = self.residuals.to_html(na_rep="") + "".join(f"<p>{text}</p>" for text in texts)
-        html = table.to_html(float_format="{:.4g}".format) + html
+        html = self.table().to_html(float_format="{:.4g}".format) + html
         return answers.with_figure(html, self.plot, "Fitted less measured, over the error")
 
     def plot(self) -> Any:
@@ -186,7 +189,8 @@ def calibrate(
         hammer: all other parameters, and the first estimate: parameters by name, a preset's name,
             a `Scene` or its file, a `Datasheet`, a `Run`.
         measured: means of `Steady` by name: a value with its standard error, numbers in SI units or
-            text (``("34 mm/s", "0.5 mm/s")``), or three or more repeated measurements.
+            text (``("34 mm/s", "0.5 mm/s")``), or three or more repeated measurements. Unless the
+            rock's specific energy is free, the error of ``rop`` has that of the energy, too.
         free: parameters and constant inputs to estimate, all above 0, optionally with bounds:
             ``{"rock.stiffness": ("50 MN/m", "500 MN/m")}``; otherwise a factor of three both ways.
         records: samples of a force or a motion over time, see `Record`.
@@ -206,9 +210,8 @@ def calibrate(
         >>> print(f"{found.parameters['rock.stiffness']:.2e} N/m")
         1.50e+08 N/m
     """
-    losses = ("linear", "soft_l1", "huber", "cauchy", "arctan")
-    if loss not in losses:
-        raise DomainError(f"loss = {loss!r} must be one of {', '.join(losses)}")
+    if loss not in LOSSES:
+        raise DomainError(f"loss = {loss!r} must be one of {', '.join(LOSSES)}")
     if seed < 0:
         raise DomainError(f"seed = {seed} must be 0 or more")
     problem = looked_at(
@@ -227,28 +230,8 @@ def fitted(problem: Problem, loss: str = "linear", seed: int = 1) -> Calibration
         # A mode that no start has found.
         if all((np.abs(fit.logs - peak) > MISSED * size).any() for fit in fits):
             fits.append(_follow(problem, peak, loss, seed))
-    met = _met(problem, [fit.logs for fit in fits], peaks)
-    return _described(problem, min(fits, key=lambda fit: fit.cost), members, met)
-
-
-def _met(
-    problem: Problem, fits: list[Array], peaks: list[tuple[Array, float]]
-) -> list[tuple[Array, float]]:
-    """The modes whose hammers, simulated, meet the measurements, or the fits next to these."""
-    met: list[tuple[Array, float]] = []
-    for peak, share in peaks:
-        nearest = min(fits, key=lambda logs: float(np.abs(logs - peak).max()))
-        for place in (peak, nearest):
-            off = np.abs(problem.at(place[None])[0] - problem.values) / problem.errors
-            if (off <= MEETS).all():
-                known = [k for k, (other, _) in enumerate(met) if np.allclose(other, place)]
-                if known:
-                    met[known[0]] = (place, met[known[0]][1] + share)
-                else:
-                    met.append((place, share))
-                break
-    total = sum(share for _, share in met)
-    return [(place, share / total) for place, share in met] or peaks[:1]
+    met, left = problem.met([fit.logs for fit in fits], peaks, members)
+    return _described(problem, min(fits, key=lambda fit: fit.cost), left, met)
 
 
 def _weighed(problem: Problem, loss: str, seed: int) -> tuple[Array, list[tuple[Array, float]]]:
@@ -275,8 +258,7 @@ def _weighed(problem: Problem, loss: str, seed: int) -> tuple[Array, list[tuple[
 class _Fit:
     logs: Array
     surface: Surface
-    #: Of the logarithms.
-    covariance: Array
+    covariance: Array  # of the logarithms
     cost: float
 
 
@@ -395,8 +377,6 @@ def _described(
     freedom = len(off) - len(names)
     near = np.minimum(fit.logs - problem.low, problem.high - fit.logs)
     misfit = _misfit(chi_square, freedom)
-    if misfit:
-        warn(misfit)
     ((_, last),) = (
         responses([problem.numbers(fit.logs)], problem.wanted) if problem.means else [(0, None)]
     )
@@ -404,6 +384,13 @@ def _described(
     simulated = problem.values + off * problem.errors
     if last is not None:
         simulated[: len(problem.means)] = table_of([last], problem.means)[0]
+    if misfit:
+        pairs = zip(problem.means, problem.values, simulated, strict=False)
+        strange = [
+            name for name, value, own in pairs if not own < STRANGE * value < STRANGE**2 * own
+        ]
+        misfit += "".join(f"; is the unit of {name} right?" for name in strange)
+        warn(misfit)
     tables = _tables(problem, fit, (simulated - problem.values) / problem.errors)
     return Calibration(
         parameters=pd.Series(best, index=index, name="value"),
@@ -450,9 +437,9 @@ def _tables(problem: Problem, fit: _Fit, off: Array) -> list[pd.DataFrame]:
     }
     indices: list[pd.Index[Any]] = [pd.Index(problem.means)]
     indices += [pd.Index(r.times, name="time") for r in problem.records]
-    ends = np.cumsum([len(index) for index in indices])
-    parts = np.split(np.column_stack([*columns.values()]), ends[:-1])
-    tables = [pd.DataFrame(p, i, [*columns]) for p, i in zip(parts, indices, strict=True)]
+    ends = np.cumsum([len(index) for index in indices])[:-1]
+    parts = zip(np.split(np.column_stack([*columns.values()]), ends), indices, strict=True)
+    tables = [pd.DataFrame(part, index, [*columns]) for part, index in parts]
     tables[0]["unit"] = [unit(named(name)) for name in problem.means]
     tables[0] = beside(tables[0], "found", problem.numbers(fit.logs))
     return tables
@@ -460,14 +447,13 @@ def _tables(problem: Problem, fit: _Fit, off: Array) -> list[pd.DataFrame]:
 
 def _several(names: Sequence[str], peaks: list[tuple[Array, float]]) -> tuple[str, ...]:
     """Says that the likelihood has several modes."""
-    if len(peaks) < 2:
-        return ()
     texts = [
         f"{', '.join(f'{n} = {x:.4g}' for n, x in zip(names, np.exp(peak), strict=True))} "
         f"({share:.0%})"
         for peak, share in peaks
     ]
-    return (f"these measurements allow for {len(texts)} hammers: {'; '.join(texts)}",)
+    text = f"these measurements allow for {len(texts)} hammers: {'; '.join(texts)}"
+    return (text,) if len(texts) > 1 else ()
 
 
 def _blind(problem: Problem, covariance: Array) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .. import _native
 from ..errors import DomainError, RefusedError, warn
 from ..run.gradients import differentiable
 from ..run.records import Record, check, simulated
@@ -24,6 +25,14 @@ Free = Sequence[str] | Mapping[str, tuple[Value, Value] | None]
 FACTOR = 3.0
 #: Means that are no variables, and above 0 wherever there are blows.
 RATES_OF_BLOWS = ("blow_frequency", "period")
+#: Means that a datasheet has too, by its names: hammers have them in a range.
+SHEETS = {"rop": "rop", "blow_energy": "blow_energy", "blow_frequency": "frequency"}
+SHEETS |= {"blow_speed": "impact_speed"}
+RANGES = {row[0]: row[4] for row in _native.datasheet_numbers()}
+#: Standard errors from the middle of a normal number to the ends of 80 %.
+EIGHTY = 1.2816
+#: A hammer meets what was measured to so many errors; modes so near in logarithms are one.
+MEETS, ONE = 4.0, 0.01
 GIVE = "give (value, standard error), or three or more values"
 
 
@@ -86,6 +95,32 @@ class Problem:
         self.logs += [*points]
         self.found += [*self.at(points)]
 
+    def met(
+        self, fits: list[Array], peaks: list[tuple[Array, float]], members: Array
+    ) -> tuple[list[tuple[Array, float]], Array]:
+        """The modes whose hammers, or the fits next to them, meet the measurements when they are
+        simulated, and the members that are nearest to one of these; all if there is none.
+        """
+        places: list[Array] = []
+        own = np.full(len(peaks), -1)
+        for k, (peak, _) in enumerate(peaks):
+            nearest = min(fits, key=lambda logs: float(np.abs(logs - peak).max()))
+            for place in (peak, nearest):
+                off = np.abs(self.at(place[None])[0] - self.values) / self.errors
+                if (off <= MEETS).all():
+                    near = [i for i, p in enumerate(places) if np.abs(p - place).max() < ONE]
+                    own[k] = near[0] if near else len(places)
+                    places += [] if near else [place]
+                    break
+        if not places:
+            return peaks[:1], members
+        wide = np.ptp(members, axis=0) + 1e-12
+        apart = [np.sum(((members - peak) / wide) ** 2, axis=1) for peak, _ in peaks]
+        of = own[np.argmin(apart, axis=0)]
+        shares = np.bincount(of[of >= 0], minlength=len(places)) / np.sum(of >= 0)
+        modes = sorted(zip(places, map(float, shares), strict=True), key=lambda mode: -mode[1])
+        return modes, members[of >= 0]
+
     def within(self, low: Array, high: Array) -> tuple[Array, Array]:
         """Points of a box that have a response, and it over the measurement's error."""
         logs, found = np.array(self.logs), np.array(self.found)
@@ -111,6 +146,10 @@ def looked_at(
     values = np.concatenate([table[:, 0], *(r.values for r in records)])
     errors = np.concatenate([table[:, 1], *(r.errors for r in records)])
     known = whole(given)
+    if "rop" in means and "rock.specific_energy" not in names:
+        # A hammer's rate is known as its rock's specific energy is, unless that is found.
+        own = values[[*means].index("rop")] * np.log(known["rock.specific_energy_factor"]) / EIGHTY
+        errors[[*means].index("rop")] = np.hypot(errors[[*means].index("rop")], own)
     start, low, high = (np.empty(len(names)) for _ in range(3))
     for k, name in enumerate(names):
         start[k] = known[name]
@@ -165,4 +204,10 @@ def _measured(name: str, given: Measured) -> tuple[float, float] | None:
         raise DomainError(f"{name} = {value:g} with error {sigma:g}: an error must be above 0")
     if value <= 0.0 and above:
         raise DomainError(f"{name} = {value:g} {of} is not above 0: is the unit right?")
+    low, high = RANGES[SHEETS[name]] if name in SHEETS else (-np.inf, np.inf)
+    if not low <= value <= high:
+        raise DomainError(
+            f"{name} = {value:g} {of} is not within {low:g} to {high:g} {of}, as of real hammers: "
+            "is the unit right?"
+        )
     return value, sigma

@@ -18,6 +18,8 @@ from ..extras import need
 from ..scene.variables import Array
 from .trends import sobol
 
+#: What large residuals may count, as in `scipy.optimize.least_squares`.
+LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
 #: Most hammers that an emulator is made of: the nearest to what was measured.
 MOST = 150
 #: Bounds of the lengths over those of the parameters, and of the nugget over the variance.
