@@ -30,24 +30,3 @@ TASKS.explore = ({ ask, values }) => {
     hammer.free();
   }
 };
-
-/** One blow on a drill string: when the rock feels it after the impact, s, and the part of its energy
- * that the rock has taken by the time `until`. */
-TASKS.strike = ({ ask, values, until }) => {
-  library.take();
-  const hammer = new Hammer(library, description, values);
-  try {
-    const [force, count] = [references(["rock_force"]), references(["contact_count"])];
-    const atRest = hammer.reals(force)[0];
-    let [struck, felt] = [null, null];
-    while (hammer.time < until) {
-      hammer.advance(hammer.time + FINE * 5);
-      if (struck === null && hammer.reals(count)[0] > 0) struck = hammer.time;
-      if (felt === null && hammer.reals(force)[0] > 2 * atRest + 1e4) felt = hammer.time;
-    }
-    const [energy, broken, viscous] = hammer.reals(references(["blow_energy", "energy_rock_dissipated", "energy_viscous"]));
-    postMessage({ kind: "explored", ask, arrival: felt - struck, share: (broken + viscous) / energy });
-  } finally {
-    hammer.free();
-  }
-};

@@ -20,10 +20,11 @@ class Picture {
 
   /** Takes a cycle, what its bodies measure, and of the scene: the gap at the start, the hole's
    * diameter, how far the bit can hang out of the chuck (0: there is no casing), rods between piston
-   * and bit. */
-  show(cycle, bodies, { gap, diameter, travel, rods = 0 }) {
+   * and bit. `scale`: stress and pressure with the full colour, Pa, and the piston's highest rise, m, where several
+   * cycles are to be compared. */
+  show(cycle, bodies, { gap, diameter, travel, rods = 0, scale = {} }) {
     Object.assign(this, { cycle, bodies, gap, travel, rods });
-    this.limit = Math.max(1e6, ...cycle.stress.map(largest));
+    this.limit = scale.limit ?? Math.max(1e6, ...cycle.stress.map(largest));
     const start = Math.max(0, cycle.time.findIndex((time) => time >= cycle.impact));
     this.base = cycle.tip_depth[start];
     const [piston, bit] = bodies, radius = (area) => Math.sqrt(area / Math.PI);
@@ -38,9 +39,9 @@ class Picture {
     this.hole = { bore, shank, radius: hole, casing };
     this.string = rods ? STRING * bit.length : 0;
     this.pushed = Math.max(1, largest([cycle.applied_drive_force]));
-    this.pressed = Math.max(1, largest([cycle.drive_chamber_pressure, cycle.return_chamber_pressure]));
+    this.pressed = scale.pressed ?? Math.max(1, largest([cycle.drive_chamber_pressure, cycle.return_chamber_pressure]));
     this.chuckLimit = Math.max(1, largest([cycle.chuck_force]));
-    const flown = Math.min(...cycle.piston_position) - this.base - gap - piston.length - this.string;
+    const flown = (scale.flown ? gap - scale.flown : Math.min(...cycle.piston_position) - this.base) - gap - piston.length - this.string;
     // A piston that idles may fly far: it leaves the picture.
     const highest = cycle.lifted ? Math.max(flown, -2 * piston.length - travel) : flown;
     const long = bit.length - highest;
@@ -59,7 +60,8 @@ class Picture {
     return [cycle.piston_position[index] - gap - base - bodies[0].length - string, cycle.bit_position[index] - base];
   }
 
-  draw(index) {
+  /** Draws a sample; with `sound`, how far down the bit sound has come, m, as a dashed line across it. */
+  draw(index, sound = null) {
     const { pen, cycle, bodies, hole } = this;
     const [width, height] = fit(this.canvas);
     this.height = height;
@@ -83,7 +85,30 @@ class Picture {
     this.inserts(y(tops[1] + bodies[1].length));
     if (this.travel) this.tie(y, tops[1], chuck, cycle.chuck_force[index]);
     if (this.names) this.words(room, y, tops, bottom, index);
+    if (sound !== null && sound < bodies[1].length) this.across(y(tops[1] + sound));
+    if (this.names) this.stretched(across / (height / (this.span[1] - this.span[0])), height);
     if (this.curve) this.stressCurve([room + 14, width - 10], y, tops, index);
+  }
+
+  /** How far sound has come. */
+  across(level) {
+    const { pen, middle } = this, wide = this.x(this.hole.radius);
+    Object.assign(pen, { strokeStyle: palette.ink, lineWidth: 1.5 });
+    pen.setLineDash([5, 4]);
+    pen.beginPath();
+    pen.moveTo(middle - wide, level);
+    pen.lineTo(middle + wide, level);
+    pen.stroke();
+    pen.setLineDash([]);
+  }
+
+  /** Says that things are drawn wider than they are long. */
+  stretched(times, height) {
+    const { pen } = this;
+    Object.assign(pen, { font: "11px system-ui, sans-serif", fillStyle: palette.ink, strokeStyle: palette.paper, lineWidth: 4, textAlign: "left", textBaseline: "bottom" });
+    const words = say("stretched", { times: digits(times, 2) });
+    pen.strokeText(words, 6, height - 4);
+    pen.fillText(words, 6, height - 4);
   }
 
   /** A filled ring about the axis, seen cut: both sides. */

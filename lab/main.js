@@ -12,7 +12,7 @@ const LOST = 20000;
 let number = 0, waiting = null, watchdog = null, blows = [], worker = null;
 fillTexts(find);
 readPalette();
-const drawing = new Picture(find("hammer"), { curve: true }), lens = new Lens(find("lens"));
+const drawing = new Picture(find("hammer"), { curve: true });
 const player = new Player();
 const charts = new Charts(find);
 const waves = new WaveDiagram(find("waves"), find("wave-text"), pointAt);
@@ -188,7 +188,6 @@ function showCycle(cycle) {
   find("lift").hidden = !cased || blows.length < 2;
   const travel = cased ? scene.get("chuck.travel") : 0, rods = scene.variable("drill.rods") ? scene.get("drill.rods") : 0;
   drawing.show(cycle, bodies, { gap, diameter: scene.get("hole.diameter"), travel, rods });
-  lens.show(cycle, base, Math.max(0, blows[cycle.blow + 1]?.blow_penetration ?? 0));
   waves.show(cycle, bodies, drawing.limit, description.modes);
   player.show(cycle);
   laboratory.cycle = cycle;
@@ -232,7 +231,6 @@ function picture() {
   const { cycle } = player, index = held ?? player.index;
   laboratory.shown = index;
   drawing.draw(index);
-  lens.draw(index);
   waves.draw(index);
   laboratory.frames += 1;
   if (laboratory.frames === 1) performance.mark("first picture");
@@ -260,6 +258,7 @@ function animate(now) {
     player.advance(seconds);
     if (player.index !== before && held === null) picture();
   }
+  if (isExploring()) explore.advance(seconds);
   requestAnimationFrame(animate);
 }
 

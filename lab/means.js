@@ -3,11 +3,11 @@
 /** Relative error of the rate that means are sought to, and the most blows simulated for one. */
 const MEAN_ERROR = 0.01, MEAN_BLOWS = 1500;
 
-TASKS.mean = ({ task, values }) => {
+TASKS.mean = ({ task, values, error = MEAN_ERROR, blows = MEAN_BLOWS }) => {
   let hammer;
   try {
     hammer = new Hammer(library, description, values);
-    postMessage({ kind: "mean", task, ...longRun(hammer) });
+    postMessage({ kind: "mean", task, ...longRun(hammer, error, blows) });
   } catch (error) {
     // One scene that cannot be is a gap in a curve, not its end.
     postMessage({ kind: "mean", task, failure: error.message });
@@ -18,10 +18,10 @@ TASKS.mean = ({ task, values }) => {
 };
 
 /** Kind, number of blows, and of each name its mean, standard error and spread. */
-function longRun(hammer) {
+function longRun(hammer, error, most) {
   const { room, functions } = library;
   const names = library.string(functions.dth_steady_names()).trim().split("\n");
-  hammer.do("dth_steady", MEAN_ERROR, MEAN_BLOWS, room + VALUES);
+  hammer.do("dth_steady", error, most, room + VALUES);
   const numbers = new Float64Array(functions.memory.buffer, room + VALUES, 3 + 3 * names.length);
   const [returns, blows, reached] = numbers;
   const kind = returns > 0 ? "cycle" : returns < 0 ? "stalled" : "irregular";

@@ -1,30 +1,20 @@
-"""The explanation: every screen fits, and what its text predicts is what the engine finds."""
+"""The explanation: every number that it tells, over the whole of each handle, is the long run's."""
 
 from __future__ import annotations
 
+import math
 import re
+import warnings
+from itertools import pairwise
 
+import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from browsing import OPEN, PHONE, blows, wait
-from fmu import Package
+from browsing import OPEN, PHONE, wait
+from dth_hammer import VARIABLES, HammerWarning, Steady, steady
 from playwright.sync_api import Page
 
 SCREENS = range(1, 9)
-# Of each screen: what the text predicts, what the engine finds, and by how much they may differ.
-# The work of the drive misses a part as large as the bit's way in the stroke, 1.4 of 30 mm; an
-# arrival is read off samples 2 to 10 us apart; a piston of three sections still rings from the blow
-# before, by 2 % of its speed at the face; the loop is a trapezoidal rule on them, which misses
-# how the force jumps where the rock changes its mode; the depth falls with the root of stiffness
-# only as far as the work is the same, which is to 8 %.
-CLAIMS = {
-    2: [("given", "taken", 0.05)],
-    3: [("shock", "contact", 0.03), ("arrives", "felt", 0.1)],
-    4: [("loop", "work", 0.03)],
-    5: [("predicted", "rate", 0.01)],
-    6: [("root", "depth", 0.1)],
-    8: [("arrives", "felt", 0.02)],
-}
 
 
 def screen(opened: OPEN, number: int, **more: object) -> Page:
@@ -33,60 +23,231 @@ def screen(opened: OPEN, number: int, **more: object) -> Page:
     return page
 
 
-@pytest.mark.parametrize("number", SCREENS)
-def test_what_a_text_predicts_is_what_the_engine_finds(opened: OPEN, number: int) -> None:
-    page = screen(opened, number)
+def told(page: Page, at: int) -> dict[str, float]:
+    """The numbers of a place of the handle; the text has them all, to three digits."""
+    page.evaluate(f"explorable.move({at})")
+    wait(page, "explorable.settled")
+    assert page.evaluate("explorable.failure ?? null") is None
     numbers, text = page.evaluate("explorable.numbers"), page.inner_text("#screen-text")
-    assert not re.search(r"[{}]|undefined|NaN|\u2013 [a-z]", text)
-    for predicted, found, tolerance in CLAIMS.get(number, []):
-        assert numbers[predicted] == pytest.approx(numbers[found], rel=tolerance), predicted
-        for name in (predicted, found):
-            assert page.evaluate("v => digits(v, 3)", numbers[name]) in text, name
+    assert not re.search(r"[{}]|undefined|NaN", text)
+    return dict(numbers)
 
 
-def test_the_numbers_of_the_first_screen_are_the_fmus(opened: OPEN, package: Package) -> None:
+def places(page: Page) -> list[int]:
+    """Both ends of the handle and three places between."""
+    last = page.evaluate("explorable.screens[explorable.screen].places.length") - 1
+    return [round(last * part) for part in (0.0, 0.25, 0.5, 0.75, 1.0)]
+
+
+def answer(page: Page, which: str = "values") -> Steady:
+    """The engine's long run of the scene that is told of, asked as the page asks it."""
+    ways = page.evaluate("explorable.screens[explorable.screen].of ?? MEAN_OF")
+    values = page.evaluate(f"explorable.{which}")
+    with warnings.catch_warnings():
+        # Some bounce, and their means have the errors that the page leaves them.
+        warnings.simplefilter("ignore", HammerWarning)
+        return steady(values, error=ways["error"], blows=ways["blows"])
+
+
+def close(found: float, expected: float, part: float = 1e-9) -> None:
+    """The same engine, compiled for another machine: to the rounding of its sums, unless said."""
+    assert found == pytest.approx(expected, rel=part)
+
+
+def test_pressure_makes_more_and_harder_blows(opened: OPEN) -> None:
     page = screen(opened, 1)
-    last = blows(package, page.evaluate("explorable.hammer"))[9]
-    numbers = page.evaluate("explorable.numbers")
-    assert numbers["speed"] == last["blow_speed"]
-    assert numbers["energy"] == last["blow_energy"]
+    rows = []
+    for at in places(page):
+        numbers, mean = told(page, at), answer(page, "answer.values").mean
+        for name, of in (
+            ("speed", "blow_speed"),
+            ("energy", "blow_energy"),
+            ("times", "blow_frequency"),
+        ):
+            close(numbers[name], mean[of])
+        close(numbers["energy"], 0.5 * numbers["mass"] * numbers["speed"] ** 2, 1e-3)
+        close(numbers["height"], numbers["speed"] ** 2 / (2 * VARIABLES["gravity"].start))
+        rows.append([numbers[name] for name in ("bar", "speed", "energy", "times")])
+    assert (np.diff(rows, axis=0) > 0).all()
+    # 24 bar is the hammer's own pressure.
+    assert told(page, 7)["times"] == pytest.approx(44, abs=0.5)
+
+
+def test_the_indicator_diagrams_area_is_the_drives_work(opened: OPEN) -> None:
+    page = screen(opened, 2)
+    numbers, mean = told(page, 60), answer(page, "answer.values").mean
+    close(numbers["drive"], mean["energy_drive"])
+    close(numbers["air"], 60 * mean["air_flow"])
+    # A trapezoidal rule on 400 samples a period: the pressures' corners are cut.
+    close(numbers["both"], numbers["above"] + numbers["below"])
+    close(numbers["both"], numbers["drive"], 0.005)
+
+
+def test_a_blow_is_a_wave_no_faster_than_sound(opened: OPEN) -> None:
+    page = screen(opened, 3)
+    numbers, values = told(page, 30), page.evaluate("explorable.answer.values")
+    modulus, density = (
+        VARIABLES[f"material.{name}"].start for name in ("youngs_modulus", "density")
+    )
+    area, length = (values[f"bit.segment[1].{name}"] for name in ("area", "length"))
+    wave = math.sqrt(modulus / density)
+    # St-Venant: two bars of one section share the speed.
+    close(numbers["shock"], 0.5e-3 * area * math.sqrt(modulus * density) * numbers["speed"])
+    # Feed and air press on the faces besides: 12 and up to 6 kN, 18 of 773 kN.
+    close(numbers["contact"], numbers["shock"], 18 / 773)
+    close(numbers["arrives"], 0.5e6 * length / wave)
+    # The contact's spring takes ln(2) A E / (2 K c) to half of the plateau: 0.84 us. A front is not
+    # straight between samples 2 us apart.
+    late = 1e6 * math.log(2) * area * modulus / (2 * values["contact.stiffness"] * wave)
+    assert numbers["felt"] == pytest.approx(numbers["arrives"] + late, abs=1.0)
+    # Ahead of the front there is nothing: it is as wide as damping and contact make it, so that
+    # three widths on, less than a hundredth of it has arrived.
+    seen = """() => { const { time, impact, stress: [, bit] } = explorable.answer.cycle;
+        const t = time.findIndex((t) => t >= impact + 2e-5);
+        return [time[t] - impact, [...bit[t]], [...bit[t - 20]]]; }"""
+    time, now, before = page.evaluate(seen)
+    middles = (np.arange(len(now)) + 0.5) * length / len(now)
+    width = wave * math.sqrt(2 * values["material.damping_time"] * time)
+    ahead = np.abs(np.subtract(now, before))[middles > wave * time + 3 * width]
+    assert ahead.size > 5
+    assert ahead.max() < 0.01 * 1e3 * numbers["shock"] / area
+
+
+def test_the_loops_area_is_the_work_that_the_rock_keeps(opened: OPEN) -> None:
+    page = screen(opened, 4)
+    numbers, mean = told(page, 60), answer(page, "answer.values").mean
+    close(numbers["work"], mean["energy_rock_dissipated"] + mean["energy_viscous"])
+    close(numbers["share"], 100 * numbers["work"] / mean["blow_energy"])
+    # A trapezoidal rule, which misses how the force jumps where the rock changes its mode.
+    close(numbers["loop"], numbers["work"], 0.01)
+
+
+def test_the_account_of_a_blow_closes(opened: OPEN) -> None:
+    page = screen(opened, 5)
+    kept = []
+    for at in places(page):
+        numbers, mean = told(page, at), answer(page, "answer.values").mean
+        parts = [numbers["drive"], numbers["feed"], numbers["rebound"]]
+        close(numbers["given"], sum(parts))
+        close(numbers["gone"], numbers["work"] + numbers["damping"] + numbers["rebound"])
+        # It repeats to 1e-9 of a blow, so what is stored is the same again.
+        close(numbers["given"], numbers["gone"], 1e-7)
+        close(numbers["feed"], mean["energy_feed"] + mean["energy_gravity"])
+        close(numbers["rebound"], 0.5 * numbers["mass"] * mean["rebound_speed"] ** 2)
+        close(numbers["peak"], 1e-3 * mean["rock_force_peak"])
+        kept.append([numbers[name] for name in ("peak", "kept")])
+    # What moves as the handle moves: the bars by more than a tenth, the peak fourfold.
+    assert kept[-1][0] > 3 * kept[0][0]
+
+
+def test_the_rate_is_the_power_over_what_a_metre_takes(opened: OPEN) -> None:
+    page = screen(opened, 6)
+    factor = VARIABLES["rock.specific_energy_factor"].start
+    for at in places(page):
+        numbers, mean = told(page, at), answer(page, "answer.values").mean
+        close(numbers["rate"], 3600 * mean["rop"])
+        # The mean rate is the work over the time of all blows: of a repeating hammer, the same.
+        close(numbers["predicted"], numbers["rate"], 1e-6)
+        close(numbers["high"] / numbers["low"], factor**2, 0.01)
+
+
+def test_too_little_feed_lifts_the_hammer_off_and_the_rate_bends_at_a_knee(opened: OPEN) -> None:
+    page = screen(opened, 7)
+    rates, shares = [], []
+    for at in range(12):
+        numbers, found = told(page, at), answer(page, "answer.values")
+        close(numbers["rate"], 3600 * found.mean["rop"])
+        rates.append(numbers["rate"])
+        shares.append(found.mean["energy_damping"] / found.mean["energy_drive"])
+    # What the piston's impulses ask for is the mean force of the drive, read off the engine.
+    read = """() => { const { cycle: c } = window.asked, [a, b] = periodOf(c);
+        return areaUnder(c.applied_drive_force, c.time, [a, b]) / (c.time[b] - c.time[a]); }"""
+    page.evaluate("explorable.ask('explore', explorable.hammer).then((a) => (window.asked = a)), 0")
+    wait(page, "window.asked")
+    # Speeds are over the bit's, which moves by up to 0.4 of the 18.8 m/s of the piston's turn.
+    weight = 1e-3 * numbers["mass"] * VARIABLES["gravity"].start
+    close(1e-3 * page.evaluate(read), numbers["push"] - weight, 0.4 / 18.8)
+    lifting = [rate for rate, kN in zip(rates, range(1, 13), strict=True) if kN < numbers["least"]]
+    # Below it the rate falls with the feed to an eighth; from the knee on it hardly rises.
+    assert lifting == sorted(lifting)
+    assert lifting[-1] < 0.5 * rates[-1]
+    assert rates[-1] < 1.05 * rates[8]
+    assert rates == sorted(rates)
+    # Lifted off, the blows go into chuck and bit.
+    assert min(shares[:4]) > 3 * max(shares[8:])
+
+
+def test_rods_take_their_share_and_a_hammer_down_the_hole_has_none(opened: OPEN) -> None:
+    page = screen(opened, 8)
+    rows = []
+    for at in range(5):
+        numbers = told(page, at)
+        for name, which in (("tight", "answer.values"), ("loose", "loose"), ("down", "hammer")):
+            if which == "loose":
+                page.evaluate("explorable.loose = { ...explorable.answer.values, ...LOOSE }")
+            given = answer(page, which) if name != "down" else None
+            if given is not None:
+                mean = given.mean
+                put = mean["energy_drive"] + mean["energy_feed"] + mean["energy_gravity"]
+                kept = mean["energy_rock_dissipated"] + mean["energy_viscous"]
+                close(numbers[name], 100 * kept / put)
+        rows.append([numbers[name] for name in ("rods", "tight", "loose", "down")])
+    rods, tight, loose, down = np.array(rows).T
+    assert [*rods] == [1, 2, 3, 4, 6]
+    # The means' own errors are below two of a hundred parts.
+    assert (np.diff(tight) < 2).all()
+    assert (np.diff(loose) < 2).all()
+    assert tight[-1] < tight[0] - 5
+    assert (loose < tight + 1).all()
+    assert (down > tight).all()
+
+
+@pytest.mark.parametrize("number", SCREENS)
+def test_the_handle_moves_its_figure_over_its_whole_range(opened: OPEN, number: int) -> None:
+    """Between neighbouring quarters of the handle some pixels change for good."""
+    page = screen(opened, number)
+    pixels = """() => { const c = explorable.canvas, pen = c.getContext("2d");
+        const { data } = pen.getImageData(0, 0, c.width, c.height);
+        return Array.from(data.filter((_, i) => i % 4 === 1)); }"""
+    pictures = []
+    for at in places(page):
+        told(page, at)
+        pictures.append(np.array(page.evaluate(pixels)))
+    for one, other in pairwise(pictures):
+        # A dot of 6 pixels' radius, here and there, is more than this.
+        assert (np.abs(one - other) > 30).sum() > 60
 
 
 @pytest.mark.parametrize("locale", ["en", "de", "es"])
-@pytest.mark.parametrize("number", SCREENS)
-def test_every_screen_fits_a_phone_and_axe_finds_nothing(
-    opened: OPEN, number: int, locale: str
-) -> None:
-    page = screen(opened, number, size=PHONE, locale=locale)
-    size = "[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
-    width, height = page.evaluate(size)
-    assert width <= PHONE[0]
-    assert height <= PHONE[1]
-    assert Axe().run(page).response["violations"] == []
+def test_every_screen_fits_a_phone_and_axe_finds_nothing(opened: OPEN, locale: str) -> None:
+    page = screen(opened, 1, size=PHONE, locale=locale)
+    for number in SCREENS:
+        page.evaluate(f"explorable.go({number - 1})")
+        wait(page, "explorable.settled")
+        size = "[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
+        width, height = page.evaluate(size)
+        assert width <= PHONE[0], number
+        assert height <= PHONE[1], number
+        assert Axe().run(page).response["violations"] == [], number
 
 
-def test_the_keyboard_moves_the_handle_and_goes_from_screen_to_screen(opened: OPEN) -> None:
-    page = screen(opened, 1)
+def test_it_plays_slowed_and_stops_and_the_keyboard_moves_it(opened: OPEN) -> None:
+    page = opened("#screen=3", ready="explorable.settled")
+    wait(page, "explorable.playing")
+    shown = page.evaluate("explorable.at[2]")
+    wait(page, f"explorable.at[2] !== {shown}")
+    assert re.search(r"\d[,\d]* times", page.inner_text("#screen-slowed"))
+    page.get_by_role("button", name="Pause").press("Enter")
+    stopped = page.evaluate("explorable.at[2]")
+    page.wait_for_timeout(200)
+    assert page.evaluate("explorable.at[2]") == stopped
     before = page.inner_text("#screen-value")
     page.locator("#screen-handle").press("ArrowRight")
     wait(page, "explorable.settled")
     assert page.inner_text("#screen-value") != before
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Save the figure").click()
+    assert download.value.path().read_bytes().startswith(b"\x89PNG")
     page.locator("#screen-next").press("Enter")
-    wait(page, "explorable.settled && explorable.screen === 1")
-    assert page.evaluate("location.hash") == "#screen=2"
-
-
-def test_the_depth_told_of_stiffer_rock_is_that_of_one_blow(opened: OPEN) -> None:
-    page = screen(opened, 6)
-    for which, told in (("found", "depth"), ("other", "before")):
-        time, tip = page.evaluate(
-            "w => ['time', 'bit_tip_position'].map(n => Array.from(explorable[w].cycle[n]))", which
-        )
-        impact, period = page.evaluate(
-            "w => [explorable[w].cycle.impact, explorable[w].cycle.period]", which
-        )
-        mine = [x for t, x in zip(time, tip, strict=True) if impact <= t < impact + period]
-        # The same samples, so to rounding: of 1e-3 m in positions of 1e-2 m.
-        assert page.evaluate(f"explorable.numbers.{told}") == pytest.approx(
-            1e3 * (max(mine) - mine[0]), rel=1e-9
-        )
+    wait(page, "explorable.settled && explorable.screen === 3")
+    assert page.evaluate("location.hash") == "#screen=4"

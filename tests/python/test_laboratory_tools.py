@@ -68,25 +68,6 @@ def test_the_gap_in_the_picture_is_the_fmus(opened: OPEN, package: Package) -> N
     assert longest == pytest.approx(gap * height / (high - low) - 2, abs=2)
 
 
-def test_the_lens_shows_the_tip_where_it_is(opened: OPEN, package: Package) -> None:
-    page = opened()
-    times = page.evaluate("Array.from(laboratory.cycle.time)")
-    width, height = page.evaluate("[lens.canvas.clientWidth, lens.canvas.clientHeight - 22]")
-    low, high = page.evaluate("lens.span")
-    base = page.evaluate("lens.base")
-    steel = page.evaluate("channels(palette.casing)")
-    with Instance(package) as hammer:
-        # At 34 microseconds the tip is 0.1 mm, more than two pixels, off the bit's mean.
-        for time in (-1e-3, 3.4e-5, 1e-4, 3e-4, 2e-3):
-            index = still(page, time)
-            hammer.advance(times[index])
-            tip = (hammer.get("bit_tip_position") - base - low) / (high - low) * height
-            column = pixels(page, "lens", 0.6 * width, 0, 1, height)
-            lowest = np.flatnonzero((column[:, :3] == steel).all(axis=1)).max()
-            # The lowest pixel that is all steel ends up to one above the round tip.
-            assert lowest + 1 == pytest.approx(tip - 0.5, abs=1), time
-
-
 def test_the_wave_diagram_is_the_fmus(opened: OPEN, package: Package) -> None:
     page = opened()
     still(page, 0.02)
