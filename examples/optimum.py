@@ -19,10 +19,11 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from dth_hammer import Steady, optimise, steady
+from dth_hammer.figures import PISTON
+from dth_hammer.figures.style import styled
 from dth_hammer.study.optimisation import Optimum
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -150,24 +151,24 @@ def run(count: int = 9, names: Iterable[str] = CASES) -> list[Answer]:
 
 def draw(found: list[Answer]) -> Figure:
     """The grids, and a star where `optimise` ended."""
-    size = (max(4.5, 3.8 * len(found)), 3.8)
-    figure, panels = plt.subplots(1, len(found), squeeze=False, figsize=size, layout="constrained")
-    for axes, (case, best, grid) in zip(panels[0], found, strict=True):
-        names = [*case.free]
-        star = [LABELS[name][1] * best.parameters[name] for name in names]
-        if len(names) == 1:
-            _curve(axes, case, names[0], grid)
-            star.append(HOUR * best.steady["rop"])
-        else:
-            _map(axes, names, grid)
-        axes.plot(*star, "k*", ms=12, mec="white")
-        axes.set_xlabel(LABELS[names[0]][0])
-        axes.set_title(f"{case.title}\n{in_words(case, best, grid)}", fontsize=9)
+    with styled(max(4.5, 3.6 * len(found)), 3.4) as figure:
+        panels = figure.subplots(1, len(found), squeeze=False)
+        for axes, (case, best, grid) in zip(panels[0], found, strict=True):
+            names = [*case.free]
+            star = [LABELS[name][1] * best.parameters[name] for name in names]
+            if len(names) == 1:
+                _curve(axes, case, names[0], grid)
+                star.append(HOUR * best.steady["rop"])
+            else:
+                _map(axes, names, grid)
+            axes.plot(*star, "k*", ms=12, mec="white")
+            axes.set_xlabel(LABELS[names[0]][0])
+            axes.set_title(f"{case.title}\n{in_words(case, best, grid)}")
     return figure
 
 
 def _curve(axes: Axes, case: Case, name: str, grid: pd.DataFrame) -> None:
-    axes.plot(LABELS[name][1] * grid[name], HOUR * grid["rop"], "o-", ms=3)
+    axes.plot(LABELS[name][1] * grid[name], HOUR * grid["rop"], "o-", ms=3, color=PISTON)
     for limit in case.limits["rop"]:
         if limit is not None:
             axes.axhline(HOUR * limit, color="0.6", lw=0.8)
@@ -182,7 +183,7 @@ def _map(axes: Axes, names: list[str], grid: pd.DataFrame) -> None:
     ]
     drawn = axes.pcolormesh(*scales, wide.to_numpy(), shading="nearest")
     axes.set_ylabel(LABELS[names[1]][0])
-    axes.figure.colorbar(drawn, ax=axes, label="m/h; white: beyond the limit")
+    axes.figure.colorbar(drawn, ax=axes, label="rate of penetration (m/h); white: beyond the limit")
 
 
 def in_words(case: Case, best: Optimum, grid: pd.DataFrame) -> str:

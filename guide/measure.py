@@ -101,7 +101,10 @@ def sobol() -> None:
             ax=axes, xerr=shares[["ST_conf", "S1_conf"]].to_numpy().T, color=["#d55e00", "#0072b2"]
         )
         axes.set_xlabel("share of the variance of the rate of penetration")
-        axes.legend(["with others (ST)", "alone (S1)"])
+        bars, labels = axes.get_legend_handles_labels()
+        axes.get_legend().remove()
+        said = {"ST": "with others", "S1": "alone"}
+        figure.legend(bars, [said[label] for label in labels], loc="outside upper center", ncols=2)
     figure.savefig(MEASURED / "sobol.png", dpi=160)
     lines = ["| parameter | alone | with others |", "|---|---|---|"]
     for name, row in names["shares"].iterrows():
@@ -149,10 +152,11 @@ def laboratory() -> None:
             until(page, "laboratory.settled")
             page.evaluate("play(false); player.goTo(4e-5); picture(); scrollTo(0, 0)")
             page.screenshot(path=MEASURED / f"laboratory{suffix}.png")
+            page.click("details.curves > summary")
             page.select_option("#curve-over", "feed_force")
             page.click("#curve-start")
             until(page, "curves.points.length > 0 && !curves.busy")
-            page.locator("section.curves").screenshot(path=MEASURED / f"curve{suffix}.png")
+            page.locator("details.curves").screenshot(path=MEASURED / f"curve{suffix}.png")
         browser.close()
 
 
@@ -166,6 +170,8 @@ def designs() -> None:
 
 def main(chosen: list[str]) -> None:
     """Measures what is named, or all."""
+    import pictures  # noqa: PLC0415
+
     MEASURED.mkdir(exist_ok=True)
     for name, task in {
         "sweep": sweep,
@@ -182,6 +188,9 @@ def main(chosen: list[str]) -> None:
         if not chosen or name in chosen:
             print(f"measuring {name}")
             task()
+            for path, picture in pictures.PICTURES.items():
+                if picture.drawn == task.__name__:
+                    pictures.stamp(ROOT / path, path)
 
 
 if __name__ == "__main__":

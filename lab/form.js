@@ -10,6 +10,7 @@ const SLIDERS = {
     ["drive.amplitude", { factor: 3, source: "Relay" }],
     ["drive.stroke", { factor: 3, source: "Relay" }],
     ["supply_pressure", { factor: 2.5, source: "Air" }],
+    ["exhaust_pressure", { factor: 10, source: "Air" }],
   ],
   group_rock: [
     ["rock.stiffness", { factor: 10 }],

@@ -57,7 +57,6 @@ function renew() {
   number += 1;
   laboratory.settled = false;
   past.note();
-  drill.label();
   clearTimeout(waiting);
   waiting = setTimeout(run, player.cycle ? REST : 0);
 }
@@ -318,6 +317,13 @@ function connect() {
   find("view-explore").addEventListener("click", () => (location.hash = "screen=1"));
   find("view-laboratory").addEventListener("click", () => (location.hash = "laboratory"));
   addEventListener("resize", repaint);
+  // What is folded has no size: it is drawn when it opens.
+  for (const panel of document.querySelectorAll("details.panel")) panel.addEventListener("toggle", repaint);
+  find("view-hammer").addEventListener("click", () => {
+    location.hash = scene.link() || "laboratory";
+    find("datasheet").open = true;
+    setTimeout(() => find("sheet").querySelector("input").focus());
+  });
   followPalette(repaint);
   const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
   play(!calm);
@@ -327,13 +333,11 @@ function connect() {
 function repaint() {
   waves.image = null;
   charts.redraw();
-  drill.draw();
   curves.plot.redraw();
   explore.draw();
   if (player.cycle) picture();
 }
 
-const drill = new Drill(scene, find, engine);
 const all = [...Object.values(SLIDERS).flat()].filter(([name, { whole }]) => scene.variable(name) && !whole);
 const curves = new Curves(scene, find, all, engine);
 const explore = new Explore(find, engine, description, scene.presets);

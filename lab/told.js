@@ -75,12 +75,11 @@ const TOLD = [
     const weight = 1e-3 * (of("casing.mass") + mass) * of("gravity");
     return { feed: 1e-3 * place, rate: 3600 * mean.rop, held_rate: 3600 * hammer.mean.rop, part: (100 * mean.rop) / hammer.mean.rop, push, weight, least: push - weight, held: 1e-3 * page.hammer.feed_force };
   },
-  (_, { page, found: { hammer, loose }, place, mean, of }) => {
+  (_, { found: { hammer, loose }, place, mean, of }) => {
     const bit = of("bit.segment[1].length") + of("bit.segment[2].length"), long = of("drill.shank.length") + place * of("drill.rod.length") + bit;
-    const row = page.row, [[least, first]] = row, [most, last] = row.at(-1);
     return {
       rods: place, long, tight: 100 * shareOf(mean), loose: 100 * shareOf(loose.mean), down: 100 * shareOf(hammer.mean),
-      least, most, first: 100 * shareOf(first.mean.mean), last: 100 * shareOf(last.mean.mean), slack: 1e3 * LOOSE["drill.joint.slack"],
+      slack: 1e3 * LOOSE["drill.joint.slack"],
     };
   },
 ];

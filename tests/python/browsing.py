@@ -63,6 +63,7 @@ def opened(browser: Browser) -> Iterator[OPEN]:
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.goto(home + link)
         wait(page, ready)
+        page.evaluate("document.querySelectorAll('.panel').forEach((panel) => (panel.open = true))")
         return page
 
     yield visit

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import math
 import re
 import warnings
@@ -12,6 +14,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from browsing import OPEN, PHONE, wait
 from dth_hammer import VARIABLES, HammerWarning, Steady, steady
+from PIL import Image
 from playwright.sync_api import Page
 
 SCREENS = range(1, 9)
@@ -180,20 +183,17 @@ def test_too_little_feed_lifts_the_hammer_off_and_the_rate_bends_at_a_knee(opene
 def test_rods_take_their_share_and_a_hammer_down_the_hole_has_none(opened: OPEN) -> None:
     page = screen(opened, 8)
     rows = []
-    for at in range(5):
+    for at in (0, 2, 4):
         numbers = told(page, at)
-        for name, which in (("tight", "answer.values"), ("loose", "loose"), ("down", "hammer")):
-            if which == "loose":
-                page.evaluate("explorable.loose = { ...explorable.answer.values, ...LOOSE }")
-            given = answer(page, which) if name != "down" else None
-            if given is not None:
-                mean = given.mean
-                put = mean["energy_drive"] + mean["energy_feed"] + mean["energy_gravity"]
-                kept = mean["energy_rock_dissipated"] + mean["energy_viscous"]
-                close(numbers[name], 100 * kept / put)
+        page.evaluate("explorable.loose = { ...explorable.answer.values, ...LOOSE }")
+        for name, which in (("tight", "answer.values"), ("loose", "loose")):
+            mean = answer(page, which).mean
+            put = mean["energy_drive"] + mean["energy_feed"] + mean["energy_gravity"]
+            kept = mean["energy_rock_dissipated"] + mean["energy_viscous"]
+            close(numbers[name], 100 * kept / put)
         rows.append([numbers[name] for name in ("rods", "tight", "loose", "down")])
     rods, tight, loose, down = np.array(rows).T
-    assert [*rods] == [1, 2, 3, 4, 6]
+    assert [*rods] == [1, 3, 6]
     # The means' own errors are below two of a hundred parts.
     assert (np.diff(tight) < 2).all()
     assert (np.diff(loose) < 2).all()
@@ -206,13 +206,11 @@ def test_rods_take_their_share_and_a_hammer_down_the_hole_has_none(opened: OPEN)
 def test_the_handle_moves_its_figure_over_its_whole_range(opened: OPEN, number: int) -> None:
     """Between neighbouring quarters of the handle some pixels change for good."""
     page = screen(opened, number)
-    pixels = """() => { const c = explorable.canvas, pen = c.getContext("2d");
-        const { data } = pen.getImageData(0, 0, c.width, c.height);
-        return Array.from(data.filter((_, i) => i % 4 === 1)); }"""
     pictures = []
     for at in places(page):
         told(page, at)
-        pictures.append(np.array(page.evaluate(pixels)))
+        data = base64.b64decode(page.evaluate("explorable.canvas.toDataURL()").split(",")[1])
+        pictures.append(np.asarray(Image.open(io.BytesIO(data)).convert("L"), float))
     for one, other in pairwise(pictures):
         # A dot of 6 pixels' radius, here and there, is more than this.
         assert (np.abs(one - other) > 30).sum() > 60

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -158,80 +156,6 @@ def test_slow_motion_follows_the_blow(opened: OPEN) -> None:
     assert everything > page.evaluate("laboratory.cycle.period") / 2e-4
     # Two collisions and their waves are a hundredth of the cycle; with them, a tenth.
     assert whole < 0.1 * everything
-
-
-def drilled(package: Package, values: dict[str, float], hole: dict[str, Any]) -> list[float]:
-    """Depth at each row of a log, from the work that the rock took: `W / (E_v pi D^2 / 4)`."""
-    acts = [(time, 0, number) for time, number in hole["settings"]]
-    acts += [(row["time"], 1, {}) for row in hole["rows"]]
-    area = math.pi / 4 * values["hole.diameter"] ** 2
-    toughness, before, depth, found = values["rock.specific_energy"], 0.0, 0.0, []
-    with Instance(package, values) as hammer:
-        for time, what, settings in sorted(acts, key=lambda act: act[:2]):
-            hammer.advance(time)
-            work = sum(hammer.read(["energy_rock_dissipated", "energy_viscous"]))
-            depth, before = depth + (work - before) / (toughness * area), work
-            if what == 1:
-                found.append(depth)
-            for name, value in settings.items():
-                hammer.slave.setReal([package.variables[name].valueReference], [value])
-            toughness = settings.get("rock.specific_energy", toughness)
-    return found
-
-
-def test_a_hole_is_drilled_as_the_fmu_drills_it(opened: OPEN, package: Package) -> None:
-    page = opened(link(HOLE))
-    for layer in range(3):
-        page.locator(f"#layer-{layer}-0").fill("0.02")
-    page.get_by_label("Pace, from real time").fill("2")
-    page.get_by_role("button", name="Drill", exact=True).click()
-    wait(page, "drill.rows.length > 3")
-    page.locator("#drill-feed").fill("160")
-    wait(page, "drill.rows.length > 0 && !drill.worker")
-    expect(page.locator("#drill-status")).to_have_text(re.compile(r"0\.06\d* m in .* s\."))
-    hole = page.evaluate("({ rows: drill.rows, settings: drill.settings, layers: drill.layers })")
-    feeds = [number["feed_force"] for _, number in hole["settings"] if "feed_force" in number]
-    assert feeds[-1] == 1.6 * package.start("feed_force")
-    start = {**HOLE, **hole["layers"][0]["values"]}
-    rows = hole["rows"]
-    depths = drilled(package, start, hole)
-    # Sums of the same works in another order.
-    assert [row["depth"] for row in rows] == pytest.approx(depths, rel=1e-9)
-    assert rows[-1]["depth"] >= 0.06
-    assert {row["layer"] for row in rows} == {0, 1, 2}
-    for before, row in pairwise(rows):
-        rate = (row["depth"] - before["depth"]) / (row["time"] - before["time"])
-        assert row["rate"] == pytest.approx(rate, rel=1e-9)
-    softest, hardest = rows[2], rows[-2]
-    assert softest["rate"] > 1.5 * hardest["rate"]
-    rate = float(page.inner_text("#drill-track-0").split()[0])
-    assert rate == pytest.approx(3600 * rows[-1]["rate"], rel=5e-3)
-    table = page.evaluate("drill.csv()").splitlines()
-    assert len(table) == len(rows) + 1
-    assert float(table[-1].split(",")[0]) == rows[-1]["depth"]
-    # The log is painted: ink in every track, down to the bottom.
-    width = page.evaluate("drill.canvas.clientWidth")
-    column = min(90, 0.2 * width)
-    room = (width - column - 8) / 4
-    for track in range(4):
-        where = ["log", column + track * room + 10, 45, room - 14, 360]
-        painted = pixels(page, *where)[:, 3].reshape(360, -1) > 0
-        assert painted.any(axis=1).mean() > 0.95
-
-
-def test_a_layer_without_a_specific_energy_is_refused(opened: OPEN) -> None:
-    page = opened()
-    page.locator("#layer-1-2").fill("-4")
-    page.get_by_role("button", name="Drill", exact=True).click()
-    expect(page.locator("#drill-status")).to_contain_text("Medium layer: specific energy")
-
-
-def test_a_hole_that_the_engine_refuses_says_why(opened: OPEN) -> None:
-    page = opened(link({**HOLE, "rock.unloading_ratio": 0.5}))
-    page.get_by_role("button", name="Drill", exact=True).click()
-    status = page.locator("#drill-status")
-    expect(status).to_contain_text("rock.unloading_ratio = 0.5", timeout=60_000)
-    expect(page.get_by_role("button", name="Drill", exact=True)).to_be_visible()
 
 
 def test_a_curve_is_of_the_long_run(opened: OPEN, package: Package) -> None:

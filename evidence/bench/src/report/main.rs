@@ -75,7 +75,7 @@ pub struct Written {
 }
 
 fn draw(name: &Path, json: &str) -> Result<(), Failure> {
-    let environment = Environment::prepare(&root(), Needs::Demo)?;
+    let environment = Environment::prepare(&root(), Needs::Suite)?;
     let mut command = environment.command("python");
     command.arg("evidence/bench/figure.py").arg(name.with_extension("png"));
     let mut child = command.stdin(Stdio::piped()).spawn()?;

@@ -1,0 +1,158 @@
+"""The committed pictures: what draws each, and of which scene.
+
+Both stand in the picture's PNG text: the scene's numbers, and a hash of them with the code that
+draws. A picture whose hash is another is of other code or of another scene, and is drawn anew:
+
+    python guide/pictures.py                    # names those that are stale
+    python guide/pictures.py reports/waves.png  # draws what is named
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
+
+ROOT = Path(__file__).resolve().parent.parent
+STYLE = "python/src/dth_hammer/figures/style.py"
+FIGURES = "python/src/dth_hammer/figures/__init__.py"
+CLI = ("-c", "import dth_hammer.cli as cli; cli.main()")
+PAGE = ("lab/page.html", "lab/style.css", "lab/palette.js")
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What a picture is made of."""
+
+    #: Files, or functions as ``file:name``, whose change makes it another picture.
+    code: tuple[str, ...]
+    #: Presets that it is of; their numbers are the scene, with what the code lays over them.
+    presets: tuple[str, ...]
+    #: The task of guide/measure.py that draws it, or a command.
+    drawn: str | tuple[str, ...]
+
+
+def _example(name: str, *presets: str, task: str = "") -> Picture:
+    return Picture((f"examples/{name}.py", STYLE), presets, task or name)
+
+
+def _page(script: str) -> Picture:
+    code = (*PAGE, script, "guide/measure.py:laboratory")
+    return Picture(code, ("reference",), "laboratory")
+
+
+MEASURED = {
+    "designs.png": _example("optimum", "reference", "air_4_inch", task="designs"),
+    "rock.png": _example("rock_from_hammer", "reference", task="rock"),
+    "sobol.png": Picture(("guide/measure.py:sobol", STYLE), ("reference",), "sobol"),
+    "thousand.png": _example("thousand", "reference", task="sweep"),
+    "thrust.png": _example("thrust", "reference"),
+    "thrust_air.png": _example("thrust", "air_4_inch"),
+    "top_hammer.png": _example("top_hammer", "top_hammer"),
+    "laboratory.png": _page("lab/hammer.js"),
+    "laboratory-dark.png": _page("lab/hammer.js"),
+    "curve.png": _page("lab/curves.js"),
+    "curve-dark.png": _page("lab/curves.js"),
+}
+PICTURES = {
+    "reports/waves.png": Picture(
+        (f"{FIGURES}:wave_diagram", STYLE),
+        ("reference",),
+        (*CLI, "waves", "reference", "--elements", "80", "80", "--plot"),
+    ),
+    "reports/reference.png": Picture(
+        ("demo/figure.py",), ("reference",), ("demo/reference.py", "--figure")
+    ),
+    # Of times that were measured: drawn from the report's own numbers.
+    "reports/speed-against-error.png": Picture(
+        ("evidence/bench/figure.py", STYLE, "reports/speed-against-error.json"),
+        ("reference",),
+        ("evidence/bench/figure.py",),
+    ),
+    **{f"guide/measured/{name}": picture for name, picture in MEASURED.items()},
+}
+
+
+def _source(place: str) -> str:
+    """Code without comments and documentation; of other files the text."""
+    name, _, function = place.partition(":")
+    text = (ROOT / name).read_text(encoding="utf-8")
+    if not name.endswith(".py"):
+        return text
+    tree = ast.parse(text)
+    for node in ast.walk(tree):
+        told = isinstance(node, (ast.Module, ast.FunctionDef, ast.ClassDef))
+        if told and ast.get_docstring(node):
+            node.body = node.body[1:]
+    parts = {n.name: ast.unparse(n) for n in tree.body if isinstance(n, ast.FunctionDef)}
+    return parts[function] if function else ast.unparse(tree)
+
+
+def scene(name: str) -> dict[str, dict[str, float]]:
+    """The numbers of a picture's hammers, by preset: all, defaults too."""
+    from dth_hammer.scene.variables import numbers, whole  # noqa: PLC0415
+
+    return {
+        each: {k: float(f"{v:.3g}") for k, v in whole(numbers(each, {})).items()}
+        for each in PICTURES[name].presets
+    }
+
+
+def stamp(path: str | Path, name: str) -> None:
+    """Writes into a picture just drawn what it is of."""
+    with Image.open(path) as picture:
+        picture.load()
+    info = PngInfo()
+    info.add_text("scene", json.dumps(scene(name)))
+    info.add_text("hash", hash_of(name))
+    picture.save(path, pnginfo=info, optimize=True)
+
+
+def hash_of(name: str) -> str:
+    """Of the scene's numbers to three digits, and of the code that draws."""
+    parts = [json.dumps(scene(name)), *map(_source, PICTURES[name].code)]
+    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
+
+
+def stale(name: str) -> bool:
+    """Whether a picture is of other code or another scene."""
+    with Image.open(ROOT / name) as picture:
+        return picture.info.get("hash") != hash_of(name)
+
+
+def redraw(name: str, folder: Path) -> Path:
+    """Draws a picture into a folder, as what is committed has been drawn; once what is there."""
+    path, drawn = folder / Path(name).name, PICTURES[name].drawn
+    if isinstance(drawn, str) and not path.exists():
+        import measure  # noqa: PLC0415
+
+        measure.MEASURED = folder
+        getattr(measure, drawn)()
+    elif not path.exists():
+        data = ROOT / Path(name).with_suffix(".json")
+        text = data.read_text(encoding="utf-8") if data.exists() else None
+        command = [sys.executable, *drawn, str(path)]
+        subprocess.run(command, cwd=ROOT, check=True, input=text, text=True)
+    stamp(path, name)
+    return path
+
+
+def main(names: list[str]) -> None:
+    """Draws what is named; names what is stale."""
+    with tempfile.TemporaryDirectory() as folder:
+        for name in names:
+            shutil.copy(redraw(name, Path(folder)), ROOT / name)
+    print("stale:", *(name for name in PICTURES if stale(name)))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
