@@ -239,7 +239,7 @@ def test_a_datasheet_is_solved_as_in_python_and_contradictions_are_told(
     for sentence in (*own.contradictions, *own.assumed):
         assert re.sub(r"[0-9.]+", "", sentence) in re.sub(r"[0-9.]+", "", text)
     assert "1800 1/min" in text
-    # The hammer runs: its last blow is that of the FMU, to the digits that are displayed. Blows differ
+    # The hammer runs: its last blow is the FMU's, to the digits that are displayed. Blows differ
     # from each other here by more than the answer's range, so that none of them is its median.
     assert displayed(page, "energy") == pytest.approx(
         blows(package, found)[-1]["blow_energy"], rel=5e-3

@@ -49,6 +49,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the files, the units and what the page needs."""
     parser.add_argument("-o", "--out", type=Path, help="scene to write: .json, for run and report")
     parser.add_argument("--report", type=Path, help="HTML page about the hammer to write")
+    parser.add_argument("--title", default="", help="name of the hammer on the page")
+    parser.add_argument("--customer", default="", help="whom the page is for")
     common.add_units(parser)
     common.add_rock(parser)
     parser.add_argument("--sn", help=SN.help, **SN.keywords)
@@ -80,5 +82,7 @@ def _report(page: Path, sheet: Datasheet, options: argparse.Namespace) -> None:
     from ..figures.page import report  # noqa: PLC0415
 
     curve = SN.read(options.sn) if options.sn else None
-    report(sheet, page, units=common.systems(options.units), curve=curve)
+    units = common.systems(options.units)
+    who = {"title": options.title, "customer": options.customer}
+    report(sheet, page, units=units, curve=curve, **who)
     print(f"{page}: {page.stat().st_size / 1e6:.1f} MB")

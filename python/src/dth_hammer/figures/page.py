@@ -26,6 +26,8 @@ from ..scene.scene import Scene
 from ..scene.variables import VARIABLES, Variable
 from ..study.fatigue import Life, SNCurve, life
 from ..study.trends import trend
+from .front import STYLE as SHEET
+from .front import front
 from .headline import headline
 
 #: What is told of the last blow: the first that one asks for.
@@ -37,6 +39,8 @@ SETTLED = (
 Units = str | Mapping[str, str]
 #: What trends are told of, and over which part of a parameter, either way.
 WIDTH = 0.05
+#: Columns beyond which a table is printed small.
+WIDE = 7
 SMOOTH = ("rop", "tip_rate", "period", "blow_speed", "blow_energy")
 STYLE = """
 :root { color-scheme: light dark; }
@@ -62,8 +66,13 @@ def report(
     units: Units | list[Units] = "metric",
     gradient: Iterable[str] = (),
     curve: SNCurve | None = None,
+    title: str = "",
+    customer: str = "",
 ) -> Path:
-    """Runs a hammer and writes one HTML page of it: figures, tables, and what they were made from.
+    """Runs a hammer and writes a sheet to hand on, with all that it rests on behind it: one file.
+
+    The sheet is one page, A4 where it is printed: a drawing to scale, six numbers with ranges, what
+    to give the hammer, one figure and what is assumed.
 
     Args:
         hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
@@ -74,6 +83,8 @@ def report(
         gradient: parameters and inputs on which the long-run response may depend: trends
             ``d ln number / d ln parameter`` over 5 %.
         curve: an S-N line: the life of each section is told, its worst place marked in the waves.
+        title: name of the hammer; that of the scene if not given.
+        customer: whom the sheet is for.
 
     Of a datasheet, what it says, leaves open and contradicts is told. A figure that a run has too
     few blows for is left out, and the page says so.
@@ -91,11 +102,15 @@ def report(
     run = simulate(scene)
     lives = _lives(scene, curve)
     record = _waves(scene)
+    numbers = _displayed(
+        headline(run, sheet, record, lives if isinstance(lives, Life) else None), units
+    )
     body = [
-        f"<h1>{_text(run.scene.title)}</h1>",
+        front(run, numbers, sheet, who=(title, customer), image=_loop(scene)),
+        '<section class="appendix">',
         f"<p>{_text(scene.description)}</p>" if scene.description else "",
         *[f'<p class="warning">{_text(text)}</p>' for text in _warnings(run, sheet)],
-        *_headline(run, sheet, record, lives, units),
+        *_headline(run, numbers, record, lives),
         *_given(sheet),
         *_summary(run),
         "<h2>The last blow</h2>",
@@ -107,12 +122,12 @@ def report(
         _blows(run, units),
         "<h2>What was set</h2>",
         _parameters(run),
-        f'<p class="note">{_text(_provenance(run))}</p>',
+        f'<p class="note">{_text(_provenance(run))}</p></section>',
     ]
     page = (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        f"<title>{_text(run.scene.title)}</title>"
-        f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style></head>'
+        f"<title>{_text(title or run.scene.title)}</title>"
+        f'<meta name="viewport" content="width=device-width"><style>{STYLE}{SHEET}</style></head>'
         f"<body>{''.join(body)}</body></html>\n"
     )
     path.write_text(page, encoding="utf-8")
@@ -150,16 +165,21 @@ def _warnings(run: Run, sheet: Datasheet | None) -> list[str]:
     return [*(sheet.contradictions if sheet else ()), *run.warnings]
 
 
+def _loop(scene: Scene) -> str:
+    """The sheet's figure; nothing of a run that inputs act on, or that has too few blows."""
+    if scene.inputs:
+        return ""
+    try:
+        caption = "Rock force against penetration of the last cycle"
+        return answers.image(figures.rock_cycles(figures.settled_cycle(scene)), caption)
+    except TooFewBlowsError:
+        return ""
+
+
 def _headline(
-    run: Run,
-    sheet: Datasheet | None,
-    record: Waves | None,
-    lives: Life | str | None,
-    units: Units | list[Units],
+    run: Run, table: pd.DataFrame, record: Waves | None, lives: Life | str | None
 ) -> list[str]:
     """The numbers that an engineer hands on, each with its range where it has one."""
-    life = lives if isinstance(lives, Life) else None
-    table = _displayed(headline(run, sheet, record, life), units)
     if not len(table.columns):
         return []
     rows = []
@@ -167,7 +187,7 @@ def _headline(
         unit = table.attrs["units"][name]
         rows.append([str(name), _number(value), ranged(low, high), "" if unit == "1" else unit])
     notes = [sentence(run.parameters)]
-    if record is not None and life is None:
+    if record is not None and not isinstance(lives, Life):
         notes.append("Life: give the S-N line of your steel (--sn).")
     return [
         "<h2>The hammer</h2>",
@@ -403,7 +423,9 @@ def _table(heads: list[str], rows: list[list[str]]) -> str:
         )
         for row in rows
     ]
-    return f"<table><tr>{head}</tr>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>"
+    wide = ' class="wide"' if len(heads) > WIDE else ""
+    body = "".join(f"<tr>{line}</tr>" for line in lines)
+    return f"<table{wide}><thead><tr>{head}</tr></thead>{body}</table>"
 
 
 def _is_number(cell: str) -> bool:

@@ -1,0 +1,64 @@
+"""The sheet that a report begins with is one page, A4, where a browser prints it."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import pytest
+from browsing import browser
+from dth_hammer import PRESETS, VARIABLES, from_datasheet, report
+from dth_hammer.figures.front import SCALES, drawing, sections
+from dth_hammer.scene.variables import numbers, whole
+from playwright.sync_api import Browser
+
+__all__ = ["browser"]
+GIVEN = {"piston_mass": 8.6, "od": "124 mm", "pressure": "24 bar", "hole": "140 mm"}
+# Within the margins of front.py, in CSS pixels of 1/96 inch.
+WIDTH, HEIGHT = (96 / 25.4 * mm for mm in (210 - 2 * 16, 297 - 2 * 13))
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("sheet") / "sheet.html"
+    return report(from_datasheet(**GIVEN), out, title="H 5", customer="A <mine>")
+
+
+def test_it_is_one_page_that_says_what_is_handed_on(browser: Browser, page: Path) -> None:
+    view = browser.new_page(viewport={"width": round(WIDTH), "height": round(HEIGHT)})
+    view.emulate_media(media="print")
+    view.goto(page.as_uri())
+    sheet = view.locator(".front")
+    text = sheet.inner_text()
+    for told in ("A <mine>", "H 5", "rate of penetration", "blow energy", "feed", "24 bar"):
+        assert told in text, told
+    assert re.search(r"\d{4}-\d\d-\d\d", text)
+    # A rate has its range, to two digits.
+    assert re.search(r"rate of penetration\s+[\d.]+ m/h \([\d.]+ to [\d.]+\)", text)
+    # No name of the code on it.
+    assert not [name for name in VARIABLES if name in text and ("_" in name or "." in name)]
+    box = sheet.bounding_box()
+    assert box is not None
+    assert box["height"] < HEIGHT
+    # And no column of any table is lost beside the page.
+    wide = view.evaluate("[...document.querySelectorAll('table')].map((t) => t.scrollWidth)")
+    assert max(wide) <= math.ceil(WIDTH)
+    pdf = view.pdf(prefer_css_page_size=True)
+    view.close()
+    assert 2 <= len(re.findall(rb"/Type /Page\b", pdf)) <= 10
+
+
+@pytest.mark.parametrize("preset", [*PRESETS])
+def test_the_drawing_is_to_scale(preset: str) -> None:
+    given = whole(numbers(preset, {}))
+    svg = drawing(given)
+    found = re.search(r"Scale 1 : (\d+)", svg)
+    assert found
+    scale = int(found[1])
+    assert scale in SCALES
+    boxes = [tuple(map(float, m)) for m in re.findall(r'width="([\d.]+)" height="([\d.]+)"', svg)]
+    parts = [part for body in ("piston", "bit") for part in sections(given, body)]
+    # Written to a thousandth of a millimetre.
+    for box, part in zip(boxes, parts, strict=True):
+        assert [scale * side for side in box] == pytest.approx(part, abs=1e-3 * scale)
