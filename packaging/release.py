@@ -16,15 +16,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from cyclonedx.contrib.license.factories import LicenseFactory
-from cyclonedx.model import HashAlgorithm, HashType
-from cyclonedx.model.bom import Bom
-from cyclonedx.model.component import Component, ComponentType
-from cyclonedx.output.json import JsonV1Dot6
 from cyclonedx.schema import SchemaVersion
 from cyclonedx.validation.json import JsonStrictValidator
-from packageurl import PackageURL
-from wheels import here, platform, wheel
+from wheels import STANDARD, component, here, platform, wheel
 
 ROOT = Path(__file__).resolve().parent.parent
 TARGET = ROOT / os.environ.get("CARGO_TARGET_DIR", "target")
@@ -56,28 +50,24 @@ def bill(files: Iterable[Path]) -> str:
     """All files with their hashes, and for each what it is made of, as CycloneDX 1.6."""
     manifest = (ROOT / "Cargo.toml").read_text(encoding="utf-8")
     version = re.search(r'^version = "(.+)"$', manifest, re.MULTILINE)
+    product = {"name": "dth-hammer", "bom-ref": "dth-hammer", "type": "library"}
     parts = {c["file"]: c["parts"] for c in json.loads((TARGET / "contents.json").read_text())}
-    bom = Bom()
-    number = version[1] if version else None
-    product = Component(name="dth-hammer", version=number, type=ComponentType.LIBRARY)
-    bom.metadata.component = product
-    known: dict[str, Component] = {}
-    members = []
+    members, made_of = [], []
+    known: dict[str, dict[str, Any]] = {}
     for path in files:
-        member = Component(
-            name=path.name,
-            type=ComponentType.FILE,
-            bom_ref=path.name,
-            hashes=[HashType(alg=HashAlgorithm.SHA_256, content=digest(path))],
-        )
-        bom.components.add(member)
-        members.append(member)
-        made_of = [component(known, part) for part in parts.get(source(path), [])]
-        bom.register_dependency(member, made_of)
-    for part in known.values():
-        bom.components.add(part)
-    bom.register_dependency(product, members)
-    text = JsonV1Dot6(bom).output_as_string(indent=2)
+        hashes = [{"alg": "SHA-256", "content": digest(path)}]
+        members.append({"name": path.name, "bom-ref": path.name, "type": "file", "hashes": hashes})
+        inside = {part["name"]: part for part in parts.get(source(path), [])}
+        known |= {name: component(part) | {"bom-ref": name} for name, part in inside.items()}
+        made_of.append({"ref": path.name, "dependsOn": [*inside]})
+    made_of.append({"ref": "dth-hammer", "dependsOn": [member["name"] for member in members]})
+    bom = {
+        **STANDARD,
+        "metadata": {"component": product | ({"version": version[1]} if version else {})},
+        "components": [*members, *known.values()],
+        "dependencies": made_of,
+    }
+    text = json.dumps(bom, indent=2)
     errors = JsonStrictValidator(SchemaVersion.V1_6).validate_str(text)
     if errors is not None:
         sys.exit(f"{BILL} is not CycloneDX 1.6: {errors}")
@@ -89,25 +79,6 @@ def source(path: Path) -> str:
     if path.suffix == ".whl":
         return f"dth_hammer-{platform(path)}.fmu"
     return path.name
-
-
-def component(known: dict[str, Component], part: dict[str, Any]) -> Component:
-    """A crate, or what else is linked; one for each name and version."""
-    name, _, version = part["name"].rpartition(" ")
-    if not version[:1].isdigit():
-        name, version = part["name"], ""
-    own = name in ("hammer", "dth-fmu", "dth-native")
-    purl = PackageURL("cargo", name=name, version=version) if version and not own else None
-    if part["name"] not in known:
-        known[part["name"]] = Component(
-            name=name,
-            version=version or None,
-            type=ComponentType.LIBRARY,
-            bom_ref=part["name"],
-            purl=purl,
-            licenses=[LicenseFactory().make_from_string(part["terms"])],
-        )
-    return known[part["name"]]
 
 
 def digest(path: Path) -> str:

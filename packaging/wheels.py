@@ -23,6 +23,8 @@ PACKAGE = ROOT / "python"
 NOTES = ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / "wheel"
 #: For any Python from 3.10 on; maturin finds the oldest system that what it has linked runs on.
 BUILD = ("maturin", "build", "--locked")
+#: How a bill of materials begins.
+STANDARD: dict[str, Any] = {"bomFormat": "CycloneDX", "specVersion": "1.6", "version": 1}
 #: What pip calls the platforms that the names of the .fmu files end in.
 TAGS = {
     "linux-x86_64": r"manylinux.*_x86_64|linux_x86_64",
@@ -64,9 +66,8 @@ def state_contents(info: Path) -> None:
     own, _, rest = rest.partition("\n")
     (info / "METADATA").write_text(f"{head}{line}{own}\n{names}{rest}", encoding="utf-8")
     parts = json.loads((NOTES / "contents.json").read_text(encoding="utf-8"))
-    bill = {"bomFormat": "CycloneDX", "specVersion": "1.6", "version": 1}
     (info / "sboms").mkdir(exist_ok=True)
-    text = json.dumps(bill | {"components": [component(part) for part in parts]}, indent=1)
+    text = json.dumps(STANDARD | {"components": [component(part) for part in parts]}, indent=1)
     (info / "sboms" / "dth-hammer.cyclonedx.json").write_text(text, encoding="utf-8")
 
 

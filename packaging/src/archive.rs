@@ -23,9 +23,6 @@ impl File {
 }
 
 /// Writes the archive and returns its size in bytes.
-///
-/// # Errors
-/// If the file cannot be written.
 pub fn write(output: &Path, mut files: Vec<File>) -> Result<usize, Failure> {
     files.sort_by(|a, b| a.path.cmp(&b.path));
     // Zip's oldest instant: the time of packaging would make every archive another.

@@ -34,9 +34,6 @@ pub fn cargo(root: &Path) -> Command {
 }
 
 /// What a program prints.
-///
-/// # Errors
-/// If it cannot be run or does not succeed; what it says to the user is shown as it goes.
 pub fn output(command: &mut Command) -> Result<Vec<u8>, Failure> {
     let program = format!("{command:?}");
     let fail = |reason: String| Failure::Program { program: program.clone(), reason };
@@ -80,9 +77,6 @@ impl Binary {
 
 /// Has the given cargo build the library, in the profile made for it and with `flags` for the
 /// compiler, and reads it.
-///
-/// # Errors
-/// If it does not build.
 pub fn compile(mut cargo: Command, flags: &[String], extension: &str) -> Result<Vec<u8>, Failure> {
     let flags = [flags, &anonymous()?].concat();
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\u{1f}"));
@@ -91,9 +85,6 @@ pub fn compile(mut cargo: Command, flags: &[String], extension: &str) -> Result<
 }
 
 /// The library that a build by cargo makes.
-///
-/// # Errors
-/// If it does not build.
 pub fn made(mut cargo: Command, extension: &str) -> Result<Vec<u8>, Failure> {
     cargo.arg("--message-format=json-render-diagnostics");
     let program = format!("{cargo:?}");

@@ -86,10 +86,7 @@ pub fn macos_binary(bytes: Vec<u8>) -> Binary {
     Binary { place: MACOS_PLACE.into(), folders, runs_on, bytes }
 }
 
-/// Builds the library for macOS, on macOS.
-///
-/// # Errors
-/// If it does not build; the targets are `rustup target add`'s.
+/// Builds the library for macOS, on macOS, for the targets that `rustup target add` brings.
 pub fn build_for_macos(root: &Path) -> Result<Binary, Failure> {
     let folder = target(root).join("universal");
     fs::create_dir_all(&folder).about(&folder)?;
@@ -116,9 +113,6 @@ pub struct Workshop {
 
 impl Workshop {
     /// Finds or installs what is needed.
-    ///
-    /// # Errors
-    /// Names what a person must install.
     pub fn open(root: &Path) -> Result<Self, Failure> {
         if !cfg!(all(target_os = "linux", target_arch = "x86_64")) {
             return Err(Failure::Missing("that takes Linux on x86-64".into()));
@@ -134,9 +128,6 @@ impl Workshop {
 
     /// The library for a browser: by the toolchain in use if it has the standard library for
     /// that, else as for the other machines.
-    ///
-    /// # Errors
-    /// Names what a person must install; or it does not build.
     pub fn build_for_browser(root: &Path) -> Result<Vec<u8>, Failure> {
         let name = BROWSER.to_uppercase().replace('-', "_");
         if let Some(how) = browser_lacks() {
@@ -160,9 +151,6 @@ impl Workshop {
     }
 
     /// Builds the library for a machine, and checks it.
-    ///
-    /// # Errors
-    /// If it does not build, or is not what it should be.
     pub fn build(&self, platform: &Platform) -> Result<Binary, Failure> {
         let linker = match platform.linker {
             Linker::Zig(triple) => zig_linker(&self.root, &self.zig, triple)?,
@@ -188,9 +176,6 @@ impl Workshop {
     }
 
     /// The licences of all that is in the libraries for these machines.
-    ///
-    /// # Errors
-    /// If a text cannot be read.
     pub fn licenses(&self, platforms: &[Platform]) -> Result<Vec<License>, Failure> {
         let mut more = Vec::new();
         for platform in platforms {
@@ -213,9 +198,6 @@ impl Workshop {
 
 /// Has cargo link for every glibc since 2.17, if this is Linux and a Python has zig; returns what then
 /// is in the library besides.
-///
-/// # Errors
-/// If the linker cannot be written.
 pub fn link_for_old_linux(root: &Path, cargo: &mut Command) -> Result<Option<License>, Failure> {
     let here = |platform: &Platform| {
         platform.triple.strip_prefix(env::consts::ARCH) == Some("-unknown-linux-gnu")
@@ -235,9 +217,6 @@ pub fn link_for_old_linux(root: &Path, cargo: &mut Command) -> Result<Option<Lic
 }
 
 /// Fails if a library that zig linked needs a newer glibc.
-///
-/// # Errors
-/// Names what needs it.
 pub fn check_old_linux(place: &str, bytes: &[u8]) -> Result<(), Failure> {
     inspect::check_glibc(place, bytes, OLDEST_GLIBC)
 }

@@ -31,9 +31,6 @@ const LINUX: [&str; 6] =
 pub type Version = (u32, u32);
 
 /// Holds a library to what is promised of every one, and finds the glibc that it needs.
-///
-/// # Errors
-/// What is wrong with it.
 pub fn check(name: &str, bytes: &[u8]) -> Result<Option<Version>, Failure> {
     let unfit = |reason: String| Failure::Unfit { name: name.into(), reason };
     let file = object::File::parse(bytes)?;
@@ -63,9 +60,6 @@ pub fn check(name: &str, bytes: &[u8]) -> Result<Option<Version>, Failure> {
 }
 
 /// Fails if a Linux library needs a glibc newer than this.
-///
-/// # Errors
-/// Names what needs it.
 pub fn check_glibc(name: &str, bytes: &[u8], newest: Version) -> Result<(), Failure> {
     let unfit = |reason: String| Failure::Unfit { name: name.into(), reason };
     match glibc(bytes, &LINUX).map_err(unfit)? {

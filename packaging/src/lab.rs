@@ -18,9 +18,6 @@ use std::time::Instant;
 const WORKER: [&str; 5] = ["engine.js", "worker.js", "lifting.js", "means.js", "exploring.js"];
 
 /// Builds the engine and writes the page.
-///
-/// # Errors
-/// Names what a person must install; or it does not build.
 pub fn write(root: &Path, output: &Path) -> Result<(), Failure> {
     let begun = Instant::now();
     tell("Building", "the engine for browsers (some minutes the first time, then seconds)");
@@ -129,9 +126,6 @@ fn terms(root: &Path) -> Result<String, Failure> {
 }
 
 /// The licences of all that is in the page.
-///
-/// # Errors
-/// If a text cannot be read.
 pub fn parts(root: &Path) -> Result<Vec<License>, Failure> {
     let plots = root.join("lab/vendor/LICENSE-uPlot.txt");
     let more = vec![licenses::foreign("uPlot", "MIT", &plots)?];

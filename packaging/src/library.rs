@@ -20,9 +20,6 @@ const PLATFORM: [&str; 2] = if cfg!(target_os = "windows") {
 
 /// Builds the library for this machine, on Linux for old ones too if zig is there; and what others have
 /// in it.
-///
-/// # Errors
-/// If it does not build, or is not what it should be.
 pub fn build(root: &Path) -> Result<(Binary, Vec<License>), Failure> {
     let extension = env::consts::DLL_EXTENSION;
     let mut command = cargo(root);
@@ -43,9 +40,6 @@ pub fn build(root: &Path) -> Result<(Binary, Vec<License>), Failure> {
 }
 
 /// The library that cargo has made with this program: in the same profile, of the same engine.
-///
-/// # Errors
-/// As [`build`].
 pub fn quick(root: &Path) -> Result<Binary, Failure> {
     let mut command = cargo(root);
     command.args(["build", "--locked", "--quiet", "--profile", QUICK]);

@@ -42,9 +42,6 @@ struct Package {
 }
 
 /// Notes for `wheels.py` what a wheel of this machine has in it, and all licences of that.
-///
-/// # Errors
-/// As [`collect`]; or a file cannot be written.
 pub fn note_wheel(root: &Path) -> Result<(), Failure> {
     let licenses = collect(root, &WHEEL, &[&host(root)?], Vec::new())?;
     let folder = target(root).join("wheel");
@@ -58,9 +55,6 @@ pub fn note_wheel(root: &Path) -> Result<(), Failure> {
 }
 
 /// The licences of what of these packages is linked for the given targets, and of what else is, sorted by name.
-///
-/// # Errors
-/// If cargo fails or a text cannot be read.
 pub fn collect(
     root: &Path,
     packages: &[&str],
@@ -117,18 +111,12 @@ pub fn text(licenses: &[License]) -> String {
 }
 
 /// The licence of something that is no package of cargo's, with its text if that is there.
-///
-/// # Errors
-/// If the text is there but cannot be read.
 pub fn foreign(name: &str, terms: &str, text: &Path) -> Result<License, Failure> {
     let texts = if text.is_file() { vec![read(text)?] } else { Vec::new() };
     Ok(License { name: name.into(), terms: terms.into(), texts })
 }
 
 /// The machine's target triple: other platforms' packages are not linked.
-///
-/// # Errors
-/// If cargo does not name it.
 pub fn host(root: &Path) -> Result<String, Failure> {
     let mut command = cargo(root);
     let text = output(command.args(["--version", "--verbose"]))?;

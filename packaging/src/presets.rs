@@ -16,9 +16,6 @@ struct Content {
 }
 
 /// A preset as JSON.
-///
-/// # Errors
-/// None that is known; the encoder could refuse.
 fn json(preset: &Preset) -> Result<String, Failure> {
     Ok(serde_json::to_string_pretty(&content(preset))? + "\n")
 }
@@ -59,9 +56,6 @@ fn ssv(preset: &Preset) -> String {
 const SSV: &str = "http://ssp-standard.org/SSP1/SystemStructureParameterValues";
 
 /// The files for the archive: each set as JSON and as SSV.
-///
-/// # Errors
-/// None that is known; the encoder could refuse.
 pub fn files() -> Result<Vec<File>, Failure> {
     let mut files = Vec::new();
     for preset in PRESETS {
@@ -72,9 +66,6 @@ pub fn files() -> Result<Vec<File>, Failure> {
 }
 
 /// All of them by name, as one text.
-///
-/// # Errors
-/// None that is known; the encoder could refuse.
 pub fn all() -> Result<String, Failure> {
     let contents: BTreeMap<_, _> = PRESETS.iter().map(|p| (p.name, content(p))).collect();
     Ok(serde_json::to_string(&contents)?)

@@ -39,9 +39,6 @@ impl Contents {
 }
 
 /// Writes all that this machine can build.
-///
-/// # Errors
-/// Names what a person must install; or it does not build.
 pub fn write(root: &Path, folder: &Path) -> Result<(), Failure> {
     fs::create_dir_all(folder).about(folder)?;
     licenses::note_wheel(root)?;

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterator
 from pathlib import Path
 from zipfile import ZipFile
@@ -10,7 +9,6 @@ from zipfile import ZipFile
 import container
 import fmpy
 import numpy as np
-import pandas as pd
 import pytest
 from dth_hammer.fmu import write_system
 from fmpy.validation import validate_fmu
@@ -137,47 +135,3 @@ def test_terminals_are_valid_and_of_variables_that_there_are(either: Path) -> No
     for member in terminals.iter("TerminalMemberVariable"):
         assert member.get("memberName") == member.get("variableName")
     assert read(either, "terminalsAndIcons/icon.png").startswith(b"\x89PNG\r\n")
-
-
-RELATED = "extra/org.fmi-standard.fmi-ls-ref/"
-
-
-def test_the_manifest_of_related_files_names_files_that_there_are(either: Path) -> None:
-    manifest = etree.fromstring(read(either, RELATED + "fmi-ls-manifest.xml"))
-    space = "{http://fmi-standard.org/fmi-ls-manifest}fmi-ls-"
-    assert manifest.tag == "fmiReferences"
-    assert manifest.get(space + "name") == "org.fmi-standard.fmi-ls-ref"
-    assert manifest.get(space + "version") == "1.0.0-alpha.1"
-    roles = [related.get("role") for related in manifest]
-    presets = roles.count("parameter")
-    assert sorted(roles) == ["experiment/smoke-test", *["parameter"] * presets, "result"]
-    with ZipFile(either) as archive:
-        names = set(archive.namelist())
-    assert presets == sum(name.endswith(".ssv") for name in names)
-    for related in manifest:
-        source = related.get("source")
-        up = source.startswith("../../")
-        assert (source.removeprefix("../../") if up else RELATED + source) in names
-
-
-def test_the_reference_results_are_what_a_host_finds(either: Path) -> None:
-    plan = etree.fromstring(read(either, RELATED + "reference.exp"))
-    ((times, results),) = plan
-    assert [times.tag, results.tag] == ["TransientSimulation", "References"]
-    table = pd.read_csv(io.BytesIO(read(either, RELATED + results.get("source"))))
-    described = fmpy.read_model_description(either).modelVariables
-    outputs = [v.name for v in described if v.causality == "output" and v.valueReference < 1000]
-    assert [*table] == ["time", *outputs]
-    end, step = float(times.get("stopTime")), float(times.get("stepSize"))
-    found = fmpy.simulate_fmu(
-        str(either), stop_time=end, step_size=step, output_interval=step, output=outputs
-    )
-    assert found["blow_count"][-1] > 3
-    np.testing.assert_allclose(found["time"], table["time"], rtol=1e-15)
-    # The host's points are sums, a few units of the last place off: a piston of 10 m/s is 1e-15 m
-    # elsewhere there, and a force of 1e5 N, which rises by 1e10 N/s, 1e-6 N.
-    for name in outputs:
-        largest = max(1e-12, float(table[name].abs().max()))
-        np.testing.assert_allclose(
-            found[name], table[name], rtol=0.0, atol=1e-9 * largest, err_msg=name
-        )
