@@ -84,13 +84,31 @@ fn real_outputs() -> impl Iterator<Item = &'static str> {
     VARIABLES.iter().filter(|v| matches!(v.role, Role::Output(_))).map(|v| v.name)
 }
 
+/// What runs give one after the other, and each on a thread of its own.
+fn alone_and_together(run: impl Fn(usize) -> Vec<u64> + Sync) {
+    let (run, alone): (&(dyn Fn(usize) -> Vec<u64> + Sync), Vec<_>) =
+        (&run, (0..8).map(&run).collect());
+    let together: Vec<_> = thread::scope(|scope| {
+        let threads: Vec<_> = (0..8).map(|number| scope.spawn(move || run(number))).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    });
+    assert_eq!(alone, together);
+    assert_ne!(alone[0], alone[1]);
+}
+
 #[test]
-fn threads_of_fmi_3_give_bitwise_what_one_thread_gives() {
+fn threads_give_bitwise_what_one_thread_gives_in_either_standard() {
     let library = Library::load();
+    let stiffness = |number: usize| 1e8 + 1e7 * number as f64;
+    alone_and_together(|number| {
+        let host = Host::running(&library, &[("rock.stiffness", stiffness(number))]);
+        (0..100).for_each(|step| host.step(f64::from(step) * 1e-3, 1e-3));
+        host.fingerprint()
+    });
     let names: Vec<&str> = real_outputs().collect();
-    let run = |number: usize| {
+    alone_and_together(|number| {
         let host = Three::new(&library, true, true);
-        host.set("Float64", vr("rock.stiffness"), 1e8 + 1e7 * number as f64);
+        host.set("Float64", vr("rock.stiffness"), stiffness(number));
         host.start(true);
         let mut point = 0.0;
         while point < 0.1 {
@@ -101,14 +119,7 @@ fn threads_of_fmi_3_give_bitwise_what_one_thread_gives() {
             }
         }
         host.fingerprint(&names)
-    };
-    let one: Vec<_> = (0..8).map(run).collect();
-    let eight: Vec<_> = thread::scope(|scope| {
-        let threads: Vec<_> = (0..8).map(|number| scope.spawn(move || run(number))).collect();
-        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
     });
-    assert_eq!(one, eight);
-    assert_ne!(one[0], one[1]);
 }
 
 #[test]
@@ -167,25 +178,6 @@ fn a_thousand_instances_live_side_by_side() {
         assert_eq!(host.fingerprint(), expected);
     }
     assert!(hosts.len() < CAPACITY);
-}
-
-#[test]
-fn threads_give_bitwise_what_one_thread_gives() {
-    let library = Library::load();
-    let run = |number: usize| {
-        let host = Host::running(&library, &[("rock.stiffness", 1e8 + 1e7 * number as f64)]);
-        for step in 0..100 {
-            host.step(f64::from(step) * 1e-3, 1e-3);
-        }
-        host.fingerprint()
-    };
-    let one: Vec<_> = (0..8).map(run).collect();
-    let eight: Vec<_> = thread::scope(|scope| {
-        let threads: Vec<_> = (0..8).map(|number| scope.spawn(move || run(number))).collect();
-        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
-    });
-    assert_eq!(one, eight);
-    assert_ne!(one[0], one[1]);
 }
 
 #[test]

@@ -240,35 +240,6 @@ fn what_is_taken_follows_the_supply_as_in_closed_form() {
     assert!(line.starts_with("air.supply_area cannot be set"), "{line}");
 }
 
-/// Before the start a chamber has the pressure of its open port: above its edge the drive chamber that of
-/// the supply, the return chamber that of the exhaust.
-#[test]
-fn before_the_start_chambers_follow_the_port_that_is_open() {
-    let library = Library::load();
-    let host = Host::new(&library);
-    host.set_int("drive.source", AIR);
-    host.set("contact.initial_gap", 0.038);
-    host.plain("fmi2EnterInitializationMode");
-    let of =
-        ["drive_chamber_pressure", "return_chamber_pressure", "applied_drive_force", "air_mass"];
-    let [mut by_supply, mut by_exhaust] = [[f64::NAN; 4]; 2];
-    for (name, found) in
-        [("supply_pressure", &mut by_supply), ("exhaust_pressure", &mut by_exhaust)]
-    {
-        let status = library.directional_by(host.handle, &of.map(vr), &[vr(name)], &[1.0], found);
-        assert_eq!(status, OK, "{:?}", host.take_log());
-    }
-    // The exhaust's pressure is on both sides of what presses on the piston.
-    let area = host.get("drive.area_drive");
-    // Differences of linear functions: seven digits and more.
-    for (found, expected) in by_supply.iter().zip([1.0, 0.0, area, 0.0]) {
-        assert!((found - expected).abs() <= 1e-7 * expected, "{by_supply:?}");
-    }
-    for (found, expected) in by_exhaust.iter().zip([0.0, 1.0, -area, 0.0]) {
-        assert!((found - expected).abs() <= 1e-7 * expected.abs(), "{by_exhaust:?}");
-    }
-}
-
 /// The exhaust's pressure rises: that of vented chambers does too, and nothing drives the piston.
 #[test]
 fn vented_chambers_follow_the_exhaust() {

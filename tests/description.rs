@@ -1,13 +1,9 @@
-//! The description and the exported symbols: the interface that hosts were promised.
+//! The description: the interface that hosts were promised. What the library exports and takes is checked where it is
+//! packaged.
 
-use crate::support::library::Library;
-use dth_hammer::{
-    GUID, MODEL_DESCRIPTION, MODEL_DESCRIPTION_3, TOKEN, description, description3, symbols,
-};
+use dth_hammer::{GUID, MODEL_DESCRIPTION, MODEL_DESCRIPTION_3, TOKEN, description, description3};
 use hammer::InputValues;
-use hammer::quantity::{ENUMERATIONS, QUANTITIES};
 use hammer::variables::{Role, VARIABLES};
-use object::{Object, ObjectSymbol};
 use std::collections::BTreeSet;
 
 /// Names that hosts were promised: more may come, none may go.
@@ -30,7 +26,7 @@ const PROMISED: &str = "
     hole.diameter rock.specific_energy rock.reloading drilled_length casing.mass
     casing.impedance chuck.stiffness chuck.viscosity chuck.travel chuck.idle_travel
     casing_position casing_velocity chuck_force chuck_force_peak
-    coupling.delay energy_exchange drive_volume return_volume drive_flow return_flow";
+    coupling.delay drive.impedance energy_exchange drive_volume return_volume drive_flow return_flow";
 
 const TUNABLE: [&str; 8] = [
     "coupling.delay",
@@ -105,47 +101,6 @@ fn inputs_are_those_of_their_names() {
             assert_ne!(values, InputValues::default());
         }
     }
-}
-
-#[test]
-fn units_and_types_are_defined() {
-    for quantity in QUANTITIES {
-        let unit = MODEL_DESCRIPTION
-            .split("<Unit ")
-            .find(|part| part.starts_with(&format!("name=\"{}\"", quantity.unit)));
-        let unit = unit.unwrap_or_else(|| panic!("unit {}", quantity.unit));
-        if let Some(display) = quantity.display {
-            assert!(unit.contains(&format!("<DisplayUnit name=\"{display}\"")), "{display}");
-        }
-    }
-    for list in ENUMERATIONS {
-        assert!(MODEL_DESCRIPTION.contains(&format!("<SimpleType name=\"{}\"", list.name)));
-    }
-}
-
-#[test]
-fn exactly_the_functions_of_the_standards_are_exported() {
-    let bytes = std::fs::read(Library::path()).unwrap();
-    let file = object::File::parse(&*bytes).unwrap();
-    let defined = file.dynamic_symbols().filter(|symbol| symbol.is_definition());
-    let exported: BTreeSet<String> =
-        defined.filter_map(|symbol| symbol.name().ok().map(str::to_owned)).collect();
-    assert_eq!(exported, symbols());
-    assert_eq!(exported.len(), 34 + 75);
-}
-
-/// The C library's differ between its versions and between processors, in the last bits.
-#[test]
-fn no_elementary_function_is_taken_from_the_machine() {
-    const FUNCTIONS: &str = "sin cos tan sincos exp exp2 expm1 log log2 log10 log1p pow hypot cbrt \
-                             sinh cosh tanh asin acos atan atan2 fmod fma";
-    let bytes = std::fs::read(Library::path()).unwrap();
-    let file = object::File::parse(&*bytes).unwrap();
-    let imports: BTreeSet<&str> =
-        file.dynamic_symbols().filter(|s| s.is_undefined()).filter_map(|s| s.name().ok()).collect();
-    assert!(imports.contains("memcpy"), "{imports:?}");
-    let taken: Vec<&str> = FUNCTIONS.split_whitespace().filter(|f| imports.contains(f)).collect();
-    assert!(taken.is_empty(), "{taken:?}");
 }
 
 /// What importers of some years die of: an initial unknown that leaves out its dependencies, and a

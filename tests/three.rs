@@ -319,65 +319,8 @@ fn hammer() -> Machine {
 }
 
 #[test]
-fn a_state_goes_on_in_another_instance_to_the_bit_events_too() {
+fn a_host_without_event_mode_or_the_token_is_told() {
     let library = Library::load();
-    let made = || {
-        let host = Three::new(&library, true, true);
-        host.set("Int32", extra("event.positions"), 1_i32);
-        host.set("Float64", Extra::Position(0).reference(), -0.02);
-        host.start(true);
-        host
-    };
-    let (one, other) = (made(), made());
-    let mut point = 0.0;
-    for _ in 0..3 {
-        point = one.step(point, END).time;
-        one.calls(&["EnterEventMode"]);
-        assert_eq!(other.adopt(&one.serialized()), [OK; 2]);
-        assert_eq!(one.happened(), other.happened());
-        for host in [&one, &other] {
-            host.update();
-            host.calls(&["EnterStepMode"]);
-        }
-    }
-    let ends = [&one, &other].map(|host| host.step(point, END));
-    assert_eq!(ends[0], ends[1]);
-    assert_eq!(one.fingerprint(&NAMES), other.fingerprint(&NAMES));
-}
-
-#[test]
-fn calls_out_of_their_mode_are_refused_and_change_nothing() {
-    let library = Library::load();
-    let refuses = |host: &Three, call: &str, when: &str| {
-        assert_eq!(host.plain(call), ERROR, "{call} {when}");
-        assert_eq!(host.only_error(), format!("fmi3{call} is not allowed {when}"));
-    };
-    let host = Three::new(&library, true, true);
-    for call in ["EnterEventMode", "EnterStepMode", "ExitInitializationMode", "Terminate"] {
-        refuses(&host, call, "before initialization");
-    }
-    assert_eq!(host.enter_initialization(0.0), OK);
-    refuses(&host, "EnterConfigurationMode", "in initialization mode");
-    host.calls(&["ExitInitializationMode"]);
-    let (status, ended) = host.try_step(0.0, 1e-3);
-    assert_eq!((status, ended.time), (ERROR, 0.0));
-    assert_eq!(host.only_error(), "fmi3DoStep is not allowed in event mode");
-    refuses(&host, "EnterEventMode", "in event mode");
-    host.calls(&["EnterStepMode"]);
-    refuses(&host, "EnterStepMode", "while stepping");
-    assert_eq!(host.try_update(), ERROR);
-    host.only_error();
-    host.step(0.0, 1e-3);
-    host.calls(&["Terminate"]);
-    assert_eq!(host.try_step(1e-3, 1e-3).0, ERROR);
-    assert_eq!(host.only_error(), "fmi3DoStep is not allowed after termination");
-    host.calls(&["Reset"]);
-    host.start(true);
-    let fresh = Three::new(&library, true, true);
-    fresh.start(true);
-    assert_eq!(host.step(0.0, 0.02), fresh.step(0.0, 0.02));
-    assert_eq!(host.fingerprint(&NAMES), fresh.fingerprint(&NAMES));
-
     let plain = Three::new(&library, false, true);
     plain.start(false);
     assert_eq!(plain.plain("EnterEventMode"), ERROR);

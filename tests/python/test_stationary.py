@@ -1,4 +1,4 @@
-"""The reference hammer's settled response: the figures that the demo prints."""
+"""The settled response of the reference hammer, as the demo reads it: test_readme holds its figures."""
 
 from __future__ import annotations
 
@@ -6,17 +6,6 @@ import pytest
 from figure import Record
 from fmu import Instance, Package
 from reference import Stationary, table
-
-# Tolerances are those of the published numbers, which two solvers made: a unit or
-# two of the last digit printed.
-
-
-def test_the_period_is_the_published_one(figures: Stationary) -> None:
-    assert figures.period == pytest.approx(45.61298e-3, abs=0.00001e-3)
-
-
-def test_the_rate_of_penetration_is_the_published_one(figures: Stationary) -> None:
-    assert figures.tip_rate == pytest.approx(39.816e-3, abs=0.001e-3)
 
 
 def test_the_speed_and_energy_of_a_blow_are_those_just_before_it(
@@ -41,15 +30,6 @@ def test_a_blow_is_two_collisions_of_the_durations_of_waves(figures: Stationary)
 def test_the_main_drilling_cycle_lasts_what_the_paper_says(figures: Stationary) -> None:
     # "about 0.4 ms": half a unit of the digit that is printed.
     assert figures.drilling_cycle == pytest.approx(0.4e-3, abs=0.05e-3)
-
-
-def test_the_first_periods_are_the_published_ones(figures: Stationary) -> None:
-    published = (44.1463, 45.1652, 45.5082, 45.5884, 45.6071, 45.6116, 45.6127)
-    assert [1e3 * p for p in figures.first_periods] == pytest.approx(published, abs=2e-4)
-
-
-def test_the_energy_balance_closes(figures: Stationary) -> None:
-    assert figures.residual < 1e-9
 
 
 def test_the_table_names_every_figure_of_the_paper(figures: Stationary, package: Package) -> None:
