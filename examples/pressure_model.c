@@ -1,11 +1,16 @@
 /* Models of a drive as FMUs of their own (FMI 2.0, co-simulation), as hosts couple them with the hammer: where the
-   piston is goes in, pressures come out. Within a step the piston moves evenly from where it was to where it is.
-   -DCASE=1: trapped oil; 2: gas in two chambers with ports; 3: water behind a valve. -DBEGIN: where the piston starts.
-   See pressure_model.py. */
+   piston is goes in (or the air that the hammer has taken), pressures come out. Within a step it moves evenly from
+   where it was to where it is.
+   -DCASE=1: trapped oil; 2: gas in two chambers with ports; 3: water behind a valve; 4: a hose as a transmission line
+   with a valve at its far end, which gives its wave (-DPRESSURE=1: its pressure); 5: a compressor with receiver and hose.
+   -DBEGIN: where the piston starts. See pressure_model.py. */
 #include <math.h>
 #include <stdlib.h>
 #include "fmi2Functions.h"
 
+#ifndef PRESSURE
+#define PRESSURE 0
+#endif
 enum { POSITION, DRIVE_PRESSURE, RETURN_PRESSURE, COUNT };
 
 #if CASE == 1
@@ -14,7 +19,7 @@ static const double FINEST = 1e-5, MODULUS = 1.5e9, VOLUME = 2e-5, AREA = 1e-3, 
 static void begin(double *y, double x) { y[0] = REST; }
 static void rates(const double *y, double command, double x, double v, double *d) { d[0] = -MODULUS / VOLUME * AREA * v; }
 static double command_at(double command, double x) { return command; }
-static void pressures(const double *y, double *p) { p[0] = y[0]; p[1] = REST; }
+static void pressures(const double *y, double v, double *p) { p[0] = y[0]; p[1] = REST; }
 #elif CASE == 2
 enum { SIZE = 2 };
 static const double FINEST = 2e-6, R = 287.05, T = 300.0, KAPPA = 1.4, SUPPLY = 2.4e6, EXHAUST = 101325.0;
@@ -34,8 +39,8 @@ static void rates(const double *y, double command, double x, double v, double *d
     d[1] = KAPPA / (DEAD - UP * x) * (R * T * out + y[1] * UP * v);
 }
 static double command_at(double command, double x) { return command; }
-static void pressures(const double *y, double *p) { p[0] = y[0] - EXHAUST; p[1] = y[1] - EXHAUST; }
-#else
+static void pressures(const double *y, double v, double *p) { p[0] = y[0] - EXHAUST; p[1] = y[1] - EXHAUST; }
+#elif CASE == 3
 /* Pressure of the drive chamber, opening of the valve, and a hose of three parts, each a pressure and a flow. */
 enum { SIZE = 8 };
 static const double FINEST = 1e-6, PUMP = 1.4e7, OUTLET = 2e5, MODULUS = 2.1e9, DENSITY = 1000.0, DOWN = 3.6e-4, UP = 1.8e-4;
@@ -64,18 +69,78 @@ static double command_at(double command, double x) {
     if (command > 0 && x > TURNS_UP) return -1;
     return command < 0 && x < TURNS_DOWN ? 1 : command;
 }
-static void pressures(const double *y, double *p) { p[0] = y[0]; p[1] = y[2]; }
+static void pressures(const double *y, double v, double *p) { p[0] = y[0]; p[1] = y[2]; }
+#elif CASE == 4
+/* What is given of the piston's end, and the opening of the valve. */
+enum { SIZE = 2, RING = 4096 };
+static const double FINEST = 5e-6, PUMP = 1.4e7, OUTLET = 2e5, DOWN = 3.6e-4, LINE = 9e8, DELAY = 1e-3, RESISTANCE = 4e8;
+static const double SHIFT = 5e-4, TURNS_UP = -8e-3, TURNS_DOWN = -30e-3;
+static void begin(double *y, double x) { y[0] = PUMP; y[1] = 1.0; }
+static double command_at(double command, double x) {
+    if (command > 0 && x > TURNS_UP) return -1;
+    return command < 0 && x < TURNS_DOWN ? 1 : command;
+}
+static void pressures(const double *y, double v, double *p) { p[0] = y[0]; p[1] = PUMP; }
+#else
+/* The air that receiver and hose hold, kg. */
+enum { SIZE = 1 };
+static const double FINEST = 1e-4, R = 287.05, T = 300.0, RATED = 25e5, BAND = 1e5, RECEIVER = 0.02, LENGTH = 15.0, BORE = 51e-3;
+static const double FRICTION = 0.02, CAPACITY = 20.0 / 60 * 101325.0 / (287.05 * 273.15);
+static double per_mass(void) { return R * T / (RECEIVER + M_PI / 4 * BORE * BORE * LENGTH); }
+static void begin(double *y, double x) { y[0] = RATED / per_mass(); }
+static void rates(const double *y, double command, double x, double v, double *d) {
+    d[0] = CAPACITY * fmin(1, fmax(0, (RATED + BAND - per_mass() * y[0]) / BAND)) - v;
+}
+static double command_at(double command, double x) { return command; }
+static void pressures(const double *y, double v, double *p) {
+    double face = M_PI / 4 * BORE * BORE, held = per_mass() * y[0];
+    p[0] = sqrt(fmax(0, held * held - FRICTION * LENGTH / BORE * R * T / (face * face) * v * fabs(v)));
+}
 #endif
 
-typedef struct { double values[COUNT], y[SIZE], command, before; int begun; } Model;
+typedef struct {
+    double values[COUNT], y[SIZE], command, before;
+    int begun;
+#if CASE == 4
+    /* Waves that have set out from either end, a sample a part of a step. */
+    double to_valve[RING], to_piston[RING];
+    long at;
+#endif
+} Model;
 
 static void start(Model *m) {
     begin(m->y, m->values[POSITION]);
     m->command = 1;
     m->begun = 0;
-    pressures(m->y, m->values + 1);
+#if CASE == 4
+    m->at = RING;
+    for (int k = 0; k < RING; k++) m->to_valve[k] = m->to_piston[k] = PUMP;
+#endif
+    pressures(m->y, 0, m->values + 1);
 }
 
+#if CASE == 4
+/* A step of the line: what left one end arrives at the other after its delay. Leaves what the piston's end is to be
+   given: the mean pressure there, or the mean wave that arrives over the next step of this length. */
+static void line(Model *m, double from, double v, double h, int parts) {
+    long delay = lround(DELAY / h);
+    double flow = -DOWN * v, sum = 0;
+    for (int k = 0; k < parts; k++, m->at++) {
+        double wave = m->to_piston[(m->at - delay) % RING], other = m->to_valve[(m->at - delay) % RING];
+        m->command = command_at(m->command, from + v * h * (k + 1));
+        m->y[1] += (m->command - m->y[1]) * -expm1(-h / SHIFT);
+        double source = OUTLET + (PUMP - OUTLET) * 0.5 * (1 + m->y[1]), in = (source - other) / (RESISTANCE + LINE);
+        m->to_valve[m->at % RING] = wave + 2 * LINE * flow;
+        m->to_piston[m->at % RING] = other + 2 * LINE * in;
+        sum += wave + LINE * flow;
+    }
+    if (!PRESSURE) {
+        sum = 0;
+        for (int k = 0; k < parts; k++) sum += m->to_piston[(m->at + k - delay) % RING];
+    }
+    m->y[0] = sum / parts;
+}
+#else
 /* The classical method of Runge and Kutta over part of a step, in which the piston moves evenly. */
 static void part(Model *m, double x, double v, double h) {
     static const double AT[4] = {0, 0.5, 0.5, 1}, WEIGHT[4] = {1. / 6, 1. / 3, 1. / 3, 1. / 6};
@@ -89,6 +154,8 @@ static void part(Model *m, double x, double v, double h) {
     for (int i = 0; i < SIZE; i++) m->y[i] = sum[i];
 }
 
+#endif
+
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real size, fmi2Boolean keep) {
     Model *m = c;
     double to = m->values[POSITION], from = m->begun ? m->before : to;
@@ -97,11 +164,15 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real size, fmi2Boolean ke
     if (size <= 0) return fmi2OK;
     int parts = (int)ceil(size / FINEST - 1e-9);
     double h = size / parts, v = (to - from) / size;
+#if CASE == 4
+    line(m, from, v, h, parts);
+#else
     for (int k = 0; k < parts; k++) {
         m->command = command_at(m->command, from + v * h * (k + 1));
         part(m, from + v * h * k, v, h);
     }
-    pressures(m->y, m->values + 1);
+#endif
+    pressures(m->y, v, m->values + 1);
     return fmi2OK;
 }
 

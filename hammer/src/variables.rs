@@ -301,10 +301,10 @@ static RESULTS: &[Variable] = &[
             ],
             Machine::force_per,
         ),
-    output("drive_chamber_pressure", PRESSURE, 1e6, "Pressure in the drive chamber when drive.source is Air, else 0",
+    output("drive_chamber_pressure", PRESSURE, 1e6, "Absolute pressure in the drive chamber when drive.source is Air, else 0",
         [|m| m.chamber_pressures()[0][0], |m| m.chamber_pressures()[0][1]]).positive()
         .fed_by(&[Input::ExhaustPressure], Machine::chamber_pressure_per),
-    output("return_chamber_pressure", PRESSURE, 1e6, "Pressure in the return chamber when drive.source is Air, else 0",
+    output("return_chamber_pressure", PRESSURE, 1e6, "Absolute pressure in the return chamber when drive.source is Air, else 0",
         [|m| m.chamber_pressures()[1][0], |m| m.chamber_pressures()[1][1]]).positive()
         .fed_by(&[Input::ExhaustPressure], Machine::chamber_pressure_per),
     output("casing_position", LENGTH, 1e-2, "Displacement of the casing, positive downward; 0 without one",
@@ -320,10 +320,10 @@ static RESULTS: &[Variable] = &[
     output("return_volume", VOLUME, 1e-4, "Volume that the piston has swept with drive.area_return since the start, positive downward: its difference over a step is the mean flow",
         [|m| m.parameters().drive.area_return * m.swept(), |m| m.parameters().drive.area_return * m.kinematics().relative_velocity])
         .second(|m| m.parameters().drive.area_return * m.kinematics().relative_acceleration).zero_at_start(),
-    output("drive_flow", FLOW, 1e-3, "Rate of drive_volume",
+    output("drive_flow", FLOW, 1e-3, "Rate of drive_volume: the flow into the chamber above the piston",
         [|m| m.parameters().drive.area_drive * m.kinematics().relative_velocity, |m| m.parameters().drive.area_drive * m.kinematics().relative_acceleration])
         .second(|m| m.parameters().drive.area_drive * m.kinematics().relative_jerk),
-    output("return_flow", FLOW, 1e-3, "Rate of return_volume",
+    output("return_flow", FLOW, 1e-3, "Rate of return_volume: the flow out of the chamber below the piston",
         [|m| m.parameters().drive.area_return * m.kinematics().relative_velocity, |m| m.parameters().drive.area_return * m.kinematics().relative_acceleration])
         .second(|m| m.parameters().drive.area_return * m.kinematics().relative_jerk),
     record("tip_depth", LENGTH, 1e-2, "Depth of the bit's crater since the start, at the last unloading; of the hole: drilled_length",

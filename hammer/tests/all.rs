@@ -23,6 +23,7 @@ mod idle;
 mod invariance;
 mod joints;
 mod lifted;
+mod line;
 mod loads;
 mod modes;
 mod peaks;

@@ -29,37 +29,53 @@ use thiserror::Error;
 /// What can go wrong while packaging.
 #[derive(Debug, Error)]
 pub enum Failure {
+    /// A file cannot be read or written.
     #[error("{path}: {source}")]
     File {
+        /// Which.
         path: PathBuf,
+        /// Why.
         source: io::Error,
     },
+    /// A program could not be run, or did not succeed.
     #[error("{program} failed: {reason}")]
     Program {
+        /// Its command line.
         program: String,
+        /// Why.
         reason: String,
     },
+    /// A program's answer is not what it should be.
     #[error("unexpected answer: {0}")]
     Answer(#[from] serde_json::Error),
+    /// The archive cannot be written.
     #[error("archive: {0}")]
     Archive(#[from] zip::result::ZipError),
+    /// A library cannot be read.
     #[error("library: {0}")]
     Library(#[from] object::read::Error),
+    /// A library is not what it should be.
     #[error("{name} is not fit to be shipped: {reason}")]
     Unfit {
+        /// Its place in the archive.
         name: String,
+        /// Why.
         reason: String,
     },
+    /// Something to install first.
     #[error("cannot build for other machines: {0}")]
     Missing(String),
+    /// The Python environment could not be made.
     #[error(transparent)]
     Environment(#[from] support::run::Failure),
+    /// The committed description is not that of the sources.
     #[error("{0} is stale: refresh it with `cargo describe`")]
     Stale(PathBuf),
 }
 
 /// Remembers which file an error is about.
 pub trait About<T> {
+    /// The same, with the path in its error.
     fn about(self, path: &Path) -> Result<T, Failure>;
 }
 

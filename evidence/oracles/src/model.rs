@@ -297,6 +297,12 @@ impl<T: Real> Model<T> {
         [force, pressing.iter().map(|&p| p * T::from(self.scene.anvil_area)).collect()]
     }
 
+    /// The answer of a line at the piston to these velocities, N: of a relay that is vented none.
+    pub fn line(&self, mode: Mode, v: &[T]) -> T {
+        let vented = mode.vented && matches!(self.scene.drive, Drive::Relay { .. });
+        T::from(if vented { 0.0 } else { -self.scene.impedance }) * self.mean_difference(v)
+    }
+
     /// The right-hand side: `v' = M^-1 (load - K u - C v)`, in `O(n)`.
     #[inline]
     pub fn acceleration(&self, mode: Mode, load: &[T], u: &[T], v: &[T], out: &mut [T]) {

@@ -118,6 +118,7 @@ pub fn perturbed(
         }
     }
     changes.off(&mut scene.anvil_area);
+    changes.off(&mut scene.impedance);
     match &mut scene.drive {
         Drive::Relay { amplitude, stroke } => [amplitude, stroke].map(|x| changes.off(x)),
         Drive::Pressure { areas } => areas.each_mut().map(|x| changes.off(x)),

@@ -204,6 +204,9 @@ pub struct Scene {
     /// Area of the struck body on which the return chamber presses, m2.
     #[serde(default)]
     pub anvil_area: f64,
+    /// Impedance `Zd` of a line at the piston, N s/m.
+    #[serde(default)]
+    pub impedance: f64,
     /// Gravity `G`, m/s2.
     pub gravity: f64,
     /// Values of the inputs at the start, by [`Input`], but for those of air, which its law has.

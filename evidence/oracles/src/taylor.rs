@@ -121,6 +121,16 @@ impl<T: Real> Series<T> {
                 force.push(on_piston);
                 pressing.push(on_bit);
             }
+            if model.scene.impedance > 0.0 {
+                // A line answers the piston's speed; without a casing the struck body feels it too.
+                let answer = model.line(mode, &series.v[k]);
+                for (row, sign) in [(&mut force, 1.0), (&mut pressing, -1.0)] {
+                    row.resize(row.len().max(k + 1), T::default());
+                    if sign > 0.0 || model.scene.casing.is_none() {
+                        row[k] = row[k] + T::from(sign) * answer;
+                    }
+                }
+            }
             if k < force.len().max(feed.len()).max(pressing.len()) {
                 let of = |row: &[T]| row.get(k).copied().unwrap_or_default();
                 load[model.fed()] = load[model.fed()] + of(feed);

@@ -94,6 +94,7 @@ pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
             Source::Air => p.drive.area_return,
             _ => p.drive.anvil_area,
         },
+        impedance: p.drive.impedance,
         gravity: p.gravity,
         inputs: [
             inputs.feed_force,

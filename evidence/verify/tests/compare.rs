@@ -56,6 +56,14 @@ fn drawn_scenes_driven_by_air_agree() {
     assert!(3 * found.whole > found.scenes && 5 * found.refused < found.scenes, "{}", found.line());
 }
 
+/// A line's answer is in the reference's equation of motion, in the engine a force in windows.
+#[test]
+fn drawn_scenes_with_a_line_at_the_piston_agree() {
+    let found = tally((16, 0), Kind::Line, |_| (), |_| ());
+    assert!(found.failures.is_empty(), "{}", found.failures.join("\n"));
+    assert!(3 * found.whole > found.scenes && 5 * found.refused < found.scenes, "{}", found.line());
+}
+
 fn compared(group: &str, excuse: Option<&str>) {
     let stored: Vec<Value> = serde_json::from_str(include_str!("compared.json")).expect("JSON");
     let mut tally = Tally::default();

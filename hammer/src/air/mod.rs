@@ -6,7 +6,7 @@
 //! a port's edge, where a flow passes from one formula to another, or where the last one ended; never at
 //! a host's communication point. Its polynomials hold up to any event inside it.
 
-mod newton;
+pub(crate) mod newton;
 pub(crate) mod problem;
 pub(crate) mod solve;
 

@@ -33,7 +33,7 @@ impl Factors {
 /// A factorised matrix `1 - slope A`. Where a rate falls with its content, as in all but a trial, nothing
 /// in it cancels, in whatever order it is factorised.
 #[derive(Debug)]
-pub(super) struct Triangles([Nodal; STAGES]);
+pub(crate) struct Triangles([Nodal; STAGES]);
 
 impl Triangles {
     /// None if it is nearly singular.
@@ -54,7 +54,7 @@ impl Triangles {
         Some(Self(rows))
     }
 
-    fn solve(&self, given: &Nodal) -> Nodal {
+    pub fn solve(&self, given: &Nodal) -> Nodal {
         let (rows, mut x) = (&self.0, *given);
         for r in 1..STAGES {
             x[r] -= (0..r).map(|c| rows[r][c] * x[c]).sum::<f64>();

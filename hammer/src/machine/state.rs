@@ -125,6 +125,9 @@ impl State {
         if motion.air.is_some() != is_air || !motion.air.as_deref().is_none_or(sound) {
             return refuse(CorruptState::Air);
         }
+        if !motion.line.is_sound(&self.parameters, motion.mode, motion.now) {
+            return refuse(CorruptState::Series);
+        }
         if self.blows.step.len() > super::blows::MAX_STEP_BLOWS {
             return refuse(CorruptState::Blows);
         }

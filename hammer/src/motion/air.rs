@@ -21,17 +21,17 @@ const LONGEST: f64 = 0.02;
 const MARCH: usize = 64;
 const INSTANT: f64 = 1e-9;
 /// Trials of a window, each shorter or with another formula of a flow.
-const TRIALS: usize = 64;
+pub(super) const TRIALS: usize = 64;
 /// Replacements of the force that is guessed.
-const PASSES: usize = 12;
+pub(super) const PASSES: usize = 12;
 /// Part of the error allowed by which steel and air may disagree.
 const AGREED: f64 = 0.1;
 /// A window whose error is so far above that allowed is not worth an agreement.
 const HOPELESS: f64 = 4.0;
 /// Part of the length that the error would allow, and how a window may grow and shrink.
-const SAFETY_FACTOR: f64 = 0.8;
-const GROWTH: f64 = 2.0;
-const SHRINKAGE: f64 = 0.1;
+pub(super) const SAFETY_FACTOR: f64 = 0.8;
+pub(super) const GROWTH: f64 = 2.0;
+pub(super) const SHRINKAGE: f64 = 0.1;
 /// Shortest window, s.
 const SHORTEST: f64 = 1e-12;
 
@@ -110,8 +110,8 @@ impl Motion {
         [Channel::Drive, Channel::Anvil].map(acting)
     }
 
-    /// Solves the air of the window that begins at the epoch, unless the chambers are vented; returns the
-    /// number of rotations and that of iterations.
+    /// Solves the air of the window that begins at the epoch, unless the chambers are vented, or the answer of a
+    /// line; returns the number of rotations and that of iterations.
     ///
     /// # Errors
     /// [`Error::Air`], [`Error::Vacuum`].
@@ -121,7 +121,7 @@ impl Motion {
             return Err(Error::Vacuum { time: self.state.epoch.value(), name: input.name() });
         }
         let Some(mut air) = self.state.air.take_if(|air| air.vented.is_none()) else {
-            return Ok([0; 2]);
+            return Ok([self.renew_line()?, 0]);
         };
         let motion = self.in_cylinder(&self.tracks, 0.0);
         air.classify(self.parameters(), motion[0], self.outside(0.0));
@@ -234,7 +234,7 @@ impl Motion {
     }
 
     /// The steel's motion at the nodes of a window, under the present loads.
-    fn steel(&self, span: f64, work: &mut u64) -> Steel {
+    pub(super) fn steel(&self, span: f64, work: &mut u64) -> Steel {
         let times = Rule::get().nodes.map(|node| span * node);
         let over = self.graph().over_struck();
         let positions = [Displacement::Relative, over];

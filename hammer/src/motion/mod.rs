@@ -14,6 +14,7 @@
 //! gap is a simple difference.
 
 mod air;
+pub mod line;
 mod start;
 pub mod state;
 mod transition;
@@ -177,7 +178,8 @@ impl Motion {
         let reaches = self.state.anchors.iter().filter_map(|anchor| anchor.driven.reach);
         let window = self.air().and_then(|air| air.window.as_ref());
         let window = window.map_or(f64::INFINITY, |window| window.reach);
-        reaches.fold(self.breath().0.min(window), f64::min)
+        let line = self.state.line.reach.unwrap_or(f64::INFINITY);
+        reaches.fold(self.breath().0.min(window).min(line), f64::min)
     }
 
     /// A track at its anchor.
@@ -366,7 +368,8 @@ impl Motion {
         state.now -= at;
         state.inputs.shift(at);
         state.air.iter_mut().for_each(|air| air.shift(places, at));
-        let airy = state.air.as_ref().is_some_and(|air| air.vented.is_none());
+        let renewed = state.line.reach.take().is_some()
+            || state.air.as_ref().is_some_and(|air| air.vented.is_none());
         let old = (!steady).then_some(self.state.loads);
         if !steady {
             self.state.loads.iter_mut().for_each(|load| load.shift(at));
@@ -376,9 +379,9 @@ impl Motion {
                 Some(ref old)
                     if self.state.anchors[index].group != Group::PISTON && !self.is_calm(index) =>
                 {
-                    // The air's next window puts loads of its own on it, from where it is.
+                    // The next window of air or line puts loads of its own on it, from where it is.
                     let driven = &mut self.state.anchors[index].driven;
-                    if !(airy && driven.shift(at)) {
+                    if !(renewed && driven.shift(at)) {
                         self.restart(index, old, at);
                     }
                 }
@@ -446,7 +449,7 @@ impl Motion {
     }
 
     /// Puts other loads on the hammer at the epoch.
-    fn load(&mut self, loads: [Poly; CHANNELS]) {
+    pub(super) fn load(&mut self, loads: [Poly; CHANNELS]) {
         let old = std::mem::replace(&mut self.state.loads, loads);
         if old == self.state.loads {
             return;

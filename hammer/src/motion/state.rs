@@ -7,6 +7,7 @@ use crate::laws::rock::Memory;
 use crate::modal::model::Model;
 use crate::modal::system::driven::Driven;
 use crate::modal::track::Track;
+use crate::motion::line::Line;
 use crate::numerics::instant::Double;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::Inputs;
@@ -71,6 +72,8 @@ pub struct MotionState {
     pub inputs: Inputs,
     /// The air in the chambers, if it drives the piston.
     pub air: Option<Box<Air>>,
+    /// The answer of a transmission line at the piston, which is among the loads.
+    pub line: Line,
     /// Load polynomials in time after the epoch.
     pub loads: [Poly; CHANNELS],
     /// An anchor of each group, that of the bit first.
@@ -101,6 +104,7 @@ impl MotionState {
             time,
             inputs,
             air: None,
+            line: Line::default(),
             loads,
             anchors,
             origin: Double::default(),

@@ -197,6 +197,9 @@ pub struct Drive {
     /// How long before the middle of its step a value from outside belongs, in steps.
     #[serde(default)]
     pub delay: f64,
+    /// Impedance `Zd` of a transmission line at the piston, N s/m; 0: none.
+    #[serde(default)]
+    pub impedance: f64,
 }
 
 /// All parameters of a scene.
@@ -323,6 +326,7 @@ impl Default for Parameters {
                 area_return: 1.5e-3,
                 anvil_area: 0.0,
                 delay: 0.0,
+                impedance: 0.0,
             },
             air: AirLaw::default(),
             gravity: 9.81,

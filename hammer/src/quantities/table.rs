@@ -210,6 +210,8 @@ const GROUPS: &[&[Parameter]] = {
             |p| &mut p.drive.anvil_area).switch().read_by(Drive(&[Source::Pressure])),
         real("coupling.delay", RATIO, Between(0.0, 2.0), "How many steps before the middle of its communication step the instant lies that a drive's value belongs to: 0 holds it as given, 0.5 in a loop of your own or a host that steps one unit after the other, 1.5 in one that steps all at once with a partner that reads positions, 1 with one that reads flows",
             |p| &mut p.drive.delay).tunable().switch().read_by(Drive(&[Source::Force, Source::Pressure])),
+        real("drive.impedance", VISCOSITY, AtLeast(0.0), "Impedance of a transmission line at the piston, pressure over flow times the square of its area: the drive's value is then the line's wave, and the piston also feels minus this times relative_velocity; 0: no line",
+            |p| &mut p.drive.impedance).switch(),
     ],
     &[
         real("air.drive.dead_volume", VOLUME, Above(0.0), "Volume of the drive chamber with the piston at the end of its cylinder", |p| &mut p.air.drive.dead_volume).read_by(AIR),

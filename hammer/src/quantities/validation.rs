@@ -41,6 +41,7 @@ impl Parameters {
         self.check_material()?;
         self.check_casing()?;
         self.check_cylinder()?;
+        self.check_line()?;
         self.check_drill()
     }
 
@@ -99,6 +100,23 @@ impl Parameters {
         );
         let name = name_of(|p| &mut p.contact.initial_gap);
         Err(ParameterError { name, value: self.contact.initial_gap, allowed })
+    }
+
+    /// Checks that air has no line beside it, and that a line is slower than waves.
+    fn check_line(&self) -> Result<(), ParameterError> {
+        let (value, most) = (self.drive.impedance, self.most_impedance());
+        let allowed = match self.drive.source {
+            _ if value == 0.0 => return Ok(()),
+            Source::Air => {
+                "0 where air drives the piston (drive.source), whose drag is air.drag".into()
+            }
+            _ if value <= most => return Ok(()),
+            _ => format!(
+                "at most {}, with which the line brakes as fast as a wave passes the piston",
+                DisplayNumber(most)
+            ),
+        };
+        Err(ParameterError { name: name_of(|p| &mut p.drive.impedance), value, allowed })
     }
 
     /// These parameters, with the tunable ones of `wanted`.

@@ -28,7 +28,8 @@ impl<T: Real> Run<T> {
     pub(super) fn drive_force(&self) -> T {
         let state = &self.place.state;
         let Some(air) = self.air_now() else {
-            return self.model.driving(self.mode, &self.inputs_now())[0][0];
+            let force = self.model.driving(self.mode, &self.inputs_now())[0][0];
+            return force + self.model.line(self.mode, &state.v);
         };
         let motion = (self.places(), self.model.mean_difference(&state.v));
         air.drive(self.model.scene.anvil_area, &self.place.works.air, motion)[0]

@@ -71,6 +71,8 @@ pub enum Kind {
     Mixed,
     /// The same, driven by air.
     Air,
+    /// The same but of air, with a line at the piston.
+    Line,
 }
 
 impl Kind {
@@ -79,6 +81,7 @@ impl Kind {
             Self::Still => scenes::meshed().boxed(),
             Self::Mixed => scenes::mixed().boxed(),
             Self::Air => scenes::airy().boxed(),
+            Self::Line => scenes::lined().boxed(),
         }
     }
 }

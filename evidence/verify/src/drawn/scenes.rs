@@ -303,6 +303,15 @@ pub fn airy() -> impl Strategy<Value = RandomScene> {
     mixed_by(vec![Source::Air])
 }
 
+/// Mixed scenes with a line at the piston, of up to a tenth of the largest impedance: ten times a real hose.
+pub fn lined() -> impl Strategy<Value = RandomScene> {
+    let drives = mixed_by(vec![Source::Relay, Source::Force, Source::Pressure]);
+    (drives, log(1e-4, 0.1)).prop_map(|(mut case, part)| {
+        case.parameters.drive.impedance = part * case.parameters.most_impedance();
+        case
+    })
+}
+
 fn mixed_by(sources: Vec<Source>) -> impl Strategy<Value = RandomScene> {
     let source = prop::sample::select(sources);
     let pressures = (signed(1e3, 1e8), signed(1e3, 1e8));

@@ -1,0 +1,122 @@
+//! A transmission line at the piston: its own answer to the piston's speed, `-Zd x'`.
+//!
+//! What a host hands over is the line's wave. The answer acts between the piston's mean and that of what the
+//! drive pushes off from: a casing, or without one what the piston strikes. It changes the speed on which it
+//! hangs, so it is solved as air is ([`air`](super::air)), in windows of its own: a polynomial that agrees at
+//! Gauss's nodes with the speed under it. The error of a window is below what guards resolve.
+
+use super::air::{GROWTH, PASSES, SAFETY_FACTOR, SHRINKAGE, TRIALS};
+use super::{Motion, start};
+use crate::air::newton::Triangles;
+use crate::air::solve::polynomial;
+use crate::error::Error;
+use crate::laws::mode::Mode;
+use crate::numerics::collocation::{Nodal, Rule, STAGES};
+use crate::numerics::math;
+use crate::numerics::poly::Poly;
+use crate::quantities::parameters::Parameters;
+use crate::scene::graph::{CHANNELS, Channel};
+use serde::{Deserialize, Serialize};
+
+/// Part of what guards resolve of a speed by which a window may change it; of a scene that is faster than its
+/// lengths let expect, part of the speed.
+const ALLOWED: f64 = 0.1;
+const ROUNDED: f64 = 1e-12;
+/// Length that the first window may have, s: a guess.
+const FIRST: f64 = 1e-4;
+
+/// The window of a line's answer; the answer itself is among the loads.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Line {
+    /// How long after the epoch it holds, s; none without a line.
+    pub reach: Option<f64>,
+    /// Length that the next window may have, s.
+    pub ahead: f64,
+}
+
+impl Default for Line {
+    fn default() -> Self {
+        Self { reach: None, ahead: FIRST }
+    }
+}
+
+impl Line {
+    /// True of a scene whose line acts: a vented drive has none.
+    fn acts(parameters: &Parameters, mode: Mode) -> bool {
+        let drive = &parameters.drive;
+        drive.impedance > 0.0 && !(mode.vented && drive.source.switches())
+    }
+
+    /// Checked because a stored state may be corrupt.
+    pub(crate) fn is_sound(&self, parameters: &Parameters, mode: Mode, now: f64) -> bool {
+        let reaches = |reach: f64| reach.is_finite() && reach >= now;
+        self.reach.is_some() == Self::acts(parameters, mode)
+            && self.reach.is_none_or(reaches)
+            && self.ahead.is_finite()
+            && self.ahead > 0.0
+    }
+}
+
+impl Motion {
+    /// Solves the answer of the window that begins at the epoch, if there is a line; returns the number of
+    /// rotations.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`].
+    pub(super) fn renew_line(&mut self) -> Result<u64, Error> {
+        let (parameters, mode) = (&self.model.parameters, self.state.mode);
+        if !Line::acts(parameters, mode) {
+            return Ok(0);
+        }
+        let others = start::loads(parameters, &self.state.inputs, mode, [Poly::default(); 2]);
+        let (mut span, mut work, mut growth) = (self.state.line.ahead, 0, GROWTH);
+        for _ in 0..TRIALS {
+            let error = self.answer(&others, span, &mut work);
+            let change = SAFETY_FACTOR / math::pow(error, 1.0 / STAGES as f64);
+            if error <= 1.0 {
+                let ahead = span * change.clamp(SAFETY_FACTOR, growth);
+                self.state.line = Line { reach: Some(span), ahead };
+                return Ok(work);
+            }
+            // What has just been too long would be so again.
+            (span, growth) = (span * change.clamp(SHRINKAGE, SAFETY_FACTOR), 1.0);
+        }
+        // A shorter window errs less: only what is no number does not.
+        Err(Error::NotFinite { time: self.state.epoch.value() })
+    }
+
+    /// Puts the answer of a window of this length on the hammer, beside the other loads; returns its error over
+    /// that allowed, infinite if force and speed do not agree.
+    fn answer(&mut self, others: &[Poly; CHANNELS], span: f64, work: &mut u64) -> f64 {
+        let (rule, impedance) = (Rule::get(), self.parameters().drive.impedance);
+        let bodies = &self.graph().bodies;
+        // The change of speed by a unit force over the window, if both bodies are free.
+        let moved = span * (1.0 / bodies[0].mass + 1.0 / bodies[self.graph().frame].mass);
+        let Some(matrix) = Triangles::new(-impedance * moved) else { return f64::INFINITY };
+        let [_, [speed, _]] = self.in_cylinder(&self.tracks, 0.0);
+        let mut force: Nodal = [-impedance * speed; STAGES];
+        for _ in 0..PASSES {
+            let answer = polynomial(&force, span);
+            let mut loads = *others;
+            let mut push = |on: Channel, sign: f64| {
+                loads[on as usize] = loads[on as usize].plus(sign, &answer);
+            };
+            push(Channel::Drive, 1.0);
+            if !self.graph().is_framed() {
+                push(Channel::Anvil, -1.0);
+            }
+            self.load(loads);
+            let speeds = self.steel(span, work).speed[0];
+            let most = |values: &Nodal| values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+            let resolved = self.model.resolutions[1];
+            let allowed = (ALLOWED * resolved).max(ROUNDED * most(&speeds));
+            let off: Nodal = std::array::from_fn(|i| -impedance * speeds[i] - force[i]);
+            if moved * most(&off) <= allowed {
+                return moved * rule.last(&force).abs() / (4 * STAGES - 2) as f64 / allowed;
+            }
+            let step = matrix.solve(&off);
+            force.iter_mut().zip(step).for_each(|(force, step)| *force += step);
+        }
+        f64::INFINITY
+    }
+}
