@@ -6,56 +6,20 @@
 //! Gauss's nodes with the speed under it. The error of a window is below what guards resolve.
 
 use super::air::{GROWTH, PASSES, SAFETY_FACTOR, SHRINKAGE, TRIALS};
+use super::state::Line;
 use super::{Motion, start};
 use crate::air::newton::Triangles;
 use crate::air::solve::polynomial;
 use crate::error::Error;
-use crate::laws::mode::Mode;
 use crate::numerics::collocation::{Nodal, Rule, STAGES};
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
-use crate::quantities::parameters::Parameters;
 use crate::scene::graph::{CHANNELS, Channel};
-use serde::{Deserialize, Serialize};
 
 /// Part of what guards resolve of a speed by which a window may change it; of a scene that is faster than its
 /// lengths let expect, part of the speed.
 const ALLOWED: f64 = 0.1;
 const ROUNDED: f64 = 1e-12;
-/// Length that the first window may have, s: a guess.
-const FIRST: f64 = 1e-4;
-
-/// The window of a line's answer; the answer itself is among the loads.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Line {
-    /// How long after the epoch it holds, s; none without a line.
-    pub reach: Option<f64>,
-    /// Length that the next window may have, s.
-    pub ahead: f64,
-}
-
-impl Default for Line {
-    fn default() -> Self {
-        Self { reach: None, ahead: FIRST }
-    }
-}
-
-impl Line {
-    /// True of a scene whose line acts: a vented drive has none.
-    fn acts(parameters: &Parameters, mode: Mode) -> bool {
-        let drive = &parameters.drive;
-        drive.impedance > 0.0 && !(mode.vented && drive.source.switches())
-    }
-
-    /// Checked because a stored state may be corrupt.
-    pub(crate) fn is_sound(&self, parameters: &Parameters, mode: Mode, now: f64) -> bool {
-        let reaches = |reach: f64| reach.is_finite() && reach >= now;
-        self.reach.is_some() == Self::acts(parameters, mode)
-            && self.reach.is_none_or(reaches)
-            && self.ahead.is_finite()
-            && self.ahead > 0.0
-    }
-}
 
 impl Motion {
     /// Solves the answer of the window that begins at the epoch, if there is a line; returns the number of

@@ -14,7 +14,7 @@
 //! gap is a simple difference.
 
 mod air;
-pub mod line;
+mod line;
 mod start;
 pub mod state;
 mod transition;

@@ -7,10 +7,10 @@ use crate::laws::rock::Memory;
 use crate::modal::model::Model;
 use crate::modal::system::driven::Driven;
 use crate::modal::track::Track;
-use crate::motion::line::Line;
 use crate::numerics::instant::Double;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::Inputs;
+use crate::quantities::parameters::Parameters;
 use crate::scene::graph::CHANNELS;
 use crate::scene::graph::Group;
 use serde::{Deserialize, Serialize};
@@ -55,6 +55,41 @@ pub struct Milestone {
     pub time: Double,
     /// Hole depth.
     pub hole: Double,
+}
+
+/// Length that the first window may have, s: a guess.
+const FIRST: f64 = 1e-4;
+
+/// The window of a line's answer; the answer itself is among the loads.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Line {
+    /// How long after the epoch it holds, s; none without a line.
+    pub reach: Option<f64>,
+    /// Length that the next window may have, s.
+    pub ahead: f64,
+}
+
+impl Default for Line {
+    fn default() -> Self {
+        Self { reach: None, ahead: FIRST }
+    }
+}
+
+impl Line {
+    /// True of a scene whose line acts: a vented drive has none.
+    pub(crate) fn acts(parameters: &Parameters, mode: Mode) -> bool {
+        let drive = &parameters.drive;
+        drive.impedance > 0.0 && !(mode.vented && drive.source.switches())
+    }
+
+    /// Checked because a stored state may be corrupt.
+    pub(crate) fn is_sound(&self, parameters: &Parameters, mode: Mode, now: f64) -> bool {
+        let reaches = |reach: f64| reach.is_finite() && reach >= now;
+        self.reach.is_some() == Self::acts(parameters, mode)
+            && self.reach.is_none_or(reaches)
+            && self.ahead.is_finite()
+            && self.ahead > 0.0
+    }
 }
 
 /// Dynamic state of the motion; times are relative to `epoch`, displacements to `origin`.

@@ -114,23 +114,6 @@ impl Parameters {
         if travel > 0.0 { travel } else { self.sections(Body::Piston).length() }
     }
 
-    /// The largest impedance of a line at the piston, N s/m: with it the line brakes the piston and what the drive
-    /// pushes off from as fast as a wave passes the piston. Beyond, a force that is distributed like the mass says
-    /// nothing.
-    pub fn most_impedance(&self) -> f64 {
-        let struck = match self.drill.loose() {
-            0 => self.bit_mass(),
-            _ => {
-                let shank = self.drill.sections().filter(|(body, _)| *body == 0);
-                let volume: f64 = shank.map(|(_, part)| part.length * part.area).sum();
-                self.material.density * volume
-            }
-        };
-        let frame = if self.has_casing() { self.casing_mass() } else { struck };
-        let transit = self.sections(Body::Piston).length() / self.wave_speed();
-        1.0 / (transit * (1.0 / self.piston_mass() + 1.0 / frame))
-    }
-
     /// `T1 + T2`, s.
     fn transits(&self) -> f64 {
         let length = |body| self.sections(body).length();
