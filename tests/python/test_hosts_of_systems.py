@@ -122,10 +122,10 @@ def test_libcosim_runs_the_system_of_each_preset(
 ) -> None:
     """Its folder is named by the unit's token, so that long ones did not load."""
     file, end = tmp_path / "hammer.ssp", 0.04
-    write_system(file, {}, preset=preset, step=STEP, until=end, fmu=fmu_path)
+    write_system(preset, file, {}, step=STEP, until=end, fmu=fmu_path)
     host = Cosim(libcosim.CosimExecution.from_ssp_file(str(file)))
     assert host.execution.step(round(end / STEP))
-    frame = dth_hammer.simulate(preset=preset, until=end, step=STEP, outputs=list(SHOWN))
+    frame = dth_hammer.simulate(preset, end, step=STEP, outputs=list(SHOWN))
     expected = frame[list(SHOWN)].iloc[-1].to_list()
     # Sums of steps are 40 * 7e-18 s off, which may cut a window of air elsewhere: 1e-8 of the stroke.
     assert host.read(0, SHOWN) == pytest.approx(expected, rel=1e-9, abs=1e-9)

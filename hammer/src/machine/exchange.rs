@@ -20,7 +20,8 @@
 //!
 //! `energy_exchange` is the work of what acted, less that of straight lines between the successive
 //! values, each at its instant: what the exchange itself made or lost (the residual energy of a power bond).
-//! No partner knows a value before its communication point, so for a delay below a half the instant is that.
+//! No partner knows a value before its communication point, so for a delay below a half the instant is that; but a
+//! line knows its wave ahead.
 //! Within a step the piston counts as moving evenly.
 
 use super::Machine;
@@ -246,8 +247,16 @@ impl Machine {
             middle.iter_mut().zip(before).for_each(|(x, before)| *x += ahead * (*x - before));
             self.extrapolate(&middle)?;
         }
-        let instant = now + (0.5 - drive.delay.max(0.5)) * size;
-        self.exchange.compare([instant, drive.of_values(&values)]);
+        if drive.impedance > 0.0 {
+            // A line's wave is known before: the middle of a step is looked at when the step is over.
+            if let Some(([begin, end], before)) = before {
+                let instant = begin + (0.5 - drive.delay) * (end - begin);
+                self.exchange.compare([instant, drive.of_values(&before)]);
+            }
+        } else {
+            let instant = now + (0.5 - drive.delay.max(0.5)) * size;
+            self.exchange.compare([instant, drive.of_values(&values)]);
+        }
         self.exchange.last = Some(([now, to], values));
         Ok(Some(self.relative_place()))
     }
