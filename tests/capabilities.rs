@@ -97,14 +97,6 @@ fn an_input_goes_on_until_it_is_set_again() {
 }
 
 #[test]
-fn feedthrough_is_seen_without_a_step() {
-    let library = Library::load();
-    let host = free_flight(&library);
-    host.set("drive_force", 55.0);
-    assert_eq!(host.get("applied_drive_force"), 55.0);
-}
-
-#[test]
 fn unsuitable_derivatives_are_refused() {
     let library = Library::load();
     let host = free_flight(&library);

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-import matplotlib.image as mpimg
 import numpy as np
-from figure import MODES, ROWS, Record, draw
+from figure import MODES, ROWS, Record
 from matplotlib.figure import Figure
 
 
@@ -29,17 +26,3 @@ def test_every_mode_and_status_has_its_own_labelled_lane() -> None:
     law, _, contact = axes.get_lines()
     assert len(set(law.get_ydata())) == len(MODES)
     assert set(contact.get_ydata()).isdisjoint(law.get_ydata())
-
-
-def test_a_window_keeps_every_trace_in_step() -> None:
-    part = made_up().between(0.0, 1e-3)
-    assert part.time[0] >= 0.0
-    assert part.time[-1] <= 1e-3
-    assert len(part.mode) == len(part.time) == len(part.closed) == len(part.rock)
-
-
-def test_it_is_written_at_print_resolution(tmp_path: Path) -> None:
-    path = tmp_path / "new" / "figure.png"
-    draw(made_up(), 45e-3, 4e-3, path)
-    height, width, *_ = mpimg.imread(path).shape
-    assert min(height, width) >= 1500
