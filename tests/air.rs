@@ -15,12 +15,20 @@ const END: f64 = 0.08;
 trait Driver {
     fn value(&self, name: &str) -> f64;
     fn advance(&self, from: f64, to: f64);
+    /// Makes an input a value that changes at a rate from now on.
+    fn ramp(&self, name: &str, ramp: (f64, f64));
+    /// A step that must fail: until when the motion is known, and why it ends.
+    fn fails(&self, from: f64, to: f64) -> (f64, String);
     /// Other pressures of supply and exhaust, which rise or fall, and another feed.
-    fn change(&self);
+    fn change(&self) {
+        self.ramp("supply_pressure", (1.1e6, 5e6));
+        self.ramp("exhaust_pressure", (1.6e5, -1e5));
+        self.ramp("feed_force", (7e3, 0.0));
+    }
 }
 
-const SUPPLY: (f64, f64) = (1.1e6, 5e6);
-const EXHAUST: (f64, f64) = (1.6e5, -1e5);
+/// `fmi2LastSuccessfulTime`.
+const LAST_TIME: i32 = 2;
 
 impl Driver for Host<'_> {
     fn value(&self, name: &str) -> f64 {
@@ -29,12 +37,14 @@ impl Driver for Host<'_> {
     fn advance(&self, from: f64, to: f64) {
         self.step(from, to - from);
     }
-    fn change(&self) {
-        for (name, (value, slope)) in [("supply_pressure", SUPPLY), ("exhaust_pressure", EXHAUST)] {
-            self.set(name, value);
-            self.set_derivative(name, 1, slope);
-        }
-        self.set("feed_force", 7e3);
+    fn ramp(&self, name: &str, (value, slope): (f64, f64)) {
+        self.set(name, value);
+        self.set_derivative(name, 1, slope);
+    }
+    fn fails(&self, from: f64, to: f64) -> (f64, String) {
+        self.take_log();
+        assert_eq!(self.library.step(self.handle, from, to - from), ERROR);
+        (self.library.real_status(self.handle, LAST_TIME).1, self.only_error())
     }
 }
 
@@ -51,12 +61,15 @@ impl Driver for Three<'_> {
             from = ended.time;
         }
     }
-    fn change(&self) {
-        for (name, (value, slope)) in [("supply_pressure", SUPPLY), ("exhaust_pressure", EXHAUST)] {
-            self.set("Float64", vr(name), value);
-            self.set("Float64", extra(&format!("{name}_rate")), slope);
-        }
-        self.set("Float64", vr("feed_force"), 7e3);
+    fn ramp(&self, name: &str, (value, slope): (f64, f64)) {
+        self.set("Float64", vr(name), value);
+        self.set("Float64", extra(&format!("{name}_rate")), slope);
+    }
+    fn fails(&self, from: f64, to: f64) -> (f64, String) {
+        self.lines();
+        let (status, ended) = self.try_step(from, to - from);
+        assert_eq!(status, ERROR);
+        (ended.time, self.only_error())
     }
 }
 
@@ -264,4 +277,36 @@ fn vented_chambers_follow_the_exhaust() {
         assert_eq!((host.get(name), host.rate(name)), (expected, slope), "{name}");
     }
     assert_eq!((host.get("applied_drive_force"), host.get("air_mass")), (0.0, taken));
+}
+
+/// A rate that carries a pressure to zero within a step ends it there, by the input's name; what is shown then is the
+/// motion up to that instant: two nanoseconds before, where no step ends yet, everything is within 1e-5 of it.
+#[test]
+fn a_pressure_that_falls_to_zero_ends_the_step_by_name_and_what_was_before_can_be_read() {
+    let library = Library::load();
+    let (from, lasts) = (0.01, 0.004);
+    for scene in scenes() {
+        let pairs: [[Box<dyn Driver>; 2]; 2] = [
+            [Box::new(two(&library, &scene)), Box::new(two(&library, &scene))],
+            [Box::new(three(&library, &scene)), Box::new(three(&library, &scene))],
+        ];
+        for ([one, other], name) in pairs.iter().zip(["supply_pressure", "exhaust_pressure"]) {
+            for host in [one, other] {
+                host.advance(0.0, from);
+                host.ramp(name, (2e5, -2e5 / lasts));
+            }
+            let (time, why) = one.fails(from, from + 2.0 * lasts);
+            assert!(why.starts_with(&format!("{name} falls to zero at t = 0.01")), "{why}");
+            // The instant is found to a nanosecond.
+            assert!((time - from - lasts).abs() < 3e-9, "{time}");
+            other.advance(from, time - 2e-9);
+            for shown in
+                ["piston_position", "piston_velocity", "drive_chamber_pressure", "air_mass"]
+            {
+                let (value, expected) = (one.value(shown), other.value(shown));
+                let off = (value - expected).abs();
+                assert!(off <= 1e-5 * expected.abs(), "{shown}: {value} for {expected}");
+            }
+        }
+    }
 }

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dth_hammer import (
+    Hammer,
+    RefusedError,
     Scene,
     SNCurve,
     calibrate,
@@ -91,3 +93,15 @@ def test_a_catalogue_s_air_gives_a_hammer_with_its_air_inside() -> None:
     # And the scene that is handed on, one hammer of the sample, runs on air.
     own = steady(dict(sheet.parameters))
     assert own["air_flow"] == pytest.approx(values["free air"], rel=0.16)
+
+
+def test_a_supply_that_falls_to_zero_ends_the_step_by_name_and_what_was_before_can_be_read() -> None:
+    with Hammer(preset=PRESET) as hammer:
+        hammer.advance(0.01)
+        hammer.set_slopes({"supply_pressure": -hammer["supply_pressure"] / 0.004})
+        with pytest.raises(RefusedError, match=r"^supply_pressure falls to zero at t = 0\.01"):
+            hammer.step("10 ms")
+        # The instant is found to a nanosecond, at which the pressure has fallen to as little.
+        assert hammer.time == pytest.approx(0.014, abs=3e-9)
+        assert 0.0 <= hammer["supply_pressure"] < 25e5 * 3e-9 / 0.004
+        assert hammer["piston_velocity"] != 0.0 < hammer["air_mass"]

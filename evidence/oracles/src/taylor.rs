@@ -29,6 +29,9 @@ pub struct Accuracy {
 /// Tolerance of works over that of motion.
 const WORKS: f64 = 1e5;
 
+/// How often a step of the air is shortened: each time to a fifth, until its series converges.
+const SHORTENINGS: usize = 12;
+
 /// Works of the loads since the start, J, and the air in the chambers, which goes along with them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Works<T> {
@@ -186,9 +189,13 @@ impl<T: Real> Series<T> {
         let works = WORKS * accuracy.tolerance;
         let motion = until(accuracy.tolerance, &|k| size(&self.u[k]))
             .min(until(accuracy.tolerance, &|k| size(&self.v[k])));
+        // A unit of time says nothing of the air's pace: its terms are measured by the largest within the step.
         let contents = self.air.iter().flat_map(|air| &air.content);
         let motion = contents.fold(motion, |least, row| {
-            least.min(until(accuracy.tolerance, &|k| row[k].to_f64().abs()))
+            (0..SHORTENINGS).fold(least, |step, _| {
+                let term = |k: usize| row[k].to_f64().abs() * step.powi(k as i32);
+                step * until(accuracy.tolerance, &term).min(1.0)
+            })
         });
         let rows = self.works.iter().chain([&self.psi]);
         rows.fold(motion, |least, row| least.min(until(works, &|k| row[k].to_f64().abs())))

@@ -77,7 +77,9 @@ fn write(path: PathBuf, text: &str) -> Result<(), Failure> {
 /// What `cargo compare` last wrote, as a section.
 fn account(folder: &Path) -> String {
     let mut text = String::new();
-    report::compared(&mut text, std::fs::read_to_string(folder.join("compared.txt")).ok());
+    let kept = |name: &str| std::fs::read_to_string(folder.join(name)).ok();
+    report::compared(&mut text, kept("compared.txt"));
+    report::asked(&mut text, kept("asked.txt"));
     text
 }
 

@@ -139,6 +139,15 @@ pub fn compared(text: &mut String, kept: Option<String>) {
     *text += &kept.unwrap_or_else(|| "Not made yet: `cargo compare --keep`.\n".into());
 }
 
+/// What drawn hammers reached of the air's error, as `cargo compare --asked --keep` left it.
+pub fn asked(text: &mut String, kept: Option<String>) {
+    *text += "\n### What `air.error` is kept to\n\n\
+        Drawn hammers under air, bare and cased, rigid and elastic, for each error asked: how far anything that is \
+        shown is off from the reference, over the scale of its kind and over the error asked. Several blows pass an \
+        error on from one to the next, so that a number above 1 is no window's error.\n\n";
+    *text += &kept.unwrap_or_else(|| "Not made yet: `cargo compare --asked --keep`.\n".into());
+}
+
 /// What theory expects of a mesh.
 pub const ORDERS: &str = include_str!("orders.md");
 

@@ -6,6 +6,7 @@
 use clap::Parser;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use verify::comparison::asked::Study;
 use verify::comparison::known::Account;
 use verify::comparison::tally::{Kind, Name, Tally, accounts, against, tally, these};
 
@@ -30,6 +31,9 @@ struct Arguments {
     /// Derivatives by parameters, against differences
     #[arg(long)]
     derivatives: bool,
+    /// How far the air errs over what was asked of it, of this many drawn hammers
+    #[arg(long, conflicts_with_all = ["only", "derivatives", "accounts", "kind"])]
+    asked: bool,
     /// Write what came of it, so far after each batch, to reports/verification/compared.txt, from where
     /// `cargo verify` takes it, named scenes below what is there; that of derivatives to
     /// reports/derivatives.md
@@ -60,6 +64,9 @@ const REPORTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../reports");
 
 /// What came of drawn scenes, in that folder.
 const COMPARED: &str = "verification/compared.txt";
+
+/// What drawn hammers reached of the error asked, there too.
+const ASKED: &str = "verification/asked.txt";
 
 /// Writes a report, and says why it cannot.
 fn write(name: &str, text: &str) -> ExitCode {
@@ -119,6 +126,17 @@ fn main() -> ExitCode {
             return write("derivatives.md", &format!("{ABOUT}\n`{command}`: {line}.\n\n{table}"));
         }
         return if found.failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE };
+    }
+    if arguments.asked {
+        let study = Study::of(arguments.scenes, arguments.from, |study| {
+            if study.drawn % 10 == 0 {
+                println!("{}", study.table());
+            }
+        });
+        println!("{}", study.table());
+        let command = format!("`cargo compare --asked --scenes {}`", arguments.scenes);
+        let text = format!("{command}: {}", study.table());
+        return if arguments.keep { write(ASKED, &text) } else { ExitCode::SUCCESS };
     }
     let tell = |text: &str| println!("{text}");
     let Arguments { scenes, from, keep, .. } = arguments;

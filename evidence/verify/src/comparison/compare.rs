@@ -152,7 +152,7 @@ pub fn beside(account: &Account) -> String {
     lines.join("\n")
 }
 
-fn engine(
+pub(crate) fn engine(
     case: &RandomScene,
     schedule: &[(f64, Action)],
     instants: &[f64],
@@ -207,12 +207,7 @@ fn judge(
             let spread = others.iter().map(apart).fold(0.0, f64::max);
             let error = (engine.observed[i][q] - known).abs();
             let mut allowed = FACTOR * spread + rounding * scales.of(kind);
-            let part = match kind {
-                FORCE => FACTOR * FACTOR,
-                PLACE => 1.0,
-                _ => FACTOR,
-            };
-            allowed += part * scales.air_error * scales.of(kind);
+            allowed += of_air(kind) * scales.air_error * scales.of(kind);
             if error > allowed {
                 let basis = engine.mismatch * (1 + before) as f64 * scales.of(kind);
                 found.rough = found.rough.max((error - allowed) / basis);
@@ -224,6 +219,15 @@ fn judge(
     }
     times((engine, reference, others), last, &scales, &mut found);
     found
+}
+
+/// What a number of a kind may be off by, over the air's error and the scale of its kind.
+fn of_air(kind: usize) -> f64 {
+    match kind {
+        FORCE => FACTOR * FACTOR,
+        PLACE => 1.0,
+        _ => FACTOR,
+    }
 }
 
 /// True if the next two events are at one instant, and taken in the other order.
@@ -265,15 +269,15 @@ fn times(
             found.unlike = Some(format!("event {i} is {own:?} instead of {known:?}"));
             return;
         };
-        let off = scales.of(Scales::kind_of_guard(known.1)) / reference.rates[i].abs();
+        let kind = Scales::kind_of_guard(known.1);
+        let off = scales.of(kind) / reference.rates[i].abs();
         let (time, error) = (known.0.to_f64(), (own.0 - known.0).to_f64().abs());
         let least = hammer::TIME_RESOLUTION + f64::EPSILON * time;
-        let allowed = FACTOR * spread + least + ROUNDING * off;
+        let allowed = FACTOR * spread + least + (ROUNDING + of_air(kind) * scales.air_error) * off;
         if error > allowed {
             let basis = engine.mismatch * (1 + i) as f64 * off;
             found.rough = found.rough.max((error - allowed) / basis);
-            let resolved = scales.resolved(Scales::kind_of_guard(known.1));
-            let resolved = (1 + i) as f64 * resolved / reference.rates[i].abs();
+            let resolved = (1 + i) as f64 * scales.resolved(kind) / reference.rates[i].abs();
             found.unresolved = found.unresolved.max(error / resolved);
         }
         found.timing.note(Worst { what: format!("{:?}", known.1), time, error, allowed });

@@ -1,5 +1,6 @@
 //! The engine beside the reference in extended precision, on any scene and script, and its derivatives.
 
+pub mod asked;
 pub mod bodies;
 pub mod compare;
 pub mod known;

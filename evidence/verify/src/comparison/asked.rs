@@ -1,0 +1,134 @@
+//! How far the air errs, over the error that it was asked for.
+//!
+//! Drawn hammers under air are solved by the engine for each error asked, and once by the reference in extended
+//! precision. What the two differ by at any instant, over the scale of its kind ([`Scales`]) and over the error asked,
+//! is what was reached; less what rounding alone makes of it, for which the account of the smallest error says enough.
+//! A blow passes an error on, and so does the next: instants beyond the first event of another kind or order are not
+//! compared.
+
+use crate::comparison::compare::{ROUNDING, ROUNDING_PER_ENTRY, engine};
+use crate::comparison::known::{Account, FACTOR, Known};
+use crate::comparison::observables::{OBSERVABLES, Scales};
+use crate::comparison::tally::batches;
+use crate::drawn::scenes::{RandomScene, airy};
+use crate::scene;
+use hammer::Fidelity;
+use oracles::linear::Real;
+use proptest::strategy::Strategy;
+use std::fmt::Write;
+
+/// Errors asked.
+pub const ASKED: [f64; 8] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11];
+/// Kinds of numbers, as [`OBSERVABLES`] has them.
+const KINDS: [&str; 6] = ["places", "speeds", "forces", "energies", "pressures", "mass of air"];
+const GROUPS: [&str; 4] = ["bare, rigid", "bare, elastic", "cased, rigid", "cased, elastic"];
+/// Tells these scenes from those of other uses.
+const STREAM: u8 = 3;
+
+/// What one hammer reached, over each error asked: a number of each kind.
+type Reached = [[f64; KINDS.len()]; ASKED.len()];
+
+/// What drawn hammers reached.
+#[derive(Clone, Debug, Default)]
+pub struct Study {
+    /// By [`GROUPS`].
+    reached: [Vec<Reached>; GROUPS.len()],
+    /// Hammers that were drawn.
+    pub drawn: u32,
+}
+
+fn group(case: &RandomScene) -> usize {
+    let p = &case.parameters;
+    2 * usize::from(p.has_casing()) + usize::from(p.fidelity == Fidelity::Elastic)
+}
+
+fn asking(case: &RandomScene, error: f64) -> RandomScene {
+    let mut case = case.clone();
+    case.parameters.air.error = error;
+    case
+}
+
+/// What a hammer reaches of one error; none where the engine refuses it, or no instant can be compared.
+fn of(account: &Account, asked: f64) -> Option<[f64; KINDS.len()]> {
+    let Account { case, schedule, known } = account;
+    let Known { instants, reference, others, until, .. } = known;
+    let own = engine(&asking(case, asked), schedule, instants, (*until, &[])).ok()?;
+    let (mut scales, mut reached, mut compared) = (Scales::new(case), [0.0f64; KINDS.len()], 0);
+    for (i, &time) in instants.iter().enumerate().take(own.observed.len()) {
+        let before = reference.events.partition_point(|e| e.0.to_f64() <= time);
+        let alike = |k: usize| own.events.get(k).is_some_and(|e| e.1 == reference.events[k].1);
+        if own.events.partition_point(|e| e.0.to_f64() <= time) != before || !(0..before).all(alike)
+        {
+            break;
+        }
+        compared += 1;
+        scales.grow(&reference.observed[i]);
+        let rounding = ROUNDING + ROUNDING_PER_ENTRY * (before + schedule.len()) as f64;
+        for (q, (_, kind)) in OBSERVABLES.into_iter().enumerate() {
+            let known = reference.observed[i][q];
+            let spread = others.iter().map(|o| (o.observed[i][q] - known).abs());
+            let rounded = FACTOR * spread.fold(0.0, f64::max) + rounding * scales.of(kind);
+            let error = ((own.observed[i][q] - known).abs() - rounded).max(0.0);
+            reached[kind] = reached[kind].max(error / scales.of(kind) / asked);
+        }
+    }
+    (compared > 0).then_some(reached)
+}
+
+impl Study {
+    /// Of so many drawn hammers without a drill string, which a reference follows for minutes.
+    pub fn of(hammers: u32, from: u32, mut tell: impl FnMut(&Self)) -> Self {
+        let short = airy().prop_filter("string", |drawn| !scene::is_loose(&drawn.parameters));
+        let mut study = Self::default();
+        for (_, list) in batches(&short, STREAM, from, hammers) {
+            for case in list {
+                study.drawn += 1;
+                let least = ASKED[ASKED.len() - 1];
+                let Ok(account) = Account::of(&asking(&case, least)) else { continue };
+                let reached: Vec<_> =
+                    ASKED.iter().filter_map(|asked| of(&account, *asked)).collect();
+                if let Ok(reached) = Reached::try_from(reached) {
+                    study.reached[group(&case)].push(reached);
+                }
+                tell(&study);
+            }
+        }
+        study
+    }
+
+    /// As tables: median and worst by the kind of number, and by the kind of hammer.
+    pub fn table(&self) -> String {
+        let all: Vec<&Reached> = self.reached.iter().flatten().collect();
+        let mut text = format!(
+            "{} hammers drawn, {} compared; median and worst of the error reached over the error asked.\n\n\
+             | asked | {} |\n|---|{}\n",
+            self.drawn,
+            all.len(),
+            KINDS.join(" | "),
+            "---|".repeat(KINDS.len())
+        );
+        for (k, asked) in ASKED.iter().enumerate() {
+            let cells = (0..KINDS.len()).map(|kind| cell(all.iter().map(|r| r[k][kind])));
+            let _ = writeln!(text, "| {asked:e} | {} |", cells.collect::<Vec<_>>().join(" | "));
+        }
+        let heads = GROUPS.iter().zip(&self.reached);
+        let heads: Vec<_> = heads.map(|(name, list)| format!("{name} ({})", list.len())).collect();
+        let _ =
+            write!(text, "\nOf all kinds together:\n\n| asked | {} |\n|---|", heads.join(" | "));
+        let _ = writeln!(text, "{}", "---|".repeat(GROUPS.len()));
+        for (k, asked) in ASKED.iter().enumerate() {
+            let most = |r: &Reached| r[k].into_iter().fold(0.0, f64::max);
+            let cells = self.reached.iter().map(|list| cell(list.iter().map(most)));
+            let _ = writeln!(text, "| {asked:e} | {} |", cells.collect::<Vec<_>>().join(" | "));
+        }
+        text
+    }
+}
+
+/// Median and worst.
+fn cell(numbers: impl Iterator<Item = f64>) -> String {
+    let mut list: Vec<f64> = numbers.collect();
+    list.sort_by(f64::total_cmp);
+    let Some(worst) = list.last() else { return String::from("-") };
+    format!("{:.2}, {:.2}", list[list.len() / 2], worst)
+}
