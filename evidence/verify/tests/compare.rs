@@ -104,4 +104,6 @@ agree! {
     unequal_bodies or rough,
     retuned_twice_at_once,
     standing_tip_is_pushed or rough,
+    air_outpaces_the_bodies,
+    air_moves_an_event,
 }
