@@ -17,7 +17,6 @@ from dth_hammer import (
     life,
     report,
     steady,
-    sweep,
 )
 
 PRESET = "air_4_inch"
@@ -44,7 +43,7 @@ def test_the_indicator_diagram_has_both_pressures_and_the_drive_s_work() -> None
 
 
 def test_a_sweep_over_the_supply_has_its_air() -> None:
-    table = sweep({"supply_pressure": ["15 bar", "20 bar"]}, "steady", preset=PRESET, error=0.01)
+    table = steady({"supply_pressure": ["15 bar", "20 bar"]}, preset=PRESET, error=0.01)
     low, high = table["air_flow"]
     # Choked ports: in proportion to the pressure, and more because the hammer strikes faster.
     assert high / low > 20.0 / 15.0

@@ -138,7 +138,7 @@ def test_every_hammer_that_is_told_meets_what_was_measured(low: float, seed: int
     # 34 mm/s is that of one rock and, by the fitted surface alone, of others that give 26 to 53.
     free = {"rock.stiffness": (low, 1e9)}
     fit = calibrate(RIGID, {"tip_rate": ("34 mm/s", "0.5 mm/s")}, free, seed=seed)
-    for stiffness in [*fit.modes["rock.stiffness"], *fit.table()["median"]]:
+    for stiffness in [*fit.modes["rock.stiffness"], *fit.to_frame()["median"]]:
         rate = steady(RIGID | {"rock.stiffness": stiffness})["tip_rate"]
         assert rate == pytest.approx(0.034, abs=4.0 * 5e-4)
     assert fit.modes["share"].sum() == pytest.approx(1.0)
@@ -155,7 +155,7 @@ def test_idle_seconds_and_nulls_of_a_log_are_no_rates() -> None:
     assert fit.residuals.loc["rop", "measured"] == pytest.approx(0.18275 / 60, rel=1e-12)
     # A rate is the power to the rock over the specific energy, so one says the other.
     energy = steady(RIGID).specific_energy("18.275 cm/min")
-    assert fit.table().loc["rock.specific_energy", "median"] == pytest.approx(energy, rel=0.02)
+    assert fit.to_frame().loc["rock.specific_energy", "median"] == pytest.approx(energy, rel=0.02)
 
 
 def test_a_rate_is_no_better_known_than_the_specific_energy_of_its_rock() -> None:

@@ -14,10 +14,12 @@ from xml.etree import ElementTree
 import matplotlib.image as mpimg
 import pandas as pd
 import pytest
-from dth_hammer import Hammer, steady
+from dth_hammer import DomainError, Hammer, outputs, steady, sweep
+from dth_hammer import rock as dth_rock
 from dth_hammer.cli import main
 from dth_hammer.extras import EXTRAS
 from dth_hammer.fmu import load
+from dth_hammer.scene.hammers import numbers_of
 from scipy.io import loadmat
 
 QUICK = ["--until", "150 ms"]
@@ -38,10 +40,70 @@ def test_run_writes_the_table_and_the_figure(
 
 def test_sweep_takes_lists_and_ranges(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     table = tmp_path / "out.csv"
-    command = ["sweep", *QUICK, "--over", "feed_force=3e3:5e3:3", "--over", "rock.viscosity=0,1e5"]
+    command = ["sweep", *QUICK, "--over", "feed_force=3:5 kN:3", "--over", "rock.viscosity=0,1e5"]
     assert main([*command, "--scheduler", "threads", "--quiet", "-o", str(table)]) == 0
     assert len(pd.read_csv(table)) == 6
-    assert "feed_force [N]" in capsys.readouterr().out
+    heads, *lines = capsys.readouterr().out.splitlines()
+    assert "feed_force [kN]" in heads
+    # Its own file is a table of hammers too.
+    assert main(["sweep", *QUICK, "--quiet", "--rows", str(table)]) == 0
+    assert capsys.readouterr().out.splitlines()[1:3] == lines[:2]
+
+
+@pytest.mark.parametrize(
+    ("text", "refused"),
+    [
+        ("\ufefffeed_force;rock.stiffness\n4000;1,2e8\n", ""),
+        ("feed_force [kN],rock.stiffness [MN/m]\n4,120\n", ""),
+        ("feed_force, rock.stiffness\n4000, 1.2e8\n", ""),
+        ('feed_force\n4000\n""\n', "row 2: feed_force = ''"),
+        ("feed_force,feed_force\n4000,5000\n", "cannot be read as a table"),
+    ],
+)
+def test_tables_are_read_as_people_have_them(text: str, refused: str, tmp_path: Path) -> None:
+    file = tmp_path / "rows.csv"
+    file.write_text(text, encoding="utf-8")
+    if refused:
+        with pytest.raises(DomainError, match=refused):
+            sweep(outputs.read(file), 0.01)
+    else:
+        assert sweep(outputs.read(file), 0.01)["feed_force"].tolist() == [4e3]
+
+
+def test_a_scene_s_file_is_a_hammer_of_every_command(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sheet, rock = tmp_path / "hammer.json", ["--rock", "granite"]
+    given = ["--power", "20kW", "--frequency", "30Hz", "--hole", "140mm", "-o", str(sheet)]
+    assert main(["datasheet", *given]) == 0
+    # A mark at its begin, as Windows' Notepad writes it.
+    sheet.write_text(sheet.read_text(encoding="utf-8"), encoding="utf-8-sig")
+    assert main(["run", str(sheet), *rock, "--until", "50 ms", "--quiet"]) == 0
+    found = numbers_of(str(sheet), rock="granite")
+    assert found["rock.stiffness"] == dth_rock("granite", hole=0.14)["rock.stiffness"]
+    assert main(["mesh", str(sheet)]) == 0
+    twice = tmp_path / "twice.json"
+    twice.write_text('{"start_values": {"gravity": 1, "gravity": 2}}', encoding="utf-8")
+    capsys.readouterr()
+    assert main(["run", str(twice)]) == 2
+    assert "twice.json says gravity twice" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such devices")
+def test_a_stream_that_takes_nothing_is_told_in_a_line(tmp_path: Path) -> None:
+    command = f"{sys.executable} -m dth_hammer.cli info"
+    for stream, code, said in ((" >/dev/full", 2, "cannot write: No space"), (" >&-", 0, "")):
+        done = subprocess.run(command + stream, shell=True, capture_output=True, text=True)  # noqa: PLW1510
+        assert done.returncode == code
+        assert said in done.stderr
+        assert "Traceback" not in done.stderr
+    quick = f"{sys.executable} -m dth_hammer.cli run --quiet --set fidelity=Rigid --until 0.3"
+    ascii_ = os.environ | {"PYTHONIOENCODING": "ascii"}
+    assert subprocess.run(quick, shell=True, env=ascii_, check=True, capture_output=True)
+    assert main([]) == 0
+    assert main(["rnu"]) == 2
+    assert main(["fmu", "-o", str(tmp_path)]) == 0
+    assert load(tmp_path / "dth_hammer_fmi3.fmu").fmi == 3
 
 
 def test_means_of_many_hammers_come_from_a_file_and_only_what_is_missing_is_sought(
@@ -78,8 +140,10 @@ def test_info_tells_units_domains_and_presets(capsys: pytest.CaptureFixture[str]
     assert main(["info"]) == 0
     text = capsys.readouterr().out
     assert "preset air_4_inch" in text
-    assert "fidelity = Elastic" in text
-    assert "bit_stress[i] Pa" in text
+    assert "rock: stiffness" in text
+    assert "bit_stress[i]" in text
+    assert main(["info", "parameters"]) == 0
+    assert "fidelity = Elastic" in capsys.readouterr().out
     assert main(["info", "rock.unloading_ratio"]) == 0
     assert "tunable parameter" in capsys.readouterr().out
 

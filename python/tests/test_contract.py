@@ -125,6 +125,12 @@ def test_every_public_name_is_tried_or_an_answer(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", sorted({*dth.__all__} - ANSWERS))
 def test_wrong_arguments_are_told(name: str, tmp_path: Path) -> None:
     function, right = next((f, r) for f, r in functions(tmp_path).items() if f.__name__ == name)
+    longest = max(inspect.signature(function).parameters, key=len)
+    misspelt = right | {f"{longest[:-1]}x{longest[-1]}": 1}
+    with pytest.raises(dth.UnknownNameError, match=f"no argument of {name} is called"):
+        function(**misspelt)
+    with pytest.raises(dth.DomainError, match=name):
+        function(*[1] * 40)
     refused = 0
     for argument in {*inspect.signature(function).parameters} - OTHERS:
         for value in WRONG:
@@ -148,6 +154,7 @@ def wrong() -> Iterator[tuple[Callable[[], object], str]]:
     yield lambda: dth.trend(None, {"feed_force": "5 %"}), r"widths\['feed_force'\] = '5 %' is not a"  # type: ignore[dict-item]
     yield lambda: dth.optimise({}, ["rop"], {}), "goal = .'rop'. is not text or a function"  # type: ignore[arg-type]
     yield lambda: dth.mesh_for(error={}), "error = {} is not a number"  # type: ignore[arg-type]
+    yield lambda: dth.simulate("granite"), "'granite' is a rock: give rock='granite' beside"
     yield lambda: dth.Coupling(dth.Hammer(RIGID), object(), 1e-3), "lacks advance, outputs"  # type: ignore[arg-type]
 
 

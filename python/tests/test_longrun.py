@@ -14,7 +14,7 @@ from dth_hammer import (
 from dth_hammer.cli import main
 from dth_hammer.errors import DomainError, UnknownNameError
 from dth_hammer.models.hydraulic import Water, WaterDrive
-from dth_hammer.study.longrun import numbers_of
+from dth_hammer.scene.hammers import numbers_of
 from dth_hammer.study.motions import drawn
 from dth_hammer.study.trends import line, sobol
 from interrupting import Interrupts

@@ -88,7 +88,7 @@ def test_an_argument_that_no_function_takes_is_refused() -> None:
 
 
 def test_annotations_say_how_an_option_is_read() -> None:
-    assert kind("error", float, 0.1) == {"type": float}
+    assert kind("error", float, 0.1)["type"]("5 %") == 0.05
     assert kind("seed", int | None, None) == {"type": int}
     assert kind("until", float | str | None, 0.6) == {}
     assert kind("least", bool, False) == {"action": "store_true"}

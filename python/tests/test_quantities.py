@@ -53,6 +53,17 @@ INCH, POUND, GRAVITY = Fraction("0.0254"), Fraction("0.45359237"), Fraction("9.8
         ("0.6 kN*m", "J", Fraction(600)),
         ("9.81 m s^-2", "m/s2", Fraction("9.81")),
         ("4 mm**2", "m2", Fraction(4, 10**6)),
+        ("350 PSI", "Pa", 350 * POUND * GRAVITY / INCH**2),
+        ("24 kg/cm2", "Pa", 24 * GRAVITY * 10_000),
+        ("12 KN", "N", Fraction(12_000)),
+        ("42 hp", "W", 42 * 550 * 12 * INCH * POUND * GRAVITY),
+        ("35 lbs", "kg", 35 * POUND),
+        ("600 ft-lbs", "J", 600 * 12 * INCH * POUND * GRAVITY),
+        ("815 Nm", "J", Fraction(815)),
+        ("60 fph", "m/s", 60 * 12 * INCH / 3600),
+        ("750 scfm", "m3/s", 750 * (12 * INCH) ** 3 / 60),
+        ('5-1/2"', "m", Fraction(11, 2) * INCH),
+        ("5 %", "1", Fraction(1, 20)),
     ],
 )
 def test_a_unit_of_the_field_is_the_number_by_its_definition(
@@ -60,6 +71,31 @@ def test_a_unit_of_the_field_is_the_number_by_its_definition(
 ) -> None:
     # Rounded once: the nearest double.
     assert quantities.read(text, unit, "x") == float(number)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "name", "asked"),
+    [
+        ("25 rpm", "Hz", "frequency", "is of blows, not of turns"),
+        ("3 mph", "m/s", "rop", "may be several units: give m/h"),
+        ("24 barg", "Pa", "supply_pressure", "is absolute"),
+        ("1,5 m", "m", "x", "a decimal is written 1.5"),
+    ],
+)
+def test_what_may_be_meant_otherwise_is_asked(text: str, unit: str, name: str, asked: str) -> None:
+    with pytest.raises(DomainError, match=asked):
+        quantities.read(text, unit, name)
+    assert quantities.read("1500 rpm", "Hz", "rotation") == 25.0
+
+
+def test_a_unit_that_stands_once_is_that_of_all_or_refused() -> None:
+    assert quantities.alike(["4", "6", "8 kN"], "x") == ["4 kN", "6 kN", "8 kN"]
+    assert quantities.alike((4, "6 kN"), "x") == ["4 kN", "6 kN"]
+    for same in (["0", "4 kN"], ["4 kN", "6 N"], [1.0, 2.0], ["Relay", "Force"], [None, "4 kN"]):
+        assert quantities.alike(same, "x") == same
+    for mixed in (["34", "5 mm/s", "35", "1 mm/s"], ["4 kN", "6"]):
+        with pytest.raises(DomainError, match="some have a unit and some have none"):
+            quantities.alike(mixed, "x")
 
 
 @pytest.mark.parametrize("text", ["60 N", "60 kg", "60 dB", "60 degC", "60 mm mm", "60 m/0"])

@@ -227,7 +227,7 @@ def test_the_rate_of_the_hole_is_shown_first(
     sets = [part for n, v in HOLE.items() for part in ("--set", f"{n}={v}")]
     assert main([*command, *sets]) == 0
     printed = capsys.readouterr().out
-    assert "rop [m/s]" in printed
+    assert "rop [m/h]" in printed
     mean = run.summary().loc["rate of penetration", "mean"]
     for factor, unit in ((3600, "m/h"), (60, "m/min")):
         line = next(x for x in printed.splitlines() if x.endswith(f" {unit}") and "rate" in x)

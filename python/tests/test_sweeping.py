@@ -239,7 +239,7 @@ def test_processes_are_for_cases_that_python_plays(monkeypatch: pytest.MonkeyPat
     def none(*_: Any) -> None:
         raise LookupError
 
-    monkeypatch.setattr("dth_hammer.study.workers._by_processes", none)
+    monkeypatch.setattr("dth_hammer.study.workers._processes", none)
     assert sweep(GRID, 0.01)["error"].tolist() == [""] * 4
     with pytest.raises(LookupError):
         sweep(GRID, 0.01, base=Scene(inputs={"drive_force": 0.0}))

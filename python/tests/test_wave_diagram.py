@@ -140,7 +140,7 @@ def test_no_waves_without_elastic_bars_or_blows() -> None:
 
 def test_the_long_table_is_the_arrays() -> None:
     record = waves(until=FIRST, times=[0.0, 1e-5, 2e-5])
-    table = record.table()
+    table = record.to_frame()
     assert table.columns.tolist() == ["time", "body", "position", "stress"]
     found = table.pivot(index=["time"], columns=["body", "position"], values="stress")
     np.testing.assert_array_equal(found["piston"].to_numpy(), record.piston.stress)

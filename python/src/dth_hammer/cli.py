@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import io
 import os
 import sys
 import warnings
@@ -11,32 +12,59 @@ from collections.abc import Sequence
 from typing import Any
 
 from .commands import COMMANDS
-from .errors import DthHammerError, FmuNotFoundError, HammerWarning
+from .errors import DthHammerError, FmuNotFoundError, HammerWarning, UnknownNameError
 from .extras import need_all
 
 #: Exit code that shells use for an interrupted program.
 INTERRUPTED = 130
+#: What a newcomer may begin with.
+FIRST = """
+begin with:
+  dth-hammer demo                     the reference hammer, with a figure
+  dth-hammer run air_4_inch           a preset; `dth-hammer info` lists them
+  dth-hammer datasheet --od 124mm --pressure 24bar --power 31.7kW --hole 140mm
+"""
 #: What writes a file, by its suffix.
 FORMATS = {".xlsx": ["xlsxwriter"], ".mat": ["scipy"], ".parquet": ["pyarrow"]}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs a command; an error of the input is printed as one line."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # A terminal without the sign of a number's spread.
+            stream.reconfigure(errors="replace")
+    given = [*(sys.argv[1:] if arguments is None else arguments)]
     try:
+        if not given:
+            _parser().print_help()
+            print(FIRST)
+        if given and given[0][:1] != "-" and given[0] not in COMMANDS:
+            raise UnknownNameError("command", given[0], COMMANDS)
         # Of a program's first second most goes into what the commands import.
-        options = _parser().parse_args(arguments)
+        options = _parser().parse_args(given) if given else None
         with warnings.catch_warnings():
             warnings.simplefilter("always", HammerWarning)
             warnings.showwarning = _Teller()
-            need_all(_packages(options))
-            options.module.run(options)
-        sys.stdout.flush()
+            if options is not None:
+                need_all(_packages(options))
+                options.module.run(options)
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except BrokenPipeError:
         # The reader has closed the pipe; Python must not complain at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except KeyboardInterrupt as stop:
         print(f"\ndth-hammer: {str(stop) or 'stopped'}", file=sys.stderr)
         return INTERRUPTED
+    except OSError as error:
+        if isinstance(error, DthHammerError):
+            print(f"dth-hammer: {error}", file=sys.stderr)
+        else:
+            # A disk that is full: Python must not complain again at exit.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            print(f"dth-hammer: cannot write: {error.strerror}", file=sys.stderr)
+        return 2
     except DthHammerError as error:
         print(f"dth-hammer: {error}", file=sys.stderr)
         return 2

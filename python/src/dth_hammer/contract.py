@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sized
 from datetime import timedelta
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
-from .errors import DomainError
+from .errors import DomainError, UnknownNameError
 
 Made = TypeVar("Made", bound=Callable[..., Any])
 
@@ -40,8 +40,14 @@ def typed(**remedies: str) -> Callable[[Made], Made]:
         @functools.wraps(function)
         def checked(*arguments: Any, **named: Any) -> Any:
             hints.update(hints or hints_of(function))
-            # A wrong number or a wrong name of an argument is Python's own error.
-            for name, value in signature.bind(*arguments, **named).arguments.items():
+            try:
+                given = signature.bind(*arguments, **named).arguments
+            except TypeError as error:
+                for name in {*named} - {*signature.parameters}:
+                    known = [n for n in signature.parameters if n != "self"]
+                    raise UnknownNameError(f"argument of {made.__name__}", name, known) from None
+                raise DomainError(f"{made.__name__}: {error}") from None
+            for name, value in given.items():
                 if wrong := _wrong(value, hints[name], name):
                     remedy = f"; {remedies[name]}" if name in remedies else ""
                     raise DomainError(f"{made.__name__}: {wrong}{remedy}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 import sys
 import warnings
 from collections.abc import Iterable
@@ -80,10 +81,12 @@ class UnknownNameError(DthHammerError, LookupError):
         self.name, self.nearest = name, None if gone else nearest(name, candidates)
         hint = f"; did you mean {self.nearest!r}?" if self.nearest else ""
         hint = f"; {gone}" if gone else hint
-        head = name.rpartition(".")[0]
+        groups = {c.partition(".")[0] for c in candidates if "." in c}
+        head = name if name in groups else name.rpartition(".")[0]
         siblings = [c.removeprefix(f"{head}.") for c in candidates if c.startswith(f"{head}.")]
         if not hint and head and siblings:
-            hint = f"; {head} has {', '.join(siblings)}"
+            own = dict.fromkeys(re.sub(r"\[\d+\]", "[i]", sibling) for sibling in siblings)
+            hint = f"; {head} has {', '.join(own)}"
         elif not hint and 0 < len(candidates) <= 6:
             hint = f"; there is {', '.join(candidates)}"
         super().__init__(f"no {what} is called {name!r}{hint}")
@@ -100,6 +103,9 @@ class RefusedError(DthHammerError, RuntimeError):
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """The known name most like a wrong one, by the whole or by its last part."""
     candidates = list(known)
+    # Letters in another order.
+    if turned := [c for c in candidates if sorted(c) == sorted(name)]:
+        return turned[0]
     whole = difflib.get_close_matches(name, candidates, n=1, cutoff=0.8)
     if whole:
         return whole[0]
@@ -109,7 +115,8 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
     # Of equal tails the last by name: the rock's stiffness is meant more often than the contact's.
     tails = {c.rsplit(".", 1)[-1]: c for c in sorted(candidates)}
     part = difflib.get_close_matches(name.rsplit(".", 1)[-1], tails, n=1, cutoff=0.75)
-    return tails[part[0]] if part else None
+    begun = [c for c in candidates if len(name) > 2 and re.match(rf"{re.escape(name)}[._]", c)]
+    return tails[part[0]] if part else begun[0] if len(begun) == 1 else None
 
 
 def warn(text: str) -> None:

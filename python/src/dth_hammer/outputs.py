@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import re
 from collections.abc import Iterable
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 #: What a table can be written as, by the file's suffix; what can be read back and added to.
 TABLES = (".parquet", ".csv", ".xlsx", ".mat")
 STORED = TABLES[:2]
+#: A heading with a unit, as this package prints them.
+HEADING = re.compile(r"(\S+) +\[([^\]]+)\]")
 
 
 def either(kinds: tuple[str, ...] = TABLES) -> str:
@@ -56,6 +59,8 @@ def check_figure(path: str | Path) -> Path:
 
 def write(table: pd.DataFrame, path: Path, *, index: bool = True) -> None:
     """Writes a table in the format of the suffix; the file is always whole, old or new."""
+    import pandas as pd  # noqa: PLC0415
+
     new = path.with_name(path.name + ".new")
     kind = path.suffix.lower()
     try:
@@ -63,8 +68,12 @@ def write(table: pd.DataFrame, path: Path, *, index: bool = True) -> None:
             table.to_csv(new, index=index)
         elif kind == ".xlsx":
             need("xlsxwriter", "excel")
-            with new.open("wb") as file:
-                table.to_excel(file, index=index, engine="xlsxwriter")
+            plain = {"strings_to_formulas": False, "strings_to_urls": False}
+            with (
+                new.open("wb") as file,
+                pd.ExcelWriter(file, "xlsxwriter", engine_kwargs={"options": plain}) as book,
+            ):
+                table.to_excel(book, index=index)
         elif kind == ".mat":
             _write_matlab(table.reset_index() if index else table, new)
         else:
@@ -83,18 +92,27 @@ def read(path: Path) -> pd.DataFrame:
     if path.suffix.lower() not in STORED:
         raise DomainError(f"{path.name} must end in {either(STORED)}")
     try:
-        if path.suffix.lower() == ".csv":
-            with path.open(encoding="utf-8-sig") as file:
-                between = max(",;\t", key=file.readline().count)
+        if path.suffix.lower() != ".csv":
+            return pd.read_parquet(path)
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            head = file.readline()
+            between = next((mark for mark in ";\t" if mark in head), ",")
+            names = [name.strip() for name in next(csv.reader([head], delimiter=between), [])]
             # As text: how pandas reads a float has changed, and float() is exact.
             table = pd.read_csv(
-                path, sep=between, dtype=str, keep_default_na=False, encoding="utf-8-sig"
-            )
-            # Where no comma is between columns, it is a decimal one.
-            return table if between == "," else table.map(lambda cell: cell.replace(",", "."))
-        return pd.read_parquet(path)
+                file, sep=between, names=names, index_col=False, dtype=str,
+                keep_default_na=False, skipinitialspace=True,
+            )  # fmt: skip
     except (ValueError, TypeError, OSError) as error:
         raise DomainError(f"{path} cannot be read as a table: {error}") from None
+    if between != ",":
+        # Where commas are in numbers, another mark is between these.
+        table = table.replace(r"(?<=\d),(?=\d)", ".", regex=True)
+    for name in names:
+        if found := HEADING.fullmatch(name):
+            cells = table[name].str.strip()
+            table[name] = cells.where(cells == "", cells + f" {found[2]}")
+    return table.rename(columns={n: m[1] for n in names if (m := HEADING.fullmatch(n))})
 
 
 def _write_matlab(table: pd.DataFrame, path: Path) -> None:

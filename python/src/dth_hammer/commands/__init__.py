@@ -20,6 +20,7 @@ COMMANDS = {
     "life": "compute the fatigue life of piston and bit from an S-N line",
     "sweep": "simulate a grid of hammers",
     "report": "write a run as one HTML page with figures, tables and settings",
+    "fmu": "copy the FMUs of the hammer to a folder",
     "configure": "write an FMU that starts with your parameters, for hosts that cannot set them",
     "system": "write an .ssp of the hammer and its drive, connected by name",
     "mesh": "print the mesh that a stated error needs",
@@ -27,5 +28,5 @@ COMMANDS = {
     "compare": "compare two hammers, or one at two pressures, in one rock",
     "log": "find the rock's specific energy over depth from a drilling log",
     "rock": "list rocks, with sources and scatter, or print the parameters of one under a bit",
-    "info": "list variables, units and presets",
+    "info": "list presets and groups of variables, or one group or variable with units and domains",
 }

@@ -9,7 +9,6 @@ from typing import Any
 import pandas as pd
 
 from .. import outputs
-from ..scene.quantities import alike
 from ..scene.variables import VARIABLES
 from ..study.calibration import calibrate
 from . import common
@@ -21,7 +20,7 @@ NEEDS = ("scipy",)
 def measured(texts: Sequence[str]) -> dict[str, Any]:
     """By name a value and its error, or several values."""
     return {
-        name: tuple(alike(text.split(":"), name)) if ":" in text else alike(text.split(","), name)
+        name: tuple(text.split(":")) if ":" in text else text.split(",")
         for name, text in assignments(texts).items()
     }
 
@@ -67,13 +66,9 @@ def run(options: argparse.Namespace) -> None:
     common.by_name(pd.DataFrame(index=pd.Index([*units])), units, options.units)
     found = calibrate(**given)
     common.keep_rock(options, found.hammer)
-    table = common.by_name(found.table(), units, options.units)
+    table = common.by_name(found.to_frame(), units, options.units)
     if options.out:
         outputs.write(table, options.out)
     print(common.readable(table))
     print(common.readable(found.residuals))
-    if found.steady is not None:
-        print(found.steady.rate)
-    print(f"chi-square {found.chi_square:.3g} of {found.degrees_of_freedom} degrees of freedom")
-    for text in (*found.cannot_tell, *(f"{name} is at its bound" for name in found.at_bounds)):
-        print(text)
+    print(*found.in_words(), sep="\n")

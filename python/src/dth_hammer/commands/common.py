@@ -18,6 +18,8 @@ from ..scene.band import reason, with_sides
 from ..scene.quantities import SYSTEMS, alike, convert, with_units
 from ..scene.scene import Scene
 from ..scene.variables import VARIABLES, Variable
+from ..study.cases import MODEL
+from ..study.store import RUN
 from .options import assignments
 
 #: Most values that a range may stand for.
@@ -45,7 +47,12 @@ def many(options: argparse.Namespace) -> Any:
     if options.units and options.out and (options.over or options.rows):
         raise DomainError("a file of many hammers keeps SI units: give --units without -o")
     if options.rows:
-        return outputs.read(options.rows)
+        table = outputs.read(options.rows)
+        if {RUN, MODEL} <= {*table}:
+            # A sweep's own file: what it was of, without what it found.
+            settable = {v.name for v in VARIABLES.of("parameter", "input")}
+            table = table[[name for name in table if name in settable]]
+        return table
     axes = assignments(options.over)
     return {name: values(VARIABLES.settable(name), text) for name, text in axes.items()}
 
@@ -54,9 +61,10 @@ def tell_many(
     options: argparse.Namespace, table: pd.DataFrame, names: Sequence[str], base: Scene
 ) -> None:
     """Prints columns of many hammers, and why their rates have ranges."""
-    printed = table[[*with_sides(names), "error"]]
+    refused = ["error"] if (table["error"] != "").any() else []
+    printed = table[[*with_sides(names), *refused]]
     printed.attrs = table.attrs
-    print(readable(in_units(printed, own_units(options.units, printed)), index=False))
+    print(readable(in_units(printed, displayed_units(options.units, printed)), index=False))
     if not any(name.startswith("rock.specific_energy") for name in table.attrs["swept"]):
         print(reason(base.numbers))
 
@@ -100,7 +108,7 @@ def add_units(parser: argparse.ArgumentParser) -> None:
 def values(variable: Variable, text: str) -> list[Any]:
     """Parses a list ``a,b,c`` or a range ``first:last:count``; each value may carry a unit."""
     if ":" not in text:
-        return alike([part.strip() for part in text.split(",")], variable.name)
+        return [part.strip() for part in text.split(",")]
     parts = text.split(":")
     refusal = DomainError(
         f"{text!r} is not FIRST:LAST:COUNT with a COUNT of 1 to {LONGEST}, as 1e3:9e3:5"
@@ -139,6 +147,12 @@ def systems(texts: Sequence[str]) -> list[Any]:
     return [*([text for text in texts if "=" not in text] or ["metric"]), named]
 
 
+def displayed_units(texts: Sequence[str], table: pd.DataFrame) -> list[str]:
+    """The units of a printed table: those of the trade if no system is asked for."""
+    systems_ = [] if any("=" not in text for text in texts) else ["metric"]
+    return own_units([*systems_, *texts], table)
+
+
 def own_units(texts: Sequence[str], table: pd.DataFrame) -> list[str]:
     """Returns the requested units that apply to a table's columns, a rate's to its range too."""
     chosen = []
@@ -174,4 +188,4 @@ def readable(table: pd.DataFrame, *, index: bool = True) -> str:
     displayed = with_units(table)
     displayed.columns.name = displayed.index.name if index else None
     displayed.index.name = None
-    return str(displayed.to_string(index=index, float_format="{:.6g}".format))
+    return str(displayed.to_string(index=index, float_format="{:.5g}".format))

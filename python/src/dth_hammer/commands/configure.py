@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 
-from .. import outputs
 from ..fmu.variant import configure
 from ..scene.variables import PRESETS
 from .options import Call
@@ -14,7 +13,6 @@ CALL = Call(configure)
 
 def run(options: argparse.Namespace) -> None:
     """Writes the FMU."""
-    outputs.check(options.out, (".fmu",))
     given = CALL.given(options)
     added = configure(**given)
     scene = given["hammer"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 
 from ..errors import FmuNotFoundError
 from ..fmu.package import load
@@ -14,28 +15,37 @@ CALL = Call(load)
 
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the name."""
-    parser.add_argument("name", nargs="?", help="one variable only")
+    parser.add_argument("name", nargs="?", help="a variable, or a group: rock, air, outputs")
 
 
 def run(options: argparse.Namespace) -> None:
-    """Prints all variables, or one."""
-    if options.name:
-        rows = [VARIABLES[options.name]]
-    else:
+    """Prints presets and groups, or the variables of one group, or one."""
+    if not options.name:
         print(f"{model()}\n{_fmu(options)}\n")
         for preset in PRESETS.values():
             print(f"preset {preset.name}: {preset.description}")
             print("".join(f"    {k} = {v:g}\n" for k, v in preset.values.items()), end="")
         print()
-        rows = list(VARIABLES.values())
-    for variable in rows:
+        for group, variables in _groups().items():
+            names = (variable.name.removeprefix(f"{group}.") for variable in variables)
+            print(f"{group}: {', '.join(dict.fromkeys(re.sub(r'[0-9]+', 'i', n) for n in names))}")
+        along = ", ".join(f"{name}[i]" for name in VARIABLES.families)
+        print(f"along the bodies: {along}\n`dth-hammer info NAME` tells of a group or a variable")
+        return
+    for variable in _groups().get(options.name) or [VARIABLES[options.name]]:
         kind = "tunable " if variable.tunable and variable.causality == "parameter" else ""
         print(f"{variable.name}{_start(variable)}")
         domain = f", {variable.domain()}" if variable.settable else ""
         print(f"    {kind}{variable.causality}: {variable.description}{domain}")
-    for name, family in () if options.name else VARIABLES.families.items():
-        print(f"{name}[i] {family.unit}")
-        print(f"    when asked for: {family.description}")
+
+
+def _groups() -> dict[str, list[Variable]]:
+    """Variables by the first part of their names; what has none by what it is."""
+    groups: dict[str, list[Variable]] = {}
+    for variable in VARIABLES.values():
+        first, dot, _ = variable.name.partition(".")
+        groups.setdefault(first if dot else f"{variable.causality}s", []).append(variable)
+    return groups
 
 
 def _fmu(options: argparse.Namespace) -> str:

@@ -100,15 +100,21 @@ def kind(name: str, hint: Any, default: Any) -> dict[str, Any]:
         return {"action": "store_false" if default else "store_true"}
     if str in kinds:
         return {}
-    for number in (float, int):
-        if number in kinds:
-            return {"type": number}
+    if float in kinds:
+        return {"type": number}
+    if int in kinds:
+        return {"type": int}
     if any(origin is not None and issubclass(origin, Mapping) for origin in origins):
         return {"action": "append"}
     if not any(origin is not None and issubclass(origin, Iterable) for origin in origins):
         raise TypeError(f"an option cannot be read as {hint}: {name} wants a type")
     word = "NAME" if get_args(kinds[0]) == (str,) else name.removesuffix("s").upper()
     return {"metavar": f"{word},...", "type": listed}
+
+
+def number(text: str) -> float:
+    """A pure number, in per cent too."""
+    return quantities.read(text, "1", "a number")
 
 
 def listed(text: str) -> list[str]:

@@ -24,6 +24,10 @@ CALL = Call(
 )
 
 
+#: What fits a line of 80 characters.
+PRINTED = ("blow_time", "blow_period", "blow_speed", "blow_energy", "rop")
+
+
 def arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the files, the units, and what the summary needs."""
     common.add_files(parser, table="table to write", figure="figure to write", units=True)
@@ -48,8 +52,10 @@ def run(options: argparse.Namespace) -> None:
     if options.plot:
         made.plot().savefig(options.plot)
     if len(table):
-        units = common.own_units(options.units, table)
-        print(common.readable(common.in_units(table, units)))
+        printed = table[[*PRINTED]]
+        printed.attrs = table.attrs
+        units = common.displayed_units(options.units, printed)
+        print(common.readable(common.in_units(printed, units)))
         with suppress(TooFewBlowsError):
             found = made.summary(pipe=options.pipe, rotation=options.rotation)
             print(f"\nfrom {made.time[-1] / 2:g} s on:\n{readable(found)}")

@@ -44,5 +44,5 @@ def run(options: argparse.Namespace) -> None:
     common.check_outputs(options.out, kinds=outputs.STORED)
     read = options.outputs or RESULTS
     common.check_units(options.units, {n: VARIABLES[n].unit for n in [*grid, *read]})
-    few = options.outputs or ["blow_count", "blow_period", "blow_speed", "rop"]
+    few = options.outputs or ["blow_speed", "rop"]
     common.tell_many(options, sweep(grid, **given), [*grid, *few], given["base"])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 
-from .. import outputs
 from ..fmu.system import write_system
 from .options import Call, Written, assignments
 
@@ -23,6 +22,5 @@ CALL = Call(
 
 def run(options: argparse.Namespace) -> None:
     """Writes the system."""
-    outputs.check(options.out, (".ssp",))
     for (giver, output), (taker, taken) in write_system(**CALL.given(options)):
         print(f"{giver}.{output} -> {taker}.{taken}")

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from .. import outputs
 from ..errors import DomainError
-from ..run.diagram import Waves, waves
+from ..run.diagram import waves
 from ..scene.mesh import ELEMENTS
 from . import common
 from .options import Call
@@ -45,17 +45,7 @@ def run(options: argparse.Namespace) -> None:
     common.check_outputs(None, options.plot)
     record = waves(**given)
     if options.out:
-        outputs.write(record.table(), options.out)
+        outputs.write(record.to_frame(), options.out)
     if options.plot:
-        from ..figures import wave_diagram  # noqa: PLC0415
-
-        wave_diagram(record).savefig(options.plot)
-    print(_extremes(record))
-
-
-def _extremes(record: Waves) -> str:
-    lines = [f"impact at {record.notes['impact']:.6f} s"]
-    for name, bar in (("piston", record.piston), ("bit", record.bit)):
-        low, high = bar.stress.min() * 1e-6, bar.stress.max() * 1e-6
-        lines.append(f"{name}: {low:.0f} to {high:.0f} MPa")
-    return "\n".join(lines)
+        record.plot().savefig(options.plot)
+    print(*record.in_words(), sep="\n")

@@ -19,8 +19,10 @@ from xml.etree import ElementTree as ET
 
 from .. import __name__ as package_name
 from .. import _native
+from ..contract import typed
 from ..errors import DomainError, DthHammerError, FmuNotFoundError, warn
 from ..extras import need
+from ..outputs import check
 from ..scene import quantities
 from ..scene.hammers import Hammerlike, Rocklike
 from ..scene.variables import UNTIL
@@ -47,6 +49,7 @@ BASES = dict.fromkeys(("kg", "m", "s", "A", "K", "mol", "cd", "rad", "offset"), 
 Port = tuple[str, str]
 
 
+@typed()
 def write_system(
     hammer: Hammerlike,
     out: str | Path,
@@ -80,7 +83,7 @@ def write_system(
         DthHammerError: if a partner has nothing to do with the hammer, or two give one input.
         FmuNotFoundError: if a partner is no FMU for co-simulation of such a version.
     """
-    package, out = load(fmu, fmi=fmi), Path(out)
+    package, out = load(fmu, fmi=fmi), check(out, (".ssp",))
     size = quantities.duration(step, "step")
     end = quantities.duration(until, "until")
     descriptions = {HAMMER: _described(package.path, package.fmi)}

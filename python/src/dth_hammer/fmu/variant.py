@@ -20,7 +20,9 @@ from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+from ..contract import typed
 from ..errors import DthHammerError
+from ..outputs import check
 from ..run.hammer import Hammer
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of, scene_of
 from ..scene.variables import VARIABLES, Value, Variable
@@ -43,6 +45,7 @@ PLAIN = "extra/"
 TRUTHS = {0: "false", 1: "true"}
 
 
+@typed()
 def configure(
     hammer: Hammerlike,
     out: str | Path,
@@ -81,7 +84,7 @@ def configure(
         >>> fmu.configure({"feed_force": "8 kN"}, "mine.fmu", rock="granite")
         0
     """
-    package, out = load(fmu, fmi=fmi), Path(out)
+    package, out = load(fmu, fmi=fmi), check(out, (".fmu",))
     if package.path.resolve() == out.resolve():
         raise DthHammerError(f"{out.name} would overwrite the FMU that it is made from")
     root = package.description

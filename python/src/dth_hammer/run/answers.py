@@ -5,14 +5,14 @@ from __future__ import annotations
 import base64
 import html
 import io
-from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager
+from collections.abc import Mapping
+from contextlib import AbstractContextManager, suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from ..errors import MissingError
+from ..errors import MissingError, TooFewBlowsError
 from ..extras import need
 
 if TYPE_CHECKING:
@@ -31,12 +31,38 @@ def image(figure: Figure, caption: str, dpi: int = 130) -> str:
     return f'<img alt="{html.escape(caption)}" src="data:image/png;base64,{picture}">'
 
 
-def with_figure(table: str, draw: Callable[[], Figure], caption: str) -> str:
-    """Returns HTML of a table and its figure; the table alone where matplotlib is missing."""
-    try:
-        return table + image(draw(), caption, 90)
-    except MissingError:
-        return table
+class Answer:
+    """What a function has found: in words, as a table, and where it has one as a figure."""
+
+    #: Of the figure that `plot` draws; nothing of what has none.
+    caption = ""
+
+    def in_words(self) -> list[str]:
+        """What is told above the table, a sentence each."""
+        return []
+
+    def to_frame(self) -> pd.DataFrame:
+        """Returns its numbers as a table."""
+        raise NotImplementedError
+
+    def plot(self) -> Figure:
+        """Draws it."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        table = self.to_frame()
+        text = table.to_string(max_rows=20, float_format="{:.5g}".format, na_rep="", line_width=100)
+        return "\n".join([*self.in_words(), text])
+
+    def _repr_html_(self) -> str:
+        """Returns HTML for notebooks: the table alone where matplotlib is missing."""
+        texts = "".join(f"<p>{html.escape(text)}</p>" for text in self.in_words())
+        found = texts + self.to_frame().to_html(
+            max_rows=20, float_format="{:.6g}".format, na_rep=""
+        )
+        with suppress(MissingError, TooFewBlowsError):
+            return found + image(self.plot(), self.caption, 90) if self.caption else found
+        return found
 
 
 def _styled(width: float, height: float) -> AbstractContextManager[Figure]:
@@ -110,9 +136,9 @@ def exchanged(table: pd.DataFrame, end: float) -> Figure:
 
 
 def overview(frame: pd.DataFrame, blows: pd.DataFrame) -> Figure:
-    """A run at a glance: tip depth, energy and speed of the blows, rate of penetration."""
+    """A run at a glance: length drilled, energy and speed of the blows, rate of penetration."""
     rows: tuple[tuple[str, float, str, str], ...] = (
-        ("tip_depth", 1e3, "tip depth (mm)", BROWN),
+        ("drilled_length", 1e3, "drilled length (mm)", BROWN),
         ("blow_speed", 1.0, "impact speed (m/s)", ORANGE),
         ("blow_energy", 1.0, "blow energy (J)", DARK),
         ("rop", 3600.0, "ROP (m/h)", BLUE),
@@ -120,7 +146,7 @@ def overview(frame: pd.DataFrame, blows: pd.DataFrame) -> Figure:
     with _styled(7.0, 7.0) as figure:
         panels = figure.subplots(len(rows), sharex=True)
         for axes, (column, factor, label, colour) in zip(panels, rows, strict=True):
-            if column == "tip_depth":
+            if column == "drilled_length":
                 axes.plot(frame.index, frame[column] * factor, color=colour)
             else:
                 displayed = blows[blows[column] > 0]

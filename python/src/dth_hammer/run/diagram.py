@@ -11,14 +11,17 @@ import numpy as np
 from .. import _native
 from ..contract import typed
 from ..errors import DthHammerError, TooFewBlowsError
+from ..extras import need
 from ..fixed import Fixed
 from ..scene.hammers import Hammerlike, Rocklike
 from ..scene.mesh import BODIES
 from ..scene.variables import Array, whole
+from . import answers
 from .run import Run, simulate
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 #: Outputs that tell what happens meanwhile.
 BESIDE = ("contact_closed", "contact_force", "rock_mode", "rock_force")
@@ -41,8 +44,8 @@ class Bar:
         return 0.5 * (self.nodes[1:] + self.nodes[:-1])
 
 
-@dataclass(frozen=True)
-class Waves:
+@dataclass(frozen=True, repr=False)
+class Waves(answers.Answer):
     """Stress and velocity in space and time; positions are those of the unstrained bars."""
 
     #: Instants, s, from the impact if there is one.
@@ -54,7 +57,22 @@ class Waves:
     #: ``impact``, its instant (s), and ``front``, the stress behind the front in the bit (Pa).
     notes: Mapping[str, float] = field(default_factory=dict)
 
-    def table(self) -> pd.DataFrame:
+    caption = "Stress waves of the last blow"
+
+    def in_words(self) -> list[str]:
+        """The impact, and the largest stresses."""
+        lines = [f"impact at {self.notes['impact']:.6f} s"] if self.notes else []
+        for name, bar in (("piston", self.piston), ("bit", self.bit)):
+            low, high = bar.stress.min() * 1e-6, bar.stress.max() * 1e-6
+            lines.append(f"{name}: {low:.0f} to {high:.0f} MPa")
+        return lines
+
+    def plot(self) -> Figure:
+        """Draws stress over place and time."""
+        figure: Figure = need("dth_hammer.figures", "plot").wave_diagram(self)
+        return figure
+
+    def to_frame(self) -> pd.DataFrame:
         """The stresses in long form: time, body, position and stress in each row."""
         import pandas as pd  # noqa: PLC0415
 

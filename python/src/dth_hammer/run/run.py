@@ -39,8 +39,8 @@ PER_BLOW = (
 )
 
 
-@dataclass(frozen=True)
-class Run:
+@dataclass(frozen=True, repr=False)
+class Run(answers.Answer):
     """A run: its outputs over time, its blows, and the scene that was simulated."""
 
     #: Outputs over time, a column each; ``attrs["units"]`` says in which units.
@@ -158,7 +158,7 @@ class Run:
         return operation(found, hole, air, pipe, rotation)
 
     def plot(self) -> Figure:
-        """Plots tip depth, and speed, energy and rate per blow."""
+        """Plots the length drilled, and speed, energy and rate per blow."""
         si = self.convert("si")
         return answers.overview(si.frame, si.blows)
 
@@ -173,9 +173,9 @@ class Run:
         """
         return derivatives_in(self.frame, self.by if elasticities else {})
 
-    def _repr_html_(self) -> str:
-        summary = f"{len(self.blows)} blows in {self.time[-1]:g} s"
-        return f"<p>{summary}</p>{self.frame.to_html(max_rows=10)}"
+    def in_words(self) -> list[str]:
+        """Blows and time."""
+        return [f"{len(self.blows)} blows in {self.time[-1]:g} s"]
 
 
 @typed()
@@ -279,7 +279,8 @@ def play(
     size = 1 if control else -(-len(instants) // PARTS) if progress else len(instants)
     parts: Any = range(0, len(instants), size)
     if progress:
-        parts = need("tqdm", "sweep").tqdm(parts, unit="part", leave=False)
+        # None: no bar into a pipe.
+        parts = need("tqdm", "sweep").tqdm(parts, unit="part", leave=False, disable=None)
     found = []
     for first in parts:
         part = instants[first : first + size]

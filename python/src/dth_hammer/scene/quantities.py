@@ -10,7 +10,7 @@ from __future__ import annotations
 import datetime
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -29,9 +29,11 @@ else:
     #: quantity of pint's.
     Value = float | int | bool | str
 
+#: Whole and fraction of an inch, as drill bits are sold: ``5 1/2 in``, ``5-1/2"``.
+INCHES = re.compile(r"(?:(\d+)[ -]+)?(\d+)/(\d+)\s*(?:in|inch|inches|\"|″)", re.IGNORECASE)
 NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 #: What a unit begins with, and how long it may be.
-UNIT = re.compile(r"(?:1/)?[^\W\d_].{0,39}")
+UNIT = re.compile(r"(?:1/)?[^\W\d_].{0,39}|[%\"″]")
 #: A symbol with its power, in a unit as `_parsed` has rewritten it.
 SYMBOL = re.compile(r"([^\W\d_]+)(-?\d)?")
 #: By symbol: how many, and powers of metre, kilogram and second; these take prefixes.
@@ -70,7 +72,31 @@ OTHERS: Mapping[str, tuple[Any, int, int, int]] = {
     "blows": (1, 0, 0, 0),
     "bpm": (Fraction(1, 60), 0, 0, -1),
     "cfm": (Fraction("0.3048") ** 3 / 60, 3, 0, -1),
+    "hp": (550 * Fraction("0.3048") * POUND * GRAVITY, 2, 1, -3),
+    "rpm": (Fraction(1, 60), 0, 0, -1),
+    "r": (1, 0, 0, 0),
+    "rev": (1, 0, 0, 0),
+    "turns": (1, 0, 0, 0),
 }
+#: Words of the trade, however they are written, by those of the tables.
+TRADE: Mapping[str, str] = {
+    **{name.lower(): name for name in ("psi", "bar", "cfm", "bpm", "kN", "kW", "kPa", "kg", "Hz")},
+    **{name: name for name in ("hp", "rpm", "lb", "lbf", "blows", "rev", "mm", "in", "ft")},
+    **{"psig": "psi", "barg": "bar", "scfm": "cfm", "lbs": "lb", "inches": "in", "feet": "ft"},
+    **{"nm": "N.m", "fph": "ft/h", '"': "in", "″": "in", "%": "%", "percent": "%"},
+}
+#: What may be meant is asked: units of which the trade has two.
+ASKED: Mapping[str, str] = {
+    "mph": "m/h or ft/h (miles are no rate of drilling)",
+    "ps": "hp or kW",
+    "ton": "t or 2000 lb",
+    "gal": "l (gallons are American or British)",
+    "gpm": "l/min (gallons are American or British)",
+}
+#: Pressures that are not over the air's.
+ABSOLUTE = ("supply_pressure", "exhaust_pressure")
+#: Units of turns, which blows do not have, and the word in the names of what has them.
+TURNS, ROTATION = ("rpm", "r", "rev", "turns"), "rotation"
 UNITS = {
     prefix + symbol: (Fraction(many) * Fraction(of[0]), *of[1:])
     for prefix, many in PREFIXES.items()
@@ -136,19 +162,37 @@ def read(value: object, unit: str, name: str) -> float:
         raise DomainError(f"{name} = {value!r} is not a number") from None
 
 
-def alike(texts: list[str], name: str) -> list[str]:
+def alike(values: Iterable[Any], name: str) -> list[Any]:
     """Values in a row, with the unit of the last one where it alone has one, as catalogues do.
+
+    Zero needs none.
 
     Raises:
         DomainError: some have a unit and some have none.
     """
-    found = [NUMBER.fullmatch(text.strip()) for text in texts]
-    units = [match[2].strip() if match else "" for match in found]
-    if None in found or not any(units) or all(units):
-        return texts
-    if any(units[:-1]):
-        raise DomainError(f"{name}: {', '.join(texts)}: some have a unit and some have none")
-    return [*(f"{text} {units[-1]}" for text in texts[:-1]), texts[-1]]
+    values = [*values]
+    if not any(isinstance(value, str) or hasattr(value, "magnitude") for value in values):
+        return values
+    units = [_unit_of(value) for value in values]
+    if None in units or len({bool(unit) for unit in units}) < 2:
+        return values
+    bare = [k for k, unit in enumerate(units) if not unit]
+    if all(str(values[k]).strip("+-0. ") == "" for k in bare):
+        return values
+    if len(bare) < len(values) - 1 or not units[-1] or not isinstance(values[-1], str):
+        listed = ", ".join(map(str, values))
+        raise DomainError(
+            f"{name}: {listed}: some have a unit and some have none (a decimal is written 1.5)"
+        )
+    return [f"{value} {units[-1]}" if k in bare else value for k, value in enumerate(values)]
+
+
+def _unit_of(value: object) -> str | None:
+    """The unit that is written with a number; None of what is no number."""
+    if hasattr(value, "magnitude"):
+        return "its own"
+    match = NUMBER.fullmatch(str(value).strip())
+    return match[2].strip() if match else None
 
 
 def seconds(value: object, name: str) -> float:
@@ -225,9 +269,14 @@ def _read_text(text: str, unit: str, name: str) -> float:
         return float(text)
     except ValueError:
         pass
+    if inches := INCHES.fullmatch(text):
+        whole, part, of = (int(group or 0) for group in inches.groups())
+        if of:
+            return float((whole + Fraction(part, of)) * _factor("in", unit, name))
     match = NUMBER.fullmatch(text)
     if match is None or not UNIT.fullmatch(match[2]):
-        raise DomainError(f"{name} = {text!r} is not a number, nor one with a unit")
+        comma = " (a decimal is written 1.5)" if re.search(r"\d,\d", text) else ""
+        raise DomainError(f"{name} = {text!r} is not a number, nor one with a unit{comma}")
     factor, number = _factor(match[2], unit, name), float(match[1])
     if number == 0.0 or not math.isfinite(number):
         return number
@@ -242,24 +291,42 @@ def _factor(given: str, wanted: str, name: str) -> Fraction:
     """Returns the factor from the given unit to SI."""
     if given == wanted:
         return Fraction(1)
+    if given.lower() in ASKED:
+        raise DomainError(f"{name}: {given!r} may be several units: give {ASKED[given.lower()]}")
+    if wanted in ("", "1") and TRADE.get(given.replace(" ", "").lower()) == "%":
+        return Fraction(1, 100)
+    if given.lower() in ("barg", "psig") and name in ABSOLUTE:
+        raise DomainError(
+            f"{name} is absolute, not over the air's as {given!r} says: add 1.013 bar"
+        )
     (factor, powers), (one, wanted_powers) = _parsed(given), _parsed(wanted)
+    if powers == (wanted_powers[0] - 1, 1, wanted_powers[2] + 2) and wanted in ("Pa", "J"):
+        # Kilograms and pounds of weight, as in kg/cm2 and ft-lb.
+        factor, powers = factor * GRAVITY, wanted_powers
+    turns = wanted == "Hz" and {*re.split(r"\W+", given.lower())} & {*TURNS}
     if not factor or powers != wanted_powers or wanted in ("", "1"):
         raise DomainError(f"{name} is given in {known(wanted)}, not in {given!r}")
+    if turns and ROTATION not in name:
+        raise DomainError(f"{name} is of blows, not of turns as {given!r} says: give bpm or Hz")
     return factor / one
 
 
 def _parsed(unit: str) -> tuple[Fraction, tuple[int, int, int]]:
     """Parses a unit: factor to SI (0 if unknown), powers of metre, kilogram and second."""
     text = unit.replace("**", "").replace("^", "").replace("²", "2").replace("³", "3")
+    text = TRADE.get(text.lower(), text) if text not in UNITS else text
+    text = re.sub(r"(?<=[a-zA-Z])-(?=[a-zA-Z])", ".", text)
     first, *rest = re.split(r"\s*([.*·/ ])\s*", text)
     total, powers = Fraction(1), [0, 0, 0]
     for operator, part in zip(["*", *rest[::2]], [first, *rest[1::2]], strict=True):
         if part == "1":
             continue
         match = SYMBOL.fullmatch(part)
-        if not match or match[1] not in UNITS:
+        symbol = match[1] if match else ""
+        symbol = symbol if symbol in UNITS else TRADE.get(symbol.lower(), "")
+        if match is None or symbol not in UNITS:
             return Fraction(0), (0, 0, 0)
-        factor, *of = UNITS[match[1]]
+        factor, *of = UNITS[symbol]
         power = int(match[2] or 1) * (-1 if operator == "/" else 1)
         total *= Fraction(factor) ** power
         powers = [a + power * b for a, b in zip(powers, of, strict=True)]

@@ -68,7 +68,12 @@ def described(name: str) -> tuple[dict[str, float], list[str]]:
         return {n: quantities.read(x, UNITS[n], n) for n, x in content.items()}, []
     if name.strip()[:1].isdigit():
         name = f"{quantities.read(name, 'Pa', ROCK) / 1e6!r} MPa"
-    pairs, assumed = _native.ground(name)
+    try:
+        pairs, assumed = _native.ground(name)
+    except DomainError as refused:
+        error = UnknownNameError("rock", name, ROCKS)
+        error.args = refused.args  # It has those that there are.
+        raise error from None
     return dict(pairs), assumed
 
 

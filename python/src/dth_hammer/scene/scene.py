@@ -17,6 +17,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import InitVar, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -88,7 +89,8 @@ class Scene:
         """Reads a scene from a file; an error names the place in the file."""
         path = Path(path)
         try:
-            content = json.loads(path.read_text(encoding="utf-8"))
+            text = path.read_text(encoding="utf-8-sig")
+            content = json.loads(text, object_pairs_hook=partial(_once, path))
         except (OSError, UnicodeDecodeError) as error:
             raise DomainError(f"{path} cannot be read: {error}") from None
         except json.JSONDecodeError as error:
@@ -108,6 +110,14 @@ class Scene:
             until=content.get("until"),
             rock=_rock(content.get("rock"), path),
         )
+
+
+def _once(path: Path, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object in which nothing is said twice."""
+    names = [name for name, _ in pairs]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise DomainError(f"{path.name} says {twice[0]} twice")
+    return dict(pairs)
 
 
 def _rock(name: str | None, path: Path) -> str | None:

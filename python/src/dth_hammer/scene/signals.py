@@ -49,7 +49,8 @@ def _rising(times: Iterable[Any], name: str, twice: bool = False) -> Array:
     elif isinstance(index, pd.DatetimeIndex):
         raise DomainError(f"{name} must be seconds since the start, not dates")
     else:
-        instants = np.array([quantities.seconds(t, f"{name}[{i}]") for i, t in enumerate(index)])
+        listed = enumerate(quantities.alike(index, name))
+        instants = np.array([quantities.seconds(t, f"{name}[{i}]") for i, t in listed])
     if not len(instants):
         raise DomainError(f"{name} has no instants")
     if twice and instants[0] < 0.0:
@@ -73,7 +74,7 @@ def _signal(name: str, signal: Signal) -> Function:
         raise DomainError(f"{name} is fixed: it cannot vary over time")
     if hasattr(signal, "index") and hasattr(signal, "to_numpy"):
         instants = instants_in(name, signal)
-        values = np.array([variable.number(value) for value in signal])
+        values = np.array([variable.number(v) for v in quantities.alike(signal, name)])
         return lambda t: float(np.interp(t, instants, values))
     if callable(signal):
         return lambda t: variable.number(signal(t))

@@ -64,8 +64,8 @@ TURNS, AMONG, STAYS, MISSED = 6, 8, 0.1, 2.0
 STRANGE = 10.0
 
 
-@dataclass(frozen=True)
-class Calibration:
+@dataclass(frozen=True, repr=False)
+class Calibration(answers.Answer):
     """Estimated parameters and their uncertainty."""
 
     #: Best values.
@@ -117,7 +117,7 @@ class Calibration:
         sides = self.samples.quantile([0.5 - 0.5 * level, 0.5 + 0.5 * level]).T
         return sides.set_axis(["low", "high"], axis=1)
 
-    def table(self) -> pd.DataFrame:
+    def to_frame(self) -> pd.DataFrame:
         """Returns medians and 95 % intervals of the samples, and best values with their errors."""
         own = {"best": self.parameters, "error": self.errors}
         return pd.DataFrame({"median": self.samples.median(), **self.interval(), **own})
@@ -156,13 +156,14 @@ class Calibration:
         found[~np.isfinite(found)] = -np.inf
         return float(found[0]) if points.ndim == 1 else found
 
-    def _repr_html_(self) -> str:
-        texts = [*self.cannot_tell, *(f"{n} is at its bound" for n in self.at_bounds)]
+    caption = "Fitted less measured, over the error"
+
+    def in_words(self) -> list[str]:
+        """What is not determined, what does not fit, and the rate."""
+        fits = f"chi-square {self.chi_square:.3g} of {self.degrees_of_freedom} degrees of freedom"
+        texts = [fits, *self.cannot_tell, *(f"{n} is at its bound" for n in self.at_bounds)]
         texts += [self.misfit] if self.misfit else []
-        texts += [self.steady.rate] if self.steady is not None else []
-        html = self.residuals.to_html(na_rep="") + "".join(f"<p>{text}</p>" for text in texts)
-        html = self.table().to_html(float_format="{:.4g}".format) + html
-        return answers.with_figure(html, self.plot, "Fitted less measured, over the error")
+        return texts + ([self.steady.rate] if self.steady is not None else [])
 
     def plot(self) -> Any:
         """Plots the fitted hammer beside each measurement, or beside the first record."""

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from ..errors import DomainError, DthHammerError, RefusedError
 from ..run.gradients import differentiable
-from ..scene.quantities import read
+from ..scene.quantities import alike, read
 from ..scene.variables import VARIABLES, Array, Value, whole
 from .longrun import Steady, Wanted, responses
 from .measures import measure, unit
@@ -69,7 +70,9 @@ class Problem:
         if not self.names:
             raise DomainError("free is empty: give bounds of at least one parameter")
         self.goal, self.given, self.design = measure(goal), given, design
-        bounds = [[self._number(name, bound) for bound in free[name]] for name in self.names]
+        bounds = [
+            [self._number(name, bound) for bound in alike(free[name], name)] for name in self.names
+        ]
         self.low, self.high = np.array(bounds, dtype=float).T
         for name, low, high in zip(self.names, self.low, self.high, strict=True):
             if not low < high:
@@ -77,6 +80,8 @@ class Problem:
         self.limits: list[_Side] = []
         self.wanted, self.sign, self.stopped, self.tolerance = Wanted(), -1.0, False, 0.0
         self.rows: list[Row] = []
+        #: A bar of progress, if it is wanted.
+        self.bar: Any = None
 
     def _number(self, name: str, value: Value) -> float:
         if self.design is None or name in VARIABLES:
@@ -139,6 +144,8 @@ class Problem:
         if row.steady is None:
             row.passed = np.zeros(len(self.limits))
         self.rows.append(row)
+        if self.bar is not None:
+            self.bar.update()
         return row
 
     def _measured(self, row: Row, found: Sequence[Steady], offsets: Array) -> None:
@@ -215,7 +222,7 @@ def limits_of(limits: Limits) -> Iterator[_Side]:
     for given, pair in limits.items():
         name = given if isinstance(given, str) else getattr(given, "__name__", "limit")
         of = measure(given)
-        for bound, way in zip(pair, (-1.0, 1.0), strict=True):
+        for bound, way in zip(alike(pair, name), (-1.0, 1.0), strict=True):
             if bound is None:
                 continue
             number = read(bound, unit(given) if isinstance(given, str) else "1", name)

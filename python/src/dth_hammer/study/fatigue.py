@@ -15,6 +15,7 @@ from ..contract import typed
 from ..errors import DomainError, RefusedError
 from ..extras import need
 from ..fixed import Fixed
+from ..run import answers
 from ..scene import quantities
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of, scene_of
 from ..scene.mesh import ELEMENTS, mesh_for
@@ -91,8 +92,8 @@ class SNCurve:
         return np.asarray((stress / self.strength) ** self.slope / self.cycles)
 
 
-@dataclass(frozen=True)
-class Life:
+@dataclass(frozen=True, repr=False)
+class Life(answers.Answer):
     """Fatigue life of the bodies, place by place."""
 
     #: A row an element: body, section (from 1, at the top), position (m below the face where the
@@ -128,19 +129,19 @@ class Life:
         table.attrs = self.places.attrs
         return table
 
-    def __str__(self) -> str:
-        lines = [
-            f"  {row['body']} section {row['section']}: {row['least'] * 1e-6:.0f} to "
-            f"{row['largest'] * 1e-6:.0f} MPa, range {row['range'] * 1e-6:.0f} MPa at "
-            f"{row['position'] * 1e3:.1f} mm, {row['hours']:.4g} h"
-            for row in self.sections.to_dict("records")
-        ]
+    def in_words(self) -> list[str]:
+        """What breaks first, and how well that is known."""
         worst, hours = self.worst, f"{self.worst['hours']:.4g} h"
-        head = f"blows counted: {self.blows} ({self.kind}); worst place of each section:"
-        tail = f"first: {worst['body']} at {worst['position'] * 1e3:.1f} mm after {hours}"
+        head = f"first: {worst['body']} at {worst['position'] * 1e3:.1f} mm after {hours}"
         mesh = ", ".join(f"{name} {value}" for name, value in self.mesh.items())
         error = f"stress within {self.stress_error:.2g}, hours within {self.life_error:.2g} of them"
-        return "\n".join([head, *lines, tail, f"mesh: {mesh}: {error}"])
+        counted = f"blows counted: {self.blows} ({self.kind}); worst place of each section:"
+        return [head, f"mesh: {mesh}: {error}", counted]
+
+    def to_frame(self) -> pd.DataFrame:
+        """Returns the worst place of each section, in mm, MPa and hours."""
+        units = {"position": "mm", "least": "MPa", "largest": "MPa", "range": "MPa"}
+        return quantities.with_units(quantities.convert(self.sections, units))
 
 
 @typed()
@@ -150,6 +151,7 @@ def life(
     *,
     preset: str | None = None,
     rock: Rocklike = None,
+    progress: bool = False,
 ) -> Life:
     """Estimates the hours until piston, bit and an elastic casing break by fatigue.
 
@@ -169,6 +171,7 @@ def life(
         curve: the S-N line.
         preset: parameter set that a mapping is laid over.
         rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
+        progress: shows blows and error so far.
 
     Raises:
         RefusedError: the hammer comes to rest, or its bodies are rigid.
@@ -185,7 +188,7 @@ def life(
     own = scene_of(hammer, rock, preset).parameters
     given = _meshed(numbers_of(hammer, preset, rock), own, curve)
     names = [name for name in _native.wave_names(given) if "_stress[" in name]
-    found = steady(given)
+    found = steady(given, progress=progress)
     if found.kind == "stalled":
         raise RefusedError("the hammer comes to rest: it strikes no blows")
     blows = found.blows if found.repeats else IRREGULAR

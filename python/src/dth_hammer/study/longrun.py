@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
@@ -49,8 +48,8 @@ FEWEST = 100
 WORKS = tuple(name for name in MEANS if name.startswith("energy_"))
 
 
-@dataclass(frozen=True)
-class Steady:
+@dataclass(frozen=True, repr=False)
+class Steady(answers.Answer):
     """A long-run response."""
 
     #: ``cycle``, ``cycle of 2`` and so on, ``irregular``, ``stalled``.
@@ -138,15 +137,16 @@ class Steady:
             "rock.specific_energy_factor": 1.0 + scatter,
         }
 
-    def _repr_html_(self) -> str:
+    caption = "Energy of a blow"
+
+    def in_words(self) -> list[str]:
+        """The kind of motion, and the rate."""
         text = f"{self.kind}, {self.blows} blows" + ("" if self.reached else ", error not reached")
-        numbers = self.outputs.to_html(float_format="{:.6g}".format, na_rep="")
-        table = f"<p>{html.escape(text)}</p><p>{html.escape(self.rate)}</p>{numbers}"
-        return (
-            table
-            if self.kind == "stalled"
-            else answers.with_figure(table, self.plot, "Energy of a blow")
-        )
+        return [text, self.rate] if self.rate else [text]
+
+    def to_frame(self) -> pd.DataFrame:
+        """Returns means, ranges, errors and spreads, a row each."""
+        return self.outputs
 
     def plot(self) -> Figure:
         """Plots the energy of a blow: work beside losses."""
@@ -269,7 +269,7 @@ class Bar:
 
     def __init__(self, shown: bool, total: int = 1) -> None:
         self._total = total
-        named_ = {"leave": False, "unit": "hammer" if total > 1 else "blow"}
+        named_ = {"leave": False, "disable": None, "unit": "hammer" if total > 1 else "blow"}
         bars = need("tqdm", "sweep").tqdm if shown else None
         self._bar: Any = bars and bars(total=total if total > 1 else None, **named_)
 

@@ -11,7 +11,7 @@ from .. import _native
 from ..errors import DomainError, RefusedError, warn
 from ..run.gradients import differentiable
 from ..run.records import Record, check, simulated
-from ..scene.quantities import read
+from ..scene.quantities import alike, read
 from ..scene.variables import VARIABLES, Array, Value, whole
 from .longrun import Wanted, named, responses, unit
 from .trends import sobol, table_of
@@ -155,7 +155,7 @@ def looked_at(
         start[k] = known[name]
         bounds = free[name] if isinstance(free, Mapping) else None
         if bounds is not None:
-            low[k], high[k] = (VARIABLES[name].number(bound) for bound in bounds)
+            low[k], high[k] = map(VARIABLES[name].number, alike(bounds, name))
         else:
             low[k], high[k] = start[k] / FACTOR, start[k] * FACTOR
         if not 0.0 < low[k] < high[k]:
@@ -180,7 +180,7 @@ def _measured(name: str, given: Measured) -> tuple[float, float] | None:
     of = unit(named(name))
     if isinstance(given, str) or not isinstance(given, Iterable):
         raise DomainError(f"{name} = {given!r}: {GIVE}")
-    determined = [np.nan if x is None else read(x, of, name) for x in given]
+    determined = [np.nan if x is None else read(x, of, name) for x in alike(given, name)]
     values = np.array(determined, dtype=float)
     above = name in RATES_OF_BLOWS or (name in VARIABLES and VARIABLES[name].minimum == 0.0)
     if above and not isinstance(given, tuple):

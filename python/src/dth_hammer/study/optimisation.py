@@ -7,7 +7,6 @@ stated tolerance, as those that are made will be.
 
 from __future__ import annotations
 
-import html
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
@@ -46,8 +45,8 @@ AROUND = 0.02
 AT = 5e-3
 
 
-@dataclass(frozen=True)
-class Optimum:
+@dataclass(frozen=True, repr=False)
+class Optimum(answers.Answer):
     """The best design found."""
 
     parameters: pd.Series
@@ -83,11 +82,15 @@ class Optimum:
         """Number of hammers that were simulated for them."""
         return int(self.history["hammers"].sum())
 
-    def _repr_html_(self) -> str:
-        table = f"<p>{self.value:.6g} ({self.status}): {html.escape(self.message)}</p>"
-        table += f"<p>{html.escape(self.steady.rate)}</p>"
-        table += self.parameters.to_frame("value").to_html(float_format="{:.6g}".format)
-        return answers.with_figure(table, self.plot, "The goal of every design")
+    caption = "The goal of every design"
+
+    def in_words(self) -> list[str]:
+        """The goal, how it was found, and the rate."""
+        return [f"{self.value:.6g} ({self.status}): {self.message}", self.steady.rate]
+
+    def to_frame(self) -> pd.DataFrame:
+        """Returns the parameters."""
+        return self.parameters.to_frame("value")
 
     def plot(self) -> Figure:
         """Plots the goal of every design that was tried, in order."""
@@ -109,6 +112,7 @@ def optimise(
     starts: int = 4,
     error: float = 0.002,
     seed: int = 1,
+    progress: bool = False,
 ) -> Optimum:
     """Finds the parameters, within bounds, for which a long-run mean is largest.
 
@@ -137,6 +141,7 @@ def optimise(
             bounds.
         error: relative standard error of the rate of penetration of each design.
         seed: random seed of the other starts.
+        progress: shows how many designs were tried.
 
     Raises:
         RefusedError: no design keeps the limits, or none has a long-run response.
@@ -157,6 +162,8 @@ def optimise(
     if not 0.0 <= tolerance < 1.0:
         raise DomainError(f"tolerance = {tolerance:g} is not a part of a number, 0 to 1")
     problem.tolerance = tolerance
+    if progress:
+        problem.bar = need("tqdm", "sweep").tqdm(unit="design", leave=False, disable=None)
     begun = [problem.begin(), *(0.5 + 0.5 * sobol(len(problem.names), starts, seed))][:starts]
     inner = np.clip(begun, 0.05, 0.95)
     strict = problem.wanted

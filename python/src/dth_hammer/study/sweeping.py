@@ -14,7 +14,13 @@ import numpy as np
 import pandas as pd
 
 from ..contract import typed
-from ..errors import DomainError, InterruptedSweepError, LostWorkerError, warn
+from ..errors import (
+    DomainError,
+    InterruptedSweepError,
+    LostWorkerError,
+    UnknownNameError,
+    warn,
+)
 from ..extras import need
 from ..run.hammer import Hammer
 from ..scene import quantities
@@ -147,7 +153,7 @@ def table_of(
     """Returns a row for each point of a grid, as `sweep` does."""
     names = columns(outputs, steady=isinstance(end, Wanted))
     counts(workers=by[1], batch=by[2])
-    points = [checked(None, point) for point in _points(grid)]
+    points = [_checked(k, point) for k, point in enumerate(_points(grid))]
     if not cases:
         raise DomainError("cases is empty: give at least one, or leave it out")
     shared: dict[str, Any] = {
@@ -213,7 +219,8 @@ def _run(
         return tables
     displayed: Any = nullcontext()
     if progress:
-        displayed = need("tqdm", "sweep").tqdm(total=len(runs), initial=len(known), unit="run")
+        tqdm = need("tqdm", "sweep").tqdm
+        displayed = tqdm(total=len(runs), initial=len(known), unit="run", disable=None)
     # Closed, or whoever is at work for it would go on after Ctrl-C.
     with displayed as bar, closing(parts_of(missing, *by)) as parts:
         try:
@@ -272,6 +279,16 @@ def _whole(
     return table
 
 
+def _checked(row: int, point: Mapping[str, Any]) -> dict[str, float]:
+    """Numbers of a hammer of a table; an error names its row."""
+    try:
+        return checked(None, point)
+    except UnknownNameError:
+        raise
+    except DomainError as error:
+        raise DomainError(f"row {row + 1}: {error}") from None
+
+
 def _points(grid: Grid) -> list[dict[str, Any]]:
     if isinstance(grid, pd.DataFrame):
         points = [{str(k): v for k, v in row.items()} for row in grid.to_dict("records")]
@@ -280,7 +297,7 @@ def _points(grid: Grid) -> list[dict[str, Any]]:
         if len(points) < len(grid) or any({*point} != {*points[0]} for point in points):
             raise DomainError("the rows of the grid must be parameters by name, the same in each")
     else:
-        axes = {n: list(v) if several(v) else [v] for n, v in grid.items()}
+        axes = {n: quantities.alike(v, n) if several(v) else [v] for n, v in grid.items()}
         for name, listed in axes.items():
             if not listed:
                 raise DomainError(f"{name} has no value in the grid")

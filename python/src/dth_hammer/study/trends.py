@@ -17,6 +17,7 @@ import pandas as pd
 from ..contract import typed
 from ..errors import DomainError, RefusedError, warn
 from ..extras import need
+from ..run import answers
 from ..run.gradients import differentiable
 from ..scene.band import beside, in_words, sides, with_sides
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of
@@ -51,8 +52,8 @@ class Line:
     curved: bool
 
 
-@dataclass(frozen=True)
-class Trend:
+@dataclass(frozen=True, repr=False)
+class Trend(answers.Answer):
     """Trends of outputs over parameters."""
 
     #: ``d ln output / d ln parameter`` over the widths, and its standard error: a row for each
@@ -88,10 +89,13 @@ class Trend:
         """Plots the effect of each width on each output, largest first (a tornado chart)."""
         return tornado(self)
 
-    def _repr_html_(self) -> str:
-        wide = self.elasticities.assign(roughness=self.roughness)
-        texts = "".join(f"<p>{text}</p>" for text in self.summary().splitlines())
-        return texts + wide.to_html(float_format="{:.3g}".format)
+    def in_words(self) -> list[str]:
+        """Widths, points and the rate."""
+        return self.summary().splitlines()
+
+    def to_frame(self) -> pd.DataFrame:
+        """Returns the trends, and the roughness beside them."""
+        return self.elasticities.assign(roughness=self.roughness)
 
     def summary(self) -> str:
         """Returns widths and number of points, then the rate in the middle with its range."""

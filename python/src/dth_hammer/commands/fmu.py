@@ -1,0 +1,28 @@
+"""`dth-hammer fmu`: copies the FMUs of the hammer to a folder."""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+from pathlib import Path
+
+from ..errors import OutputError
+from ..fmu.package import FILES, find
+from .options import Call
+
+CALL = Call(find, {"fmu": "a file that one has already", "fmi": "both are copied"})
+
+
+def arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the folder."""
+    parser.add_argument("-o", "--out", type=Path, default=Path(), help="folder (default: this one)")
+
+
+def run(options: argparse.Namespace) -> None:
+    """Copies and names them."""
+    try:
+        options.out.mkdir(parents=True, exist_ok=True)
+        for fmi in FILES:
+            print(shutil.copy(find(fmi=fmi), options.out))
+    except OSError as error:
+        raise OutputError(f"{options.out} cannot be written: {error.strerror or error}") from None
