@@ -71,9 +71,9 @@ def described(name: str) -> tuple[dict[str, float], list[str]]:
     try:
         pairs, assumed = _native.ground(name)
     except DomainError as refused:
-        error = UnknownNameError("rock", name, ROCKS)
-        error.args = refused.args  # It has those that there are.
-        raise error from None
+        unknown = UnknownNameError("rock", name, ROCKS)
+        unknown.args = refused.args  # It has those that there are.
+        raise unknown from None
     return dict(pairs), assumed
 
 
