@@ -161,8 +161,9 @@ def by_loop(folder: Path, case: Case, step: float) -> Rows:
     given, taken = [own[port] for port in ports], [names[port] for port in ports]
     read, place, follows = [names[n] for n in READ], [names[case.taken]], [own[case.taken]]
     hammer.setReal(taken, model.getReal(given))
-    for slave in (hammer, model):
-        slave.exitInitializationMode()
+    hammer.exitInitializationMode()
+    model.setReal(follows, hammer.getReal(place))
+    model.exitInitializationMode()
     rows, every = [], max(1, round(2e-5 / step))
     for k in range(round(case.end / step)):
         hammer.setReal(taken, model.getReal(given))
@@ -187,7 +188,8 @@ def by_fmucontainer(folder: Path, case: Case, step: float) -> Rows:
         "auto_input": True,
         "auto_output": True,
         "step_size": step,
-        "fmu": [HAMMER, MODEL],
+        # An air hammer cannot begin without pressure: what gives it is listed first.
+        "fmu": [HAMMER, MODEL] if case.late is not None else [MODEL, HAMMER],
         "link": [[source, name, target, name] for source, name, target in case.links()],
         "output": [[HAMMER, name, name] for name in READ],
     }

@@ -124,26 +124,40 @@ def test_water_at_rest_stays_at_rest() -> None:
     assert drive.save()[1] == pytest.approx(before[1], abs=1e-9)
 
 
+#: Two steps of each model, and how far impact speed (oil: the swing) may be off at the first with
+#: the delay that is right: one after the other, and all at once, whose values are a step older.
+COUPLED = {
+    "oil": ((2e-5, 1e-5), 0.02, 0.2),
+    "gas": ((1e-4, 5e-5), 1e-3, 1e-2),
+    "water with a valve": ((1e-4, 5e-5), 1e-3, 1e-2),
+    "hose, its pressure": ((1e-4, 5e-5), 5e-3, 2e-2),
+    "hose, its wave": ((1e-4, 5e-5), 1e-3, 5e-3),
+    "compressor": ((1e-3, 1e-4), 1e-3, 1e-3),
+}
+
+
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="the models are compiled by gcc")
-@pytest.mark.parametrize("case", ["gas", "water with a valve"])
+@pytest.mark.parametrize("case", COUPLED)
 def test_a_delay_is_the_second_order_in_every_host(case: str) -> None:
-    steps = (1e-4, 5e-5)
-    hosts = ("own loop", "fmucontainer", *(("libcosim", "ecos") if HAS_PARALLEL else ()))
-    table = pressure_model.measure([case], hosts, steps, true_step=5e-6)
-    of = {(host, step, delay > 0.0): speed for _, host, step, delay, speed, *_ in table}
+    steps, after, at_once = COUPLED[case]
+    # A loop is what fmucontainer is, and ecos what libcosim is: to all digits, as gas shows.
+    hosts = ("fmucontainer", *(("libcosim",) if HAS_PARALLEL else ()))
+    if case == "gas":
+        hosts = ("own loop", *hosts, *(("ecos",) if HAS_PARALLEL else ()))
+    table = pressure_model.measure([case], hosts, steps, true_step=0.2 * steps[-1])
     for host in hosts:
-        # To 0.1 % in a host that steps one unit after the other, 1 % in one that steps all at once:
-        # its values are a step older and leave five times as much.
-        bound = 1e-3 if host in ("own loop", "fmucontainer") else 1e-2
-        assert abs(of[host, steps[0], True]) < bound
-        assert abs(of[host, steps[0], False]) > 5.0 * abs(of[host, steps[0], True])
-        # Half the step, half the error where values are held.
-        held = [of[host, step, False] for step in steps]
-        assert 1.5 < held[0] / held[1] < 2.7
-    errors = {
-        (host, delay > 0.0): part for _, host, step, delay, _, _, part in table if step == 1e-4
-    }
-    assert errors["own loop", False] > 0.01 > abs(errors["own loop", True])
+        rows = {(step, d): (speed, part) for _, h, step, d, speed, _, part in table if h == host}
+        delays = pressure_model.CASES[case].delays(pressure_model.HOSTS[host][1])
+        (first, part), (second, _) = (rows[step, delays[-1]] for step in steps)
+        assert abs(first) < (after if host in ("own loop", "fmucontainer") else at_once)
+        if case in ("gas", "oil"):
+            # Half the step, a quarter of the error; oil swings up meanwhile.
+            assert 3.0 < first / second < (5.0 if case == "gas" else 10.0)
+        if len(delays) > 1:
+            (held, made), (half, _) = (rows[step, 0.0] for step in steps)
+            assert not abs(held) < 2.5 * abs(first)  # Held, oil swings out of all bounds.
+            assert case == "oil" or 1.5 < held / half < 2.7
+            assert case not in ("gas", "water with a valve") or made > 0.02 > 2.0 * abs(part)
 
 
 @pytest.mark.skipif(
