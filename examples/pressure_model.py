@@ -93,8 +93,8 @@ def _areas(down: float, up: float) -> dict[str, float | str]:
 
 
 CASES = {
-    "oil": Case(1, {"gravity": 0.0, "piston.initial_velocity": 1.0} | _areas(1e-3, 1e-3), end=0.02),
-    "gas": Case(2, {"piston.length": 0.35, "cross_section": 4.5e-3} | _areas(6e-3, 5e-3), end=0.3),
+    "oil": Case(1, _areas(1e-3, 1e-3) | {"gravity": 0.0, "piston.initial_velocity": 1.0}, end=0.02),
+    "gas": Case(2, _areas(6e-3, 5e-3) | {"piston.length": 0.35, "cross_section": 4.5e-3}, end=0.3),
     "water with a valve": Case(3, _areas(3.6e-4, 1.8e-4), end=0.3, begin=-0.02),
     # The pressure is the mean of the step before: half a step late. The wave is that of the next.
     "hose, its pressure": Case(
