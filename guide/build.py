@@ -37,7 +37,10 @@ import pages_of_reference  # noqa: E402
 from dth_hammer.figures import darken  # noqa: E402
 
 HEADING = "| | two FMUs, fmucontainer | loop in Python | relative difference |"
-INSERT = re.compile(r"\{\{ (\S+) \}\}")
+#: A line that stands for a file, which it links to where the pages are read as they are written.
+INSERT = re.compile(r"^.*<!-- insert (\S+) -->$", re.MULTILINE)
+#: Where a page's links lead as it is written, and on the site.
+MOVED = {"../measured/": "measured/", "../../reports/": "reports/", "../../docs/": "reports/"}
 CAPTION = re.compile(r"<!-- (\S+\.png): (.*?) -->\n*")
 #: Commands that make the environment, which is there already.
 INSTALLING = ("cargo", "pip")
@@ -64,6 +67,11 @@ def gather(stage: Path) -> None:
     shutil.copy(GUIDE / "style.css", stage)
     shutil.copytree(GUIDE / "vendor", stage, dirs_exist_ok=True)
     shutil.copytree(GUIDE / "measured", stage / "measured", ignore=shutil.ignore_patterns("*.md"))
+    for page in stage.glob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        for written, there in MOVED.items():
+            text = text.replace(f"]({written}", f"]({there}")
+        page.write_text(text, encoding="utf-8")
 
 
 def complete(stage: Path, container_page: Callable[[], str]) -> None:
@@ -101,7 +109,7 @@ def build_site(stage: Path, site: Path, *, strict: bool = True) -> None:
 
 
 def insert(name: str, made: dict[str, Callable[[], str]]) -> str:
-    """What stands for ``{{ name }}``: something made here, a page, or a source file."""
+    """What stands for ``<!-- insert name -->``: something made here, a page, or a source file."""
     path = Path(name)
     if path.parts[0] == "generated":
         return made[path.stem]()

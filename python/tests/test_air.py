@@ -94,7 +94,9 @@ def test_a_catalogue_s_air_gives_a_hammer_with_its_air_inside() -> None:
     assert own["air_flow"] == pytest.approx(values["free air"], rel=0.16)
 
 
-def test_a_supply_that_falls_to_zero_ends_the_step_by_name_and_what_was_before_can_be_read() -> None:
+def test_a_supply_that_falls_to_zero_ends_the_step_by_name_and_what_was_before_can_be_read() -> (
+    None
+):
     with Hammer(preset=PRESET) as hammer:
         hammer.advance(0.01)
         hammer.set_slopes({"supply_pressure": -hammer["supply_pressure"] / 0.004})

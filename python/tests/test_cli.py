@@ -212,16 +212,6 @@ def test_units_of_the_field_are_shown_and_written(
     assert one.iloc[-1] == pytest.approx(3600 * two.iloc[-1], rel=1e-12)
 
 
-def test_several_units_may_stand_in_one(capsys: pytest.CaptureFixture[str]) -> None:
-    said = []
-    for units in (["--units", "us,rop=m/h"], ["--units", "us", "--units", "rop=m/h"]):
-        assert main(["run", *QUICK, "--quiet", *units]) == 0
-        said.append(capsys.readouterr().out)
-    assert said[0] == said[1]
-    assert "rop [m/h]" in said[0]
-    assert "blow_energy [ft.lbf]" in said[0]
-
-
 def cells(path: Path) -> list[list[str]]:
     """Rows of a workbook's first sheet, as its XML has them."""
     space = {"": "http://schemas.openxmlformats.org/spreadsheetml/2006/main"}
@@ -255,26 +245,6 @@ def test_excel_and_matlab_get_the_numbers_of_the_table(tmp_path: Path) -> None:
     assert read["units"]["rop"] == "m/s"
     for name in ("sweep.xlsx", "sweep.mat"):  # It could not be read back and added to.
         assert main(["sweep", "--over", "feed_force=1", "-o", str(tmp_path / name)]) == 2
-
-
-def test_the_range_of_a_sweep_may_have_units(capsys: pytest.CaptureFixture[str]) -> None:
-    command = ["sweep", "--until", "1 ms", "--over", "feed_force=3 kN:5 kN:2", "--quiet"]
-    assert main([*command, "--scheduler", "threads", "--units", "feed_force=kN"]) == 0
-    said = capsys.readouterr().out
-    assert "feed_force [kN]" in said
-    *rows, reason = said.splitlines()[1:]
-    assert [line.split()[0] for line in rows] == ["3", "5"]
-    assert reason.startswith("a rate of penetration is known up to a factor of 1.55")
-
-
-def test_counts_are_whole_and_pure_numbers_have_no_unit(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["info", "rock.unloading_ratio"]) == 0
-    assert capsys.readouterr().out.startswith("rock.unloading_ratio = 4\n")
-    assert main(["sweep", *QUICK, "--over", "gravity=9.81", "--scheduler", "threads"]) == 0
-    assert "4.0" not in capsys.readouterr().out
-    with Hammer() as hammer:
-        hammer.advance("150 ms")
-        assert repr(hammer["blow_count"]) == "4"
 
 
 def test_a_rock_is_calibrated_from_what_was_measured(

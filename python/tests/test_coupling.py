@@ -144,11 +144,6 @@ def test_a_motion_between_two_points_passes_through_both() -> None:
     assert motion(0.1) == pytest.approx((1.5, -3.0))
 
 
-def test_an_unknown_scheme_is_refused() -> None:
-    with Hammer(FLIGHT) as hammer, pytest.raises(DthHammerError, match="gauss"):
-        Coupling(hammer, Spring(), 1e-4, scheme="gauss")
-
-
 class Valve:
     """Reverses a force at both ends of a stroke, as the relay of the hammer does."""
 
@@ -208,9 +203,3 @@ def test_a_position_to_stop_at_is_a_length() -> None:
         assert hammer["relative_position"] == pytest.approx(-0.03, abs=1e-14)
         with pytest.raises(DthHammerError, match="relative_position"):
             hammer.stop_at(["3 s"])
-
-
-def test_a_step_may_have_a_unit() -> None:
-    assert flight("50 us")[0] == flight(5e-5)[0]  # type: ignore[arg-type]
-    with Hammer(FLIGHT) as hammer, pytest.raises(DthHammerError, match="step"):
-        Coupling(hammer, Spring(), "3 N")

@@ -42,15 +42,6 @@ def test_a_restored_state_goes_on_as_before() -> None:
             assert hammer.get(LOOK) == first
 
 
-def test_bytes_carry_the_state_to_another_hammer() -> None:
-    with Hammer(rock="granite") as hammer, Hammer(rock="granite") as other:
-        hammer.advance(0.07)
-        other.restore(Snapshot.from_bytes(hammer.save().to_bytes()))
-        hammer.advance(0.1)
-        other.advance(0.1)
-        assert hammer.get(LOOK) == other.get(LOOK)
-
-
 def test_damaged_bytes_are_refused_and_nothing_changes() -> None:
     with Hammer() as hammer:
         hammer.advance(0.02)

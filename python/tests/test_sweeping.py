@@ -14,7 +14,6 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import psutil
 import pytest
@@ -64,12 +63,6 @@ def test_each_rate_has_the_range_of_its_own_rock() -> None:
         assert "blow_energy_low" not in table
 
 
-def test_processes_and_threads_agree() -> None:
-    one = sweep(GRID, UNTIL, scheduler="threads", workers=1)
-    two = sweep(GRID, UNTIL, scheduler="processes", workers=1)
-    pd.testing.assert_frame_equal(one, two)
-
-
 def test_a_stopped_sweep_goes_on_where_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -93,22 +86,6 @@ def test_a_stopped_sweep_goes_on_where_it_was(
     assert ran == [1, 1]
     pd.testing.assert_frame_equal(rest, whole)
     pd.testing.assert_frame_equal(again, whole)
-
-
-def test_a_refused_run_says_why_and_stops_nobody() -> None:
-    table = sweep({"rock.stiffness": [1e300, 1.2e8]}, UNTIL, scheduler="threads", workers=1)
-    assert "cannot be computed" in table["error"][0]
-    assert table["error"][1] == ""
-    assert table["rop"].notna().tolist() == [False, True]
-
-
-def test_mistakes_are_found_before_anything_runs() -> None:
-    with pytest.raises(UnknownNameError):
-        sweep({"feed_forse": [1.0]}, UNTIL)
-    with pytest.raises(DomainError):
-        sweep({"rock.stiffness": [1e8, -1.0]}, UNTIL)
-    with pytest.raises(UnknownNameError):
-        sweep(GRID, UNTIL, outputs=["ropp"])
 
 
 def test_a_scheduler_that_is_not_there_is_named() -> None:
@@ -186,11 +163,6 @@ def test_a_file_that_cannot_be_written_is_refused_before_anything_runs(
 def test_a_grid_that_is_none_is_refused(grid: Any, message: str) -> None:
     with forbidden_runs(), pytest.raises(DomainError, match=message):
         sweep(grid, UNTIL)
-
-
-def test_a_single_value_is_shared_by_all_points() -> None:
-    table = sweep({"feed_force": np.array([3e3, 4e3]), "gravity": "0 m/s2"}, UNTIL)
-    assert table[["feed_force", "gravity"]].to_numpy().tolist() == [[3e3, 0.0], [4e3, 0.0]]
 
 
 def test_a_point_that_is_there_twice_has_two_rows_and_one_run() -> None:

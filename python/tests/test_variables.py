@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 import pytest
-from dth_hammer import VARIABLES, DomainError, Hammer, RefusedError, UnknownNameError
+from dth_hammer import DomainError, Hammer, RefusedError, UnknownNameError
 from dth_hammer.errors import FmuNotFoundError
 from dth_hammer.fmu import find
 from dth_hammer.fmu.package import ENVIRONMENT
@@ -38,18 +38,6 @@ def test_a_wrong_preset_is_answered_too() -> None:
     # One that there was says what there is in its place.
     with pytest.raises(DomainError, match="rock = granite, R5 or 180 MPa"):
         Hammer(preset="granite")
-
-
-@pytest.mark.parametrize(
-    ("text", "number"), [("60 mm", 0.06), ("0.06 m", 0.06), ("0.06", 0.06), (0.06, 0.06)]
-)
-def test_a_value_may_carry_a_declared_unit(text: str | float, number: float) -> None:
-    assert VARIABLES["piston.length"].number(text) == pytest.approx(number, rel=1e-15)
-
-
-def test_a_foreign_unit_is_refused_and_the_right_ones_are_named() -> None:
-    with pytest.raises(DomainError, match="in m, mm, cm, in, ft, not in 'N'"):
-        Hammer({"piston.length": "60 N"})
 
 
 @pytest.mark.parametrize("value", [-1.0, math.nan, math.inf, "much", ""])

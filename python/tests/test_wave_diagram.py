@@ -189,20 +189,3 @@ def test_the_command_draws_and_writes(tmp_path: Path, capsys: pytest.CaptureFixt
     assert mpimg.imread(plot).shape[0] > 500
     stress = pd.read_parquet(table)["stress"]
     assert stress.min() < -1e8
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ([], "nothing to write"),
-        (["--elements", "0", "20", "-o", "a.csv"], "piston.elements = 0 is not within 1 and"),
-        (["--elements", "20", "20", "-o", "a.txt", "--until", "0.03"], ".xlsx or .mat"),
-    ],
-)
-def test_mistakes_are_told_in_a_line(
-    arguments: list[str], message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["waves", *arguments]) == 2
-    error = capsys.readouterr().err
-    assert message in error
-    assert len(error.strip().splitlines()) == 1

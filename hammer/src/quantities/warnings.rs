@@ -34,6 +34,15 @@ impl fmt::Display for Suspect {
 /// Units that are confused differ by a thousand (mm and m, kN and N); real hammers and rocks differ
 /// by less.
 const SLIP: f64 = 300.0;
+/// The same of a temperature: of degrees and kelvins.
+const WARM: f64 = 2.0;
+/// What is usual where the reference hammer has nothing.
+const USUAL: [(&str, f64); 4] = [
+    ("drive_force", 5e3),
+    ("drive_pressure", 5e6),
+    ("return_pressure", 5e6),
+    ("casing.mass", 50.0),
+];
 
 /// Values that seem to be in another unit, one sentence each.
 pub fn unlikely(parameters: &Parameters, inputs: &InputValues) -> Vec<String> {
@@ -50,10 +59,13 @@ pub fn unlikely(parameters: &Parameters, inputs: &InputValues) -> Vec<String> {
     of_parameters.chain(of_inputs).collect()
 }
 
-/// The sentence for a value in place of the reference hammer's.
+/// The sentence for a value in place of the reference hammer's, or of a usual one.
 fn slip(name: &str, quantity: Quantity, [value, own]: [f64; 2]) -> Option<String> {
+    let usual = USUAL.iter().find(|(of, _)| *of == name).map(|(_, size)| *size);
+    let (own, whose) = usual.map_or((own, "the reference hammer's"), |size| (size, "a usual"));
     let ratio = (value / own).abs();
-    let likely = (1.0 / SLIP..=SLIP).contains(&ratio);
+    let slip = if quantity.unit == "K" { WARM } else { SLIP };
+    let likely = (1.0 / slip..=slip).contains(&ratio);
     if quantity.unit == "1" || value == 0.0 || own == 0.0 || likely {
         return None;
     }
@@ -62,8 +74,7 @@ fn slip(name: &str, quantity: Quantity, [value, own]: [f64; 2]) -> Option<String
     // Rounds to three digits.
     let ratio = DisplayNumber(format!("{ratio:.2e}").parse().unwrap_or(ratio));
     Some(format!(
-        "{name} = {value} {unit} is {ratio} times the reference hammer's {own} {unit}: is the \
-         unit right?"
+        "{name} = {value} {unit} is {ratio} times {whose} {own} {unit}: is the unit right?"
     ))
 }
 
