@@ -126,7 +126,7 @@ fn a_forged_side_of_a_position_changes_no_event() {
 #[test]
 fn a_state_that_allows_more_work_than_its_reader_is_refused() {
     let library = Library::load();
-    let allowed = |counts| honest(&library, &Structure { counts, reals: &[] });
+    let allowed = |counts| honest(&library, &Structure { source: 1, counts, reals: &[] });
     let two = allowed(&[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 2)]);
     let more = allowed(&[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 29)]);
     let reader = |limit: i32, bytes: &[u8]| {

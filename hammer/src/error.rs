@@ -83,6 +83,9 @@ pub enum CorruptState {
     /// An anchor is later than the last event, or earlier of what does not fly alone.
     #[error("one of its reference instants is not that of its last event")]
     Ahead,
+    /// An event lies between the last one and the present.
+    #[error("an event lies between its last one and its present time")]
+    Passed,
     /// A coordinate's index is too large.
     #[error("it has more modal coordinates than its bodies have modes")]
     Coordinates,

@@ -450,17 +450,12 @@ fn a_casing_far_lighter_than_the_bit_is_refused_and_the_lightest_keeps_its_digit
 }
 
 #[test]
-fn a_system_that_cannot_be_decomposed_names_what_is_out_of_proportion() {
+fn a_chuck_of_any_stiffness_on_a_thin_casing_has_its_modes() {
     let mut p = cased();
     (p.casing.segments, p.casing.segment[0].area) = (1, 1e-6);
-    (p.chuck.stiffness, p.casing.impedance) = (1e16, 1e9);
-    Machine::new(&p, &InputValues::default(), 0.0).expect("1e16 N/m on 1e8 N/m has its modes");
-    // The square of its frequency's square is beyond all numbers.
-    p.chuck.stiffness = 1e300;
-    let refused = Machine::new(&p, &InputValues::default(), 0.0).expect_err("1e300 N/m");
-    assert!(matches!(refused, Error::Spectrum { suspect: Some(_), .. }), "{refused}");
-    assert!(
-        refused.to_string().contains("times the stiffness or impedance of the bodies"),
-        "{refused}"
-    );
+    p.casing.impedance = 1e9;
+    for stiffness in [1e8, 1e16, 1e20] {
+        p.chuck.stiffness = stiffness;
+        Machine::new(&p, &InputValues::default(), 0.0).map(drop).expect("its modes");
+    }
 }

@@ -1,6 +1,6 @@
 //! The one table: what it says of a parameter is true of the engine.
 
-use hammer::variables::{Change, PARAMETERS, Parameter};
+use hammer::variables::{Change, PARAMETERS, Parameter, Slot};
 use hammer::{Domain, Fidelity, InputValues, Machine, Parameters, Record, Source};
 use std::collections::BTreeSet;
 
@@ -108,4 +108,85 @@ fn only_a_tunable_parameter_may_change_on_the_way() {
             assert_eq!(*machine.parameters(), Parameters::default());
         }
     }
+}
+
+/// Numbers at the ends of a parameter's domain and of its magnitudes, beyond them, and between.
+fn extremes(row: &Parameter) -> Vec<f64> {
+    let usual = row.slot.read(&Parameters::default());
+    let mut values = vec![0.0, 1e-300, -1e-300, 1e300, -usual, 1e-6 * usual, 1e6 * usual];
+    if let Slot::Real(quantity, _) = row.slot {
+        let [least, most] = quantity.magnitudes;
+        values.extend([least, most, -most, (least * most).sqrt(), 1e3 * least, 1e-3 * most]);
+    }
+    match row.domain {
+        Domain::Between(low, high) => values.extend([low, high, 0.5 * (low + high)]),
+        Domain::AtLeast(low) | Domain::Above(low) => values.extend([low, low + f64::EPSILON]),
+        Domain::Any => values.push(f64::MAX),
+    }
+    values
+}
+
+/// Each parameter nearly zero, huge, and at the ends of its domain, over all drives, in a casing, with loose rods:
+/// a scene is refused at its start by a parameter's name, or moves so that its energies balance and the host's
+/// slices change no bit; what ends on the way says why, in either.
+#[test]
+fn extreme_parameters_are_refused_by_name_or_right() {
+    let mut ends = [0; 3];
+    for (mut scene, around) in scenes().into_iter().zip(0..) {
+        scene.work_limit = 1;
+        if around % 2 == 1 {
+            (scene.casing.mass, scene.chuck.travel) = (30.0, 1e-3);
+        }
+        let reals = PARAMETERS.iter().filter(|row| matches!(row.slot, Slot::Real(..)));
+        for row in reals.filter(|row| row.reader.reads(&scene)) {
+            for value in extremes(row) {
+                let mut p = scene;
+                row.slot.write(&mut p, value);
+                if row.slot.read(&p) != value {
+                    continue;
+                }
+                let inputs = InputValues {
+                    drive_pressure: 1.2e6,
+                    drive_force: 1800.0,
+                    ..Default::default()
+                };
+                let name = format!("{:?}: {} = {value:e}", p.drive.source, row.name);
+                let mut whole = match Machine::new(&p, &inputs, 0.0) {
+                    Ok(machine) => machine,
+                    Err(error) => {
+                        let text = error.to_string();
+                        let named = PARAMETERS.iter().any(|row| text.contains(row.name));
+                        // The body is named where it is one section of it against the others.
+                        assert!(
+                            named || text.contains("sections differ too much"),
+                            "{name}: {text}"
+                        );
+                        ends[0] += 1;
+                        continue;
+                    }
+                };
+                let mut sliced = Machine::new(&p, &inputs, 0.0).expect("the same");
+                let done = whole.advance(0.012);
+                let slices = (1..=8).try_for_each(|k| sliced.advance(0.0015 * f64::from(k)));
+                if let Err(error) = &done {
+                    // How far a call comes within its work depends on where it began.
+                    let works = matches!(error, hammer::Error::Overwork { .. });
+                    assert!(works || slices.as_ref() == Err(error), "{name}: {done:?}, {slices:?}");
+                    ends[1] += 1;
+                    continue;
+                }
+                assert_eq!(slices, Ok(()), "{name}");
+                let states = [&whole, &sliced].map(|machine| machine.state().without_step());
+                assert!(states[0] == states[1], "{name}: sliced otherwise, it moves otherwise");
+                let energies = whole.energies();
+                assert!(
+                    energies.residual.abs() <= energies.residual_bound(),
+                    "{name}: {energies:?}"
+                );
+                ends[2] += 1;
+            }
+        }
+    }
+    println!("refused at the start, on the way, right: {ends:?}");
+    assert!(ends[0] > 300 && ends[2] > 500, "{ends:?}");
 }

@@ -132,7 +132,7 @@ fn derivatives_have_one_limit_together() {
 #[test]
 fn waves_faster_than_any_solid_s_are_refused_by_name() {
     let mut p = Parameters::default();
-    p.material.youngs_modulus = 1e27;
+    p.material.youngs_modulus = 1e14;
     let error = Machine::new(&p, &InputValues::default(), 0.0).expect_err("no such steel");
     let text = error.to_string();
     assert!(

@@ -25,6 +25,7 @@ from dth_hammer import (
     RefusedError,
     Scene,
     UnknownNameError,
+    outputs,
     steady,
     sweep,
 )
@@ -125,6 +126,37 @@ def test_another_grid_adds_its_rows_and_loses_none(tmp_path: Path, suffix: str) 
         ):
             pd.testing.assert_frame_equal(sweep(grid, until, out=out), table, check_exact=True)
     assert out.read_bytes()[:4] == (b"PAR1" if suffix == ".parquet" else b"run,")
+
+
+def test_what_is_left_of_a_file_that_was_cut_is_read_and_the_rest_run_again(tmp_path: Path) -> None:
+    grid = {"fidelity": ["Rigid"], "feed_force": [4e3, 5e3]}
+    out = tmp_path / "sweep.csv"
+    whole = sweep(grid, "20 ms", scheduler="threads", out=out)
+    text = out.read_text()
+    header = text.index("\n") + 1
+    # Within the first row, at its end, within a number of the last, before the last line's end.
+    ends = [header, header + 9, text.index("\n", header) + 1, len(text) - 30, len(text) - 1]
+    for end in [*ends, *range(header, len(text), len(text) // 5)]:
+        out.write_text(text[:end])
+        pd.testing.assert_frame_equal(
+            sweep(grid, "20 ms", scheduler="threads", out=out), whole, check_exact=True
+        )
+        assert out.read_text() == text
+    for end in (3, header // 2):
+        out.write_text(text[:end])
+        with forbidden_runs(), pytest.raises(OutputError, match=r"sweep\.csv is there and is no"):
+            sweep(grid, "20 ms", out=out)
+
+
+def test_a_file_that_lost_a_column_is_refused_by_its_name(tmp_path: Path) -> None:
+    grid = {"fidelity": ["Rigid"], "feed_force": [4e3]}
+    for suffix in (".csv", ".parquet"):
+        out = tmp_path / f"sweep{suffix}"
+        sweep(grid, "20 ms", scheduler="threads", out=out)
+        table = outputs.read(out)
+        outputs.write(table.rename(columns={"rop": "ro\0p"}), out, index=False)
+        with forbidden_runs(), pytest.raises(OutputError, match="has lost its column rop"):
+            sweep({**grid, "feed_force": [4e3, 5e3]}, "20 ms", out=out)
 
 
 def test_a_file_that_is_no_sweep_s_is_left_alone(tmp_path: Path) -> None:

@@ -50,6 +50,7 @@ pub fn forge(rng: &mut dyn Rng, honest: &[u8], places: Range<usize>) -> Vec<u8> 
 /// A state of this structure in flight, 1 ms into a step, as bytes.
 pub fn honest(library: &Library, structure: &Structure) -> Vec<u8> {
     let host = Host::new(library);
+    host.set_int("drive.source", structure.source);
     structure.counts.iter().for_each(|(name, count)| host.set_int(name, *count));
     structure.reals.iter().for_each(|(name, value)| host.set(name, *value));
     host.start(0.0);

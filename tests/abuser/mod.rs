@@ -44,18 +44,22 @@ const CRAZY: [f64; 12] = [
 /// Bodies and meshes that take little time: most of it is to go into calls, not into physics.
 #[derive(Clone, Copy)]
 pub struct Structure {
+    /// The drive's source, as the number of its item: a relay, pressures from outside, air.
+    pub source: i32,
     pub counts: &'static [(&'static str, i32)],
     pub reals: &'static [(&'static str, f64)],
 }
 
 /// Piston and bit; in a casing whose bit hangs on the ring after some blows, and vents the drive; at a
-/// string whose joints part and pull at each blow.
-pub const STRUCTURES: [Structure; 3] = [
+/// string whose joints part and pull at each blow; by pressures that are exchanged at steps; by air, in a casing.
+pub const STRUCTURES: [Structure; 5] = [
     Structure {
+        source: 1,
         counts: &[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 2)],
         reals: &[],
     },
     Structure {
+        source: 1,
         counts: &[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 2)],
         reals: &[
             ("casing.mass", 40.0),
@@ -65,6 +69,7 @@ pub const STRUCTURES: [Structure; 3] = [
         ],
     },
     Structure {
+        source: 1,
         counts: &[
             ("work_limit", 2),
             ("piston.elements", 4),
@@ -78,6 +83,21 @@ pub const STRUCTURES: [Structure; 3] = [
             ("drill.coupling.length", 0.0),
             ("drill.joint.stiffness", 2e9),
             ("drill.joint.slack", 1e-5),
+        ],
+    },
+    Structure {
+        source: 3,
+        counts: &[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 2)],
+        reals: &[("coupling.delay", 0.5), ("drive_pressure", 1.2e6), ("return_pressure", 2e5)],
+    },
+    Structure {
+        source: 4,
+        counts: &[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 2)],
+        reals: &[
+            ("casing.mass", 40.0),
+            ("casing.impedance", 4e3),
+            ("chuck.travel", 2e-3),
+            ("chuck.idle_travel", 1e-3),
         ],
     },
 ];
@@ -276,8 +296,8 @@ impl<'a> Abuser<'a> {
 
     fn bring_up(&mut self, h: Handle) -> i32 {
         self.library.plain("fmi2Reset", h);
-        let Structure { counts, reals } = self.pick(&STRUCTURES);
-        let (references, values) = split(counts);
+        let Structure { source, counts, reals } = self.pick(&STRUCTURES);
+        let (references, values) = split(&[counts, &[("drive.source", source)]].concat());
         self.library.set_ints(false, h, &references, &values);
         let (references, values) = split(reals);
         self.library.set_reals(h, &references, &values);

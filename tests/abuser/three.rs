@@ -1,6 +1,7 @@
 //! A host of FMI 3.0 gone mad.
 
 use super::{STRUCTURES, Structure, Watchdog, pick, split, state, step_size, value};
+use crate::support::host::vr;
 use crate::support::library::{ERROR, Handle, Library, OK};
 use crate::support::three::Three;
 use dth_hammer::events::Extra;
@@ -92,7 +93,8 @@ impl<'a> ThreeAbuser<'a> {
 
     fn bring_up(&mut self, at: usize) -> i32 {
         self.hosts[at].plain("Reset");
-        let Structure { counts, reals } = pick(&mut self.rng, &STRUCTURES);
+        let Structure { source, counts, reals } = pick(&mut self.rng, &STRUCTURES);
+        self.hosts[at].access("SetInt64", &[vr("drive.source")], &mut [i64::from(source)]);
         let (references, mut values) = split(counts);
         self.hosts[at].access("SetInt32", &references, &mut values);
         let (references, mut values) = split(reals);

@@ -56,6 +56,12 @@ def test_the_demo_prints_what_is_shown_and_draws(tmp_path: Path) -> None:
     assert picture.stat().st_size > 10_000
 
 
+def test_the_first_lines_of_output_are_the_demo_s() -> None:
+    first = block("text", "cargo suite").splitlines()
+    assert len(first) == 6
+    assert set(first) < set(block("text", "<!-- demo -->").splitlines())
+
+
 def test_every_folder_is_named_and_every_link_leads_somewhere() -> None:
     # dist and target are made by the commands; a name with a dot is of a tool.
     made = {"dist", "target"}
@@ -79,3 +85,11 @@ def test_ci_fails_where_it_lacks_what_can_be_installed(tmp_path: Path, ci: str, 
         check=False,
     )
     assert done.returncode == code, done.stdout
+
+
+def test_each_fault_that_was_found_is_held_by_a_test_that_exists() -> None:
+    rows = re.findall(r"\| `(\S+)` `(\w+)` \|", (ROOT / "docs/faults.md").read_text("utf-8"))
+    assert len(rows) > 30
+    for file, test in rows:
+        pattern = rf"(fn|def) {test}\("
+        assert re.search(pattern, (ROOT / file).read_text("utf-8")), f"{file} has no {test}"

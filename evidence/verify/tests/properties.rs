@@ -2,9 +2,9 @@
 
 use verify::laws::properties::{Checked, PROPERTIES, check, check_mixed};
 
-/// Three hundred scenes per property, unless more are asked for.
+/// A hundred scenes per property, unless more are asked for.
 fn cases() -> u32 {
-    std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(300)
+    std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(100)
 }
 
 fn assert_property(index: usize) {

@@ -18,7 +18,7 @@ static THREE: LazyLock<Vec<u8>> = LazyLock::new(|| honest_three(&LIBRARY).0);
 
 fuzz_target!(|data: &[u8]| {
     let mut draws = Draws::new(data);
-    let bytes = TWO.get(draws.random_range(0..4)).unwrap_or(&THREE);
+    let bytes = TWO.get(draws.random_range(0..=STRUCTURES.len())).unwrap_or(&THREE);
     let forged = forge(&mut draws.clone(), bytes, HEADER..bytes.len() - 8);
     if draws.random() {
         receive_three(&Three::new(&LIBRARY, true, true), &forged);

@@ -31,7 +31,7 @@ use crate::energy::interval::Interval;
 use crate::energy::ledger::{Ledger, Stored, damping_in_flight};
 use crate::energy::peaks::PeakSearch;
 use crate::energy::sums::Sums;
-use crate::error::Error;
+use crate::error::{CorruptState, Error};
 use crate::laws::air::Opening;
 use crate::laws::event::{Bodies, Event};
 use crate::laws::mode::{Mode, RockMode, Tie, TieState};
@@ -416,19 +416,47 @@ impl Machine {
 
     /// Continues from a state of a scene with the same parameters and dimensions, bit for bit.
     ///
+    /// The search goes from the last event to the present again: where it finds an event on the way, the
+    /// state was altered, and going on would turn time back.
+    ///
     /// # Errors
     ///
-    /// The state belongs to other parameters or dimensions, or is corrupt; nothing is changed then.
+    /// The state belongs to other parameters or dimensions, or is corrupt; [`Error::Overwork`] or
+    /// [`Error::Cancelled`] of that search. Nothing is changed then.
     pub fn restore(&mut self, state: &State) -> Result<(), Error> {
         state.check()?;
+        let (before, failure) = (self.state(), self.failure.take());
+        let allowance = Allowance::of_seconds(state.parameters.work_limit);
+        let restored = self.adopt(state).and_then(|()| allowance.within(|| self.search_again()));
+        if restored.is_err() {
+            self.adopt(&before)?;
+            self.failure = failure;
+        }
+        restored
+    }
+
+    /// Takes over a state as it is.
+    fn adopt(&mut self, state: &State) -> Result<(), Error> {
         self.motion.restore(&state.parameters, &state.motion, state.counters.basis_changes)?;
         (self.ledger, self.blows) = (state.ledger.clone(), state.blows.clone());
         self.peaks = PeakSearch::resume(state.peaks, state.step_start);
         (self.zeno, self.counters) = (state.zeno, state.counters);
         self.exchange = state.exchange.clone();
-        self.failure = None;
         self.restart_search();
         Ok(())
+    }
+
+    /// Searches up to the present of a state that was taken over.
+    fn search_again(&mut self) -> Result<(), Error> {
+        let (now, reach) = (self.motion.state().now, self.motion.reach());
+        if reach < now - ROUNDED {
+            return Err(Error::Corrupt { what: CorruptState::Series });
+        }
+        self.search.budget.begin_step(&self.motion, &self.search.work);
+        match self.search.next(&mut self.motion, now.min(reach))? {
+            Some((at, _)) if at < now => Err(Error::Corrupt { what: CorruptState::Passed }),
+            _ => Ok(()),
+        }
     }
 
     /// Starts or stops recording a journal of transitions.

@@ -4,7 +4,7 @@
 //! units (exponents, display factors).
 
 /// A physical quantity: one `SimpleType` of the description.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantity {
     /// Name of the type.
     pub name: &'static str,
@@ -12,10 +12,13 @@ pub struct Quantity {
     pub unit: &'static str,
     /// Display unit, if it differs.
     pub display: Option<&'static str>,
+    /// Least magnitude of a parameter that is not 0, and the greatest: far beyond any hammer, and within what
+    /// sixteen digits keep the balance of.
+    pub magnitudes: [f64; 2],
 }
 
 const fn si(name: &'static str, unit: &'static str) -> Quantity {
-    Quantity { name, unit, display: None }
+    Quantity { name, unit, display: None, magnitudes: [1e-15, 1e15] }
 }
 
 impl Quantity {
@@ -23,54 +26,60 @@ impl Quantity {
         self.display = Some(display);
         self
     }
+
+    const fn within(mut self, least: f64, greatest: f64) -> Self {
+        self.magnitudes = [least, greatest];
+        self
+    }
 }
 
 /// m.
-pub const LENGTH: Quantity = si("Length", "m").displayed_in("mm");
+pub const LENGTH: Quantity = si("Length", "m").displayed_in("mm").within(1e-9, 1e6);
 /// m/s.
-pub const VELOCITY: Quantity = si("Velocity", "m/s");
+pub const VELOCITY: Quantity = si("Velocity", "m/s").within(1e-15, 1e4);
 /// m/s, displayed as m/h, the drillers' unit.
 pub const ADVANCE: Quantity = si("RateOfPenetration", "m/s").displayed_in("m/h");
 /// m/s, of the bit's tip in its crater.
 pub const TIP_RATE: Quantity = si("TipRate", "m/s").displayed_in("mm/s");
 /// m/s2.
-pub const ACCELERATION: Quantity = si("Acceleration", "m/s2");
+pub const ACCELERATION: Quantity = si("Acceleration", "m/s2").within(1e-12, 1e5);
 /// s.
-pub const TIME: Quantity = si("Time", "s").displayed_in("ms");
+pub const TIME: Quantity = si("Time", "s").displayed_in("ms").within(1e-15, 1.0);
 /// m2.
-pub const AREA: Quantity = si("Area", "m2").displayed_in("mm2");
+pub const AREA: Quantity = si("Area", "m2").displayed_in("mm2").within(1e-12, 1e3);
 /// m3.
-pub const VOLUME: Quantity = si("Volume", "m3").displayed_in("cm3");
+pub const VOLUME: Quantity = si("Volume", "m3").displayed_in("cm3").within(1e-12, 1e3);
 /// K.
-pub const TEMPERATURE: Quantity = si("Temperature", "K");
+pub const TEMPERATURE: Quantity = si("Temperature", "K").within(1.0, 1e4);
 /// m3/s, of air at 0 degrees Celsius and 1.01325e5 Pa.
 pub const AIR_FLOW: Quantity = si("FreeAirFlow", "m3/s").displayed_in("m3/min");
 /// m3/s.
 pub const FLOW: Quantity = si("VolumeFlowRate", "m3/s").displayed_in("L/min");
 /// N.
-pub const FORCE: Quantity = si("Force", "N").displayed_in("kN");
+pub const FORCE: Quantity = si("Force", "N").displayed_in("kN").within(1e-9, 1e12);
 /// Pa.
 pub const PRESSURE: Quantity = si("Pressure", "Pa").displayed_in("bar");
 /// Pa, displayed as MPa.
 pub const STRESS: Quantity = si("Stress", "Pa").displayed_in("MPa");
 /// Pa, of solids.
-pub const MODULUS: Quantity = si("ElasticModulus", "Pa").displayed_in("GPa");
+pub const MODULUS: Quantity = si("ElasticModulus", "Pa").displayed_in("GPa").within(1e3, 1e15);
 /// kg/m3.
-pub const DENSITY: Quantity = si("Density", "kg/m3");
+pub const DENSITY: Quantity = si("Density", "kg/m3").within(1e-3, 1e6);
 /// N/m.
-pub const STIFFNESS: Quantity = si("Stiffness", "N/m").displayed_in("kN/mm");
+pub const STIFFNESS: Quantity = si("Stiffness", "N/m").displayed_in("kN/mm").within(1.0, 1e20);
 /// N s/m.
-pub const VISCOSITY: Quantity = si("ViscousResistance", "N.s/m");
+pub const VISCOSITY: Quantity = si("ViscousResistance", "N.s/m").within(1e-9, 1e12);
 /// N s.
 pub const IMPULSE: Quantity = si("Impulse", "N.s");
 /// Mass.
-pub const MASS: Quantity = si("Mass", "kg");
+pub const MASS: Quantity = si("Mass", "kg").within(1e-9, 1e9);
 /// J.
-pub const ENERGY: Quantity = si("Energy", "J");
+pub const ENERGY: Quantity = si("Energy", "J").within(1e-12, 1e12);
 /// J/m3, displayed as MJ/m3.
-pub const SPECIFIC_ENERGY: Quantity = si("SpecificEnergy", "J/m3").displayed_in("MJ/m3");
+pub const SPECIFIC_ENERGY: Quantity =
+    si("SpecificEnergy", "J/m3").displayed_in("MJ/m3").within(1.0, 1e15);
 /// Dimensionless.
-pub const RATIO: Quantity = si("Ratio", "1");
+pub const RATIO: Quantity = si("Ratio", "1").within(1e-12, 1e9);
 /// Dimensionless.
 pub const COUNT: Quantity = si("Count", "1");
 

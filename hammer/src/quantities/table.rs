@@ -91,11 +91,14 @@ pub struct Parameter {
     pub switches: bool,
 }
 
+/// Shortest body or section, m: one far below it has modes that no basis of sixteen digits tells apart.
+const SHORTEST: f64 = 1e-6;
+
 /// Length and area of each of a body's sections.
 macro_rules! sections {
     ($body:ident $which:ident: $($k:literal)*) => {
         &[$(
-            real(concat!(stringify!($body), ".segment[", $k, "].length"), LENGTH, Domain::Above(0.0),
+            real(concat!(stringify!($body), ".segment[", $k, "].length"), LENGTH, Domain::AtLeast(SHORTEST),
                 concat!("Length of section ", $k, " of the ", stringify!($body), ", from the top"),
                 |p| &mut p.$body.segment[$k - 1].length).read_by(Reader::Section(Body::$which, $k)),
             real(concat!(stringify!($body), ".segment[", $k, "].area"), AREA, Domain::Above(0.0),
@@ -127,7 +130,7 @@ const GROUPS: &[&[Parameter]] = {
             .read_by(Uniform(&Body::ALL)),
         count("mesh.degree", Between(1.0, MAX_DEGREE as f64), "Degree of the bodies' mesh: 1 linear elements, above splines (elastic bodies)",
             |p| &mut p.mesh.degree).read_by(Elastic),
-        real("piston.length", LENGTH, Above(0.0), "Length of the piston, unless it has sections", |p| &mut p.piston.length)
+        real("piston.length", LENGTH, AtLeast(SHORTEST), "Length of the piston, unless it has sections", |p| &mut p.piston.length)
             .read_by(Uniform(&[Body::Piston])),
         count("piston.elements", Between(1.0, MAX_ELEMENTS as f64), "Number of elements (spans) of the piston's mesh (elastic bodies)",
             |p| &mut p.piston.elements).read_by(Elastic),
@@ -137,7 +140,7 @@ const GROUPS: &[&[Parameter]] = {
     sections!(piston Piston: 1 2 3 4 5 6 7 8),
     &[
         real("piston.initial_velocity", VELOCITY, Any, "Velocity of the piston at the start, positive downward", |p| &mut p.piston.initial_velocity),
-        real("bit.length", LENGTH, Above(0.0), "Length of the bit, unless it has sections", |p| &mut p.bit.length)
+        real("bit.length", LENGTH, AtLeast(SHORTEST), "Length of the bit, unless it has sections", |p| &mut p.bit.length)
             .read_by(Uniform(&[Body::Bit])),
         count("bit.elements", Between(1.0, MAX_ELEMENTS as f64), "Number of elements (spans) of the bit's mesh (elastic bodies)",
             |p| &mut p.bit.elements).read_by(Elastic),
@@ -148,9 +151,9 @@ const GROUPS: &[&[Parameter]] = {
     &[
         count("drill.rods", Between(0.0, MAX_RODS as f64), "Number of rods of a drill string above the bit, which the piston strikes at its shank; 0: it strikes the bit",
             |p| &mut p.drill.rods),
-        real("drill.shank.length", LENGTH, Above(0.0), "Length of the shank, to the face of the first rod", |p| &mut p.drill.shank.length).read_by(Reader::Rods),
+        real("drill.shank.length", LENGTH, AtLeast(SHORTEST), "Length of the shank, to the face of the first rod", |p| &mut p.drill.shank.length).read_by(Reader::Rods),
         real("drill.shank.area", AREA, Above(0.0), "Cross section of the shank", |p| &mut p.drill.shank.area).read_by(Reader::Rods),
-        real("drill.rod.length", LENGTH, Above(0.0), "Length of each rod, from face to face", |p| &mut p.drill.rod.length).read_by(Reader::Rods),
+        real("drill.rod.length", LENGTH, AtLeast(SHORTEST), "Length of each rod, from face to face", |p| &mut p.drill.rod.length).read_by(Reader::Rods),
         real("drill.rod.area", AREA, Above(0.0), "Cross section of the rods", |p| &mut p.drill.rod.area).read_by(Reader::Rods),
         real("drill.coupling.length", LENGTH, AtLeast(0.0), "Length of the sleeve that couples a rod to what is above it, half of it on either; 0: none",
             |p| &mut p.drill.coupling.length).switch().read_by(Reader::Rods),
@@ -339,10 +342,19 @@ impl Parameter {
     ///
     /// The parameter, the number and the allowed range.
     pub fn check(&self, value: f64) -> Result<(), ParameterError> {
-        if self.domain.contains(value) {
-            return Ok(());
+        let refuse = |allowed| Err(ParameterError { name: self.name, value, allowed });
+        if !self.domain.contains(value) {
+            return refuse(self.domain.describe());
         }
-        Err(ParameterError { name: self.name, value, allowed: self.domain.describe() })
+        match self.slot {
+            Slot::Real(Quantity { magnitudes: [least, most], unit, .. }, _)
+                if value != 0.0 && !(least..=most).contains(&value.abs()) =>
+            {
+                let zero = if self.domain.contains(0.0) { "0, or " } else { "" };
+                refuse(format!("{zero}of a magnitude from {least:e} to {most:e} {unit}"))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// False for sections that this scene does not read, which may hold any number. Any

@@ -123,7 +123,8 @@ impl<T: Send> Turn<T> {
             if user == own {
                 return Err(Failure::refused(
                     "busy: this thread is using the same object already, and a signal's handler or \
-                     a callback cannot use it in between; note what is wanted and do it afterwards",
+                     a callback cannot use it in between; catch this error there, and the call goes on; \
+                     read or do what is wanted after it",
                 ));
             }
             if user != 0 && user >> 32 != own >> 32 {

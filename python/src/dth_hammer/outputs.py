@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import os
 import re
 from collections.abc import Iterable
@@ -85,8 +86,12 @@ def write(table: pd.DataFrame, path: Path, *, index: bool = True) -> None:
         raise OutputError(f"{path} cannot be written: {error.strerror or error}") from None
 
 
-def read(path: Path) -> pd.DataFrame:
-    """Reads a table that has values as they are written, with units or without."""
+def read(path: Path, *, added_to: bool = False) -> pd.DataFrame:
+    """Reads a table that has values as they are written, with units or without.
+
+    Of a CSV that is added to, every row ends its line: what stands after the last such end was cut,
+    perhaps within a number, and is left out.
+    """
     import pandas as pd  # noqa: PLC0415
 
     if path.suffix.lower() not in STORED:
@@ -94,15 +99,18 @@ def read(path: Path) -> pd.DataFrame:
     try:
         if path.suffix.lower() != ".csv":
             return pd.read_parquet(path)
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            head = file.readline()
-            between = next((mark for mark in ";\t" if mark in head), ",")
-            names = [name.strip() for name in next(csv.reader([head], delimiter=between), [])]
-            # As text: how pandas reads a float has changed, and float() is exact.
-            table = pd.read_csv(
-                file, sep=between, names=names, index_col=False, dtype=str,
-                keep_default_na=False, skipinitialspace=True,
-            )  # fmt: skip
+        text = path.read_text("utf-8-sig", "replace" if added_to else "strict")
+        # A line's end within quotes ends no row.
+        while added_to and text and (text[-1] != "\n" or text.count('"') % 2):
+            text = text[: text.rfind("\n", 0, -1) + 1]
+        head, _, rows = text.partition("\n")
+        between = next((mark for mark in ";\t" if mark in head), ",")
+        names = [name.strip() for name in next(csv.reader([head], delimiter=between), [])]
+        # As text: how pandas reads a float has changed, and float() is exact.
+        table = pd.read_csv(
+            io.StringIO(rows), sep=between, names=names, index_col=False, dtype=str,
+            keep_default_na=False, skipinitialspace=True,
+        )  # fmt: skip
     except (ValueError, TypeError, OSError) as error:
         raise DomainError(f"{path} cannot be read as a table: {error}") from None
     if between != ",":

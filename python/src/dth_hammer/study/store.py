@@ -8,7 +8,7 @@ import os
 import socket
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import IO
 
@@ -74,6 +74,16 @@ class Store:
         """Returns all stored rows, each once."""
         return self._together(self._files())
 
+    def require(self, columns: Mapping[str, Iterable[str]]) -> None:
+        """Raises if a run is stored without one of the columns that it is to have."""
+        table = self.rows()
+        for key in set(columns).intersection(table.get(RUN, ())):
+            for column in columns[key]:
+                if column not in table:
+                    raise OutputError(
+                        f"{self.path} has lost its column {column}: choose another file"
+                    )
+
     def add(self, table: pd.DataFrame, key: str = RUN) -> None:
         """Stores rows as a new part."""
         self.parts.mkdir(exist_ok=True)
@@ -104,7 +114,7 @@ class Store:
 
     def _read(self, path: Path) -> pd.DataFrame:
         try:
-            table = outputs.read(path)
+            table = outputs.read(path, added_to=True)
             if RUN not in table:
                 raise OutputError(f"{path} is there and is no sweep's table: it would be lost")
             # Numbers are floats, whatever one sweep or another has written them as.

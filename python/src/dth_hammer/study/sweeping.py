@@ -164,13 +164,16 @@ def table_of(
     plan = [r for n, case in cases.items() for r in planned(n, case, points, **shared)]
     keys = [run.key for run in plan]
     runs = {run.key: run for run in plan}
+    settings = [*dict.fromkeys(name for run in plan for name in run.numbers)]
+    listed = with_sides(names)
     store = Store(Path(out)) if out is not None else None
     with store.alone() if store else nullcontext():
+        if store:
+            written = [UNTIL, *listed, ERROR, WARNING, MODEL]
+            store.require({key: [*run.numbers, *written] for key, run in runs.items()})
         tables = _run(runs, store, by, progress)
         if store:
             store.finish()
-    settings = [*dict.fromkeys(name for run in plan for name in run.numbers)]
-    listed = with_sides(names)
     table = _whole(tables, keys, [CASE, *settings] if named else settings, listed)
     table.attrs |= _provenance([*points[0]], listed, settings)
     if isinstance(end, Wanted):
