@@ -1,4 +1,4 @@
-"""The settled response of the reference hammer, as the demo reads it: test_readme holds its figures."""
+"""The settled response of the reference hammer, as the demo reads it; test_readme has its figures."""
 
 from __future__ import annotations
 
