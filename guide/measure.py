@@ -1,11 +1,10 @@
-"""Measures what the guide tells of coupling and scaling: `cargo docs --measure`.
+"""Measures what the guide tells of runs that take minutes: `cargo docs --measure`.
 
 The results are committed in guide/measured, with the machine they were measured on.
 """
 
 from __future__ import annotations
 
-import os
 import shutil
 import sys
 import tempfile
@@ -39,31 +38,15 @@ def valve() -> None:
 
 def sweep() -> None:
     """A thousand hammers."""
-    import scaling  # noqa: PLC0415
     import thousand  # noqa: PLC0415
 
-    meanwhile = scaling.Meanwhile()
     table = thousand.run()
-    lasted, others = meanwhile.seconds(), meanwhile.others()
     thousand.draw(table).savefig(MEASURED / "thousand.png", dpi=160)
     lines = ["| parameter | " + " | ".join(thousand.NAMES.values()) + " |"]
     lines += ["|---" * (len(thousand.NAMES) + 1) + "|"]
     found = " | ".join(f"{power:.2f}" for power in thousand.powers(table))
-    lines += [f"| exponent | {found} |", ""]
-    lines += [
-        f"The {len(table)} runs took {lasted:.0f} s with a thread a core, of which there are "
-        f"{os.cpu_count()}; other work took {others:.0%} of them meanwhile."
-    ]
+    lines += [f"| exponent | {found} |"]
     (MEASURED / "thousand.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def scale() -> None:
-    """The same runs by one worker and by two."""
-    import scaling  # noqa: PLC0415
-
-    runs, until = 100, 1.0
-    text = scaling.report(scaling.measure(runs, until), runs, until)
-    (MEASURED / "scaling.md").write_text(text, encoding="utf-8")
 
 
 def rock() -> None:
@@ -175,7 +158,6 @@ def main(chosen: list[str]) -> None:
     MEASURED.mkdir(exist_ok=True)
     for name, task in {
         "sweep": sweep,
-        "scaling": scale,
         "coupling": coupling,
         "valve": valve,
         "rock": rock,

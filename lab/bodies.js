@@ -48,9 +48,3 @@ function cut(scene, body, count) {
   }
   scene.set(`${body}.segments`, count);
 }
-
-/** Mass of the casing, kg: as it is given, or of its sections. */
-function massOfCasing(scene) {
-  if (!(scene.variable("casing.segments") && scene.get("casing.segments") > 0)) return scene.get("casing.mass");
-  return sectionsOf(scene, "casing").reduce((sum, [length, area]) => sum + length * area * scene.get("material.density"), 0);
-}

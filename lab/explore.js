@@ -49,7 +49,7 @@ class Explore {
     find("screen-play").addEventListener("click", () => this.play(!this.playing));
     find("screen-back").addEventListener("click", () => this.go(this.screen - 1));
     find("screen-next").addEventListener("click", () => this.go(this.screen + 1));
-    find("screen-save").addEventListener("click", () => this.save());
+    for (const kind of ["svg", "png"]) find(`screen-${kind}`).addEventListener("click", () => this.save(kind));
   }
 
   value(name, values = this.hammer) {
@@ -210,9 +210,15 @@ class Explore {
     return this.find(this.screens[this.screen].chart ? "screen-chart" : "screen-hammer");
   }
 
-  /** The figure as it stands, as a file. */
-  save() {
-    this.canvas.toBlob((blob) => save(`screen-${this.screen + 1}.png`, blob, "image/png"));
+  /** The figure as it stands, as a file: `kind` png or svg. */
+  save(kind) {
+    const { canvas } = this, name = `screen-${this.screen + 1}.${kind}`;
+    if (kind === "png") return canvas.toBlob((blob) => save(name, blob, "image/png"));
+    const drawn = this.screens[this.screen].chart ? this.figure : this.picture, { pen } = drawn;
+    drawn.pen = new SvgPen(canvas.clientWidth, canvas.clientHeight, pen);
+    this.draw();
+    save(name, String(drawn.pen), "image/svg+xml");
+    drawn.pen = pen;
   }
 }
 

@@ -42,10 +42,8 @@ class Picture {
     this.pressed = scale.pressed ?? Math.max(1, largest([cycle.drive_chamber_pressure, cycle.return_chamber_pressure]));
     this.chuckLimit = Math.max(1, largest([cycle.chuck_force]));
     const flown = (scale.flown ? gap - scale.flown : Math.min(...cycle.piston_position) - this.base) - gap - piston.length - this.string;
-    // A piston that idles may fly far: it leaves the picture.
-    const highest = cycle.lifted ? Math.max(flown, -2 * piston.length - travel) : flown;
-    const long = bit.length - highest;
-    this.span = [highest - 0.16 * long, bit.length + 0.1 * long];
+    const long = bit.length - flown;
+    this.span = [flown - 0.16 * long, bit.length + 0.1 * long];
   }
 
   /** Where a place on the axis is drawn, in pixels from the top. */
@@ -127,14 +125,14 @@ class Picture {
   /** Rock around the hole and below it. */
   rock(room, height, bottom) {
     const { pen, middle } = this, wall = this.x(this.hole.radius);
-    const around = new Path2D();
-    around.rect(0, 0, middle - wall, height);
-    around.rect(middle + wall, 0, room - middle - wall, height);
-    around.rect(middle - wall, bottom, 2 * wall, height - bottom);
+    pen.beginPath();
+    pen.rect(0, 0, middle - wall, height);
+    pen.rect(middle + wall, 0, room - middle - wall, height);
+    pen.rect(middle - wall, bottom, 2 * wall, height - bottom);
     pen.fillStyle = palette.ground;
-    pen.fill(around);
+    pen.fill();
     pen.save();
-    pen.clip(around);
+    pen.clip();
     // Grains, at places that look random and stay.
     pen.fillStyle = palette.rock;
     for (let i = 0, at = 0.5; i < 260; i++) {

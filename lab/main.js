@@ -184,7 +184,6 @@ function showCycle(cycle) {
   const bodies = measure(scene, cycle);
   // The shoulder carries something at the start of every hammer that has a casing.
   const cased = cycle.chuck_force.some((force) => force !== 0);
-  find("lift").hidden = !cased || blows.length < 2;
   const travel = cased ? scene.get("chuck.travel") : 0, rods = scene.variable("drill.rods") ? scene.get("drill.rods") : 0;
   drawing.show(cycle, bodies, { gap, diameter: scene.get("hole.diameter"), travel, rods });
   waves.show(cycle, bodies, drawing.limit, description.modes);
@@ -193,7 +192,6 @@ function showCycle(cycle) {
   // One sample is the start: the hammer at rest.
   if (cycle.time.length > 1) charts.cycle(cycle, base, gap, description.modes, past.ghost());
   if (cycle.last) past.settle(blows, cycle, base);
-  if (cycle.lifted) clearTimeout(watchdog);
   find("blow").value = Math.max(1, cycle.blow + 1);
   find("moment-slider").max = cycle.time.length - 1;
   describe(cycle);
@@ -237,7 +235,7 @@ function picture() {
   const force = (name) => `${digits(cycle[name][index] * 1e-3, 3)} kN`;
   const time = fixed((cycle.time[index] - cycle.impact) * 1e3, 3);
   const parts = [
-    say(cycle.blow < 0 ? "moment_start" : cycle.lifted ? "moment_lifted" : "moment_after", { time }),
+    say(cycle.blow < 0 ? "moment_start" : "moment_after", { time }),
     say(cycle.contact_closed[index] ? "moment_closed" : "moment_open", { force: force("contact_force") }),
     say("moment_rock", { mode, force: force("rock_force") }),
   ];
@@ -292,10 +290,6 @@ function connect() {
   find("blow").addEventListener("change", ({ target }) => {
     const blow = Math.max(1, Math.min(blows.length - 1, target.valueAsNumber || 1));
     worker.postMessage({ kind: "cycle", scene: number, blow: blow - 1 });
-  });
-  find("lift").addEventListener("click", () => {
-    listen();
-    worker.postMessage({ kind: "lift", scene: number, mass: massOfCasing(scene) });
   });
   const zoom = (whole) => {
     find("whole").setAttribute("aria-pressed", whole);

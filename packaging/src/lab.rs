@@ -15,7 +15,7 @@ use std::path::Path;
 use std::time::Instant;
 
 /// The files of the workers, in order.
-const WORKER: [&str; 5] = ["engine.js", "worker.js", "lifting.js", "means.js", "exploring.js"];
+const WORKER: [&str; 4] = ["engine.js", "worker.js", "means.js", "exploring.js"];
 
 /// Builds the engine and writes the page.
 pub fn write(root: &Path, output: &Path) -> Result<(), Failure> {

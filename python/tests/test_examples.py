@@ -13,7 +13,6 @@ from typing import Any
 import blocks
 import compressor
 import container
-import coupled
 import layers
 import numpy as np
 import optimum
@@ -21,7 +20,6 @@ import pandas as pd
 import pressure_model
 import pytest
 import rock_from_hammer
-import scaling
 import shape_piston
 import system
 import thousand
@@ -242,12 +240,10 @@ def test_a_shaped_piston_keeps_mass_and_length_and_gains(tmp_path: Path) -> None
 EXAMPLES = [
     compressor,
     container,
-    coupled,
     pressure_model,
     layers,
     optimum,
     rock_from_hammer,
-    scaling,
     shape_piston,
     system,
     thousand,
@@ -272,34 +268,6 @@ def test_a_valve_outside_is_exact_where_steps_end_at_events() -> None:
     assert float(sampled[5]) > 1e-4
     assert int(exact[3]) < 40
     assert int(sampled[3]) == 6000
-
-
-def test_the_scaling_is_measured() -> None:
-    table = scaling.measure(runs=8, until=0.05, workers=(1,), repeats=2)
-    assert (table["seconds"] > 0.0).all()
-    assert table["others"].between(0.0, 1.1).all()
-    assert "\n| 1 |" in scaling.report(table, 8, 0.05)
-
-
-def test_a_speed_up_is_that_within_a_quiet_turn() -> None:
-    turns = ((4.0, 2.0, 0.05), (9.0, 6.0, 0.02), (6.0, 3.75, 0.0), (1.0, 1.0, 0.5))
-    rows = [
-        {"workers": n, "repeat": r, "seconds": s, "others": others * (n - 1)}
-        for r, (one, two, others) in enumerate(turns)
-        for n, s in ((1, one), (2, two))
-    ]
-    text = scaling.report(pd.DataFrame(rows), 10, 1.0)
-    assert "| 2 | 2.00 | 5 | 1.60 (1.50 to 2.00) | 3 | 0% to 5% |" in text
-    loud = pd.DataFrame(rows).assign(others=0.5)
-    assert "| 2 | 1.00 | 10 | 1.55 (1.00 to 2.00) | 4 |" in scaling.report(loud, 10, 1.0)
-
-
-def test_a_drive_draws_what_it_promises(tmp_path: Path) -> None:
-    frame = coupled.run(0.1, step=1e-4)
-    assert frame["blow_count"].iloc[-1] >= 2
-    figure = coupled.draw(frame)
-    figure.savefig(tmp_path / "drive.png", dpi=40)
-    assert [a.get_ylabel() for a in figure.get_axes()] == ["pressure (bar)", "piston over bit (mm)"]
 
 
 def test_without_its_programs_the_container_says_what_to_install(

@@ -61,20 +61,21 @@ def test_no_word_of_the_explanation_is_left_in_english(opened: OPEN, language: s
     # Every text that is asked for, written or drawn, on each screen and at both ends of its handle.
     heard = "old => say = (key, values) => (asked.add(key), old(key, values))"
     page.evaluate(f"asked = new Set(), ({heard})(say), 0")
+    visible = "[...document.querySelectorAll('[data-say]')].filter(e => e.checkVisibility())"
+    displayed: set[str] = set()
     for number in range(8):
         page.evaluate(f"explorable.go({number})")
         wait(page, "explorable.settled")
         page.evaluate("explorable.move(0)")
         wait(page, "explorable.settled")
         assert page.inner_text("#screen-title").startswith(texts["screen_step"].split("{")[0])
+        displayed |= set(page.evaluate(f"{visible}.map(e => e.dataset.say)"))
     asked = set(page.evaluate("[...asked]"))
-    visible = "[...document.querySelectorAll('[data-say]')].filter(e => e.checkVisibility())"
-    displayed = set(page.evaluate(f"{visible}.map(e => e.dataset.say)"))
     assert {"piston", "force_axis", "screen_8"} <= asked
     assert {"view_laboratory", "language_choice"} <= displayed
     assert asked | displayed | {"title", "screen_failed"} <= texts.keys()
     # And nothing else is translated, which nobody would see.
-    drawn = {"casing", "drives", "vented", "lifts"}
+    drawn = {"casing", "drives", "vented", "lifts", "pause"}
     labels = set(
         re.findall(r'data-say-label="(screen_\w+)"', (LAB / "page.html").read_text("utf-8"))
     )
