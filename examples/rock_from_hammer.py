@@ -243,7 +243,7 @@ def draw(frame: pd.DataFrame) -> Figure:
             axes.step(frame.index, scale * frame[name], color=ROCK, where="mid", label="hidden")
             axes.set_ylabel(label)
             axes.set_yscale("log")
-        panels[0].legend(loc="lower right", fontsize=8)
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
         panels[1].set_xlabel("blow")
     return figure
 

@@ -56,7 +56,7 @@ MEASURED = {
     "sobol.png": Picture(("guide/measure.py:sobol", STYLE), ("reference",), "sobol"),
     "thousand.png": _example("thousand", "reference", task="sweep"),
     "thrust.png": _example("thrust", "reference"),
-    "thrust_air.png": _example("thrust", "air_4_inch"),
+    "thrust_air.png": _example("thrust", "air_3_5_inch"),
     "top_hammer.png": _example("top_hammer", "top_hammer"),
     "laboratory.png": _page("lab/hammer.js"),
     "laboratory-dark.png": _page("lab/hammer.js"),
@@ -98,13 +98,16 @@ def _source(place: str) -> str:
 
 
 def scene(name: str) -> dict[str, dict[str, float]]:
-    """The numbers of a picture's hammers, by preset: all, defaults too."""
+    """The numbers of a picture's hammers, by preset: defaults too, of what is read and not off."""
+    from dth_hammer import _native  # noqa: PLC0415
     from dth_hammer.scene.variables import numbers, whole  # noqa: PLC0415
 
-    return {
-        each: {k: float(f"{v:.3g}") for k, v in whole(numbers(each, {})).items()}
-        for each in PICTURES[name].presets
-    }
+    def read(preset: str) -> dict[str, float]:
+        given = whole(numbers(preset, {}))
+        idle = {name for name, _ in _native.unread(dict(given), [*given])}
+        return {k: float(f"{v:.3g}") for k, v in given.items() if v and k not in idle}
+
+    return {preset: read(preset) for preset in PICTURES[name].presets}
 
 
 def stamp(path: str | Path, name: str) -> None:

@@ -66,6 +66,7 @@ def front(
     given, (name, customer) = whole(run.parameters), who
     when = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
     assumed = [sentence(run.parameters), *(sheet.assumed if sheet else ())]
+    figure = f'<div class="figure">{image}</div>'
     parts = [
         f'<p class="who"><span>{_text(customer) or "Hammer"}</span><span>{when}</span></p>',
         f"<h1>{_text(name or run.scene.title)}</h1>",
@@ -73,9 +74,7 @@ def front(
         '<div class="sides">',
         f"<div><h2>What it does</h2>{_rows(table, NUMBERS)}</div>",
         f"<div><h2>What it is given</h2>{_rows(table, USE, _supply(given))}</div></div>",
-        f'<h2>Rock force against penetration</h2><div class="figure">{image}</div>'
-        if image
-        else "",
+        f"<h2>Rock force against penetration</h2>{figure}" if image else "",
         "<h2>What is assumed</h2><ul>",
         *(f"<li>{_text(text)}</li>" for text in assumed),
         "</ul>",

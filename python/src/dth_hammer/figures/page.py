@@ -283,11 +283,6 @@ def _figures(
             lambda: figures.indicator(settled()),
         ),
         (
-            "Rock force against penetration",
-            "Loading and, steeper, unloading; the peaks are viscous.",
-            lambda: figures.rock_cycles(settled()),
-        ),
-        (
             "Energy per blow",
             "What was put in beside where it went.",
             lambda: figures.ledger(figures.at_blows(scene)),
