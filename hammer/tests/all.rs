@@ -34,7 +34,6 @@ mod resolution;
 mod rods;
 mod rules;
 mod scenes;
-mod sections;
 mod sensitivity;
 mod steady;
 mod stops;

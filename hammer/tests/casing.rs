@@ -186,58 +186,6 @@ fn the_relay_turns_where_the_piston_is_in_the_casing() {
     assert!(counts.iter().all(|count| *count > 0), "{counts:?}");
 }
 
-#[test]
-fn slices_and_stored_states_change_no_bit() {
-    let mut random = Random::new(3);
-    for round in 0..12 {
-        let (mut p, feed) = drawn(&mut random, false);
-        p.drive.source = [Source::Relay, Source::Force][round % 2];
-        let linear = |m: &mut Machine| {
-            m.set_input(hammer::Input::DriveForce, &[p.drive.amplitude, -1e3]).expect("an input");
-        };
-        let mut whole = machine(&p, feed);
-        linear(&mut whole);
-        whole.advance(0.06).expect("a run");
-        let mut sliced = machine(&p, feed);
-        linear(&mut sliced);
-        let mut cuts: Vec<f64> = (0..60).map(|_| 0.06 * random.unit()).collect();
-        cuts.sort_by(f64::total_cmp);
-        for (k, cut) in cuts.into_iter().chain([0.06]).enumerate() {
-            sliced.advance(cut).expect("a step");
-            if k % 20 == 7 {
-                let text = serde_json::to_string(&sliced.state()).expect("JSON");
-                let stored: State = serde_json::from_str(&text).expect("a state");
-                sliced = machine(&p, feed);
-                sliced.restore(&stored).expect("the same scene");
-            }
-        }
-        assert_eq!(sliced.state().without_step(), whole.state().without_step(), "{round}");
-        assert_eq!(sliced.energies(), whole.energies(), "{round}");
-    }
-}
-
-/// Digits hold where the ties differ by ten decades.
-#[test]
-fn a_stiff_contact_in_a_casing_on_soft_rock_keeps_its_digits() {
-    for (contact, rock, chuck) in [(1e15, 1e5, 1e9), (1e10, 1e9, 1e13), (1e15, 1e5, 1e6)] {
-        let mut p = cased();
-        p.fidelity = Fidelity::Rigid;
-        (p.contact.stiffness, p.rock.stiffness, p.chuck.stiffness) = (contact, rock, chuck);
-        (p.piston.elements, p.bit.elements) = (6, 9);
-        for fidelity in [Fidelity::Rigid, Fidelity::Elastic] {
-            p.fidelity = fidelity;
-            let mut m = machine(&p, 5e3);
-            m.advance(0.06).expect("a run");
-            assert!(m.counters().contacts > 0);
-            let energies = m.energies();
-            assert!(
-                energies.residual.abs() <= 1e-9 * energies.turnover(),
-                "{contact:e} {energies:?}"
-            );
-        }
-    }
-}
-
 /// The largest force of the shoulder in a step is that of a fine scan of it, and never below. A scan
 /// every `h` = 0.5 us lacks `(w h)^2 / 8`, 1e-3 up to `w` = 1.8e5 rad/s, twice the bit's lowest
 /// elastic mode.
@@ -333,33 +281,6 @@ fn a_motion_that_is_not_finite_is_an_error_and_no_output() {
         }
     }
     assert!(moved > 20 && refused > 0, "{moved} {refused}");
-}
-
-/// Stepped bodies on fine splines in a casing, rigid or of one steel section: their mesh has modes that
-/// hardly move the attachments, and some that move two of them alike. The balance is as without a casing.
-#[test]
-fn every_preset_drills_in_a_casing() {
-    // Of those that air drives, in a casing of their own: `air_presets.rs`.
-    let relays = hammer::presets::PRESETS.iter();
-    let relays = relays.filter(|preset| preset.start().0.drive.source == Source::Relay);
-    for preset in relays {
-        for (mass, sections) in [(10.0, 0), (10.0, 1), (100.0, 0), (100.0, 1)] {
-            let (mut p, mut inputs) = preset.start();
-            (p.casing.mass, p.casing.segments, p.casing.impedance) = (mass, sections, 2e3);
-            p.casing.segment[0].area = mass / p.material.density;
-            inputs.feed_force = inputs.feed_force.max(1.1 * p.drive.amplitude);
-            let run = Machine::new(&p, &inputs, 0.0).and_then(|mut m| {
-                m.advance(0.06)?;
-                Ok(m)
-            });
-            let m = run.unwrap_or_else(|e| panic!("{} {mass} {sections}: {e}", preset.name));
-            let energies = m.energies();
-            assert!(m.counters().blows > 0, "{}", preset.name);
-            // A thousand events, each of some ten roundings.
-            let bound = 1e4 * f64::EPSILON * energies.turnover();
-            assert!(energies.residual.abs() <= bound, "{}: {energies:?}", preset.name);
-        }
-    }
 }
 
 /// At the start the casing carries the feed, and of its weight and the drive's reaction what lies above;

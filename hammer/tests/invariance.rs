@@ -48,26 +48,6 @@ fn a_look_at_any_output_changes_nothing() {
 }
 
 #[test]
-fn a_restored_state_continues_bit_for_bit() {
-    let mut random = Random::new(11);
-    for _ in 0..20 {
-        let cut = random.between(0.0, 0.09);
-        let mut through = machine();
-        through.advance(cut).expect("a step");
-        let text = serde_json::to_string(&through.state()).expect("JSON");
-        through.advance(0.1).expect("a step");
-        let stored: State = serde_json::from_str(&text).expect("a state");
-        let mut restored = machine();
-        restored.advance(0.03).expect("somewhere else");
-        restored.restore(&stored).expect("the same scene");
-        assert_eq!(restored.time(), cut);
-        restored.advance(0.1).expect("a step");
-        assert_eq!(restored.state(), through.state(), "cut at {cut}");
-        assert_eq!(restored.energies(), through.energies());
-    }
-}
-
-#[test]
 fn a_state_of_another_scene_is_refused_and_nothing_changes() {
     let mut parameters = Parameters::default();
     parameters.bit.elements = 3;

@@ -93,42 +93,6 @@ fn a_string_that_cannot_be_is_refused_by_name() {
     assert!(p.validate().is_err());
 }
 
-/// Forces inside cancel in pairs, with a casing about the drifter too: the momentum of all bodies is what
-/// feed, gravity and rock gave; every energy is in the ledger; and slices change no bit.
-#[test]
-fn momentum_and_energy_of_a_top_hammer_balance_however_it_is_sliced() {
-    for casing in [0.0] {
-        let Scene { mut parameters, inputs } = top_hammer();
-        parameters.casing.mass = casing;
-        let new = || Machine::new(&parameters, &inputs, 0.0).expect("a scene");
-        let (mut one, mut many) = (new(), new());
-        let end = 0.1;
-        one.advance(end).expect("a run");
-        for k in 1..=37 {
-            many.advance(end * f64::from(k) / 37.0).expect("a run");
-            many.kinematics();
-        }
-        assert_eq!(one.state().without_step(), many.state().without_step(), "{casing} kg");
-        let (k, p, sums) = (*one.kinematics(), &parameters, one.impulses());
-        let string = p.bit_mass() * k.bit_velocity;
-        let fed = inputs.feed_force * end;
-        let weight = |mass: f64| mass * p.gravity * end;
-        // Without a casing the drive pushes the piston from outside: then string and bit alone.
-        let (momentum, given) = if casing > 0.0 {
-            let others = p.piston_mass() * k.piston_velocity + casing * k.casing_velocity;
-            (string + others, fed + weight(p.bit_mass() + p.piston_mass() + casing) - sums.rock)
-        } else {
-            (string, fed + weight(p.bit_mass()) + sums.contact - sums.rock)
-        };
-        // Two roundings an event of what is summed.
-        let rounding = 2.0 * f64::EPSILON * one.counters().events as f64 * (fed + sums.rock);
-        assert!((momentum - given).abs() < rounding, "{momentum} {given} of {rounding}");
-        let energies = one.energies();
-        assert!(energies.residual.abs() < 1e-10 * energies.turnover(), "{energies:?}");
-        assert!(one.counters().blows >= 4, "{} blows", one.counters().blows);
-    }
-}
-
 /// Published of drifters of this class: 18 to 19 kW at up to 60 Hz. It never repeats; so means, on two
 /// rods, which are sooner simulated.
 #[test]
