@@ -193,7 +193,7 @@ impl Interval {
             damped: model.is_damped(),
             given: [0.0; 2],
         };
-        stretch.given = stretch.rock_work(form);
+        stretch.given = stretch.rock_work(motion, &tracks[0], form);
         STORED.fetch_add(stretch.size(), Ordering::Relaxed);
         stretch
     }
@@ -342,16 +342,18 @@ impl Interval {
 
     /// Work given to the rock, J: lost on loading, and of the dashpot at the tip, whose form at the
     /// start may be known. It is summed at once, which is cheap, since each blow reports it.
-    fn rock_work(&self, form: Option<f64>) -> [f64; 2] {
+    fn rock_work(&self, motion: &Motion, track: &Track, form: Option<f64>) -> [f64; 2] {
         if !self.spring.is_loading() {
             return [0.0; 2];
         }
-        let polynomials = &self.loading.polynomials();
-        let (main, tip) = (self.stretch(polynomials), self.share(Displacement::Tip));
-        let poly = self.system.poly(tip, main.loads, main.driven);
+        let (main, tip) = (motion.stretch(0, track, self.span), self.share(Displacement::Tip));
+        let poly = motion.poly(0, tip);
         let row = &self.system.functionals[tip].rows[0];
-        let end = poly.at(self.span) + kernel::dot(row, self.end());
-        let lost = self.spring.lost_on_loading(&self.rock, end - main.change(tip), end);
+        let [start, end] = [main.start, main.end].map(|z| kernel::dot(row, z));
+        let drift = poly.at(self.span);
+        let change = drift - poly.0[0] + (end - start);
+        let end = drift + end;
+        let lost = self.spring.lost_on_loading(&self.rock, end - change, end);
         let viscosity = self.spring.coefficients(&self.rock).viscosity;
         if viscosity <= 0.0 {
             return [lost, 0.0];

@@ -176,10 +176,12 @@ impl Motion {
     /// How long after the epoch the motion's polynomials are valid, s.
     pub(crate) fn reach(&self) -> f64 {
         let reaches = self.state.anchors.iter().filter_map(|anchor| anchor.driven.reach);
-        let window = self.air().and_then(|air| air.window.as_ref());
-        let window = window.map_or(f64::INFINITY, |window| window.reach);
+        let of_air = self.air().map_or(f64::INFINITY, |air| {
+            let window = air.window.as_ref().map_or(f64::INFINITY, |window| window.reach);
+            self.breath().0.min(window)
+        });
         let line = self.state.line.reach.unwrap_or(f64::INFINITY);
-        reaches.fold(self.breath().0.min(window).min(line), f64::min)
+        reaches.fold(of_air.min(line), f64::min)
     }
 
     /// A track at its anchor.
@@ -217,8 +219,12 @@ impl Motion {
 
     /// Static and translating part of a functional of track `index`, after the epoch.
     pub(crate) fn poly(&self, index: usize, functional: usize) -> Poly {
-        let driven = &self.state.anchors[index].driven;
-        self.tracks[index].system.poly(functional, &self.state.loads, driven)
+        let (loads, driven) = (&self.state.loads, &self.state.anchors[index].driven);
+        let system = &self.tracks[index].system;
+        if self.is_steady() {
+            return system.functionals[functional].parabola(loads, &driven.translation);
+        }
+        system.poly(functional, loads, driven)
     }
 
     /// A displacement and its rates at `t` after the epoch, where `tracks` stand.

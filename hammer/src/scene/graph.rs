@@ -211,8 +211,9 @@ impl Graph {
     /// True of a displacement in which a body beside piston and string has a share.
     pub(crate) fn is_of_frame(&self, displacement: Displacement) -> bool {
         let frame = Bodies::one(self.frame);
-        let theirs = self.listed.iter().find(|(other, _)| *other == displacement);
-        self.is_framed() && theirs.is_some_and(|(_, bodies)| bodies.meet(frame))
+        let is_theirs =
+            |(other, bodies): &(_, Bodies)| *other == displacement && bodies.meet(frame);
+        self.is_framed() && self.listed.iter().any(is_theirs)
     }
 
     /// True if so many groups are possible that what belongs to pairs of them is not stored.

@@ -58,7 +58,7 @@ impl Search {
     pub fn start(&mut self, motion: &Motion) {
         self.count = 0;
         let parameters = motion.parameters();
-        let mode = motion.mode();
+        let (mode, reach) = (motion.mode(), motion.reach());
         let (vr, working) = (Displacement::Relative, !mode.vented);
         let ties = motion.graph().ties.iter();
         let ties = ties.flat_map(|edge| edge.law.guards(edge.tie, mode.ties.of(edge.tie)));
@@ -72,7 +72,7 @@ impl Search {
             .chain(parameters.drive.guard(mode.relay, vr).filter(|_| working))
             .chain(openings.into_iter().flatten());
         guards.for_each(|guard| {
-            let signal = signal(motion, &guard);
+            let signal = signal(motion, &guard).within(reach);
             match self.trackers.get_mut(self.count) {
                 Some((event, tracker)) => {
                     *event = guard.event;
@@ -321,8 +321,7 @@ fn signal(motion: &Motion, guard: &Guard) -> Signal {
             let [one, other] = parts.map(|part| part.filter(moves));
             parts = [one.or(other), one.and(other)];
         }
-        return Signal::over(Drift::parabola(drift), parts, order, resolution)
-            .within(motion.reach());
+        return Signal::over(Drift::parabola(drift), parts, order, resolution);
     }
     let sum = |sum: Poly, part: Part| sum.plus(factor, &motion.poly(part.track, part.functional));
     let mut poly = each.fold(Poly::default(), sum);
@@ -330,7 +329,7 @@ fn signal(motion: &Motion, guard: &Guard) -> Signal {
         poly = poly.derivative();
     }
     poly.0[0] -= factor * level;
-    Signal::new(poly, parts, order, resolution).within(motion.reach())
+    Signal::new(poly, parts, order, resolution)
 }
 
 #[cfg(test)]

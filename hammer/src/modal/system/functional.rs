@@ -116,9 +116,7 @@ impl Functional {
         driven: &Driven,
     ) -> Poly {
         if driven.is_parabola() && !response.varies(loads) {
-            let mut parabola = [0.0; 3];
-            self.add_parabola(loads, &driven.translation, 1.0, &mut parabola);
-            return Poly::parabola(parabola);
+            return self.parabola(loads, &driven.translation);
         }
         let sum = if self.still {
             Poly::default()
@@ -126,6 +124,13 @@ impl Functional {
             response.poly(&self.rows[0], &self.statics, loads, driven)
         };
         if self.rigid != 0.0 { sum.plus(self.rigid, &driven.translation) } else { sum }
+    }
+
+    /// [`Self::poly`] under constant loads.
+    pub(crate) fn parabola(&self, loads: &[Poly; CHANNELS], translation: &Poly) -> Poly {
+        let mut parabola = [0.0; 3];
+        self.add_parabola(loads, translation, 1.0, &mut parabola);
+        Poly::parabola(parabola)
     }
 
     /// Its value under constant loads, without the translation, m.
