@@ -1,4 +1,4 @@
-//! Cache of the free modes of body shapes.
+//! A cache with a budget, and that of the free modes of body shapes.
 //!
 //! A dense solver takes O(N^3), a sweep over a load has the same bodies in every run, and piston
 //! and bit often have one shape. So the modes of a shape are computed once per process and cached.
@@ -16,7 +16,7 @@ pub type Shape = (Sections, usize, usize);
 /// Shapes in the cache, the most recently used ones: those of some scenes, with two bodies each.
 const CAPACITY: usize = 16;
 
-static MODES: Recent<Shape, Pairs> = Recent::new(CAPACITY, |_| 1);
+static MODES: Recent<Shape, Pairs> = Recent::new(CAPACITY, 1, |_| 1);
 
 /// The modes of a shape in its basis; `None` if they cannot be computed to working accuracy.
 pub fn modes(shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
@@ -24,7 +24,7 @@ pub fn modes(shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
 }
 
 fn modes_in(known: &Recent<Shape, Pairs>, shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
-    known.find(shape, |shape| pencil::solve(&shape.0, basis))
+    known.find(shape, |shape| pencil::solve(&shape.0, basis).ok_or(())).ok()
 }
 
 /// Empties the cache: a library that is unloaded leaves nothing behind.
@@ -34,44 +34,70 @@ pub fn forget() {
 
 /// What was made of the most recently used keys.
 pub(crate) struct Recent<K, T> {
-    known: Mutex<VecDeque<(K, Arc<T>)>>,
-    /// Of how large values together the oldest go, but for the last.
+    known: Mutex<Known<K, T>>,
+    /// Of how large values together the oldest go, and how many stay even so.
     most: usize,
+    least: usize,
     size: fn(&T) -> usize,
 }
 
+struct Known<K, T> {
+    /// The oldest first.
+    values: VecDeque<(K, Arc<T>)>,
+    /// Of all of them.
+    size: usize,
+}
+
 impl<K: PartialEq, T> Recent<K, T> {
-    pub(crate) const fn new(most: usize, size: fn(&T) -> usize) -> Self {
-        Self { known: Mutex::new(VecDeque::new()), most, size }
+    pub(crate) const fn new(most: usize, least: usize, size: fn(&T) -> usize) -> Self {
+        let known = Known { values: VecDeque::new(), size: 0 };
+        Self { known: Mutex::new(known), most, least, size }
     }
 
-    /// That of a key: known, or made now; none if it cannot be made.
-    pub(crate) fn find(&self, key: K, make: impl FnOnce(&K) -> Option<T>) -> Option<Arc<T>> {
+    /// That of a key: known, or made now.
+    ///
+    /// # Errors
+    /// As `make`.
+    pub(crate) fn find<E>(
+        &self,
+        key: K,
+        make: impl FnOnce(&K) -> Result<T, E>,
+    ) -> Result<Arc<T>, E> {
         // Never waits for the lock: after a fork it may never be released.
-        let found = self.known.try_lock().ok().and_then(|mut known| {
-            let place = known.iter().position(|(other, _)| *other == key)?;
-            known.remove(place).map(|(_, value)| value)
-        });
-        // Made without the lock, which others may need meanwhile.
-        let value = match found {
-            Some(value) => value,
-            None => Arc::new(make(&key)?),
-        };
-        if let Ok(mut known) = self.known.try_lock() {
-            known.retain(|(other, _)| *other != key);
-            known.push_back((key, value.clone()));
-            let mut size: usize = known.iter().map(|(_, value)| (self.size)(value)).sum();
-            while size > self.most && known.len() > 1 {
-                size -= known.pop_front().map_or(0, |(_, oldest)| (self.size)(&oldest));
-            }
+        if let Some(value) = self.known.try_lock().ok().and_then(|mut known| known.renew(&key)) {
+            return Ok(value);
         }
-        Some(value)
+        // Made without the lock, which others may need meanwhile.
+        let value = Arc::new(make(&key)?);
+        let Ok(mut known) = self.known.try_lock() else { return Ok(value) };
+        // Another thread may have been faster.
+        if let Some(value) = known.renew(&key) {
+            return Ok(value);
+        }
+        known.size += (self.size)(&value);
+        known.values.push_back((key, value.clone()));
+        while known.size > self.most && known.values.len() > self.least {
+            let oldest = known.values.pop_front();
+            known.size -= oldest.map_or(0, |(_, oldest)| (self.size)(&oldest));
+        }
+        Ok(value)
     }
 
     pub(crate) fn forget(&self) {
         if let Ok(mut known) = self.known.try_lock() {
-            *known = VecDeque::new();
+            *known = Known { values: VecDeque::new(), size: 0 };
         }
+    }
+}
+
+impl<K: PartialEq, T> Known<K, T> {
+    /// That of a key, which becomes the newest.
+    fn renew(&mut self, key: &K) -> Option<Arc<T>> {
+        let place = self.values.iter().position(|(other, _)| other == key)?;
+        let entry = self.values.remove(place)?;
+        let value = entry.1.clone();
+        self.values.push_back(entry);
+        Some(value)
     }
 }
 
@@ -83,7 +109,7 @@ mod tests {
     #[test]
     fn equal_shapes_share_their_modes_and_the_least_difference_does_not() {
         // A cache of its own, because other tests use the process's.
-        let cache = Recent::new(CAPACITY, |_| 1);
+        let cache = Recent::new(CAPACITY, 1, |_| 1);
         let modes_of = |area: f64, degree: usize| {
             let part = |area| Segment { length: 0.2, area };
             let sections = Sections::new(&[part(area), part(3e-3)]).expect("two sections");
@@ -102,22 +128,41 @@ mod tests {
         assert!(!Arc::ptr_eq(&one, &modes_of(2e-3, 2)), "the oldest goes first");
     }
 
-    #[test]
-    fn the_oldest_go_until_the_rest_fit_but_the_last_stays() {
-        let known = Recent::new(10, |size: &usize| *size);
-        let held = |key: usize| {
-            let mut made = false;
-            let make = |key: &usize| {
-                made = true;
-                Some(*key)
-            };
-            assert_eq!(known.find(key, make).as_deref(), Some(&key));
-            !made
+    /// True if a number was known; it is made now otherwise.
+    fn held(known: &Recent<usize, usize>, key: usize) -> bool {
+        let mut made = false;
+        let make = |key: &usize| {
+            made = true;
+            Ok::<_, ()>(*key)
         };
-        assert!([4, 5, 4].map(held) == [false, false, true]);
+        assert_eq!(known.find(key, make).as_deref(), Ok(&key));
+        !made
+    }
+
+    #[test]
+    fn the_oldest_go_until_the_rest_fit_but_the_least_number_stays() {
+        let known = Recent::new(10, 1, |size: &usize| *size);
+        let held_of_one = |key| held(&known, key);
+        assert!([4, 5, 4].map(held_of_one) == [false, false, true]);
         // Beside 4, which is newer than 5, there is room for 6.
-        assert!([6, 4, 5].map(held) == [false, true, false]);
-        assert!([20, 20, 4].map(held) == [false, true, false]);
-        assert_eq!(known.find(7, |_| None), None);
+        assert!([6, 4, 5].map(held_of_one) == [false, true, false]);
+        assert!([20, 20, 4].map(held_of_one) == [false, true, false]);
+        assert_eq!(known.find(7, |_| Err(0)), Err(0));
+        let known = Recent::new(10, 2, |size: &usize| *size);
+        let found = [20, 30, 20, 30, 1, 20].map(|key| held(&known, key));
+        assert!(found == [false, false, true, true, false, false], "{found:?}");
+    }
+
+    /// What a forked process does if another thread of its parent held the lock.
+    #[test]
+    fn what_is_locked_is_not_waited_for() {
+        let known = Recent::new(10, 1, |size: &usize| *size);
+        assert!(!held(&known, 4));
+        let locked = known.known.lock().expect("a lock");
+        let made = std::thread::scope(|scope| {
+            scope.spawn(|| [4, 4].map(|key| held(&known, key))).join().expect("two values")
+        });
+        drop(locked);
+        assert!(made == [false, false] && held(&known, 4), "each is its own; found again");
     }
 }

@@ -2,10 +2,9 @@
 //!
 //! A sweep over a load or an initial value needs the same systems in every run, and a decomposition
 //! takes as long as many blows. So each system is decomposed once per process and cached. The same
-//! numbers give the same bits, so results do not depend on the cache. Nothing waits for its lock,
-//! which may never be released after a fork; a system that is not found is decomposed.
+//! numbers give the same bits, so results do not depend on the cache.
 
-use crate::bodies::cache;
+use crate::bodies::cache::{self, Recent};
 use crate::error::Error;
 use crate::laws::mode::Mode;
 use crate::laws::rock::Spring;
@@ -13,8 +12,7 @@ use crate::modal::spectrum::joined;
 use crate::modal::system::passage::Passage;
 use crate::modal::system::{Recipe, System};
 use crate::scene::graph::Group;
-use std::collections::{BTreeMap, VecDeque};
-use std::sync::{Arc, Mutex, Weak};
+use std::sync::{Arc, Mutex};
 
 /// Budget of the process, and of a scene's groups, bytes.
 pub(crate) const BUDGET: usize = 1 << 27;
@@ -22,9 +20,9 @@ pub(crate) const BUDGET: usize = 1 << 27;
 /// a sweep would otherwise decompose them in every run. (Three bodies on 160 quintic spans each: 135 MB.)
 const SCENE: usize = 18;
 
-/// Every number of a recipe, bit for bit.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Key(Vec<u64>);
+/// Every number of a recipe, bit for bit; before them a hash, by which most keys differ.
+#[derive(Debug, PartialEq)]
+struct Key(u64, Vec<u64>);
 
 impl Key {
     fn new(recipe: &Recipe, tip: Option<usize>) -> Self {
@@ -46,53 +44,13 @@ impl Key {
         }
         // Each list is as long as there are free modes.
         key.extend(lists.flatten().map(|x| x.to_bits()));
-        Self(key)
+        // As of FNV, a word at a time.
+        let fold = |hash: u64, word: &u64| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3);
+        Self(key.iter().fold(0xcbf2_9ce4_8422_2325, fold), key)
     }
 }
 
-struct Cache {
-    /// Bytes of cached systems that no scene may be using.
-    budget: usize,
-    known: BTreeMap<Key, Weak<System>>,
-    /// The most recently used ones, oldest first.
-    recent: VecDeque<Arc<System>>,
-    bytes: usize,
-}
-
-static CACHE: Mutex<Cache> = Mutex::new(Cache::new(BUDGET));
-
-impl Cache {
-    const fn new(budget: usize) -> Self {
-        Self { budget, known: BTreeMap::new(), recent: VecDeque::new(), bytes: 0 }
-    }
-
-    fn find(&self, key: &Key) -> Option<Arc<System>> {
-        self.known.get(key)?.upgrade()
-    }
-
-    /// Adds a system, or makes it the newest, and drops the oldest ones beyond the budget.
-    fn keep(&mut self, system: &Arc<System>) {
-        let before = self.recent.len();
-        self.recent.retain(|recent| !Arc::ptr_eq(recent, system));
-        self.recent.push_back(system.clone());
-        if self.recent.len() > before {
-            self.bytes += system.bytes();
-        }
-        while self.bytes > self.budget && self.recent.len() > SCENE {
-            let Some(oldest) = self.recent.pop_front() else { break };
-            self.bytes -= oldest.bytes();
-        }
-    }
-
-    fn add(&mut self, key: Key, system: Arc<System>) -> Arc<System> {
-        // Another thread may have been faster.
-        let system = self.find(&key).unwrap_or(system);
-        self.known.retain(|_, known| known.strong_count() > 0);
-        self.known.insert(key, Arc::downgrade(&system));
-        self.keep(&system);
-        system
-    }
-}
+static CACHE: Recent<Key, System> = Recent::new(BUDGET, SCENE, System::bytes);
 
 /// The system of a recipe, from the cache or decomposed now.
 ///
@@ -104,24 +62,12 @@ pub(crate) fn system(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<A
 }
 
 fn system_in(
-    cache: &Mutex<Cache>,
+    cache: &Recent<Key, System>,
     recipe: Recipe,
     tip: Option<usize>,
     mode: Mode,
 ) -> Result<Arc<System>, Error> {
-    let key = Key::new(&recipe, tip);
-    if let Ok(mut cache) = cache.try_lock()
-        && let Some(system) = cache.find(&key)
-    {
-        cache.keep(&system);
-        return Ok(system);
-    }
-    // Without the lock, which others may need meanwhile.
-    let system = Arc::new(System::new(recipe, tip, mode)?);
-    Ok(match cache.try_lock() {
-        Ok(mut cache) => cache.add(key, system),
-        Err(_) => system,
-    })
+    cache.find(Key::new(&recipe, tip), |_| System::new(recipe, tip, mode))
 }
 
 /// Drops all systems and modes that no scene uses, so that a library that is unloaded leaves
@@ -129,9 +75,7 @@ fn system_in(
 pub fn forget() {
     cache::forget();
     joined::forget();
-    if let Ok(mut cache) = CACHE.try_lock() {
-        *cache = Cache::new(BUDGET);
-    }
+    CACHE.forget();
 }
 
 /// The systems of a scene's groups, each with the passages into it, made when first needed. A loose
@@ -230,7 +174,7 @@ mod tests {
     const MODE: Mode = Mode::starting(RockMode::Standstill);
 
     /// A bar of `modes` modes on a spring.
-    fn spring(cache: &Mutex<Cache>, modes: usize, stiffness: f64) -> Arc<System> {
+    fn spring(cache: &Recent<Key, System>, modes: usize, stiffness: f64) -> Arc<System> {
         let omega2: Vec<f64> = (0..modes).map(|i| (1e4 * i as f64).powi(2)).collect();
         let shape = vec![0.7; modes];
         let attachments = vec![Attachment { shape: &shape, stiffness, viscosity: 0.0 }];
@@ -241,15 +185,10 @@ mod tests {
         system_in(cache, recipe, Some(0), MODE).expect("a spectrum")
     }
 
-    /// Each test has its own cache: if another test held the lock, a system would be decomposed
-    /// again.
-    fn new_cache() -> Mutex<Cache> {
-        Mutex::new(Cache::new(BUDGET))
-    }
-
     #[test]
     fn equal_numbers_share_a_system_and_the_least_difference_does_not() {
-        let cache = &new_cache();
+        // A cache of its own: if another test held the lock, a system would be decomposed again.
+        let cache = &Recent::new(BUDGET, SCENE, System::bytes);
         let one = spring(cache, 5, 3e8);
         assert!(Arc::ptr_eq(&one, &spring(cache, 5, 3e8)));
         assert!(!Arc::ptr_eq(&one, &spring(cache, 5, 3e8f64.next_up())));
@@ -258,47 +197,5 @@ mod tests {
             scope.spawn(|| spring(cache, 5, 3e8)).join().expect("a thread")
         });
         assert!(Arc::ptr_eq(&one, &elsewhere));
-    }
-
-    #[test]
-    fn what_is_kept_stays_within_the_budget_the_oldest_going_first() {
-        let many = 0..=SCENE as u32 + 3;
-        let systems: Vec<_> = many.map(|i| spring(&new_cache(), 4, 1e8 + f64::from(i))).collect();
-        let (size, most) = (systems[0].bytes(), SCENE + 3);
-        let mut cache = Cache::new(most * size);
-        let held = |cache: &Cache| -> Vec<usize> {
-            let place = |recent| systems.iter().position(|s| Arc::ptr_eq(s, recent));
-            cache.recent.iter().filter_map(place).collect()
-        };
-        for i in (0..most).chain([0, most]) {
-            cache.keep(&systems[i]);
-        }
-        // 0 has become the newest but one, and 1 has gone.
-        assert_eq!(held(&cache), (2..most).chain([0, most]).collect::<Vec<_>>());
-        assert_eq!(cache.bytes, most * size);
-        let large = spring(&new_cache(), 60, 1e8);
-        assert!(large.bytes() > cache.budget);
-        cache.keep(&large);
-        let last = (6..most).chain([0, most]).collect::<Vec<_>>();
-        assert_eq!(held(&cache), last, "beyond the budget, what one scene can have");
-        assert_eq!(cache.recent.len(), SCENE);
-        assert_eq!(cache.bytes, (SCENE - 1) * size + large.bytes());
-    }
-
-    /// What a forked process does if another thread of its parent held the lock.
-    #[test]
-    fn a_scene_is_made_while_the_cache_is_locked() {
-        let cache = &new_cache();
-        let known = spring(cache, 7, 5e8);
-        let locked = cache.lock().expect("a lock");
-        let made = std::thread::scope(|scope| {
-            let pair = || [spring(cache, 7, 5e8), spring(cache, 7, 5e8)];
-            scope.spawn(pair).join().expect("two systems")
-        });
-        drop(locked);
-        assert!(!Arc::ptr_eq(&made[0], &made[1]), "each is its own");
-        let columns = [&known, &made[0]].map(|system| system.functionals[0].rows[0].clone());
-        assert_eq!(columns[0], columns[1], "to the last bit");
-        assert!(Arc::ptr_eq(&known, &spring(cache, 7, 5e8)), "found again");
     }
 }
