@@ -122,7 +122,7 @@ impl Means {
 
     /// The largest of the standard errors, each over its mean and over the part of it that is wanted:
     /// 1 at most where all are reached.
-    pub fn excess(&self, wanted: &Averages) -> f64 {
+    pub fn error_ratio(&self, wanted: &Averages) -> f64 {
         let all = self.error.0.iter().zip(&self.mean.0).zip(&wanted.0);
         let wanted = all.filter(|(_, wanted)| wanted.is_finite());
         wanted.map(|((error, mean), wanted)| error / mean.abs() / wanted).fold(0.0, f64::max)
@@ -290,9 +290,9 @@ mod tests {
         let mut means = Means::default();
         (means.mean.0, means.error.0) = ([-2.0; Averages::COUNT], [0.02; Averages::COUNT]);
         let mut wanted = Averages::of_rates(0.01);
-        assert_eq!(means.excess(&wanted), 1.0);
+        assert_eq!(means.error_ratio(&wanted), 1.0);
         wanted.0[6] = 0.005;
-        assert_eq!(means.excess(&wanted), 2.0);
+        assert_eq!(means.error_ratio(&wanted), 2.0);
     }
 
     #[test]

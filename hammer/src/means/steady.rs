@@ -95,7 +95,7 @@ const APART: f64 = 0.03;
 const STEP: f64 = 0.25;
 
 /// The long-run response of a scene. `progress` hears of the number of blows and of the errors so far
-/// ([`Means::excess`]), and ends the search by false.
+/// ([`Means::error_ratio`]), and ends the search by false.
 ///
 /// # Errors
 /// Those of the scene and of the engine.
@@ -120,13 +120,13 @@ pub fn steady(
             return Ok(Steady::of(Kind::Cycle(blows), means, true));
         }
         if next >= fewest {
-            let means = Means::of(&apart(&members, next));
-            let (excess, total) = (means.excess(&wanted.error), next * members.len());
-            let reached = excess <= 1.0;
-            if reached || !progress(total, excess) || next >= most {
+            let means = Means::of(&distinct(&members, next));
+            let (ratio, total) = (means.error_ratio(&wanted.error), next * members.len());
+            let reached = ratio <= 1.0;
+            if reached || !progress(total, ratio) || next >= most {
                 return Ok(Steady::of(Kind::Irregular, means, reached));
             }
-            growth = (GROWTH[2] * excess * excess).clamp(GROWTH[0], GROWTH[1]);
+            growth = (GROWTH[2] * ratio * ratio).clamp(GROWTH[0], GROWTH[1]);
         }
         // One simulation shows a cycle as well as several; these are for a mean.
         let end = if next < fewest { fewest } else { most };
@@ -141,7 +141,7 @@ pub fn steady(
 
 /// So many blows of the simulations that are each another one: where a motion forgets how it began
 /// without repeating, all come to the same blows, and several say no more than one.
-fn apart(members: &[Member], count: usize) -> Vec<&[Numbers]> {
+fn distinct(members: &[Member], count: usize) -> Vec<&[Numbers]> {
     let mut different: Vec<&[Numbers]> = Vec::new();
     for member in members {
         let list = &member.list[..count];
@@ -357,10 +357,10 @@ mod tests {
     #[test]
     fn simulations_of_a_mean_are_different_ones_or_count_once() -> Result<(), Error> {
         let mut scene = rigid();
-        assert_eq!(apart(&simulated(&scene, 60)?, 60).len(), 1);
+        assert_eq!(distinct(&simulated(&scene, 60)?, 60).len(), 1);
         scene.inputs.feed_force = 0.0;
         let members = simulated(&scene, 60)?;
-        assert_eq!(apart(&members, 60).len(), 4);
+        assert_eq!(distinct(&members, 60).len(), 4);
         // From the first blow on, if not by much.
         assert!(members[1..].iter().all(|other| other.list[0] != members[0].list[0]));
         Ok(())

@@ -163,13 +163,13 @@ impl Barrier {
             let mut at = self.cursor.clone();
             work.samples += at.rotate_to(self.cursor.at + x);
             work.evaluations += 1;
-            let excess = self.done(motion, &at, work) - self.room;
-            if excess > 0.0 {
+            let overrun = self.done(motion, &at, work) - self.room;
+            if overrun > 0.0 {
                 high = x
             } else {
                 low = x
             }
-            let steps = steps(excess, self.powers(&at));
+            let steps = steps(overrun, self.powers(&at));
             let inside = steps.map(|step| x + step).into_iter().rfind(|&x| low < x && x < high);
             let next = inside.unwrap_or(0.5 * (low + high));
             // If the third derivative changes nothing, neither does the fourth, provided the step

@@ -39,7 +39,7 @@ enum Job {
 struct Plan {
     scenes: Vec<(Scene, Vec<String>)>,
     job: Job,
-    /// Blows of the last response that was heard of, and its errors as [`Means::excess`] has them.
+    /// Blows of the last response that was heard of, and its errors as [`Means::error_ratio`] has them.
     heard: Mutex<(usize, f64)>,
     /// The first that no thread has taken.
     next: AtomicUsize,

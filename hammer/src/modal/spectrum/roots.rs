@@ -219,7 +219,7 @@ impl<'a> Roots<'a> {
         let other = k ^ 1;
         sites.banish(k / 2);
         sum -= poles::inverse_distances(sites, self.secular.point(roots[k]));
-        sum -= self.secular.apart(roots[k], roots[other]).inv();
+        sum -= self.secular.difference(roots[k], roots[other]).inv();
         self.place(sites, k, roots[k]);
         self.place(sites, other, roots[other]);
         let step = 1.0 / sum;

@@ -218,7 +218,7 @@ impl Secular {
     }
 
     /// `a - b`, without cancellation.
-    pub(crate) fn apart(&self, a: Root, b: Root) -> C {
+    pub(crate) fn difference(&self, a: Root, b: Root) -> C {
         (self.sites[a.pole] - self.sites[b.pole]) + (a.offset - b.offset)
     }
 

@@ -317,7 +317,7 @@ impl Generator {
         let n = self.n;
         let mut form = Form::zero(2 * n);
         let mut blocks = self.blocks.clone();
-        let mut apart = true;
+        let mut by_blocks = true;
         if self.braked {
             // Any rate will do for the first coordinate: nothing is asked of it.
             blocks[0][0] = blocks[0][3];
@@ -332,7 +332,7 @@ impl Generator {
                 if source == [0.0; 4] {
                     continue;
                 }
-                apart &= i == k;
+                by_blocks &= i == k;
                 let x = matrix2::sylvester(&blocks[i], &blocks[k], source);
                 form.set(i, k, x[0]);
                 form.set(n + k, i, x[1]);
@@ -340,7 +340,7 @@ impl Generator {
                 form.set(n + i, n + k, x[3]);
             }
         }
-        Some(if apart { form.of_blocks(n) } else { form })
+        Some(if by_blocks { form.of_blocks(n) } else { form })
     }
 }
 
