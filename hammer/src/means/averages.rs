@@ -72,11 +72,6 @@ impl Averages {
         self.0[1]
     }
 
-    /// Period, rate of the tip and impact speed: they tell one motion from another.
-    pub fn of_motion(&self) -> [f64; 3] {
-        [3, 1, 5].map(|k| self.0[k])
-    }
-
     /// One number for both rates, infinity for the others: errors that are wanted of the rates alone.
     pub fn of_rates(number: f64) -> Self {
         let mut all = [f64::INFINITY; Self::COUNT];

@@ -49,26 +49,24 @@ pub struct Wanted {
     pub error: Averages,
     /// Most blows simulated.
     pub blows: usize,
-    /// Fewest blows of each simulation of a mean: of fewer, errors are known too badly to end by them.
-    pub fewest: usize,
     /// Without a blow for so long it is stalled, s.
     pub limit: f64,
     /// Most blows after which a motion may repeat; 0: none; [`MOST_REPEATING`] is the same as more.
     pub repeating: usize,
-    /// Simulations that a mean is of; the answer depends on it.
-    pub members: usize,
-    /// Threads that simulate them; the answer does not depend on it.
+    /// Threads that simulate; the answer does not depend on it.
     pub threads: usize,
 }
 
 impl Default for Wanted {
     fn default() -> Self {
         let error = Averages::of_rates(0.01);
-        let (blows, fewest) = (20_000, 300);
-        Self { error, blows, fewest, limit: 10.0, repeating: 8, members: 4, threads: 1 }
+        Self { error, blows: 20_000, limit: 10.0, repeating: 8, threads: 1 }
     }
 }
 
+/// Simulations that a mean is of, and fewest blows of each: of fewer, errors are known too badly to end by them.
+const MEMBERS: usize = 4;
+const FEWEST: usize = 300;
 /// Blows before a motion that repeats is sought.
 const SETTLED: usize = 40;
 /// Blows that repeat, beside two rounds of them.
@@ -106,9 +104,9 @@ pub fn steady(
 ) -> Result<Steady, Error> {
     let mut members = vec![Member::new(scene, 0)?];
     // Simulations of a mean, and blows of each.
-    let count = wanted.members.min(wanted.blows / SETTLED).max(1);
+    let count = MEMBERS.min(wanted.blows / SETTLED).max(1);
     let most = (wanted.blows / count).max(SETTLED);
-    let fewest = wanted.fewest.min(most);
+    let fewest = FEWEST.min(most);
     let (mut next, mut growth) = (SETTLED, GROWTH[0]);
     loop {
         grow(&mut members, next, wanted)?;
