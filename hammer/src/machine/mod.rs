@@ -388,9 +388,7 @@ impl Machine {
 
     /// Goes on from the epoch: the air's window, then the search for the next event.
     fn resume(&mut self) -> Result<(), Error> {
-        if self.motion.air().is_some() {
-            self.search.work.count_air(self.motion.renew_air()?);
-        }
+        self.search.work.count_air(self.motion.renew_air()?);
         self.restart_search();
         Ok(())
     }
