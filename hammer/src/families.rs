@@ -72,6 +72,12 @@ pub const OF_BLOW: [OfBlow; 7] = [
 ];
 
 impl OfBlow {
+    /// True of an instant, which a host counts from its own zero.
+    #[must_use]
+    pub fn is_instant(&self) -> bool {
+        self.output == "blow_time"
+    }
+
     /// The row of the output that has the last blow's; `None` only if the table lacks it.
     #[must_use]
     pub fn row(&self) -> Option<&'static Output> {

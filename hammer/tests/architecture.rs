@@ -329,12 +329,10 @@ const TABLE: [&str; 3] = [
 ];
 
 /// Files that name a variable for a second time, and why.
-const SECOND: [(&str, &str); 7] = [
-    ("src/blows.rs", "of the figures of a blow, its instant alone is on the host's clock"),
+const SECOND: [(&str, &str); 5] = [
     ("hammer/src/families.rs", "the figures of each blow, by the outputs that have the last one's"),
     ("hammer/src/datasheet/quantity.rs", "what a datasheet says goes by the outputs it is held to"),
     ("hammer/src/means/averages.rs", "means over blows bear the names of what they average"),
-    ("src/variant.rs", "a description of a certain mesh refuses rigid bodies by `fidelity`"),
     ("src/instance/snapshot.rs", "a state that was made under a higher limit of work is refused"),
     ("src/instance/values.rs", "reading `energy_residual` may log a warning"),
 ];

@@ -131,10 +131,7 @@ impl Instance {
             output(reference)?;
         }
         let mut found = Vec::new();
-        match self.face {
-            Face::Two => found.push(self.real(reference)?),
-            Face::Three { .. } => self.float64s(reference, &mut found)?,
-        }
+        self.float64s(reference, &mut found)?;
         Ok(found)
     }
 

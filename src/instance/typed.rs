@@ -76,7 +76,7 @@ impl Instance {
         let blows = self.machine()?.step_blows();
         let last = blows.iter().skip(blows.len().saturating_sub(room));
         found.extend(last.map(OF_BLOW[figure].value));
-        if OF_BLOW[figure].output == "blow_time" {
+        if OF_BLOW[figure].is_instant() {
             found[before..].iter_mut().for_each(|time| *time = self.on_clock(*time));
         }
         found.resize(before + room, 0.0);
