@@ -90,8 +90,8 @@ def _source(place: str) -> str:
         return text
     tree = ast.parse(text)
     for node in ast.walk(tree):
-        told = isinstance(node, (ast.Module, ast.FunctionDef, ast.ClassDef))
-        if told and ast.get_docstring(node):
+        documented = isinstance(node, (ast.Module, ast.FunctionDef, ast.ClassDef))
+        if documented and ast.get_docstring(node):
             node.body = node.body[1:]
     parts = {n.name: ast.unparse(n) for n in tree.body if isinstance(n, ast.FunctionDef)}
     return parts[function] if function else ast.unparse(tree)

@@ -26,7 +26,7 @@ def screen(opened: OPEN, number: int, **more: object) -> Page:
     return page
 
 
-def told(page: Page, at: int) -> dict[str, float]:
+def numbers_at(page: Page, at: int) -> dict[str, float]:
     """The numbers of a place of the handle; the text has them all, to three digits."""
     page.evaluate(f"explorable.move({at})")
     wait(page, "explorable.settled")
@@ -61,7 +61,7 @@ def test_pressure_makes_more_and_harder_blows(opened: OPEN) -> None:
     page = screen(opened, 1)
     rows = []
     for at in places(page):
-        numbers, mean = told(page, at), answer(page, "answer.values").mean
+        numbers, mean = numbers_at(page, at), answer(page, "answer.values").mean
         for name, of in (
             ("speed", "blow_speed"),
             ("energy", "blow_energy"),
@@ -73,12 +73,12 @@ def test_pressure_makes_more_and_harder_blows(opened: OPEN) -> None:
         rows.append([numbers[name] for name in ("bar", "speed", "energy", "times")])
     assert (np.diff(rows, axis=0) > 0).all()
     # 24 bar is the hammer's own pressure.
-    assert told(page, 7)["times"] == pytest.approx(44, abs=0.5)
+    assert numbers_at(page, 7)["times"] == pytest.approx(44, abs=0.5)
 
 
 def test_the_indicator_diagrams_area_is_the_drives_work(opened: OPEN) -> None:
     page = screen(opened, 2)
-    numbers, mean = told(page, 60), answer(page, "answer.values").mean
+    numbers, mean = numbers_at(page, 60), answer(page, "answer.values").mean
     close(numbers["drive"], mean["energy_drive"])
     close(numbers["air"], 60 * mean["air_flow"])
     # A trapezoidal rule on 400 samples a period: the pressures' corners are cut.
@@ -88,7 +88,7 @@ def test_the_indicator_diagrams_area_is_the_drives_work(opened: OPEN) -> None:
 
 def test_a_blow_is_a_wave_no_faster_than_sound(opened: OPEN) -> None:
     page = screen(opened, 3)
-    numbers, values = told(page, 30), page.evaluate("explorable.answer.values")
+    numbers, values = numbers_at(page, 30), page.evaluate("explorable.answer.values")
     modulus, density = (
         VARIABLES[f"material.{name}"].start for name in ("youngs_modulus", "density")
     )
@@ -105,10 +105,10 @@ def test_a_blow_is_a_wave_no_faster_than_sound(opened: OPEN) -> None:
     assert numbers["felt"] == pytest.approx(numbers["arrives"] + late, abs=1.0)
     # Ahead of the front there is nothing: it is as wide as damping and contact make it, so that
     # three widths on, less than a hundredth of it has arrived.
-    seen = """() => { const { time, impact, stress: [, bit] } = explorable.answer.cycle;
+    stresses = """() => { const { time, impact, stress: [, bit] } = explorable.answer.cycle;
         const t = time.findIndex((t) => t >= impact + 2e-5);
         return [time[t] - impact, [...bit[t]], [...bit[t - 20]]]; }"""
-    time, now, before = page.evaluate(seen)
+    time, now, before = page.evaluate(stresses)
     middles = (np.arange(len(now)) + 0.5) * length / len(now)
     width = wave * math.sqrt(2 * values["material.damping_time"] * time)
     ahead = np.abs(np.subtract(now, before))[middles > wave * time + 3 * width]
@@ -118,7 +118,7 @@ def test_a_blow_is_a_wave_no_faster_than_sound(opened: OPEN) -> None:
 
 def test_the_loops_area_is_the_work_that_the_rock_keeps(opened: OPEN) -> None:
     page = screen(opened, 4)
-    numbers, mean = told(page, 60), answer(page, "answer.values").mean
+    numbers, mean = numbers_at(page, 60), answer(page, "answer.values").mean
     close(numbers["work"], mean["energy_rock_dissipated"] + mean["energy_viscous"])
     close(numbers["share"], 100 * numbers["work"] / mean["blow_energy"])
     # A trapezoidal rule, which misses how the force jumps where the rock changes its mode.
@@ -127,9 +127,9 @@ def test_the_loops_area_is_the_work_that_the_rock_keeps(opened: OPEN) -> None:
 
 def test_the_account_of_a_blow_closes(opened: OPEN) -> None:
     page = screen(opened, 5)
-    kept = []
+    pairs = []
     for at in places(page):
-        numbers, mean = told(page, at), answer(page, "answer.values").mean
+        numbers, mean = numbers_at(page, at), answer(page, "answer.values").mean
         parts = [numbers["drive"], numbers["feed"], numbers["rebound"]]
         close(numbers["given"], sum(parts))
         close(numbers["gone"], numbers["work"] + numbers["damping"] + numbers["rebound"])
@@ -138,16 +138,16 @@ def test_the_account_of_a_blow_closes(opened: OPEN) -> None:
         close(numbers["feed"], mean["energy_feed"] + mean["energy_gravity"])
         close(numbers["rebound"], 0.5 * numbers["mass"] * mean["rebound_speed"] ** 2)
         close(numbers["peak"], 1e-3 * mean["rock_force_peak"])
-        kept.append([numbers[name] for name in ("peak", "kept")])
+        pairs.append([numbers[name] for name in ("peak", "kept")])
     # What moves as the handle moves: the bars by more than a tenth, the peak fourfold.
-    assert kept[-1][0] > 3 * kept[0][0]
+    assert pairs[-1][0] > 3 * pairs[0][0]
 
 
 def test_the_rate_is_the_power_over_what_a_metre_takes(opened: OPEN) -> None:
     page = screen(opened, 6)
     factor = VARIABLES["rock.specific_energy_factor"].start
     for at in places(page):
-        numbers, mean = told(page, at), answer(page, "answer.values").mean
+        numbers, mean = numbers_at(page, at), answer(page, "answer.values").mean
         close(numbers["rate"], 3600 * mean["rop"])
         # The mean rate is the work over the time of all blows: of a repeating hammer, the same.
         close(numbers["predicted"], numbers["rate"], 1e-6)
@@ -158,7 +158,7 @@ def test_too_little_feed_lifts_the_hammer_off_and_the_rate_bends_at_a_knee(opene
     page = screen(opened, 7)
     rates, shares = [], []
     for at in range(12):
-        numbers, found = told(page, at), answer(page, "answer.values")
+        numbers, found = numbers_at(page, at), answer(page, "answer.values")
         close(numbers["rate"], 3600 * found.mean["rop"])
         rates.append(numbers["rate"])
         shares.append(found.mean["energy_damping"] / found.mean["energy_drive"])
@@ -184,13 +184,13 @@ def test_rods_take_their_share_and_a_hammer_down_the_hole_has_none(opened: OPEN)
     page = screen(opened, 8)
     rows = []
     for at in (0, 2, 4):
-        numbers = told(page, at)
+        numbers = numbers_at(page, at)
         page.evaluate("explorable.loose = { ...explorable.answer.values, ...LOOSE }")
         for name, which in (("tight", "answer.values"), ("loose", "loose")):
             mean = answer(page, which).mean
             put = mean["energy_drive"] + mean["energy_feed"] + mean["energy_gravity"]
-            kept = mean["energy_rock_dissipated"] + mean["energy_viscous"]
-            close(numbers[name], 100 * kept / put)
+            taken = mean["energy_rock_dissipated"] + mean["energy_viscous"]
+            close(numbers[name], 100 * taken / put)
         rows.append([numbers[name] for name in ("rods", "tight", "loose", "down")])
     rods, tight, loose, down = np.array(rows).T
     assert [*rods] == [1, 3, 6]
@@ -208,7 +208,7 @@ def test_the_handle_moves_its_figure_over_its_whole_range(opened: OPEN, number: 
     page = screen(opened, number)
     pictures = []
     for at in places(page):
-        told(page, at)
+        numbers_at(page, at)
         data = base64.b64decode(page.evaluate("explorable.canvas.toDataURL()").split(",")[1])
         pictures.append(np.asarray(Image.open(io.BytesIO(data)).convert("L"), float))
     for one, other in pairwise(pictures):
@@ -232,8 +232,8 @@ def test_every_screen_fits_a_phone_and_axe_finds_nothing(opened: OPEN, locale: s
 def test_it_plays_slowed_and_stops_and_the_keyboard_moves_it(opened: OPEN) -> None:
     page = opened("#screen=3", ready="explorable.settled")
     wait(page, "explorable.playing")
-    shown = page.evaluate("explorable.at[2]")
-    wait(page, f"explorable.at[2] !== {shown}")
+    place = page.evaluate("explorable.at[2]")
+    wait(page, f"explorable.at[2] !== {place}")
     assert re.search(r"\d[,\d]* times", page.inner_text("#screen-slowed"))
     page.get_by_role("button", name="Pause").press("Enter")
     stopped = page.evaluate("explorable.at[2]")

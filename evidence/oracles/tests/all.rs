@@ -141,6 +141,7 @@ fn small() -> oracles::scene::Scene {
             reloads: false,
         },
         drive: Drive::Relay { amplitude: 1000.0, stroke: 0.05 },
+        impedance: 0.0,
         gravity: 10.0,
         inputs: [2000.0, 0.0, 0.0, 0.0],
         resolutions: [1e-14, 1e-9],

@@ -77,9 +77,9 @@ fn write(path: PathBuf, text: &str) -> Result<(), Failure> {
 /// What `cargo compare` last wrote, as a section.
 fn account(folder: &Path) -> String {
     let mut text = String::new();
-    let kept = |name: &str| std::fs::read_to_string(folder.join(name)).ok();
-    report::compared(&mut text, kept("compared.txt"));
-    report::asked(&mut text, kept("asked.txt"));
+    let stored = |name: &str| std::fs::read_to_string(folder.join(name)).ok();
+    report::compared(&mut text, stored("compared.txt"));
+    report::asked(&mut text, stored("asked.txt"));
     text
 }
 
