@@ -1,4 +1,4 @@
-"""The settled response of the reference hammer, as the demo reads it; test_readme has its figures."""
+"""The settled response of the reference hammer, as the demo reads it; test_readme has its rows."""
 
 from __future__ import annotations
 
