@@ -43,6 +43,8 @@ ACTIONS = {
 #: Scenes that users run beside the reference, by the words of `runs`.
 SCENES = {
     "reference": [],
+    "air, reference": ["drive.source=3"],
+    "air, rigid": ["drive.source=3", "rigid"],
     "air, 4 inch": ["preset=air_4_inch"],
     "water": ["preset=water_hammer"],
     "casing of 40 kg": ["casing.mass=40"],
@@ -52,8 +54,15 @@ SCENES = {
 #: What is done in each of them: so many blows from the start.
 BLOWS = 4
 FIRST = f"first={BLOWS}"
-#: Up to which blow a run goes on where only what is beyond those counts.
+#: Up to which blow a run goes on where only what is beyond those counts, and what is read each ms.
 LATER = 24
+LAST = 64
+READ = {
+    f"to blow {LATER}": [f"first={LATER}"],
+    "energies each ms": [f"first={LATER}", "energies"],
+    "all outputs each ms": [f"first={LATER}", "outputs"],
+    f"to blow {LAST}": [f"first={LAST}"],
+}
 DONE = {"new feed force": ["feed"], "new rock": ["rock"]}
 #: Growth over spans of a bar, and over rods on the mesh that a rate needs (17 spans a rod and 5).
 SPANS = (8, 16, 32, 64, 128)
@@ -198,13 +207,16 @@ def growth(scenes: dict[str, list[float]]) -> None:
         blows = blows_and_events(words)[0]
         print(f"| {seconds} | {blows} | {whole:.1f} | {whole / blows:.2f} |")
     # What is new in the second of two runs of another length is the rest of the longer one.
-    title = f"A blow after the first {BLOWS}, up to blow {LATER}, in steps of 1 ms"
-    print(f"\n## {title} (AVX2)\n\n| scene | millions |\n|---|---:|")
+    print(f"\n## A blow after the first {BLOWS}, in steps of 1 ms, in millions (AVX2)\n")
+    print("| scene | " + " | ".join(READ) + " |\n|---|" + "---:|" * len(READ))
     starts = [[*scene, "feed"] for scene in SCENES.values()]
-    ends = [[*words, f"first={last}"] for words in starts for last in (BLOWS, LATER)]
-    both = count(ends)
-    for name, few, many in zip(SCENES, both[::2], both[1::2], strict=True):
-        print(f"| {name} | {(many - few) / (LATER - BLOWS):.2f} |")
+    whole = count([[*words, *read] for words in starts for read in READ.values()])
+    first = count([[*words, *read[1:], FIRST] for words in starts for read in READ.values()])
+    blows = [int(read[0].removeprefix("first=")) - BLOWS for read in READ.values()]
+    for k, name in enumerate(SCENES):
+        row = slice(k * len(READ), (k + 1) * len(READ))
+        each = zip(whole[row], first[row], blows, strict=True)
+        print(f"| {name} | " + " | ".join(f"{(a - b) / n:.2f}" for a, b, n in each) + " |")
     print(
         f"\n## Growth over events, {BLOWS} blows with a new feed force, by rising number (AVX2)\n"
     )

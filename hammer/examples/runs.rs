@@ -3,7 +3,8 @@
 //! `evidence/bench/cost.py` makes a page of it.
 //!
 //! Words after the number: `rock`, `feed`: what differs from run to run; `seconds=10`: how long each
-//! is; `first=4`: up to so many blows instead; `mean`: the long-run response; `gradient`: a run with its
+//! is; `first=4`: up to so many blows instead, in steps of 1 ms; `energies`, `outputs`: what is read after each
+//! of these, beside the tip's depth; `mean`: the long-run response; `gradient`: a run with its
 //! derivatives by the rock's stiffness and the feed force; `steps`: in ten steps; `rigid`,
 //! `elements=20`, `preset=top_hammer`, `mesh.degree=3` or any other number of the table: the scene;
 //! `coupled`: pressures with their derivatives, set every 100 us; `AVX2` and the
@@ -15,7 +16,7 @@ use callgrind::instructions;
 use hammer::Scene;
 use hammer::means::{Wanted, steady};
 use hammer::sensitivity::{Argument, Sample, derivatives};
-use hammer::variables::{Role, Slot, VARIABLES};
+use hammer::variables::{Output, Role, Slot, VARIABLES};
 use hammer::{Error, Fidelity, Input, Machine, Source, Vectors};
 use std::cell::Cell;
 
@@ -31,8 +32,18 @@ struct Plan {
     /// After which blow one ends, if not then.
     first: u64,
     steps: u32,
+    /// The outputs that are read after each step.
+    read: Vec<Output>,
     /// Blows and events of the last run.
     counted: Cell<[u64; 2]>,
+}
+
+/// The outputs whose names begin so.
+fn outputs(with: &str) -> Vec<Output> {
+    let named = VARIABLES.iter().filter(|row| row.name.starts_with(with));
+    named
+        .filter_map(|row| if let Role::Output(output) = row.role { Some(output) } else { None })
+        .collect()
 }
 
 fn argument(name: &str) -> Argument {
@@ -52,10 +63,15 @@ impl Plan {
 
     /// The same in steps of 1 ms up to a blow.
     fn start(&self, scene: &Scene) -> Result<f64, Error> {
-        let mut machine = scene.machine()?;
+        let (mut machine, mut sum) = (scene.machine()?, 0.0);
         while machine.counters().blows < self.first {
             machine.advance(machine.time() + 1e-3)?;
+            for output in &self.read {
+                output.prepare.map_or(Ok(()), |prepare| prepare(&machine))?;
+                sum += (output.value)(&mut machine);
+            }
         }
+        std::hint::black_box(sum);
         Ok(self.end(&machine))
     }
 
@@ -115,8 +131,9 @@ fn set(scene: &mut Scene, name: &str, value: &str) -> Result<(), Box<dyn std::er
 impl Plan {
     fn new(words: &[String]) -> Result<Self, Box<dyn std::error::Error>> {
         let (scene, varied) = (Scene::default(), Vec::new());
-        let (action, counted) = (Self::depth as Action, Cell::default());
-        let mut plan = Self { scene, varied, action, seconds: 1.0, first: 0, steps: 1, counted };
+        let (action, counted, read) = (Self::depth as Action, Cell::default(), Vec::new());
+        let mut plan =
+            Self { scene, varied, action, seconds: 1.0, first: 0, steps: 1, read, counted };
         for word in words {
             let p = &mut plan.scene.parameters;
             match word.split_once('=').unwrap_or((word, "")) {
@@ -127,6 +144,8 @@ impl Plan {
                     plan.first = blows.parse()?;
                     plan.action = Self::start;
                 }
+                ("energies", _) => plan.read = outputs("energy"),
+                ("outputs", _) => plan.read = outputs(""),
                 ("mean", _) => plan.action = Self::mean,
                 ("gradient", _) => plan.action = Self::gradient,
                 ("steps", _) => plan.steps = 10,

@@ -5,7 +5,7 @@ use hammer::Scene;
 use hammer::means::{Wanted, steady};
 use hammer::presets::Preset;
 use hammer::sensitivity::{Argument, Sample, derivatives};
-use hammer::{Input, InputValues, Machine, Parameters, Source, Vectors};
+use hammer::{Fidelity, Input, InputValues, Machine, Parameters, Source, Vectors};
 use std::process::Command;
 
 /// Events, changes of basis, evaluations of guards, windows and rotations so far.
@@ -90,6 +90,8 @@ fn scene(name: &str) -> Scene {
     match name {
         "casing" => p.casing.mass = 40.0,
         "coupled" => p.drive.source = Source::Pressure,
+        "air, reference" => p.drive.source = Source::Air,
+        "air, rigid" => (p.drive.source, p.fidelity) = (Source::Air, Fidelity::Rigid),
         "loose top hammer" => p.drill.joint.stiffness = 3e9,
         _ => {}
     }
@@ -124,7 +126,9 @@ fn a_coupled_step_takes_no_more_work_than_it_did() {
 
 const COUPLED: [u64; 5] = [76, 65, 5420, 54, 6582];
 
-const BLOWS: [(&str, [u64; 5]); 5] = [
+const BLOWS: [(&str, [u64; 5]); 7] = [
+    ("air, reference", [188, 85, 6363, 193, 24353]),
+    ("air, rigid", [137, 45, 3035, 133, 6735]),
     ("air", [156, 143, 5022, 160, 19914]),
     ("water", [160, 122, 2519, 97, 2578]),
     ("casing", [187, 198, 3901, 68, 3634]),
