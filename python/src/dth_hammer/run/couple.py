@@ -4,13 +4,13 @@ The partner gives pressures and needs the piston's motion. A `Coupling` steps bo
 
 * ``gauss-seidel``: the hammer steps first, the partner then follows its known motion, a cubic;
 * ``jacobi``: both step with what is known at the start of the step (they could run in parallel);
-  the partner follows the piston straight on;
+  the partner follows the piston onward with the acceleration of the step before;
 * ``tolerance``: if, after a step, a pressure is off by more than this from what the hammer used,
   both states are restored and a smaller step is made.
 
-Pressures are held over a step. To which instant they belong the hammer is told
-(`coupling.delay`, in steps before the middle of a step): it extrapolates them, and both schemes are
-of second order in the step. `energy_exchange` is what is left.
+Pressures are held over a step. They belong to its begin, which the hammer is told
+(`coupling.delay`, 0.5 steps before the middle of a step): it extrapolates them, and both schemes
+are of second order in the step. `energy_exchange` is what is left.
 
 A partner that switches at positions of the piston asks for them by `Hammer.stop_at`: a step
 then ends there, the partner follows to that instant, and its new values hold from there on.
@@ -39,9 +39,6 @@ if TYPE_CHECKING:
 
 Scheme = Literal["jacobi", "gauss-seidel"]
 POSITION, VELOCITY = "relative_position", "relative_velocity"
-#: How many steps before the middle of its step a partner's value belongs to, by scheme. With
-#: what is known at the start the partner moves by the velocity there, half a step late.
-DELAYS: dict[str, float] = {"gauss-seidel": 0.5, "jacobi": 1.0}
 DELAY, SOURCE = "coupling.delay", "drive.source"
 #: Most exchanges that a history keeps, the latest.
 KEPT = 1_000_000
@@ -53,7 +50,7 @@ class Motion:
 
     Example:
         >>> from dth_hammer import Motion
-        >>> position, velocity = Motion.straight(-0.02, 5.0)(1e-3)
+        >>> position, velocity = Motion.onward(-0.02, 5.0)(1e-3)
         >>> print(round(position, 4), velocity)
         -0.015 5.0
     """
@@ -77,9 +74,9 @@ class Motion:
         return cls((position, 0.0, 0.0, 0.0), (velocity, 0.0, 0.0))
 
     @classmethod
-    def straight(cls, position: float, velocity: float) -> Motion:
-        """Returns a motion of constant velocity."""
-        return cls((position, velocity, 0.0, 0.0), (velocity, 0.0, 0.0))
+    def onward(cls, position: float, velocity: float, acceleration: float = 0.0) -> Motion:
+        """Returns a motion of constant acceleration."""
+        return cls((position, velocity, 0.5 * acceleration, 0.0), (velocity, acceleration, 0.0))
 
     @classmethod
     def between(cls, start: tuple[float, float], end: tuple[float, float], size: float) -> Motion:
@@ -149,7 +146,7 @@ class Coupling:
         self.smallest = quantities.duration(smallest, "smallest")
         self.tolerance = tolerance
         self.scheme = scheme
-        self.delay = DELAYS[scheme] if delay is None else delay
+        self.delay = 0.5 if delay is None else delay
         self.accepted = self.rejected = 0
         self._step = self.largest
         self._motion = hammer.reader([POSITION, VELOCITY])
@@ -184,7 +181,7 @@ class Coupling:
         size = self._end - begun
         end = self._now()
         if self.scheme == "jacobi":
-            motion = Motion.straight(*start)
+            motion = self._onward(start, size)
         elif size > 0.0:
             motion = Motion.between(start, end, size)
         else:
@@ -192,6 +189,17 @@ class Coupling:
         partner.advance(size, motion)
         self.accepted += 1
         return given
+
+    def _onward(self, start: tuple[float, float], size: float) -> Motion:
+        """The piston from there on, with the acceleration of the step before.
+
+        By its velocity alone a partner that integrates the flow would be half a step late. A step
+        that was much shorter says nothing: an impact may have been in it.
+        """
+        (x, v), width = start, self._width
+        rows = self._exchanged[-2 * width :]
+        past = rows[width] - rows[0] if len(rows) == 2 * width else 0.0
+        return Motion.onward(x, v, (v - rows[2]) / past if past >= 0.5 * size > 0.0 else 0.0)
 
     def _give(self, given: Mapping[str, float]) -> None:
         """Sets the hammer's inputs, and notes them."""
