@@ -73,7 +73,7 @@ static void pressures(const double *y, double v, double *p) { p[0] = y[0]; p[1] 
 #elif CASE == 4
 /* What is given of the piston's end, and the opening of the valve. */
 enum { SIZE = 2, RING = 4096 };
-static const double FINEST = 5e-6, PUMP = 1.4e7, OUTLET = 2e5, DOWN = 3.6e-4, LINE = 9e8, DELAY = 1e-3, RESISTANCE = 4e8;
+static const double FINEST = 5e-7, PUMP = 1.4e7, OUTLET = 2e5, DOWN = 3.6e-4, LINE = 9e8, DELAY = 1e-3, RESISTANCE = 4e8;
 static const double SHIFT = 5e-4, TURNS_UP = -8e-3, TURNS_DOWN = -30e-3;
 static void begin(double *y, double x) { y[0] = PUMP; y[1] = 1.0; }
 static double command_at(double command, double x) {
