@@ -49,6 +49,7 @@ FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "calibrate": (calibration.Calibration, "Record"),
     "from_datasheet": ("Datasheet",),
     "compare": (),
+    "specific_energy": (),
     "rock": (rocks.Rock,),
     "mesh_for": (mesh.Mesh,),
     "life": ("SNCurve", fatigue.Life),

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from dth_hammer.errors import DthHammerError
-from dth_hammer.study import calibration, designs, response, trends, workers
+from dth_hammer.study import calibration, designs, drilling, response, trends, workers
 
 RIGID = {"fidelity": "Rigid"}
 #: What no argument may be, and what some may not. None is left out: it is what is not given.
@@ -65,6 +65,7 @@ def functions(folder: Path) -> dict[Callable[..., Any], dict[str, Any]]:
     scene = dth.Scene(parameters=RIGID, until=0.05)
     sheet = dth.from_datasheet(piston_mass=3.4, blow_energy=220, frequency=20)
     curve = dth.SNCurve("300 MPa", 1e7, 8)
+    log = pd.DataFrame({"depth": [1.0], "rop": [5e-3], "pressure": ["20 bar"]})
     return {
         dth.Hammer: {"hammer": RIGID},
         dth.Scene: {"title": "a", "parameters": RIGID},
@@ -88,6 +89,7 @@ def functions(folder: Path) -> dict[Callable[..., Any], dict[str, Any]]:
         # Refused once all is looked at: too little is known, a rigid body has no stress.
         dth.from_datasheet: {},
         dth.compare: {"a": sheet, "b": sheet},
+        dth.specific_energy: {"sheet": sheet, "log": log},
         dth.report: {"hammer": scene, "out": folder / "page.html"},
     }
 
@@ -111,7 +113,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     def responses(points: Sequence[object], *_: object, **__: object) -> Iterator[Any]:
         return ((k, answer) for k in range(len(points)))
 
-    for module in (calibration, designs, response, trends, workers):
+    for module in (calibration, designs, drilling, response, trends, workers):
         monkeypatch.setattr(module, "responses", responses)
 
 

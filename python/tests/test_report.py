@@ -53,7 +53,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 def test_it_needs_nothing_from_elsewhere(page: Any) -> None:
     sources = [image.get("src") for image in page.iter("img")]
-    assert len(sources) == 7
+    assert len(sources) == 8
     for source in sources:
         picture = io.BytesIO(base64.b64decode(source.removeprefix("data:image/png;base64,")))
         assert min(mpimg.imread(picture).shape[:2]) > 300
@@ -85,7 +85,7 @@ def test_what_a_user_wrote_is_text_and_no_markup(page: Any) -> None:
 
 
 def test_inputs_over_time_act_and_what_is_doubtful_is_there(tmp_path: Path) -> None:
-    inputs = {"feed_force": {"0 s": "4 kN", "100 ms": 8e3}, "drive_force": 1e3}
+    inputs = {"feed_force": {"0 s": "4 kN", "100 ms": "8 kN"}, "drive_force": 1e3}
     scene = write(tmp_path, {"inputs": inputs, "until": 0.1})
     with pytest.warns(HammerWarning, match="drive_force is ignored"):
         out = report(scene, tmp_path / "page.html", units={"rop": "ft/h"})

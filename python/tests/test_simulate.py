@@ -151,5 +151,5 @@ def test_a_force_asked_for_on_a_mesh_made_for_a_rate_is_warned_of() -> None:
     assert "stresses" in warnings(outputs=["tip_depth"], waves=True)[0]
     # Rates need no other mesh, a mesh for forces resolves them, and rigid bodies have none.
     assert warnings(outputs=["tip_depth"]) == ()
-    assert warnings(parameters=mesh_for(of="force").parameters) == ()
-    assert warnings(parameters={"fidelity": "Rigid"}) == ()
+    assert warnings(hammer=mesh_for(of="force").parameters) == ()
+    assert warnings(hammer={"fidelity": "Rigid"}) == ()
