@@ -96,13 +96,14 @@ class SvgPen {
   }
 
   save() {
-    this.kept.push([this.turn, this.open]);
+    const { turn, open, globalAlpha, lineWidth, fillStyle, strokeStyle } = this;
+    this.kept.push({ turn, open, globalAlpha, lineWidth, fillStyle, strokeStyle });
   }
 
   restore() {
-    const [turn, open] = this.kept.pop();
-    for (; this.open > open; this.open--) this.parts.push("</g>");
-    this.turn = turn;
+    const before = this.kept.pop();
+    for (; this.open > before.open; this.open--) this.parts.push("</g>");
+    Object.assign(this, before);
   }
 
   clip() {
