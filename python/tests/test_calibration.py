@@ -22,7 +22,8 @@ from dth_hammer import (
     steady,
 )
 from dth_hammer.run.records import simulated
-from dth_hammer.scene.variables import whole
+from dth_hammer.scene.variables import numbers, whole
+from dth_hammer.study.designs import KEPT, Problem, limits_of
 from dth_hammer.study.measures import measure
 from dth_hammer.study.posterior import modes, population
 from interrupting import Interrupts
@@ -257,6 +258,47 @@ def test_an_optimum_has_the_error_of_its_own_goal() -> None:
     assert both.error == pytest.approx(
         np.hypot(2.0 * errors["blow_speed"], errors["rebound_speed"]), rel=1e-6
     )
+
+
+def test_a_mean_over_the_tolerance_is_of_hammers_to_both_sides_of_a_design() -> None:
+    def square(found: Steady) -> float:
+        return found["feed_force"] ** 2
+
+    problem = Problem(square, {"feed_force": (3e3, 8e3)}, numbers(None, RIGID), design=None)
+    problem.tolerance = 0.1
+    # Of the mean the limits are passed, of the design itself they are not.
+    limits = {square: (None, 25e6 * (1.0 + 0.01 / 6.0)), (lambda s: s["feed_force"]): (5e3, None)}
+    problem.limits = [*limits_of(limits)]
+    row, off = problem.tried(0, np.array([0.4]), 16), problem.offsets(16)[:, 0]
+    # Pairs about the design, even over the tolerance: 16 of Sobol's points have the mean of their
+    # squares, 1/3, to 1/16.
+    assert len(off) == row.hammers == 33
+    assert off[0] == 0.0
+    assert np.allclose(off[1:17], -off[17:], atol=0.0)
+    assert np.mean(off[1:] ** 2) == pytest.approx(1.0 / 3.0, abs=1.0 / 16.0)
+    assert row.goal == pytest.approx(25e6 * (1.0 + 0.01 * np.mean(off**2)), rel=1e-12)
+    assert row.nominal == pytest.approx(25e6, rel=1e-12)
+    # What a plane leaves of a square: the square of the offset.
+    left = 25e4 * (off**2 - np.mean(off**2))
+    assert row.error == pytest.approx(np.sqrt(np.sum(left**2) / 31 / 33), rel=1e-9)
+    assert row.passed[0] > KEPT
+    assert row.passed[1] == pytest.approx(0.0, abs=1e-12)
+    # A design that was lucky alone does not win, nor is it compared.
+    problem.limits, problem.rows = [], []
+    lucky, row = problem.tried(0, np.array([0.5])), problem.tried(0, np.array([0.4]), 16)
+    assert problem.tried(0, np.array([0.4]), 16) is row
+    assert lucky.cost < row.cost
+    assert problem.compared() == [row]
+    assert problem.best() is row
+    problem.tolerance = 0.0
+    assert problem.best() is lucky
+    # Two starts agree if their means differ by less than twice the error of the difference.
+    problem.tolerance = 0.1
+    for apart, alike in ((1.9, True), (2.1, False)):
+        error = 0.01 * row.goal
+        other = replace(row, start=1, goal=row.goal + apart * np.hypot(error, error), error=error)
+        problem.rows = [replace(row, error=error), other]
+        assert problem.agreed() is alike
 
 
 def spiked(found: Steady) -> float:
