@@ -287,11 +287,13 @@ def test_a_mean_over_the_tolerance_is_of_hammers_to_both_sides_of_a_design() -> 
     problem.limits, problem.rows = [], []
     lucky, row = problem.tried(0, np.array([0.5])), problem.tried(0, np.array([0.4]), 16)
     assert problem.tried(0, np.array([0.4]), 16) is row
+    assert problem.tried(0, np.array([0.4])).hammers == 1
     assert lucky.cost < row.cost
     assert problem.compared() == [row]
     assert problem.best() is row
     problem.tolerance = 0.0
     assert problem.best() is lucky
+    assert problem.offsets(16).tolist() == [[0.0]]
     # Two starts agree if their means differ by less than twice the error of the difference.
     problem.tolerance = 0.1
     for apart, alike in ((1.9, True), (2.1, False)):

@@ -122,35 +122,6 @@ def test_the_command_line_solves_the_same(
     assert written == pytest.approx(dict(sheet.parameters), rel=1e-15)
 
 
-#: Makers' rows that another model used to take over: diameter, piston, pressure, air.
-ROWS = [
-    ("80 mm", "4.7 kg", "5 bar", "3.5 m3/min"),
-    ("80 mm", "4.7 kg", "10 bar", "4 m3/min"),
-    ("82 mm", "4.8 kg", "10 bar", "6 m3/min"),
-    ("82 mm", "4.8 kg", "14 bar", "8 m3/min"),
-    ("58 mm", "2 kg", "10 bar", "3 m3/min"),
-]
-
-
-@pytest.mark.filterwarnings("ignore::dth_hammer.HammerWarning")
-@pytest.mark.parametrize(("od", "mass", "pressure", "air"), ROWS)
-def test_no_other_model_takes_over(od: str, mass: str, pressure: str, air: str) -> None:
-    sheet = from_datasheet(od=od, piston_mass=mass, pressure=pressure, air_flow=air)
-    assert VARIABLES["drive.source"].labels[int(sheet.parameters["drive.source"])] == "Air"
-    # An energy that is not given is not known to 5 %.
-    low, high = sheet.ranges["blow energy"]
-    assert high / low > 1.2
-
-
-def test_a_misprint_in_another_row_is_told() -> None:
-    table = {"10 bar": "7.5 m3/min", "15 bar": "12 m3/min"}
-    given = {"od": "126 mm", "piston_mass": "12 kg"}
-    assert not from_datasheet(**given, air_flow=table).contradictions
-    with pytest.warns(HammerWarning, match="air_flow at 1[05] bar"):
-        wrong = from_datasheet(**given, air_flow=table | {"10 bar": "75 m3/min"})
-    assert wrong.contradictions
-
-
 def test_ratios_are_known_where_rates_are_not(capsys: pytest.CaptureFixture[str]) -> None:
     sheet = {"od": "124 mm", "pressure": "24 bar", "power": "31.7 kW", "hole": "140 mm"}
     here, there = from_datasheet(**sheet), from_datasheet(**sheet, at="30 bar")

@@ -30,7 +30,6 @@ COLUMNS: Mapping[str, tuple[str, str, str]] = {
     "feed": ("N", "kN", "feedforce pulldown wob"),
     "frequency": ("Hz", "1/min", "blowfrequency blows"),
 }
-ENERGY = ("J/m3", "MJ/m3", "")
 #: What stands for no number.
 NULLS = (-999.25, -9999.0, "", "nan", "null", "none", "n/a")
 #: Nodes over pressure and feed between which hammers are interpolated, in logarithms.
@@ -65,29 +64,31 @@ def specific_energy(sheet: Datasheet, log: pd.DataFrame | str | Path) -> pd.Data
         1.55 times as hard to drill a metre below
     """
     rows = _rows(log if isinstance(log, pd.DataFrame) else outputs.read(Path(log)))
-    base = sheet.but(rop=RATE, at=None)
-    pressures = _nodes(rows["pressure"])
-    there = [base.but(at=float(pressure)) for pressure in pressures]
-    members = {
-        name: np.log([node.members[name] for node in there])
+    base, nodes, at = (
+        sheet.but(rop=RATE, at=None),
+        _nodes(rows["pressure"]),
+        np.log(rows["pressure"]),
+    )
+    there = [base.but(at=float(np.exp(node))) for node in nodes]
+    # A row each, a member a column: the power, if all rows had the sheet's feed.
+    power, pace = (
+        _between(at, nodes, np.log([node.members[name] for node in there]))
         for name in ("power of the blows", "frequency")
-    }
-    place = np.interp(np.log(rows["pressure"]), np.log(pressures), np.arange(len(pressures)))
-    # A row each, a member a column: the energy if all rows had the rate and the sheet's feed.
-    power, pace = (_between(table, place) for table in members.values())
+    )
     if "frequency" in rows:
         power += _heard(power, pace, np.log(rows["frequency"].to_numpy()))
+    if "feed" in rows:
+        feeds = _nodes(rows["feed"])
+        shares = _between(at, nodes, _fed(there, np.exp(feeds)))
+        pairs = zip(np.log(rows["feed"]), shares, strict=True)
+        power += np.array([[np.interp(feed, feeds, row)] for feed, row in pairs])
     own = (base.members["specific energy"] / base.members["power of the blows"]).to_numpy()
     energy = np.exp(power) * own * (RATE / rows["rop"].to_numpy())[:, None]
-    if "feed" in rows:
-        energy *= _fed(there, rows["feed"], place)[:, None]
     weights = base.members["weight"].to_numpy()
-    sides = np.array([spread(row, weights) for row in energy])
-    for name, side in zip(("", "_low", "_high"), sides.T, strict=True):
-        rows[f"specific_energy{name}"] = side
-    units = {str(name): COLUMNS.get(str(name), ENERGY) for name in rows}
-    for kind, which in (("units", 0), ("display_units", 1)):
-        rows.attrs[kind] = {name: of[which] for name, of in units.items()}
+    names = [f"specific_energy{side}" for side in ("", "_low", "_high")]
+    rows = rows.join(pd.DataFrame([spread(row, weights) for row in energy], columns=names))
+    for kind, unit, which in (("units", "J/m3", 0), ("display_units", "MJ/m3", 1)):
+        rows.attrs[kind] = {n: of[which] for n, of in COLUMNS.items()} | dict.fromkeys(names, unit)
     return rows
 
 
@@ -110,14 +111,11 @@ def _rows(table: pd.DataFrame) -> pd.DataFrame:
     if not drilled.any():
         raise DomainError("no row of the log has a rate and a pressure above 0")
     rows = rows[drilled].reset_index(drop=True)
-    if "frequency" in rows:
-        rows["frequency"] = rows["frequency"].where(rows["frequency"] > 0.0)
-    return rows
+    return rows.where((rows > 0.0) | (rows.columns == "depth"))
 
 
 def _numbers(cells: pd.Series, name: str, si: str, unit: str | None) -> Array:
     """A column's numbers, SI; NaN of a null, and of the row of units."""
-
     first = str(cells.iloc[0]).strip() if len(cells) else ""
     if UNIT.fullmatch(first) and first.lower() not in NULLS:
         unit = unit or first
@@ -133,17 +131,14 @@ def _numbers(cells: pd.Series, name: str, si: str, unit: str | None) -> Array:
 
 
 def _nodes(values: pd.Series) -> Array:
-    """Places from the least to the largest value, even in logarithms."""
-    low, high = values.min(), values.max()
-    return np.geomspace(low, high, NODES if high > 1.01 * low else 1)
+    """Logarithms from that of the least value to that of the largest."""
+    low, high = np.log([values.min(), values.max()])
+    return np.linspace(low, high, NODES if high > 0.01 + low else 1)
 
 
-def _between(table: Array, place: Array) -> Array:
-    """Rows of a table at places between its rows."""
-    first = np.minimum(place.astype(int), max(len(table) - 2, 0))
-    second = np.minimum(first + 1, len(table) - 1)
-    part = (place - first).reshape(-1, *[1] * (table.ndim - 1))
-    return np.asarray((1.0 - part) * table[first] + part * table[second])
+def _between(places: pd.Series, nodes: Array, table: Array) -> Array:
+    """Rows of a table, of which there is one a node, at places between these."""
+    return np.array([np.interp(places, nodes, column) for column in table.T]).T
 
 
 def _heard(power: Array, pace: Array, heard: Array) -> Array:
@@ -159,15 +154,15 @@ def _heard(power: Array, pace: Array, heard: Array) -> Array:
     return np.asarray(np.nan_to_num(gain[:, None] * (off + noise)))
 
 
-def _fed(there: list[Datasheet], feed: pd.Series, place: Array) -> Array:
-    """Power to the rock over that under the sheet's own feed, by simulated rigid hammers."""
-    feeds = _nodes(feed)
+def _fed(there: list[Datasheet], feeds: Array) -> Array:
+    """Logarithm of the power to the rock over that under the sheet's own feed, a row for each
+    sheet: of simulated rigid hammers.
+    """
     rigid = {"fidelity": VARIABLES["fidelity"].number("Rigid")}
     plain = [{**node.parameters, **rigid} for node in there]
-    scenes = [each | {"feed_force": float(f)} for each in plain for f in feeds]
-    rates = np.full(len(plain) + len(scenes), np.nan)
-    for k, answer in responses([*plain, *scenes], Wanted(error={"rop": 0.02}, blows=FEWEST)):
+    scenes = [scene | feed for scene in plain for feed in ({}, *({"feed_force": f} for f in feeds))]
+    rates = np.full(len(scenes), np.nan)
+    for k, answer in responses(scenes, Wanted(error={"rop": 0.02}, blows=FEWEST)):
         rates[k] = answer["rop"] if isinstance(answer, Steady) else np.nan
-    shares = np.log(rates[len(plain) :].reshape(len(plain), -1) / rates[: len(plain), None])
-    rows = zip(np.log(feed), _between(shares, place), strict=True)
-    return np.asarray(np.exp([np.interp(at, np.log(feeds), row) for at, row in rows]))
+    table = np.log(rates).reshape(len(plain), -1)
+    return np.asarray(table[:, 1:] - table[:, :1])
