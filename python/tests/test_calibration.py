@@ -130,8 +130,9 @@ def test_a_measurement_beyond_all_hammers_does_not_fit() -> None:
     assert fit.degrees_of_freedom == 0
     assert "chi-square" in fit.misfit
     for name, value in (("rop", "34 m/s"), ("blow_energy", "0.2 J"), ("blow_frequency", "0 Hz")):
+        error = f"1 {value.split()[1]}"
         with pytest.raises(DomainError, match="is the unit right"):
-            calibrate(RIGID, {name: (value, 1.0)}, ["rock.stiffness"])
+            calibrate(RIGID, {name: (value, error)}, ["rock.stiffness"])
 
 
 @pytest.mark.parametrize(("low", "seed"), [(1e6, 3), (1e4, 2)])
