@@ -7,6 +7,9 @@
 //! | pressure | `p_drive A_drive - p_return A_return`, both pressures inputs |
 //! | air | the same, less the exhaust's pressure, of air that flows ([`air`](super::air)) |
 //!
+//! All but air may have a transmission line at the piston, whose wave the force then is: it adds `-Zd vr'`
+//! (`motion/line.rs`).
+//!
 //! The return chamber also presses on the bit, with `(p_return - p_exhaust) anvil_area`, distributed like
 //! the bit's mass (a slow pressure excites no waves); what is fed carries the rest of the drive's reaction where it
 //! is not the bit, so that all forces add up to zero.
