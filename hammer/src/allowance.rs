@@ -6,8 +6,8 @@
 
 use std::cell::Cell;
 
-/// Coordinates that a core handles in about a second: some 8 instructions each at 3e9 per second.
-const PER_SECOND: u64 = 375_000_000;
+/// Coordinates that a core handles in a second at most.
+const PER_SECOND: u64 = 625_000_000;
 
 thread_local! {
     /// Coordinates that the present call may still handle.
@@ -22,6 +22,11 @@ impl Allowance {
     /// About so many seconds on one core.
     pub fn of_seconds(seconds: usize) -> Self {
         Self(PER_SECOND.saturating_mul(seconds as u64))
+    }
+
+    /// Seconds on one core that so many coordinates take.
+    pub fn in_seconds(coordinates: u64) -> f64 {
+        coordinates as f64 / PER_SECOND as f64
     }
 
     /// What the present call may still do.

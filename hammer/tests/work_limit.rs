@@ -109,10 +109,10 @@ fn a_call_has_a_limit_however_long_its_step_is() {
     let error = m.advance(1e6).expect_err("a rattle for ever");
     assert!(matches!(error, Error::Overwork { .. }), "{error}");
     assert!(error.to_string().contains("work_limit = 1"), "{error}");
-    // A unit takes a coordinate of each of 22 modes at least, of 375 million a second.
+    // A unit takes a coordinate of each of 22 modes at least, of 625 million a second.
     let after = m.counters();
     let work = after.guard_evaluations + after.samples - before.guard_evaluations - before.samples;
-    assert!(work < 375_000_000 / 22, "{work}");
+    assert!(work < 625_000_000 / 22, "{work}");
 }
 
 /// Each of them repeats the run a few times; all together have what the run alone has.

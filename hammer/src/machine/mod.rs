@@ -251,7 +251,11 @@ impl Machine {
         self.blows.step.clear();
         self.search.budget.begin_step(&self.motion, &self.search.work);
         let allowance = Allowance::of_seconds(self.parameters().work_limit);
-        let done = allowance.within(|| self.run(to, observer));
+        let done = allowance.within(|| {
+            let done = self.run(to, observer);
+            self.search.budget.pay(&self.search.work);
+            done
+        });
         if let Err(error) = &done {
             if self.motion.state().now < 0.0 {
                 // An event came after the step began, so values are read from its instant on.
@@ -472,6 +476,11 @@ impl Machine {
     /// Replaces the journal that is recorded, if any.
     pub(crate) fn exchange_journal(&mut self, other: Option<Vec<Record>>) -> Option<Vec<Record>> {
         std::mem::replace(&mut self.journal, other)
+    }
+
+    /// Seconds of one core that its steps so far were charged, as `work_limit` counts them.
+    pub fn seconds_charged(&self) -> f64 {
+        self.search.budget.seconds_charged()
     }
 
     /// Counts so far.

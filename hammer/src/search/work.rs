@@ -1,7 +1,7 @@
 //! The work of a search, and how much a communication step may spend.
 //!
 //! A unit is an evaluation of a guard, and costs as many coordinates of the call's [`Allowance`] as
-//! the scene has, and [`BESIDE`]. The reference hammer spends about 1e5 units per second of motion.
+//! the scene has, and [`BESIDE`]; what air costs depends on no scene ([`AIR`]). The reference hammer spends about 1e5 units per second of motion.
 //! Chattering (a contact a million times too stiff, a corrupt state) could take minutes or for ever;
 //! it ends with an error that names what chatters and the parameter that is out of proportion.
 
@@ -19,11 +19,13 @@ const BUSY: f64 = 0.01;
 const MOST: f64 = 0.5;
 /// Units between two polls of the interrupt: 0.1 ms, or 4 ms on the finest mesh.
 const PAUSE: u64 = 500;
-/// Units of a Taylor window or an iteration of the air's, of a panel of the barrier's series, and of a transition:
-/// each takes about as long as so many evaluations.
+/// Units of a Taylor window, of a panel of the barrier's series, and of a transition: each takes about as long as so
+/// many evaluations.
 const WINDOW: u64 = 16;
 const PANEL: u64 = 2;
 const TRANSITION: u64 = 100;
+/// Coordinates of an iteration for a window of air.
+const AIR: u64 = 1700;
 
 /// Work done by a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -38,7 +40,7 @@ pub struct Work {
     pub scans: u64,
     /// Units of the barrier's integrals.
     pub(super) barrier: u64,
-    /// Units of the iterations for the air in the chambers.
+    /// Iterations for the air in the chambers.
     air: u64,
 }
 
@@ -58,12 +60,11 @@ impl Work {
     /// Counts what a window of air took: rotations, and iterations.
     pub(crate) fn count_air(&mut self, [rotations, iterations]: [u64; 2]) {
         self.samples += rotations;
-        self.air += WINDOW * iterations;
+        self.air += iterations;
     }
 
     fn units(&self) -> u64 {
-        let beside = self.barrier + self.air;
-        self.evaluations + self.samples + self.scans + WINDOW * self.windows + beside
+        self.evaluations + self.samples + self.scans + WINDOW * self.windows + self.barrier
     }
 }
 
@@ -78,10 +79,11 @@ fn causes() -> impl Iterator<Item = WorkLimit> {
 pub(crate) struct Budget {
     /// [`Work`] at the start of the step.
     start: Work,
-    /// Units of [`Work`] and of transitions since that are paid for.
+    /// Coordinates of [`Work`] and of transitions since that are paid for.
     paid: Cell<u64>,
-    /// What a unit costs, in coordinates.
+    /// What a unit costs, in coordinates; what all steps were charged.
     price: u64,
+    charged: Cell<u64>,
     /// Units of [`Work`] at which the interrupt is polled.
     pause: Cell<u64>,
     /// Transitions of the rock and the drive, new series for loads that vary, and transitions of each
@@ -126,14 +128,30 @@ impl Budget {
     #[cold]
     fn poll(&self, motion: &Motion, time: f64, work: &Work) -> Result<(), Error> {
         Error::if_interrupted()?;
-        let units = work.units();
-        let done = units - self.start.units() + self.transitions();
-        let due = done.saturating_sub(self.paid.replace(done));
-        if !Allowance::spend(self.price.saturating_mul(due)) {
-            return Err(self.refusal(motion, time, work, done));
+        if !self.pay(work) {
+            return Err(self.refusal(motion, time, work, self.paid.get()));
         }
-        self.pause.set(units + PAUSE);
+        self.pause.set(work.units() + PAUSE);
         Ok(())
+    }
+
+    /// Pays for what is not paid for yet; false if that is more than is left.
+    pub fn pay(&self, work: &Work) -> bool {
+        let units = work.units() - self.start.units() + self.transitions();
+        let done = self.price.saturating_mul(units).saturating_add(self.of_air(work));
+        let due = done.saturating_sub(self.paid.replace(done));
+        self.charged.set(self.charged.get().saturating_add(due));
+        Allowance::spend(due)
+    }
+
+    /// Seconds of one core that all steps were charged.
+    pub fn seconds_charged(&self) -> f64 {
+        Allowance::in_seconds(self.charged.get())
+    }
+
+    /// Coordinates of the air's iterations.
+    fn of_air(&self, work: &Work) -> u64 {
+        AIR.saturating_mul(work.air - self.start.air)
     }
 
     fn transitions(&self) -> u64 {
@@ -143,11 +161,11 @@ impl Budget {
     fn refusal(&self, motion: &Motion, time: f64, work: &Work, done: u64) -> Error {
         // Some of the work is that of the searches after transitions.
         let most = causes().zip(self.spent).max_by_key(|(_, spent)| *spent);
-        let is_busy = self.transitions() as f64 > BUSY * done as f64;
+        let is_busy = (self.price * self.transitions()) as f64 > BUSY * done as f64;
         let limit = most.filter(|_| is_busy).map_or(WorkLimit::Search, |(cause, _)| cause);
-        let barrier = (WorkLimit::Barrier, work.barrier - self.start.barrier);
-        let beside = [barrier, (WorkLimit::Air, work.air - self.start.air)];
-        let mut beside = beside.into_iter().filter(|(_, units)| *units as f64 > MOST * done as f64);
+        let barrier = self.price.saturating_mul(work.barrier - self.start.barrier);
+        let beside = [(WorkLimit::Barrier, barrier), (WorkLimit::Air, self.of_air(work))];
+        let mut beside = beside.into_iter().filter(|(_, spent)| *spent as f64 > MOST * done as f64);
         let limit = beside.next().map_or(limit, |(cause, _)| cause);
         // Of a hammer under air it is the air's windows that are renewed.
         let is_air = limit == WorkLimit::Loads && motion.air().is_some();
@@ -225,23 +243,5 @@ mod tests {
                 budget.pause.set(0);
             }
         }
-    }
-
-    #[test]
-    fn each_count_is_in_the_units_of_work() {
-        let mut work = Work::default();
-        work.count_evaluation();
-        work.count_panels(3);
-        work.count_air([5, 7]);
-        let expected = Work {
-            evaluations: 1,
-            samples: 6,
-            barrier: 3 * PANEL,
-            air: 7 * WINDOW,
-            ..Work::default()
-        };
-        assert_eq!(work, expected);
-        (work.windows, work.scans) = (11, 13);
-        assert_eq!(work.units(), 1 + 6 + 13 + 3 * PANEL + (7 + 11) * WINDOW);
     }
 }

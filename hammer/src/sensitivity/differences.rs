@@ -4,6 +4,7 @@ use crate::allowance::Allowance;
 use crate::error::Error;
 use crate::interrupt::in_threads;
 use crate::machine::journal::Record;
+use crate::quantities::parameters::{Parameters, Source};
 use crate::scene::Scene;
 use crate::sensitivity::argument::Argument;
 use crate::sensitivity::sample::{Change, Sample};
@@ -21,6 +22,8 @@ const FINER: f64 = 0.125;
 const LEAST: f64 = 1e-10;
 /// Relative rounding of a run's numbers.
 const ROUNDING: f64 = 1e-13;
+/// The air's error, at most, in runs whose difference is taken.
+const AIR: f64 = 1e-11;
 /// A relative error that is good enough.
 const FINE: f64 = 1e-6;
 
@@ -98,33 +101,49 @@ pub fn derivatives(
     Allowance::of_seconds(scene.parameters.work_limit).within(|| differences(scene, by, run))
 }
 
+/// Makes the parameters those of runs whose difference is taken, and returns the relative error of their numbers.
+pub(crate) fn sharpen(parameters: &mut Parameters) -> f64 {
+    if parameters.drive.source != Source::Air {
+        return ROUNDING;
+    }
+    parameters.air.error = parameters.air.error.min(AIR);
+    ROUNDING + parameters.air.error
+}
+
 fn differences(
     scene: &Scene,
     by: &[Argument],
     run: &(dyn Fn(&Scene) -> Result<Sample, Error> + Sync),
 ) -> Result<Vec<Derivative>, Error> {
-    let base = run(scene)?;
+    let mut scene = *scene;
+    let noise = sharpen(&mut scene.parameters);
+    let base = run(&scene)?;
     // Equal parts, so that an answer does not depend on the number of threads.
     let share = Allowance::left().shared(by.len());
     let one = |argument: &Argument| {
-        let value = argument.value(scene);
-        let differentiate = || {
-            differentiate(&base, argument.scale(scene), &mut |h| match run(
-                &argument.at(scene, value + h)
-            ) {
-                Err(Error::Parameter(_)) => Ok(None),
-                other => other.map(Some),
-            })
+        let value = argument.value(&scene);
+        let scale = Scale { size: argument.scale(&scene), noise };
+        let mut near = |h: f64| match run(&argument.at(&scene, value + h)) {
+            Err(Error::Parameter(_)) => Ok(None),
+            other => other.map(Some),
         };
-        share.within(differentiate)
+        share.within(|| differentiate(&base, scale, &mut near))
     };
     let threads = thread::available_parallelism().map_or(1, usize::from);
     in_threads(by.iter().collect(), threads, one).into_iter().collect()
 }
 
+/// Size of an argument, and the relative error of the runs' numbers.
+#[derive(Clone, Copy)]
+pub(crate) struct Scale {
+    pub size: f64,
+    pub noise: f64,
+}
+
 /// The derivatives at one step, for runs that all passed the same events.
 struct Stencil {
     step: f64,
+    scale: Scale,
     values: Vec<f64>,
     errors: Vec<f64>,
     /// Slopes below and above.
@@ -138,7 +157,7 @@ struct Stencil {
 
 impl Stencil {
     /// `None` if a run is missing or passed other events.
-    fn new<E>(base: &Sample, h: f64, scale: f64, run: &mut Run<E>) -> Result<Option<Self>, E> {
+    fn new<E>(base: &Sample, h: f64, scale: Scale, run: &mut Run<E>) -> Result<Option<Self>, E> {
         let mut take = |x: f64| run(x).map(|sample| sample.filter(|sample| sample.agrees(base)));
         let (Some(high), Some(low)) = (take(h)?, take(-h)?) else { return Ok(None) };
         let instant = |sample: &Sample, k: usize| {
@@ -148,6 +167,7 @@ impl Stencil {
         let count = base.values.len();
         let mut stencil = Self {
             step: h,
+            scale,
             values: vec![0.0; count],
             errors: vec![0.0; count],
             sides: vec![[0.0; 2]; count],
@@ -158,13 +178,13 @@ impl Stencil {
         let at = |sample: &Sample, k: usize| sample.values.get(k).copied().unwrap_or(f64::NAN);
         let mut bent = false;
         for k in 0..count {
-            bent |= stencil.second_order(k, [at(&low, k), at(base, k), at(&high, k)], scale);
+            bent |= stencil.second_order(k, [at(&low, k), at(base, k), at(&high, k)]);
         }
         if bent {
             let Some(far) = take(2.0 * h)? else { return Ok(None) };
             for k in 0..count {
                 let four = [at(&low, k), at(base, k), at(&high, k), at(&far, k)];
-                stencil.third_order(k, four, scale);
+                stencil.third_order(k, four);
             }
         }
         Ok(Some(stencil))
@@ -172,32 +192,37 @@ impl Stencil {
 
     /// Error of number `k` that is good enough: a part of the derivative, or, if that is small, of
     /// the derivative that would change the number by a hundredth as the argument doubles.
-    fn tolerance(&self, k: usize, size: f64, scale: f64) -> f64 {
-        FINE * self.values[k].abs().max(0.01 * size / scale) + 4.0 * ROUNDING * size / self.step
+    fn tolerance(&self, k: usize, size: f64) -> f64 {
+        FINE * self.values[k].abs().max(0.01 * size / self.scale.size) + 4.0 * self.noise(size)
+    }
+
+    /// What the error of numbers of a size makes of their derivative.
+    fn noise(&self, size: f64) -> f64 {
+        self.scale.noise * size / self.step
     }
 
     /// The central difference from `-h`, 0 and `h`. If curvature has a single scale, its error is a
     /// third of the squared bend over the slope; a half is taken. True if that is too much.
-    fn second_order(&mut self, k: usize, f: [f64; 3], scale: f64) -> bool {
+    fn second_order(&mut self, k: usize, f: [f64; 3]) -> bool {
         let [below, above] = [(f[1] - f[0]) / self.step, (f[2] - f[1]) / self.step];
         let (value, bend) = (0.5 * (below + above), (above - below).abs());
         let size = f.iter().fold(0.0f64, |size, f| size.max(f.abs()));
         let cut = 0.5 * bend * (bend / value.abs()).min(1.0);
         self.values[k] = value;
         self.sides[k] = [below, above];
-        self.errors[k] = if bend > 0.0 { cut } else { 0.0 } + ROUNDING * size / self.step;
-        bend > 0.0 && cut > self.tolerance(k, size, scale)
+        self.errors[k] = if bend > 0.0 { cut } else { 0.0 } + self.noise(size);
+        bend > 0.0 && cut > self.tolerance(k, size)
     }
 
     /// The slope of the cubic through `-h`, 0, `h` and `2 h`. It differs from the central
     /// difference by a third difference, which is taken as the error.
-    fn third_order(&mut self, k: usize, f: [f64; 4], scale: f64) {
+    fn third_order(&mut self, k: usize, f: [f64; 4]) {
         let h = self.step;
         let [below, above] = self.sides[k];
         let [bend, next] = [above - below, (f[3] - f[2]) / h - above];
         let third = (next - bend) / 6.0;
         let size = f.iter().fold(0.0f64, |size, f| size.max(f.abs()));
-        let noise = ROUNDING * size / h;
+        let noise = self.noise(size);
         self.values[k] = 0.5 * (below + above) - third;
         self.errors[k] = third.abs() + noise;
         let (sharp, smooth) = (next.abs() < 0.2 * bend.abs(), third.abs() < 0.05 * bend.abs());
@@ -205,7 +230,7 @@ impl Stencil {
             self.kinks.push(k);
             self.coarse = true;
         }
-        self.coarse |= smooth && third.abs() > self.tolerance(k, size, scale);
+        self.coarse |= smooth && third.abs() > self.tolerance(k, size);
     }
 
     /// Takes each number from the step with the smaller error; a kink bends alike at both.
@@ -240,17 +265,17 @@ impl Stencil {
 /// Returns the sample at a change of the argument, or none outside the domain.
 type Run<'a, E> = dyn FnMut(f64) -> Result<Option<Sample>, E> + 'a;
 
-/// Derivatives along one argument of the size `scale`.
+/// Derivatives along one argument.
 pub(crate) fn differentiate<E>(
     base: &Sample,
-    scale: f64,
+    scale: Scale,
     run: &mut Run<E>,
 ) -> Result<Derivative, E> {
     let mut part = STEP;
     while part >= LEAST {
-        if let Some(mut found) = Stencil::new(base, part * scale, scale, run)? {
+        if let Some(mut found) = Stencil::new(base, part * scale.size, scale, run)? {
             if found.coarse {
-                match Stencil::new(base, FINER * part * scale, scale, run)? {
+                match Stencil::new(base, FINER * part * scale.size, scale, run)? {
                     Some(finer) => found.merge(&finer),
                     None => found.kinks.clear(),
                 }
@@ -259,8 +284,8 @@ pub(crate) fn differentiate<E>(
         }
         part *= FINER;
     }
-    let below = Side::new(base, -scale, run)?;
-    let above = Side::new(base, scale, run)?;
+    let below = Side::new(base, -scale.size, scale.noise, run)?;
+    let above = Side::new(base, scale.size, scale.noise, run)?;
     Ok(join(base, below, above))
 }
 
@@ -275,7 +300,7 @@ struct Side {
 impl Side {
     /// From runs at `h` and `2 h` that passed the same events. If these are not the base's events,
     /// the base lies on another branch, and its difference from this one is an error.
-    fn new<E>(base: &Sample, scale: f64, run: &mut Run<E>) -> Result<Self, E> {
+    fn new<E>(base: &Sample, scale: f64, noise: f64, run: &mut Run<E>) -> Result<Self, E> {
         let (mut part, above) = (STEP, scale > 0.0);
         let mut why = NonSmooth::Edge { above };
         while part >= LEAST {
@@ -285,7 +310,7 @@ impl Side {
                 if let Some(two) = run(2.0 * h)?.filter(|two| two.agrees(&one)) {
                     let change = base.change(&one);
                     let why = change.map(|change| NonSmooth::Events { above, change });
-                    return Ok(Self::of(base, [&one, &two], h, why));
+                    return Ok(Self::of(base, [&one, &two], [h, noise], why));
                 }
             }
             part *= FINER;
@@ -294,11 +319,16 @@ impl Side {
         Ok(Self { values: none.clone(), errors: none, why: Some(why), step: 0.0 })
     }
 
-    fn of(base: &Sample, [one, two]: [&Sample; 2], h: f64, why: Option<NonSmooth>) -> Self {
+    fn of(
+        base: &Sample,
+        [one, two]: [&Sample; 2],
+        [h, noise]: [f64; 2],
+        why: Option<NonSmooth>,
+    ) -> Self {
         let triples = base.values.iter().zip(&one.values).zip(&two.values);
         let pair = |((f, one), two): ((&f64, &f64), &f64)| {
             let (near, far) = ((one - f) / h, (two - one) / h);
-            let noise = ROUNDING * f.abs().max(one.abs()) / h.abs();
+            let noise = noise * f.abs().max(one.abs()) / h.abs();
             let smooth = why.is_none();
             (if smooth { near + 0.5 * (near - far) } else { far }, (far - near).abs() + noise)
         };

@@ -16,6 +16,8 @@
 //! A number that is a small difference of large ones (the gap between two bodies) is rounded by
 //! more than its own size suggests; its error is that much larger.
 //!
+//! Air is solved to 1e-11 at most in these runs, whatever `air.error` asks of others, and they are exact to that.
+//!
 //! The response is piecewise smooth. All runs must pass the same events in the same order;
 //! otherwise the step shrinks until rounding dominates. If the events still differ, `x` is a
 //! *non-smooth point*: it is named ([`NonSmooth`]), and both one-sided derivatives are returned.

@@ -8,7 +8,7 @@ use crate::machine::stops::{Stop, Stopper, Stops};
 use crate::machine::{Machine, Observer};
 use crate::quantities::inputs::Input;
 use crate::sensitivity::argument::Argument;
-use crate::sensitivity::differences::{Derivative, differentiate};
+use crate::sensitivity::differences::{Derivative, Scale, differentiate, sharpen};
 use crate::sensitivity::sample::Sample;
 
 /// Records the state before the first event of a step, which it may end early.
@@ -72,25 +72,27 @@ pub fn over_step(
     inputs: &[Input],
     read: &dyn Fn(&mut Machine) -> Vec<f64>,
 ) -> Result<Vec<Derivative>, Error> {
+    let Some(first) = inputs.first() else { return Ok(Vec::new()) };
     let (present, end) = (machine.state(), machine.time());
+    let mut start = start.clone();
+    let noise = sharpen(&mut start.parameters);
     let journal = machine.exchange_journal(Some(Vec::new()));
-    let mut run = |shift: Option<(Input, f64)>| {
-        machine.restore(start)?;
+    let mut run = |input: Input, by: f64| {
+        machine.restore(&start)?;
         machine.take_journal();
-        if let Some((input, by)) = shift {
-            machine.add_to_input(input, by)?;
-        }
+        machine.add_to_input(input, by)?;
         machine.advance(end)?;
         let values = read(machine);
         Ok(Sample { values, events: machine.take_journal(), passed: Vec::new() })
     };
     let derivatives = || {
-        let base = run(None)?;
+        // Its windows of air begin where the others' do.
+        let base = run(*first, 0.0)?;
         let by = |input: &Input| {
             let value = present.input(*input).abs();
             let usual = Argument::named(input.name()).map_or(1.0, Argument::nominal);
-            let scale = LINEAR * value.max(usual);
-            differentiate(&base, scale, &mut |h| run(Some((*input, h))).map(Some))
+            let scale = Scale { size: LINEAR * value.max(usual), noise };
+            differentiate(&base, scale, &mut |h| run(*input, h).map(Some))
         };
         inputs.iter().map(by).collect()
     };
