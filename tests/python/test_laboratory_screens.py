@@ -254,14 +254,14 @@ def test_it_plays_slowed_and_stops_and_the_keyboard_moves_it(opened: OPEN) -> No
 @pytest.mark.parametrize("number", [1, 2, 5, 8])
 def test_a_figure_saved_as_svg_looks_as_it_does_on_the_page(opened: OPEN, number: int) -> None:
     page = screen(opened, number)
-    seen = Image.open(io.BytesIO(page.locator("#explore canvas:visible").screenshot()))
+    pictured = Image.open(io.BytesIO(page.locator("#explore canvas:visible").screenshot()))
     with page.expect_download() as download:
         page.get_by_role("button", name="SVG").click()
     drawing = download.value.path().read_text("utf-8")
     other = page.context.new_page()
-    other.set_viewport_size({"width": seen.width, "height": seen.height})
+    other.set_viewport_size({"width": pictured.width, "height": pictured.height})
     other.set_content(f"<style>body {{ margin: 0 }} svg {{ display: block }}</style>{drawing}")
     found = Image.open(io.BytesIO(other.screenshot()))
-    one, two = (np.asarray(image.convert("L"), float) for image in (seen, found))
+    one, two = (np.asarray(image.convert("L"), float) for image in (pictured, found))
     # Letters and edges are smoothed otherwise, by a pixel; what is missing would be whole areas.
     assert (np.abs(one - two) > 60).mean() < 0.02
