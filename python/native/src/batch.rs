@@ -184,7 +184,7 @@ impl Batch {
             refused(format!("{} errors are not the {} of the means", wrong.len(), Averages::COUNT))
         })?;
         let each = (threads / scenes.len().max(1)).max(1);
-        let wanted = Wanted { error, blows, limit, repeating, threads: each, ..Wanted::default() };
+        let wanted = Wanted { error, blows, limit, repeating, threads: each };
         Self::begin(py, scenes, Job::Steady(wanted), threads)
     }
 
