@@ -83,7 +83,9 @@ class SvgPen {
     const anchor = { left: "start", center: "middle", right: "end" }[this.textAlign];
     const base = { middle: "central", bottom: "text-after-edge" }[this.textBaseline] ?? "auto";
     const squeezed = room !== undefined && this.measureText(words).width > room ? ` textLength="${short(room)}" lengthAdjust="spacingAndGlyphs"` : "";
-    const style = `style="font:${this.font};text-anchor:${anchor};dominant-baseline:${base}"${squeezed}`;
+    const [, weight, size, family] = /^(\d+ )?([\d.]+px) (.*)$/.exec(this.font);
+    const face = `font-family="${family.replace(/"/g, "'")}" font-size="${size}" font-weight="${(weight ?? "400").trim()}"`;
+    const style = `${face} text-anchor="${anchor}" dominant-baseline="${base}"${squeezed}`;
     this.put(`text x="${short(x)}" y="${short(y)}" ${style}`, paint, words.replace(/&/g, "&amp;").replace(/</g, "&lt;"));
   }
 

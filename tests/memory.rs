@@ -87,19 +87,19 @@ fn no_limit_aborts() {
     }
 }
 
-/// 5,000 arrays of 10,000 numbers take 400 MB: what there is no room for is refused before it is read.
+/// 800 arrays of 10,000 numbers take 64 MB: what there is no room for is refused before it is read.
 #[test]
 fn arrays_without_room_are_refused_before_they_are_read() {
     let library = Library::load();
-    let ended = with_at_most(80 * MEGABYTE, || {
+    let ended = with_at_most(50 * MEGABYTE, || {
         let host = Three::new(&library, false, false);
         host.calls(&["EnterConfigurationMode"]);
         host.set("UInt64", extra("waves.stations"), 10_000_u64);
         host.calls(&["ExitConfigurationMode"]);
         host.start(false);
-        let status = host.access("GetFloat64", &[extra("piston_stress"); 5000], &mut [0.0]);
+        let status = host.access("GetFloat64", &[extra("piston_stress"); 800], &mut [0.0]);
         assert_eq!(status, ERROR);
-        assert_eq!(host.only_error(), "nValues = 1, but these variables have 50000000 values");
+        assert_eq!(host.only_error(), "nValues = 1, but these variables have 8000000 values");
     });
     assert_eq!(ended, 0, "the child's status");
 }

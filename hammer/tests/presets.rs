@@ -56,19 +56,6 @@ fn a_hammer_of_stepped_bodies_has_the_mesh_that_a_rate_needs() {
     }
 }
 
-/// The page shows forces and stresses of one hammer, on the mesh that the rule has for a hundredth.
-#[test]
-fn the_laboratory_explains_forces_on_the_mesh_of_the_rule() {
-    let (p, _) = Preset::named("water_hammer").expect("a preset").start();
-    let mesh = p.mesh_for(Reading::Force, 0.01).expect("a mesh");
-    let [piston, bit] = Body::ALL.map(|body| mesh.of(body).expect("it has sections"));
-    let stated = format!(
-        "FORCE_MESH = {{ \"mesh.degree\": {}, \"piston.elements\": {piston}, \"bit.elements\": {bit} }};",
-        mesh.degree
-    );
-    assert!(include_str!("../../lab/explore.js").contains(&stated), "{stated}");
-}
-
 /// A rock is no hammer: what went says what there is in its place, and nothing else does.
 #[test]
 fn a_preset_that_went_says_what_to_take() {

@@ -6,11 +6,12 @@
 //! Gauss's nodes with the speed under it. The error of a window is below what guards resolve.
 
 use super::air::{GROWTH, PASSES, SAFETY_FACTOR, SHRINKAGE, TRIALS};
-use super::state::Line;
+use super::state::{Anchor, Line};
 use super::{Motion, start};
 use crate::air::newton::Triangles;
 use crate::air::solve::polynomial;
 use crate::error::Error;
+use crate::modal::track::Track;
 use crate::numerics::collocation::{Nodal, Rule, STAGES};
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
@@ -20,6 +21,9 @@ use crate::scene::graph::{CHANNELS, Channel};
 /// lengths let expect, part of the speed.
 const ALLOWED: f64 = 0.1;
 const ROUNDED: f64 = 1e-12;
+
+/// Tracks, anchors, loads, and whether the motion is steady.
+type Unloaded = (Vec<Track>, Vec<Anchor>, [Poly; CHANNELS], bool);
 
 impl Motion {
     /// Solves the answer of the window that begins at the epoch, if there is a line; returns the number of
@@ -34,8 +38,9 @@ impl Motion {
         }
         let others = start::loads(parameters, &self.state.inputs, mode, [Poly::default(); 2]);
         let (mut span, mut work, mut growth) = (self.state.line.ahead, 0, GROWTH);
+        let before = self.unloaded();
         for _ in 0..TRIALS {
-            let error = self.answer(&others, span, &mut work);
+            let error = self.answer(&before, &others, span, &mut work);
             let change = SAFETY_FACTOR / math::pow(error, 1.0 / STAGES as f64);
             if error <= 1.0 {
                 let ahead = span * change.clamp(SAFETY_FACTOR, growth);
@@ -45,18 +50,38 @@ impl Motion {
             // What has just been too long would be so again.
             (span, growth) = (span * change.clamp(SHRINKAGE, SAFETY_FACTOR), 1.0);
         }
+        self.unload(&before);
         // A shorter window errs less: only what is no number does not.
         Err(Error::NotFinite { time: self.state.epoch.value() })
     }
 
+    /// The motion before a trial. Each begins from it: what a trial that diverges has put on and taken off again
+    /// would leave its rounding.
+    fn unloaded(&self) -> Unloaded {
+        (self.tracks.clone(), self.state.anchors.clone(), self.state.loads, self.steady)
+    }
+
+    fn unload(&mut self, (tracks, anchors, loads, steady): &Unloaded) {
+        self.tracks.clone_from(tracks);
+        self.state.anchors.clone_from(anchors);
+        (self.state.loads, self.steady) = (*loads, *steady);
+    }
+
     /// Puts the answer of a window of this length on the hammer, beside the other loads; returns its error over
     /// that allowed, infinite if force and speed do not agree.
-    fn answer(&mut self, others: &[Poly; CHANNELS], span: f64, work: &mut u64) -> f64 {
+    fn answer(
+        &mut self,
+        before: &Unloaded,
+        others: &[Poly; CHANNELS],
+        span: f64,
+        work: &mut u64,
+    ) -> f64 {
         let (rule, impedance) = (Rule::get(), self.parameters().drive.impedance);
         let bodies = &self.graph().bodies;
         // The change of speed by a unit force over the window, if both bodies are free.
         let moved = span * (1.0 / bodies[0].mass + 1.0 / bodies[self.graph().frame].mass);
         let Some(matrix) = Triangles::new(-impedance * moved) else { return f64::INFINITY };
+        self.unload(before);
         let [_, [speed, _]] = self.in_cylinder(&self.tracks, 0.0);
         let mut force: Nodal = [-impedance * speed; STAGES];
         for _ in 0..PASSES {
@@ -69,8 +94,12 @@ impl Motion {
             if !self.graph().is_framed() {
                 push(Channel::Anvil, -1.0);
             }
+            self.unload(before);
             self.load(loads);
             let speeds = self.steel(span, work).speed[0];
+            if !speeds.iter().all(|speed| speed.is_finite()) {
+                return f64::INFINITY;
+            }
             let most = |values: &Nodal| values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
             let resolved = self.model.resolutions[1];
             let allowed = (ALLOWED * resolved).max(ROUNDED * most(&speeds));

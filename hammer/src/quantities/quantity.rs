@@ -34,7 +34,7 @@ impl Quantity {
 }
 
 /// m.
-pub const LENGTH: Quantity = si("Length", "m").displayed_in("mm").within(1e-9, 1e6);
+pub const LENGTH: Quantity = si("Length", "m").displayed_in("mm").within(1e-15, 1e7);
 /// m/s.
 pub const VELOCITY: Quantity = si("Velocity", "m/s").within(1e-15, 1e4);
 /// m/s, displayed as m/h, the drillers' unit.
@@ -46,7 +46,7 @@ pub const ACCELERATION: Quantity = si("Acceleration", "m/s2").within(1e-12, 1e5)
 /// s.
 pub const TIME: Quantity = si("Time", "s").displayed_in("ms").within(1e-15, 1.0);
 /// m2.
-pub const AREA: Quantity = si("Area", "m2").displayed_in("mm2").within(1e-12, 1e3);
+pub const AREA: Quantity = si("Area", "m2").displayed_in("mm2").within(1e-12, 1e6);
 /// m3.
 pub const VOLUME: Quantity = si("Volume", "m3").displayed_in("cm3").within(1e-12, 1e3);
 /// K.
@@ -62,7 +62,7 @@ pub const PRESSURE: Quantity = si("Pressure", "Pa").displayed_in("bar");
 /// Pa, displayed as MPa.
 pub const STRESS: Quantity = si("Stress", "Pa").displayed_in("MPa");
 /// Pa, of solids.
-pub const MODULUS: Quantity = si("ElasticModulus", "Pa").displayed_in("GPa").within(1e3, 1e15);
+pub const MODULUS: Quantity = si("ElasticModulus", "Pa").displayed_in("GPa").within(1e3, 1e20);
 /// kg/m3.
 pub const DENSITY: Quantity = si("Density", "kg/m3").within(1e-3, 1e6);
 /// N/m.
