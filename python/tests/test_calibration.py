@@ -79,7 +79,7 @@ def test_a_rock_is_found_from_twenty_noisy_blows_with_units_and_gaps() -> None:
     assert not fit.misfit
     assert not fit.at_bounds
     assert fit.steady is not None
-    assert "tip_rate" in fit._repr_html_()
+    assert "rock.stiffness" in fit._repr_html_()
     # The likelihood is finite within the bounds, and minus infinity elsewhere.
     assert fit.log_likelihood([truth]) > fit.log_likelihood([3e8]) > -np.inf
     for outside in ([1e6], [-1.0], [np.nan]):

@@ -260,7 +260,7 @@ def test_a_rock_is_calibrated_from_what_was_measured(
     command += ["--measured", f"tip_rate={rate}", "--measured", f"rebound_ratio={ratio}"]
     assert main(command) == 0
     found = pd.read_csv(table, index_col=0)
-    value, error, low, high, unit = found.loc["rock.stiffness"]
+    value, low, high, _, error, unit = found.loc["rock.stiffness"]
     assert low < 1e-6 * truth < high
     # Measured without noise: what is off is roughness, which is in the error.
     assert abs(value - 1e-6 * truth) < 2.0 * error < 0.1 * value

@@ -182,8 +182,6 @@ def test_arrays_are_in_a_variant_of_fmi_3_alone(
         out = str(tmp_path / "out.fmu")
         assert main(["configure", *words, "--arrays", "-o", out]) == 2
         assert why in capsys.readouterr().err
-    assert main(["waves", "--fmi", "3", "-o", str(tmp_path / "waves.fmu")]) == 2
-    assert "configure it with arrays (--arrays)" in capsys.readouterr().err
 
 
 BIG = 300_000_000

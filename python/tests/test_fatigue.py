@@ -80,6 +80,7 @@ def test_hours_go_with_the_strength_to_the_power_of_the_slope(found: Life) -> No
     assert worst["hours"] == pytest.approx(found.time / found.blows / worst["damage"] / 3600)
 
 
+@pytest.mark.weekly  # a mesh of degree 7 on 180 spans: four minutes
 def test_the_mesh_is_the_life_s_own_and_leaves_the_hours_that_it_says() -> None:
     own = life(None, CURVE)
     assert own.mesh["mesh.degree"] >= 5

@@ -53,7 +53,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 def test_it_needs_nothing_from_elsewhere(page: Any) -> None:
     sources = [image.get("src") for image in page.iter("img")]
-    assert len(sources) == 8
+    assert len(sources) == 7
     for source in sources:
         picture = io.BytesIO(base64.b64decode(source.removeprefix("data:image/png;base64,")))
         assert min(mpimg.imread(picture).shape[:2]) > 300

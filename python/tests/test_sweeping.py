@@ -198,7 +198,7 @@ def test_a_grid_that_is_none_is_refused(grid: Any, message: str) -> None:
 
 
 def test_a_point_that_is_there_twice_has_two_rows_and_one_run() -> None:
-    table = sweep({"feed_force": [4e3, "4 kN", 5e3]}, UNTIL, scheduler="threads")
+    table = sweep({"feed_force": ["4000 N", "4 kN", "5 kN"]}, UNTIL, scheduler="threads")
     assert table["feed_force"].tolist() == [4e3, 4e3, 5e3]
     assert table["run"].nunique() == 2
 

@@ -92,7 +92,7 @@ def test_ci_fails_where_it_lacks_what_can_be_installed(tmp_path: Path, ci: str, 
 
 def test_each_fault_that_was_found_is_held_by_a_test_that_exists() -> None:
     rows = re.findall(r"\| `(\S+)` `(\w+)` \|", (ROOT / "docs/faults.md").read_text("utf-8"))
-    assert len(rows) > 30
+    assert len(rows) >= 30
     for file, test in rows:
         pattern = rf"(fn|def) {test}\("
         assert re.search(pattern, (ROOT / file).read_text("utf-8")), f"{file} has no {test}"

@@ -8,7 +8,7 @@ use support::python::Needs;
 use support::run::{Failure, locked, run};
 
 /// What a browser tests; the pages are built before.
-const IN_A_BROWSER: [&str; 8] = [
+const IN_A_BROWSER: [&str; 9] = [
     "tests/python/test_laboratory.py",
     "tests/python/test_laboratory_air.py",
     "tests/python/test_laboratory_casing.py",
@@ -16,6 +16,7 @@ const IN_A_BROWSER: [&str; 8] = [
     "tests/python/test_laboratory_texts.py",
     "tests/python/test_laboratory_tools.py",
     "tests/python/test_page.py",
+    "tests/python/test_sheet.py",
     "python/tests/test_guide_site.py",
 ];
 /// Tests of hosts in C++, each of which gets a process of its own: two of them in one have been

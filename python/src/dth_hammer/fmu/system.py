@@ -83,7 +83,7 @@ def write_system(
         DthHammerError: if a partner has nothing to do with the hammer, or two give one input.
         FmuNotFoundError: if a partner is no FMU for co-simulation of such a version.
     """
-    package, out = load(fmu, fmi=fmi), check(out, (".ssp",))
+    package = load(fmu, fmi=fmi)
     size = quantities.duration(step, "step")
     end = quantities.duration(until, "until")
     descriptions = {HAMMER: _described(package.path, package.fmi)}
@@ -92,6 +92,7 @@ def write_system(
     connected = _connect(descriptions)
     # Last: hosts that initialise one after another then give it what its partners begin with.
     descriptions[HAMMER] = descriptions.pop(HAMMER)
+    out = check(out, (".ssp",))
     _warn(start_values(package.description, hammer, preset, rock)[0], connected)
     with tempfile.TemporaryDirectory() as folder:
         own = Path(folder, f"{HAMMER}.fmu")
