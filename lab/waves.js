@@ -101,7 +101,8 @@ class WaveDiagram {
       const time = WAVES_FROM + ((column + 0.5) / size[0]) * (WAVES_UNTIL - WAVES_FROM);
       const sample = this.sample(time);
       rows.forEach(([body, element], row) => {
-        const stress = this.cycle.stress[body][sample][element];
+        // A rigid body has no elements, and no stress.
+        const stress = this.cycle.stress[body][sample][element] ?? 0;
         const at = 4 * (row * size[0] + column);
         image.data.set(colours[shade(stress / this.limit)], at);
         image.data[at + 3] = 255;
