@@ -47,7 +47,7 @@ class WaveDiagram {
     const index = this.sample(time);
     const body = place < this.bodies[0].length ? 0 : 1;
     const below = place - (body ? this.bodies[0].length : 0);
-    const stress = this.cycle.stress[body][index][this.element(body, below)];
+    const stress = this.cycle.stress[body][index][this.element(body, below)] ?? 0;
     const values = { time: digits(1e3 * time, 3), place: digits(1e3 * below, 3), stress: digits(1e-6 * stress, 3) };
     return { index, text: say(`pointed_at_${BODIES[body]}`, values) };
   }
