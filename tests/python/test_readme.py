@@ -34,8 +34,8 @@ def test_ten_lines_are_ten_and_the_rust_block_prints_what_python_simulates() -> 
         found = dth_hammer.simulate({"rock.stiffness": stiffness}, until=0.6).summary()
         rate, low, high = 3600 * found.loc["rate of penetration", ["mean", "low", "high"]]
         energy = found.loc["blow energy", "mean"]
-        told = f"{rate:.1f} m/h ({low:.1f} to {high:.1f}), {energy:.0f} J per blow"
-        assert line.split(": ")[1] == told
+        expected = f"{rate:.1f} m/h ({low:.1f} to {high:.1f}), {energy:.0f} J per blow"
+        assert line.split(": ")[1] == expected
 
 
 def test_what_is_said_of_speed_and_exactness_is_in_the_reports() -> None:
