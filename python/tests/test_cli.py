@@ -45,9 +45,9 @@ def test_sweep_takes_lists_and_ranges(tmp_path: Path, capsys: pytest.CaptureFixt
     assert len(pd.read_csv(table)) == 6
     heads, *lines = capsys.readouterr().out.splitlines()
     assert "feed_force [kN]" in heads
-    # Its own file is a table of hammers too.
+    # Its own file is a table of hammers too, in an order of its own.
     assert main(["sweep", *QUICK, "--quiet", "--rows", str(table)]) == 0
-    assert capsys.readouterr().out.splitlines()[1:3] == lines[:2]
+    assert sorted(capsys.readouterr().out.splitlines()[1:7]) == sorted(lines[:6])
 
 
 @pytest.mark.parametrize(
