@@ -24,11 +24,6 @@ impl Allowance {
         Self(PER_SECOND.saturating_mul(seconds as u64))
     }
 
-    /// Seconds on one core that so many coordinates take.
-    pub fn in_seconds(coordinates: u64) -> f64 {
-        coordinates as f64 / PER_SECOND as f64
-    }
-
     /// What the present call may still do.
     pub fn left() -> Self {
         Self(LEFT.get().unwrap_or(u64::MAX))

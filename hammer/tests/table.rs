@@ -126,7 +126,7 @@ fn extremes(row: &Parameter) -> Vec<f64> {
     values
 }
 
-/// Each parameter nearly zero, huge, and at the ends of its domain, over all drives, in a casing, with loose rods:
+/// Each parameter nearly zero, huge, and at the ends of its domain, over all drives, with a casing and without:
 /// a scene is refused at its start by a parameter's name, or moves so that its energies balance and the host's
 /// slices change no bit; what ends on the way says why, in either.
 #[test]

@@ -50,24 +50,20 @@ pub struct Structure {
     pub reals: &'static [(&'static str, f64)],
 }
 
+const COARSE: &[(&str, i32)] = &[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 2)];
+/// Of which the bit soon hangs on the ring, so that the drive is vented.
+const CASED: &[(&str, f64)] = &[
+    ("casing.mass", 40.0),
+    ("casing.impedance", 4e3),
+    ("chuck.travel", 2e-3),
+    ("chuck.idle_travel", 1e-3),
+];
+
 /// Piston and bit; in a casing whose bit hangs on the ring after some blows, and vents the drive; at a
 /// string whose joints part and pull at each blow; by pressures that are exchanged at steps; by air, in a casing.
 pub const STRUCTURES: [Structure; 5] = [
-    Structure {
-        source: 1,
-        counts: &[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 2)],
-        reals: &[],
-    },
-    Structure {
-        source: 1,
-        counts: &[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 2)],
-        reals: &[
-            ("casing.mass", 40.0),
-            ("casing.impedance", 4e3),
-            ("chuck.travel", 2e-3),
-            ("chuck.idle_travel", 1e-3),
-        ],
-    },
+    Structure { source: 1, counts: COARSE, reals: &[] },
+    Structure { source: 1, counts: COARSE, reals: CASED },
     Structure {
         source: 1,
         counts: &[
@@ -87,19 +83,10 @@ pub const STRUCTURES: [Structure; 5] = [
     },
     Structure {
         source: 3,
-        counts: &[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 2)],
+        counts: COARSE,
         reals: &[("coupling.delay", 0.5), ("drive_pressure", 1.2e6), ("return_pressure", 2e5)],
     },
-    Structure {
-        source: 4,
-        counts: &[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 2)],
-        reals: &[
-            ("casing.mass", 40.0),
-            ("casing.impedance", 4e3),
-            ("chuck.travel", 2e-3),
-            ("chuck.idle_travel", 1e-3),
-        ],
-    },
+    Structure { source: 4, counts: COARSE, reals: CASED },
 ];
 
 /// References and values of what is set by name.

@@ -478,11 +478,6 @@ impl Machine {
         std::mem::replace(&mut self.journal, other)
     }
 
-    /// Seconds of one core that its steps so far were charged, as `work_limit` counts them.
-    pub fn seconds_charged(&self) -> f64 {
-        self.search.budget.seconds_charged()
-    }
-
     /// Counts so far.
     pub fn counters(&self) -> Counters {
         let work = &self.search.work;

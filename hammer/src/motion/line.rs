@@ -38,9 +38,9 @@ impl Motion {
         }
         let others = start::loads(parameters, &self.state.inputs, mode, [Poly::default(); 2]);
         let (mut span, mut work, mut growth) = (self.state.line.ahead, 0, GROWTH);
-        let before = self.unloaded();
+        let (before, [_, [speed, _]]) = (self.unloaded(), self.in_cylinder(&self.tracks, 0.0));
         for _ in 0..TRIALS {
-            let error = self.answer(&before, &others, span, &mut work);
+            let error = self.answer(&before, &others, [span, speed], &mut work);
             let change = SAFETY_FACTOR / math::pow(error, 1.0 / STAGES as f64);
             if error <= 1.0 {
                 let ahead = span * change.clamp(SAFETY_FACTOR, growth);
@@ -67,13 +67,13 @@ impl Motion {
         (self.state.loads, self.steady) = (*loads, *steady);
     }
 
-    /// Puts the answer of a window of this length on the hammer, beside the other loads; returns its error over
-    /// that allowed, infinite if force and speed do not agree.
+    /// Puts the answer of a window of this length, which begins at this speed, on the hammer, beside the other
+    /// loads; returns its error over that allowed, infinite if force and speed do not agree.
     fn answer(
         &mut self,
         before: &Unloaded,
         others: &[Poly; CHANNELS],
-        span: f64,
+        [span, speed]: [f64; 2],
         work: &mut u64,
     ) -> f64 {
         let (rule, impedance) = (Rule::get(), self.parameters().drive.impedance);
@@ -81,8 +81,6 @@ impl Motion {
         // The change of speed by a unit force over the window, if both bodies are free.
         let moved = span * (1.0 / bodies[0].mass + 1.0 / bodies[self.graph().frame].mass);
         let Some(matrix) = Triangles::new(-impedance * moved) else { return f64::INFINITY };
-        self.unload(before);
-        let [_, [speed, _]] = self.in_cylinder(&self.tracks, 0.0);
         let mut force: Nodal = [-impedance * speed; STAGES];
         for _ in 0..PASSES {
             let answer = polynomial(&force, span);

@@ -351,7 +351,8 @@ impl Parameter {
                 if value != 0.0 && !(least..=most).contains(&value.abs()) =>
             {
                 let zero = if self.domain.contains(0.0) { "0, or " } else { "" };
-                refuse(format!("{zero}of a magnitude from {least:e} to {most:e} {unit}"))
+                let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+                refuse(format!("{zero}of a magnitude from {least:e} to {most:e}{unit}"))
             }
             _ => Ok(()),
         }

@@ -1,7 +1,8 @@
 //! The work of a search, and how much a communication step may spend.
 //!
 //! A unit is an evaluation of a guard, and costs as many coordinates of the call's [`Allowance`] as
-//! the scene has, and [`BESIDE`]; what air costs depends on no scene ([`AIR`]). The reference hammer spends about 1e5 units per second of motion.
+//! the scene has, and [`BESIDE`]; what air costs depends on no scene ([`AIR`]). The reference hammer
+//! spends about 1e5 units per second of motion.
 //! Chattering (a contact a million times too stiff, a corrupt state) could take minutes or for ever;
 //! it ends with an error that names what chatters and the parameter that is out of proportion.
 
@@ -81,9 +82,8 @@ pub(crate) struct Budget {
     start: Work,
     /// Coordinates of [`Work`] and of transitions since that are paid for.
     paid: Cell<u64>,
-    /// What a unit costs, in coordinates; what all steps were charged.
+    /// What a unit costs, in coordinates.
     price: u64,
-    charged: Cell<u64>,
     /// Units of [`Work`] at which the interrupt is polled.
     pause: Cell<u64>,
     /// Transitions of the rock and the drive, new series for loads that vary, and transitions of each
@@ -140,13 +140,7 @@ impl Budget {
         let units = work.units() - self.start.units() + self.transitions();
         let done = self.price.saturating_mul(units).saturating_add(self.of_air(work));
         let due = done.saturating_sub(self.paid.replace(done));
-        self.charged.set(self.charged.get().saturating_add(due));
         Allowance::spend(due)
-    }
-
-    /// Seconds of one core that all steps were charged.
-    pub fn seconds_charged(&self) -> f64 {
-        Allowance::in_seconds(self.charged.get())
     }
 
     /// Coordinates of the air's iterations.
@@ -243,5 +237,19 @@ mod tests {
                 budget.pause.set(0);
             }
         }
+    }
+
+    #[test]
+    fn each_count_is_in_the_units_of_work() {
+        let mut work = Work::default();
+        work.count_evaluation();
+        work.count_panels(3);
+        work.count_air([5, 7]);
+        let expected =
+            Work { evaluations: 1, samples: 6, barrier: 3 * PANEL, air: 7, ..Work::default() };
+        assert_eq!(work, expected);
+        (work.windows, work.scans) = (11, 13);
+        assert_eq!(work.units(), 1 + 6 + 13 + 3 * PANEL + 11 * WINDOW);
+        assert_eq!(Budget::default().of_air(&work), 7 * AIR);
     }
 }

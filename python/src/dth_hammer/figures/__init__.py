@@ -214,8 +214,7 @@ def indicator(run: Run) -> Figure:
 
     Example:
         >>> from dth_hammer import figures
-        >>> run = figures.settled_cycle({"drive.source": "Air"}, until="300 ms")
-        >>> figures.indicator(run).savefig("indicator.png")
+        >>> figures.indicator(figures.settled_cycle("air_4_inch", "300 ms")).savefig("indicator.png")
     """
     frame, notes = _settled(run)
     part = frame[(frame.index >= 0.0) & (frame.index <= notes["period"])]
@@ -252,8 +251,7 @@ def at_blows(
 
     Example:
         >>> from dth_hammer import figures
-        >>> run = figures.at_blows(until="300 ms")
-        >>> print(len(run.frame), "rows")
+        >>> print(len(figures.at_blows(until="300 ms").frame), "rows")
         7 rows
     """
     run = simulate(hammer, until, preset=preset, rock=rock, outputs=["blow_count"])

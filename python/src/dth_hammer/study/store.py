@@ -74,8 +74,8 @@ class Store:
         """Returns all stored rows, each once."""
         return self._together(self._files())
 
-    def require(self, columns: Mapping[str, Iterable[str]]) -> None:
-        """Raises if a run is stored without one of the columns that it is to have."""
+    def whole(self, columns: Mapping[str, Iterable[str]]) -> pd.DataFrame:
+        """Returns all stored rows; raises if a run lacks one of the columns that it is to have."""
         table = self.rows()
         for key in set(columns).intersection(table.get(RUN, ())):
             for column in columns[key]:
@@ -83,6 +83,7 @@ class Store:
                     raise OutputError(
                         f"{self.path} has lost its column {column}: choose another file"
                     )
+        return table
 
     def add(self, table: pd.DataFrame, key: str = RUN) -> None:
         """Stores rows as a new part."""

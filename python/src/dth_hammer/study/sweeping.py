@@ -168,10 +168,11 @@ def table_of(
     listed = with_sides(names)
     store = Store(Path(out)) if out is not None else None
     with store.alone() if store else nullcontext():
+        done = pd.DataFrame()
         if store:
             written = [UNTIL, *listed, ERROR, WARNING, MODEL]
-            store.require({key: [*run.numbers, *written] for key, run in runs.items()})
-        tables = _run(runs, store, by, progress)
+            done = store.whole({key: [*run.numbers, *written] for key, run in runs.items()})
+        tables = _run(runs, done, store, by, progress)
         if store:
             store.finish()
     table = _whole(tables, keys, [CASE, *settings] if named else settings, listed)
@@ -209,12 +210,12 @@ def of(column: str) -> str:
 
 def _run(
     runs: Mapping[str, Job],
+    done: pd.DataFrame,
     store: Store | None,
     by: Workers,
     progress: bool,
 ) -> list[pd.DataFrame]:
-    """Returns the stored rows, and runs and stores the missing ones."""
-    done = store.rows() if store else pd.DataFrame()
+    """Returns the rows that are done, and runs and stores the missing ones."""
     tables = [done[done[RUN].isin(runs)].drop_duplicates(RUN)] if len(done) else []
     known = set(tables[0][RUN]) if tables else set()
     missing = [run for key, run in runs.items() if key not in known]
