@@ -214,7 +214,7 @@ def indicator(run: Run) -> Figure:
 
     Example:
         >>> from dth_hammer import figures
-        >>> figures.indicator(figures.settled_cycle("air_4_inch", "300 ms")).savefig("indicator.png")
+        >>> figures.indicator(figures.settled_cycle("air_4_inch", "0.3 s")).savefig("air.png")
     """
     frame, notes = _settled(run)
     part = frame[(frame.index >= 0.0) & (frame.index <= notes["period"])]
