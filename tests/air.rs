@@ -1,15 +1,13 @@
-//! A hammer that air drives, through the C functions: bits, states, events, what it takes and gives.
+//! A hammer that air drives, through the C functions: pressures, what it takes and gives.
 
 use crate::support::host::{Host, vr};
-use crate::support::library::{ERROR, Handle, Library, OK};
+use crate::support::library::{ERROR, Library, OK};
 use crate::support::three::{Three, extra};
 use dth_hammer::capabilities::OVER_STEP;
 use dth_hammer::events::Extra;
-use hammer::variables::{Role, VARIABLES};
 
 /// `drive.source = Air`.
 const AIR: i32 = 4;
-const END: f64 = 0.08;
 
 /// What a host of either standard does here.
 trait Driver {
@@ -19,12 +17,6 @@ trait Driver {
     fn ramp(&self, name: &str, ramp: (f64, f64));
     /// A step that must fail: until when the motion is known, and why it ends.
     fn fails(&self, from: f64, to: f64) -> (f64, String);
-    /// Other pressures of supply and exhaust, which rise or fall, and another feed.
-    fn change(&self) {
-        self.ramp("supply_pressure", (1.1e6, 5e6));
-        self.ramp("exhaust_pressure", (1.6e5, -1e5));
-        self.ramp("feed_force", (7e3, 0.0));
-    }
 }
 
 /// `fmi2LastSuccessfulTime`.
@@ -78,14 +70,6 @@ impl Driver for Three<'_> {
     }
 }
 
-/// Bits of every output; the peaks, which are those of the last step, only if it has been the same.
-fn bits(host: &impl Driver, peaks: bool) -> Vec<(&'static str, u64)> {
-    let is_wanted = |name: &str| peaks || !name.ends_with("_peak");
-    let outputs = VARIABLES.iter().filter(|row| matches!(row.role, Role::Output(_)));
-    let wanted = outputs.map(|row| row.name).filter(|name| is_wanted(name));
-    wanted.map(|name| (name, host.value(name).to_bits())).collect()
-}
-
 /// Rigid and elastic, the latter in a casing that vents the chambers when it is lifted.
 fn scenes() -> [(i32, Vec<(&'static str, f64)>); 2] {
     let cased = [
@@ -117,91 +101,6 @@ fn three<'a>(library: &'a Library, (fidelity, values): &(i32, Vec<(&str, f64)>))
     host.set("Float64", Extra::Position(0).reference(), -0.02);
     host.start(true);
     host
-}
-
-/// Communication points up to the middle, where inputs change, and on to the end.
-fn sliced(host: &impl Driver, points: &[f64]) {
-    let (middle, mut now) = (0.37 * END, 0.0);
-    let before = points.iter().map(|share| share * middle).chain([middle]);
-    let after = points.iter().map(|share| middle + share * (END - middle)).chain([END]);
-    for (index, point) in before.chain(after).enumerate() {
-        if index == points.len() + 1 {
-            host.change();
-        }
-        host.advance(now, point);
-        now = point;
-    }
-}
-
-#[test]
-fn how_a_host_slices_time_changes_no_bit_in_either_standard() {
-    let library = Library::load();
-    let even: Vec<f64> = (1..97).map(|k| f64::from(k) / 97.0).collect();
-    // Sizes over eight decades.
-    let uneven: Vec<f64> = (1..60).map(|k| 10f64.powf(-f64::from(60 - k) / 7.0)).collect();
-    for scene in scenes() {
-        let whole = two(&library, &scene);
-        sliced(&whole, &[]);
-        assert!(whole.get("blow_count") >= 2.0 && whole.get("air_mass") > 0.0);
-        for points in [&even, &uneven] {
-            let host = two(&library, &scene);
-            sliced(&host, points);
-            assert_eq!(bits(&host, false), bits(&whole, false));
-        }
-        for points in [&[][..], &even] {
-            let host = three(&library, &scene);
-            sliced(&host, points);
-            assert_eq!(bits(&host, false), bits(&whole, false), "FMI 3.0, with events");
-        }
-    }
-}
-
-/// Taken in the middle of a window of the air, with inputs pending that are not yet applied.
-#[test]
-fn a_state_goes_on_to_the_bit_in_place_elsewhere_and_from_bytes() {
-    let library = Library::load();
-    let point = 0.0317;
-    for scene in scenes() {
-        let host = two(&library, &scene);
-        host.advance(0.0, point);
-        host.change();
-        let mut state = Handle(0);
-        assert_eq!(library.get_state(host.handle, Some(&mut state)), OK);
-        let bytes = library.serialize(host.handle, state).expect("serialises");
-        let go_on = |host: &Host| {
-            host.advance(point, END);
-            bits(host, true)
-        };
-        let expected = go_on(&host);
-        assert_eq!(library.set_state(host.handle, state), OK);
-        assert_eq!(go_on(&host), expected, "in the same instance");
-        // One driven by its relay, and one of another scene of air.
-        let mut from_bytes = Handle(0);
-        let others = [Host::running(&library, &[]), two(&library, &scenes()[0])];
-        for (other, copied) in others.iter().zip([false, true]) {
-            let mut state = state;
-            if copied {
-                assert_eq!(library.deserialize(other.handle, &bytes, &mut from_bytes), OK);
-                state = from_bytes;
-            }
-            assert_eq!(library.set_state(other.handle, state), OK);
-            assert_eq!(go_on(other), expected, "elsewhere, copied: {copied}");
-        }
-        // The same state has the same bytes.
-        assert_eq!(library.serialize(host.handle, from_bytes), Some(bytes));
-        for mut state in [state, from_bytes] {
-            assert_eq!(library.free_state(host.handle, Some(&mut state)), OK);
-        }
-
-        let (one, other) = (three(&library, &scene), three(&library, &scenes()[0]));
-        one.advance(0.0, point);
-        one.change();
-        assert_eq!(other.adopt(&one.serialized()), [OK; 2]);
-        for host in [&one, &other] {
-            host.advance(point, END);
-        }
-        assert_eq!(bits(&one, true), bits(&other, true), "FMI 3.0");
-    }
 }
 
 /// A chamber at rest that a supply of constant pressure fills through a choked opening: the flow is

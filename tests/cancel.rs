@@ -42,18 +42,22 @@ fn a_step_of_minutes_ends_at_once_and_the_instance_can_be_used_again() {
     assert!(fastest < PROMPT, "{fastest:?}");
 }
 
-/// Calls `cancel` until it finds work to end, or `work` is over; what that returned, and whether it was
-/// cancelled.
-fn raced(library: &Library, handle: Handle, work: impl FnOnce() -> i32 + Send) -> (i32, bool) {
-    thread::scope(|scope| {
+/// Calls `cancel` until it finds work to end, or `work` is over: whether it ended for that.
+fn raced(host: &Host, work: impl FnOnce() -> i32 + Send) -> bool {
+    let mut cancelled = false;
+    let status = thread::scope(|scope| {
         let work = scope.spawn(work);
-        let mut cancelled = false;
         while !cancelled && !work.is_finished() {
             thread::sleep(Duration::from_millis(1));
-            cancelled = cancel(library, handle) == OK;
+            cancelled = cancel(host.library, host.handle) == OK;
         }
-        (work.join().unwrap(), cancelled)
-    })
+        work.join().unwrap()
+    });
+    if status == ERROR {
+        let (_, _, why) = host.take_log().pop().unwrap();
+        assert!(cancelled && why == "cancelled before it was done", "{why}");
+    }
+    status == ERROR
 }
 
 /// On 400 elements a body a scene is made in a tenth of a second.
@@ -72,13 +76,11 @@ fn initialization_and_derivatives_end_too_and_can_be_asked_for_again() {
             host.set("piston.length", shortest + 1e-3 * time as f64);
             host.plain("fmi2EnterInitializationMode");
             let instance = host.handle;
-            let (status, cancelled) = raced(&library, instance, || work(&library, instance));
-            if status == ERROR {
-                let (_, _, why) = host.take_log().pop().unwrap();
-                assert!(cancelled && why == "cancelled before it was done", "{why}");
+            let ended = raced(&host, || work(&library, instance));
+            if ended {
                 assert_eq!(work(&library, instance), OK, "asked again: {:?}", host.take_log());
             }
-            status == ERROR
+            ended
         };
         assert!((0..TRIES).any(ends));
     }
@@ -97,14 +99,10 @@ fn the_first_read_of_an_energy_ends_too_and_can_be_repeated() {
         host.step(0.0, 0.0145);
         let (instance, energy) = (host.handle, [vr("energy_damping")]);
         let read = || library.get_reals(instance, &energy, &mut [0.0]);
-        let (status, cancelled) = raced(&library, instance, read);
-        if status == ERROR {
-            let (_, _, why) = host.take_log().pop().unwrap();
-            assert!(cancelled && why == "cancelled before it was done", "{why}");
-        }
+        let ended = raced(&host, read);
         assert!(host.get("energy_damping") > 0.0);
         host.step(0.0145, 1e-3);
-        status == ERROR
+        ended
     };
     assert!((0..TRIES).any(ends));
 }

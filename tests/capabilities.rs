@@ -30,24 +30,6 @@ fn close(found: f64, expected: f64) {
 }
 
 #[test]
-fn step_sizes_may_vary_and_do_not_matter() {
-    let library = Library::load();
-    let [one, many] = [(); 2].map(|()| Host::running(&library, &[]));
-    one.step(0.0, 0.1);
-    let mut time = 0.0;
-    for size in [1e-9, 0.0, 3.7e-3, 0.04, 1e-5, 0.05] {
-        many.step(time, size);
-        time += size;
-    }
-    many.step(time, 0.1 - time);
-    assert_eq!(one.get("event_count"), many.get("event_count"));
-    for name in ["piston_position", "bit_tip_position", "tip_depth", "rock_impulse"] {
-        let (a, b) = (one.get(name), many.get(name));
-        assert!((a - b).abs() <= 1e-9 * a.abs(), "{name}: {a} {b}");
-    }
-}
-
-#[test]
 fn inputs_are_polynomials_inside_a_step() {
     let library = Library::load();
     let host = free_flight(&library);
@@ -231,22 +213,6 @@ fn every_output_derivative_is_that_of_its_output() {
             }
         }
     }
-}
-
-#[test]
-fn tunable_parameters_act_from_the_next_step() {
-    let library = Library::load();
-    let [same, tuned] = [(); 2].map(|()| Host::running(&library, &[]));
-    for host in [&same, &tuned] {
-        host.step(0.0, 0.02);
-    }
-    tuned.set("drive.amplitude", 2500.0);
-    assert_eq!(tuned.get("applied_drive_force"), same.get("applied_drive_force"));
-    for host in [&same, &tuned] {
-        host.step(0.02, 0.001);
-    }
-    assert_eq!(same.get("applied_drive_force").abs(), 1800.0);
-    assert_eq!(tuned.get("applied_drive_force").abs(), 2500.0);
 }
 
 /// Runs on from a state with inputs and parameters pending, in three instances.

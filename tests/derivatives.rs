@@ -241,25 +241,6 @@ fn what_cannot_change_or_is_no_output_is_refused() {
 }
 
 #[test]
-fn over_a_step_an_output_follows_the_input_as_differences_do() {
-    let library = Library::load();
-    let end = |force: f64| {
-        let host = Host::running(&library, &[]);
-        host.set("feed_force", force);
-        host.step(0.0, 0.001);
-        let value = host.get("bit_position");
-        (host, value)
-    };
-    let [feed, output] = ["feed_force", "bit_position"].map(vr);
-    let (host, _) = end(5e3);
-    let slope = derivative(&host, &[OVER_STEP + output], feed)[0];
-    // On its rock line, below the speed at which that ends, the bit moves in proportion to the
-    // force: differences of 1 N leave 1e-12 to rounding.
-    let difference = (end(5e3 + 1.0).1 - end(5e3 - 1.0).1) / 2.0;
-    assert!((slope - difference).abs() < 1e-9 * difference.abs(), "{slope} {difference}");
-}
-
-#[test]
 fn adjoint_derivatives_are_the_directional_ones_the_other_way_round() {
     let library = Library::load();
     let host = Three::new(&library, false, false);

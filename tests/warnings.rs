@@ -78,20 +78,6 @@ fn a_value_in_another_unit() {
 }
 
 #[test]
-fn a_parameter_that_the_scene_does_not_read() {
-    let library = Library::load();
-    let unread = [("piston.segment[3].length", 1e3), ("drive.area_drive", 1e-3)];
-    let host = Host::running(&library, &unread);
-    let log = [
-        "piston.segment[3].length is ignored: piston.segments is 0",
-        "drive.area_drive is ignored: drive.source is Relay, and only Pressure, Air read it",
-    ];
-    assert_eq!(warnings(&host), log);
-    host.step(0.0, 1e-3);
-    assert!(warnings(&host).is_empty(), "once");
-}
-
-#[test]
 fn nobody_is_warned_who_listens_to_no_warnings() {
     let library = Library::load();
     let host = Host::new(&library);

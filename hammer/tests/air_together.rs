@@ -2,7 +2,9 @@
 //! start it.
 
 use hammer::Scene;
+use hammer::datasheet::AirBlow;
 use hammer::means::{Kind, Wanted, steady};
+use hammer::presets::Preset;
 use hammer::sensitivity::{Argument, Sample, derivatives};
 use hammer::{Fidelity, InputValues, Machine, Parameters, Reloading, Source};
 
@@ -85,4 +87,16 @@ fn a_supply_that_lifts_no_piston_stalls_the_hammer() {
     let found = steady(&scene, &Wanted { limit: 1.0, ..Wanted::default() }, &mut |_, _| true)
         .expect("an answer");
     assert_eq!(found.kind, Kind::Stalled);
+}
+
+/// Two ways to one number: what the supply has lost over whole blows, and the mean of a long run. The blows repeat to
+/// 1e-3 after a dozen.
+#[test]
+fn air_is_among_the_means() {
+    let (parameters, inputs) = Preset::named("air_4_inch").expect("a preset").start();
+    let scene = Scene { parameters, inputs };
+    let mean = steady(&scene, &Wanted::default(), &mut |_, _| true).expect("an answer").mean;
+    let blow = AirBlow::settled(&scene).expect("blows");
+    assert!((mean.get("air_flow") / blow.flow - 1.0).abs() < 2e-3, "{mean:?} {blow:?}");
+    assert!((mean.get("blow_energy") / blow.energy - 1.0).abs() < 2e-3, "{mean:?} {blow:?}");
 }

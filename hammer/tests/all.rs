@@ -1,9 +1,7 @@
 //! All tests of this crate in one program, which is linked once; `cargo test --test all MODULE::` runs a
 //! file's. Apart are those that need a process of their own (`[[test]]` in `Cargo.toml`).
 
-mod advised;
 mod air;
-mod air_catalogue;
 mod air_presets;
 mod air_solved;
 mod air_together;

@@ -23,6 +23,32 @@ fn sources(folder: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
+/// The repository.
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Engine and faces.
+const SHIPPED: [&str; 3] = ["hammer/src", "src", "python/native/src"];
+
+/// The files of some folders of the repository, with their lines that are no comment.
+fn lines(folders: &[&str]) -> Vec<(PathBuf, Vec<String>)> {
+    let mut files = Vec::new();
+    folders.iter().for_each(|folder| sources(&root().join(folder), &mut files));
+    let read = |file: PathBuf| {
+        let text = fs::read_to_string(&file).expect("a source file");
+        let lines = text.lines().filter(|line| !line.trim_start().starts_with(['/', '#']));
+        (file, lines.map(str::to_string).collect())
+    };
+    files.into_iter().map(read).collect()
+}
+
+/// The words of a line.
+fn words(line: &str) -> Vec<&str> {
+    let words = line.split(|c: char| !c.is_alphanumeric() && c != '_');
+    words.filter(|word| !word.is_empty()).collect()
+}
+
 /// `modal::model` for `src/modal/model.rs`, `motion` for `src/motion/mod.rs`.
 fn module(root: &Path, file: &Path) -> String {
     let inside = file.strip_prefix(root).expect("a source file").with_extension("");
@@ -127,25 +153,15 @@ const CRATES: [&str; 10] = [
 
 #[test]
 fn no_file_imports_itself_in_a_circle() {
-    let repository = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut circles = Vec::new();
-    for root in CRATES {
-        let arrows = arrows(&repository.join(root));
-        assert!(!arrows.is_empty(), "{root} has no modules");
+    for crate_root in CRATES {
+        let arrows = arrows(&root().join(crate_root));
+        assert!(!arrows.is_empty(), "{crate_root} has no modules");
         let mut done = BTreeSet::new();
         let of_crate = arrows.keys().filter_map(|m| circle(&arrows, m, &mut Vec::new(), &mut done));
-        circles.extend(of_crate.map(|circle| format!("{root}: {circle}")));
+        circles.extend(of_crate.map(|circle| format!("{crate_root}: {circle}")));
     }
     assert!(circles.is_empty(), "{}", circles.join("\n"));
-}
-
-#[test]
-fn an_import_in_braces_is_read_to_its_ends() {
-    let text = "modal::{self, model::{A, B}, span::C}; use crate::other";
-    let paths = ["modal::self", "modal::model::A", "modal::model::B", "modal::span::C"];
-    assert_eq!(imported(text), paths);
-    assert_eq!(imported("{blows, waves};"), ["blows", "waves"]);
-    assert_eq!(imported("machine::Machine::new(&p)"), ["machine::Machine::new"]);
 }
 
 #[test]
@@ -156,8 +172,7 @@ fn the_folders_arrows_are_those_that_the_architecture_draws() {
         let from = actual.entry(folder(&module)).or_default();
         from.extend(targets.iter().map(|t| folder(t)).filter(|t| *t != folder(&module)));
     }
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../ARCHITECTURE.md");
-    let page = fs::read_to_string(page).expect("the page");
+    let page = fs::read_to_string(root().join("ARCHITECTURE.md")).expect("the page");
     let drawing = page.split("<!-- arrows of hammer/src -->").nth(1).expect("the drawing");
     let drawing = drawing.split("```").nth(1).expect("a block");
     let drawn: Arrows = drawing
@@ -173,7 +188,7 @@ fn the_folders_arrows_are_those_that_the_architecture_draws() {
 /// Rows of the walks read ``| step | `file` `words` | why |``: the file has these words, once.
 #[test]
 fn the_walks_name_words_that_their_files_have_once() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = root();
     let page = fs::read_to_string(root.join("ARCHITECTURE.md")).expect("the page");
     let walks = page.split("## Two walks").nth(1).expect("the walks");
     let walks = walks.split("\n## ").next().expect("their end");
@@ -207,7 +222,7 @@ fn spelled(path: &str) -> Vec<String> {
 
 #[test]
 fn the_paths_that_contributing_and_architecture_name_are_there() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = root();
     // Made by commands, or named by the FMI standard.
     let made = ["dist/", "target/", "binaries/", "target"];
     for page in ["CONTRIBUTING.md", "ARCHITECTURE.md"] {
@@ -244,19 +259,13 @@ const HOUSE_WORDS: [&str; 13] = [
 /// Names after a keyword that declares, or before a lone `=`.
 #[test]
 fn no_name_is_a_house_word() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let mut files = Vec::new();
-    for folder in ["hammer", "src", "evidence", "python", "packaging", "tests", "examples", "guide"]
-    {
-        sources(&root.join(folder), &mut files);
-    }
+    let files =
+        lines(&["hammer", "src", "evidence", "python", "packaging", "tests", "examples", "guide"]);
     let declares = ["fn", "let", "mut", "struct", "enum", "mod", "type", "const", "def", "class"];
     let mut names = Vec::new();
-    for file in &files {
-        let text = fs::read_to_string(file).expect("a source file");
-        for line in text.lines().filter(|line| !line.trim_start().starts_with(['/', '#'])) {
-            let code = line.split(|c: char| !c.is_alphanumeric() && c != '_');
-            let words: Vec<&str> = code.filter(|word| !word.is_empty()).collect();
+    for (file, lines) in &files {
+        for line in lines {
+            let words = words(line);
             let declared = words.windows(2).filter(|w| declares.contains(&w[0])).map(|w| w[1]);
             let assigned = line.trim_start().split_once(" = ").map(|(name, _)| name);
             let house = declared.chain(assigned).filter(|word| HOUSE_WORDS.contains(word));
@@ -270,25 +279,15 @@ fn no_name_is_a_house_word() {
 /// the host's, which cannot be called outside an unsafe block.
 #[test]
 fn unsafe_blocks_functions_and_implementations_are_in_one_file() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let boundary = root.join("src/abi.rs");
-    let mut files = Vec::new();
-    for folder in ["hammer/src", "src", "python/native/src"] {
-        sources(&root.join(folder), &mut files);
-    }
     let (mut inside, mut outside) = (0, Vec::new());
-    for file in &files {
-        let text = fs::read_to_string(file).expect("a source file");
-        let lines = text.lines().filter(|line| !line.trim_start().starts_with("//"));
-        let of = |line: &&str| {
-            let is_attribute = line.trim() == "#[unsafe(no_mangle)]";
+    for (file, lines) in lines(&SHIPPED) {
+        let of = |line: &&String| {
             let is_type =
                 line.starts_with("pub type ") && line.contains(" = unsafe extern \"C\" fn(");
-            let mut words = line.split(|c: char| !c.is_alphanumeric() && c != '_');
-            words.any(|word| word == "unsafe") && !is_attribute && !is_type
+            words(line).contains(&"unsafe") && !is_type
         };
-        let uses = lines.filter(of);
-        if *file == boundary {
+        let uses = lines.iter().filter(of);
+        if file == root().join("src/abi.rs") {
             inside = uses.count();
         } else {
             outside.extend(uses.map(|line| format!("{}: {line}", file.display())));
@@ -300,22 +299,11 @@ fn unsafe_blocks_functions_and_implementations_are_in_one_file() {
 /// What a host or a file says to engine and faces touches no file and no network: no code of theirs can.
 #[test]
 fn neither_engine_nor_faces_name_files_network_or_programs() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let mut files = Vec::new();
-    for folder in ["hammer/src", "src", "python/native/src"] {
-        sources(&root.join(folder), &mut files);
-    }
-    let mut found = Vec::new();
-    for file in &files {
-        let text = fs::read_to_string(file).expect("a source file");
-        let lines = text.lines().filter(|line| !line.trim_start().starts_with("//"));
-        let words = |line: &str| {
-            let mut words = line.split(|c: char| !c.is_alphanumeric() && c != '_');
-            words.any(|word| {
-                ["fs", "net", "File", "Command", "TcpStream", "UdpSocket"].contains(&word)
-            })
-        };
-        let reaches = lines.filter(|line| line.contains("::") && words(line));
+    let (files, mut found) = (lines(&SHIPPED), Vec::new());
+    let outer = ["fs", "net", "File", "Command", "TcpStream", "UdpSocket"];
+    for (file, lines) in &files {
+        let names = |line: &&String| words(line).iter().any(|word| outer.contains(word));
+        let reaches = lines.iter().filter(|line| line.contains("::")).filter(names);
         found.extend(reaches.map(|line| format!("{}: {line}", file.display())));
     }
     assert!(files.len() > 100 && found.is_empty(), "{} files: {found:#?}", files.len());
@@ -345,11 +333,8 @@ const SECOND: [(&str, &str); 6] = [
 /// what is listed here. `CONTRIBUTING.md` says what else a new one touches.
 #[test]
 fn no_variable_is_named_beside_the_table() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let mut files = Vec::new();
-    for folder in ["hammer/src", "src", "python/native/src"] {
-        sources(&root.join(folder), &mut files);
-    }
+    let (root, mut files) = (root(), Vec::new());
+    SHIPPED.iter().for_each(|folder| sources(&root.join(folder), &mut files));
     let texts: Vec<(String, String)> = files
         .iter()
         .map(|file| {
@@ -423,7 +408,7 @@ fn ties_are_named_where_their_laws_and_numbers_are_alone() {
 /// A file that nothing names is no test that runs.
 #[test]
 fn every_file_of_tests_is_in_a_program() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = root();
     let mut count = 0;
     for home in ["", "hammer", "evidence/verify"] {
         let read = |file: &str| fs::read_to_string(root.join(home).join(file)).expect("a file");

@@ -102,25 +102,6 @@ fn check(p: &Parameters, inputs: &InputValues, until: f64) -> (usize, usize) {
 }
 
 #[test]
-fn a_second_collision_of_the_same_fall_is_no_blow_of_its_own() {
-    let (p, inputs) = (unequal(0.25, 0.21), InputValues::default());
-    let (_, blows) = check(&p, &inputs, 0.5);
-    // The piston still falls when it strikes again.
-    let falling = collisions(&p, &inputs, 0.5).iter().filter(|c| c.piston > 0.0).count();
-    assert!(falling >= 2 * blows - 1, "{falling} collisions in {blows} falls");
-    let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
-    while machine.time() < 0.5 {
-        machine.advance(machine.time() + 1e-3).expect("a step");
-        if machine.counters().blows >= 2 {
-            // A stroke of 5 cm takes the relay at least T3 there and back.
-            let blow = machine.blow().expect("a blow");
-            assert!(blow.period > p.timescales().pressure, "{}", blow.period);
-            assert!(blow.tip_rate < 0.2, "{}", blow.tip_rate);
-        }
-    }
-}
-
-#[test]
 fn the_bit_s_rebound_belongs_to_the_blow() {
     let (collisions, blows) = check(&Parameters::default(), &InputValues::default(), 0.4);
     assert_eq!(collisions, 2 * blows);

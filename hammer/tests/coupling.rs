@@ -126,27 +126,6 @@ fn a_jump_after_an_early_return_is_no_error_of_the_exchange() {
     assert_eq!(machine.exchanged_energy(), 0.0);
 }
 
-/// The state has it all: after it is restored, the same bits follow.
-#[test]
-fn a_restored_state_extrapolates_as_before() {
-    let value = |step: u32| 1e3 * f64::from(step).sin();
-    let go = |machine: &mut Machine, steps: std::ops::Range<u32>| {
-        for step in steps {
-            machine.set_input(Input::DriveForce, &[value(step)]).unwrap();
-            machine.advance(1e-3 * f64::from(step)).unwrap();
-        }
-    };
-    let mut machine = Machine::new(&thrown(1.5), &InputValues::default(), 0.0).unwrap();
-    go(&mut machine, 1..20);
-    let state = machine.state();
-    go(&mut machine, 20..40);
-    let mut other = Machine::new(&thrown(1.5), &InputValues::default(), 0.0).unwrap();
-    other.restore(&state).unwrap();
-    go(&mut other, 20..40);
-    assert_eq!(other.state(), machine.state());
-    assert!(machine.exchanged_energy() != 0.0);
-}
-
 /// The swing of a rigid piston on a trapped chamber of oil, over 20 ms in steps of one size, over that of a
 /// spring; and the energy that the exchange made, as reported and as it is, J.
 fn oil(delay: f64, lag: usize, step: f64) -> [f64; 3] {

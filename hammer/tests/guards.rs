@@ -18,21 +18,26 @@ const MODE: Mode = Mode::starting(RockMode::FreeFlight);
 /// `a cos(w t + phase)`; the functional is their sum.
 fn track(waves: &[(f64, f64, f64)]) -> Track {
     let omega2: Vec<f64> = waves.iter().map(|w| w.0 * w.0).collect();
-    let n = waves.len();
-    let recipe = Recipe {
-        structure: Structure::free(&omega2, 0.0),
-        loads: std::array::from_fn(|_| vec![0.0; n]),
-        functionals: vec![vec![1.0; n]],
-        dampers: Vec::new(),
-    };
-    let system = Arc::new(System::new(recipe, None, MODE).expect("a spectrum"));
     let state: Vec<f64> = waves
         .iter()
         .map(|(_, a, phase)| a * phase.cos())
         .chain(waves.iter().map(|(w, a, phase)| -a * w * phase.sin()))
         .collect();
+    moving(Structure::free(&omega2, 0.0), &state)
+}
+
+/// A structure in this state, `[q | q']`; the functional is the sum of its modes.
+fn moving(structure: Structure, state: &[f64]) -> Track {
+    let n = structure.omega2.len();
+    let recipe = Recipe {
+        structure,
+        loads: std::array::from_fn(|_| vec![0.0; n]),
+        functionals: vec![vec![1.0; n]],
+        dampers: Vec::new(),
+    };
+    let system = Arc::new(System::new(recipe, None, MODE).expect("a spectrum"));
     let mut z = vec![0.0; 2 * system.blocks()];
-    system.to_modal(&state, &mut z);
+    system.to_modal(state, &mut z);
     Track { system, z, at: 0.0 }
 }
 
@@ -309,17 +314,7 @@ fn a_velocity_is_searched_as_sharply_as_a_displacement() {
 #[test]
 fn a_decay_towards_zero_from_below_costs_nothing() {
     // Damped to nothing below the level: clear for ever, without a search.
-    let omega2 = [1e10];
-    let recipe = Recipe {
-        structure: Structure::free(&omega2, 1e-6),
-        loads: std::array::from_fn(|_| vec![0.0]),
-        functionals: vec![vec![1.0]],
-        dampers: Vec::new(),
-    };
-    let system = Arc::new(System::new(recipe, None, MODE).expect("a spectrum"));
-    let mut z = vec![0.0; 2 * system.blocks()];
-    system.to_modal(&[-1e-3, 0.0], &mut z);
-    let track = Track { system, z, at: 0.0 };
+    let track = moving(Structure::free(&[1e10], 1e-6), &[-1e-3, 0.0]);
     let (found, work) = search(&track, guard(poly(&[-2e-3]), 0), 1e3);
     assert_eq!(found, None);
     assert!(work < 10, "{work} evaluations");
@@ -335,16 +330,8 @@ fn a_creep_that_outweighs_an_oscillation_is_followed_to_where_it_ends() {
     let (k, c) = (1e3f64, 1001.0);
     let omega2 = [k, w * w];
     let dashpot = Attachment { shape: &[1.0, 0.0], stiffness: 0.0, viscosity: c };
-    let recipe = Recipe {
-        structure: Structure { attachments: vec![dashpot], ..Structure::free(&omega2, 0.0) },
-        loads: std::array::from_fn(|_| vec![0.0; 2]),
-        functionals: vec![vec![1.0; 2]],
-        dampers: Vec::new(),
-    };
-    let system = Arc::new(System::new(recipe, None, MODE).expect("a spectrum"));
-    let mut z = vec![0.0; 2 * system.blocks()];
-    system.to_modal(&[-1.0, a, 1.0, 0.0], &mut z);
-    let track = Track { system, z, at: 0.0 };
+    let structure = Structure { attachments: vec![dashpot], ..Structure::free(&omega2, 0.0) };
+    let track = moving(structure, &[-1.0, a, 1.0, 0.0]);
     let (found, work) = search(&track, guard(poly(&[]), 0), 10.0);
     let t = found.expect("a crossing");
     let exact = |t: f64| a * (w * t).cos() - (-t).exp();

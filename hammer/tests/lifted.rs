@@ -67,28 +67,3 @@ fn a_lifted_elastic_casing_does_not_ring() {
         }
     }
 }
-
-/// Lifted off, the bit hangs on the ring and the drive is vented: no blow. Pressed back, it works.
-#[test]
-fn a_hammer_that_is_lifted_idles_and_works_again() {
-    let mut p = cased();
-    p.chuck.idle_travel = 0.01;
-    let mut m = machine(&p, 5e3);
-    m.advance(0.3).expect("a run");
-    let working = m.counters().blows;
-    assert!(working >= 4, "{working}");
-    let weight = (p.piston_mass() + p.bit_mass() + p.casing.mass) * p.gravity;
-    m.set_input(hammer::Input::FeedForce, &[-weight - 30.0]).expect("a force");
-    m.advance(0.7).expect("a run");
-    assert!(m.mode().vented, "{}", m.mode());
-    assert_eq!(m.kinematics().applied_drive_force, 0.0);
-    let lifted = m.counters().blows;
-    m.advance(1.0).expect("a run");
-    assert!(m.counters().blows <= lifted + 1, "it idles");
-    m.set_input(hammer::Input::FeedForce, &[5e3]).expect("a force");
-    m.advance(2.0).expect("a run");
-    assert!(!m.mode().vented, "{}", m.mode());
-    assert!(m.counters().blows >= lifted + 4, "{}", m.counters().blows);
-    let energies = m.energies();
-    assert!(energies.residual.abs() <= 1e-10 * energies.turnover(), "{energies:?}");
-}

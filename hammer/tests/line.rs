@@ -1,7 +1,6 @@
 //! A transmission line at the piston (`drive.impedance`): closed forms, slices and states to the bit, the
 //! balance of energy, what is refused. `cargo compare --kind line` holds drawn hammers to the reference.
 
-use hammer::sensitivity::{Argument, Sample, derivatives};
 use hammer::{Fidelity, Input, InputValues, Machine, Parameters, Scene, Source};
 
 const FORCE: f64 = 900.0;
@@ -52,26 +51,6 @@ fn the_speed_nears_that_at_which_the_line_carries_the_force() {
             assert!(off.abs() < IMPEDANCE * SPEED, "{casing} {fidelity:?} {time}: {off:e}");
         }
     }
-}
-
-#[test]
-fn its_derivative_is_that_of_the_closed_form() {
-    let (scene, time) = (floating(20.0, Fidelity::Rigid), 7e-3);
-    let run = |scene: &Scene| {
-        let read = |m: &mut Machine| vec![m.kinematics().relative_velocity];
-        Sample::of_run(&mut scene.machine()?, &[time], &read)
-    };
-    let by = Argument::named("drive.impedance").expect("a row of the table");
-    let found = &derivatives(&scene, &[by], &run).expect("runs")[0];
-    // By a difference over 2^-10 of the impedance, whose third derivative leaves a millionth.
-    let step = IMPEDANCE / 1024.0;
-    let [low, high] = [-step, step].map(|change| {
-        let mut p = scene.parameters;
-        p.drive.impedance += change;
-        speed(&p, time)
-    });
-    let exact = (high - low) / (2.0 * step);
-    assert!((found.values[0] / exact - 1.0).abs() < 2e-6, "{found:?} {exact}");
 }
 
 /// Hammers by every drive that a line may be at: bare, in a casing that is lifted so that its relay is vented,

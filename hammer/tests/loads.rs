@@ -1,7 +1,7 @@
 //! Loads that vary: every order of an input's derivatives, at any rate, on soft and stiff rock.
 
 use crate::scenes::Random;
-use hammer::{Event, Fidelity, Input, InputValues, Machine, Parameters, Record, RockEvent, State};
+use hammer::{Event, Fidelity, Input, InputValues, Machine, Parameters, Record, RockEvent};
 
 /// 5 kN with an oscillation of 1 kN at 500 Hz, and its derivatives.
 fn feed(t: f64) -> [f64; 5] {
@@ -155,14 +155,10 @@ fn loads_of_any_rate_keep_the_balance_however_time_is_sliced() {
                 let scene = format!("KR {stiffness:e}, CR {viscosity:e}, rate {rate:e}, {i}");
                 assert!(residual < bound, "{scene}: residual {residual:e} above {bound:e}");
             }
-            assert_eq!(trajectory(&one), trajectory(&cut), "KR {stiffness:e}, rate {rate:e}");
+            let [one, cut] = [one, cut].map(|machine| machine.state().without_step());
+            assert_eq!(one, cut, "KR {stiffness:e}, rate {rate:e}");
         }
     }
-}
-
-/// The state without what belongs to the last step alone.
-fn trajectory(machine: &Machine) -> State {
-    machine.state().without_step()
 }
 
 /// One polynomial for 20 ms, against the same one told again every 50 us: each telling rounds

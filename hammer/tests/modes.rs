@@ -2,7 +2,7 @@
 //! section is a cosine and a sine, and against an independent assembly of linear elements.
 
 use crate::scenes::Random;
-use hammer::bodies::bar::{Bar, Section};
+use hammer::bodies::bar::Bar;
 use hammer::{MAX_DEGREE, Parameters, Sections, Segment};
 
 fn body(parts: &[(f64, f64)]) -> Sections {
@@ -198,27 +198,5 @@ fn two_masses_on_a_thin_neck_swing_like_two_masses_on_a_spring() {
         // Linear elements miss 1e-3 of the bodies' compliance, which is 1e-6 of the neck's.
         let bound = if degree == 1 { 1e-9 } else { 1e-12 };
         assert!((k / exact - 1.0).abs() < bound, "{degree}: {k} {exact}");
-    }
-}
-
-/// A cut is no step: the closed form of the whole bar holds. Frequencies to rounding, ends to
-/// rounding over the relative gap of neighbouring frequencies, at least `(pi/n)^2`.
-#[test]
-fn a_uniform_bar_that_is_cut_keeps_the_modes_of_linear_elements() {
-    let material = Parameters::default().material;
-    for n in [10, 50, 200] {
-        let section = Section {
-            youngs_modulus: material.youngs_modulus,
-            density: material.density,
-            area: 2.6e-3,
-            length: 0.2,
-        };
-        let (whole, cut) =
-            (Bar::free(section, n), bar(&[(0.1, 2.6e-3), (0.06, 2.6e-3), (0.04, 2.6e-3)], 1, n));
-        for mode in 1..=n {
-            assert!((cut.omega2[mode] / whole.omega2[mode] - 1.0).abs() < 1e-14 * n as f64);
-            let off = (cut.bottom[mode] / whole.bottom[mode] - 1.0).abs();
-            assert!(off < 20.0 * f64::EPSILON * (n as f64).powi(2), "{n} {mode}: {off:e}");
-        }
     }
 }

@@ -43,13 +43,13 @@ fn the_first_elastic_frequency_is_that_of_a_free_bar() {
 fn a_hammer_of_stepped_bodies_has_the_mesh_that_a_rate_needs() {
     for preset in PRESETS.iter().filter(|preset| preset.name.contains("hammer")) {
         let p = scene(preset).parameters;
-        if p.drill.rods > 0 {
-            continue;
-        }
         let mesh = p.mesh_for(Reading::Rate, 0.01).expect("a mesh");
         let mut advised = p;
         mesh.apply(&mut advised);
         assert_eq!(p, advised, "{}", preset.name);
+        if p.drill.rods > 0 {
+            continue;
+        }
         let force = p.mesh_for(Reading::Force, 0.05).expect("a mesh");
         let [coarse, fine] = [&mesh, &force].map(|mesh| mesh.of(Body::Piston));
         assert!(fine > coarse && p.force_error() > 0.05, "{}", preset.name);

@@ -1,7 +1,6 @@
 //! A bit that goes back along the unloading line, and the rate by specific energy.
 
 use crate::scenes;
-use hammer::variables::{Role, Variable};
 use hammer::{Event, InputValues, Machine, Parameters, Reloading, RockEvent, RockMode};
 
 fn scene(parameters: &Parameters) -> Machine {
@@ -56,34 +55,6 @@ fn drilling_begins_again_at_the_force_where_it_ended() {
         }
     }
     assert!(resumed > 0);
-}
-
-/// `4 P / (pi D^2 E_v)`, with `P` the power given to the rock.
-#[test]
-fn the_rate_by_specific_energy_is_power_over_area_and_specific_energy() {
-    let mut p = Parameters::default();
-    (p.hole.diameter, p.rock.specific_energy) = (0.09, 399e6);
-    let mut machine = scene(&p);
-    machine.advance(0.5).expect("a run");
-    let before = *machine.blow().expect("a blow");
-    let mut at_blows = Vec::new();
-    for time in [before.time, before.time + before.period] {
-        let mut machine = scene(&p);
-        machine.advance(time).expect("a run");
-        let energies = machine.energies();
-        at_blows.push((machine.blow().copied(), energies.rock_dissipated + energies.viscous));
-    }
-    let length = |work: f64| 4.0 * work / (std::f64::consts::PI * 0.09 * 0.09 * 399e6);
-    machine.advance(before.time + 1.5 * before.period).expect("a run");
-    let blow = *machine.blow().expect("a blow");
-    let rate = length(at_blows[1].1 - at_blows[0].1) / blow.period;
-    // The second instant is a settled period after the first, within 1e-6 of the blow's.
-    assert!((blow.rop - rate).abs() < 1e-5 * rate, "{} {rate}", blow.rop);
-    let energies = machine.energies();
-    let (_, variable) = Variable::named("drilled_length").expect("an output");
-    let Role::Output(output) = variable.role else { panic!("an output") };
-    let drilled = length(energies.rock_dissipated + energies.viscous);
-    assert!(((output.value)(&mut machine) - drilled).abs() < 1e-15 * drilled.max(1.0));
 }
 
 /// Work before a change counts at the specific energy that it was done at: `W1 / k1 + (W2 - W1) / k2`.

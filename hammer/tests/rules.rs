@@ -1,6 +1,6 @@
 //! Rules of the state that hold at any instant, not only where a guard passes its level.
 
-use hammer::{Error, Fidelity, Input, InputValues, Machine, Parameters, RockMode, Source};
+use hammer::{Error, Fidelity, Input, InputValues, Machine, Parameters, RockMode};
 
 fn scene(parameters: &Parameters, feed_force: f64) -> Machine {
     let inputs = InputValues { feed_force, ..InputValues::default() };
@@ -53,23 +53,6 @@ fn a_step_back_or_without_end_is_refused() {
         assert!(refused && machine.state() == before, "{to}");
     }
     machine.advance(0.02).expect("a step");
-}
-
-/// A stroke that no relay reads changes nothing, however large.
-#[test]
-fn a_stroke_that_the_drive_ignores_changes_nothing() {
-    let run = |stroke: f64| {
-        let mut p = Parameters::default();
-        (p.drive.source, p.drive.stroke) = (Source::Force, stroke);
-        let inputs = InputValues { drive_force: 1800.0, ..InputValues::default() };
-        let mut m = Machine::new(&p, &inputs, 0.0).expect("a scene");
-        m.keep_journal(true);
-        m.advance(0.05).expect("a run");
-        m.take_journal()
-    };
-    let events = run(0.05);
-    assert!(events.len() > 20, "{} events", events.len());
-    assert_eq!(run(1e6), events);
 }
 
 /// A scene `2^k` times as slow: every time is that many times as long, every event the same.

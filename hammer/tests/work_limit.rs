@@ -87,18 +87,6 @@ fn an_interrupted_step_ends_at_once_and_leads_on_to_the_same_motion() {
     assert_eq!(state(&m), state(&other));
 }
 
-#[test]
-fn one_interrupt_ends_the_steps_of_all_machines_that_run_under_it() {
-    let interrupt = Interrupt::default();
-    let ordinary = (Parameters::default(), InputValues::default());
-    let mut machines = [machine(&ordinary), machine(&ordinary)];
-    interrupt.set();
-    for m in &mut machines {
-        assert_eq!(interrupt.watch(|| m.advance(1.0)), Err(Error::Cancelled));
-        assert_eq!(m.time(), 0.0, "no event, no move");
-    }
-}
-
 /// A million times more than the fall takes: no length of the step buys it.
 #[test]
 fn a_call_has_a_limit_however_long_its_step_is() {

@@ -4,12 +4,8 @@
 /// What two free bars of equal section do, `bit = Lb / Lp` (St-Venant).
 #[derive(Clone, Copy, Debug)]
 pub struct TwoBars {
-    /// Contact force while it acts.
-    pub force: f64,
     /// Time under force.
     pub push: f64,
-    /// Time together: unequal bars stay so without force.
-    pub together: f64,
     /// Impulse over `Mp v0`.
     pub impulse: f64,
     /// Mean velocities after, over `v0`.
@@ -19,13 +15,7 @@ pub struct TwoBars {
 /// See [`TwoBars`].
 pub fn two_bars(bit: f64) -> TwoBars {
     let short = bit.min(1.0);
-    TwoBars {
-        force: 0.5,
-        push: 2.0 * short,
-        together: 2.0 * bit.max(1.0),
-        impulse: short,
-        after: [1.0 - short, short / bit],
-    }
+    TwoBars { push: 2.0 * short, impulse: short, after: [1.0 - short, short / bit] }
 }
 
 /// A free bar on a linear spring `k = K L / (E A)`: `k`, largest force, contact time
@@ -38,20 +28,6 @@ pub const BAR_ON_SPRING: [[f64; 3]; 6] = [
     [2.0, 0.98177, 2.836],
     [5.0, 0.99995, 2.336],
 ];
-
-/// Largest force and contact time of that bar at `k = 1`, to rounding:
-/// `F = (2 - e^-2 + 2 x) e^-x - 1` with `x = s - 2` rises until `x = e^-2 / 2` and is zero at
-/// the end, found by Newton's method.
-pub fn bar_on_unit_spring() -> (f64, f64) {
-    let a = 2.0 - (-2f64).exp();
-    let top = 0.5 * (-2f64).exp();
-    let mut x: f64 = 1.6;
-    for _ in 0..20 {
-        let force = (a + 2.0 * x) * (-x).exp() - 1.0;
-        x -= force / ((2.0 - a - 2.0 * x) * (-x).exp());
-    }
-    (2.0 * (-top).exp() - 1.0, 2.0 + x)
-}
 
 /// Energy that rock keeps of one rectangular pulse in a long bit, over the piston's:
 /// `2 (1 - e^-b)^2 / b (1 - 1 / gamma)` with `b = 2 kappa`.

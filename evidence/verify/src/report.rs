@@ -2,7 +2,7 @@
 
 use crate::laws::properties::{Checked, Property, REFUSALS};
 use crate::rows::row::Row;
-use crate::rows::study::Study;
+use crate::rows::study::{ORDER, Study};
 use crate::rows::{
     assembly, casing, catalogue, closed, continuum, cycle, graze, joints, measured, order, shapes,
     string,
@@ -101,12 +101,11 @@ pub fn property(text: &mut String, property: &Property, checked: &Checked) {
 /// A study of meshes.
 pub fn study(text: &mut String, study: &Study) {
     let columns = study.quantities.len();
-    let names: Vec<&str> = study.quantities.iter().map(|q| q.name.as_str()).collect();
     let _ = writeln!(text, "\n### {}\n\n{}.\n", study.title, study.setting);
     let _ = writeln!(
         text,
         "| elements | {} | order | events | rotations | s |\n|---|{}---|---|---|",
-        names.join(" | order | "),
+        study.quantities.join(" | order | "),
         "---|---|".repeat(columns)
     );
     for (i, level) in study.levels.iter().enumerate() {
@@ -118,15 +117,10 @@ pub fn study(text: &mut String, study: &Study) {
         let _ = writeln!(text, " {} | {} | {:.2} |", level.events, level.samples, level.seconds);
     }
     *text += "| **fitted, expected** |";
-    for (q, quantity) in study.quantities.iter().enumerate() {
-        let _ = write!(text, " | **{:.2}, {}** |", study.fitted(q), fraction(quantity.order));
+    for q in 0..columns {
+        let _ = write!(text, " | **{:.2}, {ORDER}** |", study.fitted(q));
     }
     *text += " | | |\n";
-}
-
-fn fraction(order: f64) -> String {
-    let thirds = 3.0 * order;
-    if order.fract() == 0.0 { format!("{order}") } else { format!("{thirds:.0}/3") }
 }
 
 /// What came of drawn scenes, as `cargo compare --keep` left it.

@@ -1,7 +1,6 @@
-//! Settled blows of a hammer that air drives, and the ports with which it gives a number.
+//! Settled blows of a hammer that air drives.
 
 use super::DatasheetError;
-use crate::numerics::math;
 use crate::presets::AirHammer;
 use crate::quantities::air::ATMOSPHERE;
 use crate::quantities::parameters::InputValues;
@@ -14,9 +13,6 @@ const MEANT: u64 = 6;
 const SOON: [u64; 2] = [7, 2];
 /// Longest that is looked for them, s.
 const PATIENCE: f64 = 3.0;
-/// How closely a number is met, and in how many rounds.
-const CLOSE: f64 = 2e-3;
-const ROUNDS: usize = 8;
 /// Feed over outside diameter squared and pressure: what the presets of 4 and 5 inches have.
 pub(super) const FEED: f64 = 0.58;
 
@@ -82,37 +78,5 @@ impl AirHammer {
             parameters,
             inputs: InputValues { supply_pressure: pressure + ATMOSPHERE, ..inputs },
         }
-    }
-
-    /// The same with the supply ports with which a number of its blows is met: air (m3/s) or another
-    /// that grows with the ports. `scene` is that of a hammer.
-    ///
-    /// # Errors
-    /// Those of [`AirBlow::settled`]; a number that no ports give.
-    pub fn fitted(
-        mut self,
-        scene: impl Fn(&Self) -> Scene,
-        wanted: f64,
-        number: impl Fn(&AirBlow) -> f64,
-    ) -> Result<(Self, AirBlow), DatasheetError> {
-        // By secants in logarithms; at first as if the number grew with the ports.
-        let (mut before, mut slope): (Option<[f64; 2]>, f64) = (None, 1.0);
-        for _ in 0..ROUNDS {
-            let blow = AirBlow::settled(&scene(&self))?;
-            let [port, found] = [math::ln(self.supply), math::ln(number(&blow))];
-            let off = math::ln(wanted) - found;
-            if off.abs() < CLOSE {
-                return Ok((self, blow));
-            }
-            if let Some([old, had]) = before {
-                slope = ((found - had) / (port - old)).clamp(0.2, 3.0);
-            }
-            before = Some([port, found]);
-            self.supply *= math::exp((off / slope).clamp(-0.7, 0.7));
-        }
-        Err(DatasheetError::Contradiction(format!(
-            "no supply ports of a hammer of {:.0} mm give that",
-            1e3 * self.outer
-        )))
     }
 }

@@ -38,21 +38,6 @@ pub fn energy_bound(p: &Parameters, events: u64, energies: &Energies, reach: f64
     (rounding + springs * late * late) * (events + 1) as f64
 }
 
-/// What was seen.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Observed {
-    /// Largest energy residual, J.
-    pub residual: f64,
-    /// Its bound there, J.
-    pub bound: f64,
-    /// Largest ratio of the two.
-    pub ratio: f64,
-    /// Lowest contact force over its floor.
-    pub contact: f64,
-    /// Lowest rock force over its floor.
-    pub rock: f64,
-}
-
 /// Why a run under watch was stopped.
 #[derive(Debug, thiserror::Error)]
 pub enum Violation {
@@ -87,8 +72,6 @@ pub enum Violation {
 pub struct Monitored {
     /// The machine.
     pub machine: Machine,
-    /// What was seen.
-    pub observed: Observed,
     /// Size of the terms of an input's polynomial, N, whose sum may be far less.
     pub terms: f64,
     allowed: u64,
@@ -104,16 +87,7 @@ impl Monitored {
         let mut machine = Machine::new(p, inputs, 0.0)?;
         machine.keep_journal(true);
         let losses = [f64::NEG_INFINITY; 4];
-        Ok(Self {
-            machine,
-            observed: Observed::default(),
-            terms: 0.0,
-            allowed,
-            play: 0.0,
-            reach: 0.0,
-            push: 0.0,
-            losses,
-        })
+        Ok(Self { machine, terms: 0.0, allowed, play: 0.0, reach: 0.0, push: 0.0, losses })
     }
 
     /// Advances by `span` in `slices`, looking after each.
@@ -144,8 +118,6 @@ impl Monitored {
         let wrong = |what, value, allowed| Err(Violation::Wrong { what, time, value, allowed });
         let p = *self.machine.parameters();
         let floor = force_floor(&p);
-        self.observed.contact = self.observed.contact.min(k.contact_force / floor[0]);
-        self.observed.rock = self.observed.rock.min(k.rock_force / floor[1]);
         // A guard's value is a sum of amplitudes that may cancel: its own rounding.
         let reach = f64::EPSILON * (k.piston_position.abs() + k.bit_position.abs());
         if k.contact_force < -floor[0] - 64.0 * p.meeting_stiffness() * reach {
@@ -186,10 +158,6 @@ impl Monitored {
             }
             self.losses[i] = self.losses[i].max(losses[i]);
         }
-        if e.residual.abs() >= self.observed.residual {
-            (self.observed.residual, self.observed.bound) = (e.residual.abs(), bound);
-        }
-        self.observed.ratio = self.observed.ratio.max(e.residual.abs() / bound);
         if e.residual.is_nan() || e.residual.abs() > bound {
             return wrong("energy residual", e.residual, bound);
         }

@@ -4,11 +4,8 @@
 //! lowest pressure printed. Air at two other pressures, power and frequency are held out.
 
 use crate::rows::row::{Row, Rows};
-use hammer::Scene;
 use hammer::datasheet::{AirBlow, DatasheetError};
-use hammer::laws::air::FREE_DENSITY;
-use hammer::presets::{AirHammer, Preset};
-use hammer::{Input, Machine};
+use hammer::presets::AirHammer;
 use std::fmt::Write as _;
 
 /// Where the hammers, their air and their power are from.
@@ -19,9 +16,6 @@ const BORE_SOURCE: &str = "Drillco, *Puma 3.1 maintenance sheet*";
 const FREQUENCY: [f64; 2] = [35.0, 45.0];
 const EPIROC: &str = "Epiroc, *COP M6 operator's instructions*, page 6: a COP M8 at 25 bar strikes 2,160 \
     times a minute";
-/// Feed that is recommended for 80 mm at up to 17 bar, kN.
-const FEED: [f64; 2] = [5.4, 11.8];
-const FEED_SOURCE: &str = "drillrigtools-en.com, *DTH Hammers (Medium Air Pressure)*, SPM80";
 /// Pascals of a psi.
 const PSI: f64 = 6894.757;
 /// At which air is printed.
@@ -117,15 +111,38 @@ impl Hammer {
             (self.outer, self.piston_mass(), self.hole, self.held);
         let first = AirHammer { outer, piston, casing, supply: 2e-4, hole, feed, stroke: 1.0 };
         let [low, middle, high] = PRESSURES;
-        let (hammer, blow) = first.fitted(
-            |hammer: &AirHammer| hammer.at(low),
-            self.air[0] / 60.0,
-            |blow| blow.flow,
-        )?;
+        let (hammer, blow) = fitted(first, low, self.air[0] / 60.0)?;
         let blows =
             [blow, AirBlow::settled(&hammer.at(middle))?, AirBlow::settled(&hammer.at(high))?];
         Ok(Found { hammer, blows })
     }
+}
+
+/// The hammer with the supply ports with which it takes so much air (m3/s) at a pressure (Pa): by secants in
+/// logarithms, at first as if the air grew with the ports.
+fn fitted(
+    mut hammer: AirHammer,
+    pressure: f64,
+    air: f64,
+) -> Result<(AirHammer, AirBlow), DatasheetError> {
+    let (mut before, mut slope): (Option<[f64; 2]>, f64) = (None, 1.0);
+    for _ in 0..8 {
+        let blow = AirBlow::settled(&hammer.at(pressure))?;
+        let [port, found] = [hammer.supply.ln(), blow.flow.ln()];
+        let off = air.ln() - found;
+        if off.abs() < 2e-3 {
+            return Ok((hammer, blow));
+        }
+        if let Some([old, had]) = before {
+            slope = ((found - had) / (port - old)).clamp(0.2, 3.0);
+        }
+        before = Some([port, found]);
+        hammer.supply *= (off / slope).clamp(-0.7, 0.7).exp();
+    }
+    Err(DatasheetError::Contradiction(format!(
+        "no supply ports of a hammer of {:.0} mm give that",
+        1e3 * hammer.outer
+    )))
 }
 
 /// What another program of this model was off by with the same hammers, held out (16 %), and printed digits.
@@ -159,7 +176,6 @@ pub fn page() -> Result<String, DatasheetError> {
     sizes(&mut out)?;
     epiroc(&mut out)?;
     makers(&mut out);
-    thrust(&mut out)?;
     Ok(out)
 }
 
@@ -254,75 +270,6 @@ fn epiroc(out: &mut String) -> Result<(), DatasheetError> {
     Ok(())
 }
 
-/// Feeds of the thrust curve, N.
-const FEEDS: [f64; 10] = [3e3, 4e3, 5e3, 6e3, 7e3, 8e3, 9e3, 10e3, 12e3, 15e3];
-/// When the feed falls from that of the preset, from when and to when the hammer is measured, s.
-const FALLS: f64 = 0.2;
-const MEASURED: [f64; 2] = [0.5, 1.5];
-
-/// Rate (m/s), blows a second and air (m3/s) at a feed.
-fn at_feed(scene: &Scene, feed: f64) -> Result<[f64; 3], DatasheetError> {
-    let mut machine = scene.machine()?;
-    machine.advance(FALLS)?;
-    machine.set_input(Input::FeedForce, &[feed])?;
-    let [from, to] = MEASURED;
-    machine.advance(from)?;
-    let before = (machine.drilled_length(), machine.counters().blows, taken(&machine));
-    machine.advance(to)?;
-    let long = to - from;
-    Ok([
-        (machine.drilled_length() - before.0) / long,
-        (machine.counters().blows - before.1) as f64 / long,
-        (taken(&machine) - before.2) / long / FREE_DENSITY,
-    ])
-}
-
-fn taken(machine: &Machine) -> f64 {
-    machine.air_mass()[0]
-}
-
-fn preset(name: &str) -> Scene {
-    let (parameters, inputs) = Preset::named(name).map(Preset::start).unwrap_or_default();
-    Scene { parameters, inputs }
-}
-
-fn thrust(out: &mut String) -> Result<(), DatasheetError> {
-    let scene = preset("air_3_5_inch");
-    let _ = write!(
-        out,
-        "\n## Thrust\n\n`air_3_5_inch` at 24 bar: the feed falls from 12 kN after {FALLS} s, and the \
-         hammer is measured from {} to {} s. Recommended of a hammer of 80 mm at up to 17 bar: {} to {} kN \
-         ({FEED_SOURCE}).\n\n\
-         | feed, kN | rate, m/h | blows a second | air, m3/min |\n|---|---|---|---|\n",
-        MEASURED[0], MEASURED[1], FEED[0], FEED[1]
-    );
-    let mut rates = Vec::new();
-    for feed in FEEDS {
-        let kilo = 1e-3 * feed;
-        match at_feed(&scene, feed) {
-            Ok([rate, blows, flow]) => {
-                rates.push((kilo, rate));
-                let (rate, flow) = (3600.0 * rate, 60.0 * flow);
-                let _ = writeln!(out, "| {kilo:.0} | {rate:.1} | {blows:.1} | {flow:.1} |");
-            }
-            Err(DatasheetError::Engine(hammer::Error::Air { .. })) => {
-                let left = "the piston leaves the cylinder while the drive is vented";
-                let _ = writeln!(out, "| {kilo:.0} | not followed: {left} | | |");
-            }
-            Err(error) => return Err(error),
-        }
-    }
-    let most = rates.iter().map(|(_, rate)| *rate).fold(0.0, f64::max);
-    let full = rates.iter().rev().take_while(|(_, rate)| *rate > 0.9 * most).last();
-    if let Some((knee, _)) = full {
-        let _ = writeln!(
-            out,
-            "\nThe knee, above which the rate is within 10 % of the highest: {knee:.0} kN."
-        );
-    }
-    Ok(())
-}
-
 /// What makers print of hammers, a row a pressure.
 const MAKERS: &str = include_str!("../../../oracles/data/makers.csv");
 /// Newtons of a kilogram's weight.
@@ -353,9 +300,7 @@ impl Printed {
 
     /// Air at this row's pressure of ports that are fitted to another row's air, m3/s.
     fn predicted(&self, given: &Self) -> Result<f64, DatasheetError> {
-        let at = given.pressure;
-        let (hammer, _) =
-            given.hammer.fitted(|hammer| hammer.at(at), given.air, |blow| blow.flow)?;
+        let (hammer, _) = fitted(given.hammer, given.pressure, given.air)?;
         Ok(AirBlow::settled(&hammer.at(self.pressure))?.flow)
     }
 }

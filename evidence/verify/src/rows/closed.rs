@@ -1,16 +1,12 @@
-//! Closed forms 1 to 4: two bars, a bar on a spring, one pulse, one blow. Each is held
-//! against exact waves, and against the engine on a mesh.
+//! Closed forms 1 to 4: two bars, a bar on a spring, one pulse, one blow.
 
 use crate::rows::mesh::{self, SPEED};
 use crate::rows::row::{Row, Rows};
 use hammer::{Error, Machine, Parameters};
-use oracles::closed::{
-    BAR_ON_SPRING, BEST_PULSE, BLOWS, pulse as pulse_efficiency, two_bars as bars,
-};
+use oracles::closed::{BAR_ON_SPRING, BLOWS, pulse as pulse_efficiency, two_bars as bars};
 use oracles::waves::{Scene, Waves};
 
 const FRONT: &str = "front spread (c t h2/8)^(1/3) by dispersion, plus Z/(2 KC); force: its steepest rate times that";
-const CHORD: &str = "chords: (k step)2/8 a wave, and the digits printed";
 /// Elements per bar of length `Lp`, for the engine's rows.
 pub const ELEMENTS: usize = 80;
 /// Steps a transit of the exact waves.
@@ -88,32 +84,19 @@ pub fn bars_scene(bit: f64, elements: usize) -> Parameters {
 fn saint_venant(bit: f64) -> Result<Vec<Row>, Error> {
     let source = "St-Venant";
     let exact = bars(bit);
-    let mut rows = Rows::new(format!("two bars, Lb/Lp = {bit}, exact waves"), source, CHORD);
-    let mut waves = Waves::new(Scene::unit(0.0, 4.0, bit), 100);
-    waves.advance(6.0);
-    // Waves constant between jumps are carried exactly; a thousand sums round.
-    let rounding = 1e3 * 1e-10;
-    rows.add("contact force / (Z v0)", exact.force, waves.contact_peak, rounding);
-    rows.add("time under force / T1", exact.push, waves.collisions[0].push, rounding);
-    rows.add("time together / T1", exact.together, waves.collisions[0].end, rounding);
-    rows.add("impulse / (Mp v0)", exact.impulse, waves.collisions[0].impulse, rounding);
-    rows.add("striker's mean velocity / v0", exact.after[0], waves.means[0].velocity, rounding);
-    rows.add("bar's mean velocity / v0", exact.after[1], waves.means[1].velocity, rounding);
-
     let p = bars_scene(bit, ELEMENTS);
     let until = exact.push + 1.0;
     let ours = strike(&p, until)?;
     let spread = mesh::spread(&p, exact.push);
-    let mut mesh =
+    let mut rows =
         Rows::new(format!("two bars, Lb/Lp = {bit}, {ELEMENTS} elements"), source, FRONT);
     // Force ends where the front is back; faces of unequal bars stay together after.
-    mesh.add("impulse / (Mp v0)", exact.impulse, ours.impulse, 0.5 * spread);
-    mesh.add("striker's mean velocity / v0", exact.after[0], ours.piston, 0.5 * spread);
-    mesh.add("bar's mean velocity / v0", exact.after[1], ours.bit, 0.5 * spread / bit);
+    rows.add("impulse / (Mp v0)", exact.impulse, ours.impulse, 0.5 * spread);
+    rows.add("striker's mean velocity / v0", exact.after[0], ours.piston, 0.5 * spread);
+    rows.add("bar's mean velocity / v0", exact.after[1], ours.bit, 0.5 * spread / bit);
     if bit == 1.0 {
-        mesh.add("time under force / T1", exact.push, ours.first, spread);
+        rows.add("time under force / T1", exact.push, ours.first, spread);
     }
-    rows.list.extend(mesh.list);
     Ok(rows.list)
 }
 
@@ -129,25 +112,17 @@ pub fn spring_scene(k: f64, elements: usize) -> Parameters {
     p
 }
 
-/// A free bar against exact waves and the table.
+/// A free bar against the table.
 fn on_spring([k, peak, time]: [f64; 3]) -> Result<Vec<Row>, Error> {
     let source = "d'Alembert, table";
-    let mut rows = Rows::new(format!("bar on a spring, k = {k}, exact waves"), source, CHORD);
-    let scene = Scene { speed: [0.0, 1.0], gap: 1e9, ..Scene::unit(k, 1.0, 1.0) };
-    let mut waves = Waves::new(scene, STEPS);
-    waves.advance(time + 1.0);
-    rows.add("peak force / (Z v0)", peak, waves.peak, 0.51e-5);
-    rows.add("contact time / T1", time, waves.lifted, 1e-3);
-
     let ours = strike(&spring_scene(k, ELEMENTS), time + 1.0)?;
     // The spring itself is the penalty here: it delays nothing.
     let late = (time / (8.0 * (ELEMENTS * ELEMENTS) as f64)).cbrt();
-    let mut mesh =
+    let mut rows =
         Rows::new(format!("bar on a spring, k = {k}, {ELEMENTS} elements"), source, FRONT);
-    mesh.add("peak force / (Z v0)", peak, ours.contact_peak, 2.0 * k * late);
+    rows.add("peak force / (Z v0)", peak, ours.contact_peak, 2.0 * k * late);
     // The force ends at its own rate; a front of height 2 may come twice before.
-    mesh.add("contact time / T1", time, ours.first, 2.0 * late);
-    rows.list.extend(mesh.list);
+    rows.add("contact time / T1", time, ours.first, 2.0 * late);
     Ok(rows.list)
 }
 
@@ -155,49 +130,16 @@ fn on_spring([k, peak, time]: [f64; 3]) -> Result<Vec<Row>, Error> {
 fn pulse(b: f64) -> Result<Vec<Row>, Error> {
     let (source, gamma, long) = ("closed form", 4.0, 8.0);
     let exact = pulse_efficiency(b, gamma);
-    let mut rows = Rows::new(format!("one pulse, b = {b}, exact waves"), source, CHORD);
-    let mut waves = Waves::new(Scene::unit(0.5 * b, gamma, 30.0), STEPS);
-    waves.advance(45.0);
-    // Two chords of a wave, and their square.
-    let chord = 4.0 * (b / f64::from(STEPS)).powi(2) + 1e-9;
-    rows.add("energy kept by the rock, eta", exact, 2.0 * waves.dissipated, chord);
     let mut p = mesh::bare(40);
     p.bit.length *= long;
     p.bit.elements = 320;
     p.rock.unloading_ratio = gamma;
     p.rock.stiffness = 0.5 * b * mesh::stretch(&p) / p.piston.length;
     let ours = strike(&p, long + 6.0)?;
-    let mut mesh = Rows::new(format!("one pulse, b = {b}, 40 elements"), source, FRONT);
+    let mut rows = Rows::new(format!("one pulse, b = {b}, 40 elements"), source, FRONT);
     // Power at the tip: at most Z v0^2, 2 in units of the energy a transit.
-    mesh.add("energy kept by the rock, eta", exact, ours.share, 2.0 * mesh::spread(&p, long + 2.0));
-    rows.list.extend(mesh.list);
+    rows.add("energy kept by the rock, eta", exact, ours.share, 2.0 * mesh::spread(&p, long + 2.0));
     Ok(rows.list)
-}
-
-/// Gross share of one pulse, by exact waves.
-fn gross(b: f64) -> f64 {
-    let gamma = 4.0;
-    let mut waves = Waves::new(Scene::unit(0.5 * b, gamma, 30.0), STEPS);
-    waves.advance(45.0);
-    2.0 * waves.dissipated / (1.0 - 1.0 / gamma)
-}
-
-/// The largest gross share, and where it is: where the share `d` to either side is equal.
-fn best_pulse() -> Vec<Row> {
-    let (printed, d) = (BEST_PULSE, 2e-3);
-    let tilt = |b: f64| gross(b + d) - gross(b - d);
-    let (mut a, mut b) = (1.2, 1.3);
-    let (mut ta, mut tb) = (tilt(a), tilt(b));
-    for _ in 0..4 {
-        let next = b - tb * (b - a) / (tb - ta);
-        (a, ta) = (b, tb);
-        (b, tb) = (next, tilt(next));
-    }
-    let why = "half a unit of the last digit; and the place: the third derivative over two (2e-3)2, and chords of 1e-6 over the curvature";
-    let mut rows = Rows::new("one pulse, exact waves", "closed form", why);
-    rows.add("b of the largest gross eta", printed[0], b, 0.5e-5 + 4e-6);
-    rows.add("largest gross eta", printed[1], gross(b), 0.5e-6 + 4e-6);
-    rows.list
 }
 
 /// A bare scene on rock of stiffness `kappa`.
@@ -219,29 +161,19 @@ pub fn exact_blow(kappa: f64, gamma: f64, second: f64) -> Waves {
 fn blow([kappa, gamma, share, peak, speed, second]: [f64; 6]) -> Result<Vec<Row>, Error> {
     let source = "exact waves, table";
     let name = format!("one blow, kappa = {kappa}, gamma = {gamma}");
-    let mut rows = Rows::new(format!("{name}, exact waves"), source, CHORD);
-    let waves = exact_blow(kappa, gamma, second);
-    let five = 0.51e-5;
-    rows.add("energy kept by the rock, eta", share, 2.0 * waves.dissipated, five);
-    rows.add("peak rock force / (Z v0)", peak, waves.peak, five);
-    rows.add("piston after / v0", speed, waves.means[0].velocity, five);
-    rows.add("second collision / T1", second, waves.collisions[1].start, 5.1e-4 * second);
-
     let p = blow_scene(kappa, gamma, ELEMENTS);
     let ours = strike(&p, second + 2.5)?;
     let (early, late) = (mesh::spread(&p, 4.0), mesh::spread(&p, second));
-    let mut mesh = Rows::new(format!("{name}, {ELEMENTS} elements"), source, FRONT);
+    let mut rows = Rows::new(format!("{name}, {ELEMENTS} elements"), source, FRONT);
     // Power into the rock at the peak: F v with v below v0.
-    mesh.add("energy kept by the rock, eta", share, ours.share, 2.0 * peak * late);
-    mesh.add("peak rock force / (Z v0)", peak, ours.peak, kappa * early);
+    rows.add("energy kept by the rock, eta", share, ours.share, 2.0 * peak * late);
+    rows.add("peak rock force / (Z v0)", peak, ours.peak, kappa * early);
     // Two collisions, each begun and ended by a front of force 1/2 or less.
-    mesh.add("piston after / v0", speed, ours.piston, 2.0 * late);
+    rows.add("piston after / v0", speed, ours.piston, 2.0 * late);
     // Momenta off by a front, over the flight, at the speed of closing.
-    let exact = &waves.collisions;
-    let closing = 2.0 * exact[1].impulse;
+    let closing = 2.0 * exact_blow(kappa, gamma, second).collisions[1].impulse;
     let tolerance = early * (1.0 + second - 2.0) / closing;
-    mesh.add("second collision / T1", second, ours.second, tolerance);
-    rows.list.extend(mesh.list);
+    rows.add("second collision / T1", second, ours.second, tolerance);
     Ok(rows.list)
 }
 
@@ -257,7 +189,7 @@ pub fn springs() -> Result<Vec<Row>, Error> {
 
 /// Closed form 3.
 pub fn pulses() -> Result<Vec<Row>, Error> {
-    Ok([gather([0.4, 1.25643, 3.0], pulse)?, best_pulse()].concat())
+    gather([0.4, 1.25643, 3.0], pulse)
 }
 
 /// Closed form 4.

@@ -2,7 +2,7 @@
 //! that meet through the same spring, from rest to the stationary cycle.
 
 use crate::rows::row::{Row, Rows};
-use crate::rows::study::{Level, MESHES, Quantity, Study, remaining};
+use crate::rows::study::{Level, MESHES, Study, remaining};
 use hammer::{Error, Event, InputValues, Machine, Parameters, Record, Relay};
 use oracles::waves::{Scene, Waves};
 use std::time::Instant;
@@ -185,13 +185,12 @@ fn study(exact: &Cycles, degree: usize, meshes: [usize; 6]) -> Result<Study, Err
         let errors = headlines(&ours).into_iter().zip(headlines(exact)).map(|(a, b)| a.1 - b.1);
         Ok(Level { elements, errors: errors.collect(), events, samples, seconds })
     };
-    // Smooth data: 2 for linear elements. Splines meet the kinks that the contact leaves in the wave first.
-    let quantity = |(name, _): (&str, f64)| Quantity { name: name.into(), order: 2.0 };
+    // Splines meet the kinks that the contact leaves in the wave first.
     let kind = if degree == 1 { String::new() } else { format!(", splines of degree {degree}") };
     Ok(Study {
         title: format!("The stationary cycle of the reference hammer{kind}"),
         setting: "cycle 15 from rest, `beta` and `KC` of the reference; against exact waves with that damping and that contact; forces: the largest of all cycles",
-        quantities: headlines(exact).into_iter().map(quantity).collect(),
+        quantities: headlines(exact).map(|(name, _)| name).into(),
         levels: meshes.into_iter().map(level).collect::<Result<_, _>>()?,
     })
 }

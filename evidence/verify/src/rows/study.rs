@@ -1,20 +1,12 @@
 //! A setting on finer and finer meshes: what is measured, its errors, and their order.
 
-use hammer::Error;
-
 /// Elements per bar.
 pub const MESHES: [usize; 6] = [5, 10, 20, 40, 80, 160];
 /// Orders are fitted to meshes from here on.
 const FITTED: usize = 2;
 
-/// What is measured, and the order that theory gives it.
-#[derive(Clone, Debug)]
-pub struct Quantity {
-    /// Name, with its unit.
-    pub name: String,
-    /// Expected order.
-    pub order: f64,
-}
+/// Order of every quantity where the mesh resolves the fronts.
+pub const ORDER: f64 = 2.0;
 
 /// One mesh.
 #[derive(Clone, Debug)]
@@ -39,7 +31,7 @@ pub struct Study {
     /// What is kept and what scales, and what it is compared with.
     pub setting: &'static str,
     /// The columns.
-    pub quantities: Vec<Quantity>,
+    pub quantities: Vec<&'static str>,
     /// The rows.
     pub levels: Vec<Level>,
 }
@@ -61,14 +53,6 @@ impl Study {
         let up: f64 = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum();
         up / points.iter().map(|p| (p[0] - x).powi(2)).sum::<f64>()
     }
-}
-
-/// A level a mesh of [`MESHES`].
-///
-/// # Errors
-/// Whatever the engine says.
-pub fn refined(level: impl Fn(usize) -> Result<Level, Error>) -> Result<Vec<Level>, Error> {
-    MESHES.into_iter().map(level).collect()
 }
 
 /// How far a value may be from its limit, by its changes over three meshes, each twice as fine as the one
