@@ -54,9 +54,6 @@ pub enum SpectrumError {
     /// Complex eigenvalues of a real system without their conjugates.
     #[error("its complex eigenvalues are not in conjugate pairs")]
     Unpaired,
-    /// An eigenvalue pair and its vectors do not satisfy the equation of motion.
-    #[error("an eigenvalue and its vector do not satisfy the equation of motion")]
-    Residual,
     /// An eigenvector overflowed.
     #[error("an eigenvector is not finite")]
     Infinite,

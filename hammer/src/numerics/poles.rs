@@ -112,7 +112,7 @@ fn complex(lanes: &Lanes) -> C {
     C::new(across(&lanes[0]), across(&lanes[1]))
 }
 
-/// The result of [`weighed_once`] and [`weighed`].
+/// The result of [`weighed`].
 #[derive(Clone, Copy, Debug)]
 pub struct Weighed<const WEIGHTS: usize> {
     /// `sum 1 / (s - a) + 1 / (s - b)`.
@@ -167,32 +167,21 @@ fn weighed_with<S: Simd, const WEIGHTS: usize>(
     Weighed { poles: complex(&poles), sums: sums.map(jet) }
 }
 
-vectorised! {
-    /// Sums over pairs of points, with one weight each, at a point.
-    pub fn weighed_once(pairs: &'a Pairs, at: Point) -> Weighed<1> as WeighedOnce, simd {
-        weighed_with(simd, pairs, at)
+struct WeighedBy<'a, const WEIGHTS: usize>(&'a Pairs, Point);
+
+impl<const WEIGHTS: usize> WithSimd for WeighedBy<'_, WEIGHTS> {
+    type Output = Weighed<WEIGHTS>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Weighed<WEIGHTS> {
+        weighed_with(simd, self.0, self.1)
     }
 }
 
-vectorised! {
-    /// The same with four weights per pair.
-    pub fn weighed(pairs: &'a Pairs, at: Point) -> Weighed<4> as WeighedFour, simd {
-        weighed_with(simd, pairs, at)
-    }
-}
-
-vectorised! {
-    /// The same with six.
-    pub fn weighed_six(pairs: &'a Pairs, at: Point) -> Weighed<6> as WeighedSix, simd {
-        weighed_with(simd, pairs, at)
-    }
-}
-
-vectorised! {
-    /// The same with ten.
-    pub fn weighed_ten(pairs: &'a Pairs, at: Point) -> Weighed<10> as WeighedTen, simd {
-        weighed_with(simd, pairs, at)
-    }
+/// Sums over pairs of points, with so many weights each, at a point.
+#[inline]
+pub fn weighed<const WEIGHTS: usize>(pairs: &Pairs, at: Point) -> Weighed<WEIGHTS> {
+    dispatch(WeighedBy(pairs, at))
 }
 
 vectorised! {
@@ -298,7 +287,7 @@ mod tests {
             let product = C::new(real[i], imaginary[i]) * (s - a) * (s - b);
             assert!((product - 1.0).norm() < 16.0 * f64::EPSILON, "{product}");
         }
-        let found = weighed(&pairs, at);
+        let found = weighed::<4>(&pairs, at);
         assert!((found.poles - poles).norm() < ROUNDED);
         for (found, sums) in found.sums.iter().zip(sums) {
             for (f, s) in found.iter().zip(sums) {

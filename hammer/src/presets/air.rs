@@ -116,46 +116,32 @@ impl AirHammer {
     }
 }
 
-/// 3.5 inches: 85 mm.
-pub const THREE_AND_A_HALF_INCH: Preset = Preset {
-    name: "air_3_5_inch",
-    description: "A 3.5-inch hammer driven by air at 24 bar in a casing, 85 mm, 90 mm hole: piston's mass and air from makers, ports and areas assumed",
-    change: |p, inputs| {
-        let (outer, piston, casing, supply) = (0.085, 5.5, 16.0, 1.45e-4);
-        AirHammer { outer, piston, casing, supply, hole: 0.09, feed: 12_000.0, stroke: 1.0 }
-            .build(p, inputs);
-    },
-};
+/// Hammers by inches, with their outside and hole in mm.
+macro_rules! presets {
+    ($($name:ident = $text:literal, $inches:literal, $outer:literal, $hole:literal,
+       [$piston:literal, $casing:literal, $supply:literal, $feed:literal];)*) => {
+        $(
+            #[doc = concat!($inches, " inches: ", $outer, " mm.")]
+            pub const $name: Preset = Preset {
+                name: $text,
+                description: concat!(
+                    "A ", $inches, "-inch hammer driven by air at 24 bar in a casing, ", $outer, " mm, ", $hole,
+                    " mm hole: piston's mass and air from makers, ports and areas assumed"
+                ),
+                change: |p, inputs| {
+                    let [piston, casing, supply, feed] = [$piston, $casing, $supply, $feed];
+                    let [outer, hole] = [$outer, $hole].map(|mm: u32| f64::from(mm) / 1000.0);
+                    AirHammer { outer, piston, casing, supply, hole, feed, stroke: 1.0 }
+                        .build(p, inputs);
+                },
+            };
+        )*
+    };
+}
 
-/// 4 inches: 105 mm.
-pub const FOUR_INCH: Preset = Preset {
-    name: "air_4_inch",
-    description: "A 4-inch hammer driven by air at 24 bar in a casing, 105 mm, 115 mm hole: piston's mass and air from makers, ports and areas assumed",
-    change: |p, inputs| {
-        let (outer, piston, casing, supply) = (0.105, 9.1, 27.0, 2.2e-4);
-        AirHammer { outer, piston, casing, supply, hole: 0.115, feed: 17_000.0, stroke: 1.0 }
-            .build(p, inputs);
-    },
-};
-
-/// 5 inches: 127 mm.
-pub const FIVE_INCH: Preset = Preset {
-    name: "air_5_inch",
-    description: "A 5-inch hammer driven by air at 24 bar in a casing, 127 mm, 140 mm hole: piston's mass and air from makers, ports and areas assumed",
-    change: |p, inputs| {
-        let (outer, piston, casing, supply) = (0.127, 19.0, 40.0, 1.92e-4);
-        AirHammer { outer, piston, casing, supply, hole: 0.14, feed: 19_000.0, stroke: 1.0 }
-            .build(p, inputs);
-    },
-};
-
-/// 6 inches: 150 mm.
-pub const SIX_INCH: Preset = Preset {
-    name: "air_6_inch",
-    description: "A 6-inch hammer driven by air at 24 bar in a casing, 150 mm, 165 mm hole: piston's mass and air from makers, ports and areas assumed",
-    change: |p, inputs| {
-        let (outer, piston, casing, supply) = (0.15, 23.9, 65.0, 1.9e-4);
-        AirHammer { outer, piston, casing, supply, hole: 0.165, feed: 25_000.0, stroke: 1.0 }
-            .build(p, inputs);
-    },
-};
+presets! {
+    THREE_AND_A_HALF_INCH = "air_3_5_inch", "3.5", 85, 90, [5.5, 16.0, 1.45e-4, 12e3];
+    FOUR_INCH = "air_4_inch", "4", 105, 115, [9.1, 27.0, 2.2e-4, 17e3];
+    FIVE_INCH = "air_5_inch", "5", 127, 140, [19.0, 40.0, 1.92e-4, 19e3];
+    SIX_INCH = "air_6_inch", "6", 150, 165, [23.9, 65.0, 1.9e-4, 25e3];
+}

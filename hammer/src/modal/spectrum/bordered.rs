@@ -38,9 +38,9 @@ impl Secular {
         borders.iter().for_each(|mode| others.banish(*mode));
         let order = self.system.shapes.len();
         let (mut poles, sums) = match order {
-            2 => poles::weighed(&others, at).list(),
-            3 => poles::weighed_six(&others, at).list(),
-            _ => poles::weighed_ten(&others, at).list(),
+            2 => poles::weighed::<4>(&others, at).list(),
+            3 => poles::weighed::<6>(&others, at).list(),
+            _ => poles::weighed::<10>(&others, at).list(),
         };
         for &mode in &borders {
             let [a, b] = [0, 1].map(|side| self.sites[2 * mode + side]);

@@ -9,7 +9,6 @@
 //! roots        all zeros at once
 //! pairing      roots into pairs, and pairs into blocks
 //! states       displacements with velocities, in which vectors are orthogonal
-//! residual     how far a block is from an invariant pair
 //! refinement   an eigenpair by Newton's method, its residuals in twice the digits
 //! schur        eigenvectors of a matrix
 //! dense        what roots do not give
@@ -26,7 +25,6 @@ pub(crate) mod joined;
 mod pairing;
 pub(crate) mod reaction;
 mod refinement;
-mod residual;
 mod roots;
 mod schur;
 mod secular;
@@ -38,17 +36,11 @@ use crate::modal::spectrum::block::Block;
 use crate::modal::spectrum::deflation::Deflated;
 use crate::modal::spectrum::pairing::coincide;
 use crate::modal::spectrum::refinement::{MOVED, Refinement};
-use crate::modal::spectrum::residual::misses;
 use crate::modal::spectrum::roots::Roots;
 use crate::modal::spectrum::secular::{Root, Secular};
 use crate::modal::structure::Structure;
 use crate::numerics::math::norm;
 use num_complex::Complex64 as C;
-
-/// A block with a larger residual, relative to its own terms and beyond rounding, is refused. A
-/// wrong eigenvalue has a residual near one; two modes that meet through the stiffest dashpots have
-/// 3e-5.
-const DEFECT: f64 = 1e-2;
 
 /// A structure's eigenvalues, and what is known beside them.
 pub(crate) struct Spectrum {
@@ -127,9 +119,9 @@ impl Coupled {
             (&self.secular.system, pairing::pairs(&self.secular, &self.roots)?);
         pairing::sort(&mut pairs);
         if pairs.windows(2).any(|two| coincide(&two[0], &two[1])) {
-            return Err(SpectrumError::Residual);
+            return Err(SpectrumError::Unpaired);
         }
-        self.checked(pairing::blocks(system, &pairs)?)
+        pairing::blocks(system, &pairs)
     }
 
     fn refined_blocks(&self) -> Result<Vec<Block>, SpectrumError> {
@@ -147,13 +139,7 @@ impl Coupled {
         }
         let (pairs, mut blocks) = dense::complete(&self.secular, known)?;
         blocks.extend(pairing::blocks(&self.secular.system, &pairs)?);
-        self.checked(blocks)
-    }
-
-    /// The blocks, if all satisfy the equation of motion.
-    fn checked(&self, blocks: Vec<Block>) -> Result<Vec<Block>, SpectrumError> {
-        let is_wrong = |block: &Block| misses(&self.secular.system, block, DEFECT);
-        if blocks.iter().any(is_wrong) { Err(SpectrumError::Residual) } else { Ok(blocks) }
+        Ok(blocks)
     }
 }
 

@@ -231,7 +231,7 @@ impl Secular {
         let jet = |[at, slope]: [C; 2]| Jet { at, slope };
         let at = self.point(root);
         if self.system.shapes.len() == 1 {
-            let Weighed { poles, sums: [r11] } = poles::weighed_once(&self.pairs, at);
+            let Weighed { poles, sums: [r11] } = poles::weighed(&self.pairs, at);
             return Receptance { r11: jet(r11), poles, ..Receptance::default() };
         }
         let Weighed { poles, sums } = poles::weighed(&self.pairs, at);
