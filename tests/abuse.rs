@@ -17,8 +17,12 @@ use support::host::{Host, vr};
 use support::library::{ERROR, Library, Log, OK};
 use support::three::Three;
 
-/// How many calls are made; the test under valgrind asks for fewer.
+/// How many calls are made: fewer under valgrind, more every week.
 const CALLS: &str = "DTH_ABUSE_CALLS";
+
+fn calls() -> usize {
+    std::env::var(CALLS).ok().and_then(|calls| calls.parse().ok()).unwrap_or(12_000)
+}
 
 /// Makes so many calls, and a step of 1 ms at every 200th: how many steps.
 fn among(calls: usize, mut act: impl FnMut(), mut step: impl FnMut(f64)) -> u32 {
@@ -35,7 +39,7 @@ fn among(calls: usize, mut act: impl FnMut(), mut step: impl FnMut(f64)) -> u32 
 
 #[test]
 fn random_calls_neither_crash_nor_hang_nor_disturb_a_neighbour() {
-    let calls = std::env::var(CALLS).ok().and_then(|calls| calls.parse().ok()).unwrap_or(40_000);
+    let calls = calls();
     let library = Library::load();
     let [alone, beside] = [(); 2].map(|()| Host::running(&library, &[]));
     let log = Log::default();
@@ -61,7 +65,7 @@ fn random_calls_of_fmi_3_neither_crash_nor_hang_nor_disturb_a_neighbour() {
         host
     });
     let mut abuser = ThreeAbuser::new(&library, ChaCha8Rng::seed_from_u64(20_261_122));
-    let (dog, calls) = (Watchdog::new(), 40_000);
+    let (dog, calls) = (Watchdog::new(), calls());
     let steps = among(
         calls,
         || abuser.act(&dog),
@@ -194,7 +198,7 @@ fn memory_is_clean_under_valgrind() {
         .arg(std::env::current_exe().unwrap())
         .args(["--exact", "--test-threads=1"])
         .arg("random_calls_neither_crash_nor_hang_nor_disturb_a_neighbour")
-        .envs([(CALLS, "3000"), (SLOWER, "50")])
+        .envs([(CALLS, "1200"), (SLOWER, "50")])
         .output()
         .unwrap();
     let stderr = String::from_utf8_lossy(&output.stderr);
@@ -210,7 +214,7 @@ fn the_heap_is_whole_under_the_checks_of_glibc() {
     let output = Command::new(std::env::current_exe().unwrap())
         .args(["--exact", "--test-threads=1"])
         .arg("random_calls_neither_crash_nor_hang_nor_disturb_a_neighbour")
-        .envs([("LD_PRELOAD", "libc_malloc_debug.so.0"), ("MALLOC_CHECK_", "3"), (CALLS, "10000")])
+        .envs([("LD_PRELOAD", "libc_malloc_debug.so.0"), ("MALLOC_CHECK_", "3"), (CALLS, "4000")])
         .output()
         .unwrap();
     let errors = String::from_utf8_lossy(&output.stderr);

@@ -78,12 +78,12 @@ fn fork_amid_work(number: usize, in_child: impl Fn(&Library) -> bool) {
 
 #[test]
 fn a_child_that_only_exits_does() {
-    fork_amid_work(300, |_| true);
+    fork_amid_work(100, |_| true);
 }
 
 #[test]
 fn a_child_may_use_the_library() {
-    fork_amid_work(150, |library| {
+    fork_amid_work(60, |library| {
         let host = Host::running(library, &[("rock.stiffness", 1.5e8)]);
         host.step(0.0, 1e-3);
         let mut state = Handle(0);

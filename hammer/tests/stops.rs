@@ -185,3 +185,34 @@ fn a_hammer_stops_at_every_blow_and_at_every_passage_and_nowhere_else() {
     assert_eq!((struck, passed, m.time()), (blows, passages, end));
     assert!(passed > 8);
 }
+
+/// Far from 0 a host's double names a blow's instant 1e-12 to 6e-8 s before or after it. A step that ends there, one
+/// of no length after it and one to the next double go on from the blow itself: no body is turned back (a build with
+/// assertions, as this is, ends where one is), and the blows are to the bit those of a start at 0.
+#[test]
+fn a_host_that_stops_at_blows_far_from_zero_gets_those_of_a_start_at_zero() {
+    let speeds = |p: &Parameters, start: f64| {
+        let mut m = Machine::new(p, &InputValues::default(), start).expect("a scene");
+        let mut stops = Stops::new(&m, true, &[]);
+        let mut speeds = Vec::new();
+        while speeds.len() < 5 {
+            let to = start + 1.0;
+            let (_, stop) = m.advance_keeping_start(to, Some(&mut stops)).expect("a step");
+            assert!(stop.blow, "{start}");
+            speeds.push(m.blow().expect("a blow").speed.to_bits());
+            let now = m.time();
+            m.advance(now).expect("a step of no length");
+            m.advance(now.next_up()).expect("a step as short as can be");
+        }
+        speeds
+    };
+    let mut cased = Parameters::default();
+    (cased.casing.mass, cased.casing.impedance) = (40.0, 4e3);
+    let rigid = Parameters { fidelity: Fidelity::Rigid, ..cased };
+    for p in [Parameters::default(), cased, rigid] {
+        let near = speeds(&p, 0.0);
+        for start in [1.7e4, 3.3e4 + 0.1, 1e6, 1e9] {
+            assert_eq!(speeds(&p, start), near, "{start}");
+        }
+    }
+}
