@@ -1,6 +1,7 @@
 //! Altered states: whoever changes a number of a stored state gets motion or a named error, and no
 //! step of it takes more work than its budget.
 
+use crate::scenes::one_in;
 use hammer::parameters::Joint;
 use hammer::{
     Counters, Error, Fidelity, Input, InputValues, Machine, Parameters, Segment, Source, State,
@@ -82,10 +83,8 @@ enum Around {
     LooseRods,
 }
 
-/// One number of so many is altered: a prime, so that over the numbers each alteration meets each kind of them.
-fn every() -> usize {
-    std::env::var("ALTERED_EVERY").ok().and_then(|n| n.parse().ok()).unwrap_or(7)
-}
+/// One number of so many is altered, if not each: a prime, so that over the numbers each alteration meets each kind.
+const EVERY: usize = 7;
 
 /// Every number of a state in turn is another one: far off, and near enough that all that holds of it alone holds
 /// still. Time goes on then, its balance can be read, and nothing takes longer than it may.
@@ -102,7 +101,7 @@ fn an_altered_state_ends_in_motion_or_a_named_error_within_its_budget() {
         let machine = scene(fidelity, source, around);
         let honest = written(&machine);
         let mut other = scene(fidelity, source, around);
-        for place in (0..).step_by(every()) {
+        for place in (0..).step_by(one_in(EVERY)) {
             let near = [1.0 + 1e-9, 0.999, 1.1, -1.0][place % 4];
             for (strange, factor) in [(STRANGE[place % STRANGE.len()], 0.0), (0.0, near)] {
                 let mut forged = honest.clone();

@@ -1,5 +1,6 @@
 //! The one table: what it says of a parameter is true of the engine.
 
+use crate::scenes::one_in;
 use hammer::variables::{Change, PARAMETERS, Parameter, Slot};
 use hammer::{Domain, Fidelity, InputValues, Machine, Parameters, Record, Source};
 use std::collections::BTreeSet;
@@ -139,7 +140,8 @@ fn extreme_parameters_are_refused_by_name_or_right() {
         }
         let reals = PARAMETERS.iter().filter(|row| matches!(row.slot, Slot::Real(..)));
         for row in reals.filter(|row| row.reader.reads(&scene)) {
-            for value in extremes(row) {
+            // Of three values one a drive, so that each is met over some.
+            for value in extremes(row).into_iter().skip(around % one_in(3)).step_by(one_in(3)) {
                 let mut p = scene;
                 row.slot.write(&mut p, value);
                 if row.slot.read(&p) != value {
@@ -188,5 +190,5 @@ fn extreme_parameters_are_refused_by_name_or_right() {
         }
     }
     println!("refused at the start, on the way, right: {ends:?}");
-    assert!(ends[0] > 300 && ends[2] > 500, "{ends:?}");
+    assert!(ends[0] > 100 && ends[2] > 160, "{ends:?}");
 }

@@ -11,10 +11,14 @@ use verify::comparison::tally::{Kind, Tally, tally};
 use verify::drawn::scenes::RandomScene;
 use verify::drawn::stored::scene;
 
+/// How many scenes are wanted, if not as few as the suite has time for.
+fn wanted() -> Option<u32> {
+    std::env::var("COMPARE_SCENES").ok().and_then(|number| number.parse().ok())
+}
+
 #[test]
 fn scenes_with_everything_agree() {
-    let wanted = std::env::var("COMPARE_SCENES").ok().and_then(|n| n.parse().ok());
-    let tally: Tally = tally((wanted.unwrap_or(40), 0), Kind::Mixed, |_| (), |_| ());
+    let tally: Tally = tally((wanted().unwrap_or(30), 0), Kind::Mixed, |_| (), |_| ());
     // As `cargo compare` counts: what differs by less than a guard resolves is no disagreement.
     assert!(tally.failures.is_empty(), "{}\n{}", tally.line(), tally.failures.join("\n"));
     // Scenes in which nothing could be compared would say nothing.
@@ -23,10 +27,11 @@ fn scenes_with_everything_agree() {
 }
 
 /// A blow of every hammer among the presets on its own mesh, bare, in a rigid and in an elastic casing, at
-/// 9 m/s and from a micrometre: 300 us, in which the wave goes through a hammer of a metre and back.
+/// 9 m/s and from a micrometre: 300 us, in which the wave goes through a hammer of a metre and back. The suite takes
+/// one of the three a preset.
 #[test]
 fn presets_agree_on_the_meshes_that_users_get() {
-    for preset in PRESETS {
+    for (number, preset) in PRESETS.iter().enumerate() {
         let (bare, inputs) = preset.start();
         let length = bare.piston.length + bare.bit.length;
         let mass = 3.0 * bare.bit_mass();
@@ -36,7 +41,10 @@ fn presets_agree_on_the_meshes_that_users_get() {
         elastic.casing.segments = 1;
         elastic.casing.segment[0] =
             Segment { length, area: mass / (length * bare.material.density) };
-        for mut parameters in [bare, rigid, elastic] {
+        for (around, mut parameters) in [bare, rigid, elastic].into_iter().enumerate() {
+            if wanted().is_none() && around != number % 3 {
+                continue;
+            }
             (parameters.piston.initial_velocity, parameters.contact.initial_gap) = (9.0, 1e-6);
             let case = RandomScene::alone(parameters, inputs, 3e-4);
             let apart = compare(&Account::over(&case, usize::MAX).unwrap()).unwrap();
@@ -50,7 +58,7 @@ fn presets_agree_on_the_meshes_that_users_get() {
 /// The reference integrates the air itself, as mass and energy, by series in the same arithmetic.
 #[test]
 fn drawn_scenes_driven_by_air_agree() {
-    let found = tally((20, 0), Kind::Air, |_| (), |_| ());
+    let found = tally((wanted().map_or(14, |n| n / 10), 0), Kind::Air, |_| (), |_| ());
     assert!(found.failures.is_empty(), "{}", found.failures.join("\n"));
     // About half are decided in double precision, and few refused.
     assert!(3 * found.whole > found.scenes && 5 * found.refused < found.scenes, "{}", found.line());
@@ -59,7 +67,7 @@ fn drawn_scenes_driven_by_air_agree() {
 /// A line's answer is in the reference's equation of motion, in the engine a force in windows.
 #[test]
 fn drawn_scenes_with_a_line_at_the_piston_agree() {
-    let found = tally((16, 0), Kind::Line, |_| (), |_| ());
+    let found = tally((wanted().map_or(12, |n| n / 10), 0), Kind::Line, |_| (), |_| ());
     assert!(found.failures.is_empty(), "{}", found.failures.join("\n"));
     assert!(3 * found.whole > found.scenes && 5 * found.refused < found.scenes, "{}", found.line());
 }
