@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -29,7 +31,7 @@ from dth_hammer import (
     steady,
     sweep,
 )
-from dth_hammer.errors import OutputError
+from dth_hammer.errors import LostWorkerError, OutputError
 from dth_hammer.scene import quantities
 from dth_hammer.study.store import Store
 from interrupting import Interrupts
@@ -372,3 +374,40 @@ def test_a_killed_worker_is_told_with_what_is_kept(tmp_path: Path) -> None:
     assert "LostWorkerError" in complaints
     assert 0 < int(message[1]) == len(store.rows())
     assert not psutil.wait_procs(children, timeout=30)[1]
+
+
+@pytest.mark.weekly
+def test_a_cluster_whose_worker_is_killed_loses_no_row() -> None:
+    shape = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    grid = {"feed_force": [4e3 + 10.0 * k for k in range(40)]}
+    with LocalCluster(**shape) as cluster, Client(cluster) as client:
+        pid = client.submit(os.getpid, pure=False).result()
+        killer = threading.Timer(1.0, os.kill, (pid, signal.SIGKILL))
+        killer.start()
+        far = sweep(grid, "20 s", scheduler=client.get_executor(), batch=1)
+        killer.join()
+        assert pid not in client.run(os.getpid).values()
+    near = sweep(grid, "20 s", scheduler="threads")
+    pd.testing.assert_frame_equal(far, near, check_exact=True)
+
+
+@pytest.mark.weekly
+def test_a_cluster_whose_scheduler_is_killed_keeps_what_has_come(tmp_path: Path) -> None:
+    dask = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--no-dashboard"]
+    file, out = tmp_path / "scheduler.json", tmp_path / "rows.parquet"
+    grid = {"feed_force": [4e3 + 10.0 * k for k in range(40)]}
+    with contextlib.ExitStack() as stack:
+        started = []
+        for part, *options in (("scheduler", "--port", "0"), ("worker", "--nthreads", "1")):
+            dask[2] = f"distributed.cli.dask_{part}"
+            words = [*dask, *options, "--scheduler-file", str(file)]
+            started.append(stack.enter_context(subprocess.Popen(words)))
+            stack.callback(started[-1].kill)
+        while not file.exists():
+            time.sleep(0.1)
+        client = stack.enter_context(Client(scheduler_file=str(file)))
+        client.wait_for_workers(1)
+        threading.Timer(5.0, started[0].kill).start()
+        with pytest.raises(LostWorkerError, match="are kept beside"):
+            sweep(grid, "20 s", scheduler=client.get_executor(), batch=1, out=out)
+    assert 0 < len(Store(out).rows()) < 40
