@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use verify::laws::properties::{PROPERTIES, check};
 use verify::report;
-use verify::rows::{catalogue, continuum, measured, order};
+use verify::rows::{catalogue, measured};
 
 #[derive(Parser)]
 #[command(about = "Checks the engine against everything known, and writes reports/verification.md")]
@@ -95,7 +95,7 @@ fn compared(report: &Path, folder: &Path) -> Result<(), Failure> {
 }
 
 fn write_report(root: &Path, folder: &Path, cases: u32) -> Result<(), Failure> {
-    let count = report::SECTIONS.len() + PROPERTIES.len() + 2;
+    let count = report::SECTIONS.len() + PROPERTIES.len();
     let progress = bar(count as u64);
     let step = |what: &str| {
         progress.set_message(what.to_string());
@@ -117,7 +117,6 @@ fn write_report(root: &Path, folder: &Path, cases: u32) -> Result<(), Failure> {
         failed += usize::from(!outcome.failures.is_empty());
         report::property(&mut body, property, &outcome);
     }
-    studies(&mut body, &step)?;
     progress.finish_and_clear();
     body += &account(folder);
     let head = format!(
@@ -128,19 +127,6 @@ fn write_report(root: &Path, folder: &Path, cases: u32) -> Result<(), Failure> {
     write(root.join("reports/verification.md"), &(head + &body + report::LIMITS))?;
     println!("{} of {checks} checks hold: reports/verification.md", checks - failed);
     if failed > 0 { Err(Failure::Checks(failed)) } else { Ok(()) }
-}
-
-fn studies(body: &mut String, step: &impl Fn(&str)) -> Result<(), Failure> {
-    step("meshes, one blow");
-    let mut studies = vec![order::resolved()?];
-    step("meshes, whole cycles");
-    studies.extend(continuum::studies()?);
-    *body += report::ORDERS;
-    for study in &studies {
-        report::study(body, study);
-    }
-    *body += report::ORDERS_OBSERVED;
-    Ok(())
 }
 
 const HEAD: &str = "# Verification: `cargo verify`\n\n\

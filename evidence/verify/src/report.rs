@@ -2,7 +2,6 @@
 
 use crate::laws::properties::{Checked, Property, REFUSALS};
 use crate::rows::row::Row;
-use crate::rows::study::{ORDER, Study};
 use crate::rows::{
     assembly, casing, catalogue, closed, continuum, cycle, graze, joints, measured, order, shapes,
     string,
@@ -98,31 +97,6 @@ pub fn property(text: &mut String, property: &Property, checked: &Checked) {
     let _ = writeln!(text, "| {} | {} | {refused} | {words} |", property.0, checked.scenes);
 }
 
-/// A study of meshes.
-pub fn study(text: &mut String, study: &Study) {
-    let columns = study.quantities.len();
-    let _ = writeln!(text, "\n### {}\n\n{}.\n", study.title, study.setting);
-    let _ = writeln!(
-        text,
-        "| elements | {} | order | events | rotations | s |\n|---|{}---|---|---|",
-        study.quantities.join(" | order | "),
-        "---|---|".repeat(columns)
-    );
-    for (i, level) in study.levels.iter().enumerate() {
-        let _ = write!(text, "| {} |", level.elements);
-        for (q, error) in level.errors.iter().enumerate() {
-            let order = study.order(i, q).map_or("".into(), |o| format!("{o:.1}"));
-            let _ = write!(text, " {error:+.2e} | {order} |");
-        }
-        let _ = writeln!(text, " {} | {} | {:.2} |", level.events, level.samples, level.seconds);
-    }
-    *text += "| **fitted, expected** |";
-    for q in 0..columns {
-        let _ = write!(text, " | **{:.2}, {ORDER}** |", study.fitted(q));
-    }
-    *text += " | | |\n";
-}
-
 /// What came of drawn scenes, as `cargo compare --keep` left it.
 pub fn compared(text: &mut String, kept: Option<String>) {
     *text += "\n## Everything together, in extended precision\n\n\
@@ -141,12 +115,6 @@ pub fn asked(text: &mut String, kept: Option<String>) {
         error on from one to the next, so that a number above 1 is no window's error.\n\n";
     *text += &kept.unwrap_or_else(|| "Not made yet: `cargo compare --asked --keep`.\n".into());
 }
-
-/// What theory expects of a mesh.
-pub const ORDERS: &str = include_str!("orders.md");
-
-/// What the studies show.
-pub const ORDERS_OBSERVED: &str = include_str!("orders_observed.md");
 
 /// What the engine does not decide, and where the model ends.
 pub const LIMITS: &str = include_str!("limits.md");

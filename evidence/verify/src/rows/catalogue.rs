@@ -43,53 +43,24 @@ pub struct Hammer {
 const SPM: &str = "drillrigtools-en.com, *DTH Hammers (Medium Air Pressure)*";
 const MINCON: &str = "Mincon, *DTH Product Catalogue*, read in a transcription";
 
+const fn hammer(
+    name: &'static str,
+    [outer, hole]: [f64; 2],
+    air: [f64; 3],
+    power: f64,
+    piston: (f64, f64, &'static str),
+    held: (f64, f64),
+) -> Hammer {
+    Hammer { name, outer, air, power, piston, hole, held }
+}
+
 /// The hammers. What is asserted is of the first four: the last is out of the model's range.
 pub const HAMMERS: [Hammer; 5] = [
-    Hammer {
-        name: "3.5 inch",
-        outer: 0.085,
-        air: [4.5, 8.3, 11.1],
-        power: 20.9e3,
-        piston: (4.1, 0.077, MINCON),
-        hole: 0.09,
-        held: (16.0, 12e3),
-    },
-    Hammer {
-        name: "4 inch",
-        outer: 0.105,
-        air: [6.7, 12.5, 16.9],
-        power: 29.1e3,
-        piston: (7.4, 0.098, SPM),
-        hole: 0.115,
-        held: (27.0, 17e3),
-    },
-    Hammer {
-        name: "5 inch",
-        outer: 0.127,
-        air: [7.1, 14.9, 21.4],
-        power: 31.7e3,
-        piston: (17.7, 0.124, MINCON),
-        hole: 0.14,
-        held: (40.0, 19e3),
-    },
-    Hammer {
-        name: "6 inch",
-        outer: 0.15,
-        air: [8.8, 17.8, 24.0],
-        power: 34.5e3,
-        piston: (23.0, 0.148, SPM),
-        hole: 0.165,
-        held: (65.0, 25e3),
-    },
-    Hammer {
-        name: "9 inch",
-        outer: 0.21,
-        air: [17.6, 26.2, 32.5],
-        power: 54.8e3,
-        piston: (43.0, 0.182, SPM),
-        hole: 0.229,
-        held: (127.0, 49e3),
-    },
+    hammer("3.5 inch", [0.085, 0.09], [4.5, 8.3, 11.1], 20.9e3, (4.1, 0.077, MINCON), (16.0, 12e3)),
+    hammer("4 inch", [0.105, 0.115], [6.7, 12.5, 16.9], 29.1e3, (7.4, 0.098, SPM), (27.0, 17e3)),
+    hammer("5 inch", [0.127, 0.14], [7.1, 14.9, 21.4], 31.7e3, (17.7, 0.124, MINCON), (40.0, 19e3)),
+    hammer("6 inch", [0.15, 0.165], [8.8, 17.8, 24.0], 34.5e3, (23.0, 0.148, SPM), (65.0, 25e3)),
+    hammer("9 inch", [0.21, 0.229], [17.6, 26.2, 32.5], 54.8e3, (43.0, 0.182, SPM), (127.0, 49e3)),
 ];
 
 /// What the engine makes of one: its ports, and its blows at each of [`PRESSURES`].

@@ -8,7 +8,7 @@ use oracles::waves::{Scene, Waves};
 
 const FRONT: &str = "front spread (c t h2/8)^(1/3) by dispersion, plus Z/(2 KC); force: its steepest rate times that";
 /// Elements per bar of length `Lp`, for the engine's rows.
-pub const ELEMENTS: usize = 80;
+const ELEMENTS: usize = 80;
 /// Steps a transit of the exact waves.
 const STEPS: u32 = 1000;
 
@@ -31,10 +31,6 @@ pub struct Struck {
     pub second: f64,
     /// Impulse of the contact.
     pub impulse: f64,
-    /// Transitions.
-    pub events: u64,
-    /// Rotations of the modal state.
-    pub samples: u64,
 }
 
 /// Follows a bare scene for `until` transits after the strike.
@@ -65,13 +61,11 @@ pub fn strike(p: &Parameters, until: f64) -> Result<Struck, Error> {
         first: if first.is_nan() { opened } else { first },
         second,
         impulse: impulses.contact / (mass * SPEED),
-        events: m.counters().events,
-        samples: m.counters().samples,
     })
 }
 
 /// Two free bars; `bit` is `Lb / Lp`.
-pub fn bars_scene(bit: f64, elements: usize) -> Parameters {
+fn bars_scene(bit: f64, elements: usize) -> Parameters {
     let mut p = mesh::bare(elements);
     p.bit.length *= bit;
     p.bit.elements = (bit * elements as f64).round() as usize;
@@ -104,7 +98,7 @@ fn saint_venant(bit: f64) -> Result<Vec<Row>, Error> {
 const WALL: f64 = 1e7;
 
 /// A free bar strikes a spring: the penalty itself, on a bit like a wall.
-pub fn spring_scene(k: f64, elements: usize) -> Parameters {
+fn spring_scene(k: f64, elements: usize) -> Parameters {
     let mut p = mesh::bare(elements);
     p.bit.length = WALL * p.piston.length;
     p.bit.elements = 1;
@@ -150,13 +144,6 @@ pub fn blow_scene(kappa: f64, gamma: f64, elements: usize) -> Parameters {
     p
 }
 
-/// Exact waves of one blow, until the second collision is over.
-pub fn exact_blow(kappa: f64, gamma: f64, second: f64) -> Waves {
-    let mut waves = Waves::new(Scene::unit(kappa, gamma, 1.0), STEPS);
-    waves.advance(second + 2.5);
-    waves
-}
-
 /// Equal bars, one blow on virgin rock.
 fn blow([kappa, gamma, share, peak, speed, second]: [f64; 6]) -> Result<Vec<Row>, Error> {
     let source = "exact waves, table";
@@ -171,7 +158,9 @@ fn blow([kappa, gamma, share, peak, speed, second]: [f64; 6]) -> Result<Vec<Row>
     // Two collisions, each begun and ended by a front of force 1/2 or less.
     rows.add("piston after / v0", speed, ours.piston, 2.0 * late);
     // Momenta off by a front, over the flight, at the speed of closing.
-    let closing = 2.0 * exact_blow(kappa, gamma, second).collisions[1].impulse;
+    let mut waves = Waves::new(Scene::unit(kappa, gamma, 1.0), STEPS);
+    waves.advance(second + 2.5);
+    let closing = 2.0 * waves.collisions[1].impulse;
     let tolerance = early * (1.0 + second - 2.0) / closing;
     rows.add("second collision / T1", second, ours.second, tolerance);
     Ok(rows.list)

@@ -1,11 +1,10 @@
 //! Whole cycles of the reference hammer against the continuum: exact waves in damped bars
 //! that meet through the same spring, from rest to the stationary cycle.
 
+use crate::rows::mesh::remaining;
 use crate::rows::row::{Row, Rows};
-use crate::rows::study::{Level, MESHES, Study, remaining};
 use hammer::{Error, Event, InputValues, Machine, Parameters, Record, Relay};
 use oracles::waves::{Scene, Waves};
-use std::time::Instant;
 
 /// Cycles followed: by then each repeats the one before to 1e-4 ms.
 const CYCLES: usize = 15;
@@ -22,8 +21,6 @@ struct Cycles {
     speed: f64,
     /// From the first closing to the last opening of each collision of the last cycle, s.
     collisions: Vec<f64>,
-    /// Largest contact and rock force of all cycles, N.
-    forces: [f64; 2],
 }
 
 fn differences(x: &[f64]) -> Vec<f64> {
@@ -76,13 +73,12 @@ fn continuum(scene: Scene, steps: u32) -> Cycles {
         periods,
         speed: last.first().map_or(f64::NAN, |c| c.speed),
         collisions: collisions(&spells, collision_gap(&p)),
-        forces: [waves.contact_peak, waves.peak],
     }
 }
 
-fn engine(degree: usize, elements: usize) -> Result<(Cycles, [u64; 2]), Error> {
+fn engine(elements: usize) -> Result<Cycles, Error> {
     let mut p = Parameters::default();
-    p.mesh.degree = degree;
+    p.mesh.degree = 1;
     (p.piston.elements, p.bit.elements) = (elements, elements);
     let mut m = Machine::new(&p, &InputValues::default(), 0.0)?;
     m.keep_journal(true);
@@ -93,15 +89,12 @@ fn engine(degree: usize, elements: usize) -> Result<(Cycles, [u64; 2]), Error> {
     let mut spells = spells(&journal);
     spells.retain(|s| s[0] >= last_cycle(&p, &returns));
     let blow = m.blow().copied().unwrap_or_default();
-    let peaks = m.peaks();
-    let cycles = Cycles {
+    Ok(Cycles {
         periods: differences(&returns[..=CYCLES]),
         tip_rate: blow.tip_rate,
         speed: blow.speed,
         collisions: collisions(&spells, collision_gap(&p)),
-        forces: [peaks.contact_force(), peaks.rock_force()],
-    };
-    Ok((cycles, [m.counters().events, m.counters().samples]))
+    })
 }
 
 /// What is compared, in ms, mm/s and m/s.
@@ -129,7 +122,7 @@ pub fn rows() -> Result<Vec<Row>, Error> {
     let [fine, rough] = STEPS.map(|steps| continuum(scene(), steps));
     let coarse = rough.clone();
     let (exact, rough) = (values(&fine), values(&rough));
-    let meshes = [20, 40, 80, 160].map(|n| Ok(values(&engine(1, n)?.0)));
+    let meshes = [20, 40, 80, 160].map(|n| Ok(values(&engine(n)?)));
     let meshes = meshes.into_iter().collect::<Result<Vec<_>, Error>>()?;
     let mut list = Vec::new();
     for (elements, three) in [80, 160].into_iter().zip(meshes.windows(3)) {
@@ -165,44 +158,4 @@ fn printed(ours: &Cycles, rough: &Cycles) -> Vec<Row> {
     add("tip rate, mm/s", 39.4515, 1e-4, &|c| 1e3 * c.tip_rate, late_front(ours));
     add("relative mean speed at impact, m/s", 11.51841, 1e-5, &|c| c.speed, 0.0);
     rows.list
-}
-
-/// Meshes of splines of a degree, spans per bar.
-const SPLINES: [usize; 6] = [10, 16, 24, 32, 48, 64];
-
-/// The stationary cycle on every mesh of linear elements, then of splines.
-pub fn studies() -> Result<Vec<Study>, Error> {
-    let exact = continuum(scene(), STEPS[0]);
-    let degrees = [(1, MESHES), (3, SPLINES), (5, SPLINES), (7, SPLINES)];
-    degrees.into_iter().map(|(degree, meshes)| study(&exact, degree, meshes)).collect()
-}
-
-fn study(exact: &Cycles, degree: usize, meshes: [usize; 6]) -> Result<Study, Error> {
-    let level = |elements: usize| -> Result<Level, Error> {
-        let begun = Instant::now();
-        let (ours, [events, samples]) = engine(degree, elements)?;
-        let seconds = begun.elapsed().as_secs_f64();
-        let errors = headlines(&ours).into_iter().zip(headlines(exact)).map(|(a, b)| a.1 - b.1);
-        Ok(Level { elements, errors: errors.collect(), events, samples, seconds })
-    };
-    // Splines meet the kinks that the contact leaves in the wave first.
-    let kind = if degree == 1 { String::new() } else { format!(", splines of degree {degree}") };
-    Ok(Study {
-        title: format!("The stationary cycle of the reference hammer{kind}"),
-        setting: "cycle 15 from rest, `beta` and `KC` of the reference; against exact waves with that damping and that contact; forces: the largest of all cycles",
-        quantities: headlines(exact).map(|(name, _)| name).into(),
-        levels: meshes.into_iter().map(level).collect::<Result<_, _>>()?,
-    })
-}
-
-/// What a user reads of a cycle.
-fn headlines(c: &Cycles) -> [(&'static str, f64); 6] {
-    [
-        ("period, ms", 1e3 * c.periods[CYCLES - 1]),
-        ("tip rate, mm/s", 1e3 * c.tip_rate),
-        ("speed at impact, m/s", c.speed),
-        ("first collision, ms", 1e3 * c.collisions[0]),
-        ("largest contact force, kN", 1e-3 * c.forces[0]),
-        ("largest rock force, kN", 1e-3 * c.forces[1]),
-    ]
 }

@@ -62,3 +62,10 @@ pub fn spread(p: &Parameters, transits: f64) -> f64 {
     let penalty = p.impedance() / (2.0 * p.contact.stiffness) / transit;
     airy + damping + penalty
 }
+
+/// How far a value may be from its limit, by its changes over three meshes, each twice as fine as the one
+/// before.
+pub fn remaining([quarter, half, full]: [f64; 3]) -> f64 {
+    let ratio = 2f64.powf(2.0 / 3.0);
+    (full - half).abs().max((half - quarter).abs() / ratio) / (ratio - 1.0)
+}

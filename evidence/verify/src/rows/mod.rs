@@ -14,4 +14,3 @@ pub mod order;
 pub mod row;
 pub mod shapes;
 pub mod string;
-pub mod study;
