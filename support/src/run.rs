@@ -41,7 +41,7 @@ pub enum Failure {
     #[error("cannot build {0}")]
     Missing(String),
     /// Some of the suite's stages failed; each has said why.
-    #[error("failed: {0}")]
+    #[error("failed:{0}")]
     Stages(String),
     /// No Python to make an environment with.
     #[error("no Python of at least 3.{minor} found: tried {tried}")]

@@ -2,7 +2,11 @@
 
 use crate::{QUICK, begin, fmu, laboratory, lint, python};
 use clap::{Args, ValueEnum};
+use std::io::{self, BufRead, BufReader};
 use std::path::Path;
+use std::process::Command;
+use std::sync::Mutex;
+use std::thread;
 use std::time::Instant;
 use support::python::Needs;
 use support::run::{Failure, locked, run};
@@ -22,8 +26,9 @@ const IN_A_BROWSER: [&str; 9] = [
 /// Tests of hosts in C++, each of which gets a process of its own: two of them in one have been
 /// found to corrupt the heap.
 const NATIVE: (&str, [&str; 2]) = ("tests/python/test_hosts_of_systems.py", ["libcosim", "ecos"]);
-/// A process for each core; a file's tests share what it has prepared.
-const IN_PARALLEL: [&str; 4] = ["--numprocesses", "auto", "--dist", "loadfile"];
+/// A process for each core. Neighbours in a file, which share what it has prepared, stay together as long as there is
+/// other work.
+const IN_PARALLEL: [&str; 4] = ["--numprocesses", "auto", "--dist", "worksteal"];
 /// pytest's exit code where a selection has chosen no test.
 const NONE_CHOSEN: i32 = 5;
 
@@ -40,49 +45,79 @@ pub enum Stage {
     Lab,
 }
 
-impl Stage {
-    fn name(self) -> String {
-        self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
-    }
-}
-
 /// What is to be tested.
 #[derive(Args)]
 pub struct Suite {
     /// Only this stage; several may be given
-    #[arg(long = "stage", value_enum, default_values = ["rust", "python", "lab"])]
+    #[arg(long = "stage", value_enum, ignore_case = true, default_values = ["rust", "python", "lab"])]
     stages: Vec<Stage>,
     /// With the libraries for Windows, old Linux and aarch64, run where that can be
     #[arg(long)]
     all_platforms: bool,
+    /// What the stages of Python take in common is there
+    #[arg(long, hide = true)]
+    prepared: bool,
     /// Handed to pytest, for instance `-k coupling`
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     pytest: Vec<String>,
 }
 
 impl Suite {
-    /// One stage, whole.
-    pub fn of(stage: Stage) -> Self {
-        Self { stages: vec![stage], all_platforms: false, pytest: Vec::new() }
+    /// Passes the stages, of several those of Rust beside those of Python: alone, each leaves a core idle for a
+    /// third of its time. What fails stops no other.
+    pub fn pass(&self, root: &Path) -> Result<(), Failure> {
+        if let [stage] = self.stages[..] {
+            return self.prepare(root).and_then(|()| self.stage(root, stage));
+        }
+        let failed = Mutex::new(String::new());
+        let pass = |stage: Stage| {
+            if self.stages.contains(&stage) {
+                let begun = Instant::now();
+                let result = self.beside(stage);
+                let verdict = if result.is_ok() { "passed" } else { "FAILED" };
+                println!("=== {stage:?} {verdict} in {:.0} s", begun.elapsed().as_secs_f64());
+                if result.is_err() {
+                    *failed.lock().expect("no stage panics") += &format!(" {stage:?}");
+                }
+            }
+        };
+        thread::scope(|scope| {
+            // Lints last: they want the Python that is installed meanwhile.
+            scope.spawn(|| [Stage::Rust, Stage::Lint].map(pass));
+            self.prepare(root)?;
+            scope.spawn(|| pass(Stage::Lab));
+            pass(Stage::Python);
+            Ok(())
+        })?;
+        let failed = failed.into_inner().expect("no stage panics");
+        if failed.is_empty() { Ok(()) } else { Err(Failure::Stages(failed)) }
     }
 
-    /// Passes the stages in turn, those after a failed one too. Each tells of those before it, so that what
-    /// is said last is what cargo or pytest says.
-    pub fn pass(&self, root: &Path) -> Result<(), Failure> {
-        let (mut before, mut failed) = (String::new(), Vec::new());
-        for (index, stage) in self.stages.iter().enumerate() {
-            let (name, count) = (stage.name(), self.stages.len());
-            println!("=== {name} (stage {} of {count}{before})", index + 1);
-            let begun = Instant::now();
-            let result = self.stage(root, *stage);
-            let verdict = if result.is_ok() { "passed" } else { "FAILED" };
-            before += &format!(", {name} {verdict} in {:.0} s", begun.elapsed().as_secs_f64());
-            if let Err(failure) = result {
-                eprintln!("error: {failure}");
-                failed.push(name);
-            }
+    /// What the stages of Python take in common.
+    fn prepare(&self, root: &Path) -> Result<(), Failure> {
+        let wants = |stage| self.stages.contains(&stage) && !self.prepared;
+        if wants(Stage::Python) || wants(Stage::Lab) {
+            python(root, Needs::Suite)?;
+            fmu(root, if self.all_platforms { &["--all-platforms"] } else { QUICK })?;
         }
-        if failed.is_empty() { Ok(()) } else { Err(Failure::Stages(failed.join(", "))) }
+        if wants(Stage::Lab) { laboratory(root) } else { Ok(()) }
+    }
+
+    /// Passes a stage in a process of its own, whose lines are told with its name as they come.
+    fn beside(&self, stage: Stage) -> Result<(), Failure> {
+        let program = format!("{stage:?}");
+        let start = |source| Failure::Start { program: program.clone(), source };
+        let (lines, end) = io::pipe().map_err(start)?;
+        let mut command = Command::new(std::env::current_exe().map_err(start)?);
+        command.args(["suite", "--prepared", "--stage", &program]).args(&self.pytest);
+        command.stdout(end.try_clone().map_err(start)?).stderr(end);
+        let mut child = command.spawn().map_err(start)?;
+        drop(command); // It holds the pipe's end, after which its lines end.
+        for line in BufReader::new(lines).split(b'\n').map_while(Result::ok) {
+            println!("{program} | {}", String::from_utf8_lossy(&line));
+        }
+        let status = child.wait().map_err(start)?;
+        if status.success() { Ok(()) } else { Err(Failure::Status { program, status }) }
     }
 
     fn stage(&self, root: &Path, stage: Stage) -> Result<(), Failure> {
@@ -97,7 +132,6 @@ impl Suite {
                 run(locked(root, "test").args(["--workspace", "--doc"]))
             }
             Stage::Python => {
-                fmu(root, if self.all_platforms { &["--all-platforms"] } else { QUICK })?;
                 let mut others = IN_A_BROWSER.map(|file| format!("--ignore={file}")).to_vec();
                 others.push(format!("--ignore={}", NATIVE.0));
                 others.extend(IN_PARALLEL.map(String::from));
@@ -109,8 +143,6 @@ impl Suite {
                 Ok(())
             }
             Stage::Lab => {
-                fmu(root, QUICK)?;
-                laboratory(root)?;
                 let tests = IN_A_BROWSER.iter().chain(&IN_PARALLEL).map(|&word| word.into());
                 self.pytest(root, &tests.collect::<Vec<_>>(), "2 minutes")
             }
@@ -152,10 +184,5 @@ mod tests {
         assert!(suite.all_platforms);
         assert_eq!(suite.pytest, ["-k", "wine", "--pdb"]);
         assert_eq!(suite.stages, [Stage::Rust, Stage::Python, Stage::Lab]);
-    }
-
-    #[test]
-    fn a_stage_is_chosen_by_its_name() {
-        assert_eq!(read(&["--stage", "lab", "--stage", "lint"]).stages, [Stage::Lab, Stage::Lint]);
     }
 }
