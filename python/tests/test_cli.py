@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
+import struct
 import subprocess
 import sys
 import zipfile
@@ -87,6 +89,38 @@ def test_a_scene_s_file_is_a_hammer_of_every_command(
     capsys.readouterr()
     assert main(["run", str(twice)]) == 2
     assert "twice.json says gravity twice" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no terminal to open")
+@pytest.mark.parametrize(
+    "command",
+    [
+        "report air_4_inch -o page.html",
+        "life --set mesh.degree=3 --set piston.elements=4 --set bit.elements=4 --sn 300e6,1e7,8",
+        "optimise --set fidelity=Rigid --free feed_force=3e3:6e3 --starts 1 --error 0.05",
+    ],
+)
+def test_long_work_shows_how_far_it_is_on_a_terminal_and_nothing_in_a_pipe(
+    command: str, tmp_path: Path
+) -> None:
+    import fcntl  # noqa: PLC0415
+    import pty  # noqa: PLC0415
+    import termios  # noqa: PLC0415
+
+    ours, theirs = pty.openpty()
+    # A terminal without a size has no room for a bar.
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("4H", 24, 80, 0, 0))
+    words = [sys.executable, "-m", "dth_hammer.cli", *command.split()]
+    with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=theirs, cwd=tmp_path):
+        os.close(theirs)
+        told = b""
+        with contextlib.suppress(OSError):
+            while part := os.read(ours, 4096):
+                told += part
+    os.close(ours)
+    assert re.search(rb"(part|blow|design)/s", told)
+    done = subprocess.run(words, check=True, capture_output=True, cwd=tmp_path)
+    assert b"/s" not in done.stderr
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such devices")
@@ -238,6 +272,10 @@ def test_excel_and_matlab_get_the_numbers_of_the_table(tmp_path: Path) -> None:
     # Excel keeps 16 digits, a part in 1e15 of a number.
     assert [float(row[depth]) for row in rows] == pytest.approx([*table["tip_depth"]], rel=1e-14)
     assert [row[mode] for row in rows] == [*table["rock_mode"]]
+    text = "=1+1"
+    outputs.write(pd.DataFrame({text: [text]}), tmp_path / "text.xlsx", index=False)
+    # A formula has no type: its cell is not that of a shared string.
+    assert cells(tmp_path / "text.xlsx") == [[text], [text]]
     read = loadmat(tmp_path / "out.mat", squeeze_me=True)
     assert {*table} <= {*read}
     assert [*read["tip_depth"]] == [*table["tip_depth"]]
@@ -332,7 +370,11 @@ def test_ctrl_c_during_imports_is_told_in_a_line(tmp_path: Path) -> None:
             "scipy, matplotlib and pyarrow",
             "fit,plot,sweep",
         ),
-        ("report scene.json --sn 300e6,1e7,8", "matplotlib and rainflow", "life,plot"),
+        (
+            "report scene.json --sn 300e6,1e7,8",
+            "matplotlib, tqdm and rainflow",
+            "life,plot,sweep",
+        ),
     ],
 )
 def test_a_plain_install_is_told_all_that_a_command_lacks_at_once(

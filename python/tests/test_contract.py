@@ -157,7 +157,31 @@ def wrong() -> Iterator[tuple[Callable[[], object], str]]:
     yield lambda: dth.optimise({}, ["rop"], {}), "goal = .'rop'. is not text or a function"  # type: ignore[arg-type]
     yield lambda: dth.mesh_for(error={}), "error = {} is not a number"  # type: ignore[arg-type]
     yield lambda: dth.simulate("granite"), "'granite' is a rock: give rock='granite' beside"
+    yield lambda: dth.simulate("feed"), "'feed' is set, it is no hammer: .* {'feed_force': ...}"
+    yield lambda: dth.steady("piston"), "by name, {'piston.length': ...}"
+    yield lambda: dth.steady(Path("feed_force")), "is set, it is no hammer"
     yield lambda: dth.Coupling(dth.Hammer(RIGID), object(), 1e-3), "lacks advance, outputs"  # type: ignore[arg-type]
+
+
+def unknown() -> Iterator[tuple[Callable[[], object], str]]:
+    """Names that nothing has, wherever one is taken."""
+    run = dth.simulate(RIGID, 0.05)
+    yield lambda: run["ropp"], "no output of the run is called 'ropp'; did you mean 'rop'"
+    yield lambda: dth.steady(RIGID)["ropp"], "no mean is called 'ropp'; did you mean 'rop'"
+    yield lambda: dth.Hammer(RIGID)["ropp"], "did you mean 'rop'"
+    yield lambda: dth.Hammer(RIGID).set(feed=1), "did you mean 'feed_force'"
+    yield lambda: dth.VARIABLES["ropp"], "did you mean 'rop'"
+    yield lambda: dth.simulate("rnu"), "no preset is called 'rnu'; there is .*reference"
+    yield lambda: dth.from_datasheet(presure="24 bar"), "did you mean 'pressure'"  # type: ignore[call-arg]
+    yield lambda: dth.rock("marble"), 'there is no rock "marble": there are .*kuru granite'
+
+
+@pytest.mark.parametrize(("call", "remedy"), [*unknown()])
+def test_a_name_that_nothing_has_is_told_with_the_nearest(
+    call: Callable[[], object], remedy: str
+) -> None:
+    with pytest.raises(dth.UnknownNameError, match=remedy):
+        call()
 
 
 @pytest.mark.parametrize(("call", "remedy"), [*wrong()])

@@ -8,6 +8,7 @@ import pytest
 from dth_hammer import Coupling, Hammer, HammerWarning, simulate
 
 PRESSURE = {"drive.source": "Pressure"}
+AIR = {"drive.source": "Air"}
 
 
 @pytest.mark.parametrize(
@@ -17,6 +18,14 @@ PRESSURE = {"drive.source": "Pressure"}
         (PRESSURE | {"drive.amplitude": 2e3, "drive_pressure": 1e6}, "drive.amplitude is ignored"),
         ({"bit.length": 168.0}, "bit.length = 168 m is 1000 times .* is the unit right"),
         ({"feed_force": 5.0}, "feed_force = 5 N is 0.001 times"),
+        # What is 0 in the reference hammer, against what is usual; a temperature in degrees.
+        (PRESSURE | {"drive_pressure": 24.0}, "drive_pressure = 24 Pa is 4.8e-6 times a usual"),
+        (
+            {"drive.source": "Force", "drive_force": 4.0},
+            "drive_force = 4 N is 0.0008 times a",
+        ),
+        ({"casing.mass": 5e4}, "casing.mass = 50000 kg is 1000 times a usual 50 kg: is the unit"),
+        (AIR | {"air.temperature": 27.0}, "air.temperature = 27 K is .*: is the unit right"),
         ({"piston.segment[3].area": 2e-3}, r"piston\.segment\[3\]\.area is ignored: piston"),
         ({"air.port_height": 1e-3}, "only Air reads it"),
         ({"drive.area_drive": 2e-3}, "only Pressure, Air read it"),

@@ -61,7 +61,21 @@ INCH, POUND, GRAVITY = Fraction("0.0254"), Fraction("0.45359237"), Fraction("9.8
         ("600 ft-lbs", "J", 600 * 12 * INCH * POUND * GRAVITY),
         ("815 Nm", "J", Fraction(815)),
         ("60 fph", "m/s", 60 * 12 * INCH / 3600),
-        ("750 scfm", "m3/s", 750 * (12 * INCH) ** 3 / 60),
+        # 14.7 psi and 60 degF to 1.01325 bar and 0 degC, by the law of ideal gases.
+        (
+            "750 scfm",
+            "m3/s",
+            750
+            * (12 * INCH) ** 3
+            / 60
+            * Fraction("14.7")
+            * POUND
+            * GRAVITY
+            / INCH**2
+            / 101_325
+            * Fraction("273.15")
+            / ((60 - 32) * Fraction(5, 9) + Fraction("273.15")),
+        ),
         ('5-1/2"', "m", Fraction(11, 2) * INCH),
         ("5 %", "1", Fraction(1, 20)),
     ],

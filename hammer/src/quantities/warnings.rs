@@ -46,7 +46,8 @@ const USUAL: [(&str, f64); 4] = [
 
 /// Values that seem to be in another unit, one sentence each.
 pub fn unlikely(parameters: &Parameters, inputs: &InputValues) -> Vec<String> {
-    let read = |row: &&Parameter| row.reader.reads(parameters) && !row.switches;
+    let sized = |row: &&Parameter| !row.switches || usual_size(row.name).is_some();
+    let read = |row: &&Parameter| row.reader.reads(parameters) && sized(row);
     let of_parameters = PARAMETERS.iter().filter(read).filter_map(|row| {
         let Slot::Real(quantity, _) = row.slot else { return None };
         let values = [parameters, &Parameters::default()].map(|p| row.slot.read(p));
@@ -59,10 +60,15 @@ pub fn unlikely(parameters: &Parameters, inputs: &InputValues) -> Vec<String> {
     of_parameters.chain(of_inputs).collect()
 }
 
+/// What is usual of a quantity that the reference hammer has none of.
+fn usual_size(name: &str) -> Option<f64> {
+    USUAL.iter().find(|(of, _)| *of == name).map(|(_, size)| *size)
+}
+
 /// The sentence for a value in place of the reference hammer's, or of a usual one.
 fn slip(name: &str, quantity: Quantity, [value, own]: [f64; 2]) -> Option<String> {
-    let usual = USUAL.iter().find(|(of, _)| *of == name).map(|(_, size)| *size);
-    let (own, whose) = usual.map_or((own, "the reference hammer's"), |size| (size, "a usual"));
+    let (own, whose) =
+        usual_size(name).map_or((own, "the reference hammer's"), |size| (size, "a usual"));
     let ratio = (value / own).abs();
     let slip = if quantity.unit == "K" { WARM } else { SLIP };
     let likely = (1.0 / slip..=slip).contains(&ratio);

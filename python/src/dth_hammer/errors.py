@@ -64,6 +64,8 @@ class HammerWarning(UserWarning):
     """Input that is allowed but probably unintended."""
 
 
+#: Most names that an error lists.
+MOST = 12
 #: What took the place of a name that scenes saved before may have; of a dotted name its first part.
 GONE = {
     "Chambers": "the chambers are those of Air now (drive.source = Air, parameters air.*)",
@@ -87,7 +89,7 @@ class UnknownNameError(DthHammerError, LookupError):
         if not hint and head and siblings:
             own = dict.fromkeys(re.sub(r"\[\d+\]", "[i]", sibling) for sibling in siblings)
             hint = f"; {head} has {', '.join(own)}"
-        elif not hint and 0 < len(candidates) <= 6:
+        elif not hint and 0 < len(candidates) <= MOST:
             hint = f"; there is {', '.join(candidates)}"
         super().__init__(f"no {what} is called {name!r}{hint}")
 

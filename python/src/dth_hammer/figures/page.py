@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from .. import _native, figures, outputs
 from ..contract import typed
 from ..errors import DomainError, RefusedError, TooFewBlowsError
+from ..extras import need
 from ..run import answers
 from ..run.diagram import Waves, waves
 from ..run.gradients import differentiable
@@ -68,6 +69,7 @@ def report(
     curve: SNCurve | None = None,
     title: str = "",
     customer: str = "",
+    progress: bool = False,
 ) -> Path:
     """Runs a hammer and writes a sheet to hand on, with all that it rests on behind it: one file.
 
@@ -85,6 +87,7 @@ def report(
         curve: an S-N line: the life of each section is told, its worst place marked in the waves.
         title: name of the hammer; that of the scene if not given.
         customer: whom the sheet is for.
+        progress: shows a bar for each part of the work that takes long.
 
     Of a datasheet, what it says, leaves open and contradicts is told. A figure that a run has too
     few blows for is left out, and the page says so.
@@ -99,8 +102,8 @@ def report(
     scene = scene_of(hammer, rock, preset)
     sheet = hammer if isinstance(hammer, Datasheet) else None
     by = differentiable(gradient)
-    run = simulate(scene)
-    lives = _lives(scene, curve)
+    run = simulate(scene, progress=progress)
+    lives = _lives(scene, curve, progress=progress)
     record = _waves(scene)
     numbers = _displayed(
         headline(run, sheet, record, lives if isinstance(lives, Life) else None), units
@@ -115,9 +118,9 @@ def report(
         *_summary(run),
         "<h2>The last blow</h2>",
         _settled(run, units),
-        *_drawn(_figures(scene, run, lives, record)),
+        *_drawn(_figures(scene, run, lives, record), progress=progress),
         *_life(lives),
-        *_dependence(scene, by),
+        *_dependence(scene, by, progress=progress),
         "<h2>Blow by blow</h2>",
         _blows(run, units),
         "<h2>What was set</h2>",
@@ -137,14 +140,14 @@ def report(
 Drawing = tuple[str, str, Callable[[], Figure]]
 
 
-def _lives(scene: Scene, curve: SNCurve | None) -> Life | str | None:
+def _lives(scene: Scene, curve: SNCurve | None, *, progress: bool) -> Life | str | None:
     """Returns the requested life, or the reason why there is none."""
     if curve is None:
         return None
     if scene.inputs:
         return "inputs change over time"
     try:
-        return life(scene, curve)
+        return life(scene, curve, progress=progress)
     except (DomainError, RefusedError) as error:
         return str(error)
 
@@ -299,9 +302,12 @@ def _figures(
     return drawn
 
 
-def _drawn(drawings: list[Drawing]) -> list[str]:
+def _drawn(drawings: list[Drawing], *, progress: bool = False) -> list[str]:
     parts = []
-    for title, caption, draw in drawings:
+    each: Iterable[Drawing] = drawings
+    if progress:
+        each = need("tqdm", "sweep").tqdm(drawings, unit="figure", leave=False, disable=None)
+    for title, caption, draw in each:
         parts.append(f"<h2>{_text(title)}</h2>")
         try:
             picture = answers.image(draw(), caption)
@@ -312,7 +318,7 @@ def _drawn(drawings: list[Drawing]) -> list[str]:
     return parts
 
 
-def _dependence(scene: Scene, by: list[str]) -> list[str]:
+def _dependence(scene: Scene, by: list[str], *, progress: bool) -> list[str]:
     """What the long-run response depends on: trends; nothing if nobody asked."""
     if not by:
         return []
@@ -320,7 +326,7 @@ def _dependence(scene: Scene, by: list[str]) -> list[str]:
     if scene.inputs:
         return [title, '<p class="note">Not computed: inputs change over time.</p>']
     try:
-        found = trend(scene, dict.fromkeys(by, WIDTH), SMOOTH)
+        found = trend(scene, dict.fromkeys(by, WIDTH), SMOOTH, progress=progress)
     except (DomainError, RefusedError) as error:
         return [title, f'<p class="note">Not computed: {_text(str(error))}.</p>']
     heads = ["of the long-run response", "SI value", *by, "roughness"]

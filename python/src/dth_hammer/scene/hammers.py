@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -69,6 +70,11 @@ def _read(hammer: Hammerlike) -> Scene:
     word = str(hammer).strip().lower()
     if any(word in (name, *name.split()) for name in ROCKS):
         raise DomainError(f"{word!r} is a rock: give rock={word!r} beside a hammer")
+    names = [v.name for v in VARIABLES.of("parameter", "input")]
+    if meant := [name for name in names if re.match(rf"{re.escape(word)}[._]", f"{name}.")]:
+        raise DomainError(
+            f"{word!r} is set, it is no hammer: give parameters by name, {{{meant[0]!r}: ...}}"
+        )
     numbers(str(hammer), None)
     raise DomainError(f"{word!r} is not a hammer")
 

@@ -56,6 +56,9 @@ PREFIXES: Mapping[str, Any] = {
 }  # fmt: skip
 #: And these take none. The inch, the pound and standard gravity are exact by definition.
 POUND, GRAVITY = Fraction("0.45359237"), Fraction("9.80665")
+PSI, CFM = POUND * GRAVITY / Fraction("0.0254") ** 2, Fraction("0.3048") ** 3 / 60
+#: Free air, as the engine has it (0 degC, 1.01325 bar), of standard air (60 degF, 14.7 psi).
+STANDARD = (Fraction("14.7") * PSI / 101_325) * Fraction("273.15") / Fraction("519.67") * 9 / 5
 OTHERS: Mapping[str, tuple[Any, int, int, int]] = {
     "min": (60, 0, 0, 1),
     "h": (3600, 0, 0, 1),
@@ -67,11 +70,12 @@ OTHERS: Mapping[str, tuple[Any, int, int, int]] = {
     "lb": (POUND, 0, 1, 0),
     "lbf": (POUND * GRAVITY, 1, 1, -2),
     "kgf": (GRAVITY, 1, 1, -2),
-    "psi": (POUND * GRAVITY / Fraction("0.0254") ** 2, -1, 1, -2),
+    "psi": (PSI, -1, 1, -2),
     "blow": (1, 0, 0, 0),
     "blows": (1, 0, 0, 0),
     "bpm": (Fraction(1, 60), 0, 0, -1),
-    "cfm": (Fraction("0.3048") ** 3 / 60, 3, 0, -1),
+    "cfm": (CFM, 3, 0, -1),
+    "scfm": (STANDARD * CFM, 3, 0, -1),
     "hp": (550 * Fraction("0.3048") * POUND * GRAVITY, 2, 1, -3),
     "rpm": (Fraction(1, 60), 0, 0, -1),
     "r": (1, 0, 0, 0),
@@ -82,7 +86,7 @@ OTHERS: Mapping[str, tuple[Any, int, int, int]] = {
 TRADE: Mapping[str, str] = {
     **{name.lower(): name for name in ("psi", "bar", "cfm", "bpm", "kN", "kW", "kPa", "kg", "Hz")},
     **{name: name for name in ("hp", "rpm", "lb", "lbf", "blows", "rev", "mm", "in", "ft")},
-    **{"psig": "psi", "barg": "bar", "scfm": "cfm", "lbs": "lb", "inches": "in", "feet": "ft"},
+    **{"psig": "psi", "barg": "bar", "scfm": "scfm", "lbs": "lb", "inches": "in", "feet": "ft"},
     **{"nm": "N.m", "fph": "ft/h", '"': "in", "″": "in", "%": "%", "percent": "%"},
 }
 #: What may be meant is asked: units of which the trade has two.

@@ -133,8 +133,8 @@ def rock(
     """
     if inserts is not None and (inserts != int(inserts) or inserts < 0):
         raise DomainError(f"inserts = {inserts} is not a whole number of inserts")
-    count, radius, bit = _bit(hole, inserts, insert_radius)
     numbers, assumed = described(name)
+    count, radius, bit = _bit(hole, inserts, insert_radius)
     if specific_energy is not None:
         numbers["specific_energy"] = quantities.read(specific_energy, "J/m3", "specific_energy")
     if rebound is not None:
