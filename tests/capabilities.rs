@@ -48,21 +48,6 @@ fn inputs_are_polynomials_inside_a_step() {
 }
 
 #[test]
-fn the_order_of_value_and_derivatives_does_not_matter() {
-    let library = Library::load();
-    let [before, after] = [(); 2].map(|()| free_flight(&library));
-    before.set("drive_force", 100.0);
-    before.set_derivative("drive_force", 1, 4e5);
-    after.set_derivative("drive_force", 1, 4e5);
-    after.set("drive_force", 100.0);
-    for host in [&before, &after] {
-        host.step(0.0, STEP);
-    }
-    assert_eq!(before.fingerprint(), after.fingerprint());
-    assert_ne!(before.get("piston_velocity"), 0.0);
-}
-
-#[test]
 fn an_input_goes_on_until_it_is_set_again() {
     let library = Library::load();
     let host = free_flight(&library);

@@ -20,6 +20,16 @@ impl Wide {
     pub(crate) fn value(self) -> C {
         C::new(self.re.value(), self.im.value())
     }
+
+    /// `1 / z`.
+    pub(crate) fn inverse(self) -> Self {
+        let square = self.re * self.re + self.im * self.im;
+        Self { re: self.re / square, im: -self.im / square }
+    }
+
+    pub(crate) fn conjugate(self) -> Self {
+        Self { re: self.re, im: -self.im }
+    }
 }
 
 impl Add for Wide {

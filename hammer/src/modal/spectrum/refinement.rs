@@ -85,13 +85,18 @@ impl<'a> Refinement<'a> {
     }
 
     /// The root and the amplitudes; none if they do not converge, or to another root.
-    pub(crate) fn solve(mut self) -> Option<Eigenpair> {
+    pub(crate) fn solve(self) -> Option<Eigenpair> {
+        let (s, x) = self.solve_widely()?;
+        Some((s.value(), x.iter().map(|x| x.value()).collect()))
+    }
+
+    /// The same in twice the digits.
+    pub(crate) fn solve_widely(mut self) -> Option<(Wide, Vec<Wide>)> {
         let start = self.s.value();
         for _ in 0..STEPS {
             if self.step()? <= LAST {
-                let s = self.s.value();
-                let near = norm(s - start) <= self.room;
-                return near.then(|| (s, self.x.iter().map(|x| x.value()).collect()));
+                let near = norm(self.s.value() - start) <= self.room;
+                return near.then_some((self.s, self.x));
             }
         }
         None

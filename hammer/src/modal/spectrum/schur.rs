@@ -17,6 +17,11 @@ use num_complex::Complex64 as C;
 
 /// Steps of Francis' iteration for each row, at most.
 const STEPS: usize = 100;
+/// Part of its size by which one of two close roots moves at most.
+const ROOM: f64 = 1e-2;
+/// Roots closer than this part of their size leave too few of thirty digits in the difference of their vectors.
+const APART: f64 = 1e-9;
+
 /// Adds the eigenpairs of the space of these states to those that are known; of roots that nearly coincide, the
 /// blocks.
 ///
@@ -172,27 +177,78 @@ impl Form<'_> {
         let delta = -(a * a + p * c);
         let mix =
             |x: C, y: C| -> Vec<C> { v[0].iter().zip(&v[1]).map(|(s, t)| x * s + y * t).collect() };
-        if delta > (CONFLUENT * sigma) * (CONFLUENT * sigma) {
-            let half = C::new(0.0, delta.sqrt());
+        // The eigenpair of a root that is so far from sigma.
+        let pair = |half: C| {
             let x =
                 if p.abs() > c.abs() { mix(p.into(), half - a) } else { mix(half + a, c.into()) };
-            let vector = self.refined((sigma + half, x));
+            (sigma + half, x)
+        };
+        if delta > (CONFLUENT * sigma) * (CONFLUENT * sigma) {
+            let vector = self.refined(pair(C::new(0.0, delta.sqrt())));
             self.known.push(vector);
             return None;
         }
+        let half = if delta > 0.0 { C::new(0.0, delta.sqrt()) } else { (-delta).sqrt().into() };
+        if let Some(block) = self.confluent([half, -half].map(pair)) {
+            return Some(block);
+        }
         // `B - sigma` times the coordinate that it turns most is the mean of the vectors, that coordinate
-        // their divided difference; of norm 1 together.
+        // their divided difference.
         let scale = 0.5 * sigma.abs();
-        let real = |x: f64, y: f64| -> Vec<f64> {
-            let free = self.secular.system.unmerged(&mix(x.into(), y.into()));
-            free.iter().map(|z| z.re).collect()
-        };
+        let real = |x: f64, y: f64| self.real(&mix(x.into(), y.into()));
         let (means, differences) = ([real(a, c), real(p, -a)], [real(1.0, 0.0), real(0.0, 1.0)]);
         let ratio = |k: usize| norm(&means[k]) / norm(&differences[k]);
         let k = usize::from(ratio(1) > ratio(0));
-        let difference: Vec<f64> = differences[k].iter().map(|x| scale * x).collect();
-        let both = unit([&means[k][..], &difference].concat());
-        let (mean, difference) = both.split_at(difference.len());
-        Some(Block::quadratic(sigma, delta, scale, [mean.to_vec(), difference.to_vec()]))
+        let difference = differences[k].iter().map(|x| scale * x);
+        Some(together(sigma, delta, [means[k].clone(), difference.collect()]))
     }
+
+    /// The real part in the free modes.
+    fn real(&self, x: &[C]) -> Vec<f64> {
+        self.secular.system.unmerged(x).iter().map(|z| z.re).collect()
+    }
+
+    /// The block of two roots that are close together, each refined in twice the digits: enough are left of
+    /// the difference of their vectors. None if they are too close, or not found.
+    fn confluent(&self, [one, other]: [Eigenpair; 2]) -> Option<Block> {
+        let found = |(s, x): Eigenpair| {
+            let room = ROOM * math::norm(s);
+            let (s, x) = Refinement::new(self.secular, s, room, &x).solve_widely()?;
+            let pair = (s.value(), x.iter().map(|x| x.value()).collect());
+            self.is_new(&Vector::new(&self.secular.system, pair)).then_some((s, x))
+        };
+        let is_turning = one.0.im != 0.0;
+        let (s, x) = found(one)?;
+        let (t, y) = if is_turning {
+            (s.conjugate(), x.iter().map(|x| x.conjugate()).collect())
+        } else {
+            found(other)?
+        };
+        let apart = s - t;
+        if math::norm(apart.value()) < APART * math::norm(s.value()) {
+            return None;
+        }
+        // The same amplitude is one in both.
+        let size = |k: usize| x[k].value().norm_sqr();
+        let big = (0..x.len()).max_by(|&i, &j| size(i).total_cmp(&size(j)))?;
+        let (one, other) = (x[big].inverse(), y[big].inverse());
+        let pairs = x.iter().zip(&y).map(|(x, y)| (*x * one, *y * other));
+        let (means, differences): (Vec<C>, Vec<C>) = pairs
+            .map(|(x, y)| (((x + y) * 0.5).value(), ((x - y) * apart.inverse()).value()))
+            .unzip();
+        let sigma = ((s + t) * 0.5).value().re;
+        let scale = 0.5 * sigma.abs();
+        let differences = self.real(&differences).iter().map(|x| scale * x).collect();
+        let block =
+            together(sigma, -(apart * apart * 0.25).value().re, [self.real(&means), differences]);
+        block.shapes.iter().flatten().all(|x| x.is_finite()).then_some(block)
+    }
+}
+
+/// The block of a quadratic factor, of the mean of its vectors and half its size times their divided
+/// difference, of norm 1 together.
+fn together(sigma: f64, delta: f64, [mean, difference]: [Vec<f64>; 2]) -> Block {
+    let both = unit([&mean[..], &difference].concat());
+    let (mean, difference) = both.split_at(both.len() / 2);
+    Block::quadratic(sigma, delta, 0.5 * sigma.abs(), [mean.to_vec(), difference.to_vec()])
 }
