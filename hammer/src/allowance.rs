@@ -7,7 +7,7 @@
 use std::cell::Cell;
 
 /// Coordinates that a core handles in a second at most.
-const PER_SECOND: u64 = 625_000_000;
+pub(crate) const PER_SECOND: u64 = 625_000_000;
 
 thread_local! {
     /// Coordinates that the present call may still handle.

@@ -242,10 +242,15 @@ fn the_balance_of_the_air_says_what_is_missing() {
     machine.advance(0.11).expect("a step");
 }
 
-/// A smaller error allowed leads to the same motion, within what the larger one allows.
+/// A smaller error allowed leads to the same motion, within what the larger one allows; also of few elements, whose
+/// oscillations are those that a bit without a casing feels most.
 #[test]
 fn the_error_allowed_bounds_the_error() {
-    for (p, inputs) in usual() {
+    let mut coarse = usual()[2];
+    assert_eq!(coarse.0.fidelity, Fidelity::Elastic);
+    (coarse.0.mesh.degree, coarse.0.piston.elements, coarse.0.bit.elements) = (1, 3, 3);
+    coarse.1.supply_pressure = 1.5e6;
+    for (p, inputs) in usual().into_iter().chain([coarse]) {
         let of = |error: f64| {
             let mut p = p;
             p.air.error = error;
@@ -255,10 +260,9 @@ fn the_error_allowed_bounds_the_error() {
         let (finest, mass) = of(1e-11);
         for error in [1e-8, 1e-6] {
             let (blow, taken) = of(error);
-            // Two blows, each of some forty windows, whose errors add up as they come.
-            assert!((blow.speed / finest.speed - 1.0).abs() < 10.0 * error);
-            assert!((blow.time / finest.time - 1.0).abs() < 10.0 * error);
-            assert!((taken / mass - 1.0).abs() < 10.0 * error);
+            assert!((blow.speed / finest.speed - 1.0).abs() < error);
+            assert!((blow.time / finest.time - 1.0).abs() < error);
+            assert!((taken / mass - 1.0).abs() < error);
         }
     }
 }

@@ -1,17 +1,16 @@
 //! The air of a hammer in motion, integrated in windows of its own.
 //!
-//! The air is not linear, the steel is. So the air is solved together with the piston's mean motion over
-//! a *window* by Gauss's collocation ([`solve`]), and what it gives the steel is a force that is a
+//! The air is not linear, the steel is. So the air is expanded together with the piston's mean motion over
+//! a *window* in power series ([`series`]), and what it gives the steel is a force that is a
 //! polynomial of time, under which the steel is exact as under any load. A window begins at an event, at
 //! a port's edge, where a flow passes from one formula to another, or where the last one ended; never at
 //! a host's communication point. Its polynomials hold up to any event inside it.
 
-pub(crate) mod newton;
-pub(crate) mod problem;
-pub(crate) mod solve;
+pub(crate) mod series;
+mod windows;
 
 use crate::laws::air::{FREE_DENSITY, GAS, KAPPA, Openings, Regime, Side, heated};
-use crate::numerics::collocation::{Powers, value};
+use crate::numerics::series::{Powers, value};
 use crate::quantities::air::AirLaw;
 use crate::quantities::parameters::Parameters;
 use serde::{Deserialize, Serialize};
@@ -24,8 +23,10 @@ pub type Content = [f64; 4];
 /// and of the return chamber follow.
 pub type Places = [f64; 2];
 
-/// Openings through which air flows: of each chamber supply and exhaust, then the leak.
+/// Openings through which air flows: of each chamber supply and exhaust, then the leak; and the [`Air::sides`] that each
+/// leads from and to.
 pub(crate) const PATHS: usize = 5;
+pub(crate) const ENDS: [[usize; 2]; PATHS] = [[0, 2], [2, 1], [0, 3], [3, 1], [2, 3]];
 
 /// What is summed from the start on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -58,17 +59,6 @@ pub struct Window {
     pub then: Option<(usize, Regime)>,
 }
 
-/// What the window before the epoch says of the one after it: the first guess of its solution.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Past {
-    /// The time from its start to the epoch, s.
-    pub since: f64,
-    /// Its length, s.
-    pub length: f64,
-    /// The content of the chambers in it.
-    pub content: [Powers; 4],
-}
-
 /// The air at the epoch, and in the window after it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Air {
@@ -88,10 +78,6 @@ pub struct Air {
     pub vented: Option<Places>,
     /// What follows; none while the chambers are vented.
     pub window: Option<Window>,
-    /// The window before; none after a jump.
-    pub past: Option<Past>,
-    /// Length that the next window may have, s.
-    pub ahead: f64,
 }
 
 /// Volumes of the chambers with the piston there, m3.
@@ -113,54 +99,17 @@ pub(crate) fn pressures(content: &Content, volumes: [f64; 2]) -> [f64; 2] {
 pub(crate) fn flows(
     regimes: &[Regime; PATHS],
     areas: &[f64; PATHS],
-    sides: &Sides,
+    sides: &[Side; 4],
 ) -> [[f64; 2]; PATHS] {
     let of = |path: usize| {
         if areas[path] == 0.0 {
             return [0.0; 2];
         }
-        let [one, other] = sides.of(path);
+        let [one, other] = ENDS[path].map(|i| sides[i]);
         let [flow, hot] = regimes[path].flow(one, other);
         [areas[path] * flow, hot]
     };
     from_fn(of)
-}
-
-/// The air that openings connect.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Sides {
-    pub supply: Side,
-    pub exhaust: Side,
-    pub chambers: [Side; 2],
-    /// `V^(kappa - 1)` of both.
-    pub heated: [f64; 2],
-}
-
-impl Sides {
-    /// What a path leads from and to.
-    pub fn of(&self, path: usize) -> [Side; 2] {
-        match path {
-            4 => self.chambers,
-            _ if path.is_multiple_of(2) => [self.supply, self.chambers[path / 2]],
-            _ => [self.chambers[path / 2], self.exhaust],
-        }
-    }
-
-    /// The pressures of the same.
-    pub fn pressures(&self, path: usize) -> [f64; 2] {
-        self.of(path).map(|side| side[0])
-    }
-
-    /// Of chambers with this content.
-    pub fn new(law: &AirLaw, outside: [f64; 2], content: &Content, volumes: [f64; 2]) -> Self {
-        let heated = volumes.map(heated);
-        let side = |i: usize| {
-            let product = content[2 * i + 1] / heated[i];
-            [product / volumes[i], product / (content[2 * i] * GAS)]
-        };
-        let [supply, exhaust] = outside.map(|pressure| [pressure, law.temperature]);
-        Self { supply, exhaust, chambers: from_fn(side), heated }
-    }
 }
 
 impl Air {
@@ -173,7 +122,7 @@ impl Air {
         let law = &parameters.air;
         let shut = places[0] < parameters.cylinder_end(false);
         let openings = law.openings(places[0], shut);
-        let mut air = Self { openings, shut, ahead: FIRST, ..Self::default() };
+        let mut air = Self { openings, shut, ..Self::default() };
         air.fill(parameters, places, law.start(&openings, supply, exhaust));
         air.energy_start = air.energy(parameters, places, 0.0);
         air
@@ -230,7 +179,7 @@ impl Air {
         self.vented = vented.then_some(places);
         self.fill(parameters, places, [pressure; 2]);
         self.sums.enthalpy += self.energy(parameters, places, 0.0) - before;
-        (self.window, self.past, self.ahead) = (None, None, FIRST);
+        self.window = None;
     }
 
     /// The content of the chambers at `t` after the epoch.
@@ -255,6 +204,23 @@ impl Air {
             enthalpy: self.sums.enthalpy + enthalpy,
             work: self.sums.work + work,
         }
+    }
+
+    /// The air that openings connect, at `t` after the epoch, the piston there: supply, exhaust, and both chambers.
+    pub(crate) fn sides(
+        &self,
+        parameters: &Parameters,
+        places: Places,
+        outside: [f64; 2],
+        t: f64,
+    ) -> [Side; 4] {
+        let (content, volumes) = (self.content_at(t), volumes(parameters, places));
+        let side = |i: usize| {
+            let product = content[2 * i + 1] / heated(volumes[i]);
+            [product / volumes[i], product / (content[2 * i] * GAS)]
+        };
+        let [supply, exhaust] = outside.map(|pressure| [pressure, parameters.air.temperature]);
+        [supply, exhaust, side(0), side(1)]
     }
 
     /// Pressures at `t` after the epoch, where the piston is there, Pa.
@@ -289,22 +255,20 @@ impl Air {
         }
         let law = &parameters.air;
         let volumes = volumes(parameters, places);
-        let sides = Sides::new(law, outside, &self.content_at(t), volumes);
+        let sides = self.sides(parameters, places, outside, t);
         let areas = law.areas(&self.openings, places[0]);
         let flows = flows(&self.regimes, &areas, &sides);
         let drive = &parameters.drive;
         let swelling = [drive.area_drive * speeds[0], -drive.area_return * speeds[1]];
-        let [heats, _] = gains(&flows);
-        let rate =
-            |i: usize| KAPPA * (GAS * heats[i] - sides.chambers[i][0] * swelling[i]) / volumes[i];
+        let heats = gains(&flows.map(|[flow, hot]| flow * hot));
+        let rate = |i: usize| KAPPA * (GAS * heats[i] - sides[2 + i][0] * swelling[i]) / volumes[i];
         [rate(0), rate(1), flows[0][0] + flows[2][0]]
     }
 
     /// Moves the epoch by `at`, where the piston is there.
     pub(crate) fn shift(&mut self, places: Places, at: f64) {
         (self.content, self.sums) = (self.content_at(at), self.sums_at(places, at));
-        let Some(Window { length, content, reach, then, .. }) = self.window.take() else { return };
-        self.past = Some(Past { since: at, length, content });
+        let Some(Window { reach, then, .. }) = self.window.take() else { return };
         if at >= reach
             && let Some((path, regime)) = then
         {
@@ -322,31 +286,18 @@ impl Air {
                 && w.reach >= now
                 && w.then.is_none_or(|(path, _)| path < PATHS)
         };
-        let past = |past: &Past| {
-            past.content.iter().flatten().chain([&past.since]).all(|x| x.is_finite())
-                && past.length > 0.0
-        };
         let AirSums { mass, enthalpy, work } = self.sums;
-        let numbers = [mass, enthalpy, work, self.energy_start, self.ahead];
+        let numbers = [mass, enthalpy, work, self.energy_start];
         self.content.iter().all(|x| x.is_finite() && *x > 0.0)
             && numbers.into_iter().all(f64::is_finite)
-            && self.ahead > 0.0
             && self.vented.is_none_or(|places| places.into_iter().all(f64::is_finite))
             && self.window.as_ref().is_none_or(window)
-            && self.past.as_ref().is_none_or(past)
     }
 }
 
-/// Length that the first window may have, s: a guess.
-const FIRST: f64 = 1e-4;
-
-/// `sum flow T_upstream` and `sum flow` of both chambers.
-pub(crate) fn gains(flows: &[[f64; 2]; PATHS]) -> [[f64; 2]; 2] {
-    let [heat, gain] = [0, 1].map(|mass| {
-        let carried = |path: usize| flows[path][0] * if mass == 1 { 1.0 } else { flows[path][1] };
-        [carried(0) - carried(1) - carried(4), carried(2) - carried(3) + carried(4)]
-    });
-    [heat, gain]
+/// What both chambers gain by what flows through each path.
+pub(crate) fn gains(flows: &[f64; PATHS]) -> [f64; 2] {
+    [flows[0] - flows[1] - flows[4], flows[2] - flows[3] + flows[4]]
 }
 
 /// Volume of a mass of free air, m3.

@@ -57,11 +57,11 @@ pub(crate) fn heated(volume: f64) -> f64 {
 /// The ratio of pressures `(2 / (kappa + 1))^(kappa / (kappa - 1))` below which a flow is choked.
 const CHOKED: f64 = 0.528_281_787_717_174;
 /// `sqrt(CHOKED^(2/kappa) - CHOKED^((kappa + 1)/kappa))`.
-const CHOKED_FLOW: f64 = 0.258_804_164_062_475_66;
+pub(crate) const CHOKED_FLOW: f64 = 0.258_804_164_062_475_66;
 /// The ratio of pressures above which a flow is proportional to their difference.
 pub(crate) const STRAIGHT: f64 = 0.995;
 /// `sqrt(STRAIGHT^(2/kappa) - STRAIGHT^((kappa + 1)/kappa)) / (1 - STRAIGHT)`.
-const STRAIGHT_SLOPE: f64 = 7.539_014_179_480_226;
+pub(crate) const STRAIGHT_SLOPE: f64 = 7.539_014_179_480_226;
 
 /// How wide a port is open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -25,7 +25,7 @@ mod tracked;
 mod views;
 pub(crate) mod zeno;
 
-use crate::allowance::Allowance;
+use crate::allowance::{self, Allowance};
 use crate::energy::deferred::DeferredLedger;
 use crate::energy::interval::Interval;
 use crate::energy::ledger::{Ledger, Stored, damping_in_flight};
@@ -476,6 +476,12 @@ impl Machine {
     /// Replaces the journal that is recorded, if any.
     pub(crate) fn exchange_journal(&mut self, other: Option<Vec<Record>>) -> Option<Vec<Record>> {
         std::mem::replace(&mut self.journal, other)
+    }
+
+    /// Seconds that the last step was charged, as `work_limit` counts them.
+    #[cfg(feature = "internals")]
+    pub fn seconds_charged(&self) -> f64 {
+        self.search.budget.paid.get() as f64 / allowance::PER_SECOND as f64
     }
 
     /// Counts so far.

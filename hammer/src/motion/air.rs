@@ -1,39 +1,29 @@
 //! The air's windows on the steel in motion.
 
 use super::Motion;
-use crate::air::problem::{Problem, Solved, Steel};
-use crate::air::solve::polynomial;
-use crate::air::{Air, Places};
+use crate::air::series::{Block, LONGEST, Left, Problem};
+use crate::air::{Air, Places, volumes};
 use crate::error::Error;
+use crate::laws::air::KAPPA;
 use crate::laws::event::Displacement;
-use crate::numerics::collocation::{Rule, STAGES};
-use crate::numerics::kernel;
+use crate::modal::system::visible::VisibleBlock;
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
+use crate::numerics::series::LOW;
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::Parameters;
-use crate::scene::graph::CHANNELS;
-use crate::scene::graph::{Channel, Graph};
+use crate::scene::graph::{CHANNELS, Channel};
+use std::array::from_fn;
 
-/// How far ahead pressures that vary are looked at, s.
-const LONGEST: f64 = 0.02;
-/// Steps of the search for the instant at which one of them is zero, and how near they come to it, s.
+/// Trials of a window, each with another formula of a flow.
+const TRIALS: u64 = 64;
+/// Steps of the search for the instant at which a pressure outside is zero, and how near they come to it, s.
 const MARCH: usize = 64;
 const INSTANT: f64 = 1e-9;
-/// Trials of a window, each shorter or with another formula of a flow.
-pub(super) const TRIALS: usize = 64;
-/// Replacements of the force that is guessed.
-pub(super) const PASSES: usize = 12;
-/// Part of the error allowed by which steel and air may disagree.
-const AGREED: f64 = 0.1;
-/// A window whose error is so far above that allowed is not worth an agreement.
-const HOPELESS: f64 = 4.0;
-/// Part of the length that the error would allow, and how a window may grow and shrink.
-pub(super) const SAFETY_FACTOR: f64 = 0.8;
-pub(super) const GROWTH: f64 = 2.0;
-pub(super) const SHRINKAGE: f64 = 0.1;
-/// Shortest window, s.
-const SHORTEST: f64 = 1e-12;
+/// Part of the error allowed that the oscillations which the air does not see may make together.
+const UNSEEN: f64 = 0.2;
+/// One that limits a window to fewer radians of its own is better followed.
+const RADIANS: f64 = 3.0;
 
 /// That the air cannot be followed beyond a time, at which the piston is there.
 pub(super) fn beyond(parameters: &Parameters, time: f64, [x, y]: Places) -> Error {
@@ -47,26 +37,6 @@ pub(super) fn beyond(parameters: &Parameters, time: f64, [x, y]: Places) -> Erro
 /// Pressures of supply and exhaust.
 pub(super) fn outside(inputs: &Inputs) -> [Poly; 2] {
     [Input::SupplyPressure, Input::ExhaustPressure].map(|input| *inputs.of(input))
-}
-
-/// What a window of this length is solved from, while the piston flies alone or does not.
-pub(super) fn problem<'a>(
-    parameters: &'a Parameters,
-    graph: &Graph,
-    inputs: &Inputs,
-    flies: bool,
-    span: f64,
-) -> Problem<'a> {
-    let [piston, struck, frame] = [0, 1, graph.frame].map(|body| 1.0 / graph.bodies[body].mass);
-    let bound = if flies { 0.0 } else { piston };
-    let (over, held) = ([piston, -struck], [bound, struck]);
-    // The drive's reaction acts on a frame, and so does that of what presses on the bit.
-    let (gains, tied) = match graph.is_framed() {
-        true => ([[piston + frame, frame], over], [[bound + frame, frame], held]),
-        false => ([over; 2], [held; 2]),
-    };
-    let mass = graph.bodies[0].mass;
-    Problem { parameters, mass, gains, tied, outside: outside(inputs), span }
 }
 
 impl Motion {
@@ -111,7 +81,7 @@ impl Motion {
     }
 
     /// Solves the air of the window that begins at the epoch, unless the chambers are vented, or the answer of a
-    /// line; returns the number of rotations and that of iterations.
+    /// line; returns the number of rotations and that of series.
     ///
     /// # Errors
     /// [`Error::Air`], [`Error::Vacuum`].
@@ -123,82 +93,26 @@ impl Motion {
         let Some(mut air) = self.state.air.take_if(|air| air.vented.is_none()) else {
             return Ok([self.renew_line()?, 0]);
         };
-        let motion = self.in_cylinder(&self.tracks, 0.0);
-        air.classify(self.parameters(), motion[0], self.outside(0.0));
+        let motion @ [places, _] = self.in_cylinder(&self.tracks, 0.0);
         let parameters = self.model.parameters;
-        let flies = self.flying().is_some();
-        let inputs = &self.state.inputs;
-        let mut problem = problem(&parameters, self.graph(), inputs, flies, air.ahead.min(breath));
-        let (mut work, mut rejected) = ([0; 2], false);
-        for _ in 0..TRIALS {
-            let shorter = match self.attempt(&air, &problem, motion, &mut work) {
-                // A guess may be what leads astray.
-                None if air.past.take().is_some() => continue,
-                None => SHRINKAGE,
-                Some(solved) => {
-                    let change = SAFETY_FACTOR / math::pow(solved.error, 1.0 / STAGES as f64);
-                    if solved.error <= 1.0 {
-                        match air.window(&problem, &solved, motion[0]) {
-                            Ok(window) => {
-                                // What has just been too long would be so again.
-                                let growth = if rejected { 1.0 } else { GROWTH };
-                                air.ahead = problem.span * change.clamp(SAFETY_FACTOR, growth);
-                                air.window = Some(window);
-                                self.state.air = Some(air);
-                                return Ok(work);
-                            }
-                            Err((path, bound)) => {
-                                air.regimes[path] = air.regimes[path].next(bound);
-                                continue;
-                            }
-                        }
-                    }
-                    rejected = true;
-                    air.past = Some(air.past(&problem, &solved));
-                    change.clamp(SHRINKAGE, SAFETY_FACTOR)
+        air.classify(&parameters, places, self.outside(0.0));
+        let (blocks, left) = self.visible(&air, motion);
+        let outside = outside(&self.state.inputs);
+        let problem = Problem { parameters: &parameters, blocks, left, places, outside };
+        for trial in 1..=TRIALS {
+            match air.window(&problem) {
+                Ok((window, forces)) => {
+                    air.window = Some(window);
+                    self.state.air = Some(air);
+                    self.press(forces);
+                    return Ok([0, trial]);
                 }
-            };
-            problem.span *= shorter;
-            if problem.span.is_nan() || problem.span <= SHORTEST {
-                break;
+                Err(Some((path, bound))) => air.regimes[path] = air.regimes[path].next(bound),
+                Err(None) => break,
             }
         }
         self.state.air = Some(air);
-        Err(beyond(self.parameters(), self.state.epoch.value(), motion[0]))
-    }
-
-    /// The air of one window and the steel under its force, which agree; or the air alone, where its error
-    /// is too large anyway.
-    fn attempt(
-        &mut self,
-        air: &Air,
-        problem: &Problem,
-        motion: [Places; 2],
-        [rotations, iterations]: &mut [u64; 2],
-    ) -> Option<Solved> {
-        if air.past.is_none() {
-            self.press(air.forces(problem, motion)?.map(Poly::constant));
-        } // Otherwise the forces of the window before go on, as they stand.
-        let mut steel = self.steel(problem.span, rotations);
-        let mut newton = air.guess(problem.span);
-        let agreed = AGREED * problem.parameters.air.error;
-        for _ in 0..PASSES {
-            let solved = air.solve(problem, &steel, &mut newton);
-            *iterations += std::mem::take(&mut newton.iterations);
-            let solved = solved?;
-            if solved.error > HOPELESS {
-                return Some(solved);
-            }
-            self.press(solved.forces.each_ref().map(|values| polynomial(values, problem.span)));
-            if problem.is_trifle(&solved, &steel, agreed) {
-                return Some(solved);
-            }
-            steel = self.steel(problem.span, rotations);
-            if problem.misfit(&solved, &steel) <= agreed {
-                return Some(solved);
-            }
-        }
-        None
+        Err(beyond(&parameters, self.state.epoch.value(), places))
     }
 
     /// How long after the epoch the pressures of supply and exhaust are certainly above zero, s, and which then is not;
@@ -210,8 +124,7 @@ impl Motion {
                 return (f64::INFINITY, input);
             }
             // No pressure falls faster than at its steepest.
-            let slope = |k: usize| k as f64 * poly.0[k].abs() * math::powi(LONGEST, k - 1);
-            let steepest: f64 = (1..=poly.degree()).map(slope).sum();
+            let steepest = steepest(poly);
             let mut time = 0.0;
             for _ in 0..MARCH {
                 let step = poly.at(time) / steepest;
@@ -233,89 +146,120 @@ impl Motion {
         self.load(loads);
     }
 
-    /// The steel's motion at the nodes of a window, under the present loads.
-    pub(super) fn steel(&self, span: f64, work: &mut u64) -> Steel {
-        let times = Rule::get().nodes.map(|node| span * node);
-        let over = self.graph().over_struck();
-        let positions = [Displacement::Relative, over];
-        let mut place = positions.map(|displacement| [self.ahead(displacement); STAGES]);
-        let mut speed = [[0.0; STAGES]; 2];
-        let distinct = if self.graph().is_framed() { 2 } else { 1 };
+    /// The coordinates of the steel that the air sees, and what the others give. A fast oscillation that is left out
+    /// shakes a pressure by a part `s` about what it is at rest; in a window that changes
+    /// * the contents by no more than twice what flows by that part in the time of a radian,
+    /// * the piston's speed by twice its force's part over that time, which is `2 s / (omega T)` of what a stroke gives,
+    /// * its own motion, as a spring does, by the part of the force that comes back to it over the window, `h / T`.
+    ///
+    /// The first two of all that are left out are within a part of the error allowed; the third limits the window.
+    fn visible(&self, air: &Air, [places, speeds]: [Places; 2]) -> (Vec<Block>, Left) {
+        let (graph, parameters) = (self.graph(), self.parameters());
+        let (drive, loads) = (&parameters.drive, &self.state.loads);
+        let own = [Channel::Drive as usize, Channel::Anvil as usize];
+        let positions = [Displacement::Relative, graph.over_struck()];
+        let (mut blocks, mut fast, mut left) = (Vec::new(), Vec::new(), Left::default());
+        left.still.iter_mut().zip(positions).for_each(|(s, position)| s[0] = self.ahead(position));
+        left.longest = LONGEST;
+        let [supply, _] = self.outside(0.0);
+        let volumes = volumes(parameters, places);
+        let areas = [drive.area_drive, drive.area_return];
+        let stirs: [f64; 2] = from_fn(|i| KAPPA * areas[i] / volumes[i]);
+        let forces = [areas[0] + areas[1], areas[1]].map(|area| supply * area);
+        let masses = [graph.frame, 1].map(|body| graph.bodies[body].mass);
+        let stroke = (graph.bodies[0].mass * parameters.air.cylinder / forces[0].max(1.0)).sqrt();
+        let [jets, opens] = air.haste(parameters, places, self.outside(0.0));
+        let squeezed = (stirs[0] * speeds[0]).abs().max((stirs[1] * speeds[1]).abs());
+        let haste = KAPPA * jets + squeezed + 1.0 / stroke;
+        let change: [f64; CHANNELS] = from_fn(|c| match own.iter().position(|own| *own == c) {
+            Some(force) => forces[force] * haste,
+            None => steepest(&loads[c]),
+        });
         for (index, track) in self.tracks.iter().enumerate() {
-            let shares = positions.map(|displacement| self.share(index, displacement));
-            let shares = || (0..distinct).filter_map(|k| Some((k, shares[k]?)));
-            let mut swings = false;
-            for (k, share) in shares() {
-                let values = self.poly(index, share).at_each(&times);
-                for (i, [x, v]) in values.into_iter().enumerate() {
-                    (place[k][i], speed[k][i]) = (place[k][i] + x, speed[k][i] + v);
-                }
-                swings |= !track.system.functionals[share].still;
-            }
-            if !swings {
+            let shares = positions.map(|position| self.share(index, position));
+            if shares == [None; 2] {
                 continue;
             }
-            let mut track = track.clone();
-            for i in 0..STAGES {
-                *work += track.rotate_to(times[i]);
-                for (k, share) in shares() {
-                    let rows = &track.system.functionals[share].rows;
-                    place[k][i] += kernel::dot(&rows[0], &track.z);
-                    speed[k][i] += kernel::dot(&rows[1], &track.z);
+            let (system, driven) = (&track.system, &self.state.anchors[index].driven);
+            let n = system.blocks();
+            let mut y = track.z.clone();
+            system.add_driven(loads, driven, 0.0, &mut y);
+            for block in system.visible(shares) {
+                let start = [y[block.index], y[n + block.index]];
+                let [low, rate] = block.rates;
+                if block.is_translation || low <= haste {
+                    blocks.push(moving(block, start, loads, own));
+                    continue;
                 }
+                // How far it is from rest, and how far behind loads that change in haste.
+                let mut swung = start;
+                for (load, [p, q]) in loads.iter().zip(block.rest) {
+                    swung = [swung[0] - load.0[0] * p, swung[1] - load.0[0] * q];
+                }
+                let moved = [0, 1].map(|place| {
+                    let (behind, further) = (&block.behind[place], &block.further[place]);
+                    let lag = |c: usize| change[c] * (behind[c] + haste * further[c]);
+                    let lag = (0..CHANNELS).map(lag).sum::<f64>();
+                    [block.most(place, swung) + lag, lag]
+                });
+                let [shaken, lag] = [0, 1].map(|k| {
+                    let drag = parameters.air.drag * rate * moved[0][k] / forces[0];
+                    (stirs[0] * moved[0][k]).max(stirs[1] * moved[1][k]) + drag
+                });
+                let shed = shaken * (jets + 1.0 / stroke) + moved[0][0] * opens;
+                let share = |i: usize| masses[i] * block.most(i, block.pushes[own[i]]);
+                let back = share(0).max(share(1)) * shaken;
+                fast.push((rate, 2.0 * shed / low + lag, back, block, start));
             }
         }
-        if distinct == 1 {
-            (place[1], speed[1]) = (place[0], speed[0]);
+        fast.sort_unstable_by(|one, other| other.0.total_cmp(&one.0));
+        let allowed = UNSEEN * parameters.air.error;
+        let (mut worth, mut back) = (0.0, 0.0);
+        let (mut held, mut quick) = ([[0.0; CHANNELS]; 2], [0.0; CHANNELS]);
+        for (rate, one, own_back, block, start) in fast {
+            let longest = stroke * allowed / (back + own_back);
+            if !(worth + one <= allowed && longest * rate >= RADIANS) {
+                blocks.push(moving(block, start, loads, own));
+                continue;
+            }
+            (worth, back) = (worth + one, back + own_back);
+            left.longest = left.longest.min(longest);
+            for c in 0..CHANNELS {
+                (0..2).for_each(|place| held[place][c] += block.held[place][c]);
+                quick[c] += block.along(0, block.pushes[c]);
+            }
         }
-        let loads = [Channel::Drive, Channel::Anvil].map(|c| &self.state.loads[c as usize]);
-        Steel { place, speed, forces: loads.map(|load| load.at_each(&times).map(|[x, _]| x)) }
+        left.gives = held.map(|held| own.map(|c| held[c]));
+        left.speeds = own.map(|c| quick[c]);
+        for (c, load) in loads.iter().enumerate().filter(|(c, _)| !own.contains(c)) {
+            for (k, coefficient) in load.0.iter().enumerate().take(LOW) {
+                (0..2).for_each(|place| left.still[place][k] += held[place][c] * coefficient);
+                left.others[k] += quick[c] * coefficient;
+            }
+        }
+        (blocks, left)
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::modal::model::Model;
-    use crate::quantities::parameters::{Fidelity, InputValues};
-    use crate::quantities::sections::Segment;
+/// No rate of a polynomial within [`LONGEST`] is larger.
+fn steepest(poly: &Poly) -> f64 {
+    let term = |k: usize| k as f64 * poly.0[k].abs() * math::powi(LONGEST, k - 1);
+    (1..=poly.degree()).map(term).sum()
+}
 
-    /// Masses that forces push apart: the piston and the casing, from which the drive pushes and which the return
-    /// chamber's reaction pushes on; the piston and the bit, which that chamber pushes away.
-    #[test]
-    fn the_forces_effect_is_that_on_the_masses_they_push_apart() {
-        let mut p = Parameters::default();
-        p.piston.length = 0.17;
-        let inputs = Inputs::constant(&InputValues::default());
-        p.casing.segment[0] = Segment { length: 1.3, area: 4e-3 };
-        // Without a casing, in a rigid one, in one of a section, and all bodies rigid.
-        for (casing, segments, fidelity) in [
-            (0.0, 0, Fidelity::Elastic),
-            (30.0, 0, Fidelity::Elastic),
-            (30.0, 1, Fidelity::Elastic),
-            (30.0, 0, Fidelity::Rigid),
-        ] {
-            (p.casing.mass, p.casing.segments, p.fidelity) = (casing, segments, fidelity);
-            let model = Model::new(&p).expect("a model");
-            let [one, bit] = [0, 1].map(|i| 1.0 / model.graph.bodies[i].mass);
-            for flies in [true, false] {
-                let problem = problem(&p, &model.graph, &inputs, flies, 1e-4);
-                let held = if flies { 0.0 } else { one };
-                let (gains, tied) = if casing > 0.0 {
-                    let frame = 1.0 / model.graph.bodies[model.graph.frame].mass;
-                    ([[one + frame, frame], [one, -bit]], [[held + frame, frame], [held, bit]])
-                } else {
-                    ([[one, -bit]; 2], [[held, bit]; 2])
-                };
-                for (is, must) in [(problem.gains, gains), (problem.tied, tied)] {
-                    for (is, must) in is.iter().flatten().zip(must.iter().flatten()) {
-                        assert!(
-                            (is - must).abs() <= 1e-12 * must.abs(),
-                            "{casing} {flies}: {is} {must}"
-                        );
-                    }
-                }
-            }
+/// A block from this start, under all loads but those of the air on its own channels.
+fn moving(
+    block: &VisibleBlock,
+    start: [f64; 2],
+    loads: &[Poly; CHANNELS],
+    own: [usize; 2],
+) -> Block {
+    let mut others = [[0.0; LOW]; 2];
+    for (c, load) in loads.iter().enumerate().filter(|(c, _)| !own.contains(c)) {
+        for (others, push) in others.iter_mut().zip(block.pushes[c]) {
+            others.iter_mut().zip(load.0).for_each(|(sum, load)| *sum += push * load);
         }
     }
+    let pushed = own.map(|c| block.pushes[c]);
+    Block { start, matrix: block.matrix, pushed, others, parts: block.parts }
 }

@@ -44,7 +44,7 @@ pub(crate) struct PointMotion {
 }
 
 /// Model, state at the epoch, and the tracks by which it is evaluated later.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Motion {
     model: Model,
     state: MotionState,

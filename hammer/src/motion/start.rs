@@ -1,7 +1,7 @@
 //! The scene at its start.
 
 use super::Motion;
-use super::air::{beyond, outside, problem};
+use super::air::{beyond, outside};
 use super::state::{Anchor, MotionState};
 use crate::air::Air;
 use crate::error::Error;
@@ -148,10 +148,10 @@ fn start_forces(model: &Model, inputs: &Inputs) -> Result<[f64; 2], Error> {
         return Ok([drive, parameters.drive.on_bit(inputs)].map(|load| load.at(0.0)));
     }
     let places = [-parameters.contact.initial_gap; 2];
-    let air = Air::start(parameters, places, outside(inputs).map(|poly| poly.at(0.0)));
-    let problem = problem(parameters, &model.graph, inputs, false, 0.0);
+    let pressures = outside(inputs).map(|poly| poly.at(0.0));
+    let air = Air::start(parameters, places, pressures);
     let motion = [places, [parameters.piston.initial_velocity; 2]];
-    air.forces(&problem, motion).ok_or_else(|| beyond(parameters, 0.0, places))
+    air.forces(parameters, motion, pressures[1]).ok_or_else(|| beyond(parameters, 0.0, places))
 }
 
 /// The loads' polynomials after the epoch; of air, these forces.

@@ -1,6 +1,5 @@
 //! Mathematics that is independent of the hammer.
 
-pub mod collocation;
 pub mod combine;
 pub mod display;
 pub mod form;
@@ -14,5 +13,6 @@ pub mod minors;
 pub mod poles;
 pub mod poly;
 pub mod rank_one;
+pub mod series;
 pub mod vectors;
 pub(crate) mod wide;

@@ -211,6 +211,13 @@ impl Poly {
         none(&self.0[1..])
     }
 
+    /// That of these powers of the time as a part of a span.
+    pub fn of_part(powers: &[f64], span: f64) -> Self {
+        let mut poly = Self::default();
+        poly.0[..powers.len()].copy_from_slice(powers);
+        poly.scaled(1.0 / span)
+    }
+
     /// `self + factor * other`.
     pub fn plus(mut self, factor: f64, other: &Self) -> Self {
         for (a, b) in self.0.iter_mut().zip(&other.0) {

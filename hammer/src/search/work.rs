@@ -25,8 +25,8 @@ const PAUSE: u64 = 500;
 const WINDOW: u64 = 16;
 const PANEL: u64 = 2;
 const TRANSITION: u64 = 100;
-/// Coordinates of an iteration for a window of air.
-const AIR: u64 = 1700;
+/// Coordinates of a series for a window of air.
+const AIR: u64 = 12_000;
 
 /// Work done by a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -41,7 +41,7 @@ pub struct Work {
     pub scans: u64,
     /// Units of the barrier's integrals.
     pub(super) barrier: u64,
-    /// Iterations for the air in the chambers.
+    /// Series for the air in the chambers.
     air: u64,
 }
 
@@ -58,10 +58,10 @@ impl Work {
         self.barrier += PANEL * panels;
     }
 
-    /// Counts what a window of air took: rotations, and iterations.
-    pub(crate) fn count_air(&mut self, [rotations, iterations]: [u64; 2]) {
+    /// Counts what a window of air or of a line took: rotations, and series.
+    pub(crate) fn count_air(&mut self, [rotations, series]: [u64; 2]) {
         self.samples += rotations;
-        self.air += iterations;
+        self.air += series;
     }
 
     fn units(&self) -> u64 {
@@ -81,7 +81,7 @@ pub(crate) struct Budget {
     /// [`Work`] at the start of the step.
     start: Work,
     /// Coordinates of [`Work`] and of transitions since that are paid for.
-    paid: Cell<u64>,
+    pub paid: Cell<u64>,
     /// What a unit costs, in coordinates.
     price: u64,
     /// Units of [`Work`] at which the interrupt is polled.
@@ -143,7 +143,7 @@ impl Budget {
         Allowance::spend(due)
     }
 
-    /// Coordinates of the air's iterations.
+    /// Coordinates of the air's series.
     fn of_air(&self, work: &Work) -> u64 {
         AIR.saturating_mul(work.air - self.start.air)
     }

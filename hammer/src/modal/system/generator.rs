@@ -113,7 +113,6 @@ impl Generator {
         each.filter(|(_, rate)| slow(*rate)).min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    #[cfg(feature = "internals")]
     /// Block `i`.
     pub(crate) fn block(&self, i: usize) -> Matrix2 {
         self.blocks[i]

@@ -17,6 +17,7 @@
 //! driven       the part of a motion that is a polynomial
 //! response     what loads do to a system
 //! functional   a displacement, its bounds and its derivatives
+//! visible      what displacements see of each block
 //! ```
 
 mod basis;
@@ -25,6 +26,7 @@ mod functional;
 pub(crate) mod generator;
 pub mod passage;
 mod response;
+pub(crate) mod visible;
 
 use crate::error::{Error, SpectrumError};
 use crate::interrupt;
@@ -40,6 +42,7 @@ pub use crate::modal::system::functional::{Functional, INTEGRALS, TAYLOR};
 use crate::modal::system::generator::Generator;
 use crate::modal::system::passage::Passage;
 use crate::modal::system::response::{DampedDrive, Response};
+use crate::modal::system::visible::{Pair, VisibleBlock};
 use crate::numerics::combine::{Columns, combine};
 use crate::numerics::form::Form;
 use crate::numerics::gram::gram;
@@ -95,6 +98,7 @@ pub struct System {
     damping_form: OnceLock<Form>,
     damped_drives: OnceLock<[Option<DampedDrive>; CHANNELS]>,
     viscous_form: OnceLock<Form>,
+    visible: OnceLock<Vec<VisibleBlock>>,
     /// Direct passages from other systems into this one.
     passages: Mutex<Vec<Entry>>,
 }
@@ -165,6 +169,7 @@ impl System {
             damping_form: OnceLock::new(),
             damped_drives: OnceLock::new(),
             viscous_form: OnceLock::new(),
+            visible: OnceLock::new(),
             passages: Mutex::default(),
         };
         let functional = |shape: &Vec<f64>| {
@@ -265,6 +270,12 @@ impl System {
             known.push(Entry { from: Arc::downgrade(from), overlap, passage: passage.clone() });
         }
         Some(passage)
+    }
+
+    /// The blocks that two displacements see; a system has only one such pair.
+    pub(crate) fn visible(&self, pair: Pair) -> &[VisibleBlock] {
+        let own = (&self.generator, &self.response);
+        self.visible.get_or_init(|| visible::blocks(pair, own, &self.functionals))
     }
 
     /// Moves a modal state as if the displacement of the bars' mode `mode` had grown by `by`.

@@ -20,15 +20,15 @@
 
 use crate::modal::system::driven::Driven;
 use crate::modal::system::generator::Generator;
-use crate::numerics::collocation::STAGES;
 use crate::numerics::form::Form;
 use crate::numerics::kernel;
 use crate::numerics::math;
 use crate::numerics::poly::{Poly, TERMS};
+use crate::numerics::series::LOW;
 use crate::scene::graph::CHANNELS;
 
 /// Orders of a load's derivatives, from the value on: of an input, or of the air's force in a window.
-pub const ORDERS: usize = STAGES;
+pub const ORDERS: usize = LOW;
 const _: () = assert!(ORDERS > crate::MAX_INPUT_ORDER);
 /// A coordinate is slow if `|B| tau` is below this, where `tau` is the time in which a load changes
 /// by its own size; its series is used up to the same `|B| t`. The particular solutions of faster
@@ -99,6 +99,11 @@ impl Response {
             DampedDrive { statics: self.statics_of(&row), row, integrals }
         };
         std::array::from_fn(|k| (self.sizes[k] != 0.0).then(|| of(&self.drives[k])))
+    }
+
+    /// `b` of coordinate `k`, per channel.
+    pub(crate) fn drive(&self, k: usize) -> [f64; CHANNELS] {
+        self.drives.each_ref().map(|b| b[k])
     }
 
     /// True if any of these loads that acts on the system varies.

@@ -1,0 +1,208 @@
+//! A window of air: how far a series is used, and its polynomials.
+//!
+//! What acts on the steel is the projection of the forces' series on polynomials of a lower degree over the window,
+//! in Legendre's sense. What it leaves out has neither mean nor first moments over the window.
+
+use super::series::{Problem, Series, instant};
+use super::{Air, ENDS, Window};
+use crate::numerics::math;
+use crate::numerics::poly::Poly;
+use crate::numerics::series::{LOW, ORDER, Powers, product, projection, value};
+use std::array::from_fn;
+
+/// Places of a window at which the bounds of a flow's formula are looked at.
+const LOOKS: usize = 8;
+/// Halvings of an interval in which a function that begins at zero is looked for below it.
+const SOON: usize = 20;
+/// Shortest window, s.
+const SHORTEST: f64 = 1e-12;
+
+/// A window, and the forces on piston and bit. An error is a path whose flow passes a bound of its formula at once,
+/// or none where there is no window.
+pub(crate) type Solved = Result<(Window, [Poly; 2]), Option<(usize, usize)>>;
+
+impl Air {
+    /// The window that begins at the epoch.
+    pub(crate) fn window(&self, problem: &Problem) -> Solved {
+        let series = Series::new(self, problem);
+        let length = series.length(self, problem);
+        if length <= SHORTEST {
+            return Err(None);
+        }
+        let powers = |series: &Powers| scaled(series, length);
+        let [drive, back] = &series.gas;
+        let content = [&drive.mass, &drive.entropy, &back.mass, &back.entropy].map(powers);
+        let forces = series.forces.each_ref().map(|force| projection(&powers(force)));
+        let mut push = [[0.0; ORDER + 1]; 2];
+        // The integral of their slopes times the places.
+        let mut moment = [0.0; ORDER + 1];
+        for (i, place) in series.places.iter().map(powers).enumerate() {
+            push[i][..LOW].copy_from_slice(&forces[2 + i]);
+            let slope = from_fn(|k| push[i].get(k + 1).map_or(0.0, |c| (k + 1) as f64 * c));
+            (1..=ORDER).for_each(|k| moment[k] += product(&slope, &place, k - 1) / k as f64);
+        }
+        let sums = [powers(&series.sums[0]), powers(&series.sums[1]), moment];
+        let place = problem.places;
+        let mut window = Window { length, content, sums, push, place, reach: length, then: None };
+        let margin = instant(problem.parameters.air.error);
+        if let Some((tau, path, bound)) = series.passage(self, &window, margin) {
+            if tau == 0.0 {
+                return Err(Some((path, bound)));
+            }
+            window.reach = tau * length;
+            window.then = Some((path, self.regimes[path].next(bound)));
+        }
+        Ok((window, [0, 1].map(|i| Poly::of_part(&forces[i], length))))
+    }
+}
+
+impl Series {
+    /// The first place of a window where a flow passes a bound of its formula: the path, and which bound.
+    fn passage(&self, air: &Air, window: &Window, margin: f64) -> Option<(f64, usize, usize)> {
+        let pressures = self.sides.each_ref().map(|side| scaled(&side.pressure, window.length));
+        let at = |tau: f64| pressures.each_ref().map(|pressure| value(pressure, tau));
+        let sampled: [[f64; 4]; LOOKS + 1] = from_fn(|i| at(i as f64 / LOOKS as f64));
+        let mut first: Option<(f64, usize, usize)> = None;
+        for stream in &self.streams {
+            let [one, other] = ENDS[stream.path];
+            let beyond = |p: &[f64; 4]| air.regimes[stream.path].beyond([p[one], p[other]]);
+            for bound in 0..2 {
+                let passed = |tau: f64| beyond(&at(tau))[bound];
+                let values = sampled.each_ref().map(|pressures| beyond(pressures)[bound]);
+                let Some([before, after]) = risen(&values, margin, passed) else { continue };
+                let root = root(before, after, passed);
+                if first.is_none_or(|(earliest, ..)| root < earliest) {
+                    first = Some((root, stream.path, bound));
+                }
+            }
+        }
+        first
+    }
+}
+
+/// The same series by powers of the time as a part of a window.
+fn scaled(series: &Powers, length: f64) -> Powers {
+    let mut power = 1.0;
+    series.map(|c| {
+        let scaled = c * power;
+        power *= length;
+        scaled
+    })
+}
+
+/// The first interval at whose end a function of these values at equal steps is above zero by more than the pressures
+/// are known to, or at its summit inside two steps: that of the parabola through three values.
+fn risen(
+    values: &[f64; LOOKS + 1],
+    margin: f64,
+    function: impl Fn(f64) -> f64,
+) -> Option<[f64; 2]> {
+    let place = |i: f64| i / LOOKS as f64;
+    for i in 1..=LOOKS {
+        let [before, here] = [i - 1, i].map(|i| place(i as f64));
+        if values[i] > margin {
+            return Some([before, here]);
+        }
+        let Some(&next) = values.get(i + 1) else { continue };
+        let (rise, fall) = (values[i] - values[i - 1], values[i] - next);
+        if rise >= 0.0 && fall >= 0.0 && rise + fall > 0.0 {
+            let summit = place(i as f64 + 0.5 * (rise - fall) / (rise + fall));
+            if function(summit) > margin {
+                return Some([before, summit]);
+            }
+        }
+    }
+    None
+}
+
+/// Where a function passes zero upward between two places; the first, if it is not below zero soon after it.
+fn root(first: f64, high: f64, function: impl Fn(f64) -> f64) -> f64 {
+    let at = |place: f64| [place, function(place)];
+    // From a bound it may fall before it rises.
+    let nearer = (1..=SOON).map(|k| at(first + math::powi(0.5, k) * (high - first)));
+    let below = std::iter::once(at(first)).chain(nearer).find(|[_, value]| *value < 0.0);
+    let (Some(mut low), mut high) = (below, at(high)) else { return first };
+    for step in 0..100 {
+        // Regula falsi, halved where it keeps one end for long.
+        let middle = if step % 3 == 2 {
+            0.5 * (low[0] + high[0])
+        } else {
+            low[0] - low[1] * (high[0] - low[0]) / (high[1] - low[1])
+        };
+        if !(middle > low[0] && middle < high[0]) || high[0] - low[0] < 1e-14 {
+            break;
+        }
+        let found = function(middle);
+        if found < 0.0 {
+            low = [middle, found]
+        } else {
+            high = [middle, found]
+        }
+        if found == 0.0 {
+            break;
+        }
+    }
+    high[0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::air::series::{LONGEST, Left};
+    use crate::laws::air::{GAS, KAPPA};
+    use crate::quantities::air::ATMOSPHERE;
+    use crate::quantities::parameters::{Parameters, Source};
+
+    /// A chamber at 20 bar that empties through a choked opening, the piston at rest, in a window of this error: its
+    /// length, and the largest errors of mass and entropy in it. In closed form, with
+    /// `cooled = 1 + (kappa - 1) K t / 2`, they fall as its powers -5 and -7.
+    fn emptied(error: f64) -> [f64; 2] {
+        let mut parameters = Parameters::default();
+        parameters.drive.source = Source::Air;
+        // Its supply is open, with no area, so that it starts at the supply's pressure; nothing else is.
+        let (air, back) = (&mut parameters.air.drive, &mut parameters.air.returning);
+        (air.supply, air.exhaust, back.supply, back.exhaust) = (1.0, -1.0, 1.0, -1.0);
+        (parameters.air.supply_area, parameters.air.error) = (0.0, error);
+        let (law, places) = (parameters.air, [-0.01; 2]);
+        let pressures = [2e6, ATMOSPHERE];
+        let mut gas = Air::start(&parameters, places, pressures);
+        gas.classify(&parameters, places, pressures);
+        let outside = pressures.map(Poly::constant);
+        let problem = Problem {
+            parameters: &parameters,
+            blocks: Vec::new(),
+            left: Left {
+                still: places.map(|x| from_fn(|k| if k == 0 { x } else { 0.0 })),
+                longest: LONGEST,
+                ..Left::default()
+            },
+            places,
+            outside,
+        };
+        let (window, _) = gas.window(&problem).expect("a window");
+        let choked = (KAPPA / GAS).sqrt() * (2.0 / (KAPPA + 1.0)).powi(3);
+        let [volume, _] = crate::air::volumes(&parameters, places);
+        let rate =
+            law.discharge * law.exhaust_area * choked * GAS * law.temperature.sqrt() / volume;
+        let off = |tau: f64| {
+            let cooled = 1.0 + 0.5 * (KAPPA - 1.0) * rate * tau * window.length;
+            let of = |k: usize, power: i32| {
+                (value(&window.content[k], tau) / (gas.content[k] * cooled.powi(-power)) - 1.0)
+                    .abs()
+            };
+            of(0, 5).max(of(1, 7))
+        };
+        [window.length, (1..=20).fold(0.0, |most: f64, i| most.max(off(f64::from(i) / 20.0)))]
+    }
+
+    /// A window is as long as its error allows: a thousand times the error is the length times that root of a thousand
+    /// which the order is (between those of the last two orders), and the error asked is not exceeded.
+    #[test]
+    fn a_window_s_length_goes_with_a_root_of_its_error() {
+        let [[coarse, off], [fine, fine_off]] = [1e-4, 1e-7].map(emptied);
+        let [least, most] = [ORDER, ORDER - 1].map(|k| 1e3f64.powf(1.0 / k as f64));
+        let ratio = coarse / fine;
+        assert!((0.99 * least..1.01 * most).contains(&ratio), "{ratio} for {least} to {most}");
+        assert!(off < 1e-4 && fine_off < 1e-7 && fine_off > 1e-10, "{off:e} {fine_off:e}");
+    }
+}

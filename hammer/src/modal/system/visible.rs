@@ -1,0 +1,116 @@
+//! What displacements see of a system, block by block, and what loads give the blocks at rest.
+
+use crate::modal::system::functional::Functional;
+use crate::modal::system::generator::Generator;
+use crate::modal::system::response::Response;
+use crate::numerics::matrix2::Matrix2;
+use crate::scene::graph::CHANNELS;
+use std::array::from_fn;
+
+/// Numbers of the functionals of two displacements.
+pub(crate) type Pair = [Option<usize>; 2];
+
+/// A block as the equation `y' = B y + b f` of two coordinates, which two displacements see.
+#[derive(Clone, Debug)]
+pub(crate) struct VisibleBlock {
+    pub index: usize,
+    /// `B`, row by row; a translation is a place and its rate.
+    pub matrix: Matrix2,
+    /// `b`, per channel.
+    pub pushes: [[f64; 2]; CHANNELS],
+    /// Their part in each displacement, and its size.
+    pub parts: [[f64; 2]; 2],
+    pub sizes: [f64; 2],
+    pub is_translation: bool,
+    /// True if the coordinates turn into each other: their length never grows. Otherwise neither does.
+    pub turns: bool,
+    /// The slower and the faster of their rates, 1/s.
+    pub rates: [f64; 2],
+    /// Of a unit load of each channel: where it holds the coordinates, what that is of each displacement, how far
+    /// a displacement is behind one that grows in proportion to time, and a bound of how far further behind one that
+    /// grows with its square.
+    pub rest: [[f64; 2]; CHANNELS],
+    pub held: [[f64; CHANNELS]; 2],
+    pub behind: [[f64; CHANNELS]; 2],
+    pub further: [[f64; CHANNELS]; 2],
+}
+
+impl VisibleBlock {
+    /// A bound of what coordinates are of a displacement, then and for ever.
+    pub(crate) fn most(&self, place: usize, [p, q]: [f64; 2]) -> f64 {
+        if self.turns {
+            self.sizes[place] * (p * p + q * q).sqrt()
+        } else {
+            (self.parts[place][0] * p).abs() + (self.parts[place][1] * q).abs()
+        }
+    }
+
+    /// What they are of it now.
+    pub(crate) fn along(&self, place: usize, [p, q]: [f64; 2]) -> f64 {
+        self.parts[place][0] * p + self.parts[place][1] * q
+    }
+}
+
+/// The blocks that two displacements see.
+pub(crate) fn blocks(
+    pair: Pair,
+    (generator, response): (&Generator, &Response),
+    functionals: &[Functional],
+) -> Vec<VisibleBlock> {
+    let n = generator.n;
+    let of = |index: usize| {
+        let is_translation = generator.rigid && index == 0;
+        let parts = pair.map(|functional| {
+            let Some(functional) = functional.map(|k| &functionals[k]) else {
+                return [0.0; 2];
+            };
+            let [place, other] = [index, n + index].map(|k| functional.rows[0][k]);
+            [place + if is_translation { functional.rigid } else { 0.0 }, other]
+        });
+        if parts == [[0.0; 2]; 2] {
+            return None;
+        }
+        let own = generator.block(index);
+        let matrix = match (is_translation, generator.braked) {
+            (false, _) => own,
+            (true, false) => [0.0, 1.0, 0.0, 0.0],
+            (true, true) => [0.0, 0.0, 0.0, own[3]],
+        };
+        let [first, second] = [index, n + index].map(|k| response.drive(k));
+        let rates = generator.rates[index];
+        let mut block = VisibleBlock {
+            index,
+            matrix,
+            pushes: from_fn(|c| [first[c], second[c]]),
+            parts,
+            sizes: parts.map(|[p, q]| (p * p + q * q).sqrt()),
+            is_translation,
+            turns: !generator.is_diagonal(index),
+            rates: [rates[0].min(rates[1]), rates[0].max(rates[1])],
+            rest: [[0.0; 2]; CHANNELS],
+            held: [[0.0; CHANNELS]; 2],
+            behind: [[0.0; CHANNELS]; 2],
+            further: [[0.0; CHANNELS]; 2],
+        };
+        if is_translation {
+            return Some(block);
+        }
+        for c in 0..CHANNELS {
+            block.rest[c] = held(&matrix, block.pushes[c]);
+            let lag = held(&matrix, block.rest[c]);
+            for place in 0..2 {
+                block.held[place][c] = block.along(place, block.rest[c]);
+                block.behind[place][c] = block.along(place, lag).abs();
+                block.further[place][c] = 2.0 * block.most(place, held(&matrix, lag));
+            }
+        }
+        Some(block)
+    };
+    (0..generator.rates.len()).filter_map(of).collect()
+}
+
+/// Where a constant push `b` holds coordinates with the matrix `B`: `-B^-1 b`.
+fn held(m: &Matrix2, b: [f64; 2]) -> [f64; 2] {
+    let determinant = m[0] * m[3] - m[1] * m[2];
+    [(m[1] * b[1] - m[3] * b[0]) / determinant, (m[2] * b[0] - m[0] * b[1]) / determinant]
+}

@@ -1,0 +1,145 @@
+//! Power series up to one order, coefficient by coefficient, and their projection on fewer powers.
+
+use std::array::from_fn;
+use std::sync::OnceLock;
+
+/// Highest power of a series.
+pub const ORDER: usize = 16;
+/// Coefficients of a projection.
+pub const LOW: usize = 7;
+
+/// Coefficients of the powers.
+pub type Powers = [f64; ORDER + 1];
+
+/// Places of the interval from 0 to 1 at which a polynomial of that many coefficients is known best: the zeros of
+/// Legendre's polynomial.
+pub const NODES: [f64; LOW] = [
+    0.025446043828620757,
+    0.12923440720030277,
+    0.2970774243113014,
+    0.5,
+    0.7029225756886985,
+    0.8707655927996972,
+    0.9745539561713792,
+];
+
+/// The polynomial that has these values there, by Newton's divided differences.
+pub fn through(values: &[f64; LOW]) -> [f64; LOW] {
+    let mut differences = *values;
+    for order in 1..LOW {
+        for i in (order..LOW).rev() {
+            let rise = differences[i] - differences[i - 1];
+            differences[i] = rise / (NODES[i] - NODES[i - order]);
+        }
+    }
+    let mut sum = [0.0; LOW];
+    for (node, difference) in NODES.iter().zip(differences).rev() {
+        (0..LOW).rev().for_each(|k| {
+            let risen = if k > 0 { sum[k - 1] } else { difference };
+            sum[k] = risen - node * sum[k];
+        });
+    }
+    sum
+}
+
+/// Value at `t`.
+pub fn value(powers: &[f64], t: f64) -> f64 {
+    powers.iter().rev().fold(0.0, |sum, c| sum * t + c)
+}
+
+/// Coefficient `k` of `a b`.
+pub fn product(a: &Powers, b: &Powers, k: usize) -> f64 {
+    a[..=k].iter().zip(b[..=k].iter().rev()).map(|(a, b)| a * b).sum()
+}
+
+/// Coefficient `k` of `a / b`, those of `c` below it being known.
+pub fn quotient(a: &Powers, b: &Powers, c: &Powers, k: usize) -> f64 {
+    let known: f64 = c[..k].iter().zip(b[1..=k].iter().rev()).map(|(c, b)| c * b).sum();
+    (a[k] - known) / b[0]
+}
+
+/// Coefficient `k` of a power of `a`, those of `c` below it being known; the first is this power of a number.
+pub fn power(a: &Powers, exponent: f64, c: &Powers, k: usize, first: fn(f64) -> f64) -> f64 {
+    if k == 0 {
+        return first(a[0]);
+    }
+    let term = |j: usize| (exponent * (k - j) as f64 - j as f64) * c[j] * a[k - j];
+    (0..k).map(term).sum::<f64>() / (k as f64 * a[0])
+}
+
+/// The projection of a polynomial on those of a lower degree, over the interval from 0 to 1.
+pub fn projection(powers: &Powers) -> [f64; LOW] {
+    static SHARES: OnceLock<[[f64; LOW]; ORDER + 1]> = OnceLock::new();
+    let shares = SHARES.get_or_init(|| from_fn(share));
+    let mut lower: [f64; LOW] = from_fn(|k| powers[k]);
+    for (c, share) in powers.iter().zip(shares).skip(LOW) {
+        lower.iter_mut().zip(share).for_each(|(sum, share)| *sum += c * share);
+    }
+    lower
+}
+
+/// That of the power `k`, by Legendre's polynomials `sum_i (-1)^(j + i) C(j, i) C(j + i, i) t^i`, whose product with
+/// it has the mean `k!^2 / ((k - j)! (k + j + 1)!)`.
+fn share(k: usize) -> [f64; LOW] {
+    let choose = |n: usize, m: usize| (0..m).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
+    let mut sum = [0.0; LOW];
+    for j in 0..LOW.min(k + 1) {
+        let mean = (0..=j).fold(1.0, |mean, i| mean / (k + 1 + i) as f64)
+            * (0..j).fold(1.0, |mean, i| mean * (k - i) as f64);
+        for (i, sum) in sum.iter_mut().enumerate().take(j + 1) {
+            let sign = if (i + j) % 2 == 0 { 1.0 } else { -1.0 };
+            *sum += (2 * j + 1) as f64 * mean * sign * choose(j, i) * choose(j + i, i);
+        }
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The coefficients of `1 / (1 - t)` and of its powers are binomials, exact in doubles up to their rounding.
+    #[test]
+    fn products_quotients_and_powers_are_those_of_the_geometric_series() {
+        let one: Powers = from_fn(|k| f64::from(u8::from(k == 0)));
+        let less: Powers = from_fn(|k| [1.0, -1.0].get(k).copied().unwrap_or_default());
+        let [mut geometric, mut root, mut square] = [[0.0; ORDER + 1]; 3];
+        for k in 0..=ORDER {
+            geometric[k] = quotient(&one, &less, &geometric, k);
+            root[k] = power(&less, -0.5, &root, k, |a| 1.0 / a.sqrt());
+            square[k] = product(&root, &root, k);
+            assert!((geometric[k] - 1.0).abs() < 1e-15 && (square[k] - 1.0).abs() < 1e-14);
+        }
+    }
+
+    /// Gauss's nodes: the product of the distances from them is orthogonal to every lower power. A polynomial that
+    /// is known there is that through its values: roundings of coefficients up to 924.
+    #[test]
+    fn a_polynomial_is_known_at_the_nodes() {
+        let one: Powers = from_fn(|k| f64::from(u8::from(k == 0)));
+        let distances = NODES.iter().fold(one, |powers, node| {
+            from_fn(|k| if k > 0 { powers[k - 1] } else { 0.0 } - node * powers[k])
+        });
+        assert!(projection(&distances).iter().all(|c| c.abs() < 30.0 * f64::EPSILON));
+        let powers: [f64; LOW] = from_fn(|k| 1.0 / (k + 1) as f64 - 0.3);
+        let found = through(&NODES.map(|node| value(&powers, node)));
+        for (found, exact) in found.iter().zip(powers) {
+            assert!((found - exact).abs() < 924.0 * 7.0 * f64::EPSILON, "{found} {exact}");
+        }
+    }
+
+    /// A polynomial of a lower degree is its own projection; what a projection leaves out of a higher power is
+    /// orthogonal to all lower ones. Its coefficients are below 1e4, of some thirty terms.
+    #[test]
+    fn what_a_projection_leaves_out_is_orthogonal_to_what_it_keeps() {
+        for high in 0..=ORDER {
+            let only: Powers = from_fn(|k| f64::from(u8::from(k == high)));
+            let lower = projection(&only);
+            for moment in 0..LOW {
+                let mean = |k: usize| 1.0 / (k + moment + 1) as f64;
+                let left = mean(high) - (0..LOW).map(|k| lower[k] * mean(k)).sum::<f64>();
+                assert!(left.abs() < 30.0 * 1e4 * f64::EPSILON, "{high} {moment}: {left:e}");
+            }
+        }
+    }
+}
