@@ -5,7 +5,9 @@ use hammer::parameters::Rock;
 use hammer::{AirChamber, AirLaw, Fidelity, InputValues, Machine, Parameters, Source};
 use serde_json::Value;
 
-/// Two solutions that each hold 1e-8 differ by no more than this over some blows, which carry an error on
+/// The error that both solutions hold in each step.
+const ERROR: f64 = 1e-8;
+/// Two that each hold it differ by no more than this over some blows, which carry an error on
 /// from one to the next; bars, whose blows are followed by dozens of contacts, too.
 const AGREED: f64 = 1e-6;
 
@@ -50,7 +52,7 @@ fn scene(all: &Value, one: &Value) -> (Parameters, InputValues) {
         leakage_area: of(air, "leakage"),
         drag: of(air, "drag"),
         temperature: of(air, "temperature"),
-        error: p.air.error,
+        error: ERROR,
     };
     let inputs = InputValues {
         feed_force: of(one, "feed"),

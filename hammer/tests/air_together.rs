@@ -1,6 +1,7 @@
 //! Air with what else a hammer may have: another law of reloading, rods, derivatives, a supply that cannot
 //! start it.
 
+use crate::scenes::air_turnover;
 use hammer::Scene;
 use hammer::datasheet::AirBlow;
 use hammer::means::{Kind, Wanted, steady};
@@ -42,8 +43,7 @@ fn balances_and_bits_hold_with_all_that_a_hammer_may_have() {
         assert!(whole.counters().blows >= 1, "{rods} rods, casing of {casing} kg");
         let energies = whole.energies();
         assert!(energies.residual.abs() <= energies.residual_bound(), "{energies:?}");
-        let turnover = 3.5 * 287.05 * p.air.temperature * whole.air_mass()[0];
-        assert!(whole.air_residual().abs() < p.air.error * turnover);
+        assert!(whole.air_residual().abs() < p.air.error * air_turnover(&whole));
     }
 }
 

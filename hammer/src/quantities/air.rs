@@ -58,7 +58,7 @@ impl Default for AirLaw {
             leakage_area: 0.0,
             drag: 0.0,
             temperature: 300.0,
-            error: 1e-8,
+            error: 1e-6,
         }
     }
 }

@@ -131,6 +131,19 @@ pub fn balanced(p: &Parameters, inputs: &InputValues, end: f64) -> Vec<Record> {
     m.take_journal()
 }
 
+/// What the error of the air is a part of: enthalpy taken, what the hammer turned over, and what the chambers hold, J.
+pub fn air_turnover(machine: &Machine) -> f64 {
+    const KAPPA: f64 = 1.4;
+    let (p, now) = (machine.parameters(), machine.kinematics());
+    let taken = KAPPA / (KAPPA - 1.0) * 287.05 * p.air.temperature * machine.air_mass()[0];
+    let drive =
+        p.air.drive.dead_volume + p.drive.area_drive * (p.air.cylinder + now.relative_position);
+    let back = p.air.returning.dead_volume - p.drive.area_return * now.over_struck;
+    let [[one, _], [other, _]] = machine.chamber_pressures();
+    let held = (one * drive + other * back) / (KAPPA - 1.0);
+    taken.abs() + machine.energies().turnover() + held
+}
+
 /// The suite tries one of so many; `ALTERED_EVERY=1` all.
 pub fn one_in(many: usize) -> usize {
     std::env::var("ALTERED_EVERY").ok().and_then(|n| n.parse().ok()).unwrap_or(many)
