@@ -50,10 +50,9 @@ def run(
     until: float = 1.0,
     levels: Mapping[str, Sequence[float]] = LEVELS,
     out: Path | None = None,
-    scheduler: str = "threads",
 ) -> pd.DataFrame:
     """The sweep's table."""
-    return sweep(grid(levels), until, out=out, scheduler=scheduler, progress=True)
+    return sweep(grid(levels), until, out=out, progress=True)
 
 
 def effects(table: pd.DataFrame, name: str) -> pd.DataFrame:

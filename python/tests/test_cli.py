@@ -43,7 +43,7 @@ def test_run_writes_the_table_and_the_figure(
 def test_sweep_takes_lists_and_ranges(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     table = tmp_path / "out.csv"
     command = ["sweep", *QUICK, "--over", "feed_force=3:5 kN:3", "--over", "rock.viscosity=0,1e5"]
-    assert main([*command, "--scheduler", "threads", "--quiet", "-o", str(table)]) == 0
+    assert main([*command, "--quiet", "-o", str(table)]) == 0
     assert len(pd.read_csv(table)) == 6
     heads, *lines = capsys.readouterr().out.splitlines()
     assert "feed_force [kN]" in heads

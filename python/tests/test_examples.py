@@ -187,7 +187,7 @@ def test_a_sweep_over_five_parameters(tmp_path: Path) -> None:
         "rock.stiffness": (1.0, 4.0),
         "bit.length": (1.0, 2.0),
     }
-    table = thousand.run(until=0.4, levels=levels, scheduler="threads")
+    table = thousand.run(until=0.4, levels=levels)
     own = VARIABLES["bit.elements"].start
     assert (table["bit.elements"] / own).tolist() == [1.0, 2.0, 1.0, 2.0]
     curves = thousand.effects(table, "rock.stiffness")

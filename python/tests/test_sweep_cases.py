@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import pandas as pd
@@ -37,11 +39,10 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("scheduler", ["threads", "processes"])
-def test_a_case_is_what_simulate_gives(scheduler: str, tmp_path: Path) -> None:
+def test_a_case_is_what_simulate_gives(tmp_path: Path) -> None:
     grid, read = {"rock.viscosity": [1e4, 2e4]}, ["rop", "tip_depth"]
     ways = {"cases": CASES, "step": "1 ms", "out": tmp_path / "cases.parquet"}
-    table = sweep(grid, UNTIL, scheduler=scheduler, workers=1, **ways)
+    table = sweep(grid, UNTIL, **ways)
     assert table["error"].tolist() == [""] * 8
     for _, row in table.iterrows():
         with Hammer(CASES[row["case"]] if row["case"] != "ramp" else None) as one:
@@ -53,13 +54,15 @@ def test_a_case_is_what_simulate_gives(scheduler: str, tmp_path: Path) -> None:
         pd.testing.assert_frame_equal(sweep(grid, UNTIL, **ways), table)
 
 
-@pytest.mark.parametrize("scheduler", ["threads", "processes"])
-def test_each_run_has_a_controller_of_its_own(scheduler: str) -> None:
-    ways = {"scheduler": scheduler, "workers": 1, "outputs": ["tip_depth"]}
+def test_each_run_has_a_controller_of_its_own() -> None:
+    ways = {"outputs": ["tip_depth"]}
     grid = {"rock.viscosity": [1e4, 2e4]}
     counted = sweep(grid, UNTIL, control=Counting(), step=UNTIL / 600, **ways)
     assert counted["error"].tolist() == ["", ""]
     table = sweep(grid, UNTIL, control=harder_when_deeper, step=1e-3, **ways)
+    with ProcessPoolExecutor(1, get_context("spawn")) as crew:
+        far = sweep(grid, UNTIL, control=harder_when_deeper, step=1e-3, scheduler=crew, **ways)
+    pd.testing.assert_frame_equal(far, table, check_exact=True)
     run = simulate({"rock.viscosity": 1e4}, UNTIL, step=1e-3, control=harder_when_deeper)
     assert table["tip_depth"][0] == run["tip_depth"].iloc[-1]
 
@@ -69,12 +72,12 @@ def test_a_case_is_told_from_another_by_its_inputs_and_its_version(tmp_path: Pat
     ramps = [pd.Series([3e3, end], index=[0.0, UNTIL]) for end in (4e3, 5e3, 5e3)]
     for feed in ("3 kN", 3e3, 4e3, *ramps):
         cases = {"fed": Scene(inputs={"feed_force": feed})}
-        sweep(grid, 0.01, cases=cases, scheduler="threads", out=out)
+        sweep(grid, 0.01, cases=cases, out=out)
     # One number each, and two ramps; the same again is not run again.
     assert len(Store(out).rows()) == 4
     for version in (1, 1, 2):
         ways = {"control": harder_when_deeper, "version": version}
-        sweep(grid, 0.01, scheduler="threads", out=out, **ways)
+        sweep(grid, 0.01, out=out, **ways)
     assert len(Store(out).rows()) == 6
 
 
@@ -83,13 +86,12 @@ def test_code_without_a_version_keeps_no_rows(tmp_path: Path) -> None:
     fed = {"cases": {"led": Scene(inputs={"feed_force": lambda _: 5e3})}}
     for code in ({"control": harder_when_deeper}, fed):
         with pytest.raises(DomainError, match=r"the case '(led)?' has code .*version=1"):
-            sweep(grid, 0.01, scheduler="threads", out=tmp_path / "x.csv", **code)
-        assert sweep(grid, 0.01, scheduler="threads", **code)["error"].tolist() == [""]
+            sweep(grid, 0.01, out=tmp_path / "x.csv", **code)
+        assert sweep(grid, 0.01, **code)["error"].tolist() == [""]
 
 
-@pytest.mark.parametrize("scheduler", ["threads", "processes"])
 def test_what_a_controller_raised_is_tried_again_and_a_refusal_is_not(
-    scheduler: str, tmp_path: Path
+    tmp_path: Path,
 ) -> None:
     full, out = tmp_path / "full", tmp_path / "rows.parquet"
 
@@ -98,15 +100,15 @@ def test_what_a_controller_raised_is_tried_again_and_a_refusal_is_not(
             raise OSError("No space left on device")
 
     grid = {"rock.unloading_ratio": [4.0], "rock.stiffness": [1e8, 1e300]}
-    ways = {"control": logs, "step": "5 ms", "version": 1, "workers": 1, "out": out}
+    ways = {"control": logs, "step": "5 ms", "version": 1, "out": out}
     full.touch()
-    rows = sweep(grid, 0.01, scheduler=scheduler, **ways)
+    rows = sweep(grid, 0.01, **ways)
     message, refusal = rows["error"]
     assert message == "OSError: No space left on device"
     assert "of a magnitude" in refusal
     assert Store(out).rows()["error"].tolist() == [refusal]
     full.unlink()
-    again = sweep(grid, 0.01, scheduler=scheduler, **ways)
+    again = sweep(grid, 0.01, **ways)
     assert again["error"].tolist() == ["", refusal]
     assert len(Store(out).rows()) == 2
 
@@ -116,7 +118,7 @@ def test_a_controller_that_fails_says_so_in_its_row() -> None:
         raise KeyError(hammer.time)
 
     grid = {"feed_force": [4e3]}
-    table = sweep(grid, 0.01, control=fails, scheduler="threads")
+    table = sweep(grid, 0.01, control=fails)
     assert table["error"].tolist() == ["KeyError: 0.0"]
     with pytest.raises(DomainError, match="feed_force is in the grid and an input of the case"):
         sweep(grid, 0.01, base=Scene(inputs={"feed_force": 5e3}))

@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
-import psutil
 import pytest
 from dask.distributed import Client, LocalCluster
 from dth_hammer import (
@@ -25,8 +24,6 @@ from dth_hammer import (
     Hammer,
     HammerWarning,
     RefusedError,
-    Scene,
-    UnknownNameError,
     outputs,
     steady,
     sweep,
@@ -41,7 +38,7 @@ GRID = {"feed_force": [4e3, 5e3], "rock.stiffness": ["100 kN/mm", "200 kN/mm"]}
 
 
 def test_a_row_is_what_one_run_gives() -> None:
-    table = sweep(GRID, UNTIL, scheduler="threads", workers=2, batch=1)
+    table = sweep(GRID, UNTIL, workers=2)
     assert table["feed_force"].tolist() == [4e3, 4e3, 5e3, 5e3]
     assert (table["error"] == "").all()
     with Hammer({"feed_force": 5e3, "rock.stiffness": 1e8}) as hammer:
@@ -70,7 +67,7 @@ def test_a_stopped_sweep_goes_on_where_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "sweep.parquet"
-    whole = sweep(GRID, UNTIL, scheduler="threads", workers=1)
+    whole = sweep(GRID, UNTIL, workers=1)
     store = Store(out)
     store.add(whole.iloc[:1])
     store.add(whole.iloc[1:2])
@@ -82,27 +79,20 @@ def test_a_stopped_sweep_goes_on_where_it_was(
         add(store, table, key)
 
     monkeypatch.setattr(Store, "add", counted)
-    rest = sweep(GRID, UNTIL, scheduler="threads", workers=1, batch=1, out=out)
-    assert ran == [1, 1]
+    rest = sweep(GRID, UNTIL, workers=1, out=out)
+    assert sum(ran) == 2
     assert not store.parts.exists()
     again = sweep(GRID, UNTIL, out=out)
-    assert ran == [1, 1]
+    assert sum(ran) == 2
     pd.testing.assert_frame_equal(rest, whole)
     pd.testing.assert_frame_equal(again, whole)
 
 
-def test_a_scheduler_that_is_not_there_is_named() -> None:
-    with pytest.raises(UnknownNameError, match="did you mean 'threads'"):
-        sweep(GRID, UNTIL, scheduler="thread")
-    with pytest.raises(DomainError, match="scheduler"):
-        sweep(GRID, UNTIL, scheduler=[])  # type: ignore[arg-type]
-
-
 def test_executors_give_the_same_to_the_last_bit() -> None:
-    near = sweep(GRID, UNTIL, scheduler="threads", workers=2)
+    near = sweep(GRID, UNTIL, workers=2)
     shape = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
     with LocalCluster(processes=False, **shape) as cluster, Client(cluster) as client:
-        far = sweep(GRID, UNTIL, scheduler=client.get_executor(), batch=1)
+        far = sweep(GRID, UNTIL, scheduler=client.get_executor())
         # It is another's: it must outlive the sweep, and serve the next one.
         more = sweep({"feed_force": [6e3]}, UNTIL, scheduler=client.get_executor())
     with ThreadPoolExecutor(2) as crew:
@@ -115,10 +105,8 @@ def test_executors_give_the_same_to_the_last_bit() -> None:
 @pytest.mark.parametrize("suffix", [".parquet", ".csv"])
 def test_another_grid_adds_its_rows_and_loses_none(tmp_path: Path, suffix: str) -> None:
     out = tmp_path / f"sweep{suffix}"
-    first = sweep({"feed_force": [4e3, 5e3]}, UNTIL, scheduler="threads", out=out)
-    second = sweep(
-        {"rock.stiffness": [1e8], "bit.elements": [10]}, "0.1 s", scheduler="threads", out=out
-    )
+    first = sweep({"feed_force": [4e3, 5e3]}, UNTIL, out=out)
+    second = sweep({"rock.stiffness": [1e8], "bit.elements": [10]}, "0.1 s", out=out)
     assert len(Store(out).rows()) == 3
     # In the file one finds again what was computed, to the last bit, and computes nothing.
     with forbidden_runs():
@@ -133,16 +121,14 @@ def test_another_grid_adds_its_rows_and_loses_none(tmp_path: Path, suffix: str) 
 def test_what_is_left_of_a_file_that_was_cut_is_read_and_the_rest_run_again(tmp_path: Path) -> None:
     grid = {"fidelity": ["Rigid"], "feed_force": [4e3, 5e3]}
     out = tmp_path / "sweep.csv"
-    whole = sweep(grid, "20 ms", scheduler="threads", out=out)
+    whole = sweep(grid, "20 ms", out=out)
     text = out.read_text()
     header = text.index("\n") + 1
     # Within the first row, at its end, within a number of the last, before the last line's end.
     ends = [header, header + 9, text.index("\n", header) + 1, len(text) - 30, len(text) - 1]
     for end in [*ends, *range(header, len(text), len(text) // 5)]:
         out.write_text(text[:end])
-        pd.testing.assert_frame_equal(
-            sweep(grid, "20 ms", scheduler="threads", out=out), whole, check_exact=True
-        )
+        pd.testing.assert_frame_equal(sweep(grid, "20 ms", out=out), whole, check_exact=True)
         assert out.read_text() == text
     for end in (3, header // 2):
         out.write_text(text[:end])
@@ -154,7 +140,7 @@ def test_a_file_that_lost_a_column_is_refused_by_its_name(tmp_path: Path) -> Non
     grid = {"fidelity": ["Rigid"], "feed_force": [4e3]}
     for suffix in (".csv", ".parquet"):
         out = tmp_path / f"sweep{suffix}"
-        sweep(grid, "20 ms", scheduler="threads", out=out)
+        sweep(grid, "20 ms", out=out)
         table = outputs.read(out)
         outputs.write(table.rename(columns={"rop": "ro\0p"}), out, index=False)
         with forbidden_runs(), pytest.raises(OutputError, match="has lost its column rop"):
@@ -200,7 +186,7 @@ def test_a_grid_that_is_none_is_refused(grid: Any, message: str) -> None:
 
 
 def test_a_point_that_is_there_twice_has_two_rows_and_one_run() -> None:
-    table = sweep({"feed_force": ["4000 N", "4 kN", "5 kN"]}, UNTIL, scheduler="threads")
+    table = sweep({"feed_force": ["4000 N", "4 kN", "5 kN"]}, UNTIL)
     assert table["feed_force"].tolist() == [4e3, 4e3, 5e3]
     assert table["run"].nunique() == 2
 
@@ -208,7 +194,7 @@ def test_a_point_that_is_there_twice_has_two_rows_and_one_run() -> None:
 def test_what_is_doubtful_in_a_run_is_told_once_and_stands_in_its_row() -> None:
     grid = {"piston.length": [0.168, 168.0]}
     with pytest.warns(HammerWarning, match="1 of 2 runs: .*is the unit right") as message:
-        table = sweep(grid, 1e-3, scheduler="threads")
+        table = sweep(grid, 1e-3)
     assert len(message) == 1
     assert [bool(text) for text in table["warning"]] == [False, True]
 
@@ -224,7 +210,7 @@ def test_runs_that_follow_each_other_on_one_instance_do_not_meet() -> None:
     plain = {"piston.length": 0.168, "drive.source": "Relay", "rock.stiffness": 1.2e8}
     grid = pd.DataFrame([plain | row for row in [*odd, {}, *odd[::-1], {}]])
     with pytest.warns(HammerWarning):
-        table = sweep(grid, 0.05, scheduler="threads", workers=1)
+        table = sweep(grid, 0.05, workers=1)
     message = table[["rop", "energy_drive", "warning", "error"]].itertuples(index=False, name=None)
     for row, point in zip(message, grid.to_dict("records"), strict=True):
         if row[3]:
@@ -239,26 +225,6 @@ def test_runs_that_follow_each_other_on_one_instance_do_not_meet() -> None:
             assert bool(row[2]) == bool(alone.warnings)
     assert table["error"].astype(bool).sum() == 2
     assert table["warning"].astype(bool).sum() == 6
-
-
-def test_processes_are_for_cases_that_python_plays(monkeypatch: pytest.MonkeyPatch) -> None:
-    def none(*_: Any) -> None:
-        raise LookupError
-
-    monkeypatch.setattr("dth_hammer.study.workers._processes", none)
-    assert sweep(GRID, 0.01)["error"].tolist() == [""] * 4
-    with pytest.raises(LookupError):
-        sweep(GRID, 0.01, base=Scene(inputs={"drive_force": 0.0}))
-
-
-SCRIPT = """
-import sys
-from dth_hammer import sweep
-{begin}
-    table = sweep({{"feed_force": [{feeds}]}}, {until}, workers=2, batch=1, out="x.parquet",
-                  scheduler="processes")
-    print(len(table), "rows")
-"""
 
 
 #: The command line, where Ctrl-C is heard though a shell runs these tests in the background.
@@ -278,13 +244,6 @@ def wait_for_a_part(folder: Path) -> Store:
             return store
         time.sleep(0.05)
     raise TimeoutError("no row came in two minutes")
-
-
-def test_a_script_without_a_main_guard_sweeps_all_the_same(tmp_path: Path) -> None:
-    text = SCRIPT.format(begin="if True:", feeds="4e3, 5e3", until=0.05)
-    script = begun(tmp_path, written(tmp_path, text))
-    said, complaints = script.communicate(timeout=120)
-    assert (said, complaints, script.returncode) == ("2 rows\n", "", 0)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no process groups to interrupt")
@@ -307,26 +266,25 @@ def test_an_interrupted_sweep_says_in_a_line_what_is_kept(tmp_path: Path) -> Non
 def test_ctrl_c_ends_a_run_of_a_month_at_once(ctrl_c: Interrupts) -> None:
     # The engine needs some minutes for a day.
     with ctrl_c(1.0, within=20.0, match="nothing is kept"):
-        sweep({"feed_force": [4e3, 5e3]}, 2.6e6, scheduler="threads", workers=2)
+        sweep({"feed_force": [4e3, 5e3]}, 2.6e6, workers=2)
 
 
 LONG = """
-import sys, time
+import time
 from dth_hammer import sweep
 
 def slow(hammer):
     time.sleep(0.02)
 
 sweep({"feed_force": [3e3 + k for k in range(300)]}, 0.05, control=slow, step="1 ms", version=1,
-      workers=2, batch=1,
-      out="x.parquet", scheduler=sys.argv[1])
+      out="x.parquet")
 """
 
 
-@pytest.fixture(params=["threads", "processes"])
-def at_work(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
+@pytest.fixture
+def at_work(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     """A sweep in a process of its own that has kept a row and will take minutes more."""
-    process = begun(tmp_path, written(tmp_path, LONG), request.param)
+    process = begun(tmp_path, written(tmp_path, LONG))
     try:
         wait_for_a_part(tmp_path)
         yield process
@@ -343,37 +301,12 @@ def test_a_second_writer_is_told_of_the_first_and_takes_over_when_it_is_dead(
         f"is being written by process {at_work.pid} on {re.escape(socket.gethostname())} since"
     )
     with pytest.raises(OutputError, match=message):
-        sweep(grid, 0.01, scheduler="threads", out=out)
-    children = psutil.Process(at_work.pid).children(recursive=True)
+        sweep(grid, 0.01, out=out)
     at_work.kill()
     at_work.wait()
     before = len(Store(out).rows())
-    sweep(grid, 0.01, scheduler="threads", out=out)
+    sweep(grid, 0.01, out=out)
     assert len(Store(out).rows()) == before + 1
-    # Nobody goes on working for a process that is gone.
-    assert not psutil.wait_procs(children, timeout=30)[1]
-
-
-def test_no_process_of_a_sweep_has_a_socket_that_others_reach(
-    at_work: subprocess.Popen[str],
-) -> None:
-    leader = psutil.Process(at_work.pid)
-    crew = [leader, *leader.children(recursive=True)]
-    assert len(crew) > (2 if "processes" in leader.cmdline() else 0)
-    assert [c for process in crew for c in process.net_connections("inet")] == []
-
-
-def test_a_killed_worker_is_told_with_what_is_kept(tmp_path: Path) -> None:
-    process = begun(tmp_path, written(tmp_path, LONG), "processes")
-    store = wait_for_a_part(tmp_path)
-    children = psutil.Process(process.pid).children(recursive=True)
-    next(c for c in children if "spawn_main" in " ".join(c.cmdline())).kill()
-    _, complaints = process.communicate(timeout=120)
-    message = re.search(r"a worker ended \(.*\); (\d+) of 300 runs are kept", complaints)
-    assert message is not None, complaints
-    assert "LostWorkerError" in complaints
-    assert 0 < int(message[1]) == len(store.rows())
-    assert not psutil.wait_procs(children, timeout=30)[1]
 
 
 @pytest.mark.weekly
@@ -384,10 +317,10 @@ def test_a_cluster_whose_worker_is_killed_loses_no_row() -> None:
         pid = client.submit(os.getpid, pure=False).result()
         killer = threading.Timer(1.0, os.kill, (pid, signal.SIGKILL))
         killer.start()
-        far = sweep(grid, "20 s", scheduler=client.get_executor(), batch=1)
+        far = sweep(grid, "20 s", scheduler=client.get_executor())
         killer.join()
         assert pid not in client.run(os.getpid).values()
-    near = sweep(grid, "20 s", scheduler="threads")
+    near = sweep(grid, "20 s")
     pd.testing.assert_frame_equal(far, near, check_exact=True)
 
 
@@ -409,5 +342,5 @@ def test_a_cluster_whose_scheduler_is_killed_keeps_what_has_come(tmp_path: Path)
         client.wait_for_workers(1)
         threading.Timer(5.0, started[0].kill).start()
         with pytest.raises(LostWorkerError, match="are kept beside"):
-            sweep(grid, "20 s", scheduler=client.get_executor(), batch=1, out=out)
+            sweep(grid, "20 s", scheduler=client.get_executor(), out=out)
     assert 0 < len(Store(out).rows()) < 40

@@ -185,7 +185,7 @@ HAMMER = Written(
 )
 HAMMERS = ("hammer", "base")
 #: What no command has.
-NOWHERE = {"preset": "the hammer is one"}
+NOWHERE = {"preset": "the hammer is one", "scheduler": "an object of Python's"}
 #: What it drills.
 ROCK = Written(
     "--rock",
@@ -206,7 +206,6 @@ SHARED = {
     "rock": ROCK,
     "until": Written("--until", lambda text: quantities.duration(text, "--until")),
     "step": Written("--step", lambda text: quantities.duration(text, "--step")),
-    "scheduler": Written(help="threads (if not given) or processes"),
     "progress": Written(
         "--quiet", lambda quiet: not quiet, help="show no progress bar", action="store_true"
     ),

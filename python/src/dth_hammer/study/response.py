@@ -55,7 +55,7 @@ def steady(
     blows: int = ...,
     limit: float | str = ...,
     out: str | Path | None = ...,
-    scheduler: str | Executor | None = ...,
+    scheduler: Executor | None = ...,
     workers: int | None = ...,
     progress: bool = ...,
 ) -> pd.DataFrame: ...
@@ -77,7 +77,7 @@ def steady(
     partner: Callable[[Hammer], Stepped] | None = None,
     step: float | str | None = None,
     out: str | Path | None = None,
-    scheduler: str | Executor | None = None,
+    scheduler: Executor | None = None,
     workers: int | None = None,
     progress: bool = False,
 ) -> Steady | pd.DataFrame:
@@ -115,8 +115,8 @@ def steady(
             NaN.
         out: Parquet or CSV file for the rows of many hammers: the same call made again seeks
             only what is missing, as with `sweep`.
-        scheduler: what shares many hammers out, as for `sweep`; threads if not given.
-        workers: number of workers; as many as there are cores if not given.
+        scheduler: an executor that shares many hammers out, as for `sweep`.
+        workers: number of the engine's threads; as many as there are cores if not given.
         progress: shows blows and error so far.
 
     Raises:
@@ -140,7 +140,7 @@ def steady(
                 "many hammers have one start each, and no inputs over time, control or partner "
                 "here: call steady for each hammer that has those"
             )
-        by, case = (scheduler, workers, None), Case(numbers_of(None, preset, rock))
+        by, case = (scheduler, workers), Case(numbers_of(None, preset, rock))
         return table_of(hammer, wanted, {"": case}, out=out, by=by, progress=progress)
     if out is not None or scheduler is not None or workers is not None:
         raise DomainError("out, scheduler and workers are for many hammers: give lists or rows")

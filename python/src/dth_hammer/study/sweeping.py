@@ -34,8 +34,8 @@ from .longrun import KIND, MEANS, Wanted, unit
 from .store import RUN, TEXTS, Store
 from .workers import parts_of
 
-#: Scheduler, number of workers, and runs of a task.
-Workers = tuple[str | Executor | None, int | None, int | None]
+#: An executor, or the number of the engine's threads.
+Workers = tuple[Executor | None, int | None]
 
 #: Values by parameter, or rows.
 Grid = Mapping[str, Value | Collection[Value]] | Sequence[Mapping[str, Value]] | pd.DataFrame
@@ -73,9 +73,8 @@ def sweep(
     version: int | str | None = None,
     outputs: Iterable[str] | None = None,
     out: str | Path | None = None,
-    scheduler: str | Executor | None = None,
+    scheduler: Executor | None = None,
     workers: int | None = None,
-    batch: int | None = None,
     progress: bool = False,
 ) -> pd.DataFrame:
     """Runs every hammer of a grid, and returns one row per run; `steady` has their long-run means.
@@ -100,14 +99,10 @@ def sweep(
         out: Parquet or CSV file for the rows. They are kept beside it in parts as they come:
             the same call made again runs only what is missing, and another grid adds its
             rows to those that are there.
-        scheduler: ``"threads"`` (the engine's own; runs with inputs or controllers one after
-            another in Python), ``"processes"`` (of this machine, without sockets), or an
-            executor of `concurrent.futures`, such as a Dask client's (``client.get_executor()``).
-            If not given, threads, and processes for cases with inputs or controllers.
-        workers: number of workers, for processes and threads; as many as there are cores if not
-            given.
-        batch: number of runs in a task: a part file and a tick of the progress bar. If not given,
-            threads make a part of what came within half a second, processes of up to 25 runs.
+        scheduler: an executor of `concurrent.futures`: a pool of processes, or a Dask client's
+            (``client.get_executor()``). If not given, the engine's own threads, and runs with
+            inputs or controllers one after another in Python.
+        workers: number of the engine's threads; as many as there are cores if not given.
         progress: shows a progress bar.
 
     Raises:
@@ -127,7 +122,7 @@ def sweep(
              4000.0           5       11.55
              8000.0           5       11.37
     """
-    end, by = quantities.duration(until, "until"), (scheduler, workers, batch)
+    end, by = quantities.duration(until, "until"), (scheduler, workers)
     shared, made = scene_of(base, rock, preset), {}
     for name, hammer in ({"": None} if cases is None else cases).items():
         case = scene_of(hammer)
@@ -147,12 +142,13 @@ def table_of(
     named: bool = False,
     outputs: Iterable[str] | None = None,
     out: str | Path | None = None,
-    by: Workers = (None, None, None),
+    by: Workers = (None, None),
     progress: bool = False,
 ) -> pd.DataFrame:
     """Returns a row for each point of a grid, as `sweep` does."""
     names = columns(outputs, steady=isinstance(end, Wanted))
-    counts(workers=by[1], batch=by[2])
+    if by[1] is not None and by[1] < 1:
+        raise DomainError(f"workers = {by[1]} is not a whole number above 0")
     points = [_checked(k, point) for k, point in enumerate(_points(grid))]
     if not cases:
         raise DomainError("cases is empty: give at least one, or leave it out")
@@ -244,13 +240,6 @@ def _run(
                 raise LostWorkerError(error.why, *state) from None
             raise InterruptedSweepError(*state) from None
     return tables
-
-
-def counts(**numbers: Any) -> None:
-    """Raises unless the value is a whole number."""
-    for name, number in numbers.items():
-        if number is not None and (not isinstance(number, int) or number < 1):
-            raise DomainError(f"{name} = {number!r} is not a whole number above 0")
 
 
 def _whole(
