@@ -22,11 +22,7 @@ function measure(scene, cycle) {
     const ends = Array.from({ length: count + 1 }, (_, i) => (i / count) * length);
     const areaAt = (place) => {
       let bottom = 0;
-      for (const [part, area] of sections) {
-        bottom += part;
-        if (place < bottom) return area;
-      }
-      return sections.at(-1)[1];
+      return (sections.find(([part]) => place < (bottom += part)) ?? sections.at(-1))[1];
     };
     const areas = Array.from({ length: count }, (_, i) => areaAt(0.5 * (ends[i] + ends[i + 1])));
     return { length, ends, areas };

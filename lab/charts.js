@@ -25,19 +25,12 @@ function axes(x, y, more = {}) {
   ];
 }
 
-/** A chart that is as wide as its place. */
+/** A chart as wide as its place, and as high as that says or is. */
 function chart(place, options, data) {
-  const height = Number(place.dataset.height);
-  const size = () => ({ width: Math.max(200, place.clientWidth), height });
+  const size = () => ({ width: Math.max(200, place.clientWidth), height: Number(place.dataset.height ?? Math.max(100, place.clientHeight)) });
   const plot = new uPlot({ ...size(), cursor: { drag: { x: false, y: false } }, legend: { show: false }, padding: [8, 10, 0, 0], ...options }, data, place);
   new ResizeObserver(() => plot.setSize(size())).observe(place);
   return plot;
-}
-
-/** Says in an empty picture which button fills it. */
-function invite(pen, x, y, button, scale = 1) {
-  Object.assign(pen, { font: `${13 * scale}px system-ui, sans-serif`, fillStyle: palette.ink, textAlign: "center", textBaseline: "middle" });
-  pen.fillText(say("empty_until", { button: say(button) }), x, y);
 }
 
 const line = (label, stroke, more = {}) => ({ label, stroke, width: 1.6, points: { show: false }, ...more });
@@ -84,10 +77,85 @@ function ghostLoop(before) {
   ];
 }
 
+/** A dot at each point. */
+function dotted(plot, series) {
+  const path = new Path2D(), [xs, ys] = plot.data[series], size = plot.series[series].dots * devicePixelRatio;
+  xs.forEach((x, i) => {
+    const [left, top] = [plot.valToPos(x, "x", true), plot.valToPos(ys[i], "y", true)];
+    path.moveTo(left + size, top);
+    path.arc(left, top, size, 0, 2 * Math.PI);
+  });
+  return { fill: path };
+}
+
 /** A series of a loop. */
-const looped = ([label, stroke]) => ({
-  label, stroke, width: 2, paths: loop, facets: [{ scale: "x", auto: true }, { scale: "y", auto: true }],
+const looped = ([label, stroke, more]) => ({
+  label, stroke, width: 2, paths: loop, facets: [{ scale: "x", auto: true }, { scale: "y", auto: true }], ...more,
 });
+
+/** Where a chart has a value, in CSS pixels from its upper left corner. */
+function placing({ bbox: { left, top }, valToPos }) {
+  const [x, y] = [left, top].map((pixels) => pixels / devicePixelRatio);
+  return (across, up) => [x + valToPos(across, "x"), y + valToPos(up, "y")];
+}
+
+/** What a chart has besides, on its own canvas. */
+function noted(plot) {
+  const { ctx } = plot;
+  ctx.save();
+  ctx.scale(devicePixelRatio, devicePixelRatio);
+  ctx.font = FONT;
+  plot.notes?.(new Drawing(ctx), placing(plot));
+  ctx.restore();
+}
+
+/** A chart on another canvas, as uPlot shows it. */
+function traced(plot, canvas) {
+  const pen = canvas.getContext("2d"), drawing = new Drawing(pen), at = placing(plot), [across, up] = plot.axes;
+  const [left, top, width, height] = ["left", "top", "width", "height"].map((name) => plot.bbox[name] / devicePixelRatio), bottom = top + height;
+  pen.font = FONT;
+  (across._splits ?? []).forEach((value, i) => {
+    const [x] = at(value, 0);
+    drawing.line([[x, top], [x, bottom + 10]], palette.grid, 1);
+    drawing.text(across._values[i], x, bottom + 20);
+  });
+  (up._splits ?? []).forEach((value, i) => {
+    const [, y] = at(0, value);
+    drawing.line([[left - 10, y], [left + width, y]], palette.grid, 1);
+    drawing.text(up._values[i], left - 15, y, "right");
+  });
+  drawing.text(across.label, left + 0.5 * width, bottom + 36);
+  drawing.upright(up.label, left - up._size - 8, top + 0.5 * height);
+  pen.save();
+  pen.beginPath();
+  pen.rect(left, top, width, height);
+  pen.clip();
+  const lists = plot.series.map((_, i) => (plot.mode === 2 ? plot.data[i] : [plot.data[0], plot.data[i]]));
+  const points = (i) => Array.from(lists[i][0], (x, k) => (lists[i][1][k] === null ? null : at(x, lists[i][1][k])));
+  for (const { series: [from, to], fill } of plot.bands) {
+    pen.beginPath();
+    [...points(from), ...points(to).reverse()].forEach((point) => point && pen.lineTo(...point));
+    pen.fillStyle = fill();
+    pen.fill();
+  }
+  plot.series.forEach((series, i) => i && tracedSeries(drawing, plot, i, points(i)));
+  pen.restore();
+  plot.notes?.(drawing, at);
+}
+
+function tracedSeries(drawing, plot, i, points) {
+  const series = plot.series[i], colour = series.stroke(plot, i);
+  if (colour === "transparent") return;
+  const size = series.dots ?? (plot.mode === 1 && series.points.show(plot, i) ? 0.5 * series.points.size : 0);
+  if (size) points.forEach((point) => point && drawing.dot(...point, colour, size));
+  if (series.dots) return;
+  let part = [];
+  for (const point of [...points, null]) {
+    if (point && series.stepped && part.length) part.push([point[0], part.at(-1)[1]]);
+    if (point) part.push(point);
+    else if (part.length) drawing.line(part.splice(0), colour, series.width, series.dash);
+  }
+}
 
 /** The range of a scale that shows all numbers, and nought. */
 function ranged(list) {
@@ -101,7 +169,7 @@ class Charts {
     this.whole = true;
     const time = { x: { time: false } };
     const after = say("time_axis");
-    const stepped = { paths: uPlot.paths.stepped({ align: 1 }) };
+    const stepped = { paths: uPlot.paths.stepped({ align: 1 }), stepped: true };
     this.motion = chart(find("displacement"), {
       scales: time, axes: axes(after, say("displacement_axis")),
       series: [{}, line("piston", PISTON), line("bit", BIT), line("rock", ROCK, { dash: [6, 3] }), line("bit before", GHOST)],

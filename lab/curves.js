@@ -34,11 +34,12 @@ class Curves {
       scales: { x: { time: false }, y: { range: { min: { pad: 0.1, soft: 0, mode: 1 }, max: { pad: 0.1 } } } },
       axes: axes(" ", " "),
       series: [{}, ...ends, line("mean", () => palette.piston, shown), line("now", () => palette.ink, { points: { show: true, size: 11 } })],
-      hooks: { draw: [({ ctx, bbox: { left, top, width, height } }) => {
-        if (!this.points.length) invite(ctx, left + 0.5 * width, top + 0.5 * height, "draw", devicePixelRatio);
-      }] },
+      hooks: { draw: [noted] },
       bands: [{ series: [2, 1], fill: () => `${palette.piston}44` }],
     }, [[], [], [], [], []]);
+    this.plot.notes = (drawing) => {
+      if (!this.points.length) drawing.text(say("empty_until", { button: say("draw") }), 0.5 * find("curve").clientWidth, 120);
+    };
   }
 
   get busy() {

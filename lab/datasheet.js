@@ -26,10 +26,7 @@ class DatasheetForm {
   field({ name, meaning, field_unit: unit }, form) {
     const input = Object.assign(document.createElement("input"), { type: "number", step: "any", id: `sheet-${name}` });
     const text = { rop: "rate of penetration", od: "outside diameter" }[name] ?? name.replaceAll("_", " ");
-    const label = Object.assign(document.createElement("label"), { htmlFor: input.id, textContent: text, title: meaning });
-    const row = Object.assign(document.createElement("div"), { className: "given" });
-    row.append(label, input, Object.assign(document.createElement("span"), { className: "unit", textContent: pretty(unit) }));
-    form.append(row);
+    form.append(givenRow(input, text, meaning, unit));
     return input;
   }
 

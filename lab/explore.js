@@ -9,7 +9,7 @@ const LOOSE = { "drill.joint.stiffness": 3e9, "drill.joint.slack": 5e-4 };
 const MEAN_OF = { error: 0.02, blows: 200 }, MEAN_OF_RODS = { error: 0.04, blows: 120 };
 /** One scale for every place of a handle: stress and pressure (Pa) with the full colour, the piston's rise (m). */
 const SCALE = { limit: 2.9e8, pressed: 3.1e6, flown: 0.1 };
-const BAR = 1e5, ATMOSPHERE = 101325;
+const BAR = 1e5;
 /** Times after an impact that are looked at, s. */
 const WAVE_LOOK = 2e-4, LOOP_LOOK = 1.2e-3;
 /** So long a handle that is time takes from end to end while it plays, s. */
@@ -21,8 +21,8 @@ class Explore {
     Object.assign(this, { find, engine, description, screen: 0, cache: new Map(), known: new Map(), settled: false, playing: false, phase: 0.3, numbers: {} });
     this.hammer = { ...presets.air_3_5_inch.start_values, ...WAVE_MESH };
     this.drifter = { ...presets.top_hammer.start_values };
-    this.picture = new Picture(find("screen-hammer"));
-    this.figure = new Figure(find("screen-chart"));
+    this.picture = new Picture(new SvgPen(find("screen-hammer")));
+    this.figure = new Figure(find);
     const moments = Array.from({ length: 201 }, (_, i) => i), [easy, hard] = this.rocks();
     const plain = () => this.hammer, changed = (more) => ({ ...this.hammer, ...more }), { cycles, waves, loops } = {
       cycles: (c, at) => c.impact + (c.period * at) / 200,
@@ -194,9 +194,11 @@ class Explore {
   draw() {
     if (!this.answer) return;
     const { find, answer: { values, cycle } } = this, { chart } = this.screens[this.screen];
-    find("screen-hammer").hidden = Boolean(chart);
-    find("screen-chart").hidden = !chart;
-    if (chart) return this.figure[chart](this);
+    for (const place of this.figured.parentElement.children) place.hidden = place !== this.figured;
+    if (chart) {
+      this.figure[chart](this);
+      return this.figure.canvas.show?.();
+    }
     const scene = { get: (name) => this.value(name, values), variable: (name) => this.description.variables[name] };
     if (this.shown !== cycle) {
       this.picture.show(cycle, measure(scene, cycle), { gap: scene.get("contact.initial_gap"), diameter: scene.get("hole.diameter"), travel: scene.get("chuck.travel"), scale: SCALE });
@@ -204,21 +206,20 @@ class Explore {
     }
     const { time } = this, index = cycle.time.findIndex((t) => t >= time);
     this.picture.draw(index < 0 ? cycle.time.length - 1 : index, this.screen === 2 ? (time - cycle.impact) * soundOf(values) : null);
+    return this.picture.canvas.show?.();
   }
 
-  get canvas() {
-    return this.find(this.screens[this.screen].chart ? "screen-chart" : "screen-hammer");
+  /** Where this screen's figure is drawn. */
+  get figured() {
+    const { chart } = this.screens[this.screen];
+    return this.find(`screen-${!chart ? "hammer" : chart in this.figure.plots ? chart : "chart"}`);
   }
 
   /** The figure as it stands, as a file: `kind` png or svg. */
   save(kind) {
-    const { canvas } = this, name = `screen-${this.screen + 1}.${kind}`;
-    if (kind === "png") return canvas.toBlob((blob) => save(name, blob, "image/png"));
-    const drawn = this.screens[this.screen].chart ? this.figure : this.picture, { pen } = drawn;
-    drawn.pen = new SvgPen(canvas.clientWidth, canvas.clientHeight, pen);
-    this.draw();
-    save(name, String(drawn.pen), "image/svg+xml");
-    drawn.pen = pen;
+    const { chart } = this.screens[this.screen], plot = this.figure.plots[chart];
+    const draw = (canvas) => (plot ? traced(plot, canvas) : drawnOn(chart ? this.figure : this.picture, canvas, () => this.draw()));
+    saveFigure(`screen-${this.screen + 1}`, kind, this.figured, draw);
   }
 }
 

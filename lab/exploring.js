@@ -21,11 +21,7 @@ TASKS.explore = ({ ask, values }) => {
     if (rows.length < EXPLORED) throw new Error(`${rows.length} blows in ${LONGEST} s`);
     const impact = rows.at(-2).blow_time, period = rows.at(-1).blow_time - impact;
     hammer.restore(before);
-    const samples = new Samples(hammer, values);
-    samples.take();
-    const close = (time) => time >= impact - 10 * MEDIUM && time < impact + OUTLOOK;
-    samples.follow(impact + 1.03 * period, (time) => (close(time) ? MEDIUM : COARSE * period), FINE);
-    postMessage({ kind: "explored", ask, rows, cycle: { impact, period, outlook: OUTLOOK, ...samples.all() } });
+    postMessage({ kind: "explored", ask, rows, cycle: sample(hammer, impact, period) });
   } finally {
     hammer.free();
   }

@@ -1,8 +1,11 @@
 // The form of the scene: sliders for what one turns most, sections, and a field for everything else.
 
 const BODIES_GROUP = "group_bodies";
+/** The air's pressure, and what a metre of water adds to it, Pa. */
+const ATMOSPHERE = 101325, WATER = 9806.65;
 /** What the sliders change. Their middle is the engine's start value; their ends, parts of it
- * (even steps) or a factor away (even ratios). Or they cover the whole domain, or go from nothing to a largest value.
+ * (even steps) or a factor away (even ratios). Or they cover the whole domain, or go from a least value, or from
+ * nothing, to a largest. Pressures under so much water are told in metres of it.
  * Those of one `source` of the drive are hidden with another. */
 const SLIDERS = {
   group_drive: [
@@ -10,7 +13,7 @@ const SLIDERS = {
     ["drive.amplitude", { factor: 3, source: "Relay" }],
     ["drive.stroke", { factor: 3, source: "Relay" }],
     ["supply_pressure", { factor: 2.5, source: "Air" }],
-    ["exhaust_pressure", { factor: 10, source: "Air" }],
+    ["exhaust_pressure", { least: ATMOSPHERE, most: ATMOSPHERE + 100 * WATER, water: true, source: "Air" }],
   ],
   group_rock: [
     ["rock.stiffness", { factor: 10 }],
@@ -27,6 +30,7 @@ const SLIDERS = {
     ["bit.length", { factor: 4 }],
     ["cross_section", { factor: 3 }],
   ],
+  group_string: [["drill.rods", { most: 8 }]],
   group_casing: [
     ["casing.mass", { most: 200 }],
     ["casing.impedance", { most: 2e4 }],
@@ -43,9 +47,12 @@ const SLIDERS = {
 const STEPS = 100;
 
 /** Value at a slider's place from -1 to 1. */
-function valueAt(name, { parts, factor, whole, most }, place) {
+function valueAt(name, { parts, factor, whole, least = 0, most, water }, place) {
   const { start, type, min, max } = scene.variable(name);
-  if (most) return Number((0.5 * (place + 1) * most).toPrecision(3));
+  if (most) {
+    const value = least + 0.5 * (place + 1) * (most - least);
+    return type === "Real" ? Number(value.toPrecision(water ? 6 : 3)) : Math.round(value);
+  }
   if (whole) return Math.round(min + ((max - min) * (place + 1)) / 2);
   if (place === 0) return start;
   const value = parts
@@ -55,9 +62,9 @@ function valueAt(name, { parts, factor, whole, most }, place) {
 }
 
 /** The slider's place for a value; at its ends beyond them. */
-function placeOf(name, { parts, factor, whole, most }, value) {
+function placeOf(name, { parts, factor, whole, least = 0, most }, value) {
   const { start, min, max } = scene.variable(name);
-  if (most) return Math.min(1, (2 * value) / most - 1);
+  if (most) return Math.max(-1, Math.min(1, (2 * (value - least)) / (most - least) - 1));
   if (whole) return (2 * (value - min)) / (max - min) - 1;
   const ratio = value / start;
   const place = parts
@@ -87,6 +94,7 @@ function makeSlider(name, range, label = say(name)) {
     const value = scene.get(name), scaled = Number((value * variable.factor).toPrecision(6));
     slider.value = Math.round(placeOf(name, range, value) * STEPS);
     exact.value = scaled;
+    if (range.water) text.textContent = say("under_water", { label, depth: digits(Math.max(0, value - ATMOSPHERE) / WATER, 3) });
     row.hidden = range.source !== undefined && range.source !== sourceNow();
     slider.setAttribute("aria-valuetext", `${scaled} ${pretty(variable.displayUnit)}`);
   });
@@ -147,7 +155,10 @@ function makeControls() {
   const own = Object.assign(new Option(say("your_own"), ""), { id: "own", hidden: true });
   const names = Object.keys(scene.presets).sort((a, b) => (b === "reference") - (a === "reference"));
   find("preset").append(...names.map((name) => new Option(name.replaceAll("_", " "), name)), own);
-  find("preset").addEventListener("change", ({ target }) => choose(target.value));
+  find("preset").addEventListener("change", ({ target }) => {
+    scene.replace(scene.presets[target.value].start_values);
+    renew();
+  });
 }
 
 /** A field for each variable of the description that has no slider, under the first part of its name. */
@@ -168,14 +179,19 @@ function makeRest() {
 /** A field for a value, or a list where the engine has names for its values. */
 function makeField(name) {
   const { description: text, displayUnit, factor, items } = scene.variable(name);
-  const row = Object.assign(document.createElement("div"), { className: "given" });
   const field = document.createElement(items ? "select" : "input");
   if (items) field.append(...Object.entries(items).map(([value, word]) => new Option(word, value)));
   else Object.assign(field, { type: "number", step: "any" });
   field.id = `exact-${name}`;
   field.addEventListener("change", () => change(name, Number((Number(field.value) / factor).toPrecision(12))));
-  const label = Object.assign(document.createElement("label"), { htmlFor: field.id, textContent: name, title: text });
-  row.append(label, field, Object.assign(document.createElement("span"), { className: "unit", textContent: pretty(displayUnit) }));
   controls.set(name, () => (field.value = items ? scene.get(name) : Number((scene.get(name) * factor).toPrecision(6))));
+  return givenRow(field, name, text, displayUnit);
+}
+
+/** A field with its name before it and its unit behind it. */
+function givenRow(field, name, title, unit) {
+  const row = Object.assign(document.createElement("div"), { className: "given" });
+  const label = Object.assign(document.createElement("label"), { htmlFor: field.id, textContent: name, title });
+  row.append(label, field, Object.assign(document.createElement("span"), { className: "unit", textContent: pretty(unit) }));
   return row;
 }

@@ -13,9 +13,10 @@ const STRETCH = 2.4;
 const STRING = 1.6;
 
 /** Draws moments of a cycle; with `curve`, the stress along both bodies beside them. */
-class Picture {
-  constructor(canvas, { curve = false, names = true } = {}) {
-    Object.assign(this, { canvas, curve, names, pen: canvas.getContext("2d") });
+class Picture extends Drawing {
+  constructor(canvas, { curve = false } = {}) {
+    super(canvas.getContext("2d"));
+    Object.assign(this, { canvas, curve });
   }
 
   /** Takes a cycle, what its bodies measure, and of the scene: the gap at the start, the hole's
@@ -67,8 +68,7 @@ class Picture {
     pen.clearRect(0, 0, width, height);
     const room = this.curve ? 0.62 * width : width;
     // Beside the hole there is room for a word, on a phone too.
-    const words = this.names ? Math.max(0.2 * room, 92) : 0;
-    this.middle = 0.5 * (room - words);
+    this.middle = 0.5 * (room - Math.max(0.2 * room, 92));
     const widest = Math.min(0.3 * room, this.middle - 8) / hole.radius;
     const across = Math.min(STRETCH * (height / (this.span[1] - this.span[0])), widest);
     this.x = (radius) => radius * across;
@@ -82,31 +82,19 @@ class Picture {
     BODIES.forEach((_, body) => this.body(body, tops[body], cycle.stress[body][index], y));
     this.inserts(y(tops[1] + bodies[1].length));
     if (this.travel) this.tie(y, tops[1], chuck, cycle.chuck_force[index]);
-    if (this.names) this.words(room, y, tops, bottom, index);
-    if (sound !== null && sound < bodies[1].length) this.across(y(tops[1] + sound));
-    if (this.names) this.stretched(across / (height / (this.span[1] - this.span[0])), height);
+    this.words(room, y, tops, bottom, index);
+    if (sound !== null && sound < bodies[1].length) {
+      const level = y(tops[1] + sound), wide = this.x(hole.radius);
+      this.line([[this.middle - wide, level], [this.middle + wide, level]], palette.ink, 1.5, [5, 4]);
+    }
+    this.stretched(across / (height / (this.span[1] - this.span[0])), height);
     if (this.curve) this.stressCurve([room + 14, width - 10], y, tops, index);
-  }
-
-  /** How far sound has come. */
-  across(level) {
-    const { pen, middle } = this, wide = this.x(this.hole.radius);
-    Object.assign(pen, { strokeStyle: palette.ink, lineWidth: 1.5 });
-    pen.setLineDash([5, 4]);
-    pen.beginPath();
-    pen.moveTo(middle - wide, level);
-    pen.lineTo(middle + wide, level);
-    pen.stroke();
-    pen.setLineDash([]);
   }
 
   /** Says that things are drawn wider than they are long. */
   stretched(times, height) {
-    const { pen } = this;
-    Object.assign(pen, { font: "11px system-ui, sans-serif", fillStyle: palette.ink, strokeStyle: palette.paper, lineWidth: 4, textAlign: "left", textBaseline: "bottom" });
-    const words = say("stretched", { times: digits(times, 2) });
-    pen.strokeText(words, 6, height - 4);
-    pen.fillText(words, 6, height - 4);
+    Object.assign(this.pen, { font: "11px system-ui, sans-serif", textAlign: "left", textBaseline: "bottom" });
+    this.edged(say("stretched", { times: digits(times, 2) }), 6, height - 4);
   }
 
   /** A filled ring about the axis, seen cut: both sides. */
@@ -134,22 +122,17 @@ class Picture {
     pen.save();
     pen.clip();
     // Grains, at places that look random and stay.
-    pen.fillStyle = palette.rock;
+    Object.assign(pen, { fillStyle: palette.rock, globalAlpha: 0.4 });
+    pen.beginPath();
     for (let i = 0, at = 0.5; i < 260; i++) {
       at = (at * 997.13 + 0.371) % 1;
       const across = at * room;
       at = (at * 991.37 + 0.713) % 1;
-      pen.globalAlpha = 0.25 + 0.3 * at;
-      pen.fillRect(across, at * height, 1.5 + 2.5 * ((at * 7) % 1), 1.5);
+      pen.rect(across, at * height, 1.5 + 2.5 * ((at * 7) % 1), 1.5);
     }
+    pen.fill();
     pen.restore();
-    Object.assign(pen, { strokeStyle: palette.rock, lineWidth: 2 });
-    pen.beginPath();
-    pen.moveTo(middle - wall, 0);
-    pen.lineTo(middle - wall, bottom);
-    pen.lineTo(middle + wall, bottom);
-    pen.lineTo(middle + wall, 0);
-    pen.stroke();
+    this.line([[middle - wall, 0], [middle - wall, bottom], [middle + wall, bottom], [middle + wall, 0]], palette.rock, 2);
   }
 
   /** Drill string, casing and chuck; `shift` is their way down. Returns where the casing's room ends at
@@ -183,11 +166,9 @@ class Picture {
     const places = [[top, y(tops[0])], [y(this.shoulder(tops[0])), y(Math.max(piston, tops[1] - this.string))]];
     places.forEach(([from, to], i) => {
       if (to <= from) return;
-      pen.fillStyle = palette.paper;
-      pen.fillRect(middle - wide, from, 2 * wide, to - from);
+      this.block(middle - wide, middle + wide, from, to, palette.paper);
       pen.globalAlpha = Math.min(1, parts[i]);
-      pen.fillStyle = palette.air;
-      pen.fillRect(middle - wide, from, 2 * wide, to - from);
+      this.block(middle - wide, middle + wide, from, to, palette.air);
       pen.globalAlpha = 1;
     });
     // The force on the piston, beside its axis.
@@ -215,14 +196,8 @@ class Picture {
       pen.strokeRect(middle - wide, top, 2 * wide, each);
       pen.fillRect(middle - 1.5 * wide, top + each - 9, 3 * wide, 9);
       pen.strokeRect(middle - 1.5 * wide, top + each - 9, 3 * wide, 9);
-      pen.fillStyle = palette.paper;
-      pen.beginPath();
       const cut = top + 0.45 * each;
-      pen.moveTo(middle - 1.3 * wide, cut + 4);
-      pen.lineTo(middle + 1.3 * wide, cut - 4);
-      pen.lineTo(middle + 1.3 * wide, cut + 1);
-      pen.lineTo(middle - 1.3 * wide, cut + 9);
-      pen.fill();
+      this.line([[middle - 1.3 * wide, cut + 6.5], [middle + 1.3 * wide, cut - 1.5]], palette.paper, 5);
     }
   }
 
@@ -247,16 +222,9 @@ class Picture {
 
   /** An arrow along the axis. */
   arrow(level, from, way, colour) {
-    const { pen } = this, point = from + way, back = point - Math.min(7, Math.abs(way)) * Math.sign(way);
-    for (const [strokeStyle, lineWidth] of [[palette.paper, 5], [colour, 2.5]]) {
-      Object.assign(pen, { strokeStyle, lineWidth });
-      pen.beginPath();
-      pen.moveTo(level, from);
-      pen.lineTo(level, point);
-      pen.moveTo(level - 4, back);
-      pen.lineTo(level, point);
-      pen.lineTo(level + 4, back);
-      pen.stroke();
+    const point = from + way, back = point - Math.min(7, Math.abs(way)) * Math.sign(way);
+    for (const [stroke, width] of [[palette.paper, 5], [colour, 2.5]]) {
+      this.line([[level, from], [level, point], [level - 4, back], [level, point], [level + 4, back]], stroke, width);
     }
   }
 
@@ -275,17 +243,10 @@ class Picture {
       // A hair longer: no seams between elements.
       pen.fillRect(middle - radii[i], levels[i], 2 * radii[i], levels[i + 1] - levels[i] + 0.5);
     });
-    Object.assign(pen, { strokeStyle: palette[BODIES[body]], lineWidth: 2 });
-    pen.beginPath();
     for (const side of [-1, 1]) {
-      pen.moveTo(middle, levels[0]);
-      radii.forEach((wide, i) => {
-        pen.lineTo(middle + side * wide, levels[i]);
-        pen.lineTo(middle + side * wide, levels[i + 1]);
-      });
-      pen.lineTo(middle, levels.at(-1));
+      const edge = radii.flatMap((wide, i) => [levels[i], levels[i + 1]].map((level) => [middle + side * wide, level]));
+      this.line([[middle, levels[0]], ...edge, [middle, levels.at(-1)]], palette[BODIES[body]], 2);
     }
-    pen.stroke();
   }
 
   /** Round tips on the bit's face. */
@@ -319,16 +280,8 @@ class Picture {
       // Two lines rather than squeezed, on a phone.
       const lines = pen.measureText(say(key)).width > most ? say(key).split(/(?<=:) /) : [say(key)];
       free = level + 18 * lines.length;
-      Object.assign(pen, { strokeStyle: palette.ink, lineWidth: 1 });
-      pen.beginPath();
-      pen.moveTo(middle + from, wanted);
-      pen.lineTo(at - 5, level);
-      pen.stroke();
-      Object.assign(pen, { lineWidth: 4, strokeStyle: palette.paper, fillStyle: palette.ink });
-      lines.forEach((text, i) => {
-        pen.strokeText(text, at, level + 18 * i, most);
-        pen.fillText(text, at, level + 18 * i, most);
-      });
+      this.line([[middle + from, wanted], [at - 5, level]], palette.ink, 1);
+      lines.forEach((text, i) => this.edged(text, at, level + 18 * i, most));
     }
   }
 
@@ -337,22 +290,14 @@ class Picture {
     const { pen } = this, middle = 0.5 * (left + right), most = Number((0.8 * this.limit * 1e-6).toPrecision(1));
     const x = (stress) => middle + (stress / this.limit) * 0.48 * (right - left), bottom = this.height - 34;
     pen.font = "12px system-ui, sans-serif";
-    Object.assign(pen, { textAlign: "center", textBaseline: "middle", lineWidth: 1, fillStyle: palette.ink });
     for (const value of [-most, 0, most]) {
-      pen.strokeStyle = value === 0 ? palette.muted : palette.grid;
-      pen.beginPath();
-      pen.moveTo(x(value * 1e6), 4);
-      pen.lineTo(x(value * 1e6), bottom);
-      pen.stroke();
-      pen.fillText(digits(value), x(value * 1e6), bottom + 9);
+      this.line([[x(value * 1e6), 4], [x(value * 1e6), bottom]], value === 0 ? palette.muted : palette.grid, 1);
+      this.text(digits(value), x(value * 1e6), bottom + 9);
     }
-    pen.fillText(say(right - left < 170 ? "stress_short" : "stress_long"), middle, bottom + 25, right - left + 16);
+    this.text(say(right - left < 170 ? "stress_short" : "stress_long"), middle, bottom + 25, "center", right - left + 16);
     BODIES.forEach((name, body) => {
-      const { ends } = this.bodies[body];
-      Object.assign(pen, { strokeStyle: palette[name], lineWidth: 2 });
-      pen.beginPath();
-      this.cycle.stress[body][index].forEach((value, i) => pen.lineTo(x(value), y(tops[body] + 0.5 * (ends[i] + ends[i + 1]))));
-      pen.stroke();
+      const { ends } = this.bodies[body], points = Array.from(this.cycle.stress[body][index], (value, i) => [x(value), y(tops[body] + 0.5 * (ends[i] + ends[i + 1]))]);
+      this.line(points, palette[name], 2);
     });
   }
 }

@@ -23,11 +23,6 @@ const sheet = new DatasheetForm(JSON.parse(find("choices").textContent), scene, 
 const laboratory = { settled: false, frames: 0, blows: [], cycle: null, ask: null, sheet: null };
 window.laboratory = laboratory;
 
-function choose(preset) {
-  scene.replace(scene.presets[preset].start_values);
-  renew();
-}
-
 /** Takes the scene to that of a link. */
 function go(link) {
   scene.follow(link);
@@ -323,6 +318,22 @@ function connect() {
   play(!calm);
 }
 
+/** Under each figure, buttons that save it. */
+function makeSavers() {
+  const { motion: displacement, velocity, modes, loops, indicator, rop, frequency, energy } = charts, plots = { displacement, velocity, modes, loops, indicator, rop, frequency, energy, curve: curves.plot };
+  const drawn = { hammer: (canvas) => drawnOn(drawing, canvas, picture), waves: (canvas) => drawnOn(waves, canvas, picture) };
+  for (const [id, plot] of Object.entries(plots)) drawn[id] = (canvas) => traced(plot, canvas);
+  for (const [id, draw] of Object.entries(drawn)) {
+    const row = Object.assign(document.createElement("p"), { className: "small save", textContent: `${say("screen_save")} ` });
+    for (const kind of ["SVG", "PNG"]) {
+      const button = Object.assign(document.createElement("button"), { type: "button", textContent: kind, ariaLabel: `${say(find(id).dataset.sayLabel)}: ${kind}` });
+      button.addEventListener("click", () => saveFigure(id, kind.toLowerCase(), find(id), draw));
+      row.append(button, " ");
+    }
+    find(id).after(row);
+  }
+}
+
 /** Everything drawn, again: the page has another size, or other colours. */
 function repaint() {
   waves.image = null;
@@ -368,6 +379,7 @@ for (const [short, , text] of Object.values(MODES)) {
   find("modes-legend").append(term, meaning);
 }
 makeControls();
+makeSavers();
 connect();
 setTimeScale();
 visit();

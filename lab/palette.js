@@ -39,8 +39,8 @@ const shade = (part) => 100 + Math.round(100 * Math.max(-1, Math.min(1, part)));
 
 /** Fits a canvas to its place, at the screen's own resolution. Returns width, height and scale. */
 function fit(canvas) {
-  const { clientWidth: width, clientHeight: height } = canvas;
-  const scale = window.devicePixelRatio || 1;
+  const { clientWidth: width, clientHeight: height } = canvas.place ?? canvas;
+  const scale = canvas.scale ?? (window.devicePixelRatio || 1);
   const size = [Math.round(width * scale), Math.round(height * scale)];
   if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
   canvas.getContext("2d").setTransform(scale, 0, 0, scale, 0, 0);

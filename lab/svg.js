@@ -1,10 +1,22 @@
-// A pen that draws an SVG: what a canvas's context does of what the figures ask of it.
+// What figures are drawn on: a pen that draws an SVG, as a canvas's context does what they ask of it; and files.
 
+/** A context by which text is measured. */
+const measuring = document.createElement("canvas").getContext("2d");
+
+/** Canvas and context at once, as large as a place on the page. */
 class SvgPen {
-  /** `measure` is a canvas's context, by which text is measured. */
-  constructor(width, height, measure) {
-    Object.assign(this, { width, height, measure, parts: [], path: "", dash: [], turn: "", kept: [], clips: 0, open: 0 });
+  constructor(place) {
+    Object.assign(this, { place, parts: [], path: "", dash: [], turn: "", kept: [], clips: 0, open: 0 });
     Object.assign(this, { globalAlpha: 1, lineWidth: 1, fillStyle: "#000", strokeStyle: "#000", font: "12px sans-serif", textAlign: "left", textBaseline: "alphabetic" });
+  }
+
+  getContext() {
+    return this;
+  }
+
+  /** Shows what is drawn in its place. */
+  show() {
+    this.place.innerHTML = String(this);
   }
 
   put(element, paint, more = "") {
@@ -64,19 +76,24 @@ class SvgPen {
     this.put(`rect ${box(x, y, width, height)}`, this.stroking);
   }
 
-  clearRect() {
-    this.parts = [];
+  clearRect() {}
+
+  drawImage(canvas, x, y, width, height) {
+    this.parts.push(`<image ${box(x, y, width, height)} preserveAspectRatio="none" href="${canvas.toDataURL()}"/>`);
   }
 
   setLineDash(dash) {
     this.dash = dash;
   }
 
-  setTransform() {}
+  /** What a figure begins with. */
+  setTransform() {
+    this.parts = [];
+  }
 
   measureText(words) {
-    this.measure.font = this.font;
-    return this.measure.measureText(words);
+    measuring.font = this.font;
+    return measuring.measureText(words);
   }
 
   text(words, x, y, room, paint) {
@@ -123,10 +140,88 @@ class SvgPen {
   }
 
   toString() {
-    const size = `viewBox="0 0 ${this.width} ${this.height}" width="${this.width}" height="${this.height}"`;
+    const { clientWidth: width, clientHeight: height } = this.place, size = `viewBox="0 0 ${width} ${height}" width="${width}" height="${height}"`;
     return `<svg xmlns="http://www.w3.org/2000/svg" ${size}><rect width="100%" height="100%" fill="${palette.paper}"/>${this.parts.join("")}</svg>\n`;
   }
 }
 
+/** What figures are drawn with, on whatever pen. */
+class Drawing {
+  constructor(pen) {
+    this.pen = pen;
+  }
+
+  text(words, x, y, align = "center", room = undefined, fillStyle = palette.ink) {
+    Object.assign(this.pen, { fillStyle, textAlign: align, textBaseline: "middle" });
+    this.pen.fillText(words, x, y, room);
+  }
+
+  line(points, stroke, width = 2.5, dash = []) {
+    const { pen } = this;
+    Object.assign(pen, { strokeStyle: stroke, lineWidth: width });
+    pen.setLineDash(dash);
+    pen.beginPath();
+    points.forEach(([x, y]) => pen.lineTo(x, y));
+    pen.stroke();
+    pen.setLineDash([]);
+  }
+
+  /** Words that run upward. */
+  upright(words, x, y, room = undefined) {
+    const { pen } = this;
+    pen.save();
+    pen.translate(x, y);
+    pen.rotate(-Math.PI / 2);
+    this.text(words, 0, 0, "center", room);
+    pen.restore();
+  }
+
+  /** Words with an edge of paper, which are read over anything. */
+  edged(words, x, y, room = undefined) {
+    Object.assign(this.pen, { lineWidth: 4, strokeStyle: palette.paper, fillStyle: palette.ink });
+    this.pen.strokeText(words, x, y, room);
+    this.pen.fillText(words, x, y, room);
+  }
+
+  dot(x, y, fill = palette.ink, size = 6) {
+    const { pen } = this;
+    pen.fillStyle = fill;
+    pen.beginPath();
+    pen.arc(x, y, size, 0, 2 * Math.PI);
+    pen.fill();
+  }
+
+  block(left, right, from, to, fill) {
+    this.pen.fillStyle = fill;
+    this.pen.fillRect(left, Math.min(from, to), right - left, Math.abs(to - from));
+  }
+
+}
+
 const short = (number) => Number(number.toFixed(2));
 const box = (...numbers) => ["x", "y", "width", "height"].map((name, i) => `${name}="${short(numbers[i])}"`).join(" ");
+
+/** Saves a figure, as large as its place, that `draw` draws on a canvas: as SVG, or as PNG of twice the pixels. */
+function saveFigure(name, kind, { clientWidth, clientHeight }, draw) {
+  if (kind === "svg") {
+    const pen = new SvgPen({ clientWidth, clientHeight });
+    draw(pen);
+    return save(`${name}.svg`, String(pen), "image/svg+xml");
+  }
+  const [width, height] = [2 * clientWidth, 2 * clientHeight], canvas = Object.assign(document.createElement("canvas"), { width, height }), pen = canvas.getContext("2d");
+  pen.scale(2, 2);
+  draw({ clientWidth, clientHeight, width, height, scale: 2, getContext: () => pen });
+  pen.setTransform(1, 0, 0, 1, 0, 0);
+  // What is empty is paper.
+  Object.assign(pen, { globalCompositeOperation: "destination-over", fillStyle: palette.paper });
+  pen.fillRect(0, 0, width, height);
+  return canvas.toBlob((blob) => save(`${name}.png`, blob, "image/png"));
+}
+
+/** A picture drawn on another canvas than its own, once. */
+function drawnOn(picture, canvas, draw) {
+  const { canvas: own, pen } = picture;
+  Object.assign(picture, { canvas, pen: canvas.getContext("2d") });
+  draw();
+  Object.assign(picture, { canvas: own, pen });
+}

@@ -3,21 +3,22 @@
 /** What is shown around the impact, s: waves run that long (see worker.js). */
 const WAVES_FROM = -3e-5, WAVES_UNTIL = 5.9e-4;
 
-class WaveDiagram {
+class WaveDiagram extends Drawing {
   /** Draws on a canvas; `pointed` hears of the sample under the pointer, null when it leaves, and
    * whether it was clicked. */
   constructor(canvas, text, pointed) {
-    [this.canvas, this.text, this.pen] = [canvas, text, canvas.getContext("2d")];
+    super(canvas.getContext("2d"));
+    Object.assign(this, { canvas, told: text });
     const at = (event) => this.point(event.offsetX, event.offsetY);
     const tell = (event, clicked) => {
       const found = this.cycle && at(event);
-      this.text.textContent = found ? found.text : "";
+      this.told.textContent = found ? found.text : "";
       pointed(found ? found.index : null, clicked && Boolean(found));
     };
     canvas.addEventListener("pointermove", (event) => tell(event, event.buttons > 0));
     canvas.addEventListener("pointerdown", (event) => tell(event, true));
     canvas.addEventListener("pointerleave", () => {
-      this.text.textContent = "";
+      this.told.textContent = "";
       pointed(null, false);
     });
   }
@@ -66,9 +67,7 @@ class WaveDiagram {
 
   element(body, place) {
     const { ends } = this.bodies[body];
-    let i = 0;
-    while (i < ends.length - 2 && ends[i + 1] <= place) i++;
-    return i;
+    return Math.min(ends.length - 2, ends.findLastIndex((end) => end <= place));
   }
 
   draw(index) {
@@ -80,12 +79,7 @@ class WaveDiagram {
     this.axes(frame);
     const now = this.cycle.time[index] - this.cycle.impact;
     if (now < WAVES_FROM || now > WAVES_UNTIL) return;
-    pen.strokeStyle = palette.ink;
-    pen.lineWidth = 2;
-    pen.beginPath();
-    pen.moveTo(this.x(now, frame), frame.top);
-    pen.lineTo(this.x(now, frame), frame.bottom + 10);
-    pen.stroke();
+    this.line([[this.x(now, frame), frame.top], [this.x(now, frame), frame.bottom + 10]], palette.ink, 2);
   }
 
   /** The diagram itself, a pixel of the screen a point. */
@@ -116,20 +110,10 @@ class WaveDiagram {
 
   axes(frame) {
     const { pen, cycle } = this, { left, right, top, bottom } = frame;
-    pen.font = "12px system-ui, sans-serif";
-    pen.fillStyle = palette.ink;
-    pen.strokeStyle = palette.ink;
-    pen.lineWidth = 1;
+    pen.font = FONT;
     const contact = top + (this.bodies[0].length / this.length) * (bottom - top);
-    pen.beginPath();
-    pen.moveTo(left, contact);
-    pen.lineTo(right, contact);
-    pen.stroke();
-    pen.textAlign = "right";
-    pen.textBaseline = "middle";
-    pen.fillText(say("piston"), left - 5, 0.5 * (top + contact));
-    pen.fillText(say("bit"), left - 5, 0.5 * (contact + bottom));
-    pen.fillText(say("rock"), left - 5, bottom + 6);
+    this.line([[left, contact], [right, contact]], palette.ink, 1);
+    [["piston", 0.5 * (top + contact)], ["bit", 0.5 * (contact + bottom)], ["rock", bottom + 6]].forEach(([name, y]) => this.text(say(name), left - 5, y, "right"));
     // Below the bit, the mode of the rock, in the colours of the other pictures.
     for (let pixel = left; pixel < right; pixel++) {
       const time = WAVES_FROM + ((pixel - left + 0.5) / (right - left)) * (WAVES_UNTIL - WAVES_FROM);
@@ -137,11 +121,7 @@ class WaveDiagram {
       pen.fillStyle = MODES[mode][1]();
       pen.fillRect(pixel, bottom + 2, 1.5, 8);
     }
-    pen.fillStyle = palette.ink;
-    pen.textAlign = "center";
-    for (let tick = 0; tick < 6; tick++) {
-      pen.fillText(digits(tick / 10), this.x(tick * 1e-4, frame), bottom + 20);
-    }
-    pen.fillText(say("time_axis"), 0.5 * (left + right), bottom + 38);
+    for (let tick = 0; tick < 6; tick++) this.text(digits(tick / 10), this.x(tick * 1e-4, frame), bottom + 20);
+    this.text(say("time_axis"), 0.5 * (left + right), bottom + 38);
   }
 }

@@ -119,14 +119,20 @@ function cycle(blow, { last = false, rough = 1 } = {}) {
   if (rows[blow + 1] === undefined) return;
   const impact = rows[blow].blow_time, period = rows[blow + 1].blow_time - impact;
   const now = hammer.keep();
-  const samples = new Samples(hammer);
   hammer.restore(before[blow]);
+  const sampled = sample(hammer, impact, period, rough);
+  hammer.restore(now);
+  hammer.forget(now);
+  postMessage({ kind: "cycle", scene, blow, last, ...sampled });
+}
+
+/** A cycle from the present on, which is shortly before its impact. */
+function sample(hammer, impact, period, rough = 1) {
+  const samples = new Samples(hammer);
   samples.take();
   const close = (time) => time >= impact - 10 * MEDIUM && time < impact + OUTLOOK;
   samples.follow(impact + 1.03 * period, (time) => rough * (close(time) ? MEDIUM : COARSE * period), rough * FINE);
-  hammer.restore(now);
-  hammer.forget(now);
-  postMessage({ kind: "cycle", scene, blow, last, impact, period, outlook: OUTLOOK, ...samples.all() });
+  return { impact, period, outlook: OUTLOOK, ...samples.all() };
 }
 
 /** What is looked at along a cycle. */
@@ -145,10 +151,6 @@ class Samples {
     this.waves = -Infinity;
   }
 
-  get length() {
-    return this.times.length;
-  }
-
   take() {
     const { hammer } = this;
     const row = hammer.reals(this.motion);
@@ -163,12 +165,12 @@ class Samples {
   follow(until, step, fine) {
     const { hammer } = this;
     // Sums of steps end beside the time by rounding.
-    while (hammer.time < until - 1e-9 && this.length < MOST_SAMPLES) {
+    while (hammer.time < until - 1e-9 && this.times.length < MOST_SAMPLES) {
       const waves = hammer.time < this.waves;
       const back = waves ? null : hammer.keep();
       hammer.advance(hammer.time + (waves ? fine : step(hammer.time)));
       // A collision within a longer step is looked at again, in short ones.
-      if (back && this.collided()) {
+      if (back && hammer.reals(this.count)[0] > this.contacts) {
         this.waves = hammer.time + WAVES;
         hammer.restore(back);
       } else {
@@ -176,11 +178,6 @@ class Samples {
       }
       if (back) hammer.forget(back);
     }
-  }
-
-  /** Whether a collision has begun since the last sample. */
-  collided() {
-    return this.hammer.reals(this.count)[0] > this.contacts;
   }
 
   all() {
