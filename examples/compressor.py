@@ -11,10 +11,8 @@ from __future__ import annotations
 import argparse
 import shutil
 import tempfile
-from collections.abc import Iterable
 from pathlib import Path
 
-import fmpy
 import pandas as pd
 from dth_hammer.figures import BIT, DARK, PISTON
 from dth_hammer.figures.style import styled
@@ -22,6 +20,7 @@ from dth_hammer.fmu import configure
 from dth_hammer.models.compressor import Compressor, Supply
 from fmpy.fmi2 import FMU2Slave
 from matplotlib.figure import Figure
+from valve_master import made
 
 PRESET = "air_4_inch"
 STEP = 1e-3  # s
@@ -32,26 +31,12 @@ CAPACITIES = (20.0, 16.0, 12.0)
 
 def run(compressor: Compressor, until: float, step: float = STEP) -> pd.DataFrame:
     """A row a step: what the hammer says, the pressure that feeds it, what is held before it."""
+    supply = Supply(compressor)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "hammer.fmu")
         configure(None, file, preset=PRESET)
-        unpacked = fmpy.extract(file)
-        try:
-            return _stepped(unpacked, Supply(compressor), until, step)
-        finally:
-            shutil.rmtree(unpacked, ignore_errors=True)
-
-
-def _stepped(unpacked: str, supply: Supply, until: float, step: float) -> pd.DataFrame:
-    description = fmpy.read_model_description(unpacked)
-    reference = {v.name: v.valueReference for v in description.modelVariables}
+        hammer, reference = made(FMU2Slave, file)
     asked = [reference[name] for name in READ]
-    hammer = FMU2Slave(
-        guid=description.guid,
-        unzipDirectory=unpacked,
-        modelIdentifier=description.coSimulation.modelIdentifier,
-        instanceName="hammer",
-    )
     hammer.instantiate()
     hammer.setupExperiment(startTime=0.0)
     hammer.enterInitializationMode()
@@ -68,14 +53,8 @@ def _stepped(unpacked: str, supply: Supply, until: float, step: float) -> pd.Dat
         rows.append({"time": (k + 1) * step, "supply_pressure": pressure, **answers, **held})
     hammer.terminate()
     hammer.freeInstance()
+    shutil.rmtree(hammer.unzipDirectory, ignore_errors=True)
     return pd.DataFrame(rows).set_index("time")
-
-
-def compare(
-    capacities: Iterable[float] = CAPACITIES, until: float = 4.0
-) -> dict[float, pd.DataFrame]:
-    """A run for each capacity, m3/min."""
-    return {c: run(Compressor(capacity=c / 60.0), until) for c in capacities}
 
 
 def table(runs: dict[float, pd.DataFrame]) -> pd.DataFrame:
@@ -119,7 +98,7 @@ def main() -> None:
     parser.add_argument("--until", type=float, default=4.0, help="seconds")
     parser.add_argument("--out", type=Path, default=Path("compressor.png"), help="figure to write")
     options = parser.parse_args()
-    runs = compare(until=options.until)
+    runs = {c: run(Compressor(capacity=c / 60.0), options.until) for c in CAPACITIES}
     print(table(runs).round(2).to_string(index=False))
     draw(runs).savefig(options.out)
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
@@ -16,16 +15,9 @@ from dth_hammer.figures import BIT, ROCK
 from dth_hammer.figures.style import styled
 from matplotlib.figure import Figure
 
-
-@dataclass(frozen=True)
-class Layer:
-    """Rock from a depth on, by name, class or strength."""
-
-    top: float  # m
-    rock: str
-
-
-FORMATION = (Layer(0.0, "R3"), Layer(0.012, "granite"), Layer(0.024, "limestone"))
+#: Depth from which on there is a rock, m, and the rock: a name, a class or a strength.
+Layer = tuple[float, str]
+FORMATION: Sequence[Layer] = ((0.0, "R3"), (0.012, "granite"), (0.024, "limestone"))
 
 
 class Formation:
@@ -34,8 +26,8 @@ class Formation:
     def __init__(self, layers: Sequence[Layer]) -> None:
         hole = VARIABLES["hole.diameter"].start
         self.layers = [
-            (layer.top, {n: x for n, x in rock(layer.rock, hole=hole).items() if n[0] == "r"})
-            for layer in sorted(layers, key=lambda layer: layer.top)
+            (top, {n: x for n, x in rock(name, hole=hole).items() if n[0] == "r"})
+            for top, name in sorted(layers)
         ]
         self.current = 0
 
@@ -59,7 +51,7 @@ def run(until: float = 2.0, layers: Sequence[Layer] = FORMATION) -> pd.DataFrame
         "energy_residual",
     ]
     control = Formation(layers)
-    return simulate(until=until, outputs=names, control=control, rock=layers[0].rock).frame
+    return simulate(until=until, outputs=names, control=control, rock=layers[0][1]).frame
 
 
 def draw(frame: pd.DataFrame, layers: Sequence[Layer] = FORMATION) -> Figure:
@@ -68,12 +60,12 @@ def draw(frame: pd.DataFrame, layers: Sequence[Layer] = FORMATION) -> Figure:
         left, right = figure.subplots(1, 2, sharey=True)
         left.plot(frame.index, frame["tip_depth"] * 1e3, color=ROCK)
         right.plot(frame["rop"] * 1e3, frame["tip_depth"] * 1e3, color=BIT)
-        for layer in layers:
+        for top, name in layers:
             for axes in (left, right):
-                axes.axhline(layer.top * 1e3, color="0.6", linewidth=0.7, linestyle=":")
+                axes.axhline(top * 1e3, color="0.6", linewidth=0.7, linestyle=":")
             left.annotate(
-                layer.rock,
-                (frame.index[-1], layer.top * 1e3),
+                name,
+                (frame.index[-1], top * 1e3),
                 xytext=(-4, -4),
                 textcoords="offset points",
                 ha="right",

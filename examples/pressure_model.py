@@ -127,16 +127,7 @@ def build(folder: Path, case: Case, delay: float) -> None:
     headers = Path(fmpy.__file__).with_name("c-code")
     source = Path(__file__).with_suffix(".c")
     options = [f"-DCASE={case.number}", f"-DBEGIN={case.begin}", "-O2", "-shared", "-fPIC"]
-    command = [
-        "gcc",
-        *options,
-        *case.options,
-        f"-I{headers}",
-        str(source),
-        "-o",
-        str(library),
-        "-lm",
-    ]
+    command = ["gcc", *options, *case.options, f"-I{headers}", source, "-o", library, "-lm"]
     subprocess.run(command, check=True)
     with ZipFile(folder / MODEL, "w") as archive:
         archive.writestr("modelDescription.xml", DESCRIPTION.format_map(vars(case)))

@@ -242,7 +242,6 @@ def draw(frame: pd.DataFrame) -> Figure:
             axes.plot(frame.index, found, color=BIT, label="estimate, two standard deviations")
             axes.step(frame.index, scale * frame[name], color=ROCK, where="mid", label="hidden")
             axes.set_ylabel(label)
-            axes.set_yscale("log")
         figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
         panels[1].set_xlabel("blow")
     return figure

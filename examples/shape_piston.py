@@ -148,14 +148,10 @@ def shape(scene: Scene, iterations: int = 40) -> Array:
         np.ones(SECTIONS),
         method="SLSQP",
         bounds=[scene.limits] * SECTIONS,
-        constraints={"type": "eq", "fun": lambda x: np.mean(x) - 1, "jac": _mean},
+        constraints={"type": "eq", "fun": lambda x: np.mean(x) - 1},
         options={"maxiter": iterations, "eps": 1e-4, "ftol": 1e-6},
     )
     return scene.areas(found.x)
-
-
-def _mean(x: Array) -> Array:
-    return np.full(len(x), 1 / len(x))
 
 
 def compare(scene: Scene, shaped: Array) -> pd.DataFrame:

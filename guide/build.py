@@ -31,8 +31,6 @@ import blocks  # noqa: E402
 import container  # noqa: E402
 import layers  # noqa: E402
 import modes  # noqa: E402
-import nbformat  # noqa: E402
-import notebooks  # noqa: E402
 import pages_of_reference  # noqa: E402
 from dth_hammer.figures import darken  # noqa: E402
 
@@ -135,7 +133,6 @@ def with_results(page: Path, folder: Path) -> str:
     found = json.loads((folder / "blocks.json").read_text(encoding="utf-8"))
     captions = dict(CAPTION.findall(text))
     ran = [blocks.Block(**row) for row in found]
-    write_notebook(text, ran, folder)
     parts, end = [], 0
     for block in ran:
         parts += [text[end : block.end], *results(block, folder, captions)]
@@ -143,18 +140,7 @@ def with_results(page: Path, folder: Path) -> str:
     for other in folder.iterdir():
         if other.suffix not in blocks.FIGURES:
             shutil.rmtree(other) if other.is_dir() and not other.is_symlink() else other.unlink()
-    whole = CAPTION.sub("", "".join([*parts, text[end:]]))
-    link = f"[This page as a notebook](notebooks/{page.stem}.ipynb)"
-    # Below the title.
-    return re.sub(r"^(# .*\n)", lambda m: f"{m[1]}\n{link}\n", whole, count=1)
-
-
-def write_notebook(text: str, ran: list[blocks.Block], folder: Path) -> None:
-    """The page as a notebook, with what its blocks gave."""
-    place = folder.parents[1] / "notebooks" / f"{folder.name}.ipynb"
-    place.parent.mkdir(exist_ok=True)
-    made = notebooks.notebook(text, ran, folder)
-    place.write_text(nbformat.writes(made), encoding="utf-8")
+    return CAPTION.sub("", "".join([*parts, text[end:]]))
 
 
 def results(block: blocks.Block, folder: Path, captions: dict[str, str]) -> list[str]:
@@ -165,12 +151,9 @@ def results(block: blocks.Block, folder: Path, captions: dict[str, str]) -> list
         if path.stem.endswith("-dark"):
             continue
         where, words = f"made/{folder.name}", captions.get(name, path.stem)
-        dark = path.with_stem(f"{path.stem}-dark")
-        if dark.exists():
-            parts.append(f"\n\n![{words}]({where}/{name}#only-light)")
-            parts.append(f"![{words}]({where}/{dark.name}#only-dark)\n")
-        else:
-            parts.append(f"\n\n![{words}]({where}/{name})\n")
+        dark = path.with_stem(f"{path.stem}-dark").name
+        parts.append(f"\n\n![{words}]({where}/{name}#only-light)")
+        parts.append(f"![{words}]({where}/{dark}#only-dark)\n")
     return parts
 
 

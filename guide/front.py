@@ -45,9 +45,9 @@ def speed() -> list[str]:
     fastest = sorted(ratios().items(), key=lambda item: item[1])[:3]
     peers = ", ".join(f"{ratio} ({name})" for name, ratio in fastest)
     return [
-        f"* {where(data)}, a pressure cycle of the preset `overdamped` ({ELEMENTS} elements per "
-        f"bar, {data['events']} events) takes {engine['cpu'] * 1e3:.2f} ms with an error of "
-        f"{engine['verdict']['error']:.0e} mm and m/s; the first one takes "
+        f"* On one {data['processor']}, a pressure cycle of the preset `overdamped` "
+        f"({ELEMENTS} elements per bar, {data['events']} events) takes {engine['cpu'] * 1e3:.2f} "
+        f"ms with an error of {engine['verdict']['error']:.0e} mm and m/s; the first one takes "
         f"{engine['setup'] * 1e3:.1f} ms, because it also computes the modes of each system."
         " Measured by `cargo bench-report speed`.",
         f"* At an error of {ERROR} mm and m/s, the fastest general solvers take longer by these "
@@ -77,8 +77,8 @@ def face() -> list[str]:
     row = data["rows"][0]
     whole, engine = (1e9 * row[part] for part in ("fmu", "engine"))
     return [
-        f"* {where(data)}, a step without an event costs {whole:.0f} ns through the C interface, "
-        f"{whole - engine:.0f} ns more than in the engine: `cargo bench-report face`."
+        f"* On one {data['processor']}, a step without an event costs {whole:.0f} ns through the "
+        f"C interface, {whole - engine:.0f} ns more than in the engine: `cargo bench-report face`."
     ]
 
 
@@ -113,11 +113,6 @@ def checks() -> list[str]:
         f"* {held[1]} of {held[2]} checks hold, against closed forms, exact waves, extended "
         "precision and published benchmarks: `cargo verify`.",
     ]
-
-
-def where(data: dict[str, str]) -> str:
-    """The machine."""
-    return f"On one {data['processor']}"
 
 
 if __name__ == "__main__":

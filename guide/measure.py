@@ -9,10 +9,7 @@ import shutil
 import sys
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    import pandas as pd
+from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 MEASURED = ROOT / "guide" / "measured"
@@ -93,13 +90,9 @@ def sobol() -> None:
     for name, row in names["shares"].iterrows():
         alone, both = (f"{row[of]:.3f} ± {row[f'{of}_conf']:.3f}" for of in ("S1", "ST"))
         lines.append(f"| `{name}` | {alone} | {both} |")
-    lines += ["", f"Hammers that repeat every blow: {_part(names['table'])}."]
+    kinds = names["table"]["kind"]
+    lines += ["", f"Hammers that repeat every blow: {(kinds == 'cycle').sum()} of {len(kinds)}."]
     (MEASURED / "sobol.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-
-def _part(table: pd.DataFrame) -> str:
-    count = int((table["kind"] == "cycle").sum())
-    return f"{count} of {len(table)}"
 
 
 def thrust() -> None:
@@ -156,19 +149,9 @@ def main(chosen: list[str]) -> None:
     import pictures  # noqa: PLC0415
 
     MEASURED.mkdir(exist_ok=True)
-    for name, task in {
-        "sweep": sweep,
-        "coupling": coupling,
-        "valve": valve,
-        "rock": rock,
-        "designs": designs,
-        "sobol": sobol,
-        "thrust": thrust,
-        "top_hammer": top_hammer,
-        "laboratory": laboratory,
-    }.items():
-        if not chosen or name in chosen:
-            print(f"measuring {name}")
+    for task in (sweep, coupling, valve, rock, designs, sobol, thrust, top_hammer, laboratory):
+        if not chosen or task.__name__ in chosen:
+            print(f"measuring {task.__name__}")
             task()
             for path, picture in pictures.PICTURES.items():
                 if picture.drawn == task.__name__:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Iterable
 from typing import Any
 
 import dth_hammer
@@ -14,18 +13,9 @@ from dth_hammer.scene import mesh, quantities, rocks
 from dth_hammer.scene.variables import Variable
 from dth_hammer.study import calibration, fatigue, optimisation, trends
 
-#: Title of a page of variables by the first part of the names that it has.
+#: Title of a page of variables by the first part of the names that it has; the first has the rest.
 PARAMETERS = {
-    "Whole model": (
-        "fidelity",
-        "cross_section",
-        "gravity",
-        "material",
-        "mesh",
-        "contact",
-        "blow",
-        "work_limit",
-    ),
+    "Whole model": (),
     "Piston and bit": ("piston", "bit"),
     "Casing and chuck": ("casing", "chuck"),
     "Drill string": ("drill",),
@@ -74,7 +64,9 @@ def variables() -> Pages:
     for title in sorted(found, key=[*PARAMETERS, "Inputs", *OUTPUTS].index):
         file, rows = f"variables-{slug(title)}.md", found[title]
         pages[file] = title, "\n".join([f"# {title}", "", *_table(rows)]) + "\n"
-        names = ", ".join(f"`{name}`" for name in _short(row.name for row in rows))
+        # Those that differ by a number in brackets are one.
+        short = dict.fromkeys(re.sub(r"\[\d+\]", "[i]", row.name) for row in rows)
+        names = ", ".join(f"`{name}`" for name in short)
         lines.append(f"| [{title}]({file}) | {names} |")
     pages["variables-along.md"] = "Along the bodies", "\n".join(_along())
     pages["presets.md"] = "Presets", "\n".join(_presets())
@@ -98,11 +90,6 @@ def group(row: Variable) -> str:
 def slug(title: str) -> str:
     """A title as part of a file's name."""
     return re.sub(r"[\W_]+", "-", title.lower())
-
-
-def _short(names: Iterable[str]) -> list[str]:
-    """Names, those that differ by a number in brackets as one."""
-    return list(dict.fromkeys(re.sub(r"\[\d+\]", "[i]", name) for name in names))
 
 
 def _table(rows: list[Variable]) -> list[str]:

@@ -26,7 +26,8 @@ ROOT = Path(__file__).resolve().parent.parent
 STYLE = "python/src/dth_hammer/figures/style.py"
 FIGURES = "python/src/dth_hammer/figures/__init__.py"
 CLI = ("-c", "import dth_hammer.cli as cli; cli.main()")
-PAGE = ("lab/page.html", "lab/style.css", "lab/palette.js")
+#: Of the laboratory, what its pictures show.
+SHOWN = [f"lab/{name}" for name in ("page.html", "style.css", "svg.js", "hammer.js", "curves.js")]
 
 
 @dataclass(frozen=True)
@@ -45,11 +46,7 @@ def _example(name: str, *presets: str, task: str = "") -> Picture:
     return Picture((f"examples/{name}.py", STYLE), presets, task or name)
 
 
-def _page(script: str) -> Picture:
-    code = (*PAGE, script, "guide/measure.py:laboratory")
-    return Picture(code, ("reference",), "laboratory")
-
-
+PAGE = Picture((*SHOWN, "guide/measure.py:laboratory"), ("reference",), "laboratory")
 MEASURED = {
     "designs.png": _example("optimum", "reference", "air_4_inch", task="designs"),
     "rock.png": _example("rock_from_hammer", "reference", task="rock"),
@@ -58,10 +55,9 @@ MEASURED = {
     "thrust.png": _example("thrust", "reference"),
     "thrust_air.png": _example("thrust", "air_3_5_inch"),
     "top_hammer.png": _example("top_hammer", "top_hammer"),
-    "laboratory.png": _page("lab/hammer.js"),
-    "laboratory-dark.png": _page("lab/hammer.js"),
-    "curve.png": _page("lab/curves.js"),
-    "curve-dark.png": _page("lab/curves.js"),
+    **dict.fromkeys(
+        [f"{n}.png" for n in ("laboratory", "laboratory-dark", "curve", "curve-dark")], PAGE
+    ),
 }
 PICTURES = {
     "reports/waves.png": Picture(
@@ -93,8 +89,8 @@ def _source(place: str) -> str:
         documented = isinstance(node, (ast.Module, ast.FunctionDef, ast.ClassDef))
         if documented and ast.get_docstring(node):
             node.body = node.body[1:]
-    parts = {n.name: ast.unparse(n) for n in tree.body if isinstance(n, ast.FunctionDef)}
-    return parts[function] if function else ast.unparse(tree)
+    parts = (n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == function)
+    return ast.unparse(next(parts) if function else tree)
 
 
 def scene(name: str) -> dict[str, dict[str, float]]:
@@ -102,12 +98,12 @@ def scene(name: str) -> dict[str, dict[str, float]]:
     from dth_hammer import _native  # noqa: PLC0415
     from dth_hammer.scene.variables import numbers, whole  # noqa: PLC0415
 
-    def read(preset: str) -> dict[str, float]:
-        given = whole(numbers(preset, {}))
-        idle = {name for name, _ in _native.unread(dict(given), [*given])}
-        return {k: float(f"{v:.3g}") for k, v in given.items() if v and k not in idle}
-
-    return {preset: read(preset) for preset in PICTURES[name].presets}
+    given = {preset: whole(numbers(preset, {})) for preset in PICTURES[name].presets}
+    idle = {of: {n for n, _ in _native.unread(dict(all_), [*all_])} for of, all_ in given.items()}
+    return {
+        of: {k: float(f"{v:.3g}") for k, v in all_.items() if v and k not in idle[of]}
+        for of, all_ in given.items()
+    }
 
 
 def stamp(path: str | Path, name: str) -> None:

@@ -173,7 +173,7 @@ def test_a_master_couples_two_fmus_as_the_loop_does(tmp_path: Path) -> None:
 
 
 def test_the_rock_changes_with_depth(tmp_path: Path) -> None:
-    formation = (layers.Layer(0.0, "R3"), layers.Layer(0.003, "granite"))
+    formation = ((0.0, "R3"), (0.003, "granite"))
     frame = layers.run(0.4, formation)
     # The power is nearly the same in both: rates are as the inverse of the energy per volume.
     soft, hard = (rock(name, hole="90 mm")["rock.specific_energy"] for name in ("R3", "granite"))
