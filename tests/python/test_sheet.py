@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from browsing import browser
 from dth_hammer import PRESETS, VARIABLES, from_datasheet, report
-from dth_hammer.figures.front import SCALES, drawing, sections
+from dth_hammer.figures.front import SCALES, casing, drawing, sections
 from dth_hammer.scene.variables import numbers, whole
 from playwright.sync_api import Browser
 
@@ -41,6 +41,11 @@ def test_it_is_one_page_that_says_what_is_handed_on(browser: Browser, page: Path
     box = sheet.bounding_box()
     assert box is not None
     assert box["height"] < HEIGHT
+    # No word of the drawing is cut off, which is 176 mm wide.
+    edges = "map((t) => t.getBBox()).map((b) => [b.x, b.x + b.width])"
+    ends = sheet.evaluate(f"(sheet) => [...sheet.querySelectorAll('svg text')].{edges}")
+    assert min(begin for begin, _ in ends) > 0.0
+    assert max(end for _, end in ends) < 176.0
     # And no column of any table is lost beside the page.
     wide = view.evaluate("[...document.querySelectorAll('table')].map((t) => t.scrollWidth)")
     assert max(wide) <= math.ceil(WIDTH)
@@ -62,3 +67,28 @@ def test_the_drawing_is_to_scale(preset: str) -> None:
     # Written to a thousandth of a millimetre.
     for box, part in zip(boxes, parts, strict=True):
         assert [scale * side for side in box] == pytest.approx(part, abs=1e-3 * scale)
+
+
+@pytest.mark.parametrize("preset", ["air_3_5_inch", "air_6_inch", "elastic"])
+def test_the_casing_drawn_has_the_casings_steel(preset: str) -> None:
+    elastic = {"casing.segments": 2, "casing.segment[2].area": 3e-3}
+    more = elastic if preset == "elastic" else {}
+    given = whole(numbers("air_4_inch" if more else preset, more))
+    svg = drawing(given)
+    found = re.search(r"Scale 1 : (\d+)", svg)
+    assert found
+    walls = re.findall(r'd="M[\d.]+ ([\d.]+)h([\d.]+)v([\d.]+)h', svg)
+    assert len(walls) == 2 * len(casing(given)) == 2 * max(1, len(more))
+    steel = 0.0
+    middle = (44.0 - 9.0) / 2
+    for edge, long, wall in (map(float, row) for row in walls):
+        # Of a ring, the wall times the length of the circle in its middle; half above, half below.
+        radius = abs(float(edge) + wall / 2 - middle)
+        steel += math.pi * radius * wall * long * (1e-3 * int(found[1])) ** 3
+    areas = sum(
+        given[f"casing.segment[{k}].length"] * given[f"casing.segment[{k}].area"]
+        for k in range(1, int(given["casing.segments"]) + 1)
+    )
+    expected = areas or given["casing.mass"] / given["material.density"]
+    # Edges are written to a thousandth of a millimetre, of walls of some three.
+    assert steel == pytest.approx(expected, rel=2e-3)

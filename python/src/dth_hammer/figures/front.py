@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import datetime
-import html
 import math
 from collections.abc import Mapping
+from html import escape
 
 import pandas as pd
 
@@ -24,7 +24,11 @@ USE = (
     *("free air", "oil or water taken", "up-hole velocity of the air"),
     *("rotation for 10 to 19 mm of advance per turn", "advance per turn"),
 )
+#: The head of a bit of one section, as a part of it.
+HEAD = 0.3
 SCALES = (1, 2, 5, 10, 20, 50)
+#: A casing's outside diameter over the hole's where only its mass is known: the hole that is usual.
+CASED = 1 / 1.15
 #: Room of the drawing on the sheet, mm.
 WIDTH, HEIGHT = 176.0, 44.0
 COLOURS = {"piston": "#d55e00", "bit": "#0072b2"}
@@ -68,15 +72,15 @@ def front(
     assumed = [sentence(run.parameters), *(sheet.assumed if sheet else ())]
     figure = f'<div class="figure">{image}</div>'
     parts = [
-        f'<p class="who"><span>{_text(customer) or "Hammer"}</span><span>{when}</span></p>',
-        f"<h1>{_text(name or run.scene.title)}</h1>",
+        f'<p class="who"><span>{escape(customer) or "Hammer"}</span><span>{when}</span></p>',
+        f"<h1>{escape(name or run.scene.title)}</h1>",
         drawing(given),
         '<div class="sides">',
         f"<div><h2>What it does</h2>{_rows(table, NUMBERS)}</div>",
         f"<div><h2>What it is given</h2>{_rows(table, USE, _supply(given))}</div></div>",
         f"<h2>Rock force against penetration</h2>{figure}" if image else "",
         "<h2>What is assumed</h2><ul>",
-        *(f"<li>{_text(text)}</li>" for text in assumed),
+        *(f"<li>{escape(text)}</li>" for text in assumed),
         "</ul>",
     ]
     return f'<section class="front">{"".join(parts)}</section>'
@@ -106,7 +110,7 @@ def _rows(
         if name == "feed":
             rows = [row for row in rows if row[0] != "feed"]
         rows.append((name, f"{text} ({sides})" if sides else text))
-    lines = (f"<tr><td>{_text(name)}</td><td>{_text(value)}</td></tr>" for name, value in rows)
+    lines = (f"<tr><td>{escape(name)}</td><td>{escape(value)}</td></tr>" for name, value in rows)
     return f"<table>{''.join(lines)}</table>"
 
 
@@ -120,6 +124,20 @@ def sections(given: Mapping[str, float], body: str) -> list[tuple[float, float]]
     return [(1e3 * length, 2e3 * math.sqrt(area / math.pi)) for length, area in parts]
 
 
+def casing(given: Mapping[str, float]) -> list[tuple[float, float]]:
+    """Length and outside diameter of the casing's sections, mm, about a bore as wide as the piston.
+
+    Of a mass alone, one as thick as the hole lets it be, and as long as it then has to be.
+    """
+    bore = max(diameter for _, diameter in sections(given, "piston"))
+    if given["casing.segments"]:
+        return [(x, math.hypot(bore, steel)) for x, steel in sections(given, "casing")]
+    outside = max(CASED * 1e3 * given["hole.diameter"], 1.05 * bore)
+    area = 1e-6 * math.pi / 4 * (outside**2 - bore**2)
+    long = 1e3 * given["casing.mass"] / (given["material.density"] * area)
+    return [(long, outside)] if long else []
+
+
 def scale_of(long: float, wide: float) -> int:
     """The largest scale at which so many millimetres fit, ``1 : n``."""
     fits = (n for n in SCALES if long / n <= WIDTH - 6 and wide / n <= HEIGHT - 14)
@@ -127,14 +145,26 @@ def scale_of(long: float, wide: float) -> int:
 
 
 def drawing(given: Mapping[str, float]) -> str:
-    """Piston and bit in the hole, lying, to scale: an SVG whose millimetres are the sheet's."""
-    bodies = {body: sections(given, body) for body in COLOURS}
+    """Casing, piston and bit in the hole, lying, to scale: an SVG in millimetres of the sheet."""
+    bodies, cased = {body: sections(given, body) for body in COLOURS}, casing(given)
     hole = 1e3 * given["hole.diameter"]
-    long = sum(length for parts in bodies.values() for length, _ in parts)
-    wide = max(hole, *(d for parts in bodies.values() for _, d in parts))
-    scale = scale_of(long, wide)
-    middle, x, shapes = (HEIGHT - 9) / 2, (WIDTH - long / scale) / 2, []
-    begin = x
+    inside = sum(length for parts in bodies.values() for length, _ in parts)
+    # The casing ends where the bit's head begins.
+    below = sum(length for length, _ in bodies["bit"][1:]) or HEAD * bodies["bit"][0][0]
+    before = max(0.0, sum(length for length, _ in cased) - (inside - below))
+    wide = max(hole, *(d for parts in (*bodies.values(), cased) for _, d in parts))
+    scale = scale_of(before + inside, wide)
+    middle, begin, shapes = (HEIGHT - 9) / 2, (WIDTH - (before + inside) / scale) / 2, []
+    x, end = begin + before / scale, begin + (before + inside - below) / scale
+    bore = max(diameter for _, diameter in bodies["piston"])
+    for length, outside in reversed(cased):
+        end -= length / scale
+        wall = (outside - bore) / scale / 2
+        for edge in (middle - outside / scale / 2, middle + bore / scale / 2):
+            outline = (
+                f"M{end:.3f} {edge:.3f}h{length / scale:.3f}v{wall:.3f}h{-length / scale:.3f}z"
+            )
+            shapes.append(f'<path d="{outline}" fill="#a9adb3" stroke="#555" stroke-width=".2"/>')
     for body, parts in bodies.items():
         start = x
         for length, diameter in parts:
@@ -152,16 +182,14 @@ def drawing(given: Mapping[str, float]) -> str:
             f'<line x1="{begin - 2:.2f}" x2="{x + 2:.2f}" y1="{y:.2f}" y2="{y:.2f}"'
             ' stroke="#8c6d31" stroke-width=".4" stroke-dasharray="2 1"/>'
         )
-    words = (
-        f"Scale 1 : {scale}. Full sections of the bodies' areas; dashed, the hole of {hole:.0f} mm."
-    )
+    words = f"Scale 1 : {scale}, full sections. "
+    if cased:
+        made = "" if given["casing.segments"] else ", as long as its mass makes it"
+        words += f"Grey: the casing{made}. "
+    words += f"Dashed: the hole of {hole:.0f} mm."
     shapes.append(f'<text x="{WIDTH / 2}" y="{HEIGHT - 2}">{words}</text>')
     return (
         f'<svg viewBox="0 0 {WIDTH:g} {HEIGHT:g}" style="max-width:{WIDTH:g}mm" role="img" '
-        f'aria-label="Piston and bit to scale" font-size="3.2" text-anchor="middle" '
+        f'aria-label="The hammer to scale" font-size="3.2" text-anchor="middle" '
         f'font-family="sans-serif">{"".join(shapes)}</svg>'
     )
-
-
-def _text(text: object) -> str:
-    return html.escape(str(text))

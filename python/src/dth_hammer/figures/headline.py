@@ -14,17 +14,11 @@ from ..scene.band import band
 from ..scene.datasheet import Datasheet
 from ..study.fatigue import Life
 
-#: Rows of a summary that are told, and the number of a datasheet that has the range of each.
-SUMMARISED: Mapping[str, str] = {
-    "rate of penetration": "rate of penetration",
-    "frequency": "frequency",
-    "blow energy": "blow energy",
-    "impact speed": "impact speed",
-    "power of the blows": "power of the blows",
-    "work to the rock over blow energy": "work to the rock over blow energy",
-    "power to the rock": "power to the rock",
-    "free air": "free air",
-}
+#: Rows of a summary that are told; a datasheet has ranges of numbers of the same names.
+SUMMARISED = (
+    *("rate of penetration", "frequency", "blow energy", "impact speed", "power of the blows"),
+    *("work to the rock over blow energy", "power to the rock", "free air"),
+)
 #: Units in which a number is shown where the field has another than the table's.
 SHOWN: Mapping[str, str] = {
     "rate of penetration": "m/h",
@@ -92,14 +86,14 @@ def _blows(run: Run, sheet: Datasheet | None) -> dict[str, Row]:
         return {}
     means, units = summary["mean"].to_dict(), summary["unit"].to_dict()
     rows: dict[str, Row] = {}
-    for name, of in SUMMARISED.items():
+    for name in SUMMARISED:
         if name not in means:
             continue
         mean, unit = float(means[name]), str(units[name])
         rows[name] = _plain(mean, unit)
-        if sheet is not None and of in sheet.ranges:
-            own = next(value for found, value, _ in sheet.found if found == of)
-            low, high = sheet.ranges[of]
+        if sheet is not None and name in sheet.ranges:
+            own = next(value for found, value, _ in sheet.found if found == name)
+            low, high = sheet.ranges[name]
             rows[name] = mean, mean * low / own, mean * high / own, unit
         elif name == "rate of penetration":
             rows[name] = mean, *band(mean, run.parameters), unit

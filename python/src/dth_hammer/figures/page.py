@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Callable, Iterable, Mapping
+from html import escape
 from pathlib import Path
 
 import pandas as pd
@@ -108,11 +108,13 @@ def report(
     numbers = _displayed(
         headline(run, sheet, record, lives if isinstance(lives, Life) else None), units
     )
+    warnings = [*(sheet.contradictions if sheet else ()), *run.warnings]
+    simulated = f"{run.model}; {run.time[-1]:g} s simulated."
     body = [
         front(run, numbers, sheet, who=(title, customer), image=_loop(scene)),
         '<section class="appendix">',
-        f"<p>{_text(scene.description)}</p>" if scene.description else "",
-        *[f'<p class="warning">{_text(text)}</p>' for text in _warnings(run, sheet)],
+        f"<p>{escape(scene.description)}</p>" if scene.description else "",
+        *[f'<p class="warning">{escape(text)}</p>' for text in warnings],
         *_headline(run, numbers, record, lives),
         *_given(sheet),
         *_summary(run),
@@ -125,11 +127,12 @@ def report(
         _blows(run, units),
         "<h2>What was set</h2>",
         _parameters(run),
-        f'<p class="note">{_text(_provenance(run))}</p></section>',
+        f'<p class="note">{escape(simulated)} Values marked default are those of the reference '
+        "hammer.</p></section>",
     ]
     page = (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8">'
-        f"<title>{_text(title or run.scene.title)}</title>"
+        f"<title>{escape(title or run.scene.title)}</title>"
         f'<meta name="viewport" content="width=device-width"><style>{STYLE}{SHEET}</style></head>'
         f"<body>{''.join(body)}</body></html>\n"
     )
@@ -163,11 +166,6 @@ def _waves(scene: Scene) -> Waves | None:
         return None
 
 
-def _warnings(run: Run, sheet: Datasheet | None) -> list[str]:
-    """Lists the warnings and what contradicts the datasheet."""
-    return [*(sheet.contradictions if sheet else ()), *run.warnings]
-
-
 def _loop(scene: Scene) -> str:
     """The sheet's figure; nothing of a run that inputs act on, or that has too few blows."""
     if scene.inputs:
@@ -195,7 +193,7 @@ def _headline(
     return [
         "<h2>The hammer</h2>",
         _table(["", "value", "range", "unit"], rows),
-        f'<p class="note">{_text(" ".join(notes))}</p>',
+        f'<p class="note">{escape(" ".join(notes))}</p>',
     ]
 
 
@@ -211,7 +209,7 @@ def _given(sheet: Datasheet | None) -> list[str]:
         off = round(100 * (own / given - 1), 1) + 0.0
         where = f" at {1e-5 * at:.3g} bar" if at else ""
         rows.append([name.replace("_", " ") + where, *numbers, unit, f"{off:+.1f} %"])
-    items = "".join(f"<li>{_text(text)}</li>" for text in sheet.assumed)
+    items = "".join(f"<li>{escape(text)}</li>" for text in sheet.assumed)
     heads = ["of the datasheet", "given", "of this hammer", "unit", "off"]
     return [
         "<h2>What was given</h2>",
@@ -226,7 +224,7 @@ def _life(lives: Life | str | None) -> list[str]:
         return []
     title = "<h2>Life</h2>"
     if isinstance(lives, str):
-        return [title, f'<p class="note">Not computed: {_text(lives)}.</p>']
+        return [title, f'<p class="note">Not computed: {escape(lives)}.</p>']
     heads = [
         *("section", "worst place (mm below the contact)", "least (MPa)", "largest (MPa)"),
         *("range (MPa)", "cycles per blow", "damage per blow", "hours"),
@@ -247,7 +245,7 @@ def _life(lives: Life | str | None) -> list[str]:
         f"amplitude {line.strength * 1e-6:g} MPa at {line.cycles:g} cycles, slope {line.slope:g}. "
         f"The mesh leaves {100 * lives.stress_error:.2g} % of the stress open."
     )
-    return [title, _table(heads, rows), f'<p class="note">{_text(note)}</p>']
+    return [title, _table(heads, rows), f'<p class="note">{escape(note)}</p>']
 
 
 def _figures(
@@ -308,13 +306,13 @@ def _drawn(drawings: list[Drawing], *, progress: bool = False) -> list[str]:
     if progress:
         each = need("tqdm", "sweep").tqdm(drawings, unit="figure", leave=False, disable=None)
     for title, caption, draw in each:
-        parts.append(f"<h2>{_text(title)}</h2>")
+        parts.append(f"<h2>{escape(title)}</h2>")
         try:
             picture = answers.image(draw(), caption)
         except TooFewBlowsError as error:
-            parts.append(f'<p class="note">Not drawn: {_text(str(error))}.</p>')
+            parts.append(f'<p class="note">Not drawn: {escape(str(error))}.</p>')
             continue
-        parts.append(f"<figure>{picture}<figcaption>{_text(caption)}</figcaption></figure>")
+        parts.append(f"<figure>{picture}<figcaption>{escape(caption)}</figcaption></figure>")
     return parts
 
 
@@ -328,7 +326,7 @@ def _dependence(scene: Scene, by: list[str], *, progress: bool) -> list[str]:
     try:
         found = trend(scene, dict.fromkeys(by, WIDTH), SMOOTH, progress=progress)
     except (DomainError, RefusedError) as error:
-        return [title, f'<p class="note">Not computed: {_text(str(error))}.</p>']
+        return [title, f'<p class="note">Not computed: {escape(str(error))}.</p>']
     heads = ["of the long-run response", "SI value", *by, "roughness"]
     rows = [
         [
@@ -364,9 +362,9 @@ def _summary(run: Run) -> list[str]:
     try:
         rows = [[*row] for row in displayed(run.summary())]
     except TooFewBlowsError as error:
-        return [title, f'<p class="note">Not computed: {_text(str(error))}.</p>']
+        return [title, f'<p class="note">Not computed: {escape(str(error))}.</p>']
     note = f"{sentence(run.parameters)} From blow to blow: standard deviation."
-    return [title, _table([*HEADS], rows), f'<p class="note">{_text(note)}</p>']
+    return [title, _table([*HEADS], rows), f'<p class="note">{escape(note)}</p>']
 
 
 def _blows(run: Run, units: Units | list[Units]) -> str:
@@ -410,16 +408,11 @@ def _value(variable: Variable, number: float | None) -> str:
     return variable.labels.get(int(number)) or variable.text(number)
 
 
-def _provenance(run: Run) -> str:
-    simulated = f"{run.model}; {run.time[-1]:g} s simulated."
-    return f"{simulated} Values marked default are those of the reference hammer."
-
-
 def _table(heads: list[str], rows: list[list[str]]) -> str:
-    head = "".join(f"<th>{_text(cell)}</th>" for cell in heads)
+    head = "".join(f"<th>{escape(cell)}</th>" for cell in heads)
     lines = [
         "".join(
-            f'<td class="number">{cell}</td>' if _is_number(cell) else f"<td>{_text(cell)}</td>"
+            f'<td class="number">{cell}</td>' if _is_number(cell) else f"<td>{escape(cell)}</td>"
             for cell in row
         )
         for row in rows
@@ -440,7 +433,3 @@ def _ranged(mean: float, low: float, high: float) -> str:
 
 def _number(number: float) -> str:
     return f"{number:.4g}"
-
-
-def _text(text: str) -> str:
-    return html.escape(str(text))
