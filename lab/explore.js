@@ -49,7 +49,6 @@ class Explore {
     find("screen-play").addEventListener("click", () => this.play(!this.playing));
     find("screen-back").addEventListener("click", () => this.go(this.screen - 1));
     find("screen-next").addEventListener("click", () => this.go(this.screen + 1));
-    for (const kind of ["svg", "png"]) find(`screen-${kind}`).addEventListener("click", () => this.save(kind));
   }
 
   value(name, values = this.hammer) {

@@ -72,7 +72,7 @@ function showSheet({ text }) {
 }
 
 function run() {
-  if (!worker) hire();
+  worker ??= engine(receive, fail);
   listen();
   worker.postMessage({ kind: "run", scene: number, values: scene.changed });
 }
@@ -82,7 +82,7 @@ function listen() {
   clearTimeout(watchdog);
   watchdog = setTimeout(() => {
     worker.terminate();
-    hire();
+    worker = engine(receive, fail);
     fail(say("too_long"));
   }, LOST);
 }
@@ -98,10 +98,6 @@ function engine(heard, failed) {
   const { guid, variables } = description;
   made.postMessage({ kind: "open", bytes: bytes.buffer, description: { guid, variables } }, [bytes.buffer]);
   return made;
-}
-
-function hire() {
-  worker = engine(receive, fail);
 }
 
 function receive(data) {
@@ -324,14 +320,20 @@ function makeSavers() {
   const drawn = { hammer: (canvas) => drawnOn(drawing, canvas, picture), waves: (canvas) => drawnOn(waves, canvas, picture) };
   for (const [id, plot] of Object.entries(plots)) drawn[id] = (canvas) => traced(plot, canvas);
   for (const [id, draw] of Object.entries(drawn)) {
-    const row = Object.assign(document.createElement("p"), { className: "small save", textContent: `${say("screen_save")} ` });
-    for (const kind of ["SVG", "PNG"]) {
-      const button = Object.assign(document.createElement("button"), { type: "button", textContent: kind, ariaLabel: `${say(find(id).dataset.sayLabel)}: ${kind}` });
-      button.addEventListener("click", () => saveFigure(id, kind.toLowerCase(), find(id), draw));
-      row.append(button, " ");
-    }
-    find(id).after(row);
+    find(id).after(saver(say(find(id).dataset.sayLabel), (kind) => saveFigure(id, kind, find(id), draw)));
   }
+  find("screen-save").append(saver(say("screen_chart_label"), (kind) => explore.save(kind)));
+}
+
+/** Buttons that save a figure. */
+function saver(label, saved) {
+  const row = Object.assign(document.createElement("span"), { className: "small save", textContent: `${say("screen_save")} ` });
+  for (const kind of ["SVG", "PNG"]) {
+    const button = Object.assign(document.createElement("button"), { type: "button", textContent: kind, ariaLabel: `${label}: ${kind}` });
+    button.addEventListener("click", () => saved(kind.toLowerCase()));
+    row.append(button, " ");
+  }
+  return row;
 }
 
 /** Everything drawn, again: the page has another size, or other colours. */

@@ -24,10 +24,6 @@ class SvgPen {
     this.parts.push(`<${element} ${paint}${alpha}${turn}${more ? `>${more}</${element.split(" ")[0]}>` : "/>"}`);
   }
 
-  get filling() {
-    return `fill="${this.fillStyle}"`;
-  }
-
   get stroking() {
     const dash = this.dash.length ? ` stroke-dasharray="${this.dash}"` : "";
     return `fill="none" stroke="${this.strokeStyle}" stroke-width="${this.lineWidth}" stroke-linejoin="round"${dash}`;
@@ -61,7 +57,7 @@ class SvgPen {
   }
 
   fill() {
-    this.put(`path d="${this.path}"`, this.filling);
+    this.put(`path d="${this.path}"`, `fill="${this.fillStyle}"`);
   }
 
   stroke() {
@@ -69,7 +65,7 @@ class SvgPen {
   }
 
   fillRect(x, y, width, height) {
-    this.put(`rect ${box(x, y, width, height)}`, this.filling);
+    this.put(`rect ${box(x, y, width, height)}`, `fill="${this.fillStyle}"`);
   }
 
   strokeRect(x, y, width, height) {
@@ -107,7 +103,7 @@ class SvgPen {
   }
 
   fillText(words, x, y, room) {
-    this.text(words, x, y, room, this.filling);
+    this.text(words, x, y, room, `fill="${this.fillStyle}"`);
   }
 
   strokeText(words, x, y, room) {

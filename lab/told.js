@@ -9,11 +9,6 @@ const shareOf = (mean) => workOf(mean) / (mean.energy_drive + mean.energy_feed +
 /** Energy of the piston that comes back from a blow, J. */
 const reboundOf = (mean, mass) => 0.5 * mass * mean.rebound_speed ** 2;
 
-/** Mass of the piston, kg. */
-function massOf(values) {
-  return valueOf(values, "material.density") * valueOf(values, "piston.segment[1].length") * valueOf(values, "piston.segment[1].area");
-}
-
 /** Samples of one period, from blow to blow: [first, last]. */
 function periodOf({ time, impact, period }) {
   return [time.findIndex((t) => t >= impact), time.findLastIndex((t) => t <= impact + period)];
@@ -27,7 +22,8 @@ function areaUnder(y, x, [first, last]) {
 }
 
 function told(page, found, place) {
-  const { values, mean: { mean }, cycle } = found, of = (name) => valueOf(values, name), mass = massOf(values);
+  const { values, mean: { mean }, cycle } = found, of = (name) => valueOf(values, name);
+  const mass = of("material.density") * of("piston.segment[1].length") * of("piston.segment[1].area");
   const numbers = {
     mass, speed: mean.blow_speed, energy: mean.blow_energy, times: mean.blow_frequency, height: mean.blow_speed ** 2 / (2 * of("gravity")),
     bar: (of("supply_pressure") - ATMOSPHERE) / BAR, air: 60 * mean.air_flow, drive: mean.energy_drive, work: workOf(mean),
@@ -47,12 +43,12 @@ const TOLD = [
   },
   ({ speed }, { found: { values }, cycle, of }) => {
     const wave = soundOf(values), area = of("piston.segment[1].area"), long = of("bit.segment[1].length");
-    const at = (time) => cycle.time.findIndex((t) => t >= cycle.impact + time), shock = 0.5 * speed * area * of("material.density") * wave;
+    const at = (time) => cycle.time.findIndex((t) => t >= cycle.impact + time), flat = [at(2e-5), at(7e-5)], shock = 0.5 * speed * area * of("material.density") * wave;
     // A front has width: it is where half of the stress is, on the middle element's upper edge.
     const middle = 0.5 * of("bit.elements"), stress = cycle.stress[1].map((row) => -0.5 * area * (row[middle - 1] + row[middle]));
     const next = stress.findIndex((force, i) => i > at(0) && force > 0.5 * shock), part = (0.5 * shock - stress[next - 1]) / (stress[next] - stress[next - 1]);
     return {
-      wave, shock: 1e-3 * shock, contact: 1e-3 * meanForce(cycle, at(2e-5), at(7e-5)), half: 500 * long, arrives: (5e5 * long) / wave,
+      wave, shock: 1e-3 * shock, contact: (1e-3 * areaUnder(cycle.contact_force, cycle.time, flat)) / (cycle.time[flat[1]] - cycle.time[flat[0]]), half: 500 * long, arrives: (5e5 * long) / wave,
       felt: 1e6 * (cycle.time[next - 1] + part * (cycle.time[next] - cycle.time[next - 1]) - cycle.impact),
     };
   },
@@ -83,8 +79,3 @@ const TOLD = [
     };
   },
 ];
-
-/** The mean contact force from sample to sample. */
-function meanForce({ contact_force, time }, from, to) {
-  return areaUnder(contact_force, time, [from, to]) / (time[to] - time[from]);
-}

@@ -74,7 +74,10 @@ async function run({ scene, values }) {
     const stands = hammer.integers(stalled, "fmi2GetBoolean")[0] === 1;
     postMessage({ kind: "blows", scene, rows, time: hammer.time, stalled: stands, warnings, done });
   };
-  start();
+  // Before it moves: something to look at at once.
+  const still = new Samples(hammer);
+  still.take();
+  postMessage({ kind: "cycle", scene, blow: -1, impact: 0, period: 0, outlook: OUTLOOK, ...still.all() });
   // Two states of the past: a cycle is shown from shortly before its impact.
   let [older, newer] = [null, hammer.keep()];
   let listened = performance.now(), reported = listened;
@@ -103,14 +106,6 @@ async function run({ scene, values }) {
   [older, newer].forEach((state) => state && hammer.forget(state));
   tell(true);
   if (rows.length > 2) cycle(rows.length - 2, { last: true });
-}
-
-/** The hammer before it moves: something to look at at once. */
-function start() {
-  const { hammer, scene } = present;
-  const samples = new Samples(hammer);
-  samples.take();
-  postMessage({ kind: "cycle", scene, blow: -1, impact: 0, period: 0, outlook: OUTLOOK, ...samples.all() });
 }
 
 /** Samples from one blow to the next, with the stresses along both bodies; `rough` times apart. */
