@@ -7,7 +7,15 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from dth_hammer import VARIABLES, HammerWarning, calibrate, optimise, steady, trend
+from dth_hammer import (
+    VARIABLES,
+    HammerWarning,
+    calibrate,
+    from_datasheet,
+    optimise,
+    steady,
+    trend,
+)
 from dth_hammer.errors import MissingError
 from dth_hammer.run.answers import BAND, BLUE, ORANGE
 from dth_hammer.study.calibration import Calibration
@@ -113,3 +121,11 @@ def test_each_answer_tells_the_range_of_its_rate(fit: Calibration, best: Optimum
             r"rate of penetration [\d.]+ m/h \([\d.]+ to [\d.]+\)", answer._repr_html_()
         )
     assert trends.middle.loc["blow_energy", ["low", "high"]].isna().all()
+
+
+def test_a_datasheet_is_a_table_whose_ranges_hold_its_values() -> None:
+    sheet = from_datasheet(od="124 mm", pressure="24 bar", power="31.7 kW", hole="140 mm")
+    table = sheet.to_frame()
+    assert [*table.index] == [name for name, *_ in sheet.found]
+    assert table["value"].between(table["low"], table["high"]).all()
+    assert table.loc["rate of penetration", "unit"] == "m/s"

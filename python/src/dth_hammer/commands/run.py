@@ -29,11 +29,9 @@ PRINTED = ("blow_time", "blow_period", "blow_speed", "blow_energy", "rop")
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the files, the units, and what the summary needs."""
+    """Adds the files and the units."""
     common.add_files(parser, table="table to write", figure="figure to write", units=True)
     common.add_rock(parser)
-    parser.add_argument("--pipe", help='outside diameter of the drill pipe, as "76 mm"')
-    parser.add_argument("--rotation", help='turns of the bit per time, as "30 1/min"')
 
 
 def run(options: argparse.Namespace) -> None:
@@ -57,8 +55,7 @@ def run(options: argparse.Namespace) -> None:
         units = common.displayed_units(options.units, printed)
         print(common.readable(common.in_units(printed, units)))
         with suppress(TooFewBlowsError):
-            found = made.summary(pipe=options.pipe, rotation=options.rotation)
-            print(f"\nfrom {made.time[-1] / 2:g} s on:\n{readable(found)}")
+            print(f"\nfrom {made.time[-1] / 2:g} s on:\n{readable(made.summary())}")
         print(reason(made.parameters))
     else:
         print("no blow")

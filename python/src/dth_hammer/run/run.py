@@ -20,11 +20,11 @@ from ..scene.hammers import Hammerlike, Rocklike, scene_of
 from ..scene.mesh import coarse_for
 from ..scene.scene import Scene
 from ..scene.signals import Function, Signal, instants_of, signals_of
-from ..scene.variables import STEP, VARIABLES, Array, Value, Variable, model, numbers, whole
+from ..scene.variables import STEP, VARIABLES, Array, Variable, model, numbers, whole
 from . import answers
 from .gradients import derivatives, derivatives_in, smooth, with_derivatives
 from .hammer import Hammer
-from .summary import operation, summary
+from .summary import summary
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -133,29 +133,19 @@ class Run(answers.Answer):
         frame.attrs = self.frame.attrs
         return replace(self, frame=frame, notes={**self.notes, **notes})
 
-    def summary(
-        self,
-        since: float | str | None = None,
-        *,
-        pipe: Value | None = None,
-        rotation: Value | None = None,
-    ) -> pd.DataFrame:
+    def summary(self, since: float | str | None = None) -> pd.DataFrame:
         """Mean and spread (standard deviation) over blows: `dth_hammer.run.summary.summary`.
 
         Args:
             since: the first instant that counts, s or text with a unit; the middle of the run if
                 not given, so that the way from rest to the settled blow is left out.
-            pipe: outside diameter of the drill pipe, for the up-hole velocity of the air.
-            rotation: turns per time, for the advance per turn.
 
         Raises:
             TooFewBlowsError: fewer than two complete blow periods.
         """
         si, wide = self.convert("si"), factor(self.parameters)
-        found = summary(si.blows, self.rock_work, self.time[-1], since, wide)
         air = float(si["air_flow"].iloc[-1]) if "air_flow" in si else 0.0
-        hole = whole(self.parameters)["hole.diameter"]
-        return operation(found, hole, air, pipe, rotation)
+        return summary(si.blows, self.rock_work, self.time[-1], since, factor=wide, air=air)
 
     def plot(self) -> Figure:
         """Plots the length drilled, and speed, energy and rate per blow."""

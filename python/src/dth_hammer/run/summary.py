@@ -10,7 +10,7 @@ import pandas as pd
 from ..errors import DomainError, TooFewBlowsError
 from ..scene import quantities
 from ..scene.band import interval
-from ..scene.variables import Array, Value
+from ..scene.variables import Array
 
 
 def summary(
@@ -18,7 +18,9 @@ def summary(
     rock_work: Array,
     end: float,
     since: float | str | None = None,
+    *,
     factor: float = 1.0,
+    air: float = 0.0,
 ) -> pd.DataFrame:
     """Mean and spread (standard deviation) over the blows of a run, and the range of the rate.
 
@@ -38,6 +40,7 @@ def summary(
         since: the first instant that counts, s or text with a unit; the middle of the run if not
             given.
         factor: up to which the rock's specific energy is known, and with it the rate.
+        air: free air that the hammer takes, m3/s; 0 of one that takes none.
 
     Returns:
         A row a quantity; columns ``mean``, ``low`` and ``high`` (what the specific energy's range
@@ -80,6 +83,7 @@ def summary(
         ("power to the rock", work.sum() / total, math.nan, "W"),
         ("tip's gain per blow", *_moments(gain), "m"),
         ("tip's gain per time", gain.sum() / total, _spread(gain / period), "m/s"),
+        *([("free air", air, math.nan, "m3/s")] if air > 0.0 else []),
     ]
     found = pd.DataFrame(
         [row[1:] for row in rows],
@@ -90,44 +94,6 @@ def summary(
     found.insert(1, "low", rate / factor)
     found.insert(2, "high", rate * factor)
     return found
-
-
-def operation(
-    table: pd.DataFrame, hole: float, air: float, pipe: Value | None, rotation: Value | None
-) -> pd.DataFrame:
-    """Adds to a summary the air, its velocity up the hole, and the advance per turn.
-
-    Args:
-        table: a summary.
-        hole: its diameter, m.
-        air: free air that the hammer takes, m3/s; 0 of one that takes none.
-        pipe: outside diameter of the drill pipe; the air rises between it and the hole.
-        rotation: turns per time.
-
-    Makers ask for 15 to 30 m/s up the hole, and for 10 to 19 mm per turn.
-    """
-    more: dict[str, tuple[float, float, float, float, str]] = {}
-    if air > 0.0:
-        more["free air"] = air, math.nan, math.nan, math.nan, "m3/s"
-    if pipe is not None:
-        outside = quantities.read(pipe, "m", "pipe")
-        if not 0.0 < outside < hole:
-            raise DomainError(
-                f"pipe = {outside:g} m is not above 0 and below the hole's {hole:g} m"
-            )
-        if not air > 0.0:
-            raise DomainError("pipe: this hammer takes no air, so none rises past a pipe")
-        velocity = air / (0.25 * math.pi * (hole**2 - outside**2))
-        more["up-hole velocity of the air"] = velocity, math.nan, math.nan, math.nan, "m/s"
-    if rotation is not None:
-        turns = quantities.read(rotation, "Hz", "rotation")
-        if not 0.0 < turns < math.inf:
-            raise DomainError(f"rotation = {turns:g} Hz is not finite and above 0")
-        sides = (float(table[c]["rate of penetration"]) / turns for c in ("mean", "low", "high"))
-        mean, low, high = sides
-        more["advance per turn"] = mean, low, high, math.nan, "m"
-    rows = pd.DataFrame.from_dict(more, orient="index", columns=[*table.columns])
-    return pd.concat([table, rows]) if more else table
 
 
 #: What the columns of a displayed summary are.

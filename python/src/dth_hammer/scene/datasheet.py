@@ -78,6 +78,12 @@ class Datasheet:
             rows.append((name, f"{digits} {unit}".rstrip() + wide))
         return dict(sorted(rows, key=lambda row: "rate" not in row[0]))
 
+    def to_frame(self) -> pd.DataFrame:
+        """Returns each result with its range, in SI units, a row each."""
+        rows = {name: (number, *self.ranges[name], unit) for name, number, unit in self.found}
+        heads = ["value", "low", "high", "unit"]
+        return pd.DataFrame.from_dict(rows, orient="index", columns=heads)
+
     def _repr_html_(self) -> str:
         cells = [
             f"<tr><td>{name}</td><td>{text}</td></tr>" for name, text in self.readable().items()
