@@ -30,7 +30,8 @@ from typing import Any
 
 FENCE = re.compile(r"^```(\w*)(?: title=\"([^\"]+)\")?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 KINDS = ("python", "console", "text", "rust")
-FIGURES = (".png", ".svg")
+#: What a block makes to look at.
+FIGURES = (".png", ".svg", ".html")
 
 
 @dataclass

@@ -151,6 +151,9 @@ def results(block: blocks.Block, folder: Path, captions: dict[str, str]) -> list
         if path.stem.endswith("-dark"):
             continue
         where, words = f"made/{folder.name}", captions.get(name, path.stem)
+        if path.suffix == ".html":
+            parts.append(f"\n\n[{name}]({where}/{name})\n")
+            continue
         dark = path.with_stem(f"{path.stem}-dark").name
         parts.append(f"\n\n![{words}]({where}/{name}#only-light)")
         parts.append(f"![{words}]({where}/{dark}#only-dark)\n")

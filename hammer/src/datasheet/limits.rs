@@ -21,25 +21,30 @@ impl Datasheet {
     /// What is impossible of the hammers that were asked for, a sentence each.
     pub(super) fn impossible(&self, sample: &Sample) -> Vec<String> {
         let mut list = Vec::new();
-        let (energy, frequency) =
-            (sample.number(|m| m.blow.energy).0, sample.number(|m| m.blow.frequency).0);
+        let more = |of: f64, limit: f64| format!("{:.0} % more", 100.0 * (of / limit - 1.0));
         let speed = sample.asked_speed;
         if speed > FASTEST {
             list.push(format!(
-                "As given, the piston would strike at {speed:.1} m/s: steel that strikes steel does not last \
-                 beyond {FASTEST} m/s. The slower ones of the hammers that the sheet allows are told."
+                "As given, the piston would strike at {speed:.1} m/s, {} than the {FASTEST} m/s beyond which steel \
+                 does not last. The slower ones of the hammers that the sheet allows are told.",
+                more(speed, FASTEST)
             ));
         }
-        if frequency > if self.fluid() == Fluid::Air { MOST_BY_AIR } else { MOST } {
+        let (frequency, [least, _]) = sample.number(|m| m.blow.frequency);
+        let most = if self.fluid() == Fluid::Air { MOST_BY_AIR } else { MOST };
+        if least > most {
             list.push(format!(
-                "{energy:.0} J at {frequency:.0} blows a second: no hammer down the hole strikes so often; \
-                 air hammers do 15 to 45 a second, water hammers up to 70."
+                "{frequency:.0} blows a second, {} than the {most} that the fastest hammers do: air hammers do 15 to \
+                 45 a second, water hammers up to 70.",
+                more(frequency, most)
             ));
         }
         list.extend(self.too_short(sample));
         list.extend(self.flushed(sample));
-        if sample.number(|m| m.blow.effectiveness()).0 > 1.0 {
-            list.push("The mean driving pressure is more than all of the supply's.".into());
+        let (effectiveness, _) = sample.number(|m| m.blow.effectiveness());
+        if effectiveness > 1.0 {
+            let size = more(effectiveness, 1.0);
+            list.push(format!("The mean driving pressure is {size} than all of the supply's."));
         }
         list
     }

@@ -4,7 +4,7 @@ use super::table::{Scales, Table};
 use super::{Datasheet, EFFICIENCY, Quantity};
 use crate::numerics::math;
 use crate::quantities::air::ATMOSPHERE;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{DMatrix, DVector, SVector};
 use std::f64::consts::PI;
 
 /// Unknowns: logarithms of pressure, bore, mass, stroke, port over bore, and of the factors by which energy and
@@ -13,7 +13,8 @@ pub(super) const COUNT: usize = 8;
 pub(super) type Point = SVector<f64, COUNT>;
 /// A residual of so many errors counts as an outlier: it pulls no harder.
 const OUTLIER: f64 = 3.0;
-const STEPS: usize = 30;
+/// Steps in which hammers are moved to what a sheet gives.
+const STEPS: i32 = 10;
 /// Share of its speed with which a piston of a liquid's drive is thrown back, squared.
 const RETURNED: f64 = 0.16;
 /// Height to which a liquid lifts the piston under pressure, over the stroke, m.
@@ -145,50 +146,51 @@ impl Kind {
         self.blow(off, row.pressure).value(row.quantity).unwrap_or(row.given)
     }
 
-    /// The hammer nearest to one that was drawn (`draw`, in errors) that meets the rows, each up to its error, which
-    /// that hammer's own measurement has (`noise`): Gauss and Newton's steps, halved until they help.
-    pub fn nearest(&self, rows: &[Row], draw: &Point, noise: &[f64]) -> Point {
-        let residuals = |off: &Point| -> Vec<f64> {
-            let each = rows.iter().zip(noise);
-            each.map(|(row, noise)| math::ln(self.value(row, off) / row.given) / row.error - noise)
-                .collect()
-        };
-        let cost = |off: &Point, found: &[f64]| -> f64 {
-            let rows = rows.iter().zip(found).map(|(row, r)| row.cost(r.abs()));
-            0.5 * (off - draw).norm_squared() + rows.sum::<f64>()
-        };
-        let mut here = *draw;
-        let mut found = residuals(&here);
-        for _ in 0..STEPS {
-            const BY: f64 = 1e-5;
-            let mut matrix = SMatrix::<f64, COUNT, COUNT>::identity();
-            let mut right = draw - here;
-            let moved: [Vec<f64>; COUNT] = std::array::from_fn(|k| {
-                let mut there = here;
-                there[k] += BY;
-                residuals(&there)
-            });
-            for (row, r) in found.iter().enumerate() {
-                let weight = rows[row].weight(r.abs());
-                let slope = Point::from_fn(|k, _| (moved[k][row] - r) / BY);
-                matrix += weight * slope * slope.transpose();
-                right -= weight * *r * slope;
+    /// Moves hammers to what the rows give, each up to its error, which every hammer's own measurements have (`noise`, in
+    /// errors, of a member, a row and a step). By an ensemble smoother (Emerick and Reynolds 2013): rows are taken in
+    /// parts, each twice that before, and all members are moved by one regression on how they differ. So none leaps to
+    /// another hammer that fits as well where the sheet changes a little, as a search of its own for each would.
+    pub fn move_to(
+        &self,
+        rows: &[Row],
+        members: &mut [Point],
+        noise: impl Fn(usize, &Row, i32) -> f64,
+    ) {
+        for step in 0..STEPS {
+            let inflated = (2f64.powi(STEPS) - 1.0) / 2f64.powi(step);
+            // Unknowns, and how far the rows are off, in errors.
+            let states: Vec<DVector<f64>> = members
+                .iter()
+                .map(|off| {
+                    let off_rows = rows
+                        .iter()
+                        .map(|row| math::ln(self.value(row, off) / row.given) / row.error);
+                    DVector::from_iterator(COUNT + rows.len(), off.iter().copied().chain(off_rows))
+                })
+                .collect();
+            let part = 1.0 / states.len() as f64;
+            let mut mean = DVector::zeros(COUNT + rows.len());
+            states.iter().for_each(|state| mean.axpy(part, state, 1.0));
+            let mut spread = DMatrix::zeros(mean.len(), mean.len());
+            for state in &states {
+                let off = state - &mean;
+                spread.ger(part, &off, &off, 1.0);
             }
-            let Some(factors) = matrix.cholesky() else { break };
-            let mut step = factors.solve(&right);
-            if step.norm() < 1e-7 {
-                break;
-            }
-            let before = cost(&here, &found);
-            let better = (0..12).find_map(|_| {
-                let (there, new) = (here + step, residuals(&(here + step)));
-                step *= 0.5;
-                (cost(&there, &new) < before).then_some((there, new))
+            let mut of_rows = spread.view((COUNT, COUNT), (rows.len(), rows.len())).into_owned();
+            let errors = DVector::from_fn(rows.len(), |k, _| {
+                let off = mean[COUNT + k].abs() / (1.0 + of_rows[(k, k)]).sqrt();
+                inflated / rows[k].weight(off)
             });
-            let Some((there, new)) = better else { break };
-            (here, found) = (there, new);
+            of_rows += DMatrix::from_diagonal(&errors);
+            let Some(factors) = of_rows.cholesky() else { return };
+            for (member, (off, state)) in members.iter_mut().zip(&states).enumerate() {
+                let mut wanted = DVector::from_fn(rows.len(), |k, _| {
+                    noise(member, &rows[k], step) * errors[k].sqrt() - state[COUNT + k]
+                });
+                factors.solve_mut(&mut wanted);
+                off.gemv(1.0, &spread.view((0, COUNT), (COUNT, rows.len())), &wanted, 1.0);
+            }
         }
-        here
     }
 }
 
@@ -208,17 +210,8 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// What a residual costs (Huber): beyond an outlier's it grows in proportion; in a table, of which the other rows
-    /// stand against it, by a logarithm alone (Cauchy).
-    fn cost(&self, r: f64) -> f64 {
-        match self.series {
-            0 if r < OUTLIER => 0.5 * r * r,
-            0 => OUTLIER * (r - 0.5 * OUTLIER),
-            _ => 0.5 * OUTLIER * OUTLIER * math::ln(1.0 + (r / OUTLIER) * (r / OUTLIER)),
-        }
-    }
-
-    /// The slope of that over the residual.
+    /// What is left of a residual's weight: beyond an outlier's it pulls no harder (Huber); in a table, of which the
+    /// other rows stand against it, ever less (Cauchy).
     fn weight(&self, r: f64) -> f64 {
         match self.series {
             0 => (OUTLIER / r).min(1.0),

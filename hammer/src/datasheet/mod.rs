@@ -2,11 +2,11 @@
 //!
 //! A sheet leaves most of a hammer open. So it is answered by a sample: of what is unknown (pressure, bore, mass,
 //! stroke, ports, effectiveness, and the errors of hammers in proportion to the presets) each member has other
-//! numbers, drawn once for all sheets; it is moved from there as little as it takes to meet what is given, up to
-//! the errors of such numbers (`member`). What members do follows from one table of simulated blows (`table`). Of
-//! every number the middle is told and the range of 80 % of the members (`sample`). Where steel would not stand
-//! the speed, members are cut out. So an answer changes by little where a sheet changes by little; what is given
-//! and cannot be met is told with how much it is off, and nothing is dropped for another model.
+//! numbers, drawn once for all sheets; all are moved to what is given, up to the errors of such numbers (`member`).
+//! What members do follows from one table of simulated blows (`table`). Of every number the middle is told and the
+//! range of 80 % of the members (`sample`). Where steel would not stand the speed, members are cut out. So an answer
+//! changes by little where a sheet changes by little; what is given and cannot be met is told with how much it is
+//! off, and nothing is dropped for another model.
 //!
 //! The scene that is handed out is the middle hammer, simulated, and moved until its blows are the told ones.
 //!
@@ -24,6 +24,7 @@ mod table;
 
 pub use air::AirBlow;
 pub use quantity::Quantity;
+pub use sample::spread;
 
 use crate::error::Error;
 use crate::quantities::domain::ParameterError;

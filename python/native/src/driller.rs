@@ -31,6 +31,12 @@ pub fn usual_hole(od: f64) -> f64 {
     Datasheet::usual_hole(od)
 }
 
+/// Of numbers and their weights the middle, and the ends between which 80 % are.
+#[pyfunction]
+pub fn spread(values: Vec<f64>, weights: Vec<f64>) -> [f64; 3] {
+    hammer::datasheet::spread(values.into_iter().zip(weights).collect())
+}
+
 /// The hammer that fits a datasheet best, in the rock and with the feed of these numbers: its numbers,
 /// what was given beside what it gives, what it gives else, what was assumed, what contradicts.
 #[pyfunction]

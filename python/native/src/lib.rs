@@ -29,7 +29,7 @@ mod _native {
     #[pymodule_export]
     use crate::driller::{
         damping, datasheet, datasheet_numbers, ground, ground_of, ground_rows, ground_under,
-        inserts, rocks, usual_hole,
+        inserts, rocks, spread, usual_hole,
     };
     #[pymodule_export]
     use crate::machine::Machine;

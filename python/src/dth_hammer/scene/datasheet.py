@@ -17,7 +17,7 @@ from ..contract import typed
 from ..errors import DomainError, warn
 from . import quantities, rocks
 from .band import PER_HOUR, ranged, to_digits
-from .variables import VARIABLES, Array, Value, numbers
+from .variables import VARIABLES, Value, numbers
 
 
 @dataclass(frozen=True)
@@ -246,17 +246,9 @@ def compare(a: Datasheet, b: Datasheet) -> pd.DataFrame:
     rows = {}
     for name in COMPARED:
         if name in a.members and name in b.members:
-            ratios = (a.members[name] / b.members[name]).to_numpy()
-            weights = np.sqrt((a.members["weight"] * b.members["weight"]).to_numpy())
-            rows[name] = spread(ratios, weights)
+            ratios = a.members[name] / b.members[name]
+            rows[name] = _native.spread(ratios, np.sqrt(a.members["weight"] * b.members["weight"]))
     return pd.DataFrame.from_dict(rows, orient="index", columns=["ratio", "low", "high"])
-
-
-def spread(values: Array, weights: Array) -> Array:
-    """The middle of weighed values, and the ends of 80 %."""
-    order = np.argsort(values)
-    below = np.cumsum(weights[order]) - 0.5 * weights[order]
-    return np.interp([0.5, 0.1, 0.9], below / weights.sum(), values[order])
 
 
 def _text(name: str, number: float) -> str:

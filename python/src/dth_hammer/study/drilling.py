@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from .. import outputs
+from .. import _native, outputs
 from ..contract import typed
 from ..errors import DomainError, warn
-from ..scene.datasheet import Datasheet, spread
+from ..scene.datasheet import Datasheet
 from ..scene.quantities import NUMBER, UNIT, read
 from ..scene.variables import VARIABLES, Array
 from .longrun import FEWEST, Steady, Wanted, responses
@@ -86,7 +86,7 @@ def specific_energy(sheet: Datasheet, log: pd.DataFrame | str | Path) -> pd.Data
     energy = np.exp(power) * own * (RATE / rows["rop"].to_numpy())[:, None]
     weights = base.members["weight"].to_numpy()
     names = [f"specific_energy{side}" for side in ("", "_low", "_high")]
-    rows = rows.join(pd.DataFrame([spread(row, weights) for row in energy], columns=names))
+    rows = rows.join(pd.DataFrame([_native.spread(row, weights) for row in energy], columns=names))
     for kind, unit, which in (("units", "J/m3", 0), ("display_units", "MJ/m3", 1)):
         rows.attrs[kind] = {n: of[which] for n, of in COLUMNS.items()} | dict.fromkeys(names, unit)
     return rows
