@@ -67,8 +67,6 @@ DONE = {"new feed force": ["feed"], "new rock": ["rock"]}
 #: Growth over spans of a bar, and over rods on the mesh that a rate needs (17 spans a rod and 5).
 SPANS = (8, 16, 32, 64, 128)
 RODS = (1, 2, 4, 8)
-#: Growth over blows: the same hammer for so many seconds.
-SECONDS = (1, 4, 16)
 #: In node, by `browser.mjs`, which knows no gradients.
 WASM = "wasm in node"
 
@@ -192,20 +190,8 @@ def count(cases: list[list[str]]) -> list[float]:
         return list(pool.map(instructions, cases))
 
 
-def blows_and_events(words: list[str]) -> list[int]:
-    """What the example says of one run."""
-    done = subprocess.run(run(1, words), capture_output=True, check=True, text=True)
-    return [int(word) for word in done.stdout.split()[-2:]]
-
-
-def growth(scenes: dict[str, list[float]]) -> None:
-    """Prints how instructions grow with blows, and what an event takes in each scene."""
-    lengths = [["feed", f"seconds={seconds}"] for seconds in SECONDS]
-    print("\n## Growth over blows, reference, new feed force, each in one step (AVX2)\n")
-    print("| seconds | blows | millions | a blow |\n|---|---:|---:|---:|")
-    for seconds, words, whole in zip(SECONDS, lengths, count(lengths), strict=True):
-        blows = blows_and_events(words)[0]
-        print(f"| {seconds} | {blows} | {whole:.1f} | {whole / blows:.2f} |")
+def later() -> None:
+    """Prints what a blow takes once the hammer has begun."""
     # What is new in the second of two runs of another length is the rest of the longer one.
     print(f"\n## A blow after the first {BLOWS}, in steps of 1 ms, in millions (AVX2)\n")
     print("| scene | " + " | ".join(READ) + " |\n|---|" + "---:|" * len(READ))
@@ -217,15 +203,6 @@ def growth(scenes: dict[str, list[float]]) -> None:
         row = slice(k * len(READ), (k + 1) * len(READ))
         each = zip(whole[row], first[row], blows, strict=True)
         print(f"| {name} | " + " | ".join(f"{(a - b) / n:.2f}" for a, b, n in each) + " |")
-    print(
-        f"\n## Growth over events, {BLOWS} blows with a new feed force, by rising number (AVX2)\n"
-    )
-    print("| scene | events | millions | a thousand events |\n|---|---:|---:|---:|")
-    lines = []
-    for name, scene in SCENES.items():
-        lines.append((blows_and_events([*scene, "feed", FIRST])[1], name, scenes[name][0]))
-    for events, name, whole in sorted(lines):
-        print(f"| {name} | {events} | {whole:.1f} | {1e3 * whole / events:.1f} |")
 
 
 def rows(title: str, head: list[str], cells: dict[str, list[list[str]]]) -> dict[str, list[float]]:
@@ -265,7 +242,7 @@ def counts() -> dict[str, dict[str, list[float]]]:
             {str(n): [string(n), [*string(n), "drill.joint.stiffness=3e9"]] for n in RODS},
         ),
     }
-    growth(tables["scenes"])
+    later()
     return tables
 
 
