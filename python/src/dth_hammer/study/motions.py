@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from ..errors import DomainError
 from ..scene.variables import whole
+from .longrun import Steady
 
 #: How a start is chosen.
 VELOCITY, GAP = "piston.initial_velocity", "contact.initial_gap"
@@ -17,22 +18,6 @@ VELOCITY, GAP = "piston.initial_velocity", "contact.initial_gap"
 #: many standard errors of their difference.
 COMPARED = ["period", "tip_rate", "blow_speed"]
 SAME, DEVIATIONS = 1e-6, 4.0
-
-
-class Answer(Protocol):
-    """A long-run response, as `steady` gives it."""
-
-    @property
-    def kind(self) -> str:
-        """What the motion is."""
-
-    @property
-    def mean(self) -> pd.Series:
-        """Means by name."""
-
-    @property
-    def error(self) -> pd.Series:
-        """Their standard errors."""
 
 
 def drawn(
@@ -50,7 +35,7 @@ def drawn(
     return [{**given, VELOCITY: velocity, GAP: gap} for velocity, gap in starts]
 
 
-def same(one: Answer, other: Answer) -> bool:
+def same(one: Steady, other: Steady) -> bool:
     """Returns whether two responses are of one motion, as far as their errors tell."""
     if one.kind != other.kind or one.kind == "stalled":
         return one.kind == other.kind
@@ -60,14 +45,14 @@ def same(one: Answer, other: Answer) -> bool:
     return bool((means.abs() <= allowed).all())
 
 
-def met(own: Answer, others: Sequence[Answer | str]) -> tuple[pd.DataFrame, list[str]]:
+def met(own: Steady, others: Sequence[Steady | str]) -> tuple[pd.DataFrame, list[str]]:
     """Returns one row per motion, and what is to be warned of.
 
     A row has the motion's kind, its share of the starts, and its means. The first is that of the
     hammer's own start, the others follow by their shares.
     """
     answers = [own, *(other for other in others if not isinstance(other, str))]
-    motions: list[list[Answer]] = []
+    motions: list[list[Steady]] = []
     for answer in answers:
         known = next((m for m in motions if same(m[0], answer)), None)
         if known is None:
