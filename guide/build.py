@@ -34,7 +34,6 @@ import modes  # noqa: E402
 import pages_of_reference  # noqa: E402
 from dth_hammer.figures import darken  # noqa: E402
 
-HEADING = "| | two FMUs, fmucontainer | loop in Python | relative difference |"
 #: A line that stands for a file, which it links to where the pages are read as they are written.
 INSERT = re.compile(r"^.*<!-- insert (\S+) -->$", re.MULTILINE)
 #: Where a page's links lead as it is written, and on the site.
@@ -182,7 +181,8 @@ def compare_masters() -> str:
         for name in container.COMPARED
     ]
     head = [f"After {until:g} s with a step of {step * 1e3:g} ms:", ""]
-    return "\n".join([*head, HEADING, "|---|---|---|---|", *rows])
+    head += ["| | two FMUs, fmucontainer | loop in Python | relative difference |"]
+    return "\n".join([*head, "|---|---|---|---|", *rows])
 
 
 def embed_laboratory(stage: Path) -> str:

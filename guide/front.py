@@ -84,10 +84,7 @@ def face() -> list[str]:
 
 def costs() -> list[str]:
     """What users run beside the reference, in instructions of a blow."""
-    report = ROOT / "reports" / "cost.json"
-    if not report.exists():
-        return []
-    data = json.loads(report.read_text(encoding="utf-8"))
+    data = json.loads((ROOT / "reports" / "cost.json").read_text(encoding="utf-8"))
     scenes = {name: row[0] / data["blows"] for name, row in data["counts"]["scenes"].items()}
     reference = scenes.pop("reference")
     others = ", ".join(f"{name} {scenes[name]:.2g}" for name in scenes)

@@ -148,7 +148,6 @@ def main(chosen: list[str]) -> None:
     """Measures what is named, or all."""
     import pictures  # noqa: PLC0415
 
-    MEASURED.mkdir(exist_ok=True)
     for task in (sweep, coupling, valve, rock, designs, sobol, thrust, top_hammer, laboratory):
         if not chosen or task.__name__ in chosen:
             print(f"measuring {task.__name__}")

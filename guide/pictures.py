@@ -94,16 +94,19 @@ def _source(place: str) -> str:
 
 
 def scene(name: str) -> dict[str, dict[str, float]]:
-    """The numbers of a picture's hammers, by preset: defaults too, of what is read and not off."""
+    """The numbers of a picture's hammers, by preset: defaults too, of what is read and not off.
+
+    The error asked of the air is none of them: no line is that thin.
+    """
     from dth_hammer import _native  # noqa: PLC0415
     from dth_hammer.scene.variables import numbers, whole  # noqa: PLC0415
 
-    given = {preset: whole(numbers(preset, {})) for preset in PICTURES[name].presets}
-    idle = {of: {n for n, _ in _native.unread(dict(all_), [*all_])} for of, all_ in given.items()}
-    return {
-        of: {k: float(f"{v:.3g}") for k, v in all_.items() if v and k not in idle[of]}
-        for of, all_ in given.items()
-    }
+    found = {}
+    for preset in PICTURES[name].presets:
+        given = whole(numbers(preset, {}))
+        off = {"air.error", *dict(_native.unread(dict(given), [*given]))}
+        found[preset] = {k: float(f"{v:.3g}") for k, v in given.items() if v and k not in off}
+    return found
 
 
 def stamp(path: str | Path, name: str) -> None:

@@ -19,15 +19,8 @@ def test_every_committed_picture_is_listed() -> None:
     assert found == {*pictures.PICTURES}
 
 
-#: Of programs that changed their style or legend since, and take minutes: still to be drawn anew.
-WAITING = ("designs", "rock", "sobol", "thousand", "top_hammer")
-
-
 @pytest.mark.parametrize("name", [*pictures.PICTURES])
 def test_a_picture_has_its_scene_and_is_not_stale(name: str) -> None:
-    if Path(name).stem in WAITING:
-        assert pictures.stale(name), "no longer waiting: take it from the list"
-        pytest.xfail(f"stale: python guide/pictures.py {name}")
     with Image.open(ROOT / name) as picture:
         assert json.loads(picture.info["scene"]) == pictures.scene(name)
     assert not pictures.stale(name), f"draw it anew: python guide/pictures.py {name}"
