@@ -39,8 +39,6 @@ INSERT = re.compile(r"^.*<!-- insert (\S+) -->$", re.MULTILINE)
 #: Where a page's links lead as it is written, and on the site.
 MOVED = {"../measured/": "measured/", "../../reports/": "reports/", "../../docs/": "reports/"}
 CAPTION = re.compile(r"<!-- (\S+\.png): (.*?) -->\n*")
-#: Commands that make the environment, which is there already.
-INSTALLING = ("cargo", "pip")
 
 
 def main() -> None:
@@ -125,7 +123,8 @@ def with_results(page: Path, folder: Path) -> str:
     for example in (ROOT / "examples").glob("*.py"):
         shutil.copy(example, folder)
     (folder / "dist").symlink_to(ROOT / "dist", target_is_directory=True)
-    skip = [word for name in INSTALLING for word in ("--skip", name)]
+    # What makes the environment is there already.
+    skip = ["--skip", "cargo", "--skip", "pip"]
     command = [sys.executable, GUIDE / "blocks.py", page, folder / "blocks.json", "--dark", *skip]
     programs = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     subprocess.run(command, cwd=folder, env=os.environ | {"PATH": programs}, check=True)
@@ -202,9 +201,8 @@ def copy_reports(stage: Path) -> str:
     """The pages of reports/ and docs/, copied into the guide and listed."""
     shutil.copytree(ROOT / "reports", stage / "reports")
     shutil.copytree(ROOT / "docs", stage / "reports", dirs_exist_ok=True)
-    pages = sorted((stage / "reports").rglob("*.md"))
     items = []
-    for page in pages:
+    for page in sorted((stage / "reports").rglob("*.md")):
         lines = page.read_text(encoding="utf-8").splitlines()
         title = next((line.lstrip("# ") for line in lines if line.startswith("# ")), page.stem)
         items.append(f"* [{title}](reports/{page.relative_to(stage / 'reports').as_posix()})")

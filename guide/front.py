@@ -105,7 +105,6 @@ def checks() -> list[str]:
     """What the simulator was held to."""
     page = (ROOT / "reports" / "verification.md").read_text(encoding="utf-8")
     held = re.search(r"^(\d+) of (\d+) checks hold", page, re.MULTILINE)
-    assert held is not None
     return [
         f"* {held[1]} of {held[2]} checks hold, against closed forms, exact waves, extended "
         "precision and published benchmarks: `cargo verify`.",

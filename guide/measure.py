@@ -56,8 +56,8 @@ def rock() -> None:
     heads = ["sensors", *(f"`{name}`" for name in table.columns)]
     rows = [heads, ["---"] * len(heads), *([str(name), *row] for name, *row in table.itertuples())]
     lines = [f"| {' | '.join(row)} |" for row in rows]
-    milliseconds = 1e3 * frame["seconds"].median()
-    lines += ["", f"A blow takes {milliseconds:.0f} ms of one core for 40 hammers."]
+    seconds = frame["seconds"].median()
+    lines += ["", f"A blow takes {1e3 * seconds:.0f} ms of one core for 40 hammers."]
     (MEASURED / "rock.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 

@@ -46,6 +46,7 @@ def _example(name: str, *presets: str, task: str = "") -> Picture:
     return Picture((f"examples/{name}.py", STYLE), presets, task or name)
 
 
+PAGES = ("laboratory.png", "laboratory-dark.png", "curve.png", "curve-dark.png")
 PAGE = Picture((*SHOWN, "guide/measure.py:laboratory"), ("reference",), "laboratory")
 MEASURED = {
     "designs.png": _example("optimum", "reference", "air_4_inch", task="designs"),
@@ -55,9 +56,7 @@ MEASURED = {
     "thrust.png": _example("thrust", "reference"),
     "thrust_air.png": _example("thrust", "air_3_5_inch"),
     "top_hammer.png": _example("top_hammer", "top_hammer"),
-    **dict.fromkeys(
-        [f"{n}.png" for n in ("laboratory", "laboratory-dark", "curve", "curve-dark")], PAGE
-    ),
+    **dict.fromkeys(PAGES, PAGE),
 }
 PICTURES = {
     "reports/waves.png": Picture(
