@@ -133,8 +133,8 @@ fn what_is_taken_follows_the_supply_as_in_closed_form() {
     host.step(1e-3, size);
     let compressed = 1.4 * 287.05 * temperature / volume;
     assert!(start + compressed * flow * supply * size < 0.5 * supply, "still choked");
-    // The windows' error is 1e-8 of the pressure each; a difference of a linear function keeps seven
-    // digits and more.
+    // What grows in proportion to time is a series that ends; a difference of a linear function keeps seven digits and
+    // more.
     let close = |found: f64, expected: f64, error: f64| {
         assert!((found / expected - 1.0).abs() < error, "{found} for {expected}");
     };

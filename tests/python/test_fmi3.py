@@ -112,7 +112,7 @@ def test_a_system_of_ssp_2_in_fmucontainer_is_the_loop_in_python(
     )
     expected = [*container.run_loop(end, step, at_once=True, names=names).values()]
     assert expected[3] >= 2
-    # Sums of the step are rounded otherwise, which the air passes on as far as its error, 1e-8.
+    # Sums of the step are rounded otherwise, which the air passes on as far as its error.
     assert [float(found[name][-1]) for name in names] == pytest.approx(expected, rel=1e-8)
 
 

@@ -127,7 +127,7 @@ def test_libcosim_runs_the_system_of_each_preset(
     assert host.execution.step(round(end / STEP))
     frame = dth_hammer.simulate(preset, end, step=STEP, outputs=list(SHOWN))
     expected = [frame[name].iloc[-1] for name in SHOWN]
-    # Sums of steps are 40 * 7e-18 s off, which may cut a window of air elsewhere: 1e-8 of it.
+    # Sums of steps are 40 * 7e-18 s off, and no window of air ends where a host steps.
     assert host.read(0, SHOWN) == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 

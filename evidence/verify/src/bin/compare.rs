@@ -128,15 +128,20 @@ fn main() -> ExitCode {
         return if found.failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE };
     }
     if arguments.asked {
-        let study = Study::of(arguments.scenes, arguments.from, |study| {
-            if study.drawn % 10 == 0 {
+        let Arguments { scenes, from, keep, .. } = arguments;
+        let mut written = ExitCode::SUCCESS;
+        Study::of(scenes, from, |study| {
+            if study.drawn % 10 == 0 || study.drawn == scenes {
                 println!("{}", study.table());
+                if keep {
+                    let stopped =
+                        if study.drawn < scenes { ", stopped before its end" } else { "" };
+                    let command = format!("`cargo compare --asked --scenes {scenes}`{stopped}");
+                    written = write(ASKED, &format!("{command}: {}", study.table()));
+                }
             }
         });
-        println!("{}", study.table());
-        let command = format!("`cargo compare --asked --scenes {}`", arguments.scenes);
-        let text = format!("{command}: {}", study.table());
-        return if arguments.keep { write(ASKED, &text) } else { ExitCode::SUCCESS };
+        return written;
     }
     let tell = |text: &str| println!("{text}");
     let Arguments { scenes, from, keep, .. } = arguments;

@@ -76,24 +76,24 @@ fn of(account: &Account, asked: f64) -> Option<[f64; KINDS.len()]> {
 }
 
 impl Study {
-    /// Of so many drawn hammers without a drill string, which a reference follows for minutes.
-    pub fn of(hammers: u32, from: u32, mut tell: impl FnMut(&Self)) -> Self {
+    /// Of so many drawn hammers without a drill string, which a reference follows for minutes: tells what each adds.
+    pub fn of(hammers: u32, from: u32, mut tell: impl FnMut(&Self)) {
         let short = airy().prop_filter("string", |drawn| !scene::is_loose(&drawn.parameters));
         let mut study = Self::default();
         for (_, list) in batches(&short, STREAM, from, hammers) {
             for case in list {
                 study.drawn += 1;
                 let least = ASKED[ASKED.len() - 1];
-                let Ok(account) = Account::of(&asking(&case, least)) else { continue };
-                let reached: Vec<_> =
-                    ASKED.iter().filter_map(|asked| of(&account, *asked)).collect();
-                if let Ok(reached) = Reached::try_from(reached) {
-                    study.reached[group(&case)].push(reached);
+                if let Ok(account) = Account::of(&asking(&case, least)) {
+                    let reached: Vec<_> =
+                        ASKED.iter().filter_map(|asked| of(&account, *asked)).collect();
+                    if let Ok(reached) = Reached::try_from(reached) {
+                        study.reached[group(&case)].push(reached);
+                    }
                 }
                 tell(&study);
             }
         }
-        study
     }
 
     /// As tables: median and worst by the kind of number, and by the kind of hammer.
