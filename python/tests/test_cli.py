@@ -113,12 +113,12 @@ def test_long_work_shows_how_far_it_is_on_a_terminal_and_nothing_in_a_pipe(
     words = [sys.executable, "-m", "dth_hammer.cli", *command.split()]
     with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=theirs, cwd=tmp_path):
         os.close(theirs)
-        told = b""
+        printed = b""
         with contextlib.suppress(OSError):
             while part := os.read(ours, 4096):
-                told += part
+                printed += part
     os.close(ours)
-    assert re.search(rb"(part|blow|design)/s", told)
+    assert re.search(rb"(part|blow|design)/s", printed)
     done = subprocess.run(words, check=True, capture_output=True, cwd=tmp_path)
     assert b"/s" not in done.stderr
 
