@@ -318,7 +318,9 @@ fn a_liquid_s_flow_is_a_power() {
     let solution = solved(&known);
     let power = found(&solution, "power of the blows");
     assert!((power / (0.6 * 150e5 * flow) - 1.0).abs() < 0.15, "{power}");
-    assert!(solution.assumed.iter().any(|text| text.contains("liquid")));
+    let assumed = solution.assumed.join("\n");
+    assert!(assumed.contains("liquid") && !assumed.contains("air presets"), "{assumed}");
+    assert!(solution.contradictions.is_empty(), "{:?}", solution.contradictions);
     let [energy, frequency] = settled(&solution.scene);
     assert!((energy / found(&solution, "blow energy") - 1.0).abs() < 0.02, "{energy} J");
     assert!((frequency * 60.0 / 1780.0 - 1.0).abs() < 0.05, "{frequency} Hz");

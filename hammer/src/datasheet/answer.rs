@@ -150,7 +150,6 @@ impl Datasheet {
                 ),
             );
         }
-        list.extend(self.of_liquid());
         list
     }
 

@@ -153,6 +153,7 @@ impl Datasheet {
     /// What is assumed of a blow, a sentence each.
     pub(super) fn of_blows(&self) -> Vec<String> {
         let given = |quantity| self.get(quantity).is_some();
+        let air = self.fluid() == Fluid::Air;
         let mut list = Vec::new();
         let mut say = |quantity, text: String| list.extend((!given(quantity)).then_some(text));
         let of = |error: f64| format!("{:.0} %", 100.0 * error);
@@ -165,40 +166,39 @@ impl Datasheet {
             );
             say(Quantity::PistonMass, text);
             let [least, most] = BORE;
-            let text =
-                format!("The bore is {least} to {most} of what fits in a hammer of that {from}.");
+            let text = if air {
+                format!("The bore is {least} to {most} of what fits in a hammer of that {from}.")
+            } else {
+                format!("The bore is that of an air hammer of that {from}, up to {}.", of(STROKE.1))
+            };
             say(Quantity::Bore, text);
         }
-        say(
-            Quantity::Effectiveness,
-            format!(
+        if air {
+            let text = format!(
                 "Faces, stroke and ports are those of the air presets, in proportion, with the stroke up to {}, \
                  the effectiveness up to {} and the air up to {} off.",
                 of(STROKE.0),
                 of(EFFECTIVE),
                 of(SHARE)
-            ),
-        );
+            );
+            say(Quantity::Effectiveness, text);
+        }
         let (speed, error) = SPEED;
         say(
             Quantity::ImpactSpeed,
             format!("The piston strikes at {speed} m/s, as most do, up to {}.", of(error)),
         );
-        let pressure = if self.fluid() == Fluid::Air { PRESSURE.0 } else { OF_LIQUID };
+        let pressure = if air { PRESSURE.0 } else { OF_LIQUID };
         say(
             Quantity::Pressure,
             format!("The pressure is {:.0} bar, up to {}.", 1e-5 * pressure, of(PRESSURE.1)),
         );
-        list
-    }
-
-    /// What is assumed of a liquid.
-    pub(super) fn of_liquid(&self) -> Option<String> {
-        (self.fluid() == Fluid::Liquid).then(|| {
-            format!(
+        if !air {
+            list.push(format!(
                 "A liquid drives it at a constant pressure; of pressure times flow the blows have {EFFICIENCY}."
-            )
-        })
+            ));
+        }
+        list
     }
 }
 

@@ -41,8 +41,8 @@ impl Datasheet {
         }
         list.extend(self.too_short(sample));
         list.extend(self.flushed(sample));
-        let (effectiveness, _) = sample.number(|m| m.blow.effectiveness());
-        if effectiveness > 1.0 {
+        let (effectiveness, [least, _]) = sample.number(|m| m.blow.effectiveness());
+        if least > 1.0 {
             let size = more(effectiveness, 1.0);
             list.push(format!("The mean driving pressure is {size} than all of the supply's."));
         }

@@ -13,7 +13,7 @@ const WIDE: f64 = 1.2816;
 /// Part of the weights on either side of a place in their order that counts as there.
 const ABOUT: f64 = 0.03;
 /// How sharply the speed that steel stands cuts.
-const SHARP: f64 = 30.0;
+const SHARP: f64 = 60.0;
 /// Work to the rock over blow energy: RI 7300's drills and this model's hammers have 0.57 to 0.79.
 const SHARE: (f64, f64) = (0.68, 0.12);
 /// Factor of 80 % of what a rock's hardness, and a feed, are about.

@@ -92,9 +92,9 @@ def _blows(run: Run, sheet: Datasheet | None) -> dict[str, Row]:
         mean, unit = float(means[name]), str(units[name])
         rows[name] = _plain(mean, unit)
         if sheet is not None and name in sheet.ranges:
+            # As the sheet tells it: the run is of its middle hammer alone.
             own = next(value for found, value, _ in sheet.found if found == name)
-            low, high = sheet.ranges[name]
-            rows[name] = mean, mean * low / own, mean * high / own, unit
+            rows[name] = own, *sheet.ranges[name], unit
         elif name == "rate of penetration":
             rows[name] = mean, *band(mean, run.parameters), unit
     return rows
