@@ -296,16 +296,16 @@ def saved(page: Page, row: Locator, kind: str) -> bytes:
 def same(page: Page, figure: Locator, row: Locator) -> None:
     """Both files of a figure look as it does, but for how letters and edges are smoothed."""
     page.evaluate("document.fonts.ready.then(() => 0)")
-    seen = pixels(figure.screenshot())
+    expected = pixels(figure.screenshot())
     other = page.context.new_page()
-    other.set_viewport_size({"width": seen.shape[1], "height": seen.shape[0]})
+    other.set_viewport_size({"width": expected.shape[1], "height": expected.shape[0]})
     drawing = saved(page, row, "SVG").decode("utf-8")
     other.set_content(f"<style>body {{ margin: 0 }} svg {{ display: block }}</style>{drawing}")
     whole = Image.open(io.BytesIO(saved(page, row, "PNG")))
     half = whole.resize((whole.width // 2, whole.height // 2), Image.Resampling.BOX)
     for found in (pixels(other.screenshot()), np.asarray(half.convert("L"), float)):
-        rows, columns = (min(sides) for sides in zip(found.shape, seen.shape, strict=True))
-        one, two = (lines[:rows, :columns] < 200 for lines in (found, seen))
+        rows, columns = (min(sides) for sides in zip(found.shape, expected.shape, strict=True))
+        one, two = (lines[:rows, :columns] < 200 for lines in (found, expected))
         # Lines and letters have their own within two pixels, but for some smoothed otherwise.
         for here, there in ((one, two), (two, one)):
             wide = Image.fromarray(there).convert("L").filter(ImageFilter.MaxFilter(5))
