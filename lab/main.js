@@ -320,16 +320,16 @@ function makeSavers() {
   const drawn = { hammer: (canvas) => drawnOn(drawing, canvas, picture), waves: (canvas) => drawnOn(waves, canvas, picture) };
   for (const [id, plot] of Object.entries(plots)) drawn[id] = (canvas) => traced(plot, canvas);
   for (const [id, draw] of Object.entries(drawn)) {
-    find(id).after(saver(say(find(id).dataset.sayLabel), (kind) => saveFigure(id, kind, find(id), draw)));
+    find(id).after(saver(id, say(find(id).dataset.sayLabel), (kind) => saveFigure(id, kind, find(id), draw)));
   }
-  find("screen-save").append(saver(say("screen_chart_label"), (kind) => explore.save(kind)));
+  find("screen-save").append(saver("screen", say("screen_chart_label"), (kind) => explore.save(kind)));
 }
 
 /** Buttons that save a figure. */
-function saver(label, saved) {
+function saver(of, label, saved) {
   const row = Object.assign(document.createElement("span"), { className: "small save", textContent: `${say("screen_save")} ` });
   for (const kind of ["SVG", "PNG"]) {
-    const button = Object.assign(document.createElement("button"), { type: "button", textContent: kind, ariaLabel: `${label}: ${kind}` });
+    const button = Object.assign(document.createElement("button"), { id: `save-${of}-${kind}`, type: "button", textContent: kind, ariaLabel: `${label}: ${kind}` });
     button.addEventListener("click", () => saved(kind.toLowerCase()));
     row.append(button, " ");
   }

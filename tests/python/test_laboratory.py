@@ -338,7 +338,7 @@ def test_all_is_painted_and_nothing_sticks_out(
     page = opened(size=size)
     assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
     # The others have a test of their own each.
-    pictures = page.locator("#hammer, .uplot:not(#curve *) canvas")
+    pictures = page.locator("#hammer, .uplot:not(#curve *, #explore *) canvas")
     assert pictures.count() == 9
     for number, canvas in enumerate(pictures.all()):
         path = tmp_path / f"{number}.png"

@@ -265,9 +265,9 @@ def test_undo_goes_back_change_by_change(opened: OPEN) -> None:
     page.get_by_label("Preset").select_option("overdamped")
     page.wait_for_timeout(800)
     slider = page.get_by_label("Feed force", exact=True)
-    slider.focus()
-    for _ in range(8):  # one pull at a slider is one change
-        page.keyboard.press("ArrowRight")
+    # One pull at a slider is one change.
+    pull = "s.stepUp(); s.dispatchEvent(new Event('input', { bubbles: true }));"
+    slider.evaluate(f"s => {{ for (let k = 0; k < 8; k++) {{ {pull} }} }}")
     pulled = page.evaluate("scene.link()")
     undo.click()
     assert page.get_by_label("Preset").input_value() == "overdamped"

@@ -25,7 +25,7 @@ mod tracked;
 mod views;
 pub(crate) mod zeno;
 
-use crate::allowance::{self, Allowance};
+use crate::allowance::Allowance;
 use crate::energy::deferred::DeferredLedger;
 use crate::energy::interval::Interval;
 use crate::energy::ledger::{Ledger, Stored, damping_in_flight};
@@ -481,7 +481,7 @@ impl Machine {
     /// Seconds that the last step was charged, as `work_limit` counts them.
     #[cfg(feature = "internals")]
     pub fn seconds_charged(&self) -> f64 {
-        self.search.budget.paid.get() as f64 / allowance::PER_SECOND as f64
+        self.search.budget.paid.get() as f64 / crate::allowance::PER_SECOND as f64
     }
 
     /// Counts so far.

@@ -12,15 +12,17 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::HashMap;
 
-/// Name, unit, unit of the trade and how many of the SI unit that is, range of real hammers, meaning.
-type Number = (&'static str, &'static str, &'static str, f64, [f64; 2], &'static str);
+/// Name, unit, unit of the trade and how many of the SI unit that is, range of real hammers, what makers' numbers
+/// scatter by, meaning.
+type Number = (&'static str, &'static str, &'static str, f64, [f64; 2], f64, &'static str);
 
 /// Of each number that a datasheet may give.
 #[pyfunction]
 pub fn datasheet_numbers() -> Vec<Number> {
     let row = |quantity: Quantity| {
         let (field, size) = quantity.field_unit();
-        (quantity.name(), quantity.unit(), field, size, quantity.range(), quantity.meaning())
+        let (range, error) = (quantity.range(), quantity.error());
+        (quantity.name(), quantity.unit(), field, size, range, error, quantity.meaning())
     };
     Quantity::all().map(row).collect()
 }
