@@ -105,9 +105,13 @@ def report(found: pd.DataFrame) -> str:
     alone, scattered = counted["holds"], counted["scattered"].astype(bool)
     lines = ["# What makers print, held out of their sheets", ""]
     lines += [
-        f"{alone.sum()} of {len(alone)} ranges of 80 % hold it: {alone.mean():.1%}. With what",
-        f"makers' numbers scatter by (air by {SCATTER['air_flow']:.0%}, as a sheet assumes of",
-        f"what it is given), {scattered.sum()} do: {scattered.mean():.1%}.",
+        " ".join(
+            (
+                f"{alone.sum()} of {len(alone)} ranges of 80 % hold it: {alone.mean():.1%}. With what",
+                f"makers' numbers scatter by (air by {SCATTER['air_flow']:.0%}, as a sheet assumes of",
+                f"what it is given), {scattered.sum()} do: {scattered.mean():.1%}.",
+            )
+        ),
         "",
     ]
     lines += ["| hammer | held out | printed | range of 80 % | holds |", "|---" * 5 + "|"]

@@ -76,7 +76,8 @@ impl Suite {
                 let result = self.beside(stage);
                 let verdict = if result.is_ok() { "passed" } else { "FAILED" };
                 println!("=== {stage:?} {verdict} in {:.0} s", begun.elapsed().as_secs_f64());
-                if result.is_err() {
+                if let Err(failure) = result {
+                    eprintln!("error: {failure}");
                     *failed.lock().expect("no stage panics") += &format!(" {stage:?}");
                 }
             }
@@ -108,7 +109,8 @@ impl Suite {
         let program = format!("{stage:?}");
         let start = |source| Failure::Start { program: program.clone(), source };
         let (lines, end) = io::pipe().map_err(start)?;
-        let mut command = Command::new(std::env::current_exe().map_err(start)?);
+        // By its path: cargo puts a new file there as it tests.
+        let mut command = Command::new(std::env::args_os().next().unwrap_or_default());
         command.args(["suite", "--prepared", "--stage", &program]).args(&self.pytest);
         command.stdout(end.try_clone().map_err(start)?).stderr(end);
         let mut child = command.spawn().map_err(start)?;
