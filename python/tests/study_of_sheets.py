@@ -104,14 +104,12 @@ def report(found: pd.DataFrame) -> str:
     counted = found[~found["printed"].str.contains("to")]
     alone, scattered = counted["holds"], counted["scattered"].astype(bool)
     lines = ["# What makers print, held out of their sheets", ""]
+    air = f"{SCATTER['air_flow']:.0%}"
     lines += [
-        " ".join(
-            (
-                f"{alone.sum()} of {len(alone)} ranges of 80 % hold it: {alone.mean():.1%}. With what",
-                f"makers' numbers scatter by (air by {SCATTER['air_flow']:.0%}, as a sheet assumes of",
-                f"what it is given), {scattered.sum()} do: {scattered.mean():.1%}.",
-            )
-        ),
+        f"{alone.sum()} of {len(alone)} ranges of 80 % hold it: {alone.mean():.1%}.",
+        "",
+        f"With what makers' numbers scatter by (air by {air}, as a sheet assumes of one given),",
+        f"{scattered.sum()} do: {scattered.mean():.1%}.",
         "",
     ]
     lines += ["| hammer | held out | printed | range of 80 % | holds |", "|---" * 5 + "|"]

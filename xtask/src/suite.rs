@@ -23,11 +23,9 @@ const IN_A_BROWSER: [&str; 9] = [
     "tests/python/test_sheet.py",
     "python/tests/test_guide_site.py",
 ];
-/// Tests of hosts in C++, each of which gets a process of its own: two of them in one have been
-/// found to corrupt the heap.
+/// Tests of hosts in C++, each in a process of its own: two of them in one have corrupted the heap.
 const NATIVE: (&str, [&str; 2]) = ("tests/python/test_hosts_of_systems.py", ["libcosim", "ecos"]);
-/// A process for each core. Neighbours in a file, which share what it has prepared, stay together as long as there is
-/// other work.
+/// A process for each core; neighbours in a file, which share what it has prepared, stay together at first.
 const IN_PARALLEL: [&str; 4] = ["--numprocesses", "auto", "--dist", "worksteal"];
 /// pytest's exit code where a selection has chosen no test.
 const NONE_CHOSEN: i32 = 5;

@@ -168,7 +168,7 @@ def from_datasheet(
         >>> sheet = from_datasheet(power="11 kW", frequency="1500 bpm", hole="115 mm")
         >>> low, high = (3600 * rate for rate in sheet.ranges["rate of penetration"])
         >>> print(f"{low:.0f} to {high:.0f} m/h")
-        8 to 21 m/h
+        8 to 20 m/h
     """
     written = {name: value for name, value in locals().items() if value is not None}
     arguments = {name: written.get(name) for name in UNITS}
