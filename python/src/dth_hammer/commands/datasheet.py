@@ -84,5 +84,5 @@ def _report(page: Path, sheet: Datasheet, options: argparse.Namespace) -> None:
     curve = SN.read(options.sn) if options.sn else None
     units = common.systems(options.units)
     who = {"title": options.title, "customer": options.customer}
-    report(sheet, page, units=units, curve=curve, **who)
+    report(sheet, page, units=units, curve=curve, progress=True, **who)
     print(f"{page}: {page.stat().st_size / 1e6:.1f} MB")
