@@ -8,7 +8,7 @@ use std::process::Command;
 use std::sync::Mutex;
 use std::thread;
 use std::time::Instant;
-use support::python::Needs;
+use support::python::{Needs, PREPARED};
 use support::run::{Failure, locked, run};
 
 /// What a browser tests; the pages are built before.
@@ -52,9 +52,6 @@ pub struct Suite {
     /// With the libraries for Windows, old Linux and aarch64, run where that can be
     #[arg(long)]
     all_platforms: bool,
-    /// What the stages of Python take in common is there
-    #[arg(long, hide = true)]
-    prepared: bool,
     /// Handed to pytest, for instance `-k coupling`
     #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
     pytest: Vec<String>,
@@ -94,7 +91,7 @@ impl Suite {
 
     /// What the stages of Python take in common.
     fn prepare(&self, root: &Path) -> Result<(), Failure> {
-        let wants = |stage| self.stages.contains(&stage) && !self.prepared;
+        let wants = |stage| self.stages.contains(&stage) && std::env::var_os(PREPARED).is_none();
         if wants(Stage::Python) || wants(Stage::Lab) {
             python(root, Needs::Suite)?;
             fmu(root, if self.all_platforms { &["--all-platforms"] } else { QUICK })?;
@@ -109,7 +106,7 @@ impl Suite {
         let (lines, end) = io::pipe().map_err(start)?;
         // By its path: cargo puts a new file there as it tests.
         let mut command = Command::new(std::env::args_os().next().unwrap_or_default());
-        command.args(["suite", "--prepared", "--stage", &program]).args(&self.pytest);
+        command.args(["suite", "--stage", &program]).args(&self.pytest).env(PREPARED, "1");
         command.stdout(end.try_clone().map_err(start)?).stderr(end);
         let mut child = command.spawn().map_err(start)?;
         drop(command); // It holds the pipe's end, after which its lines end.
