@@ -129,7 +129,8 @@ def test_what_is_left_of_a_file_that_was_cut_is_read_and_the_rest_run_again(tmp_
     for end in [*ends, *range(header, len(text), len(text) // 5)]:
         out.write_text(text[:end])
         pd.testing.assert_frame_equal(sweep(grid, "20 ms", out=out), whole, check_exact=True)
-        assert out.read_text() == text
+        # Rows come in the order in which threads are done with them.
+        assert sorted(out.read_text().splitlines()) == sorted(text.splitlines())
     for end in (3, header // 2):
         out.write_text(text[:end])
         with forbidden_runs(), pytest.raises(OutputError, match=r"sweep\.csv is there and is no"):
