@@ -152,9 +152,11 @@ def results(block: blocks.Block, folder: Path, captions: dict[str, str]) -> list
         if path.suffix == ".html":
             parts.append(f"\n\n[{name}]({where}/{name})\n")
             continue
-        dark = path.with_stem(f"{path.stem}-dark").name
-        parts.append(f"\n\n![{words}]({where}/{name}#only-light)")
-        parts.append(f"![{words}]({where}/{dark}#only-dark)\n")
+        dark = path.with_stem(f"{path.stem}-dark")
+        shades = {name: "#only-light", dark.name: "#only-dark"} if dark.exists() else {name: ""}
+        parts.append(
+            "\n\n" + "".join(f"![{words}]({where}/{f}{s})" for f, s in shades.items()) + "\n"
+        )
     return parts
 
 
