@@ -154,9 +154,7 @@ def results(block: blocks.Block, folder: Path, captions: dict[str, str]) -> list
             continue
         dark = path.with_stem(f"{path.stem}-dark")
         shades = {name: "#only-light", dark.name: "#only-dark"} if dark.exists() else {name: ""}
-        parts.append(
-            "\n\n" + "".join(f"![{words}]({where}/{f}{s})" for f, s in shades.items()) + "\n"
-        )
+        parts += ["\n\n", *(f"![{words}]({where}/{f}{s})" for f, s in shades.items()), "\n"]
     return parts
 
 
