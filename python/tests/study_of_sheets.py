@@ -16,6 +16,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,7 @@ KGF = 9.80665
 #: By name, what makers' numbers scatter by.
 SCATTER = {row[0]: row[5] for row in _native.datasheet_numbers()}
 #: Standard deviations from the middle to an end of a range of 80 %.
-END = 1.2816
+END = NormalDist().inv_cdf(0.9)
 #: Blows a minute, and of which hammers together.
 TOGETHER = (2100.0, 2700.0), [f"Sandvik {size} inch" for size in ("3.5", "4", "5", "6")]
 

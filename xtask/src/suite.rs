@@ -5,9 +5,8 @@ use clap::{Args, ValueEnum};
 use std::io::{self, BufRead, BufReader};
 use std::path::Path;
 use std::process::Command;
-use std::sync::Mutex;
-use std::thread;
 use std::time::Instant;
+use std::{sync::Mutex, thread};
 use support::python::{Needs, PREPARED};
 use support::run::{Failure, locked, run};
 
@@ -91,12 +90,15 @@ impl Suite {
 
     /// What the stages of Python take in common.
     fn prepare(&self, root: &Path) -> Result<(), Failure> {
-        let wants = |stage| self.stages.contains(&stage) && std::env::var_os(PREPARED).is_none();
-        if wants(Stage::Python) || wants(Stage::Lab) {
+        let alone = std::env::var_os(PREPARED).is_none();
+        let wants = |some: &[Stage]| alone && some.iter().any(|one| self.stages.contains(one));
+        if wants(&[Stage::Lint, Stage::Python, Stage::Lab]) {
             python(root, Needs::Suite)?;
+        }
+        if wants(&[Stage::Python, Stage::Lab]) {
             fmu(root, if self.all_platforms { &["--all-platforms"] } else { QUICK })?;
         }
-        if wants(Stage::Lab) { laboratory(root) } else { Ok(()) }
+        if wants(&[Stage::Lab]) { laboratory(root) } else { Ok(()) }
     }
 
     /// Passes a stage in a process of its own, whose lines are told with its name as they come.
@@ -181,5 +183,6 @@ mod tests {
         assert!(suite.all_platforms);
         assert_eq!(suite.pytest, ["-k", "wine", "--pdb"]);
         assert_eq!(suite.stages, [Stage::Rust, Stage::Python, Stage::Lab]);
+        assert_eq!(read(&["--stage", "lab", "--stage", "Lint"]).stages, [Stage::Lab, Stage::Lint]);
     }
 }

@@ -91,7 +91,7 @@ fn scaled(series: &Powers, length: f64) -> Powers {
 }
 
 /// The first interval at whose end a function of these values at equal steps is above zero by more than the pressures
-/// are known to, or at its summit inside two steps: that of the parabola through three values.
+/// are known to, or at its peak inside two steps: that of the parabola through three values.
 fn risen(
     values: &[f64; LOOKS + 1],
     margin: f64,
@@ -106,9 +106,9 @@ fn risen(
         let Some(&next) = values.get(i + 1) else { continue };
         let (rise, fall) = (values[i] - values[i - 1], values[i] - next);
         if rise >= 0.0 && fall >= 0.0 && rise + fall > 0.0 {
-            let summit = place(i as f64 + 0.5 * (rise - fall) / (rise + fall));
-            if function(summit) > margin {
-                return Some([before, summit]);
+            let peak = place(i as f64 + 0.5 * (rise - fall) / (rise + fall));
+            if function(peak) > margin {
+                return Some([before, peak]);
             }
         }
     }

@@ -292,4 +292,16 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn modes_are_mass_normalised() {
+        let bar = Bar::free(STEEL, 4);
+        let m = STEEL.density * STEEL.area * STEEL.length / 4.0 / 6.0;
+        for mode in 0..bar.len() {
+            let u = |j: usize| bar.shape(mode, j);
+            let sum: f64 =
+                (0..4).map(|j| 2.0 * m * (u(j).powi(2) + u(j) * u(j + 1) + u(j + 1).powi(2))).sum();
+            assert!((sum - 1.0).abs() < 1e-14);
+        }
+    }
 }

@@ -425,4 +425,20 @@ mod tests {
             assert_eq!(signal.polish(&tracks, 0.0), expected, "{slope} {start}");
         }
     }
+
+    #[test]
+    fn a_probe_is_finite_if_each_of_its_numbers_is() {
+        let probe = Probe { value: 1.0, slope: 1.0, amplitude: 1.0, curvature: 1.0 };
+        assert!(probe.is_finite());
+        for strange in [f64::NAN, f64::INFINITY] {
+            for altered in [
+                Probe { value: strange, ..probe },
+                Probe { slope: strange, ..probe },
+                Probe { amplitude: strange, ..probe },
+                Probe { curvature: strange, ..probe },
+            ] {
+                assert!(!altered.is_finite(), "{altered:?}");
+            }
+        }
+    }
 }
