@@ -48,6 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.showwarning = _Teller()
             if options is not None:
                 need_all(_packages(options))
+                _check(options)
                 options.module.run(options)
         if sys.stdout is not None:
             sys.stdout.flush()
@@ -92,8 +93,10 @@ class _Command(argparse.ArgumentParser):
         for call in vars(module).values():
             if isinstance(call, Call):
                 call.declare(self)
-        if hasattr(module, "arguments"):
-            module.arguments(self)
+        if hasattr(module, "call"):
+            module.call().declare(self)
+        for option in getattr(module, "ALSO", ()):
+            option.add(self)
         self.set_defaults(module=module)
         return super().parse_known_args(args, namespace)
 
@@ -110,6 +113,13 @@ def _packages(options: argparse.Namespace) -> list[str]:
     if (out := getattr(options, "out", None)) is not None:
         found += FORMATS.get(out.suffix.lower(), [])
     return list(dict.fromkeys(found))
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Checks files that are to be written."""
+    for option in getattr(options.module, "ALSO", ()):
+        if (given := getattr(options, option.dest)) is not None:
+            setattr(options, option.dest, option.check(given))
 
 
 class _Version(argparse.Action):

@@ -1,9 +1,9 @@
 """The subcommands of `dth-hammer`: a module each, imported when it is chosen.
 
-A module has ``run(options)``; ``CALL``, the function whose arguments are its options;
-``arguments(parser)`` if there are others; and ``NEEDS`` if it needs optional packages whatever its
-options are. `dth_hammer.cli` prints errors and handles interrupts. To add a command, write its
-module and name it here.
+A module has ``run(options)``; ``CALL``, the function whose arguments are its options; ``ALSO`` if
+there are others; and ``NEEDS`` if it needs optional packages whatever its options are.
+`dth_hammer.cli` checks the files to be written, prints errors and handles interrupts. To add a
+command, write its module and name it here.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from .. import outputs
 from ..scene.variables import VARIABLES
 from ..study.calibration import calibrate
 from . import common
-from .options import FREE, Call, Written, assignments, bounds
+from .options import FREE, UNITS, WRITE_ROCK, Call, Written, assignments, bounds, table
 
 NEEDS = ("scipy",)
 
@@ -52,23 +52,19 @@ CALL = Call(
 )
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the files and the units."""
-    common.add_files(parser, table="table to write", units=True)
-    common.add_rock(parser)
+ALSO = (table("table to write"), UNITS, WRITE_ROCK)
 
 
 def run(options: argparse.Namespace) -> None:
     """Fits, writes the parameters, and prints them beside what was measured."""
-    common.check_outputs(options.out)
     given = CALL.given(options)
     units = {name: VARIABLES.settable(name).unit for name in given["free"]}
     common.by_name(pd.DataFrame(index=pd.Index([*units])), units, options.units)
     found = calibrate(**given)
     common.keep_rock(options, found.hammer)
-    table = common.by_name(found.to_frame(), units, options.units)
+    fitted = common.by_name(found.to_frame(), units, options.units)
     if options.out:
-        outputs.write(table, options.out)
-    print(common.readable(table))
+        outputs.write(fitted, options.out)
+    print(common.readable(fitted))
     print(common.readable(found.residuals))
     print(*found.in_words(), sep="\n")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from ..errors import DomainError
 from ..fixed import Fixed
 from ..scene import rocks
 from ..scene.band import reason, with_sides
-from ..scene.quantities import SYSTEMS, alike, convert, with_units
+from ..scene.quantities import alike, convert, with_units
 from ..scene.scene import Scene
 from ..scene.variables import VARIABLES, Variable
 from ..study.cases import MODEL
@@ -24,20 +23,6 @@ from .options import assignments
 
 #: Most values that a range may stand for.
 LONGEST = 1_000_000
-
-
-def add_many(parser: argparse.ArgumentParser) -> None:
-    """The options that give many hammers."""
-    parser.add_argument(
-        "--over",
-        action="append",
-        default=[],
-        metavar="NAME=VALUES",
-        help="values as feed_force=3e3,5e3,8e3, or first:last:number as feed_force=1e3:9e3:5",
-    )
-    parser.add_argument(
-        "--rows", type=Path, help="CSV or Parquet file with a hammer a row, a parameter a column"
-    )
 
 
 def many(options: argparse.Namespace) -> Any:
@@ -69,40 +54,10 @@ def tell_many(
         print(reason(base.numbers))
 
 
-def add_files(
-    parser: argparse.ArgumentParser, *, table: str = "", figure: str = "", units: bool = False
-) -> None:
-    """The options that choose a table, a figure and units; texts say of what they are."""
-    if table:
-        text = f"{table}: {outputs.either()}"
-        parser.add_argument("-o", "--out", type=Path, help=text)
-    if figure:
-        parser.add_argument("--plot", type=Path, help=figure)
-    if units:
-        add_units(parser)
-
-
-def add_rock(parser: argparse.ArgumentParser) -> None:
-    """The option that writes the rock of a hammer."""
-    parser.add_argument("--write-rock", type=Path, help="file to write the rock to, for --rock")
-
-
 def keep_rock(options: argparse.Namespace, parameters: Mapping[str, float]) -> None:
     """Writes the rock of a hammer, if that is asked for."""
     if options.write_rock:
         rocks.write(options.write_rock, parameters)
-
-
-def add_units(parser: argparse.ArgumentParser) -> None:
-    """The option that chooses units."""
-    parser.add_argument(
-        "--units",
-        action="extend",
-        type=lambda text: text.split(","),
-        default=[],
-        metavar="UNITS",
-        help=f"units of tables: {', '.join(SYSTEMS)}, NAME=UNIT, or several: us,rop=m/h",
-    )
 
 
 def values(variable: Variable, text: str) -> list[Any]:
@@ -171,16 +126,6 @@ def check_units(texts: Sequence[str], known: dict[str, str]) -> None:
     displayed = pd.DataFrame({name: [0.0] for name in known})
     displayed.attrs = {"units": known}
     in_units(displayed, texts)
-
-
-def check_outputs(
-    table: Path | None, figure: Path | None = None, kinds: tuple[str, ...] = outputs.TABLES
-) -> None:
-    """Checks that the files can be written, before any work is done."""
-    if table is not None:
-        outputs.check(table, kinds)
-    if figure is not None:
-        outputs.check_figure(figure)
 
 
 def readable(table: pd.DataFrame, *, index: bool = True) -> str:

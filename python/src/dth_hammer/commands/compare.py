@@ -6,19 +6,17 @@ import argparse
 
 from ..scene.band import interval
 from ..scene.datasheet import compare, from_datasheet
-from .options import ROCK, Call, assignments, listed
+from .options import ROCK, Call, Written, assignments, listed
 
 MADE = "made of the words that are given"
 CALL = Call(compare, {"a": MADE, "b": MADE})
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the sheet, what differs from it, and the rock."""
-    parser.add_argument(
-        "sheet", help="a datasheet: od=124mm,pressure=24bar,power=31.7kW,hole=140mm"
-    )
-    parser.add_argument("other", help="what is other in the hammer compared with it: at=30bar")
-    parser.add_argument("--rock", help=ROCK.help)
+ALSO = (
+    Written("sheet", help="a datasheet: od=124mm,pressure=24bar,power=31.7kW,hole=140mm"),
+    Written("other", help="what is other in the hammer compared with it: at=30bar"),
+    ROCK,
+)
 
 
 def run(options: argparse.Namespace) -> None:

@@ -12,7 +12,7 @@ from .. import _native, outputs
 from ..errors import DomainError
 from ..scene.datasheet import Datasheet, from_datasheet
 from . import common
-from .options import SN, Call, Written, assignments
+from .options import SN, UNITS, WRITE_ROCK, Call, Written, assignments
 
 EXAMPLES = {
     "od": ', as "124 mm"',
@@ -45,32 +45,40 @@ CALL = Call(
 )
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the files, the units and what the page needs."""
-    parser.add_argument("-o", "--out", type=Path, help="scene to write: .json, for run and report")
-    parser.add_argument("--report", type=Path, help="HTML page about the hammer to write")
-    parser.add_argument("--title", default="", help="name of the hammer on the page")
-    parser.add_argument("--customer", default="", help="whom the page is for")
-    common.add_units(parser)
-    common.add_rock(parser)
-    parser.add_argument("--sn", help=SN.help, **SN.keywords)
+ALSO = (
+    Written(
+        "-o --out",
+        type=Path,
+        help="scene to write: .json, for run and report",
+        check=lambda path: outputs.check(path, (".json",)),
+    ),
+    Written(
+        "--report",
+        type=Path,
+        help="HTML page about the hammer to write",
+        check=lambda path: outputs.check(path, (".html", ".htm")),
+    ),
+    Written("--title", default="", help="name of the hammer on the page"),
+    Written("--customer", default="", help="whom the page is for"),
+    UNITS,
+    WRITE_ROCK,
+    SN,
+)
 
 
 def run(options: argparse.Namespace) -> None:
     """Finds the hammer, prints it and writes the requested files."""
-    out = outputs.check(options.out, (".json",)) if options.out else None
-    page = outputs.check(options.report, (".html", ".htm")) if options.report else None
     given = CALL.given(options)
     if not given:
         raise DomainError("nothing is given: see dth-hammer datasheet --help")
     sheet = from_datasheet(**given)
     print(sheet)
     common.keep_rock(options, sheet.parameters)
-    if out:
+    if options.out:
         scene = {"description": _words(given), "start_values": dict(sheet.parameters)}
-        out.write_text(json.dumps(scene, indent=2) + "\n", encoding="utf-8")
-    if page:
-        _report(page, sheet, options)
+        options.out.write_text(json.dumps(scene, indent=2) + "\n", encoding="utf-8")
+    if options.report:
+        _report(options.report, sheet, options)
 
 
 def _words(given: Mapping[str, Any]) -> str:

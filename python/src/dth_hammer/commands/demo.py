@@ -5,28 +5,31 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from .. import outputs
 from ..run.run import Run
 from ..scene.band import with_band
-from . import common
-from .options import HAMMER
+from .options import HAMMER, Written
 
 NEEDS = ("matplotlib",)
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments to its parser."""
-    parser.add_argument("hammer", help=HAMMER.help, nargs="?")
-    file = Path("dth-hammer.png")
-    parser.add_argument(
-        "-o", "--out", type=Path, default=file, help=f"figure to write (default: {file})"
-    )
+FILE = Path("dth-hammer.png")
+ALSO = (
+    HAMMER,
+    Written(
+        "-o --out",
+        type=Path,
+        default=FILE,
+        help=f"figure to write (default: {FILE})",
+        check=outputs.check_figure,
+    ),
+)
 
 
 def run(options: argparse.Namespace) -> None:
     """Simulates until the cycle repeats, prints it, draws it."""
     from ..figures import cycle, settled_cycle  # noqa: PLC0415
 
-    common.check_outputs(None, options.out)
     settled = settled_cycle(options.hammer)
     print(table(settled))
     cycle(settled).savefig(options.out)

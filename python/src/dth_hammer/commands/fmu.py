@@ -8,14 +8,12 @@ from pathlib import Path
 
 from ..errors import OutputError
 from ..fmu.package import FILES, find
-from .options import Call
+from .options import Call, Written
 
 CALL = Call(find, {"fmu": "a file that one has already", "fmi": "both are copied"})
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the folder."""
-    parser.add_argument("-o", "--out", type=Path, default=Path(), help="folder (default: this one)")
+ALSO = (Written("-o --out", type=Path, default=Path(), help="folder (default: this one)"),)
 
 
 def run(options: argparse.Namespace) -> None:

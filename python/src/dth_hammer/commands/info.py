@@ -8,14 +8,12 @@ import re
 from ..errors import FmuNotFoundError
 from ..fmu.package import load
 from ..scene.variables import PRESETS, VARIABLES, Variable, model
-from .options import Call
+from .options import Call, Written
 
 CALL = Call(load)
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the name."""
-    parser.add_argument("name", nargs="?", help="a variable, or a group: rock, air, outputs")
+ALSO = (Written("name", nargs="?", help="a variable, or a group: rock, air, outputs"),)
 
 
 def run(options: argparse.Namespace) -> None:

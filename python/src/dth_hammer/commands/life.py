@@ -3,26 +3,20 @@
 from __future__ import annotations
 
 import argparse
-from functools import partial
 
 from .. import outputs
 from ..study.fatigue import life
-from . import common
-from .options import Call
+from .options import Call, figure, table
 
 CALL = Call(life)
-
-
-arguments = partial(
-    common.add_files,
-    table="table of all places",
-    figure="figure to write: wave diagram with the worst place",
+ALSO = (
+    table("table of all places"),
+    figure("figure to write: wave diagram with the worst place"),
 )
 
 
 def run(options: argparse.Namespace) -> None:
     """Counts stress cycles, prints each section's worst place and writes the requested files."""
-    common.check_outputs(options.out, options.plot)
     given = CALL.given(options)
     found = life(**given)
     print(found)

@@ -9,7 +9,7 @@ from .. import outputs
 from ..scene.datasheet import from_datasheet
 from ..study.drilling import specific_energy
 from . import common
-from .options import Call, Written, assignments, listed
+from .options import UNITS, Call, Written, assignments, listed, table
 
 SHEET = "the hammer's datasheet: od=124mm,pressure=24bar,power=31.7kW,hole=140mm"
 CALL = Call(
@@ -21,15 +21,12 @@ CALL = Call(
 )
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the file and the units."""
-    common.add_files(parser, table="table to write", units=True)
+ALSO = (table("table to write"), UNITS)
 
 
 def run(options: argparse.Namespace) -> None:
     """Prints and writes the table, in metric units unless others are asked for."""
-    common.check_outputs(options.out)
-    table = common.in_units(specific_energy(**CALL.given(options)), options.units or ["metric"])
+    found = common.in_units(specific_energy(**CALL.given(options)), options.units or ["metric"])
     if options.out:
-        outputs.write(table, options.out, index=False)
-    print(common.readable(table, index=False))
+        outputs.write(found, options.out, index=False)
+    print(common.readable(found, index=False))

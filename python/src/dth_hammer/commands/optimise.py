@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from functools import partial
+from typing import Any
 
 import pandas as pd
 
@@ -12,10 +12,10 @@ from ..scene.variables import VARIABLES
 from ..study.measures import named, unit
 from ..study.optimisation import optimise
 from . import common
-from .options import FREE, Call, Written, bounds
+from .options import FREE, UNITS, Call, Written, bounds, table
 
 NEEDS = ("scipy",)
-BOUNDS = {"action": "append", "metavar": "NAME=LOW:HIGH"}
+BOUNDS: dict[str, Any] = {"action": "append", "metavar": "NAME=LOW:HIGH"}
 CALL = Call(
     optimise,
     {"design": "a function"},
@@ -28,14 +28,11 @@ CALL = Call(
         **BOUNDS,
     ),
 )
-
-
-arguments = partial(common.add_files, table="table of all designs that were tried", units=True)
+ALSO = (table("table of all designs that were tried"), UNITS)
 
 
 def run(options: argparse.Namespace) -> None:
     """Optimises, writes every design that was tried and prints the best."""
-    common.check_outputs(options.out)
     given = CALL.given(options)
     goal = {options.goal: unit(named(options.goal))}
     units = {name: VARIABLES.settable(name).unit for name in given["free"]} | goal

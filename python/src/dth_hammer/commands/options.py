@@ -11,6 +11,7 @@ from pathlib import Path
 from types import NoneType
 from typing import Any, Literal, get_args, get_origin
 
+from .. import outputs
 from ..contract import alternatives, hints_of
 from ..errors import DomainError
 from ..scene import quantities
@@ -28,6 +29,7 @@ class Written:
         *,
         help: str = "",
         more: str = "",
+        check: Callable[[Any], Any] = lambda value: value,
         **keywords: Any,
     ) -> None:
         #: Such as ``-o --out``, or a word alone; that of the argument's name if empty.
@@ -36,7 +38,18 @@ class Written:
         self.read = read
         #: In place of the docstring's words, and added to these.
         self.help, self.more = help, more
+        #: Raises, before any work is done, if a file cannot be written.
+        self.check = check
         self.keywords = keywords
+
+    def add(self, parser: argparse.ArgumentParser) -> None:
+        """Adds it to a parser as it stands."""
+        parser.add_argument(*self.flags, help=self.help, **self.keywords)
+
+    @property
+    def dest(self) -> str:
+        """What `argparse` calls it."""
+        return self.flags[-1].lstrip("-").replace("-", "_")
 
 
 class Call:
@@ -63,7 +76,7 @@ class Call:
         """Adds the options to a parser."""
         hints, meanings = hints_of(self.function), described(self.function)
         if {*self.written} & {*HAMMERS}:
-            parser.add_argument(*SET.flags, help=SET.help, **SET.keywords)
+            SET.add(parser)
         for name, written in self.written.items():
             default = self.parameters[name].default
             given = default is not inspect.Parameter.empty
@@ -81,8 +94,7 @@ class Call:
         """The arguments that are given; what is not is the function's own to decide."""
         found = {}
         for name, written in self.written.items():
-            value = getattr(options, written.flags[-1].lstrip("-").replace("-", "_"))
-            if value is not None:
+            if (value := getattr(options, written.dest)) is not None:
                 found[name] = written.read(value)
         for name in {*HAMMERS} & {*self.written}:
             scene = scene_of(found.get(name), found.pop("rock", None))
@@ -200,6 +212,50 @@ SN = Written(
     help='S-N line of the steel: amplitude, cycles to failure at it, slope, as "300 MPa,1e7,8"',
     metavar="STRENGTH,CYCLES,SLOPE[,ULTIMATE]",
 )
+#: Units of what is printed.
+UNITS = Written(
+    "--units",
+    action="extend",
+    type=lambda text: text.split(","),
+    default=[],
+    metavar="UNITS",
+    help=f"units of tables: {', '.join(quantities.SYSTEMS)}, NAME=UNIT, or several: us,rop=m/h",
+)
+#: The rock of the hammer, to be used again.
+WRITE_ROCK = Written(
+    "--write-rock",
+    type=Path,
+    help="file to write the rock to, for --rock",
+    check=lambda path: outputs.check(path, (".json",)),
+)
+#: Many hammers.
+MANY = (
+    Written(
+        "--over",
+        action="append",
+        default=[],
+        metavar="NAME=VALUES",
+        help="values as feed_force=3e3,5e3,8e3, or first:last:number as feed_force=1e3:9e3:5",
+    ),
+    Written(
+        "--rows",
+        type=Path,
+        help="CSV or Parquet file with a hammer a row, a parameter a column",
+    ),
+)
+
+
+def table(of: str) -> Written:
+    """The file of a table."""
+    text = f"{of}: {outputs.either()}"
+    return Written("-o --out", type=Path, help=text, check=outputs.check)
+
+
+def figure(of: str) -> Written:
+    """The file of a figure."""
+    return Written("--plot", type=Path, help=of, check=outputs.check_figure)
+
+
 #: What is written alike wherever a function takes it.
 SHARED = {
     **dict.fromkeys(HAMMERS, HAMMER),

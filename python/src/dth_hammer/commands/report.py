@@ -8,7 +8,7 @@ from pathlib import Path
 from .. import outputs
 from ..scene.variables import VARIABLES
 from . import common
-from .options import SN, Call, Written
+from .options import SN, UNITS, WRITE_ROCK, Call, Written
 
 NEEDS = ("matplotlib",)
 OUT = "page to write; the hammer's name with .html if not given"
@@ -22,11 +22,7 @@ def call() -> Call:
     return Call(report, {"units": "--units, as of other commands"}, out=out, curve=SN)
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the command's arguments to its parser."""
-    call().declare(parser)
-    common.add_units(parser)
-    common.add_rock(parser)
+ALSO = (UNITS, WRITE_ROCK)
 
 
 def run(options: argparse.Namespace) -> None:

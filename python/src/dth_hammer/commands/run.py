@@ -12,7 +12,7 @@ from ..run.summary import readable
 from ..scene.band import reason
 from ..scene.variables import VARIABLES
 from . import common
-from .options import Call
+from .options import UNITS, WRITE_ROCK, Call, figure, table
 
 CALL = Call(
     simulate,
@@ -28,16 +28,12 @@ CALL = Call(
 PRINTED = ("blow_time", "blow_period", "blow_speed", "blow_energy", "rop")
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the files and the units."""
-    common.add_files(parser, table="table to write", figure="figure to write", units=True)
-    common.add_rock(parser)
+ALSO = (table("table to write"), figure("figure to write"), UNITS, WRITE_ROCK)
 
 
 def run(options: argparse.Namespace) -> None:
     """Simulates, writes, and prints a row per blow."""
     given = CALL.given(options)
-    common.check_outputs(options.out, options.plot)
     displayed = {v.name: v.unit for v in VARIABLES.of("output", "local")}
     common.check_units(options.units, displayed)
     made = simulate(**given)
@@ -46,12 +42,11 @@ def run(options: argparse.Namespace) -> None:
         written = common.in_units(made.frame, options.units)
         written.attrs |= {"parameters": dict(made.parameters), "model": made.model}
         outputs.write(written, options.out)
-    table = made.blows
     if options.plot:
         made.plot().savefig(options.plot)
-    if len(table):
-        printed = table[[*PRINTED]]
-        printed.attrs = table.attrs
+    if len(made.blows):
+        printed = made.blows[[*PRINTED]]
+        printed.attrs = made.blows.attrs
         units = common.displayed_units(options.units, printed)
         print(common.readable(common.in_units(printed, units)))
         with suppress(TooFewBlowsError):

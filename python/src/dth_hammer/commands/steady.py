@@ -13,7 +13,7 @@ from ..scene.variables import VARIABLES
 from ..study.longrun import MEANS, unit
 from ..study.response import steady
 from . import common
-from .options import Call, Written
+from .options import MANY, UNITS, WRITE_ROCK, Call, Written
 
 CALL = Call(
     steady,
@@ -32,17 +32,14 @@ CALL = Call(
 )
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds many hammers, and the units."""
-    common.add_many(parser)
-    common.add_units(parser)
-    common.add_rock(parser)
+ALSO = (*MANY, UNITS, WRITE_ROCK)
 
 
 def run(options: argparse.Namespace) -> None:
     """Computes the long-run responses, then writes and prints means and errors."""
     grid, asked = common.many(options), CALL.given(options)
-    common.check_outputs(options.out, kinds=outputs.STORED if len(grid) else outputs.TABLES)
+    if options.out:
+        outputs.check(options.out, outputs.STORED if len(grid) else outputs.TABLES)
     units = {name: unit(name) for name in MEANS}
     if len(grid):
         common.check_units(options.units, units | {n: VARIABLES.settable(n).unit for n in grid})

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import argparse
 
-from .. import outputs
 from ..errors import DomainError
 from ..scene.variables import UNTIL, VARIABLES
 from ..study.sweeping import RESULTS, sweep
 from . import common
-from .options import SHARED, Call, Written
+from .options import MANY, SHARED, UNITS, Call, Written
 
 CALL = Call(
     sweep,
@@ -29,10 +28,7 @@ CALL = Call(
 )
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the grid and the units."""
-    common.add_many(parser)
-    common.add_units(parser)
+ALSO = (*MANY, UNITS)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -41,7 +37,6 @@ def run(options: argparse.Namespace) -> None:
     grid = common.many(options)
     if not len(grid):
         raise DomainError("give the hammers: --over feed_force=3e3,5e3 or --rows FILE")
-    common.check_outputs(options.out, kinds=outputs.STORED)
     read = options.outputs or RESULTS
     common.check_units(options.units, {n: VARIABLES[n].unit for n in [*grid, *read]})
     few = options.outputs or ["blow_speed", "rop"]

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from functools import partial
 
 from .. import outputs
 from ..scene.quantities import read
 from ..study.trends import trend
-from . import common
-from .options import Call, Written, assignments
+from .options import Call, Written, assignments, figure, table
 
 NEEDS = ("scipy",)
 
@@ -31,16 +29,11 @@ CALL = Call(
         metavar="NAME=WIDTH",
     ),
 )
-
-
-arguments = partial(
-    common.add_files, table="table to write", figure="figure to write: tornado chart"
-)
+ALSO = (table("table to write"), figure("figure to write: tornado chart"))
 
 
 def run(options: argparse.Namespace) -> None:
     """Computes the trends, writes and prints them."""
-    common.check_outputs(options.out, options.plot)
     found = trend(**CALL.given(options))
     if options.out:
         outputs.write(found.table.reset_index(), options.out, index=False)

@@ -9,26 +9,22 @@ from .. import outputs
 from ..errors import DomainError
 from ..run.diagram import waves
 from ..scene.mesh import ELEMENTS
-from . import common
-from .options import Call
+from .options import Call, Written, figure, table
 
 CALL = Call(waves, {"times": "instants about an impact that is not known before"})
 
 
-def arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds mesh and files."""
-    parser.add_argument(
+ALSO = (
+    Written(
         "--elements",
         type=int,
         nargs=2,
         metavar=("PISTON", "BIT"),
         help="number of elements of each body",
-    )
-    common.add_files(
-        parser,
-        table="table of the stresses after the last impact",
-        figure="figure to write: wave diagram of the last impact",
-    )
+    ),
+    table("table of the stresses after the last impact"),
+    figure("figure to write: wave diagram of the last impact"),
+)
 
 
 def run(options: argparse.Namespace) -> None:
@@ -40,9 +36,6 @@ def run(options: argparse.Namespace) -> None:
         given["hammer"] = replace(scene, parameters=scene.parameters | mesh)
     if options.out is None and options.plot is None:
         raise DomainError("nothing to write: give --plot, -o, or both")
-    if options.out is not None:
-        outputs.check(options.out)
-    common.check_outputs(None, options.plot)
     record = waves(**given)
     if options.out:
         outputs.write(record.to_frame(), options.out)
