@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import io
+import json
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .errors import DomainError, OutputError
+from .errors import DomainError, OutputError, UnknownNameError
 from .extras import need
 
 if TYPE_CHECKING:
@@ -58,13 +60,25 @@ def check_figure(path: str | Path) -> Path:
     return check(path, sorted(f".{kind}" for kind in canvas.get_supported_filetypes()))
 
 
+@contextlib.contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """A file to be written that then takes the path: what is there is whole, old or new."""
+    new = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        yield new
+        new.replace(path)
+    except OSError as error:
+        raise OutputError(f"{path} cannot be written: {error.strerror or error}") from None
+    finally:
+        new.unlink(missing_ok=True)
+
+
 def write(table: pd.DataFrame, path: Path, *, index: bool = True) -> None:
-    """Writes a table in the format of the suffix; the file is always whole, old or new."""
+    """Writes a table in the format of the suffix."""
     import pandas as pd  # noqa: PLC0415
 
-    new = path.with_name(path.name + ".new")
     kind = path.suffix.lower()
-    try:
+    with whole(path) as new:
         if kind == ".csv":
             table.to_csv(new, index=index)
         elif kind == ".xlsx":
@@ -80,10 +94,6 @@ def write(table: pd.DataFrame, path: Path, *, index: bool = True) -> None:
         else:
             need("pyarrow", "sweep")
             table.to_parquet(new, index=index)
-        new.replace(path)
-    except OSError as error:
-        new.unlink(missing_ok=True)
-        raise OutputError(f"{path} cannot be written: {error.strerror or error}") from None
 
 
 def read(path: Path, *, added_to: bool = False) -> pd.DataFrame:
@@ -121,6 +131,29 @@ def read(path: Path, *, added_to: bool = False) -> pd.DataFrame:
             cells = table[name].str.strip()
             table[name] = cells.where(cells == "", cells + f" {found[2]}")
     return table.rename(columns={n: m[1] for n in names if (m := HEADING.fullmatch(n))})
+
+
+def read_object(path: Path, known: Collection[str], what: str) -> dict[str, Any]:
+    """Reads an object of JSON whose keys are known; in no object of it a key stands twice."""
+
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        names = [name for name, _ in pairs]
+        if twice := [name for name in names if names.count(name) > 1]:
+            raise DomainError(f"{path.name} says {twice[0]} twice")
+        return dict(pairs)
+
+    try:
+        content = json.loads(path.read_text("utf-8-sig"), object_pairs_hook=once)
+    except (OSError, UnicodeDecodeError) as error:
+        raise DomainError(f"{path} cannot be read: {error}") from None
+    except json.JSONDecodeError as error:
+        raise DomainError(f"{path} is not JSON: {error}") from None
+    if not isinstance(content, dict):
+        raise DomainError(f"{path} must be an object in braces")
+    for key in content:
+        if key not in known:
+            raise UnknownNameError(f"{what} ({path.name})", key, known)
+    return content
 
 
 def _write_matlab(table: pd.DataFrame, path: Path) -> None:

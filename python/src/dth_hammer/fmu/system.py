@@ -9,7 +9,6 @@ Variables of equal names are connected: a drive that gives ``drive_pressure`` an
 
 from __future__ import annotations
 
-import os
 import tempfile
 import zipfile
 from collections.abc import Iterable, Mapping
@@ -22,7 +21,7 @@ from .. import _native
 from ..contract import typed
 from ..errors import DomainError, DthHammerError, FmuNotFoundError, warn
 from ..extras import need
-from ..outputs import check
+from ..outputs import check, whole
 from ..scene import quantities
 from ..scene.hammers import Hammerlike, Rocklike
 from ..scene.variables import UNTIL
@@ -236,13 +235,7 @@ def _place(component: str) -> str:
 
 
 def _write(out: Path, structure: bytes, files: Mapping[str, Path]) -> None:
-    out.parent.mkdir(parents=True, exist_ok=True)
-    partial = out.with_name(f".{out.name}.{os.getpid()}")
-    try:
-        with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
-            archive.writestr("SystemStructure.ssd", structure)
-            for component, file in files.items():
-                archive.write(file, _place(component), zipfile.ZIP_STORED)
-        partial.replace(out)
-    finally:
-        partial.unlink(missing_ok=True)
+    with whole(out) as new, zipfile.ZipFile(new, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("SystemStructure.ssd", structure)
+        for component, file in files.items():
+            archive.write(file, _place(component), zipfile.ZIP_STORED)

@@ -11,7 +11,6 @@ libraries are the same.
 from __future__ import annotations
 
 import html
-import os
 import re
 import struct
 import zipfile
@@ -22,7 +21,7 @@ from xml.etree import ElementTree as ET
 
 from ..contract import typed
 from ..errors import DthHammerError
-from ..outputs import check
+from ..outputs import check, whole
 from ..run.hammer import Hammer
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of, scene_of
 from ..scene.variables import VARIABLES, Value, Variable
@@ -262,25 +261,20 @@ def _write(
     description = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
     listed = ", ".join(_text(n, v) for n, v in given.items())
     note = f"<p><strong>This file starts with</strong> {html.escape(listed)}.</p>{NOTE}"
-    out.parent.mkdir(parents=True, exist_ok=True)
-    partial = out.with_name(f".{out.name}.{os.getpid()}")
-    try:
-        with (
-            zipfile.ZipFile(package.path) as source,
-            zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as target,
-        ):
-            inspect(source)
-            for entry in source.infolist():
-                if given and entry.filename.startswith(PLAIN):
-                    continue
-                data = source.read(entry)
-                if entry.filename == DESCRIPTION:
-                    data = description
-                elif entry.filename.startswith(BINARIES):
-                    data = _filled(data, text)
-                elif entry.filename == DOCUMENTATION and given:
-                    data = data.replace(NOTE.encode(), note.encode())
-                target.writestr(entry, data)
-        partial.replace(out)
-    finally:
-        partial.unlink(missing_ok=True)
+    with (
+        whole(out) as new,
+        zipfile.ZipFile(package.path) as source,
+        zipfile.ZipFile(new, "w", zipfile.ZIP_DEFLATED) as target,
+    ):
+        inspect(source)
+        for entry in source.infolist():
+            if given and entry.filename.startswith(PLAIN):
+                continue
+            data = source.read(entry)
+            if entry.filename == DESCRIPTION:
+                data = description
+            elif entry.filename.startswith(BINARIES):
+                data = _filled(data, text)
+            elif entry.filename == DOCUMENTATION and given:
+                data = data.replace(NOTE.encode(), note.encode())
+            target.writestr(entry, data)

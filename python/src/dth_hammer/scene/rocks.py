@@ -56,15 +56,7 @@ def described(name: str) -> tuple[dict[str, float], list[str]]:
     """What a rock is to any bit, and what is assumed in it."""
     path = Path(name)
     if path.suffix == ".json":
-        try:
-            content = json.loads(path.read_text("utf-8-sig"))
-        except (OSError, ValueError) as error:
-            raise DomainError(f"{path} cannot be read as a rock: {error}") from None
-        if not isinstance(content, dict):
-            raise DomainError(f"{path} is not a rock: it must be an object in braces")
-        for key in content:
-            if key not in UNITS:
-                raise UnknownNameError(f"number of a rock ({path.name})", key, UNITS)
+        content = outputs.read_object(path, UNITS, "number of a rock")
         return {n: quantities.read(x, UNITS[n], n) for n, x in content.items()}, []
     if name.strip()[:1].isdigit():
         name = f"{quantities.read(name, 'Pa', ROCK) / 1e6!r} MPa"

@@ -14,18 +14,16 @@ All but the braces may be left out; a preset of the FMU and a file of the labora
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import InitVar, dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from .. import _native
+from .. import _native, outputs
 from ..contract import typed
-from ..errors import DomainError, UnknownNameError
+from ..errors import DomainError
 from . import quantities
 from .rocks import given
 from .signals import Signal
@@ -88,18 +86,7 @@ class Scene:
     def read(cls, path: str | Path) -> Scene:
         """Reads a scene from a file; an error names the place in the file."""
         path = Path(path)
-        try:
-            text = path.read_text(encoding="utf-8-sig")
-            content = json.loads(text, object_pairs_hook=partial(_once, path))
-        except (OSError, UnicodeDecodeError) as error:
-            raise DomainError(f"{path} cannot be read: {error}") from None
-        except json.JSONDecodeError as error:
-            raise DomainError(f"{path} is not JSON: {error}") from None
-        if not isinstance(content, dict):
-            raise DomainError(f"{path} is not a scene: it must be an object in braces")
-        for key in content:
-            if key not in KEYS:
-                raise UnknownNameError(f"part of a scene ({path.name})", key, KEYS)
+        content = outputs.read_object(path, KEYS, "part of a scene")
         values, inputs = (_object(content, key, path) for key in ("start_values", "inputs"))
         return cls(
             title=path.stem,
@@ -110,14 +97,6 @@ class Scene:
             until=content.get("until"),
             rock=_rock(content.get("rock"), path),
         )
-
-
-def _once(path: Path, pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """An object in which nothing is said twice."""
-    names = [name for name, _ in pairs]
-    if twice := [name for name in names if names.count(name) > 1]:
-        raise DomainError(f"{path.name} says {twice[0]} twice")
-    return dict(pairs)
 
 
 def _rock(name: str | None, path: Path) -> str | None:
