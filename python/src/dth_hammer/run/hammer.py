@@ -15,7 +15,6 @@ from ..scene import quantities
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of
 from ..scene.signals import Function
 from ..scene.variables import VARIABLES, Array, Value, Variable, numbers
-from . import diagnostics
 
 #: What a notebook shows of a hammer.
 SHOWN = ("blow_count", "blow_energy", "blow_period", "rop", "tip_depth")
@@ -104,7 +103,7 @@ class Hammer:
                 raise DomainError(f"{name} is fixed: give it when the hammer is made")
             checked[name] = variable.number(value)
         self.machine.set(checked)
-        self._note(self._diagnostics.set(checked))
+        self._note_set(checked)
 
     def set_slopes(self, slopes: Mapping[str, float | Sequence[float]]) -> None:
         """Time derivatives of inputs from now on: the first, or the first up to four."""
@@ -158,7 +157,7 @@ class Hammer:
         """Makes one communication step to a given time; text may carry a unit."""
         to = to if isinstance(to, float) else quantities.seconds(to, "the instant")
         if to > self.time:
-            self._note(self._diagnostics.step())
+            self._note_step()
         return self.machine.advance(to)
 
     def stop_at(self, positions: Iterable[float | str] = (), *, blows: bool = False) -> None:
@@ -182,7 +181,8 @@ class Hammer:
         A signal is an input or a tunable parameter, its value now and at each instant. Other
         threads run meanwhile; Ctrl-C ends it.
         """
-        self._note([*self._diagnostics.set(signals), *self._diagnostics.step()])
+        self._note_set(signals)
+        self._note_step()
         return self.machine.run(times, _native.Selection([*names]), dict(signals))
 
     def save(self) -> Snapshot:
@@ -205,9 +205,10 @@ class Hammer:
 
     def _start(self, checked: Mapping[str, float]) -> None:
         self._machine = _native.Machine(dict(checked), self._journal)
-        self._initial = dict(checked)
-        self._diagnostics = diagnostics.Diagnostics(self._initial)
-        self._note([*self._machine.warnings(), *self._diagnostics.start()])
+        self._initial, self._set, self._stepped = dict(checked), set[str](), False
+        self._note(self._machine.warnings())
+        self._note_set(checked)
+        self._note(_native.unlikely(self._initial))
 
     def look(self) -> None:
         """Adds to ``warnings`` what the engine finds doubtful now: a blow that is too fast."""
@@ -221,6 +222,18 @@ class Hammer:
     def closed(self) -> bool:
         """Whether the hammer has been closed."""
         return self._machine is None
+
+    def _note_set(self, names: Iterable[str]) -> None:
+        """Warns of what is set for the first time and not read."""
+        if fresh := [name for name in names if name not in self._set]:
+            self._set.update(fresh)
+            self._note(why for _, why in _native.unread(self._initial, fresh))
+
+    def _note_step(self) -> None:
+        """Warns, at the first step, if no input of the drive was set."""
+        if not self._stepped:
+            self._stepped = True
+            self._note(filter(None, [_native.starved(self._initial, [*self._set])]))
 
     def _note(self, found: Iterable[str]) -> None:
         for text in found:
