@@ -39,7 +39,7 @@ REPORT = Path(__file__).parents[2] / "reports" / "means.md"
 
 def means(scenes: list[dict[str, float]], wanted: Wanted) -> list[Steady]:
     """Long-run responses that do not repeat; a restart may end in a cycle, which has no error."""
-    found = [answer for _, answer in sorted(responses(scenes, wanted), key=lambda f: f[0])]
+    found = responses(scenes, wanted)
     assert all(isinstance(answer, Steady) for answer in found), found
     return [answer for answer in found if answer.kind == "irregular"]
 

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from dth_hammer.errors import DthHammerError
-from dth_hammer.study import calibration, designs, drilling, response, trends, workers
+from dth_hammer.study import longrun, workers
 
 RIGID = {"fidelity": "Rigid"}
 #: What no argument may be, and what some may not. None is left out: it is what is not given.
@@ -110,11 +110,11 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """One response for every hammer: what is looked at here are arguments."""
     answer = dth.steady(RIGID)
 
-    def responses(points: Sequence[object], *_: object, **__: object) -> Iterator[Any]:
+    def finished(points: Sequence[object], *_: object, **__: object) -> Iterator[Any]:
         return ((k, answer) for k in range(len(points)))
 
-    for module in (calibration, designs, drilling, response, trends, workers):
-        monkeypatch.setattr(module, "responses", responses)
+    for module in (longrun, workers):
+        monkeypatch.setattr(module, "finished", finished)
 
 
 def test_every_public_name_is_tried_or_an_answer(tmp_path: Path) -> None:

@@ -37,13 +37,13 @@ def test_the_same_call_seeks_only_what_is_missing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sought: list[float] = []
-    responses = workers.responses
+    finished = workers.finished
 
     def counted(points: Sequence[dict[str, float]], *rest: Any, **others: Any) -> Any:
         sought.extend(point["feed_force"] for point in points)
-        return responses(points, *rest, **others)
+        return finished(points, *rest, **others)
 
-    monkeypatch.setattr(workers, "responses", counted)
+    monkeypatch.setattr(workers, "finished", counted)
     for suffix in ("parquet", "csv"):
         out = tmp_path / f"means.{suffix}"
         sought.clear()

@@ -1,23 +1,20 @@
 """Estimates a hammer's parameters, with reliable error bars, from measurements while it runs.
 
 The response is only piecewise smooth, so it is not differentiated. In the logarithms of the
-parameters, over a box around the present estimate, a smooth surface is fitted to the means at
-points spread over the box; the residuals are the roughness. With measured values ``m`` of
-covariance ``S``, the surface ``f`` and the covariance ``R`` of its residuals,
+parameters it is emulated, over all hammers that were simulated (`posterior`): what is left beside a
+smooth function is its roughness. With measured values ``m`` of covariance ``S``, emulated means
+``f`` and the covariance ``R`` of a new hammer about these, the likelihood is that of
 
-    minimise (m - f(x)) . (S + R)^-1 (m - f(x)),    covariance of x = (J . (S + R')^-1 J)^-1
+    (m - f(x)) . (S + R)^-1 (m - f(x))
 
-within box and bounds, where ``R'`` is that of a new point: ``R (1 + leverage)``, larger for few
-points. That covariance sizes the boxes only: what the measurements leave of the parameters is a
-population over the likelihood (`posterior`), of an emulator that is refined by hammers simulated
-among its members until these stay. Boxes move, and shrink as long as the residuals shrink as
-those of a smooth function do: a box within one piece of the response would take the slope of that
-piece for the trend.
+within the bounds. A population is drawn from it, hammers among its members are simulated, and so on
+until the population stays as it is. The best values are those of its best member, moved on to where
+the likelihood grows no more.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -34,32 +31,21 @@ from ..scene.hammers import Hammerlike, Rocklike, numbers_of
 from ..scene.variables import Array
 from .longrun import Steady, Wanted, named, responses, unit
 from .measurements import GIVE, Free, Measured, Problem, looked_at
-from .posterior import LOSSES, Emulator, modes, population
-from .surfaces import Surface, basis, curved_size
+from .posterior import LOSSES, Emulator, modes, population, summit
 from .trends import table_of
 
-#: Points of the first design, for each parameter; starts that are followed; their distance, as a
-#: part of the bounds.
-FIRST, STARTS, APART = 16, 2, 0.15
-#: Half of a first box over the bounds, and of the smallest one, in logarithms.
-WIDE, NARROW = 0.25, 1e-3
-#: Factor by which boxes shrink, and their least size in standard errors.
-SHRINK, ENOUGH = 0.4, 2.0
-#: Residuals are roughness if a smaller box leaves more than this part of them; of a smooth function
-#: a plane would leave the square of `SHRINK`. Below a part of the measurement's error none matter.
-SMOOTH, SMALL = 0.4, 0.1
-#: Points in a box, for each coefficient of a surface of second degree; most boxes from one start.
-DENSE, BOXES = 3, 12
-#: A quadratic surface is used below this part of a plane's squared residuals; a misfit is reported
-#: below this probability.
-PAYS, CHANCE = 0.8, 1e-3
+#: Points of the first design, for each parameter, and fewest that have a response beside these.
+FIRST, FEWEST = 16, 3
+#: Least standard deviation that is told, in logarithms.
+NARROW = 1e-3
+#: A misfit is reported below this probability.
+CHANCE = 1e-3
 #: Correlation beyond which two estimates can hardly be distinguished; error of a direction, over
 #: the width of the bounds, beyond which the measurements do not determine it.
 CORRELATED, BLIND = 0.95, 0.5
 #: Turns of refining the likelihood at most; hammers of each, for each parameter; the part of their
-#: width by which ends and middle of intervals may move at last; a fit so many deviations from a
-#: mode has missed it.
-TURNS, AMONG, STAYS, MISSED = 6, 8, 0.1, 2.0
+#: width by which ends and middle of intervals may move at last.
+TURNS, AMONG, STAYS = 6, 8, 0.1
 #: A measured value over the fitted one, either way, beyond which its unit is asked about.
 STRANGE = 10.0
 
@@ -223,25 +209,30 @@ def calibrate(
 
 
 def fitted(problem: Problem, loss: str = "linear", seed: int = 1) -> Calibration:
-    """Returns the best fit from several starting points, and what the likelihood leaves."""
-    fits = [_follow(problem, start, loss, seed) for start in _starts(problem, loss, seed)]
-    members, peaks = _weighed(problem, loss, seed)
+    """Returns the best fit, and what the likelihood leaves."""
+    problem.note(problem.start[None])
+    problem.spread(FIRST * len(problem.names), seed)
+    emulator, members = _weighed(problem, loss, seed)
     size = members.std(axis=0) + NARROW
-    for peak, _ in peaks:
-        # A mode that no start has found.
-        if all((np.abs(fit.logs - peak) > MISSED * size).any() for fit in fits):
-            fits.append(_follow(problem, peak, loss, seed))
-    met, left = problem.met([fit.logs for fit in fits], peaks, members)
-    return _described(problem, min(fits, key=lambda fit: fit.cost), left, met)
+    peaks = [
+        (summit(emulator, peak, size, problem.low, problem.high), share)
+        for peak, share in modes(emulator, members)
+    ]
+    peaks, members = problem.met(peaks, members)
+    best = max((peak for peak, _ in peaks), key=lambda peak: emulator(peak[None])[0])
+    return _described(problem, best, emulator, members, peaks)
 
 
-def _weighed(problem: Problem, loss: str, seed: int) -> tuple[Array, list[tuple[Array, float]]]:
-    """A population over the likelihood, and its modes, refined until it stays."""
+def _weighed(problem: Problem, loss: str, seed: int) -> tuple[Emulator, Array]:
+    """An emulator and a population over its likelihood, refined until this stays."""
     groups = len(problem.means), [len(record.values) for record in problem.records]
+    bounds = (problem.low, problem.high)
     before: Array | None = None
     for turn in range(TURNS):
         found = (np.array(problem.found) - problem.values) / problem.errors
-        bounds = (problem.low, problem.high)
+        if np.isfinite(found).all(axis=1).sum() < len(problem.names) + FEWEST:
+            why = f": {problem.refused[0]}" if problem.refused else ""
+            raise RefusedError(f"no hammer within the bounds has a long-run response{why}")
         emulator = Emulator(np.array(problem.logs), found, bounds, groups, loss)
         members = population(emulator, *bounds, seed + turn)
         sides = np.quantile(members, [0.025, 0.5, 0.975], axis=0)
@@ -252,136 +243,27 @@ def _weighed(problem: Problem, loss: str, seed: int) -> tuple[Array, list[tuple[
         if turn < TURNS - 1:
             random = np.random.default_rng([seed, turn])
             problem.note(members[random.choice(len(members), AMONG * len(problem.names))])
-    return members, modes(emulator, members)
-
-
-@dataclass(frozen=True)
-class _Fit:
-    logs: Array
-    surface: Surface
-    covariance: Array  # of the logarithms
-    cost: float
-
-
-def _surface(problem: Problem, low: Array, high: Array) -> Surface | None:
-    """Fits the surface over a box; None if too few hammers in it have a response."""
-    logs, found = problem.within(low, high)
-    count, centre = len(low), 0.5 * (low + high)
-    plane, curved = count + 1, curved_size(count)
-
-    def fit(size: int) -> tuple[Array, Array, float]:
-        terms = basis(logs - centre, size)
-        coefficients, *_ = np.linalg.lstsq(terms, found, rcond=None)
-        rest = found - terms @ coefficients
-        return coefficients, rest, float(np.sum(rest**2)) / (len(logs) - size)
-
-    if len(logs) < plane + 3:
-        return None
-    best = fit(plane)
-    if len(logs) >= curved + 3 and (other := fit(curved))[2] < PAYS * best[2]:
-        best = other
-    coefficients, rest, _ = best
-    free, means = len(logs) - len(coefficients), len(problem.means)
-    left = np.zeros((found.shape[1],) * 2)
-    left[:means, :means] = rest[:, :means].T @ rest[:, :means] / free
-    # Samples of a record share one roughness and are independent of each other.
-    end = means
-    for record in problem.records:
-        part = slice(end, end := end + len(record.values))
-        left[part, part] = (
-            np.eye(len(record.values)) * np.mean(np.sum(rest[:, part] ** 2, 0)) / free
-        )
-    terms = basis(logs - centre, len(coefficients))
-    return Surface(centre, coefficients, left, np.linalg.pinv(terms.T @ terms), free)
-
-
-def _solve(problem: Problem, surface: Surface, low: Array, high: Array, loss: str) -> _Fit:
-    """Finds the best point of a surface within a box."""
-    least_squares = need("scipy.optimize", "fit").least_squares
-    root = np.linalg.cholesky(np.eye(len(surface.left)) + surface.left)
-
-    def whitened(logs: Array) -> Array:
-        return np.linalg.solve(root, surface(logs))
-
-    middle = np.clip(surface.centre, low, high)
-    found = least_squares(whitened, middle, bounds=(low, high), loss=loss, x_scale=high - low)
-    jacobian = surface.slopes(found.x)
-    errors = np.eye(len(surface.left)) + surface.scatter(found.x)
-    # Information of the bounds: a value anywhere within them.
-    prior = np.diag(12.0 / (problem.high - problem.low) ** 2)
-    covariance = np.linalg.inv(jacobian.T @ np.linalg.solve(errors, jacobian) + prior)
-    return _Fit(found.x, surface, covariance, float(found.cost))
-
-
-def _starts(problem: Problem, loss: str, seed: int) -> Iterator[Array]:
-    """Returns the best points of a design over the bounds that are not close to each other."""
-    if not problem.logs:
-        problem.note(problem.start[None])
-        problem.spread(problem.low, problem.high, seed, FIRST * len(problem.names))
-    logs, off = problem.within(problem.low, problem.high)
-    if not len(logs):
-        why = f": {problem.refused[0]}" if problem.refused else ""
-        raise RefusedError(f"no hammer within the bounds has a long-run response{why}")
-    squares = off**2 if loss == "linear" else 2.0 * (np.sqrt(1.0 + off**2) - 1.0)
-    chosen: list[Array] = []
-    for point in logs[np.argsort(squares.sum(axis=1))]:
-        apart = (np.abs((point - c) / (problem.high - problem.low)).max() for c in chosen)
-        if all(distance > APART for distance in apart):
-            chosen.append(point)
-            yield point
-        if len(chosen) == STARTS:
-            return
-
-
-def _follow(problem: Problem, start: Array, loss: str, seed: int) -> _Fit:
-    """Refines one starting point, box by box."""
-    count = DENSE * curved_size(len(start))
-    bounds = problem.high - problem.low
-    half, here = WIDE * bounds, start
-    fit: _Fit | None = None
-    rough: float | None = None
-    for _ in range(BOXES):
-        low, high = (np.clip(here + w * half, problem.low, problem.high) for w in (-1.0, 1.0))
-        problem.spread(low, high, seed, count)
-        surface = _surface(problem, low, high)
-        if surface is None:
-            if fit is not None:
-                return fit
-            half = SHRINK * half
-            continue
-        fit = _solve(problem, surface, low, high, loss)
-        moved = np.abs(fit.logs - here)
-        here = fit.logs
-        if not (moved < 0.9 * half).all():
-            continue
-        if rough is not None and surface.rough > SMOOTH * rough:
-            return fit
-        least = np.clip(ENOUGH * np.sqrt(np.diag(fit.covariance)), NARROW, WIDE * bounds)
-        if surface.rough < SMALL or (half <= 1.01 * least).all():
-            return fit
-        rough, half = surface.rough, np.maximum(SHRINK * half, least)
-    if fit is None:
-        raise RefusedError("too few hammers near the best start have a long-run response")
-    return fit
+    return emulator, members
 
 
 def _described(
-    problem: Problem, fit: _Fit, members: Array, peaks: list[tuple[Array, float]]
+    problem: Problem,
+    logs: Array,
+    emulator: Emulator,
+    members: Array,
+    peaks: list[tuple[Array, float]],
 ) -> Calibration:
     names, index = problem.names, pd.Index(problem.names)
-    best = np.exp(fit.logs)
+    best = np.exp(logs)
     covariance = np.atleast_2d(np.cov(members.T)) + NARROW**4 * np.eye(len(names))
     sizes = np.sqrt(np.diag(covariance))
-    off = fit.surface(fit.logs)
-    left = fit.surface.scatter(fit.logs)
+    off, left = emulator.at(logs)
     chi_square = float(off @ np.linalg.solve(np.eye(len(off)) + left, off))
     freedom = len(off) - len(names)
-    near = np.minimum(fit.logs - problem.low, problem.high - fit.logs)
+    near = np.minimum(logs - problem.low, problem.high - logs)
     misfit = _misfit(chi_square, freedom)
-    ((_, last),) = (
-        responses([problem.numbers(fit.logs)], problem.wanted) if problem.means else [(0, None)]
-    )
-    # What is told of the fitted hammer is what it does, simulated, not what the surface has there.
+    (last,) = responses([problem.numbers(logs)], problem.wanted) if problem.means else (None,)
+    # What is told of the fitted hammer is what it does, simulated, not what is emulated there.
     simulated = problem.values + off * problem.errors
     if last is not None:
         simulated[: len(problem.means)] = table_of([last], problem.means)[0]
@@ -392,7 +274,8 @@ def _described(
         ]
         misfit += "".join(f"; is the unit of {name} right?" for name in strange)
         warn(misfit)
-    tables = _tables(problem, fit, (simulated - problem.values) / problem.errors)
+    rough = np.sqrt(np.diag(left))
+    tables = _tables(problem, logs, rough, (simulated - problem.values) / problem.errors)
     return Calibration(
         parameters=pd.Series(best, index=index, name="value"),
         errors=pd.Series(best * sizes, index=index, name="error"),
@@ -426,9 +309,8 @@ def _misfit(chi_square: float, freedom: int) -> str:
     )
 
 
-def _tables(problem: Problem, fit: _Fit, off: Array) -> list[pd.DataFrame]:
+def _tables(problem: Problem, logs: Array, rough: Array, off: Array) -> list[pd.DataFrame]:
     """Tabulates measured and fitted values of the means and of each record."""
-    rough = np.sqrt(np.diag(fit.surface.scatter(fit.logs)))
     columns = {
         "measured": problem.values,
         "error": problem.errors,
@@ -442,7 +324,7 @@ def _tables(problem: Problem, fit: _Fit, off: Array) -> list[pd.DataFrame]:
     parts = zip(np.split(np.column_stack([*columns.values()]), ends), indices, strict=True)
     tables = [pd.DataFrame(part, index, [*columns]) for part, index in parts]
     tables[0]["unit"] = [unit(named(name)) for name in problem.means]
-    tables[0] = beside(tables[0], "found", problem.numbers(fit.logs))
+    tables[0] = beside(tables[0], "found", problem.numbers(logs))
     return tables
 
 

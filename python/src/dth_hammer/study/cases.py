@@ -98,7 +98,7 @@ class Job:
         """Runs it and returns the final values."""
         try:
             if isinstance(self.until, Wanted):
-                ((_, found),) = responses([self.numbers], self.until, threads=1)
+                (found,) = responses([self.numbers], self.until, threads=1)
                 return self.answer(found)
             start = {name: s(0.0) for name, s in signals_of(self.case.inputs).items()}
             with Hammer(dict(self.numbers) | start, quiet=True) as hammer:

@@ -14,7 +14,7 @@ from ..scene.quantities import alike, read
 from ..scene.variables import VARIABLES, Array, Value, whole
 from .longrun import Steady, Wanted, responses
 from .measures import measure, unit
-from .trends import lost, sobol
+from .trends import fitted, lost, sobol
 
 #: A mean by name, or a function of a `Steady`.
 Measure = str | Callable[[Steady], float]
@@ -132,8 +132,7 @@ class Problem:
         off = self.values(place) * (1.0 + self.tolerance * offsets)
         try:
             numbers = [self.numbers(values) for values in off]
-            answers = responses(numbers, self.wanted, stopped=lambda: self.stopped)
-            found = [answer for _, answer in sorted(answers, key=lambda pair: pair[0])]
+            found = responses(numbers, self.wanted, stopped=lambda: self.stopped)
         except DthHammerError as error:
             found = [str(error)]
         # What a goal or a limit raises is its own fault, not the design's.
@@ -207,10 +206,8 @@ def _cost(row: Row) -> float:
 
 def scatter(offsets: Array, goals: Array) -> float:
     """Standard error of a mean over the tolerance: by what a plane leaves."""
-    basis = np.column_stack([np.ones(len(goals)), offsets])
-    plane, *_ = np.linalg.lstsq(basis, goals, rcond=None)
-    left, free = goals - basis @ plane, max(len(goals) - basis.shape[1], 1)
-    return float(np.sqrt(np.sum(left**2) / free / len(goals)))
+    *_, left = fitted(np.column_stack([np.ones(len(goals)), offsets]), goals)
+    return left / float(np.sqrt(len(goals)))
 
 
 #: Name, measure, side, size, and limit over its size.

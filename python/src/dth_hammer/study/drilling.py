@@ -20,7 +20,8 @@ from ..errors import DomainError, warn
 from ..scene.datasheet import Datasheet
 from ..scene.quantities import NUMBER, UNIT, read
 from ..scene.variables import VARIABLES, Array
-from .longrun import FEWEST, Steady, Wanted, responses
+from .longrun import FEWEST, Wanted, responses
+from .trends import table_of
 
 #: What a log may have: SI unit, unit of the field, and what its column may be called.
 COLUMNS: Mapping[str, tuple[str, str, str]] = {
@@ -161,8 +162,6 @@ def _fed(there: list[Datasheet], feeds: Array) -> Array:
     rigid = {"fidelity": VARIABLES["fidelity"].number("Rigid")}
     plain = [{**node.parameters, **rigid} for node in there]
     scenes = [scene | feed for scene in plain for feed in ({}, *({"feed_force": f} for f in feeds))]
-    rates = np.full(len(scenes), np.nan)
-    for k, answer in responses(scenes, Wanted(error={"rop": 0.02}, blows=FEWEST)):
-        rates[k] = answer["rop"] if isinstance(answer, Steady) else np.nan
-    table = np.log(rates).reshape(len(plain), -1)
+    found = responses(scenes, Wanted(error={"rop": 0.02}, blows=FEWEST))
+    table = np.log(table_of(found, ["rop"])[0]).reshape(len(plain), -1)
     return np.asarray(table[:, 1:] - table[:, :1])

@@ -204,6 +204,14 @@ class Wanted:
 
 
 def responses(
+    points: Sequence[Mapping[str, float]], wanted: Wanted, **ways: Any
+) -> list[Steady | str]:
+    """Returns the long-run responses of many hammers in their order, found as by `finished`."""
+    found = dict(finished(points, wanted, **ways))
+    return [found[k] for k in range(len(points))]
+
+
+def finished(
     points: Sequence[Mapping[str, float]],
     wanted: Wanted,
     *,

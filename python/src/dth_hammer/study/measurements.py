@@ -70,10 +70,9 @@ class Problem:
         values = np.full((len(points), len(self.values)), np.nan)
         scenes = [self.numbers(logs) for logs in points]
         if self.means:
-            for k, answer in responses(scenes, self.wanted, progress=self.progress):
-                if isinstance(answer, str):
-                    self.refused.append(answer)
-                values[k, : len(self.means)] = table_of([answer], self.means)[0]
+            found = responses(scenes, self.wanted, progress=self.progress)
+            self.refused += [answer for answer in found if isinstance(answer, str)]
+            values[:, : len(self.means)] = table_of(found, self.means)[0]
         for k, scene in enumerate(scenes) if self.records else ():
             try:
                 samples = [simulated(record, scene)[0] for record in self.records]
@@ -82,13 +81,10 @@ class Problem:
                 self.refused.append(str(error))
         return values
 
-    def spread(self, low: Array, high: Array, seed: int, count: int) -> None:
-        """Simulates the points of a box that have not been simulated yet."""
-        inside = sum(bool((x >= low).all() and (x <= high).all()) for x in self.logs)
-        if inside >= count:
-            return
-        unit_box = sobol(len(self.names), count - inside, seed + len(self.logs))[: count - inside]
-        self.note(0.5 * (low + high) + 0.5 * (high - low) * unit_box)
+    def spread(self, count: int, seed: int) -> None:
+        """Simulates points all over the bounds."""
+        box = sobol(len(self.names), count, seed)[:count]
+        self.note(0.5 * (self.low + self.high) + 0.5 * (self.high - self.low) * box)
 
     def note(self, points: Array) -> None:
         """Simulates points and stores their responses."""
@@ -96,22 +92,18 @@ class Problem:
         self.found += [*self.at(points)]
 
     def met(
-        self, fits: list[Array], peaks: list[tuple[Array, float]], members: Array
+        self, peaks: list[tuple[Array, float]], members: Array
     ) -> tuple[list[tuple[Array, float]], Array]:
-        """The modes whose hammers, or the fits next to them, meet the measurements when they are
-        simulated, and the members that are nearest to one of these; all if there is none.
+        """The modes whose hammers meet the measurements when they are simulated, and the members
+        that are nearest to one of these; all if there is none.
         """
+        off = np.abs(self.at(np.array([peak for peak, _ in peaks])) - self.values) / self.errors
         places: list[Array] = []
         own = np.full(len(peaks), -1)
-        for k, (peak, _) in enumerate(peaks):
-            nearest = min(fits, key=lambda logs: float(np.abs(logs - peak).max()))
-            for place in (peak, nearest):
-                off = np.abs(self.at(place[None])[0] - self.values) / self.errors
-                if (off <= MEETS).all():
-                    near = [i for i, p in enumerate(places) if np.abs(p - place).max() < ONE]
-                    own[k] = near[0] if near else len(places)
-                    places += [] if near else [place]
-                    break
+        for k in np.flatnonzero((off <= MEETS).all(axis=1)):
+            near = [i for i, p in enumerate(places) if np.abs(p - peaks[k][0]).max() < ONE]
+            own[k] = near[0] if near else len(places)
+            places += [] if near else [peaks[k][0]]
         if not places:
             return peaks[:1], members
         wide = np.ptp(members, axis=0) + 1e-12
@@ -120,12 +112,6 @@ class Problem:
         shares = np.bincount(of[of >= 0], minlength=len(places)) / np.sum(of >= 0)
         modes = sorted(zip(places, map(float, shares), strict=True), key=lambda mode: -mode[1])
         return modes, members[of >= 0]
-
-    def within(self, low: Array, high: Array) -> tuple[Array, Array]:
-        """Points of a box that have a response, and it over the measurement's error."""
-        logs, found = np.array(self.logs), np.array(self.found)
-        inside = ((logs >= low) & (logs <= high)).all(axis=1) & np.isfinite(found).all(axis=1)
-        return logs[inside], (found[inside] - self.values) / self.errors
 
 
 def looked_at(

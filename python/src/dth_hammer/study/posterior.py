@@ -129,13 +129,24 @@ class Emulator:
     def _placed(self, logs: Array) -> Array:
         return np.asarray((logs - self.low) / self.wide)
 
+    def predicted(self, places: Array) -> tuple[Array, Array]:
+        """Means of new points, one a row, and their standard deviations."""
+        found = [process(places) for process in self.processes]
+        terms = np.column_stack([np.ones(len(places)), places])
+        means = terms @ self.plane + np.column_stack([mean for mean, _ in found])
+        return means, np.sqrt(np.column_stack([variance for _, variance in found]))
+
+    def at(self, logs: Array) -> tuple[Array, Array]:
+        """Means at a point, and the covariance of a hammer that is simulated there."""
+        (means,), (sizes,) = self.predicted(self._placed(logs[None]))
+        correlation = np.eye(len(means))
+        correlation[: self.means, : self.means] = self.correlation
+        return means, correlation * np.outer(sizes, sizes)
+
     def __call__(self, logs: Array) -> Array:
         """Logarithm of the likelihood of points, one a row; minus infinity beside refused ones."""
         places = self._placed(logs)
-        predicted = [process(places) for process in self.processes]
-        terms = np.column_stack([np.ones(len(places)), places])
-        off = terms @ self.plane + np.column_stack([mean for mean, _ in predicted])
-        sizes = np.sqrt(np.column_stack([variance for _, variance in predicted]))
+        off, sizes = self.predicted(places)
         own = sizes[:, : self.means]
         matrix = np.eye(self.means) + self.correlation * own[:, :, None] * own[:, None, :]
         root = np.linalg.cholesky(matrix)
@@ -205,6 +216,22 @@ def _moved(
             better = np.log(random.random(len(own))) < power * (found - values[own])
         members[own[better]], values[own[better]] = tried[better], found[better]
     return members, values
+
+
+def summit(
+    of: Callable[[Array], Array], logs: Array, size: Array, low: Array, high: Array
+) -> Array:
+    """Where a likelihood grows no more, from a point on, with first steps of a given size."""
+    minimize = need("scipy.optimize", "fit").minimize
+    steps = np.vstack([np.zeros(len(logs)), 0.5 * np.eye(len(logs))])
+    found = minimize(
+        lambda x: -of((logs + size * x)[None])[0],
+        steps[0],
+        method="Nelder-Mead",
+        bounds=[*zip((low - logs) / size, (high - logs) / size, strict=True)],
+        options={"initial_simplex": steps},
+    )
+    return np.asarray(np.clip(logs + size * found.x, low, high))
 
 
 def modes(of: Callable[[Array], Array], members: Array) -> list[tuple[Array, float]]:

@@ -157,7 +157,7 @@ def steady(
             return moved(given, wanted, acts, bar.tell)
     if step is not None:
         raise DomainError("a step changes nothing without inputs over time, control or a partner")
-    ((_, found),) = responses([given], wanted, progress=progress)
+    (found,) = responses([given], wanted, progress=progress)
     if isinstance(found, str):
         raise RefusedError(found)
     for text in found.warnings:
@@ -166,7 +166,7 @@ def steady(
         return found
     speed = found["blow_speed"] if found.kind != "stalled" else 1.0
     others = responses(drawn(given, speed, starts - 1, seed), wanted, progress=progress)
-    motions, texts = met(found, [answer for _, answer in sorted(others, key=lambda pair: pair[0])])
+    motions, texts = met(found, others)
     for text in texts:
         warn(text)
     return replace(found, motions=motions, warnings=(*found.warnings, *texts))

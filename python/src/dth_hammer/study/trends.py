@@ -151,9 +151,9 @@ def trend(
     logs = sobol(len(wide), count, seed) * half
     origin = np.array([whole(given)[name] for name in wide])
     scenes = [given | dict(zip(wide, map(float, x), strict=True)) for x in origin * np.exp(logs)]
-    found = sorted(responses(scenes, Wanted(error=error), progress=progress), key=lambda f: f[0])
-    refused = tuple(dict.fromkeys(a if isinstance(a, str) else a.kind for _, a in found if lost(a)))
-    means, errors = table_of([answer for _, answer in found], names)
+    found = responses(scenes, Wanted(error=error), progress=progress)
+    refused = tuple(dict.fromkeys(a if isinstance(a, str) else a.kind for a in found if lost(a)))
+    means, errors = table_of(found, names)
     known = int(np.isfinite(means[:, 0]).sum()) if names else 0
     if known < len(wide) + 3:
         raise RefusedError(f"only {known} of {len(found)} points have a response: {refused[:1]}")
@@ -163,7 +163,7 @@ def trend(
     rows = [dict(zip(names, map(float, row), strict=True)) for row in means]
     rows = [{**scene, **row, **sides(row, scene)} for scene, row in zip(scenes, rows, strict=True)]
     frame = pd.DataFrame(rows, columns=pd.Index([*wide, *with_sides(names)]))
-    kinds = pd.Series([a.kind for _, a in found if isinstance(a, Steady)]).value_counts()
+    kinds = pd.Series([a.kind for a in found if isinstance(a, Steady)]).value_counts()
     sampled = np.nanmean((errors / means) ** 2, axis=0)
     return Trend(
         table=_table(names, [*wide], lines),
@@ -231,9 +231,9 @@ def line(logs: Array, values: Array) -> Line:
     targets = np.log(y / middle) if signed else y / middle - 1.0
     straight = np.column_stack([np.ones(len(y)), logs[known]])
     curved = np.column_stack([straight, logs[known] ** 2 - np.mean(logs[known] ** 2, axis=0)])
-    fit = _fitted(straight, targets)
+    fit = fitted(straight, targets)
     if len(y) > curved.shape[1] + 3:
-        other = _fitted(curved, targets)
+        other = fitted(curved, targets)
         if other[2] ** 2 < PAYS * fit[2] ** 2:
             fit = other
     coefficients, covariance, left = fit
@@ -252,7 +252,7 @@ def line(logs: Array, values: Array) -> Line:
     )
 
 
-def _fitted(basis: Array, targets: Array) -> tuple[Array, Array, float]:
+def fitted(basis: Array, targets: Array) -> tuple[Array, Array, float]:
     """Coefficients, their covariance, and the standard deviation of what is left."""
     coefficients, *_ = np.linalg.lstsq(basis, targets, rcond=None)
     free = len(targets) - basis.shape[1]

@@ -11,7 +11,7 @@ from .. import _native
 from ..errors import DthHammerError, LostWorkerError
 from ..extras import need
 from .cases import Job, Row
-from .longrun import Wanted, cores, responses
+from .longrun import Wanted, cores, finished
 
 #: The engine's threads make a part of what comes within this time, s.
 PART = 0.5
@@ -58,7 +58,7 @@ def _by_responses(runs: Sequence[Job], wanted: Wanted, count: int) -> Iterator[l
     rows: list[Row] = []
     begun = time.monotonic()
     try:
-        for k, found in responses([run.numbers for run in runs], wanted, threads=count):
+        for k, found in finished([run.numbers for run in runs], wanted, threads=count):
             rows.append(runs[k].answer(found))
             if time.monotonic() - begun >= PART:
                 yield rows
