@@ -36,8 +36,8 @@ ERROR = 0.01
 HOUR, MINUTE = 3600.0, 60.0
 #: What is free, on an axis: its name and the factor from SI units.
 LABELS = {
-    "air.drive.supply": ("drive chamber's supply closes, mm above the bit", -1e3),
-    "air.drive.exhaust": ("drive chamber's exhaust opens, mm above the bit", -1e3),
+    "air.drive.supply": ("supply closes (mm above the bit)", -1e3),
+    "air.drive.exhaust": ("exhaust opens (mm above the bit)", -1e3),
     "bore": ("bore (mm)", 1e3),
     "stroke": ("stroke (mm)", 1e3),
     "feed_force": ("feed force (kN)", 1e-3),
@@ -118,7 +118,7 @@ class Case:
 
 CASES = {
     "ports": Case(
-        "ports, air up to 18.5 m³/min",
+        "drive chamber's ports, air up to 18.5 m³/min",
         {"air.drive.supply": (-0.05, -0.038), "air.drive.exhaust": (-0.034, -0.02)},
         {"air_flow": (None, 18.5 / MINUTE)},
         RIGID,
@@ -183,7 +183,7 @@ def _map(axes: Axes, names: list[str], grid: pd.DataFrame) -> None:
     ]
     drawn = axes.pcolormesh(*scales, wide.to_numpy(), shading="nearest")
     axes.set_ylabel(LABELS[names[1]][0])
-    axes.figure.colorbar(drawn, ax=axes, label="rate of penetration (m/h); white: beyond the limit")
+    axes.figure.colorbar(drawn, ax=axes, label="rate (m/h); white: beyond the limit")
 
 
 def in_words(case: Case, best: Optimum, grid: pd.DataFrame) -> str:

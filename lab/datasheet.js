@@ -1,5 +1,9 @@
 // The form of a datasheet. The engine has the list of what may be given, and solves it.
 
+/** How many of a unit of the trade one of SI is: by the first word of a number's name, else by its unit. */
+const FIELD = { rate: [3600, "m/h"], rotation: [60, "1/min"], W: [1e-3, "kW"], N: [1e-3, "kN"], m: [1e3, "mm"],
+  "J/m3": [1e-6, "MJ/m3"], Pa: [1e-6, "MPa"], "m3/s": [60, "m3/min"] };
+
 /** What an answer says: facts by kind, their fields as texts. */
 function readAnswer(text) {
   const facts = { set: [], compared: [], found: [], assumed: [], contradiction: [], error: [] };
@@ -23,8 +27,15 @@ class DatasheetForm {
     });
   }
 
-  field({ name, meaning, field_unit: unit }, form) {
-    const input = Object.assign(document.createElement("input"), { type: "number", step: "any", id: `sheet-${name}` });
+  field({ name, meaning, field_unit: unit = "", words }, form) {
+    const kind = words ? { type: "text" } : { type: "number", step: "any" };
+    const input = Object.assign(document.createElement("input"), { ...kind, id: `sheet-${name}` });
+    if (words) {
+      const list = Object.assign(document.createElement("datalist"), { id: "rocks" });
+      list.append(...words.map((word) => new Option(word)));
+      form.append(list);
+      input.setAttribute("list", list.id);
+    }
     const text = { rop: "rate of penetration", od: "outside diameter" }[name] ?? name.replaceAll("_", " ");
     form.append(givenRow(input, text, meaning, unit));
     return input;
@@ -35,7 +46,8 @@ class DatasheetForm {
     const now = JSON.stringify(this.scene.changed);
     // What an answer has set is no rock of the user's: it would be scaled again.
     if (now !== this.made) this.base = { ...this.scene.changed };
-    const given = this.choices.flatMap(({ name, factor }) => {
+    const given = this.choices.flatMap(({ name, factor, words }) => {
+      if (words) return [[name, this.fields.get(name).value.trim()]].filter(([, word]) => word);
       const value = this.fields.get(name).valueAsNumber;
       return Number.isFinite(value) ? [[name, Number((value * factor).toPrecision(12))]] : [];
     });
@@ -61,11 +73,11 @@ class DatasheetForm {
     return true;
   }
 
-  /** A number that follows, the rate in the unit of the field, with its range if it has one. */
+  /** A number that follows, in a unit of the trade, to the digits that its range leaves, with that if it has one. */
   found(name, value, si, low, high) {
-    const [factor, unit] = name.startsWith("rate") ? [3600, "m/h"] : [1, si || "1"];
-    const range = Number(low) < Number(high) ? ` (${[low, high].map((side) => digits(factor * side, 2)).join("–")})` : "";
-    return [name, `${digits(factor * value)} ${pretty(unit)}${range}`];
+    const [factor, unit] = FIELD[name.split(" ")[0]] ?? FIELD[si] ?? [1, si || "1"], ratio = high / low;
+    const range = ratio > 1.05 ? ` (${[low, high].map((side) => digits(factor * side, 2)).join("–")})` : "";
+    return [name, `${digits(factor * value, ratio > 1.3 ? 2 : ratio > 1.05 ? 3 : 4)} ${pretty(unit)}${range}`];
   }
 
   compared(name, given, solved, si) {

@@ -3,7 +3,7 @@
 const BODIES_GROUP = "group_bodies";
 /** The air's pressure, and what a metre of water adds to it, Pa. */
 const ATMOSPHERE = 101325, WATER = 9806.65;
-/** What the sliders change. Their middle is the engine's start value; their ends, parts of it
+/** What the sliders change. Their middle is the value of the scene that was loaded; their ends, parts of it
  * (even steps) or a factor away (even ratios). Or they cover the whole domain, or go from a least value, or from
  * nothing, to a largest. Pressures under so much water are told in metres of it.
  * Those of one `source` of the drive are hidden with another. */
@@ -48,25 +48,25 @@ const STEPS = 100;
 
 /** Value at a slider's place from -1 to 1. */
 function valueAt(name, { parts, factor, whole, least = 0, most, water }, place) {
-  const { start, type, min, max } = scene.variable(name);
+  const { type, min, max } = scene.variable(name), middle = scene.middle(name);
   if (most) {
     const value = least + 0.5 * (place + 1) * (most - least);
     return type === "Real" ? Number(value.toPrecision(water ? 6 : 3)) : Math.round(value);
   }
   if (whole) return Math.round(min + ((max - min) * (place + 1)) / 2);
-  if (place === 0) return start;
+  if (place === 0) return middle;
   const value = parts
-    ? start * (1 + place * (place < 0 ? 1 - parts[0] : parts[1] - 1))
-    : start * factor ** place;
+    ? middle * (1 + place * (place < 0 ? 1 - parts[0] : parts[1] - 1))
+    : middle * factor ** place;
   return type === "Real" ? Number(value.toPrecision(3)) : Math.max(1, Math.round(value));
 }
 
 /** The slider's place for a value; at its ends beyond them. */
 function placeOf(name, { parts, factor, whole, least = 0, most }, value) {
-  const { start, min, max } = scene.variable(name);
+  const { min, max } = scene.variable(name);
   if (most) return Math.max(-1, Math.min(1, (2 * (value - least)) / (most - least) - 1));
   if (whole) return (2 * (value - min)) / (max - min) - 1;
-  const ratio = value / start;
+  const ratio = value / scene.middle(name);
   const place = parts
     ? (ratio - 1) / (ratio < 1 ? 1 - parts[0] : parts[1] - 1)
     : Math.log(ratio) / Math.log(factor);

@@ -61,7 +61,7 @@ class Scene {
   constructor(description, presets) {
     this.description = description;
     this.presets = presets;
-    this.changed = {};
+    [this.changed, this.loaded] = [{}, {}];
   }
 
   variable(name) {
@@ -85,6 +85,12 @@ class Scene {
   replace(values) {
     this.changed = {};
     for (const [name, value] of Object.entries(values)) this.set(name, Number(value));
+    this.loaded = { ...this.changed };
+  }
+
+  /** What sliders are about: the value in the hammer, link or sheet that was loaded; never 0. */
+  middle(name) {
+    return this.loaded[name] || this.variable(name).start;
   }
 
   /** The preset that this is, if it is one. */

@@ -1,14 +1,15 @@
 //! A datasheet solved for the page that runs the engine in a browser: text in, text out.
 //!
 //! A request is a line `name=value` for each number, in SI units: what a datasheet gives, and
-//! parameters and inputs of the scene whose rock, feed and material stay. An answer is a line a fact,
+//! parameters and inputs of the scene whose rock, feed and material stay. `rock=granite` lays a rock by
+//! name, class or strength under this very bit, in place of the scene's. An answer is a line a fact,
 //! its fields behind tabs: `set` name value; `compared` name given solved unit; `found` name value
 //! unit least largest; `assumed`, `contradiction` and `error` a sentence.
 
-use hammer::Input;
-use hammer::Scene;
 use hammer::datasheet::{Datasheet, Quantity};
+use hammer::presets::{Ground, Inserts, RockError};
 use hammer::variables::{Role, VARIABLES, Variable, differences};
+use hammer::{Input, Scene};
 use std::fmt::Write as _;
 
 /// The answer to a request.
@@ -17,10 +18,14 @@ pub fn answer(request: &str) -> String {
 }
 
 fn solve(request: &str) -> Result<String, String> {
-    let (mut sheet, mut scene) = (Datasheet::default(), Scene::default());
+    let (mut sheet, mut scene, mut rock) = (Datasheet::default(), Scene::default(), None);
     for line in request.lines() {
         let (name, value) =
             line.split_once('=').ok_or_else(|| format!("{line} is not of the form name=value"))?;
+        if name == "rock" {
+            rock = Some(value);
+            continue;
+        }
         let value: f64 = value.parse().map_err(|_| format!("{name} = {value} is not a number"))?;
         match Quantity::all().find(|quantity| quantity.name() == name) {
             Some(quantity) => sheet.known.push((quantity, value)),
@@ -33,25 +38,38 @@ fn solve(request: &str) -> Result<String, String> {
         }
     }
     // A rock that was set grows with a hole that is given, not with one that is assumed.
-    let sizes = [Quantity::Hole, Quantity::OuterDiameter];
-    sheet.own_rock &= !sheet.known.iter().any(|(quantity, _)| sizes.contains(quantity));
+    let given = |wanted| sheet.known.iter().find(|(q, _)| *q == wanted).map(|(_, value)| *value);
+    let usual = || given(Quantity::OuterDiameter).map(Datasheet::usual_hole);
+    let hole = given(Quantity::Hole).or_else(usual);
+    sheet.own_rock = rock.is_some() || sheet.own_rock && hole.is_none();
+    let mut named = Vec::new();
+    if let Some(name) = rock {
+        let hole = hole.ok_or(format!("rock {name} depends on the bit: give hole or od"))?;
+        let said = |error: RockError| error.to_string();
+        let bit = Inserts::of_hole(hole).map_err(said)?;
+        let (ground, told) = Ground::named(name).map_err(said)?;
+        scene.parameters.rock = ground.under(&bit).map_err(said)?;
+        let (count, tip) = (bit.count, 1e3 * bit.radius);
+        named.push(format!("The bit has {count} inserts of {tip} mm at their tips."));
+        let measured = given(Quantity::Rate).is_some();
+        named.extend(told.into_iter().filter(|t| !measured || !t.contains("pecific energy")));
+    }
     let found = sheet.solve(&scene).map_err(|error| error.to_string())?;
     let mut text = String::new();
-    for (name, value) in differences(&found.scene.parameters) {
+    let inputs = changed_inputs(&found.scene, &scene);
+    for (name, value) in differences(&found.scene.parameters).into_iter().chain(inputs) {
         let _ = writeln!(text, "set\t{name}\t{value}");
     }
     for row in &found.compared {
         let (name, unit) = (row.quantity.name(), row.quantity.unit());
         let _ = writeln!(text, "compared\t{name}\t{}\t{}\t{unit}", row.given, row.solved);
     }
-    for (name, value) in changed_inputs(&found.scene, &scene) {
-        let _ = writeln!(text, "set\t{name}\t{value}");
-    }
     for row in &found.found {
         let ([low, high], unit) = (row.range, row.unit);
         let _ = writeln!(text, "found\t{}\t{}\t{unit}\t{low}\t{high}", row.name, row.value);
     }
-    for (kind, sentences) in [("assumed", found.assumed), ("contradiction", found.contradictions)] {
+    let assumed = [found.assumed, named].concat();
+    for (kind, sentences) in [("assumed", assumed), ("contradiction", found.contradictions)] {
         for sentence in sentences {
             let _ = writeln!(text, "{kind}\t{sentence}");
         }
@@ -102,11 +120,10 @@ mod tests {
         let lines = known.map(|(quantity, value)| format!("{}={value}\n", quantity.name()));
         let text = answer(&(lines.concat() + "rock.stiffness=2e8\n"));
         let sets = differences(&own.scene.parameters);
-        assert!(sets.iter().all(|(name, value)| text.contains(&format!("set\t{name}\t{value}\n"))));
         let inputs = changed_inputs(&own.scene, &scene);
-        assert!(
-            inputs.iter().all(|(name, value)| text.contains(&format!("set\t{name}\t{value}\n")))
-        );
+        for (name, value) in sets.iter().chain(&inputs) {
+            assert!(text.contains(&format!("set\t{name}\t{value}\n")));
+        }
         assert!(!inputs.is_empty(), "the air's pressure at least");
         assert_eq!(text.matches("set\t").count(), sets.len() + inputs.len());
         assert_eq!(text.matches("contradiction\t").count(), own.contradictions.len());
@@ -117,10 +134,9 @@ mod tests {
     fn what_is_wrong_is_told_by_name() {
         for (request, culprit) in [
             ("piston_mass=8.6\nblow_energy=9.5e6\nfrequency=30", "error\tblow_energy = 9500000"),
-            (
-                "piston_mass=8.6\nblow_enrgy=475",
-                "error\ta datasheet has no number called blow_enrgy",
-            ),
+            ("blow_enrgy=475", "error\ta datasheet has no number called blow_enrgy"),
+            ("piston_mass=8\nrock=R5", "error\trock R5 depends on the bit: give hole or od"),
+            ("hole=0.1\nrock=cheese", "error\tthere is no rock \"cheese\": there are st anne"),
             ("piston_mass=heavy", "error\tpiston_mass = heavy is not a number"),
             ("rop_mean=1", "error\ta datasheet has no number called rop_mean"),
             ("piston_mass", "error\tpiston_mass is not of the form name=value"),

@@ -8,6 +8,7 @@ use crate::{About, Failure, presets, tell};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use hammer::datasheet::Quantity;
+use hammer::presets::ROCKS;
 use sha2::{Digest, Sha256};
 use std::ffi::OsStr;
 use std::fs;
@@ -98,14 +99,17 @@ fn texts(folder: &Path) -> Result<String, Failure> {
     Ok(serde_json::to_string(&languages)?)
 }
 
-/// What a datasheet may give, as JSON.
+/// What a datasheet may give, as JSON: numbers, and the rock by name.
 fn choices() -> Result<String, Failure> {
     let rows = Quantity::all().map(|quantity| {
         let (unit, factor) = quantity.field_unit();
         let (name, meaning) = (quantity.name(), quantity.meaning());
         serde_json::json!({ "name": name, "meaning": meaning, "field_unit": unit, "factor": factor })
     });
-    Ok(serde_json::to_string(&rows.collect::<Vec<_>>())?)
+    let rocks: Vec<_> = ROCKS.iter().map(|rock| rock.name).collect();
+    let meaning = "A name, a class as R5, or a strength as 180 MPa; if empty, the scene's rock";
+    let rock = serde_json::json!({ "name": "rock", "meaning": meaning, "words": rocks });
+    Ok(serde_json::to_string(&rows.chain([rock]).collect::<Vec<_>>())?)
 }
 
 /// An element with its text, whose hash is added to those that the page's policy lets through.

@@ -29,7 +29,8 @@ pub struct Inputs {
 impl Inputs {
     /// The inputs with the start values of the description.
     pub fn new(start: InputValues) -> Self {
-        let set = Input::ALL.map(|input| differs(start, input, &InputValues::default()));
+        let [mut own, mut usual] = [start, InputValues::default()];
+        let set = Input::ALL.map(|input| *slot(&mut own, input) != *slot(&mut usual, input));
         Self { start, set, fresh: Default::default(), dirty: false }
     }
 
@@ -121,10 +122,6 @@ impl Inputs {
     pub fn pass(&mut self) {
         (self.fresh, self.dirty) = (Default::default(), false);
     }
-}
-
-fn differs(mut values: InputValues, input: Input, other: &InputValues) -> bool {
-    *slot(&mut values, input) != *slot(&mut other.clone(), input)
 }
 
 fn slot(values: &mut InputValues, input: Input) -> &mut f64 {

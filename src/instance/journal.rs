@@ -65,7 +65,6 @@ impl Journal {
     ///
     /// # Errors
     ///
-    /// A name that is not a category; nothing is switched then.
     /// A name that is no category; nothing is switched then.
     pub fn switch(&mut self, on: bool, names: &[String]) -> Result<(), CallError> {
         let known =
@@ -75,12 +74,10 @@ impl Journal {
         }
         for category in Category::ALL {
             let named = names.iter().any(|name| name == LOG_ALL || name == category.name());
-            let by_default = names.is_empty();
-            // Naming some debug categories selects only those.
-            let left_out = on && !named && category.is_debug();
-            if named || by_default {
+            if named || names.is_empty() {
                 self.wanted[category as usize] = on;
-            } else if left_out {
+            } else if on && category.is_debug() {
+                // Naming some debug categories selects only those.
                 self.wanted[category as usize] = false;
             }
         }

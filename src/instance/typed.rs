@@ -278,11 +278,6 @@ fn length_of(reference: u32) -> Result<Length, CallError> {
 
 /// True for an enumeration, which FMI 3.0 reads as Int64.
 fn is_choice(reference: u32) -> bool {
-    let Ok(variable) = row(reference, ENUMERATION) else { return false };
-    let of_slot = |slot: &Slot| matches!(slot, Slot::Choice(..));
-    match &variable.role {
-        Role::Parameter { slot, .. } => of_slot(slot),
-        Role::Choice(..) => true,
-        _ => false,
-    }
+    let role = row(reference, ENUMERATION).map(|variable| &variable.role);
+    matches!(role, Ok(Role::Choice(..) | Role::Parameter { slot: Slot::Choice(..), .. }))
 }

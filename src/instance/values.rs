@@ -28,7 +28,8 @@ impl Instance {
     /// # Errors
     /// No such variable, or wrong parameters while the scene is not yet made.
     pub fn real(&mut self, reference: u32) -> Result<f64, CallError> {
-        match &row(reference, REAL)?.role {
+        let Variable { name, role, .. } = row(reference, REAL)?;
+        match role {
             Role::Parameter { slot: Slot::Real(..), .. } => {
                 Ok(self.settings.get(reference as usize))
             }
@@ -40,11 +41,10 @@ impl Instance {
                     cancel.over(|| prepare(machine))?;
                 }
                 let value = unsigned_zero((output.value)(self.machine()?));
-                if row(reference, REAL)?.name == "energy_residual" {
+                if *name == "energy_residual" {
                     self.check_balance();
                 }
-                let name = row(reference, REAL)?.name;
-                let struck = name == "blow_time" && self.machine()?.blow().is_some();
+                let struck = *name == "blow_time" && self.machine()?.blow().is_some();
                 sound(name, if struck { self.on_clock(value) } else { value })
             }
             _ => Err(CallError::Reference { reference, wanted: REAL }),

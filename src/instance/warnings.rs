@@ -2,7 +2,6 @@
 
 use super::inputs::Inputs;
 use super::settings::Settings;
-
 use hammer::variables::{INPUTS, InputRow};
 use hammer::{
     DisplayNumber, Energies, Input, Machine, Parameters, Source, starved, unfed, unlikely,
@@ -50,9 +49,7 @@ impl Warnings {
         (self.coarse, self.fast) = (self.coarse || coarse.is_some(), self.fast || fast.is_some());
         coarse.into_iter().chain(fast).collect()
     }
-}
 
-impl Warnings {
     /// Warns of energies that do not balance, whenever their count has doubled.
     pub fn unbalanced(&mut self, energies: &Energies) -> Option<String> {
         let bound = energies.residual_bound();

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from browsing import BLOWS, DESK, OPEN, PAGE, PHONE, blows, settled, wait
-from dth_hammer import Hammer, HammerWarning, from_datasheet
+from dth_hammer import VARIABLES, Hammer, HammerWarning, from_datasheet
 from fmu import Instance, Package
 from PIL import Image
 from playwright.sync_api import Browser, Page, expect
@@ -209,7 +209,7 @@ def test_a_link_with_no_whole_number_is_refused(opened: OPEN, elements: str) -> 
     expect(page.locator("#status")).to_contain_text(f"piston.elements = {elements} is refused")
 
 
-def solved(page: Page, **given: float) -> str:
+def solved(page: Page, **given: float | str) -> str:
     """Fills the form of a datasheet, in its own units, and has it solved."""
     if not page.locator("#sheet").is_visible():
         page.get_by_text("From a datasheet").click()
@@ -244,6 +244,28 @@ def test_a_datasheet_is_solved_as_in_python_and_contradictions_are_told(
     assert displayed(page, "energy") == pytest.approx(
         blows(package, found)[-1]["blow_energy"], rel=5e-3
     )
+
+
+@pytest.mark.parametrize("rock", ["granite", "R5", "180 MPa"])
+def test_my_hammer_in_a_rock_by_name_is_the_commands(opened: OPEN, rock: str) -> None:
+    page = opened()
+    text = solved(page, od=124, pressure=24, power=31.7, hole=140, rock=rock)
+    assert "contradiction" not in page.evaluate("laboratory.sheet")
+    own = from_datasheet(od="124 mm", pressure="24 bar", power="31.7 kW", hole="140 mm", rock=rock)
+    # As above: the fit's last step.
+    assert page.evaluate("scene.changed") == pytest.approx(
+        {n: x for n, x in own.parameters.items() if x != VARIABLES[n].start}, rel=1e-8
+    )
+    lines = [row.split("\t") for row in page.evaluate("laboratory.sheet").splitlines()]
+    found = {row[1]: [float(row[k]) for k in (2, 4, 5)] for row in lines if row[0] == "found"}
+    for name, number, _ in own.found:
+        assert found[name] == pytest.approx([number, *own.ranges[name]], rel=1e-8), name
+    assert [row[1] for row in lines if row[0] == "assumed"] == [*own.assumed]
+    assert own.assumed[-1] in text
+    # In the command's units, to its digits.
+    shown = dict(re.findall(r"^(.+)\t([\d.]+)", text, re.MULTILINE))
+    for name, told in own.readable().items():
+        assert float(shown[name]) == float(told.split()[0]), told
 
 
 def test_axe_finds_nothing_in_a_solved_datasheet(opened: OPEN) -> None:

@@ -287,6 +287,12 @@ def test_a_preset_keeps_its_name_in_the_command(opened: OPEN) -> None:
     expect(command).to_have_text("dth-hammer run")
     page.get_by_label("Preset").select_option("air_6_inch")
     expect(command).to_have_text("dth-hammer run air_6_inch")
+    # Sliders are about this hammer: in the middle of the feed's is its own, at the end twice that.
+    feed = page.get_by_label("Feed force", exact=True)
+    own = page.evaluate("scene.get('feed_force')")
+    assert feed.input_value() == "0"
+    feed.press("End")
+    assert page.evaluate("scene.get('feed_force')") == pytest.approx(2 * own, rel=1e-3)
     page.get_by_label("Feed force, kN").fill("9")
     page.keyboard.press("Tab")
     expect(command).to_have_text("dth-hammer run air_6_inch --set feed_force=9000")

@@ -13,15 +13,20 @@ use crate::quantities::parameters::{MAX_ELEMENTS, Parameters};
 use crate::quantities::sections::{Body, Segment};
 use crate::scene::Scene;
 
-/// Advance of the hole per turn of the bit that makers recommend (Epiroc), m: named where it is told.
-const ADVANCE: [f64; 2] = [0.010, 0.019];
+/// Advance of the hole per turn of the bit, m: the middle of the 10 to 19 mm that makers recommend (Epiroc).
+pub const TURN: f64 = 0.0145;
 /// Rounds in which the middle hammer's scene is moved to its numbers, and how close.
 const ROUNDS: usize = 4;
 const CLOSE: f64 = 5e-3;
 
 impl Datasheet {
     /// The answer of a sample, in the rock of a scene.
-    pub(super) fn answer(&self, base: Scene, sample: &Sample) -> Result<Solution, DatasheetError> {
+    pub(super) fn answer(
+        &self,
+        base: Scene,
+        middle: Result<(Scene, f64), DatasheetError>,
+        sample: &Sample,
+    ) -> Result<Solution, DatasheetError> {
         let found = self.found(&base, sample);
         let compared = sample.solved().iter().map(|(row, solved)| {
             let Row { quantity, pressure, given, .. } = *row;
@@ -31,7 +36,7 @@ impl Datasheet {
         let off = compared.iter().filter(|(row, c)| math::ln(c.solved / c.given).abs() > row.error);
         let mut contradictions: Vec<String> = off.map(|(_, compared)| sentence(compared)).collect();
         contradictions.extend(self.impossible(sample));
-        let mut scene = match self.hammer(&base, sample) {
+        let mut scene = match middle {
             Ok((scene, _)) => scene,
             Err(DatasheetError::Engine(error)) => return Err(error.into()),
             Err(other) => {
@@ -98,12 +103,9 @@ impl Datasheet {
         if self.fluid() == Fluid::Air {
             list.push(row("free air", "m3/s", &|m| m.blow.flow));
         }
-        let [least, most] = ADVANCE;
         list.push(match self.get(Quantity::Rotation) {
             Some(rotation) => row("advance per turn", "m", &|m| m.rate / rotation),
-            None => row("rotation for 10 to 19 mm of advance per turn", "Hz", &|m| {
-                m.rate / (0.5 * (least + most))
-            }),
+            None => row("rotation for 10 to 19 mm of advance per turn", "Hz", &|m| m.rate / TURN),
         });
         if let (Some((hole, _)), Some(pipe)) = (self.hole(), self.get(Quantity::Pipe)) {
             let ring = area(hole) - area(pipe);
@@ -121,7 +123,7 @@ impl Datasheet {
         let mut say = |if_so: bool, text: String| list.extend(if_so.then_some(text));
         say(!given(Quantity::BitMass), "The bit is as long and as heavy as the piston.".into());
         say(true, "Piston and bit have one section, constant along them.".into());
-        if let (None, Some(feed)) = (self.get(Quantity::Feed), self.usual_feed()) {
+        if let (None, Some([_, feed])) = (self.get(Quantity::Feed), self.usual_feeds()) {
             say(
                 true,
                 format!(
@@ -153,28 +155,28 @@ impl Datasheet {
         list
     }
 
-    /// The middle hammer, in the rock of a scene, moved until it strikes as the sample says, and its blow.
+    /// The middle hammer, in the rock of a scene, moved until it strikes as the sample says, and the share of a blow
+    /// that it gives to the rock.
     pub(super) fn hammer(
         &self,
         base: &Scene,
         sample: &Sample,
-    ) -> Result<(Scene, AirBlow), DatasheetError> {
+    ) -> Result<(Scene, f64), DatasheetError> {
         let [energy, frequency] =
             [sample.number(|m| m.blow.energy).0, sample.number(|m| m.blow.frequency).0];
         let mut hammer = sample.hammer;
         let mut round = 0;
         loop {
-            let scene = self.dressed(base, &hammer)?;
-            let (blow, _) = AirBlow::of(&scene, true)?;
+            let (blow, _) = AirBlow::of(&self.dressed(base, &hammer)?, true)?;
             let [more, faster] = [energy / blow.energy, frequency * blow.period].map(math::ln);
-            if round == ROUNDS || more.abs().max(faster.abs()) < CLOSE {
-                return Ok((scene, blow));
-            }
-            round += 1;
             // Energy goes with area and stroke, the square of the frequency with area over stroke.
             let by = |x: f64| math::exp((0.5 * x).clamp(-0.3, 0.3));
             hammer.bore *= by(0.5 * (more + 2.0 * faster));
             hammer.height *= by(more - 2.0 * faster);
+            if round == ROUNDS || more.abs().max(faster.abs()) < CLOSE {
+                return Ok((self.dressed(base, &hammer)?, blow.rock_work / blow.energy));
+            }
+            round += 1;
         }
     }
 

@@ -85,14 +85,15 @@ impl Datasheet {
         if high || self.get(Quantity::Flow).is_some() { Fluid::Liquid } else { Fluid::Air }
     }
 
-    /// The feed (N) where none is given and the size is known: what makers print, or what holds an air
+    /// The feed (N) where none is given and the size is known: what makers print, and that or what holds an air
     /// hammer's casing down where that is more.
-    pub(super) fn usual_feed(&self) -> Option<f64> {
+    pub(super) fn usual_feeds(&self) -> Option<[f64; 2]> {
         let outer = self.outer()?.0;
         let printed = FEED * outer;
         let pressure = self.at.or(self.get(Quantity::Pressure)).unwrap_or(PRESSURE.0);
         let held = HELD * outer * outer * pressure;
-        Some(if self.fluid() == Fluid::Air { printed.max(held) } else { printed })
+        let air = self.fluid() == Fluid::Air;
+        Some([printed, if air { printed.max(held) } else { printed }])
     }
 
     /// Hammers before anything is known of their blows.

@@ -23,6 +23,7 @@ mod sample;
 mod table;
 
 pub use air::AirBlow;
+pub use answer::TURN;
 pub use quantity::Quantity;
 pub use sample::spread;
 
@@ -103,7 +104,8 @@ pub struct Found {
 /// The hammers.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// The scene of the middle one.
+    /// The scene of the middle one. It is moved in rounds until its blows are the told ones, and so may step by
+    /// what is left of them, some tenths of a per cent, where the sheet moves by less.
     pub scene: Scene,
     /// What was given beside what they give.
     pub compared: Vec<Comparison>,
@@ -124,18 +126,21 @@ impl Datasheet {
     /// A number that no hammer has; too little to find a hammer.
     pub fn solve(&self, base: &Scene) -> Result<Solution, DatasheetError> {
         let (scene, mut sample) = self.drawn(base)?;
-        if self.get(Quantity::Rate).is_some() {
-            // Measured at the sheet's pressure, whichever is worked at.
-            let measured = Self { at: None, ..self.clone() };
-            let (scene, own) = measured.drawn(base)?;
-            if let Ok((_, blow)) = measured.hammer(&scene, &own) {
-                sample.take_share(blow.rock_work / blow.energy);
+        let middle = self.hammer(&scene, &sample);
+        if let Ok((_, share)) = middle {
+            let mut measured = self.get(Quantity::Rate).map(|_| share);
+            if let (Some(then), Some(_)) = (&mut measured, self.at) {
+                // Measured at the sheet's pressure, whichever is worked at.
+                let sheet = Self { at: None, ..self.clone() };
+                let (scene, own) = sheet.drawn(base)?;
+                *then = sheet.hammer(&scene, &own).map_or(share, |(_, then)| then);
             }
+            sample.take_share(share, measured);
         }
-        self.answer(scene, &sample)
+        self.answer(scene, middle, &sample)
     }
 
-    /// The numbers of the sample alone: no scene is made.
+    /// The numbers of the sample alone: no scene is made, so its share of work to the rock is the usual one.
     ///
     /// # Errors
     /// Those of [`Self::solve`].
@@ -178,7 +183,7 @@ impl Datasheet {
                 p.rock.spread(hole);
             }
         }
-        let feed = self.get(Quantity::Feed).or_else(|| self.usual_feed());
+        let feed = self.get(Quantity::Feed).or_else(|| Some(self.usual_feeds()?[1]));
         scene.inputs.feed_force = feed.unwrap_or(scene.inputs.feed_force);
     }
 }

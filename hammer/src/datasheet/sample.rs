@@ -14,8 +14,9 @@ const WIDE: f64 = 1.2816;
 const ABOUT: f64 = 0.03;
 /// How sharply the speed that steel stands cuts.
 const SHARP: f64 = 60.0;
-/// Work to the rock over blow energy: RI 7300's drills and this model's hammers have 0.57 to 0.79.
+/// Work to the rock over blow energy, its error, and the most: RI 7300's drills have 0.57 to 0.79.
 const SHARE: (f64, f64) = (0.68, 0.12);
+const MOST: f64 = 0.95;
 /// Factor of 80 % of what a rock's hardness, and a feed, are about.
 const HARDNESS: f64 = 1.75;
 const FEED: f64 = 1.25;
@@ -104,11 +105,14 @@ impl Sample {
         Ok(Self { members: members.collect(), hammer, solved, asked_speed })
     }
 
-    /// Takes the share of a simulated hammer, which a measured rate makes the specific energy of, for the middle one.
-    pub fn take_share(&mut self, share: f64) {
+    /// Takes the share of the simulated middle hammer for the middle one, and that with which a rate was measured,
+    /// which says the specific energy.
+    pub fn take_share(&mut self, now: f64, measured: Option<f64>) {
         for member in &mut self.members {
-            member.share *= share / SHARE.0;
-            member.specific_energy *= share / SHARE.0;
+            let share = (member.share * now / SHARE.0).min(MOST);
+            member.rate *= measured.map_or(share / member.share, |then| now / then);
+            member.specific_energy *= measured.unwrap_or(SHARE.0) / SHARE.0;
+            member.share = share;
         }
     }
 
@@ -152,7 +156,7 @@ impl Member {
     ) -> Self {
         let about = |dimension: usize, wide: f64| math::exp(wide * drawn(member, dimension));
         let p = &scene.parameters;
-        let share = (SHARE.0 * about(OF_SHARE, SHARE.1)).min(0.95);
+        let share = (SHARE.0 * about(OF_SHARE, SHARE.1)).min(MOST);
         let known = math::ln(p.rock.specific_energy_factor) / WIDE;
         let hardness = if sheet.own_rock { 0.0 } else { math::ln(HARDNESS) / WIDE };
         let area = p.work_per_length() / p.rock.specific_energy;
@@ -165,7 +169,10 @@ impl Member {
             }
             None => (share, p.rock.specific_energy * about(OF_ENERGY, known)),
         };
-        let usual = scene.inputs.feed_force * about(OF_FEED, math::ln(FEED) / WIDE);
+        // What holds the casing down may be more than makers print: then they are the lower end.
+        let less = sheet.usual_feeds().map_or(0.0, |[printed, usual]| math::ln(usual / printed));
+        let below = if drawn(member, OF_FEED) < 0.0 { less } else { 0.0 };
+        let usual = scene.inputs.feed_force * about(OF_FEED, (math::ln(FEED) + below) / WIDE);
         Self {
             blow,
             weight,

@@ -55,6 +55,10 @@ mod _native {
     #[pymodule_export]
     const REFERENCE_HOLE: f64 = hammer::presets::REFERENCE_HOLE;
 
+    /// Advance of a hole per turn of the bit, m: the middle of what makers recommend.
+    #[pymodule_export]
+    const TURN: f64 = hammer::datasheet::TURN;
+
     /// Without its exceptions nothing here may be called.
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

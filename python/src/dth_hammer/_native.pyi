@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 Table = NDArray[Any]
 ENGINE: str
 REFERENCE_HOLE: float
+TURN: float
 
 def forked() -> None: ...
 

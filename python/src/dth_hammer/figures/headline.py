@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import pandas as pd
 
+from .. import _native
 from ..errors import TooFewBlowsError
 from ..fixed import Fixed
 from ..run.diagram import Waves
@@ -14,6 +15,8 @@ from ..scene.band import band
 from ..scene.datasheet import Datasheet
 from ..study.fatigue import Life
 
+#: What a bit turns.
+TURNS = "rotation for 10 to 19 mm of advance per turn"
 #: Rows of a summary that are told; a datasheet has ranges of numbers of the same names.
 SUMMARISED = (
     *("rate of penetration", "frequency", "blow energy", "impact speed", "power of the blows"),
@@ -29,14 +32,14 @@ SHOWN: Mapping[str, str] = {
     "bore": "mm",
     "height where the piston turns": "mm",
     "advance per turn": "mm",
-    "rotation for 10 to 19 mm of advance per turn": "1/min",
+    TURNS: "1/min",
     "free air": "m3/min",
     "oil or water taken": "l/min",
 }
 #: What a datasheet finds that a run does not have.
 FOUND = (
     *("piston mass", "feed", "bore", "height where the piston turns"),
-    *("rotation for 10 to 19 mm of advance per turn", "advance per turn"),
+    *(TURNS, "advance per turn"),
     "up-hole velocity of the air",
 )
 FLOWS = {"air_flow": "free air", "flow": "oil or water taken"}
@@ -96,7 +99,9 @@ def _blows(run: Run, sheet: Datasheet | None) -> dict[str, Row]:
             own = next(value for found, value, _ in sheet.found if found == name)
             rows[name] = own, *sheet.ranges[name], unit
         elif name == "rate of penetration":
-            rows[name] = mean, *band(mean, run.parameters), unit
+            low, high = band(mean, run.parameters)
+            rows[name], turn = (mean, low, high, unit), _native.TURN
+            rows[TURNS] = mean / turn, low / turn, high / turn, "Hz"
     return rows
 
 

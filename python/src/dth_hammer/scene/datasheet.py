@@ -24,7 +24,7 @@ from .variables import VARIABLES, Value, numbers
 class Datasheet:
     """A hammer made from a datasheet: its parameters, and what had to be assumed."""
 
-    #: For `simulate`, `Hammer` or `sweep`.
+    #: For `simulate`, `Hammer` or `sweep`; its blows are the told ones to half a per cent.
     parameters: Mapping[str, float]
     #: Sentences: what the datasheet did not say.
     assumed: tuple[str, ...]
@@ -168,7 +168,7 @@ def from_datasheet(
         >>> sheet = from_datasheet(power="11 kW", frequency="1500 bpm", hole="115 mm")
         >>> low, high = (3600 * rate for rate in sheet.ranges["rate of penetration"])
         >>> print(f"{low:.0f} to {high:.0f} m/h")
-        8 to 20 m/h
+        9 to 22 m/h
     """
     written = {name: value for name, value in locals().items() if value is not None}
     arguments = {name: written.get(name) for name in UNITS}

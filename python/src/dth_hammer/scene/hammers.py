@@ -64,7 +64,7 @@ def _read(hammer: Hammerlike) -> Scene:
             )
         return found
     if str(hammer) in PRESETS:
-        return Scene(preset=str(hammer))
+        return Scene(str(hammer).replace("_", " "), preset=str(hammer))
     if Path(hammer).suffix.lower() == ".json" or Path(hammer).is_file():
         return Scene.read(hammer)
     word = str(hammer).strip().lower()
