@@ -241,6 +241,32 @@ def test_goals_and_limits_are_functions_too_and_refused_designs_are_points() -> 
         optimise(RIGID, "rop", {"feed_force": (6e3, 4e3)})
 
 
+def test_a_design_that_stalls_or_is_refused_costs_more_than_any_other() -> None:
+    def design(free: Mapping[str, float]) -> Mapping[str, float]:
+        # Below 1 N nothing strikes; from 2 on the hammer has a mass that none may have.
+        force, mass = free["drive.amplitude"], -1.0 if free["part"] > 1.5 else 1.0
+        return {"drive.amplitude": force, "piston.length": mass * 0.15}
+
+    free = {"drive.amplitude": ("1 N", "1.8 kN"), "part": (1.0, 2.0)}
+    problem = Problem("rop", free, numbers(None, RIGID), design=design)
+    # Beside a design, too, a variable's bounds have its unit.
+    assert (problem.low.tolist(), problem.high.tolist()) == ([1.0, 1.0], [1800.0, 2.0])
+    problem.limits = [*limits_of({"rop": ("1 m/h", None)})]
+    places = [(1.0, 0.0), (0.8, 0.0), (0.0, 0.0), (1.0, 1.0)]
+    good, worse, stalled, refused = (problem.tried(0, np.array(place)) for place in places)
+    assert problem.cost(good) == -1.0 < problem.cost(worse) < problem.cost(stalled)
+    assert problem.cost(refused) == problem.cost(stalled)
+    assert (good.refused, stalled.refused) == ("", "stalled")
+    assert "piston.length" in refused.refused
+    assert problem.best() is good
+    problem.rows = [stalled, refused]
+    with pytest.raises(RefusedError, match="none of 2 designs satisfies stalled"):
+        problem.best()
+    for bad, why in (({"feed_force": (6e3, 4e3)}, "first must be less"), ({}, "free is empty")):
+        with pytest.raises(DomainError, match=why):
+            Problem("rop", bad, {}, design=None)
+
+
 def test_an_optimum_has_the_error_of_its_own_goal() -> None:
     # Without feed no blow is as another, so means have errors.
     free, still = {"drive.amplitude": (1790.0, 1800.0)}, RIGID | {"feed_force": 0.0}

@@ -5,7 +5,7 @@ use crate::changes::{Change, Source};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output};
 use support::run::{cargo, run, target};
 
 /// What reads the switch, and notes which changes a run comes past if it is asked to.
@@ -96,6 +96,12 @@ impl Build {
     ///
     /// An error of the compiler that is at none of the changes.
     pub fn compile(&mut self) -> Result<(), Problem> {
+        // Those that a run before left out: without them nothing is built anew.
+        let noted = self.root.with_file_name("refused.txt");
+        let text = std::fs::read_to_string(&noted).unwrap_or_default();
+        let known: BTreeSet<_> = text.lines().collect();
+        let is_known = |switch: &usize| known.contains(&*self.change(*switch).to_string());
+        self.refused = (1..=self.count()).filter(is_known).collect();
         loop {
             let mut places = Vec::new();
             for (index, source) in self.sources.iter().enumerate() {
@@ -109,24 +115,21 @@ impl Build {
                 let of_file = written.places.into_iter();
                 places.extend(of_file.map(|(change, range)| (index, first + change + 1, range)));
             }
-            let mut check = self.engine("check");
-            let output = check.args(["--tests", "--message-format=json"]).output();
-            let output = output.map_err(|error| Problem::file("cargo check", error))?;
+            let (output, messages) = messages(self.engine("check").arg("--tests"))?;
             if output.status.success() {
-                return Ok(());
+                let lines = self.refused.iter().map(|&switch| format!("{}\n", self.change(switch)));
+                return write(&noted, lines.collect::<String>().as_bytes());
             }
             let before = self.refused.len();
-            let text = String::from_utf8_lossy(&output.stdout);
-            for message in text.lines().filter_map(|line| serde_json::from_str(line).ok()) {
-                self.refused.extend(self.blamed(&message, &places));
+            for message in &messages {
+                self.refused.extend(self.blamed(message, &places));
             }
             if self.refused.len() == before {
-                let errors = text.lines().filter_map(|line| serde_json::from_str(line).ok());
-                let rendered = errors.filter_map(|message: Value| {
-                    message["message"]["rendered"].as_str().map(str::to_owned)
-                });
+                let rendered =
+                    |message: &Value| message["message"]["rendered"].as_str().map(str::to_owned);
                 let said = String::from_utf8_lossy(&output.stderr).into_owned();
-                return Err(Problem::Compiler(rendered.take(3).chain([said]).collect()));
+                let told = messages.iter().filter_map(rendered).take(3).chain([said]);
+                return Err(Problem::Compiler(told.collect()));
             }
             println!("{} of {} changes do not compile", self.refused.len(), self.count());
         }
@@ -144,7 +147,8 @@ impl Build {
         }
         let spans = message["spans"].as_array().cloned().unwrap_or_default();
         let innermost = |span: &Value| {
-            let name = span["file_name"].as_str()?;
+            // A module whose path is given is named with it.
+            let name = span["file_name"].as_str()?.replace("/./", "/");
             let at = usize::try_from(span["byte_start"].as_u64()?).ok()?;
             let inside = places.iter().filter(|(source, _, range)| {
                 self.sources[*source].file.ends_with(name.trim_start_matches("hammer/"))
@@ -163,16 +167,12 @@ impl Build {
     pub fn programs(&self) -> Result<Vec<(String, PathBuf)>, Problem> {
         let tests = ["--no-run", "--lib", "--tests"];
         run(self.engine("test").args(tests))?;
-        let mut list = self.engine("test");
-        list.args(tests).arg("--message-format=json");
-        let output = list.output().map_err(|error| Problem::file("cargo test", error))?;
-        let text = String::from_utf8_lossy(&output.stdout);
-        let messages = text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+        let (_, messages) = messages(self.engine("test").args(tests))?;
         let program = |message: Value| {
             let path = message["executable"].as_str()?;
             Some((message["target"]["name"].as_str()?.to_owned(), PathBuf::from(path)))
         };
-        Ok(messages.filter_map(program).collect())
+        Ok(messages.into_iter().filter_map(program).collect())
     }
 
     /// The program that compares the engine with the extended-precision reference.
@@ -184,6 +184,15 @@ impl Build {
         run(self.cargo("build").args(["--package", "verify", "--bin", "compare"]))?;
         Ok(self.root.with_file_name("build").join("debug/compare"))
     }
+}
+
+/// Runs cargo: what it says to machines.
+fn messages(command: &mut Command) -> Result<(Output, Vec<Value>), Problem> {
+    let output = command.arg("--message-format=json").output();
+    let output = output.map_err(|error| Problem::file("cargo", error))?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    let messages = text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect();
+    Ok((output, messages))
 }
 
 /// Writes a file, unless it has these bytes: cargo looks at times.

@@ -27,6 +27,13 @@ pub struct Change {
     pub what: String,
 }
 
+impl std::fmt::Display for Change {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { file, line, column, function, what } = self;
+        write!(f, "{file}:{line}:{column} {function}: {what}")
+    }
+}
+
 /// Where a text goes: what ends at a place comes before what replaces there or begins.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Side {

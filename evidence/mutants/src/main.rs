@@ -11,7 +11,6 @@ mod changes;
 mod trial;
 
 use build::Build;
-use changes::Change;
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::BTreeMap;
@@ -34,6 +33,8 @@ enum Problem {
     NotRust { file: PathBuf, error: syn::Error },
     #[error("errors that are at no change:\n{0}")]
     Compiler(String),
+    #[error("no test that is quick enough is called {0}")]
+    NoTest(String),
     #[error(transparent)]
     Run(#[from] Failure),
 }
@@ -48,7 +49,8 @@ impl Problem {
 #[command(about = "Changes of the engine that no test of it notices")]
 struct Arguments {
     /// Folders or files of hammer/src to change
-    #[arg(default_values = ["laws/", "machine/", "motion/", "search/"])]
+    #[arg(default_values = ["air/", "datasheet/", "laws/", "machine/", "modal/", "motion/",
+        "numerics/", "search/", "sensitivity/"])]
     parts: Vec<String>,
     /// Changes tried at a time
     #[arg(long, default_value_t = std::thread::available_parallelism().map_or(1, usize::from))]
@@ -57,12 +59,15 @@ struct Arguments {
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     every: u32,
     /// Leave out a test that takes longer than this on the unchanged engine, s
-    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..))]
-    longest: u64,
+    #[arg(long, default_value_t = 20.0)]
+    longest: f64,
     /// Only these programs of tests: `hammer` has the unit tests, `compare` is the comparison of drawn
     /// scenes with the extended-precision reference
     #[arg(long, num_args = 1..)]
     tests: Vec<String>,
+    /// Would these tests be missed: only changes that one of them notices, and whether another does
+    #[arg(long, num_args = 1..)]
+    missing: Vec<String>,
     /// Only those changes that target/mutants/outcomes.txt says no test noticed or came past
     #[arg(long)]
     again: bool,
@@ -88,12 +93,18 @@ fn run(arguments: &Arguments) -> Result<(), Problem> {
     let mut programs = build.programs()?;
     programs.retain(|(name, _)| wanted(name));
     println!("Each test once on the unchanged engine");
-    let limit = Duration::from_secs(arguments.longest);
+    let limit = Duration::from_secs_f64(arguments.longest.clamp(0.01, 3600.0));
     let mut tests = trial::tests(&programs, &build.folder(), limit)?;
     if wanted("compare") {
         tests.extend(trial::comparisons(&build.comparison()?, &build.folder())?);
     }
     let path = target(&root).join("mutants/outcomes.txt");
+    for name in &arguments.missing {
+        let found = tests.iter_mut().filter(|test| test.name.1 == *name);
+        if found.map(|test| test.judged = true).count() == 0 {
+            return Err(Problem::NoTest(name.clone()));
+        }
+    }
     let chosen = chosen(&build, arguments, &path);
     println!("{} changes of {}, {} tests", chosen.len(), build.count(), tests.len());
     let outcomes = all(&build, &tests, &chosen, arguments, &path)?;
@@ -110,7 +121,8 @@ fn chosen(build: &Build, arguments: &Arguments, outcomes: &Path) -> Vec<usize> {
     let is_unnoticed = |of: &str| matches!(last.get(of), Some(&"Survives" | &"Unmet"));
     let switches = (1..=build.count()).filter(|switch| !build.refused.contains(switch));
     let switches = switches.step_by(arguments.every as usize);
-    let left = |switch: &usize| !arguments.again || is_unnoticed(&described(build, *switch));
+    let left =
+        |switch: &usize| !arguments.again || is_unnoticed(&build.change(*switch).to_string());
     switches.filter(left).collect()
 }
 
@@ -136,7 +148,7 @@ fn all(
         while let Some(&switch) = chosen.get(next.fetch_add(1, Ordering::Relaxed)) {
             let change = build.change(switch);
             let outcome = experience.try_out(tests, &build.folder(), &change.file, switch)?;
-            let line = format!("{}\t{outcome:?}\n", described(build, switch));
+            let line = format!("{}\t{outcome:?}\n", build.change(switch));
             let mut file = file.lock().expect("no panic while locked");
             let written = file.write_all(line.as_bytes());
             written.map_err(|error| Problem::file("outcomes.txt", error))?;
@@ -153,37 +165,23 @@ fn all(
     Ok(outcomes.into_inner().expect("no panic while locked"))
 }
 
-fn described(build: &Build, switch: usize) -> String {
-    let Change { file, line, column, function, what } = build.change(switch);
-    format!("{file}:{line}:{column} {function}: {what}")
-}
-
+/// What no other test notices, and how many of each there are in each file.
 fn report(build: &Build, outcomes: &BTreeMap<usize, Outcome>) {
-    for (outcome, title) in
-        [(Outcome::Survives, "No test notices"), (Outcome::Unmet, "No test comes past")]
-    {
-        let of = outcomes.iter().filter(|(_, result)| **result == outcome);
-        let lines: Vec<_> = of.map(|(&switch, _)| described(build, switch)).collect();
-        println!("\n{title}: {}", lines.len());
-        lines.iter().for_each(|line| println!("{line}"));
-    }
-    println!("\n| file | changes | caught | of these by no end | survive | never met |");
-    println!("|---|---|---|---|---|---|");
-    let mut files: BTreeMap<&str, [usize; 5]> = BTreeMap::new();
+    let mut counts: BTreeMap<(&str, &str), usize> = BTreeMap::new();
     for (&switch, outcome) in outcomes {
-        let row = files.entry(&build.change(switch).file).or_default();
-        row[0] += 1;
-        match outcome {
-            Outcome::Caught(_) => row[1] += 1,
-            Outcome::Endless(_) => {
-                row[1] += 1;
-                row[2] += 1;
-            }
-            Outcome::Survives => row[3] += 1,
-            Outcome::Unmet => row[4] += 1,
+        let kind = match outcome {
+            Outcome::Caught(_) => "caught",
+            Outcome::Endless(_) => "do not end",
+            Outcome::Alone(_) => "noticed by one alone",
+            Outcome::Survives => "survive",
+            Outcome::Unmet => "never met",
+        };
+        *counts.entry((&build.change(switch).file, kind)).or_default() += 1;
+        if !matches!(outcome, Outcome::Caught(_) | Outcome::Endless(_)) {
+            println!("{outcome:?}\t{}", build.change(switch));
         }
     }
-    for (file, [made, caught, endless, survive, unmet]) in files {
-        println!("| `{file}` | {made} | {caught} | {endless} | {survive} | {unmet} |");
+    for ((file, kind), count) in counts {
+        println!("{file}\t{count} {kind}");
     }
 }

@@ -2,13 +2,20 @@
 
 use crate::Problem;
 use std::collections::HashMap;
+use std::os::unix::process::ExitStatusExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// What a test may take of a changed engine, over what it takes of the unchanged one.
+/// Processor time that a test may take of a changed engine, over what it takes of the unchanged one.
 const PATIENCE: (u32, Duration) = (10, Duration::from_secs(5));
+
+/// Time by the clock for a second of the processor, on a machine that does other work too.
+const BUSY: u32 = 30;
+
+/// The signal of a process that has used up its processor time.
+const SIGXCPU: i32 = 24;
 
 /// Scenes of one comparison, and how many comparisons of each kind there are.
 const SCENES: u32 = 40;
@@ -21,19 +28,16 @@ pub struct Test {
     path: PathBuf,
     arguments: Vec<String>,
     time: Duration,
+    /// Whether it is asked if this test would be missed.
+    pub judged: bool,
     /// The changes that it comes past, ascending.
     met: Vec<usize>,
 }
 
 impl Test {
-    /// A test of a program of tests.
-    fn of(program: &str, path: &Path, name: String) -> Self {
-        let arguments = ["--exact", &name, "--test-threads=1"].map(str::to_owned).to_vec();
-        Self::with((program.to_owned(), name), path, arguments)
-    }
-
-    fn with(name: (String, String), path: &Path, arguments: Vec<String>) -> Self {
-        Self { name, path: path.to_owned(), arguments, time: Duration::ZERO, met: Vec::new() }
+    fn of(program: &str, name: String, path: &Path, arguments: Vec<String>) -> Self {
+        let (name, path) = ((program.to_owned(), name), path.to_owned());
+        Self { name, path, arguments, time: Duration::ZERO, judged: false, met: Vec::new() }
     }
 
     /// Comparisons, each with the file in `folder` that has the reference's accounts.
@@ -44,16 +48,18 @@ impl Test {
             let mut arguments = vec!["--kind".to_owned(), kind.to_owned()];
             arguments.extend(["--accounts".to_owned(), accounts.display().to_string()]);
             arguments.extend(numbers.into_iter().flat_map(|(k, n)| [k.to_owned(), n.to_string()]));
-            let name = ("compare".to_owned(), format!("{kind} {from}"));
-            (accounts, Self::with(name, path, arguments))
+            (accounts, Self::of("compare", format!("{kind} {from}"), path, arguments))
         };
         let all = |(kind, count)| (0..count).map(move |from| one(kind, from));
         COMPARISONS.into_iter().flat_map(all).collect()
     }
 
-    fn command(&self, folder: &Path) -> Command {
-        let mut command = Command::new(&self.path);
-        command.args(&self.arguments).current_dir(folder);
+    /// The test's process, which may take so much processor time.
+    fn command(&self, folder: &Path, limit: Duration) -> Command {
+        let mut command = Command::new("sh");
+        command.args(["-c", "ulimit -S -t \"$0\" && exec \"$@\""]);
+        command.arg(limit.as_secs().max(1).to_string());
+        command.arg(&self.path).args(&self.arguments).current_dir(folder);
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
         command
     }
@@ -63,19 +69,19 @@ impl Test {
     fn tried(mut self, folder: &Path, limit: Duration) -> Result<Option<Self>, Problem> {
         let notes = std::env::temp_dir().join(format!("mutants-{}", std::process::id()));
         let _ = std::fs::remove_file(&notes);
-        let mut once = self.command(folder);
+        let mut once = self.command(folder, limit);
         once.env("MUTANTS_MET", &notes);
-        let start = Instant::now();
+        let before = processor_time()?;
         let passed = wait(once, limit).map_err(|error| Problem::file(&self.name.1, error))?;
-        self.time = start.elapsed();
+        self.time = processor_time()?.saturating_sub(before);
         let text = std::fs::read_to_string(&notes).unwrap_or_default();
         self.met = text.lines().filter_map(|line| line.parse().ok()).collect();
         self.met.sort_unstable();
         let _ = std::fs::remove_file(&notes);
-        if passed == Some(true) {
+        if passed == Some(true) && self.time <= limit {
             return Ok(Some(self));
         }
-        let why = if passed.is_none() { "takes too long" } else { "fails" };
+        let why = if passed != Some(false) { "takes too long" } else { "fails" };
         let (program, name) = &self.name;
         println!("left out, for it {why} on the unchanged engine: {program} {name}");
         Ok(None)
@@ -91,6 +97,8 @@ pub enum Outcome {
     Caught(String),
     /// This test does not end.
     Endless(String),
+    /// This one fails or does not end, which is judged, and no other does.
+    Alone(String),
     Survives,
 }
 
@@ -102,11 +110,12 @@ fn names(path: &Path, folder: &Path, ignored: &[&str]) -> Result<Vec<String>, Pr
     Ok(text.lines().filter_map(|line| line.strip_suffix(": test")).map(str::to_owned).collect())
 }
 
-/// Waits for a test: whether it passes, or `None` after `limit`, when it is ended.
+/// Waits for a test: whether it passes, or `None` if it uses up `limit`.
 fn wait(mut command: Command, limit: Duration) -> std::io::Result<Option<bool>> {
-    let (mut child, until) = (command.spawn()?, Instant::now() + limit);
+    let (mut child, until) = (command.spawn()?, Instant::now() + BUSY * limit);
     loop {
         match child.try_wait()? {
+            Some(status) if status.signal() == Some(SIGXCPU) => return Ok(None),
             Some(status) => return Ok(Some(status.success())),
             None if Instant::now() > until => break,
             None => std::thread::sleep(Duration::from_millis(2)),
@@ -115,6 +124,15 @@ fn wait(mut command: Command, limit: Duration) -> std::io::Result<Option<bool>> 
     child.kill()?;
     child.wait()?;
     Ok(None)
+}
+
+/// Processor time of all processes that were waited for, as Linux tells it.
+fn processor_time() -> Result<Duration, Problem> {
+    let stat = std::fs::read_to_string("/proc/self/stat");
+    let stat = stat.map_err(|error| Problem::file("/proc/self/stat", error))?;
+    let after_name = stat.rsplit(')').next().unwrap_or_default();
+    let ticks = after_name.split_whitespace().skip(13).take(2);
+    Ok(Duration::from_millis(ticks.filter_map(|ticks| ticks.parse::<u64>().ok()).sum::<u64>() * 10))
 }
 
 /// All tests that pass within `limit`; others are named.
@@ -131,7 +149,8 @@ pub fn tests(
     for (program, path) in programs {
         let ignored = names(path, folder, &["--ignored"])?;
         for name in names(path, folder, &[])?.into_iter().filter(|name| !ignored.contains(name)) {
-            tests.extend(Test::of(program, path, name).tried(folder, limit)?);
+            let arguments = ["--exact", &name, "--test-threads=1"].map(str::to_owned).to_vec();
+            tests.extend(Test::of(program, name, path, arguments).tried(folder, limit)?);
         }
         println!("{program}: {} tests so far", tests.len());
     }
@@ -147,7 +166,7 @@ pub fn comparisons(path: &Path, folder: &Path) -> Result<Vec<Test>, Problem> {
     let mut tests = Vec::new();
     for (accounts, test) in Test::comparisons(path, folder) {
         let _ = std::fs::remove_file(accounts);
-        let mut first = test.command(folder);
+        let mut first = test.command(folder, Duration::from_secs(3600));
         first.status().map_err(|error| Problem::file(&test.name.1, error))?;
         tests.extend(test.tried(folder, Duration::from_secs(60))?);
     }
@@ -167,13 +186,14 @@ impl Experience {
         let failed = self.0.lock().expect("no panic while locked");
         let rank = |(index, test): &(usize, &Test)| {
             let times = failed.get(&(file.to_owned(), *index)).copied().unwrap_or(0);
-            test.time.as_secs_f64() / f64::from(1 + times)
+            (0.005 + test.time.as_secs_f64()) / f64::from(1 + times)
         };
         order.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
         order
     }
 
-    /// Runs the tests that come past a change until one notices.
+    /// Runs the tests that come past a change until one notices; those that are judged first,
+    /// and the others only if one of these does.
     ///
     /// # Errors
     ///
@@ -186,25 +206,45 @@ impl Experience {
         switch: usize,
     ) -> Result<Outcome, Problem> {
         let order = self.order(tests, file, switch);
-        if order.is_empty() {
+        let judging = tests.iter().any(|test| test.judged);
+        let (judged, others): (Vec<_>, Vec<_>) = order.iter().partition(|(_, test)| test.judged);
+        if order.is_empty() || judging && judged.is_empty() {
             return Ok(Outcome::Unmet);
         }
-        for (index, test) in order {
-            let mut changed = test.command(folder);
-            changed.env("MUTANT", switch.to_string());
-            let passed = wait(changed, PATIENCE.0 * test.time + PATIENCE.1)
-                .map_err(|error| Problem::file(&test.name.1, error))?;
-            let name = format!("{} {}", test.name.0, test.name.1);
-            if passed != Some(true) {
-                let mut failed = self.0.lock().expect("no panic while locked");
-                *failed.entry((file.to_owned(), index)).or_default() += 1;
-            }
-            match passed {
-                Some(true) => {}
-                Some(false) => return Ok(Outcome::Caught(name)),
-                None => return Ok(Outcome::Endless(name)),
-            }
+        let first = self.first_to_notice(judged, folder, file, switch)?;
+        if judging && first.is_none() {
+            return Ok(Outcome::Survives);
         }
-        Ok(Outcome::Survives)
+        let other = self.first_to_notice(others, folder, file, switch)?;
+        Ok(match (first, other) {
+            (_, Some(other)) => other,
+            (Some(Outcome::Caught(by) | Outcome::Endless(by)), None) => Outcome::Alone(by),
+            (_, None) => Outcome::Survives,
+        })
+    }
+
+    fn first_to_notice(
+        &self,
+        order: Vec<&(usize, &Test)>,
+        folder: &Path,
+        file: &str,
+        switch: usize,
+    ) -> Result<Option<Outcome>, Problem> {
+        for (index, test) in order {
+            let limit = PATIENCE.0 * test.time + PATIENCE.1;
+            let mut changed = test.command(folder, limit);
+            changed.env("MUTANT", switch.to_string());
+            let passed =
+                wait(changed, limit).map_err(|error| Problem::file(&test.name.1, error))?;
+            if passed == Some(true) {
+                continue;
+            }
+            let mut failed = self.0.lock().expect("no panic while locked");
+            *failed.entry((file.to_owned(), *index)).or_default() += 1;
+            let name = format!("{} {}", test.name.0, test.name.1);
+            let outcome = if passed.is_some() { Outcome::Caught } else { Outcome::Endless };
+            return Ok(Some(outcome(name)));
+        }
+        Ok(None)
     }
 }
