@@ -64,6 +64,7 @@ def rock() -> None:
 def sobol() -> None:
     """Sobol indices as the page finds them, of 4,096 hammers."""
     import blocks  # noqa: PLC0415
+    from dth_hammer import VARIABLES  # noqa: PLC0415
     from dth_hammer.figures.style import styled  # noqa: PLC0415
 
     page = (ROOT / "guide" / "pages" / "sensitivity.md").read_text(encoding="utf-8")
@@ -75,16 +76,14 @@ def sobol() -> None:
         code = code.replace(few, many).replace("hammers.parquet", f"{folder}/hammers.parquet")
         exec(compile(code, "sensitivity.md", "exec"), names)
     shares = names["shares"].iloc[::-1]
-    with styled(6.5, 2.9) as figure:
+    shares = shares.rename(lambda name: VARIABLES[name].description.partition(",")[0])
+    with styled(7.5, 2.9) as figure:
         axes = figure.subplots()
-        shares[["ST", "S1"]].plot.barh(
-            ax=axes, xerr=shares[["ST_conf", "S1_conf"]].to_numpy().T, color=["#d55e00", "#0072b2"]
-        )
+        errors, colors = shares[["ST_conf", "S1_conf"]].to_numpy().T, ["#d55e00", "#0072b2"]
+        shares[["ST", "S1"]].plot.barh(ax=axes, xerr=errors, color=colors, legend=False)
         axes.set_xlabel("share of the variance of the rate of penetration")
-        bars, labels = axes.get_legend_handles_labels()
-        axes.get_legend().remove()
-        said = {"ST": "with others", "S1": "alone"}
-        figure.legend(bars, [said[label] for label in labels], loc="outside upper center", ncols=2)
+        said = ["with others", "alone"]
+        figure.legend(axes.containers[1::2], said, loc="outside upper center", ncols=2)
     figure.savefig(MEASURED / "sobol.png", dpi=160)
     lines = ["| parameter | alone | with others |", "|---|---|---|"]
     for name, row in names["shares"].iterrows():
