@@ -112,7 +112,7 @@ def test_a_scene_of_the_laboratory_and_a_preset_are_scenes(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ([], "it must be an object"),
+        ([], "must be an object"),
         ({"values": {}}, "there is description, preset, rock, start_values"),
         ({"start_values": []}, "start_values of my scene.json must be an object"),
         ({"inputs": {"feed_force": []}}, "the input feed_force must be a value"),
