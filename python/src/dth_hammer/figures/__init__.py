@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -192,14 +193,14 @@ def rock_cycles(run: Run) -> Figure:
     mode = part["rock_mode"].astype(str).to_numpy()
     with styled(6.0, 4.2) as figure:
         axes = figure.subplots()
-        for name, short in MODES.items():
+        for name in MODES:
             # A piece belongs to the mode at its start; a jump of the force, to the viscous mode.
             jump = (mode[:-1] == "DissipativeForward") | (mode[1:] == "DissipativeForward")
             owner = np.where(jump, "DissipativeForward", mode[:-1])
             inside = np.append(owner == name, False)
             displayed = inside | np.append(False, inside[:-1])
             x, y = np.where(displayed, depth, np.nan), np.where(displayed, force, np.nan)
-            axes.plot(x, y, color=COLOURS[name], label=short)
+            axes.plot(x, y, color=COLOURS[name], label=re.sub(r"\B[A-Z]", r" \g<0>", name).lower())
         axes.set_xlabel("penetration below the hole bottom before the blow (mm)")
         axes.set_ylabel("rock force (kN)")
         axes.set_ylim(bottom=min(0.0, force.min()) - 0.02 * np.ptp(force))

@@ -12,7 +12,8 @@ import pandas as pd
 from ..run.run import Run
 from ..scene.band import ranged, sentence, to_digits
 from ..scene.datasheet import Datasheet
-from ..scene.variables import VARIABLES, whole
+from ..scene.rocks import ROCK, described
+from ..scene.variables import PRESETS, VARIABLES, whole
 
 #: The six numbers, by their names in the table of what an engineer hands on.
 NUMBERS = (
@@ -67,13 +68,18 @@ def front(
         who: the hammer's name, that of the run if empty, and whom the sheet is for.
         image: a figure, as an element.
     """
-    given, (name, customer) = whole(run.parameters), who
+    given, (name, customer), scene = whole(run.parameters), who, run.scene
     when = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
     assumed = [sentence(run.parameters), *(sheet.assumed if sheet else ())]
+    if sheet is None and scene.preset:
+        assumed.append(f"{PRESETS[scene.preset].description}.")
+    if sheet is None and ROCK in scene.parameters:
+        rock = str(scene.parameters[ROCK])
+        assumed += [f"The rock is {rock}.", *described(rock)[1]]
     figure = f'<div class="figure">{image}</div>'
     parts = [
         f'<p class="who"><span>{escape(customer) or "Hammer"}</span><span>{when}</span></p>',
-        f"<h1>{escape(name or run.scene.title)}</h1>",
+        f"<h1>{escape(name or scene.title)}</h1>",
         drawing(given),
         '<div class="sides">',
         f"<div><h2>What it does</h2>{_rows(table, NUMBERS)}</div>",
@@ -165,8 +171,8 @@ def drawing(given: Mapping[str, float]) -> str:
                 f"M{end:.3f} {edge:.3f}h{length / scale:.3f}v{wall:.3f}h{-length / scale:.3f}z"
             )
             shapes.append(f'<path d="{outline}" fill="#a9adb3" stroke="#555" stroke-width=".2"/>')
+    words = []
     for body, parts in bodies.items():
-        start = x
         for length, diameter in parts:
             size = f'width="{length / scale:.3f}" height="{diameter / scale:.3f}"'
             place = f'x="{x:.3f}" y="{middle - diameter / scale / 2:.3f}"'
@@ -175,19 +181,19 @@ def drawing(given: Mapping[str, float]) -> str:
             x += length / scale
         own = sum(length for length, _ in parts)
         label = f"{body} {own:.0f} mm, &#8960; {max(d for _, d in parts):.0f} mm"
-        shapes.append(f'<text x="{(start + x) / 2:.2f}" y="{middle + 1:.2f}">{label}</text>')
+        words.append(f'<tspan fill="{COLOURS[body]}">{label}</tspan>')
     for side in (-1, 1):
         y = middle + side * hole / scale / 2
         shapes.append(
             f'<line x1="{begin - 2:.2f}" x2="{x + 2:.2f}" y1="{y:.2f}" y2="{y:.2f}"'
             ' stroke="#8c6d31" stroke-width=".4" stroke-dasharray="2 1"/>'
         )
-    words = f"Scale 1 : {scale}, full sections. "
     if cased:
         made = "" if given["casing.segments"] else ", as long as its mass makes it"
-        words += f"Grey: the casing{made}. "
-    words += f"Dashed: the hole of {hole:.0f} mm."
-    shapes.append(f'<text x="{WIDTH / 2}" y="{HEIGHT - 2}">{words}</text>')
+        words.append(f"grey: the casing{made}")
+    last = f"Dashed: the hole of {hole:.0f} mm. Scale 1 : {scale}, full sections."
+    for line, y in (("; ".join(words), HEIGHT - 6), (last, HEIGHT - 2)):
+        shapes.append(f'<text x="{WIDTH / 2}" y="{y}">{line}</text>')
     return (
         f'<svg viewBox="0 0 {WIDTH:g} {HEIGHT:g}" style="max-width:{WIDTH:g}mm" role="img" '
         f'aria-label="The hammer to scale" font-size="3.2" text-anchor="middle" '

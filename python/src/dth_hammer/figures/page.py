@@ -18,7 +18,7 @@ from ..run.diagram import Waves, waves
 from ..run.gradients import differentiable
 from ..run.run import Run, simulate
 from ..run.summary import HEADS, displayed
-from ..scene.band import interval, ranged, sentence
+from ..scene.band import interval, ranged, sentence, to_digits
 from ..scene.datasheet import TRADE, Datasheet
 from ..scene.hammers import Hammerlike, Rocklike, scene_of
 from ..scene.mesh import ELASTIC, FIDELITY
@@ -186,7 +186,8 @@ def _headline(
     rows = []
     for name, (value, low, high) in table.items():
         unit = table.attrs["units"][name]
-        rows.append([str(name), _number(value), ranged(low, high), "" if unit == "1" else unit])
+        told = to_digits(value, low, high)
+        rows.append([str(name), told, ranged(low, high), "" if unit == "1" else unit])
     notes = [sentence(run.parameters)]
     if record is not None and not isinstance(lives, Life):
         notes.append("Life: give the S-N line of your steel (--sn).")
@@ -198,7 +199,7 @@ def _headline(
 
 
 def _given(sheet: Datasheet | None) -> list[str]:
-    """Tabulates what the datasheet says, what the hammer achieves and what was assumed."""
+    """Tabulates what the datasheet says and what the hammer achieves."""
     if sheet is None:
         return []
     rows = []
@@ -209,13 +210,8 @@ def _given(sheet: Datasheet | None) -> list[str]:
         off = round(100 * (own / given - 1), 1) + 0.0
         where = f" at {1e-5 * at:.3g} bar" if at else ""
         rows.append([name.replace("_", " ") + where, *numbers, unit, f"{off:+.1f} %"])
-    items = "".join(f"<li>{escape(text)}</li>" for text in sheet.assumed)
     heads = ["of the datasheet", "given", "of this hammer", "unit", "off"]
-    return [
-        "<h2>What was given</h2>",
-        _table(heads, rows),
-        f"<h2>What was assumed</h2><ul>{items}</ul>",
-    ]
+    return ["<h2>What was given</h2>", _table(heads, rows)]
 
 
 def _life(lives: Life | str | None) -> list[str]:
