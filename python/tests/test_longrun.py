@@ -147,7 +147,7 @@ def test_a_coupled_model_has_the_mean_of_its_own_blows() -> None:
         drives.append(Coupling(hammer, WaterDrive(), 1e-4))  # type: ignore[arg-type]
         return drives[-1]
 
-    found = steady(Water().parameters() | RIGID, partner=partner, step=1e-3, error=0.05)
+    found = steady(Water().parameters() | RIGID, partner=partner, step=1e-3, error=0.2)
     assert found.kind in {"cycle", "irregular"}
     hammer = drives[0].hammer
     assert hammer.closed

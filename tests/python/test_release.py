@@ -56,6 +56,7 @@ def release() -> Path:
     return RELEASE
 
 
+@pytest.mark.weekly  # pip fetches 150 MB
 def test_a_newcomer_draws_the_first_figure(fmu_path: Path, tmp_path: Path) -> None:
     """A clean environment without a compiler: pip chooses the wheel, `demo` draws."""
     assert platform(wheel(fmu_path, tmp_path, "native")) == here()
