@@ -269,6 +269,25 @@ fn the_error_allowed_bounds_the_error() {
     }
 }
 
+/// The force is that of the pressures and the drag at every instant, to ten times the error of what both push with; also
+/// of a window that is cut soon after it began, by a feed that is set every 0.2 us and would shake the bit within it.
+#[test]
+fn the_force_is_that_of_the_pressures_and_the_drag() {
+    let (mut p, inputs) = usual().remove(0);
+    (p.air.drag, p.rock.stiffness) = (1e3, 1e9);
+    let mut machine = run(&p, &inputs, &[]);
+    for step in 0..100 {
+        machine.set_input(Input::FeedForce, &[5e3 + 20.0 * f64::from(step), 1e8]).expect("a force");
+        machine.advance(f64::from(step + 1) * 2e-7).expect("a step");
+        let (now, pressures) = (machine.kinematics(), pressures(&machine));
+        let over = pressures.map(|pressure| pressure - inputs.exhaust_pressure);
+        let pushed = over[0] * p.drive.area_drive - over[1] * p.drive.area_return;
+        let off = now.applied_drive_force - (pushed - p.air.drag * now.relative_velocity);
+        let both = pressures[0] * p.drive.area_drive + pressures[1] * p.drive.area_return;
+        assert!(off.abs() <= 10.0 * p.air.error * both, "step {step}: {off} of {both} N");
+    }
+}
+
 /// Of each port: it opens, is wholly open, narrows, closes, and so on.
 #[test]
 fn each_port_opens_and_closes_in_turn() {

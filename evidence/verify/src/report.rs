@@ -1,11 +1,13 @@
 //! The report: the same rows that the tests assert, as Markdown.
 
+use crate::comparison::tally::{Kept, Tally};
 use crate::laws::properties::{Checked, Property, REFUSALS};
 use crate::rows::row::Row;
 use crate::rows::{
     assembly, casing, catalogue, closed, continuum, cycle, graze, joints, measured, order, shapes,
     string,
 };
+use clap::ValueEnum;
 use hammer::datasheet::DatasheetError;
 use std::fmt::Write;
 
@@ -98,13 +100,24 @@ pub fn property(text: &mut String, property: &Property, checked: &Checked) {
 }
 
 /// What came of drawn scenes, as `cargo compare --keep` left it.
-pub fn compared(text: &mut String, kept: Option<String>) {
+pub fn compared(text: &mut String, kept: Option<Kept>) {
     *text += "\n## Everything together, in extended precision\n\n\
         Scenes drawn with everything that may occur together: any drive, air inside as well \
         (edges outside the stroke, dead volumes down to 1e-6 m3), the return chamber's push on the bit, rigid or elastic bodies of any sections on linear elements or splines, a casing, a drill string \
         of loose joints, reloading, retuning, inputs of order 0 to 4. How far engine and reference may be apart \
         is what the reference itself changes by if every number is off by a few units in the last place.\n\n";
-    *text += &kept.unwrap_or_else(|| "Not made yet: `cargo compare --keep`.\n".into());
+    for (kind, batches) in kept.unwrap_or_default() {
+        let mut whole = Tally::default();
+        batches.values().for_each(|batch| whole.join(batch.clone()));
+        let kind = kind.to_possible_value().expect("none is skipped");
+        let _ = writeln!(
+            text,
+            "`cargo compare --kind {} --keep`: {}.\n",
+            kind.get_name(),
+            whole.line()
+        );
+        whole.failures.iter().for_each(|failure| *text += &format!("* {failure}\n"));
+    }
 }
 
 /// What drawn hammers reached of the air's error, as `cargo compare --asked --keep` left it.

@@ -18,7 +18,7 @@ fn wanted() -> Option<u32> {
 
 #[test]
 fn scenes_with_everything_agree() {
-    let tally: Tally = tally((wanted().unwrap_or(30), 0), Kind::Mixed, |_| (), |_| ());
+    let tally: Tally = tally((wanted().unwrap_or(30), 0), Kind::Mixed, |_| (), |_, _| ());
     // As `cargo compare` counts: what differs by less than a guard resolves is no disagreement.
     assert!(tally.failures.is_empty(), "{}\n{}", tally.line(), tally.failures.join("\n"));
     // Scenes in which nothing could be compared would say nothing.
@@ -58,7 +58,7 @@ fn presets_agree_on_the_meshes_that_users_get() {
 /// The reference integrates the air itself, as mass and energy, by series in the same arithmetic.
 #[test]
 fn drawn_scenes_driven_by_air_agree() {
-    let found = tally((wanted().map_or(14, |n| n / 10), 0), Kind::Air, |_| (), |_| ());
+    let found = tally((wanted().map_or(14, |n| n / 10), 0), Kind::Air, |_| (), |_, _| ());
     assert!(found.failures.is_empty(), "{}", found.failures.join("\n"));
     // About half are decided in double precision, and few refused.
     assert!(3 * found.whole > found.scenes && 5 * found.refused < found.scenes, "{}", found.line());
@@ -67,7 +67,7 @@ fn drawn_scenes_driven_by_air_agree() {
 /// A line's answer is in the reference's equation of motion, in the engine a force in windows.
 #[test]
 fn drawn_scenes_with_a_line_at_the_piston_agree() {
-    let found = tally((wanted().map_or(12, |n| n / 10), 0), Kind::Line, |_| (), |_| ());
+    let found = tally((wanted().map_or(12, |n| n / 10), 0), Kind::Line, |_| (), |_, _| ());
     assert!(found.failures.is_empty(), "{}", found.failures.join("\n"));
     assert!(3 * found.whole > found.scenes && 5 * found.refused < found.scenes, "{}", found.line());
 }

@@ -14,6 +14,8 @@ use std::array::from_fn;
 const LOOKS: usize = 8;
 /// Halvings of an interval in which a function that begins at zero is looked for below it.
 const SOON: usize = 20;
+/// The largest error allowed of a force at one instant by what its projection leaves out, over that asked of its mean.
+const LEFT_OUT: f64 = 10.0;
 /// Shortest window, s.
 const SHORTEST: f64 = 1e-12;
 
@@ -25,14 +27,12 @@ impl Air {
     /// The window that begins at the epoch.
     pub(crate) fn window(&self, problem: &Problem) -> Solved {
         let series = Series::new(self, problem);
-        let length = series.length(self, problem);
-        if length <= SHORTEST {
-            return Err(None);
-        }
+        let allowed = LEFT_OUT * problem.parameters.air.error;
+        let longest = series.length(self, problem);
+        let (length, forces) = series.projected(longest, allowed).ok_or(None)?;
         let powers = |series: &Powers| scaled(series, length);
         let [drive, back] = &series.gas;
         let content = [&drive.mass, &drive.entropy, &back.mass, &back.entropy].map(powers);
-        let forces = series.forces.each_ref().map(|force| projection(&powers(force)));
         let mut push = [[0.0; ORDER + 1]; 2];
         // The integral of their slopes times the places.
         let mut moment = [0.0; ORDER + 1];
@@ -57,6 +57,30 @@ impl Air {
 }
 
 impl Series {
+    /// The forces' projections over a window of at most a length, and its length: they leave out no more than a part of
+    /// what the pressures push with at either end, where a window that is cut short may be all that is used. (Of the
+    /// drag on a piston over a bit that a load shakes the chambers know little.)
+    fn projected(&self, longest: f64, allowed: f64) -> Option<(f64, [[f64; LOW]; 4])> {
+        let [drag, _, push, back] = self.forces.each_ref().map(|force| force[0].abs());
+        let scales = [drag + push + back, back].map(|scale| scale.max(f64::MIN_POSITIVE));
+        let mut length = longest;
+        while length > SHORTEST {
+            let whole = self.forces.each_ref().map(|force| scaled(force, length));
+            let parts = whole.each_ref().map(projection);
+            let left = |i: usize, tau: f64| {
+                (value(&whole[i], tau) - value(&parts[i], tau)).abs() / scales[i]
+            };
+            let most = [left(0, 0.0), left(0, 1.0), left(1, 0.0), left(1, 1.0)]
+                .into_iter()
+                .fold(0.0, f64::max);
+            if most <= allowed {
+                return Some((length, parts));
+            }
+            length *= math::pow(0.5 * allowed / most, 1.0 / LOW as f64);
+        }
+        None
+    }
+
     /// The first place of a window where a flow passes a bound of its formula: the path, and which bound.
     fn passage(&self, air: &Air, window: &Window, margin: f64) -> Option<(f64, usize, usize)> {
         let pressures = self.sides.each_ref().map(|side| scaled(&side.pressure, window.length));

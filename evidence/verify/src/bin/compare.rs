@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use verify::comparison::asked::Study;
 use verify::comparison::known::Account;
-use verify::comparison::tally::{Kind, Name, Tally, accounts, against, tally, these};
+use verify::comparison::tally::{Kept, Kind, Name, accounts, against, tally, these};
 
 #[derive(Parser)]
 #[command(about = "Compares the engine with the extended-precision reference on drawn scenes")]
@@ -34,10 +34,9 @@ struct Arguments {
     /// How far the air errs over what was asked of it, of this many drawn hammers
     #[arg(long, conflicts_with_all = ["only", "derivatives", "accounts", "kind"])]
     asked: bool,
-    /// Write what came of it, so far after each batch, to reports/verification/compared.txt, from where
-    /// `cargo verify` takes it, named scenes below what is there; that of derivatives to
-    /// reports/derivatives.md
-    #[arg(long, conflicts_with = "kind")]
+    /// Add what came of each batch to reports/verification/compared.json, from where `cargo verify` takes it, or put it
+    /// in the place of what came of it before; write that of derivatives to reports/derivatives.md
+    #[arg(long, conflicts_with = "only")]
     keep: bool,
     /// What the reference says of the scenes, which no change of the engine changes: read from this file, or
     /// written to it if there is none
@@ -63,7 +62,7 @@ what it changes over 2^-36; over 2e-6 the reference's own difference is the engi
 const REPORTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../reports");
 
 /// What came of drawn scenes, in that folder.
-const COMPARED: &str = "verification/compared.txt";
+const COMPARED: &str = "verification/compared.json";
 
 /// What drawn hammers reached of the error asked, there too.
 const ASKED: &str = "verification/asked.txt";
@@ -80,18 +79,10 @@ fn write(name: &str, text: &str) -> ExitCode {
     }
 }
 
-/// Adds what came of named scenes to what a run has left.
-fn append(names: &[Name], found: &Tally) -> ExitCode {
-    let before = std::fs::read_to_string(format!("{REPORTS}/{COMPARED}")).unwrap_or_default();
-    let names: Vec<String> = names.iter().map(Name::to_string).collect();
-    let command = format!("`cargo compare --only {}`", names.join(" "));
-    write(COMPARED, &format!("{before}\n{command}\n\n{}\n", found.line()))
-}
-
-/// What came of a run so far: one that is stopped has said what it knew.
-fn account(scenes: u32, from: u32, found: &Tally) -> String {
-    let stopped = if found.scenes < scenes { ", stopped before its end" } else { "" };
-    format!("`cargo compare --scenes {scenes} --from {from}`{stopped}\n\n{}\n", found.line())
+/// What is kept of drawn scenes.
+fn kept() -> Kept {
+    let text = std::fs::read_to_string(format!("{REPORTS}/{COMPARED}")).unwrap_or_default();
+    serde_json::from_str(&text).unwrap_or_default()
 }
 
 /// The scenes of a file of accounts, and what the reference says of them.
@@ -155,17 +146,18 @@ fn main() -> ExitCode {
             }
         }
     } else if arguments.only.is_empty() {
-        tally((scenes, from), arguments.kind, tell, |found| {
-            println!("{}", found.line());
+        let kind = arguments.kind;
+        tally((scenes, from), kind, tell, |batch, found| {
+            println!("batch {batch}: {}", found.line());
             if keep {
-                written = write(COMPARED, &account(scenes, from, found));
+                let mut all = kept();
+                all.entry(kind).or_default().insert(batch, found.clone());
+                written = write(COMPARED, &serde_json::to_string_pretty(&all).expect("plain data"));
             }
         })
     } else {
         these(&arguments.only, arguments.kind, arguments.events, tell)
     };
-    if keep && !arguments.only.is_empty() {
-        written = append(&arguments.only, &found);
-    }
+    println!("{}", found.line());
     if found.failures.is_empty() { written } else { ExitCode::FAILURE }
 }

@@ -9,13 +9,15 @@ use hammer::Error;
 use proptest::strategy::{BoxedStrategy, Strategy, ValueTree};
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::str::FromStr;
-use std::sync::mpsc::{self, Sender};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 /// What came of many scenes.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Tally {
     /// Scenes drawn.
     pub scenes: u32,
@@ -63,7 +65,7 @@ pub(crate) fn batches(
 }
 
 /// Which scenes are drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
 pub enum Kind {
     /// Loads stay what they are, but for the relay.
     Still,
@@ -94,8 +96,8 @@ pub fn drawn(kind: Kind, scenes: u32) -> Vec<RandomScene> {
 /// What a drawn scene is called: its batch, and its place in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Name {
-    batch: u32,
-    place: usize,
+    pub(crate) batch: u32,
+    pub(crate) place: usize,
 }
 
 impl fmt::Display for Name {
@@ -117,54 +119,40 @@ impl FromStr for Name {
     }
 }
 
-/// What a thread has to say of its scenes.
-enum Said {
-    Text(String),
-    Part(Tally),
-}
+/// What is kept of drawn scenes, batch by batch.
+pub type Kept = BTreeMap<Kind, BTreeMap<u32, Tally>>;
 
 /// Compares so many drawn scenes of a kind, always the same ones, on all cores. What disagrees is told at
-/// once; what came of all so far, after each batch of a core.
+/// once; what came of each batch, when that is done.
 pub fn tally(
     (scenes, from): (u32, u32),
     kind: Kind,
-    mut tell: impl FnMut(&str),
-    mut so_far: impl FnMut(&Tally),
+    mut tell: impl FnMut(&str) + Send,
+    mut done: impl FnMut(u32, &Tally),
 ) -> Tally {
     let threads = thread::available_parallelism().map_or(1, |count| count.get());
-    let (sender, heard) = mpsc::channel();
-    let share = |thread: usize, sender: Sender<Said>| {
-        // Who hears it is there until all threads have ended.
-        let say = |said| sender.send(said).unwrap_or_default();
-        for (batch, list) in batches(&kind.strategy(), STREAM, from, scenes) {
+    let mut whole = Tally::default();
+    for (batch, list) in batches(&kind.strategy(), STREAM, from, scenes) {
+        let (next, tell) = (AtomicUsize::new(0), Mutex::new(&mut tell));
+        let share = || {
             let mut part = Tally::default();
-            for (index, case) in list.iter().enumerate().skip(thread).step_by(threads) {
-                let mut tell = |text: &str| say(Said::Text(text.into()));
+            while let index = next.fetch_add(1, Ordering::Relaxed)
+                && let Some(case) = list.get(index)
+            {
+                let mut tell = |text: &str| tell.lock().expect("no panic")(text);
                 part.add(&format!("scene {batch}.{index}"), case, &mut tell);
             }
-            say(Said::Part(part));
-        }
-    };
-    thread::scope(|scope| {
-        (0..threads).for_each(|i| {
-            drop(scope.spawn({
-                let sender = sender.clone();
-                move || share(i, sender)
-            }))
+            part
+        };
+        let mut found = Tally::default();
+        thread::scope(|scope| {
+            let shares: Vec<_> = (0..threads).map(|_| scope.spawn(share)).collect();
+            shares.into_iter().for_each(|share| found.join(share.join().expect("no panic")));
         });
-        drop(sender);
-        let mut whole = Tally::default();
-        for said in heard {
-            match said {
-                Said::Text(text) => tell(&text),
-                Said::Part(part) => {
-                    whole.join(part);
-                    so_far(&whole);
-                }
-            }
-        }
-        whole
-    })
+        done(batch, &found);
+        whole.join(found);
+    }
+    whole
 }
 
 /// Compares drawn scenes of these names; tells the `events` of each if they are wanted.
@@ -181,7 +169,6 @@ pub fn these(names: &[Name], kind: Kind, events: bool, mut tell: impl FnMut(&str
         }
         tally.add(&format!("scene {name}"), &case, &mut tell);
     }
-    tell(&tally.line());
     tally
 }
 
@@ -200,13 +187,12 @@ pub fn against(accounts: &[Account], mut tell: impl FnMut(&str)) -> Tally {
         tally.note(&format!("account {index}"), &account.case, compare(account), &mut tell);
     }
     tally.failures.extend((0..tally.refused).map(|_| "refused".to_owned()));
-    tell(&tally.line());
     tally
 }
 
 impl Tally {
     /// Adds what came of others.
-    fn join(&mut self, other: Self) {
+    pub fn join(&mut self, other: Self) {
         self.scenes += other.scenes;
         self.events += other.events;
         self.instants += other.instants;
