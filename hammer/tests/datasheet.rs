@@ -24,15 +24,10 @@ fn range(solution: &Solution, name: &str) -> [f64; 2] {
     solution.found.iter().find(|row| row.name.starts_with(name)).expect("a number").range
 }
 
-/// Mean of blows of another run of the scene.
+/// Energy and frequency of the scene's settled blows.
 fn settled(scene: &Scene) -> [f64; 2] {
-    let mut machine = scene.machine().expect("a machine");
-    machine.advance(0.6).expect("a run");
-    machine.advance(1.0).expect("a run");
-    let blows = machine.step_blows();
-    let mean =
-        |of: fn(&hammer::Blow) -> f64| blows.iter().map(of).sum::<f64>() / blows.len() as f64;
-    [mean(|b| b.energy), 1.0 / mean(|b| b.period)]
+    let blow = AirBlow::settled(scene).expect("blows");
+    [blow.energy, 1.0 / blow.period]
 }
 
 const SANDVIK: [(Quantity, f64); 5] =

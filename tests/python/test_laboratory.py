@@ -57,12 +57,7 @@ def test_the_bits_are_those_of_this_machines_library(
             numbers = hammer.read(names)
             expected.append(" ".join(struct.pack(">d", number).hex() for number in numbers))
     assert lines == expected
-    assert hammer_drilled(expected)
-
-
-def hammer_drilled(lines: list[str]) -> bool:
-    """The comparison is of something."""
-    return len(set(lines)) == len(lines)
+    assert len(set(lines)) == len(lines)
 
 
 def test_a_moved_slider_gives_the_fmus_numbers(opened: OPEN, package: Package) -> None:
@@ -119,8 +114,6 @@ def test_the_cycle_drawn_is_the_fmus(opened: OPEN, package: Package) -> None:
 
 
 def test_a_body_is_cut_into_sections(opened: OPEN, package: Package) -> None:
-    if "piston.segments" not in package.variables:
-        pytest.skip("this engine has uniform bodies only")
     page = opened()
     page.get_by_label("Shape of the piston").select_option("3 sections")
     settled(page)
@@ -246,7 +239,7 @@ def test_a_datasheet_is_solved_as_in_python_and_contradictions_are_told(
     )
 
 
-@pytest.mark.parametrize("rock", ["granite", "R5", "180 MPa"])
+@pytest.mark.parametrize("rock", ["granite", "180 MPa"])
 def test_my_hammer_in_a_rock_by_name_is_the_commands(opened: OPEN, rock: str) -> None:
     page = opened()
     text = solved(page, od=124, pressure=24, power=31.7, hole=140, rock=rock)
@@ -342,12 +335,14 @@ def test_every_control_is_reached_by_the_keyboard(opened: OPEN) -> None:
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
-def test_axe_finds_nothing(opened: OPEN, size: tuple[int, int], scheme: str) -> None:
+@pytest.mark.parametrize("preset", ["overdamped", "air_4_inch"])
+def test_axe_finds_nothing(opened: OPEN, size: tuple[int, int], scheme: str, preset: str) -> None:
     """Contrast, names of controls, headings, landmarks; with a change told."""
     page = opened(size=size, color_scheme=scheme)
     page.get_by_role("button", name="Pause").click()
-    page.get_by_label("Preset").select_option("overdamped")
+    page.get_by_label("Preset").select_option(preset)
     settled(page)
+    assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
     results = Axe().run(page)
     assert results.response["violations"] == []
     assert "color-contrast" in {rule["id"] for rule in results.response["passes"]}

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from axe_playwright_python.sync_playwright import Axe
-from browsing import DESK, OPEN, PHONE, settled
+from browsing import OPEN, settled
 from fmu import Instance, Package
 from playwright.sync_api import Page, expect
 from test_laboratory_casing import column
@@ -13,8 +12,8 @@ from test_laboratory_casing import column
 CHAMBERS = ["drive_chamber_pressure", "return_chamber_pressure"]
 
 
-def of_air(opened: OPEN, **more: object) -> Page:
-    page = opened(**more)
+def of_air(opened: OPEN) -> Page:
+    page = opened()
     page.get_by_role("button", name="Pause").click()
     page.get_by_label("Preset").select_option("air_4_inch")
     return settled(page)
@@ -82,13 +81,3 @@ def test_the_air_taken_is_told_and_follows_the_pressure(opened: OPEN) -> None:
     settled(page)
     # Choked ports pass air in proportion to the absolute pressure.
     assert air() == pytest.approx(0.8 * before, rel=0.1)
-
-
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
-def test_axe_finds_nothing_in_an_air_hammer(
-    opened: OPEN, size: tuple[int, int], scheme: str
-) -> None:
-    page = of_air(opened, size=size, color_scheme=scheme)
-    assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
-    assert Axe().run(page).response["violations"] == []

@@ -70,16 +70,7 @@ impl Blow {
             Quantity::Power => Some(self.power()),
             Quantity::AirFlow | Quantity::Flow => Some(self.flow),
             Quantity::Effectiveness => Some(self.effectiveness()),
-            Quantity::PistonLength
-            | Quantity::BitMass
-            | Quantity::OuterDiameter
-            | Quantity::Length
-            | Quantity::Hole
-            | Quantity::Feed
-            | Quantity::Pipe
-            | Quantity::Rotation
-            | Quantity::DampingRatio
-            | Quantity::Rate => None,
+            _ => None,
         }
     }
 }
@@ -210,6 +201,12 @@ pub(super) struct Row {
 }
 
 impl Row {
+    /// Of a number that is given, with its own error.
+    fn new(quantity: Quantity, given: f64) -> Self {
+        let error = quantity.error();
+        Self { quantity, given, error, pressure: None, series: 0, assumed: false }
+    }
+
     /// What is left of a residual's weight: beyond an outlier's it pulls no harder (Huber); in a table, of which the
     /// other rows stand against it, ever less (Cauchy).
     fn weight(&self, r: f64) -> f64 {
@@ -224,28 +221,22 @@ impl Datasheet {
     /// What it gives of the hammer itself.
     pub(super) fn of_hammer(&self) -> impl Iterator<Item = Row> + '_ {
         let all = [Quantity::Pressure, Quantity::Bore, Quantity::PistonMass];
-        all.into_iter().filter_map(|quantity| {
-            let (given, error) = (self.get(quantity)?, quantity.error());
-            Some(Row { quantity, given, error, pressure: None, series: 0, assumed: false })
-        })
+        all.into_iter().filter_map(|quantity| Some(Row::new(quantity, self.get(quantity)?)))
     }
 
     /// What it gives of a blow.
     pub(super) fn rows(&self) -> Vec<Row> {
-        let plain = |quantity: Quantity, given: f64, pressure: Option<f64>| {
-            let error = quantity.error();
-            Row { quantity, given, error, pressure, series: 0, assumed: false }
-        };
         let air = self.fluid() == Fluid::Air;
         let known = self
             .known
             .iter()
             .filter(|(quantity, _)| quantity.of_blow() && (air || *quantity != Quantity::AirFlow));
-        let known = known.map(|(quantity, given)| plain(*quantity, *given, None));
+        let known = known.map(|(quantity, given)| Row::new(*quantity, *given));
         let table = self.air.iter().enumerate();
         let table = table.map(|(series, [at, air])| Row {
             series: series + 1,
-            ..plain(Quantity::AirFlow, *air, Some(*at))
+            pressure: Some(*at),
+            ..Row::new(Quantity::AirFlow, *air)
         });
         known.chain(table).chain(self.usual_speed()).collect()
     }

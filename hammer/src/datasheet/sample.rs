@@ -170,8 +170,8 @@ impl Member {
             None => (share, p.rock.specific_energy * about(OF_ENERGY, known)),
         };
         // What holds the casing down may be more than makers print: then they are the lower end.
-        let less = sheet.usual_feeds().map_or(0.0, |[printed, usual]| math::ln(usual / printed));
-        let below = if drawn(member, OF_FEED) < 0.0 { less } else { 0.0 };
+        let below = sheet.usual_feeds().filter(|_| drawn(member, OF_FEED) < 0.0);
+        let below = below.map_or(0.0, |[printed, usual]| math::ln(usual / printed));
         let usual = scene.inputs.feed_force * about(OF_FEED, (math::ln(FEED) + below) / WIDE);
         Self {
             blow,

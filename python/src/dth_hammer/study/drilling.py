@@ -65,17 +65,16 @@ def specific_energy(sheet: Datasheet, log: pd.DataFrame | str | Path) -> pd.Data
         1.55 times as hard to drill a metre below
     """
     rows = _rows(log if isinstance(log, pd.DataFrame) else outputs.read(Path(log)))
-    base, nodes, at = (
-        sheet.but(rop=RATE, at=None),
-        _nodes(rows["pressure"]),
-        np.log(rows["pressure"]),
-    )
+    base = sheet.but(rop=RATE, at=None)
+    nodes, at = _nodes(rows["pressure"]), np.log(rows["pressure"])
     there = [base.but(at=float(np.exp(node))) for node in nodes]
-    # A row each, a member a column: the power, if all rows had the sheet's feed.
+    # A row each, a member a column: the power to the rock over the share that the sheet's own blows
+    # give it, if all rows had the sheet's feed.
     power, pace = (
         _between(at, nodes, np.log([node.members[name] for node in there]))
-        for name in ("power of the blows", "frequency")
+        for name in ("power to the rock", "frequency")
     )
+    power -= np.log(base.members["work to the rock over blow energy"].to_numpy())
     if "frequency" in rows:
         power += _heard(power, pace, np.log(rows["frequency"].to_numpy()))
     if "feed" in rows:
