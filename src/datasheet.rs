@@ -47,12 +47,12 @@ fn solve(request: &str) -> Result<String, String> {
         let hole = hole.ok_or(format!("rock {name} depends on the bit: give hole or od"))?;
         let said = |error: RockError| error.to_string();
         let bit = Inserts::of_hole(hole).map_err(said)?;
-        let (ground, told) = Ground::named(name).map_err(said)?;
+        let (ground, assumed) = Ground::named(name).map_err(said)?;
         scene.parameters.rock = ground.under(&bit).map_err(said)?;
         let (count, tip) = (bit.count, 1e3 * bit.radius);
         named.push(format!("The bit has {count} inserts of {tip} mm at their tips."));
         let measured = given(Quantity::Rate).is_some();
-        named.extend(told.into_iter().filter(|t| !measured || !t.contains("pecific energy")));
+        named.extend(assumed.into_iter().filter(|t| !measured || !t.contains("pecific energy")));
     }
     let found = sheet.solve(&scene).map_err(|error| error.to_string())?;
     let mut text = String::new();

@@ -241,8 +241,8 @@ fn a_measured_rate_is_carried_to_another_pressure() {
     // of means of few blows.
     for solution in [&here, &there, &solved(&SANDVIK)] {
         let drilled = AirBlow::settled(&solution.scene).expect("blows").rate;
-        let told = found(solution, "rate of penetration");
-        assert!((drilled / told - 1.0).abs() < 0.015, "{drilled} {told}");
+        let rate = found(solution, "rate of penetration");
+        assert!((drilled / rate - 1.0).abs() < 0.015, "{drilled} {rate}");
     }
     assert!(wide(&there) < 1.1 * wide(&here), "{} {}", wide(&there), wide(&here));
     assert!(wide(&solved(&SANDVIK)) > 1.5 * wide(&here));

@@ -256,9 +256,9 @@ def test_my_hammer_in_a_rock_by_name_is_the_commands(opened: OPEN, rock: str) ->
     assert [row[1] for row in lines if row[0] == "assumed"] == [*own.assumed]
     assert own.assumed[-1] in text
     # In the command's units, to its digits.
-    shown = dict(re.findall(r"^(.+)\t([\d.]+)", text, re.MULTILINE))
+    cells = dict(re.findall(r"^(.+)\t([\d.]+)", text, re.MULTILINE))
     for name, told in own.readable().items():
-        assert float(shown[name]) == float(told.split()[0]), told
+        assert float(cells[name]) == float(told.split()[0]), told
 
 
 def test_axe_finds_nothing_in_a_solved_datasheet(opened: OPEN) -> None:

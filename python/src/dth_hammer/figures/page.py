@@ -186,8 +186,8 @@ def _headline(
     rows = []
     for name, (value, low, high) in table.items():
         unit = table.attrs["units"][name]
-        told = to_digits(value, low, high)
-        rows.append([str(name), told, ranged(low, high), "" if unit == "1" else unit])
+        number = to_digits(value, low, high)
+        rows.append([str(name), number, ranged(low, high), "" if unit == "1" else unit])
     notes = [sentence(run.parameters)]
     if record is not None and not isinstance(lives, Life):
         notes.append("Life: give the S-N line of your steel (--sn).")
