@@ -128,8 +128,8 @@ impl Build {
                 let rendered =
                     |message: &Value| message["message"]["rendered"].as_str().map(str::to_owned);
                 let said = String::from_utf8_lossy(&output.stderr).into_owned();
-                let told = messages.iter().filter_map(rendered).take(3).chain([said]);
-                return Err(Problem::Compiler(told.collect()));
+                let texts = messages.iter().filter_map(rendered).take(3).chain([said]);
+                return Err(Problem::Compiler(texts.collect()));
             }
             println!("{} of {} changes do not compile", self.refused.len(), self.count());
         }

@@ -78,8 +78,8 @@ fn write(path: PathBuf, text: &str) -> Result<(), Failure> {
 fn account(folder: &Path) -> String {
     let mut text = String::new();
     let stored = |name: &str| std::fs::read_to_string(folder.join(name)).ok();
-    let kept = stored("compared.json").and_then(|kept| serde_json::from_str(&kept).ok());
-    report::compared(&mut text, kept);
+    let found = stored("compared.json").and_then(|text| serde_json::from_str(&text).ok());
+    report::compared(&mut text, found);
     report::asked(&mut text, stored("asked.txt"));
     text
 }

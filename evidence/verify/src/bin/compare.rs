@@ -80,7 +80,7 @@ fn write(name: &str, text: &str) -> ExitCode {
 }
 
 /// What is kept of drawn scenes.
-fn kept() -> Kept {
+fn stored() -> Kept {
     let text = std::fs::read_to_string(format!("{REPORTS}/{COMPARED}")).unwrap_or_default();
     serde_json::from_str(&text).unwrap_or_default()
 }
@@ -150,7 +150,7 @@ fn main() -> ExitCode {
         tally((scenes, from), kind, tell, |batch, found| {
             println!("batch {batch}: {}", found.line());
             if keep {
-                let mut all = kept();
+                let mut all = stored();
                 all.entry(kind).or_default().insert(batch, found.clone());
                 written = write(COMPARED, &serde_json::to_string_pretty(&all).expect("plain data"));
             }
