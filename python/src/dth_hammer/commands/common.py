@@ -14,7 +14,7 @@ from ..errors import DomainError
 from ..fixed import Fixed
 from ..scene import rocks
 from ..scene.band import reason, with_sides
-from ..scene.quantities import alike, convert, with_units
+from ..scene.quantities import Units, alike, convert, with_units
 from ..scene.scene import Scene
 from ..scene.variables import VARIABLES, Variable
 from ..study.cases import MODEL
@@ -49,7 +49,7 @@ def tell_many(
     refused = ["error"] if (table["error"] != "").any() else []
     printed = table[[*with_sides(names), *refused]]
     printed.attrs = table.attrs
-    print(readable(in_units(printed, displayed_units(options.units, printed)), index=False))
+    print(readable(convert(printed, shown(options.units), passing=True), index=False))
     if not any(name.startswith("rock.specific_energy") for name in table.attrs["swept"]):
         print(reason(base.numbers))
 
@@ -78,54 +78,26 @@ def values(variable: Variable, text: str) -> list[Any]:
     return [float(x) for x in np.linspace(variable.number(first), variable.number(last), count)]
 
 
-def in_units(table: pd.DataFrame, texts: Sequence[str]) -> pd.DataFrame:
-    """The table in the requested units."""
-    systems = [text for text in texts if "=" not in text]
-    for system in systems:
-        table = convert(table, system)
-    return convert(table, assignments([text for text in texts if "=" in text]))
-
-
-def by_name(table: pd.DataFrame, units: dict[str, str], texts: Sequence[str]) -> pd.DataFrame:
+def by_name(table: pd.DataFrame, units: dict[str, str], requested: Sequence[Units]) -> pd.DataFrame:
     """Returns a table with a quantity per row, in the requested units, named in its last column."""
     wide = table.T.astype(float)
     wide.attrs = {"units": Fixed(units)}
-    converted = in_units(wide, texts)
+    converted = convert(wide, requested)
     found = converted.T
     found["unit"] = [converted.attrs["units"][name] for name in found.index]
     return found
 
 
-def systems(texts: Sequence[str]) -> list[Any]:
-    """The requested units as `report` takes them, metric if no system is named."""
-    named = assignments([text for text in texts if "=" in text])
-    return [*([text for text in texts if "=" not in text] or ["metric"]), named]
+def shown(units: Sequence[Units]) -> list[Units]:
+    """The units of what is printed: those of the trade if no system is asked for."""
+    return [*([] if any(isinstance(each, str) for each in units) else ["metric"]), *units]
 
 
-def displayed_units(texts: Sequence[str], table: pd.DataFrame) -> list[str]:
-    """The units of a printed table: those of the trade if no system is asked for."""
-    systems_ = [] if any("=" not in text for text in texts) else ["metric"]
-    return own_units([*systems_, *texts], table)
-
-
-def own_units(texts: Sequence[str], table: pd.DataFrame) -> list[str]:
-    """Returns the requested units that apply to a table's columns, a rate's to its range too."""
-    chosen = []
-    for text in texts:
-        name, equals, unit = (part.strip() for part in text.partition("="))
-        if equals:
-            names = [*with_sides([name]), f"{name}_error"]
-            chosen += [f"{column}={unit}" for column in names if column in table]
-        else:
-            chosen.append(text)
-    return chosen
-
-
-def check_units(texts: Sequence[str], known: dict[str, str]) -> None:
+def check_units(requested: Sequence[Units], known: dict[str, str]) -> None:
     """Raises if units are given for columns that the table will not have, by their SI units."""
     displayed = pd.DataFrame({name: [0.0] for name in known})
     displayed.attrs = {"units": known}
-    in_units(displayed, texts)
+    convert(displayed, requested)
 
 
 def readable(table: pd.DataFrame, *, index: bool = True) -> str:

@@ -90,7 +90,7 @@ def _report(page: Path, sheet: Datasheet, options: argparse.Namespace) -> None:
     from ..figures.page import report  # noqa: PLC0415
 
     curve = SN.read(options.sn) if options.sn else None
-    units = common.systems(options.units)
+    units = common.shown(options.units)
     who = {"title": options.title, "customer": options.customer}
     report(sheet, page, units=units, curve=curve, progress=True, **who)
     print(f"{page}: {page.stat().st_size / 1e6:.1f} MB")

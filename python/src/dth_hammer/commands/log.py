@@ -7,6 +7,7 @@ from pathlib import Path
 
 from .. import outputs
 from ..scene.datasheet import from_datasheet
+from ..scene.quantities import convert
 from ..study.drilling import specific_energy
 from . import common
 from .options import UNITS, Call, Written, assignments, listed, table
@@ -26,7 +27,7 @@ ALSO = (table("table to write"), UNITS)
 
 def run(options: argparse.Namespace) -> None:
     """Prints and writes the table, in metric units unless others are asked for."""
-    found = common.in_units(specific_energy(**CALL.given(options)), options.units or ["metric"])
+    found = convert(specific_energy(**CALL.given(options)), options.units or "metric")
     if options.out:
         outputs.write(found, options.out, index=False)
     print(common.readable(found, index=False))

@@ -155,6 +155,12 @@ def assignments(texts: Sequence[str]) -> dict[str, Any]:
     return _pairs(texts, "NAME=VALUE", lambda value: value or None)
 
 
+def units(texts: Sequence[str]) -> list[quantities.Units]:
+    """Units as `convert` takes them: systems, then those of single columns."""
+    named = assignments([text for text in texts if "=" in text])
+    return [*(text for text in texts if "=" not in text), *([named] if named else [])]
+
+
 def bounds(texts: Sequence[str]) -> dict[str, Any]:
     """Bounds of several ``NAME=LOW:HIGH``, None for a side left empty."""
     return _pairs(texts, "NAME=LOW:HIGH", _ends)
@@ -220,6 +226,7 @@ UNITS = Written(
     default=[],
     metavar="UNITS",
     help=f"units of tables: {', '.join(quantities.SYSTEMS)}, NAME=UNIT, or several: us,rop=m/h",
+    check=units,
 )
 #: The rock of the hammer, to be used again.
 WRITE_ROCK = Written(

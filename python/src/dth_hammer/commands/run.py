@@ -10,6 +10,7 @@ from ..errors import TooFewBlowsError
 from ..run.run import simulate
 from ..run.summary import readable
 from ..scene.band import reason
+from ..scene.quantities import convert
 from ..scene.variables import VARIABLES
 from . import common
 from .options import UNITS, WRITE_ROCK, Call, figure, table
@@ -39,7 +40,7 @@ def run(options: argparse.Namespace) -> None:
     made = simulate(**given)
     common.keep_rock(options, made.parameters)
     if options.out:
-        written = common.in_units(made.frame, options.units)
+        written = convert(made.frame, options.units)
         written.attrs |= {"parameters": dict(made.parameters), "model": made.model}
         outputs.write(written, options.out)
     if options.plot:
@@ -47,8 +48,8 @@ def run(options: argparse.Namespace) -> None:
     if len(made.blows):
         printed = made.blows[[*PRINTED]]
         printed.attrs = made.blows.attrs
-        units = common.displayed_units(options.units, printed)
-        print(common.readable(common.in_units(printed, units)))
+        units = common.shown(options.units)
+        print(common.readable(convert(printed, units, passing=True)))
         with suppress(TooFewBlowsError):
             print(f"\nfrom {made.time[-1] / 2:g} s on:\n{readable(made.summary())}")
         print(reason(made.parameters))

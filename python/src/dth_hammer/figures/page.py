@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from html import escape
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from ..scene.band import interval, ranged, sentence, to_digits
 from ..scene.datasheet import TRADE, Datasheet
 from ..scene.hammers import Hammerlike, Rocklike, scene_of
 from ..scene.mesh import ELASTIC, FIDELITY
-from ..scene.quantities import convert
+from ..scene.quantities import Units, convert
 from ..scene.scene import Scene
 from ..scene.variables import VARIABLES, Variable
 from ..study.fatigue import Life, SNCurve, life
@@ -36,8 +36,6 @@ SETTLED = (
     *("rop", "drilled_length", "blow_energy", "blow_speed", "blow_period"),
     *("tip_rate", "blow_penetration", "tip_depth"),
 )
-#: Units as `convert` takes them.
-Units = str | Mapping[str, str]
 #: What trends are told of, and over which part of a parameter, either way.
 WIDTH = 0.05
 #: Columns beyond which a table is printed small.
@@ -105,9 +103,8 @@ def report(
     run = simulate(scene, progress=progress)
     lives = _lives(scene, curve, progress=progress)
     record = _waves(scene)
-    numbers = _displayed(
-        headline(run, sheet, record, lives if isinstance(lives, Life) else None), units
-    )
+    numbers = headline(run, sheet, record, lives if isinstance(lives, Life) else None)
+    numbers = convert(numbers, units, passing=True)
     warnings = [*(sheet.contradictions if sheet else ()), *run.warnings]
     simulated = f"{run.model}; {run.time[-1]:g} s simulated."
     body = [
@@ -343,7 +340,7 @@ def _dependence(scene: Scene, by: list[str], *, progress: bool) -> list[str]:
 
 
 def _settled(run: Run, units: Units | list[Units]) -> str:
-    last = _displayed(run.frame, units).iloc[-1:]
+    last = convert(run.frame, units, passing=True).iloc[-1:]
     names = [name for name in SETTLED if name in last]
     rows = [
         [name, _number(last[name].iloc[0]), last.attrs["units"][name], VARIABLES[name].description]
@@ -364,7 +361,7 @@ def _summary(run: Run) -> list[str]:
 
 
 def _blows(run: Run, units: Units | list[Units]) -> str:
-    table = _displayed(run.blows, units)
+    table = convert(run.blows, units, passing=True)
     if not len(table):
         return "<p>No blow.</p>"
     heads = ["blow", *(f"{name} ({table.attrs['units'][name]})" for name in map(str, table))]
@@ -372,13 +369,6 @@ def _blows(run: Run, units: Units | list[Units]) -> str:
         [str(n), *map(_number, row)] for n, row in zip(table.index, table.to_numpy(), strict=True)
     ]
     return _table(heads, rows)
-
-
-def _displayed(table: pd.DataFrame, units: Units | list[Units]) -> pd.DataFrame:
-    for each in units if isinstance(units, list) else [units]:
-        own = each if isinstance(each, str) else {n: u for n, u in each.items() if n in table}
-        table = convert(table, own)
-    return table
 
 
 def _parameters(run: Run) -> str:

@@ -18,7 +18,7 @@ then ends there, the partner follows to that instant, and its new values hold fr
 
 from __future__ import annotations
 
-from array import array
+from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
@@ -150,7 +150,8 @@ class Coupling:
         self.accepted = self.rejected = 0
         self._step = self.largest
         self._motion = hammer.reader([POSITION, VELOCITY])
-        self._exchanged, self._end = array("d"), hammer.time
+        self._exchanged: deque[tuple[float, ...]] = deque(maxlen=KEPT)
+        self._end = hammer.time
         self._names: tuple[str, ...] = ()
         if VARIABLES[SOURCE].labels[int(whole(hammer.numbers)[SOURCE])] in ("Force", "Pressure"):
             hammer.set({DELAY: self.delay})
@@ -196,31 +197,24 @@ class Coupling:
         By its velocity alone a partner that integrates the flow would be half a step late. A step
         that was much shorter says nothing: an impact may have been in it.
         """
-        (x, v), width = start, self._width
-        rows = self._exchanged[-2 * width :]
-        past = rows[width] - rows[0] if len(rows) == 2 * width else 0.0
-        return Motion.onward(x, v, (v - rows[2]) / past if past >= 0.5 * size > 0.0 else 0.0)
+        x, v = start
+        time, _, before, *_ = self._exchanged[-2 if len(self._exchanged) > 1 else -1]
+        past = self._exchanged[-1][0] - time
+        return Motion.onward(x, v, (v - before) / past if past >= 0.5 * size > 0.0 else 0.0)
 
     def _give(self, given: Mapping[str, float]) -> None:
         """Sets the hammer's inputs, and notes them."""
         self.hammer.set(given)
         self._names = self._names or tuple(given)
-        if len(self._exchanged) >= 2 * KEPT * self._width:
-            del self._exchanged[: KEPT * self._width]
-        row = [self.hammer.time, *self._now()]
-        self._exchanged.extend(row + [given.get(name, np.nan) for name in self._names])
+        inputs = (given.get(name, np.nan) for name in self._names)
+        self._exchanged.append((self.hammer.time, *self._now(), *inputs))
 
     def _before(self) -> tuple[float, dict[str, float]] | None:
         """Instant and values of the last exchange, if there was one."""
         if not self._exchanged:
             return None
-        row = self._exchanged[-self._width :]
-        return row[0], dict(zip(self._names, row[3:], strict=True))
-
-    @property
-    def _width(self) -> int:
-        """Numbers of an exchange."""
-        return 3 + len(self._names)
+        time, _, _, *inputs = self._exchanged[-1]
+        return time, dict(zip(self._names, inputs, strict=True))
 
     @property
     def history(self) -> pd.DataFrame:
@@ -230,9 +224,8 @@ class Coupling:
         """
         columns = [POSITION, VELOCITY, *self._names]
         units = {name: VARIABLES[name].unit for name in columns}
-        rows = np.array(self._exchanged).reshape(-1, self._width)
-        index = pd.Index(rows[:, 0], name="time")
-        table = pd.DataFrame(rows[:, 1:], index, pd.Index(columns)).iloc[-KEPT:]
+        rows = np.array(self._exchanged).reshape(-1, 1 + len(columns))
+        table = pd.DataFrame(rows[:, 1:], pd.Index(rows[:, 0], name="time"), pd.Index(columns))
         table.attrs = {"units": Fixed(units)}
         return table
 
@@ -261,7 +254,7 @@ class Coupling:
                 break
             hammer.restore(before)
             partner.restore(state)
-            del self._exchanged[-self._width :]
+            self._exchanged.pop()
             self.accepted -= 1
             self.rejected += 1
             size = max(self.smallest, size * max(0.2, factor))
@@ -273,7 +266,7 @@ class Coupling:
         self, last: tuple[float, dict[str, float]] | None, given: Mapping[str, float]
     ) -> float:
         """How far the middle of a step was off, by what came at its end."""
-        begun, after = self._exchanged[-self._width], self.partner.outputs()
+        begun, after = self._exchanged[-1][0], self.partner.outputs()
         size = self._end - begun
 
         def off(name: str) -> float:

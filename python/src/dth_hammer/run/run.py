@@ -90,28 +90,20 @@ class Run(answers.Answer):
         """Units of the columns."""
         return {"time": "s", **self.frame.attrs["units"]}
 
-    def convert(self, units: str | Mapping[str, str]) -> Run:
+    def convert(self, units: quantities.Units) -> Run:
         """Returns the run in other units.
 
         Args:
             units: ``"si"``, ``"metric"`` (what people use), ``"us"`` (in, ft, lbf, psi), or a unit
                 by column, for instance ``{"rop": "m/h"}``.
         """
-        if isinstance(units, str):
-            return replace(
-                self,
-                frame=quantities.convert(self.frame, units),
-                blows=quantities.convert(self.blows, units),
-            )
-        own = {n: u for n, u in units.items() if n in self.blows}
-        rest = {n: u for n, u in units.items() if n in self.frame or n not in own}
-        return replace(
-            self,
-            frame=quantities.convert(self.frame, rest),
-            blows=quantities.convert(self.blows, own),
-        )
+        own = units
+        if not isinstance(units, str):
+            own = {n: u for n, u in units.items() if n in self.frame or n not in self.blows}
+        blows = quantities.convert(self.blows, units, passing=True)
+        return replace(self, frame=quantities.convert(self.frame, own), blows=blows)
 
-    def to_frame(self, *names: str, units: str | Mapping[str, str] | None = None) -> pd.DataFrame:
+    def to_frame(self, *names: str, units: quantities.Units | None = None) -> pd.DataFrame:
         """Returns a table for reading, the unit of each column in its heading: ``rop [m/s]``.
 
         Args:

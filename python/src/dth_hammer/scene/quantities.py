@@ -10,7 +10,7 @@ from __future__ import annotations
 import datetime
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -145,6 +145,10 @@ OIL_FIELD: Mapping[str, str] = {
     "m3/min": "cfm",
 }
 SYSTEMS = ("si", "metric", "us")
+#: A system, or a unit by column.
+Units = str | Mapping[str, str]
+#: Endings of the columns that have the range of a column's numbers, and their errors.
+BESIDE = ("_low", "_high", "_error")
 
 
 def read(value: object, unit: str, name: str) -> float:
@@ -217,27 +221,37 @@ def duration(value: object, name: str) -> float:
     return number
 
 
-def convert(frame: pd.DataFrame, units: str | Mapping[str, str]) -> pd.DataFrame:
+def convert(
+    frame: pd.DataFrame, units: Units | Sequence[Units], *, passing: bool = False
+) -> pd.DataFrame:
     """Converts a table of this package to other units, listed in ``attrs["units"]``.
 
     Args:
         frame: a run's frame, its blows, a sweep.
-        units: a system, or a unit by column.
+        units: a system, or a unit by column, which its range and error get too; of several, the
+            later go before the earlier.
+        passing: passes over units of columns that the table does not have.
     """
+    if not isinstance(units, str | Mapping):
+        for each in units:
+            frame = convert(frame, each, passing=passing)
+        return frame
     own = dict(frame.attrs.get("units", {}))
     displays = frame.attrs.get("display_units", {})
     base = frame.attrs.get("si_units", own)
     if isinstance(units, str):
         if units not in SYSTEMS:
             raise UnknownNameError("system of units", units, SYSTEMS)
-        proposed = {n: displays.get(n) or u for n, u in base.items() if n in frame}
+        chosen = {n: displays.get(n) or u for n, u in base.items() if n in frame}
         if units == "si":
-            proposed = {n: base[n] for n in proposed}
+            chosen = {n: base[n] for n in chosen}
         elif units == "us":
-            proposed = {n: OIL_FIELD.get(u, u) for n, u in proposed.items()}
-        units = proposed
+            chosen = {n: OIL_FIELD.get(u, u) for n, u in chosen.items()}
+    else:
+        beside = {n + side: u for n, u in units.items() for side in BESIDE if n + side in frame}
+        chosen = {n: u for n, u in units.items() if n in frame or not passing} | beside
     result = frame.copy()
-    for name, unit in units.items():
+    for name, unit in chosen.items():
         if name not in frame:
             raise UnknownNameError("column", name, map(str, frame))
         if name not in own:
@@ -245,7 +259,7 @@ def convert(frame: pd.DataFrame, units: str | Mapping[str, str]) -> pd.DataFrame
         factor = float(1 / _factor(unit, own[name], name))
         if factor != 1.0:
             result[name] = result[name] * factor
-    result.attrs = frame.attrs | {"units": Fixed(own | dict(units)), "si_units": Fixed(base)}
+    result.attrs = frame.attrs | {"units": Fixed(own | chosen), "si_units": Fixed(base)}
     return result
 
 
