@@ -1,7 +1,5 @@
 """What tests of the package share."""
 
-from __future__ import annotations
-
 import signal
 from collections.abc import Callable, Iterator
 from types import FrameType

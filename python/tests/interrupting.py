@@ -1,7 +1,5 @@
 """Ctrl-C as a terminal sends it, for tests: the fixture `ctrl_c` makes sure that it is heard."""
 
-from __future__ import annotations
-
 import contextlib
 import signal
 import sys

@@ -8,8 +8,6 @@ draw. Draws are kept in reports/coverage.csv, so that a second call adds what is
 reports/coverage.md is written from it.
 """
 
-from __future__ import annotations
-
 import sys
 import warnings
 from collections.abc import Iterable

@@ -9,8 +9,6 @@ normal deviate is within one and two standard errors in 68 and 95 % of all cases
 that is known to 3.3 and 1.5 %.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

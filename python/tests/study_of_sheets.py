@@ -11,8 +11,6 @@ A range is of the hammer, and what is printed of it scatters about that by the e
 assumes of what it is given: how often the range with this scatter holds is told beside.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterator
 from pathlib import Path

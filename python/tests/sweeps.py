@@ -1,7 +1,5 @@
 """What tests of sweeps share."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Iterator

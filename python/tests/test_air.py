@@ -1,7 +1,5 @@
 """A hammer that air drives goes through what any other does: figures, sweep, calibration, life."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Answers in a notebook: tables with units, and figures of the same numbers."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 

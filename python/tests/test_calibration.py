@@ -1,7 +1,5 @@
 """Calibration and optimisation on means: hidden parameters, known optima, and what is told."""
 
-from __future__ import annotations
-
 import sys
 import threading
 from collections.abc import Mapping

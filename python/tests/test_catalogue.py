@@ -1,7 +1,5 @@
 """Hammers of catalogues: what is printed of them goes in, a rate with its range comes out."""
 
-from __future__ import annotations
-
 import warnings
 from pathlib import Path
 from typing import Any

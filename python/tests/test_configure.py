@@ -1,7 +1,5 @@
 """One file is one hammer: an FMU that starts as a scene does, whoever runs it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from zipfile import ZIP_DEFLATED, ZipFile

@@ -1,7 +1,5 @@
 """What is wrong is told: every public function raises errors of this package, and no others."""
 
-from __future__ import annotations
-
 import inspect
 import warnings
 from collections.abc import Callable, Iterator, Sequence

@@ -1,7 +1,5 @@
 """Coupling, against a partner whose answer is known."""
 
-from __future__ import annotations
-
 import pickle
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """From a datasheet to a hammer that strikes as it says."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What is accepted without being meant is told, once."""
 
-from __future__ import annotations
-
 import warnings
 
 import pytest

@@ -1,7 +1,5 @@
 """A drilling log to the rock's specific energy over depth."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Every example, shortened."""
 
-from __future__ import annotations
-
 import importlib.util
 import shutil
 import sys

@@ -1,7 +1,5 @@
 """Fatigue life: exact turning points, rainflow, damage, hours, and where they are shown."""
 
-from __future__ import annotations
-
 import math
 import sys
 from pathlib import Path

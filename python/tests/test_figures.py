@@ -1,7 +1,5 @@
 """Figures: what is on the axes, with its unit."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import replace

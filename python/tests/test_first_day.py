@@ -5,8 +5,6 @@ commands that the README gives, with the versions that the project pins. No chec
 but where a command names one. `cargo docs` runs the pages of the guide for every change.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import os

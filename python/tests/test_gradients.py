@@ -1,7 +1,5 @@
 """Derivatives of runs, and what they are good for."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

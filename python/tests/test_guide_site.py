@@ -1,7 +1,5 @@
 """The guide in a browser, from a disk and from a server; skipped where there is no chromium."""
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import http.server

@@ -1,7 +1,5 @@
 """A live hammer: setting, stepping, and going back."""
 
-from __future__ import annotations
-
 import contextlib
 import copy
 import os

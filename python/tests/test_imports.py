@@ -1,7 +1,5 @@
 """The modules of the package: none of them needs one that needs it."""
 
-from __future__ import annotations
-
 import ast
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path

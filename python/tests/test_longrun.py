@@ -1,7 +1,5 @@
 """Long-run responses and trends: against longer simulations, known lines, and each other."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from dth_hammer import (

@@ -1,7 +1,5 @@
 """Long-run responses of many hammers: a row each."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Options of commands follow from the functions behind them."""
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import inspect

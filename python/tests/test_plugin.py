@@ -1,7 +1,5 @@
 """The fixtures, in this project's own tests and in a foreign one's."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable

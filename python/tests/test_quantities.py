@@ -1,7 +1,5 @@
 """Quantities: any unit of the field on input and on output, by one reader."""
 
-from __future__ import annotations
-
 from datetime import timedelta
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """Files, functions and examples that the guide names are there, and do what is shown."""
 
-from __future__ import annotations
-
 import doctest
 import inspect
 import pkgutil

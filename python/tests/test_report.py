@@ -1,7 +1,5 @@
 """A scene's report: one page that holds all it shows."""
 
-from __future__ import annotations
-
 import base64
 import io
 import json

@@ -1,7 +1,5 @@
 """Rocks by name, damping by ratio, the rate by specific energy, a run in a few numbers."""
 
-from __future__ import annotations
-
 import json
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """From parameters to a table."""
 
-from __future__ import annotations
-
 import copy
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Runs of a sweep that something acts on: what they are, and what tells them apart."""
 
-from __future__ import annotations
-
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path

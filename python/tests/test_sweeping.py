@@ -1,7 +1,5 @@
 """Many runs: all of them, once each, in order."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re

@@ -1,7 +1,5 @@
 """One file of SSP 1.0: the hammer and what drives it; hosts run it in tests/python."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from zipfile import ZipFile
 

@@ -1,7 +1,5 @@
 """Names, units and domains, as the table has them."""
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Stress and velocity along the bars, against closed forms and balances."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The wheel alone: no checkout, the FMU that it brings."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

@@ -3,8 +3,6 @@
 Nothing of it runs: these are types.
 """
 
-from __future__ import annotations
-
 import dth_hammer as dth
 import numpy as np
 import pandas as pd

@@ -1,7 +1,5 @@
 """The command line, `dth-hammer`: subcommands are listed in `dth_hammer.commands`."""
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import io

@@ -1,7 +1,5 @@
 """Checks the arguments of public functions against their annotations."""
 
-from __future__ import annotations
-
 import builtins
 import contextlib
 import functools
@@ -68,7 +66,8 @@ def hints_of(function: Callable[..., Any]) -> dict[str, Any]:
     for name, parameter in signature.parameters.items():
         # An attribute of what a type checker alone imports is not there.
         with contextlib.suppress(AttributeError):
-            hints[name] = eval(parameter.annotation, {}, names) if name != "self" else Any
+            hint = parameter.annotation if name != "self" else Any
+            hints[name] = eval(hint, {}, names) if isinstance(hint, str) else hint
     return hints
 
 

@@ -1,7 +1,5 @@
 """The errors of this package; each message says what to do."""
 
-from __future__ import annotations
-
 import difflib
 import re
 import sys

@@ -1,7 +1,5 @@
 """Optional packages, and the command that installs those that are missing."""
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 from collections.abc import Iterable

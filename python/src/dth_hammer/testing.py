@@ -1,7 +1,5 @@
 """Assertions for tests of what drives a hammer."""
 
-from __future__ import annotations
-
 import pandas as pd
 
 from .run.hammer import Hammer

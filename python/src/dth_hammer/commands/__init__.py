@@ -6,8 +6,6 @@ there are others; and ``NEEDS`` if it needs optional packages whatever its optio
 command, write its module and name it here.
 """
 
-from __future__ import annotations
-
 #: What each does, by name, in the order in which they are listed; the module is called alike.
 COMMANDS = {
     "demo": "simulate the reference hammer, print its numbers, draw its settled cycle",

@@ -1,7 +1,5 @@
 """`dth-hammer calibrate`: estimates parameters, with errors, from measured means."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 from typing import Any

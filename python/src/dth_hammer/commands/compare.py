@@ -1,7 +1,5 @@
 """`dth-hammer compare`: what one hammer, or pressure, gives over another in one rock."""
 
-from __future__ import annotations
-
 import argparse
 
 from ..scene.band import interval

@@ -1,7 +1,5 @@
 """`dth-hammer configure`: writes an FMU that starts with your parameters, for any host."""
 
-from __future__ import annotations
-
 import argparse
 
 from ..fmu.variant import configure

@@ -1,7 +1,5 @@
 """`dth-hammer datasheet`: finds the hammer that a datasheet or a catalogue describes."""
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """`dth-hammer demo`: prints and draws the settled cycle of the reference hammer."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

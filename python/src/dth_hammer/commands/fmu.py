@@ -1,7 +1,5 @@
 """`dth-hammer fmu`: copies the FMUs of the hammer to a folder."""
 
-from __future__ import annotations
-
 import argparse
 import shutil
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`dth-hammer info`: lists variables, units, domains and presets."""
 
-from __future__ import annotations
-
 import argparse
 import re
 

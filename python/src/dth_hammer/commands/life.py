@@ -1,7 +1,5 @@
 """`dth-hammer life`: computes the hours until piston and bit break by fatigue."""
 
-from __future__ import annotations
-
 import argparse
 
 from .. import outputs

@@ -1,7 +1,5 @@
 """`dth-hammer log`: the rock's specific energy over the depth of a hole, from a drilling log."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

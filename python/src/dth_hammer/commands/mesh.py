@@ -1,7 +1,5 @@
 """`dth-hammer mesh`: says which degree and how many spans a stated error needs."""
 
-from __future__ import annotations
-
 import argparse
 
 from .. import _native

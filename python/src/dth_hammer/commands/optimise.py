@@ -1,7 +1,5 @@
 """`dth-hammer optimise`: finds the best design within bounds and limits."""
 
-from __future__ import annotations
-
 import argparse
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Options of a command, from the signature and the docstring of the function that it calls."""
 
-from __future__ import annotations
-
 import argparse
 import inspect
 import re

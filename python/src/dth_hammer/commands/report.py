@@ -1,7 +1,5 @@
 """`dth-hammer report`: simulates a hammer and writes one self-contained HTML page about it."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

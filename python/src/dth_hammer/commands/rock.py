@@ -1,7 +1,5 @@
 """`dth-hammer rock`: prints what is known of a rock, and its parameters under a bit."""
 
-from __future__ import annotations
-
 import argparse
 
 from ..scene.rocks import ROCKS, rock

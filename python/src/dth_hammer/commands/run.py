@@ -1,7 +1,5 @@
 """`dth-hammer run`: simulates one hammer over time."""
 
-from __future__ import annotations
-
 import argparse
 from contextlib import suppress
 

@@ -1,7 +1,5 @@
 """`dth-hammer steady`: computes the long-run means of a hammer, or of many, with errors."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`dth-hammer sweep`: simulates a grid of hammers."""
 
-from __future__ import annotations
-
 import argparse
 
 from ..errors import DomainError

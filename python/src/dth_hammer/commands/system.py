@@ -1,7 +1,5 @@
 """`dth-hammer system`: writes a hammer and its drive as one SSP file."""
 
-from __future__ import annotations
-
 import argparse
 
 from ..fmu.system import write_system

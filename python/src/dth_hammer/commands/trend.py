@@ -1,7 +1,5 @@
 """`dth-hammer trend`: computes what the long-run means depend on, over stated widths."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """`dth-hammer waves`: computes the stresses along piston and bit."""
 
-from __future__ import annotations
-
 import argparse
 from dataclasses import replace
 

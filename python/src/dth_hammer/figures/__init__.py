@@ -1,8 +1,6 @@
 # ruff: noqa: E402, what a plain install lacks is named before it is imported
 """Figures of a run of `dth_hammer.simulate`: each returns a matplotlib figure."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from collections.abc import Mapping

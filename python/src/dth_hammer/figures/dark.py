@@ -1,7 +1,5 @@
 """Figures for a dark page: the same figure, its colours turned."""
 
-from __future__ import annotations
-
 import colorsys
 from typing import Any
 

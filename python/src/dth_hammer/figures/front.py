@@ -1,7 +1,5 @@
 """The page of a report that is handed on: one sheet, A4, that says what the hammer is and does."""
 
-from __future__ import annotations
-
 import datetime
 import math
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """The numbers of a hammer that an engineer reports, in field units."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import pandas as pd

@@ -1,7 +1,5 @@
 """A run as one self-contained HTML page: `report`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from html import escape
 from pathlib import Path

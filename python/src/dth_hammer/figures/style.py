@@ -1,8 +1,6 @@
 # ruff: noqa: E402, what a plain install lacks is named before it is imported
 """The one style of all figures, also where a file is written or a page shows them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any

@@ -1,7 +1,5 @@
 """The .fmu file: where it is, and what it declares."""
 
-from __future__ import annotations
-
 import os
 import zipfile
 from functools import lru_cache

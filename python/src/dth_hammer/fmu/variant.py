@@ -8,8 +8,6 @@ and blows, which many importers stop at, so they are in a variant too. But for t
 libraries are the same.
 """
 
-from __future__ import annotations
-
 import html
 import re
 import struct

@@ -1,7 +1,5 @@
 """Models of what drives and feeds the hammer, to couple and to copy: water, and a compressor."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 #: Position (m) and velocity (m/s) of the piston over the bit by time, s.

@@ -7,8 +7,6 @@ what surrounds it, and has one pressure, less what friction in the hose costs wh
 `drive.source = Air` with the input ``supply_pressure`` and the output ``air_mass``.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

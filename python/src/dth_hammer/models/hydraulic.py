@@ -6,8 +6,6 @@ its time. The hose is a chain of compliances and inertances with friction betwee
 constant pressure and the hammer. Water is stiff: this is the harder coupling.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Records of a sensor over time, and what a hammer would have shown there."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Summary of a run: means over blows, the range of the rate, the spread of the blows."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -6,8 +6,6 @@ The work that breaks a volume of rock is the least known number of a rate.
 number.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 
 import numpy as np

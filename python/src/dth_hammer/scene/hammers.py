@@ -1,7 +1,5 @@
 """One hammer, however it is given: what every function and every command takes first."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import replace

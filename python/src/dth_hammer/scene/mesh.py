@@ -1,7 +1,5 @@
 """The mesh that a result with a given error needs, by the engine's rule."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ A file of a rock is JSON, ``{"hardness": "1.6 GPa", "unloading_ratio": 3, ...}``
 is the reference's.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Inputs that change over time, and the instants at which outputs are read."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any
 

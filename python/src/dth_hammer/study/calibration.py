@@ -12,8 +12,6 @@ until the population stays as it is. The best values are those of its best membe
 the likelihood grows no more.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """One run of a sweep: what it is made of, what distinguishes it from others, and its row."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

@@ -1,7 +1,5 @@
 """Designs that an optimisation tries, each as it is or over a tolerance."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

@@ -5,8 +5,6 @@ monitoring data*): rate, air pressure, pull-down, and the blows' frequency where
 through the simulated hammer to the work that breaks a volume of rock.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from pathlib import Path

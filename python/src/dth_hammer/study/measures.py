@@ -1,7 +1,5 @@
 """What a hammer is judged by: means of its long-run response, and what follows from these."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The motions that a hammer settles to from several starts."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

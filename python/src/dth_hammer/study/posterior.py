@@ -7,8 +7,6 @@ population that begins all over the bounds is led to the likelihood in steps (te
 differences of its members), so that it finds every mode, wherever a search would have ended.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The long-run response: of one hammer, or a table of many."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from contextlib import closing

@@ -1,7 +1,5 @@
 """Long-run means of a hammer that Python steps: inputs over time, a controller, a model coupled."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Protocol

@@ -1,7 +1,5 @@
 """The file of a sweep, to which rows are only ever added."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import os

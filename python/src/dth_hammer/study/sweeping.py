@@ -1,7 +1,5 @@
 """Many runs over a grid of parameters; resumable; one row per run."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence

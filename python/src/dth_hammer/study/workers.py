@@ -1,7 +1,5 @@
 """Workers of a sweep: threads of the engine, or an executor."""
 
-from __future__ import annotations
-
 import pickle
 import time
 from collections.abc import Generator, Iterator, Sequence
