@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from dth_hammer.errors import DthHammerError
-from dth_hammer.study import longrun, workers
+from dth_hammer.study import longrun
 
 RIGID = {"fidelity": "Rigid"}
 #: What no argument may be, and what some may not. None is left out: it is what is not given.
@@ -111,8 +111,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     def finished(points: Sequence[object], *_: object, **__: object) -> Iterator[Any]:
         return ((k, answer) for k in range(len(points)))
 
-    for module in (longrun, workers):
-        monkeypatch.setattr(module, "finished", finished)
+    monkeypatch.setattr(longrun, "finished", finished)
 
 
 def test_every_public_name_is_tried_or_an_answer(tmp_path: Path) -> None:

@@ -95,7 +95,7 @@ def test_what_a_held_pressure_makes_is_told_by_the_hammer() -> None:
 
 def energy(hammer: Hammer) -> float:
     """Half of the piston's mass, kg: its energy at 1 m/s."""
-    ((length, area),) = _native.sections(hammer.numbers, "piston")
+    ((length, area),) = _native.bodies(hammer.numbers)["piston"]["sections"]
     return 0.5 * length * area * (VARIABLES["material.density"].start or 0.0)
 
 

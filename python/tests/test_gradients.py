@@ -1,63 +1,59 @@
 """Derivatives of runs, and what they are good for."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 import pandas as pd
 import pytest
-from dth_hammer import (
-    DomainError,
-    HammerWarning,
-    Record,
-    Run,
-    UnknownNameError,
-    simulate,
-)
+from dth_hammer import DomainError, HammerWarning, Record, Run, UnknownNameError, simulate
 from dth_hammer.run.records import simulated
 
 #: Small meshes: what is shown here does not depend on them.
 SMALL = {"piston.elements": 4, "bit.elements": 4, "contact.stiffness": 2e10}
 
 
-def test_a_run_is_differentiated_through_its_blows() -> None:
-    by = ["rock.stiffness", "feed_force"]
-    names = ["piston_velocity", "tip_depth", "rop", "blow_count"]
-    frame = simulate(SMALL, 0.1, gradient=by, outputs=names, step=0.05)
-    slopes = frame.gradient()
+#: A piston of two sections.
+SHAPE = {
+    **{"piston.segment[1].area": 3.2e-3, "piston.segment[2].area": 2e-3},
+    **{"piston.segment[1].length": 0.1, "piston.segment[2].length": 0.07},
+}
+RISING = {"feed_force": lambda t: 5e3 + 1e4 * t}
+ROCK = ["rock.stiffness"]
+
+
+@pytest.mark.parametrize(
+    ("changed", "inputs", "by", "outputs", "part"),
+    [
+        ({}, {}, [*ROCK, "feed_force"], ["piston_velocity", "tip_depth", "rop"], 1e-7),
+        ({}, {}, ROCK, ["energy_drive", "energy_damping", "rock_impulse"], 1e-7),
+        ({}, RISING, ROCK, ["energy_feed"], 1e-7),
+        (SHAPE | {"piston.segments": 2}, {}, [*SHAPE], ["piston_velocity", "rop"], 1e-8),
+    ],
+)
+def test_a_run_is_differentiated_through_its_blows(
+    changed: dict[str, float],
+    inputs: dict[str, Any],
+    by: list[str],
+    outputs: list[str],
+    part: float,
+) -> None:
+    def run(over: dict[str, float], gradient: Sequence[str] = ()) -> Run:
+        scene, read = {**SMALL, **changed, **over}, [*outputs, "blow_count"]
+        return simulate(scene, 0.1, inputs, gradient=gradient, outputs=read, step=0.05)
+
+    middle = run({}, by)
+    slopes = middle.gradient()
     assert (slopes["blow_count"].to_numpy() == 0.0).all()
-    for name, start in (("rock.stiffness", 1.2e8), ("feed_force", 5e3)):
-        step = 1e-7 * start
-        low, high = (
-            simulate({**SMALL, name: start + way * step}, 0.1, outputs=names, step=0.05)
-            for way in (-1.0, 1.0)
-        )
-        for output in names[:3]:
+    for name, start in middle.by.items():
+        step = part * start
+        low, high = (run({name: start + way * step}) for way in (-1.0, 1.0))
+        for output in outputs:
             ours = slopes[output, name].iloc[-1]
             theirs = (high[output].iloc[-1] - low[output].iloc[-1]) / (2.0 * step)
-            # Rounding of 1e-12 of the output over 2e-7 of the parameter.
-            bound = 1e-5 * abs(frame[output].iloc[-1]) / start + 1e-4 * abs(ours)
+            # Rounding of 1e-12 of the output over the step; a larger step of a section is bent.
+            bound = 1e-12 * abs(middle[output].iloc[-1]) / step + 1e-4 * abs(ours)
             assert abs(ours - theirs) <= bound, (name, output)
-
-
-def test_a_section_is_a_parameter_like_any_other() -> None:
-    shape = {"piston.segments": 2, "piston.segment[1].area": 3.2e-3, "piston.segment[2].area": 2e-3}
-    start = {**SMALL, **shape, "piston.segment[1].length": 0.1, "piston.segment[2].length": 0.07}
-    by = [name for name in start if ".segment[" in name]
-    names = ["piston_velocity", "blow_energy", "rop"]
-    frame = simulate(start, 0.1, gradient=by, outputs=names, step=0.05)
-    slopes = frame.gradient()
-    for name in by:
-        step = 1e-8 * start[name]
-        low, high = (
-            simulate({**start, name: start[name] + way * step}, 0.1, outputs=names, step=0.05)
-            for way in (-1.0, 1.0)
-        )
-        for output in names:
-            ours = slopes[output, name].iloc[-1]
-            theirs = (high[output].iloc[-1] - low[output].iloc[-1]) / (2.0 * step)
-            # Rounding of 1e-12 of the output over 2e-8 of the parameter; a larger step is bent.
-            bound = 1e-4 * abs(frame[output].iloc[-1]) / start[name] + 1e-4 * abs(ours)
-            assert abs(ours - theirs) <= bound, (name, output)
-    with pytest.raises(DomainError, match=r"no derivative .*piston\.segment\[3\]\.area"):
-        simulate(start, until=0.01, gradient=["piston.segment[3].area"])
 
 
 def test_what_has_no_derivative_says_so() -> None:
@@ -65,38 +61,8 @@ def test_what_has_no_derivative_says_so() -> None:
         simulate(until=0.01, gradient=["rock.stifness"])
     with pytest.raises(DomainError, match=r"no derivative .*piston\.length"):
         simulate({"piston.segments": 2}, until=1e-3, gradient=["piston.length"])
-
-
-def test_energies_are_differentiated_too() -> None:
-    by, names = ["rock.stiffness"], ["energy_drive", "energy_damping", "rock_impulse"]
-    slopes = simulate(SMALL, 0.1, gradient=by, outputs=names, step=0.05).gradient()
-    step = 12.0
-    low, high = (
-        simulate({**SMALL, "rock.stiffness": 1.2e8 + way * step}, 0.1, outputs=names, step=0.05)
-        for way in (-1.0, 1.0)
-    )
-    for name in names:
-        ours = slopes[name, by[0]].iloc[-1]
-        theirs = (high[name].iloc[-1] - low[name].iloc[-1]) / (2.0 * step)
-        # Rounding of 1e-12 of the output over 2e-7 of the parameter.
-        bound = 1e-5 * abs(high[name].iloc[-1]) / 1.2e8 + 1e-4 * abs(ours)
-        assert abs(ours - theirs) <= bound, name
-
-
-def test_works_of_a_feed_that_varies_are_differentiated_too() -> None:
-    by, name, start = "rock.stiffness", "energy_feed", 1.2e8
-
-    def work(stiffness: float) -> Run:
-        rising = {"feed_force": lambda t: 5e3 + 1e4 * t}
-        changed = {**SMALL, by: stiffness}
-        return simulate(changed, 0.06, rising, gradient=[by], outputs=[name], step=0.02)
-
-    ours = work(start).gradient()[name, by].iloc[-1]
-    step = 1e-7 * start
-    low, high = (work(start + way * step)[name].iloc[-1] for way in (-1.0, 1.0))
-    # Rounding of 1e-12 of the output over 2e-7 of the parameter.
-    bound = 1e-5 * abs(high) / start + 1e-4 * abs(ours)
-    assert abs(ours - (high - low) / (2.0 * step)) <= bound
+    with pytest.raises(DomainError, match=r"no derivative .*piston\.segment\[3\]\.area"):
+        simulate({**SHAPE, "piston.segments": 2}, 0.01, gradient=["piston.segment[3].area"])
 
 
 def pulse(samples: float | np.ndarray, blow: int, error: float) -> Record:

@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from dth_hammer import DomainError, HammerWarning, steady
-from dth_hammer.study import workers
+from dth_hammer.study.cases import Job
+from dth_hammer.study.workers import parts_of
 
 RIGID = {"fidelity": "Rigid"}
 #: With feed a cycle, without one no blow is as another.
@@ -35,13 +36,12 @@ def test_the_same_call_seeks_only_what_is_missing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sought: list[float] = []
-    finished = workers.finished
 
-    def counted(points: Sequence[dict[str, float]], *rest: Any, **others: Any) -> Any:
-        sought.extend(point["feed_force"] for point in points)
-        return finished(points, *rest, **others)
+    def counted(runs: Sequence[Job], *by: Any) -> Any:
+        sought.extend(run.numbers["feed_force"] for run in runs)
+        return parts_of(runs, *by)
 
-    monkeypatch.setattr(workers, "finished", counted)
+    monkeypatch.setattr("dth_hammer.study.sweeping.parts_of", counted)
     for suffix in ("parquet", "csv"):
         out = tmp_path / f"means.{suffix}"
         sought.clear()

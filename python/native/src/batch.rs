@@ -77,7 +77,7 @@ impl Plan {
         values: &mut Vec<f64>,
         noted: &mut Vec<String>,
     ) -> Result<(), Failure> {
-        noted.extend(warnings(scene, names));
+        noted.extend(warnings(scene, names, true));
         match &self.job {
             Job::Run(until, picks) => {
                 let mut session = Session::new(scene, false)?;
@@ -106,12 +106,6 @@ impl Plan {
 
 /// Means, their errors, spreads from blow to blow, and the number of blows.
 type Statistics = (Vec<f64>, Vec<f64>, Vec<f64>, usize);
-
-/// Names of the means of a long-run response.
-#[pyfunction]
-pub fn averages() -> Vec<&'static str> {
-    Averages::names().collect()
-}
 
 /// How long-run responses are sought unless one says otherwise.
 #[pyfunction]

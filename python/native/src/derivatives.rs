@@ -1,6 +1,6 @@
 //! Derivatives of what a run of Python's gives, by differences of it.
 
-use crate::failure::{Failure, UnknownNameError};
+use crate::failure::{Failure, refused};
 use crate::interrupt::interruptible;
 use crate::machine::Machine;
 use crate::scene::scene_of;
@@ -12,20 +12,10 @@ use pyo3::prelude::*;
 use std::collections::HashMap;
 use std::sync::Mutex;
 
-/// What derivatives can be by: real parameters and constant inputs.
-#[pyfunction]
-pub fn arguments() -> Vec<&'static str> {
-    Argument::all().map(Argument::name).collect()
-}
-
 /// The arguments of these names.
-pub fn named(names: &[String]) -> PyResult<Vec<Argument>> {
-    let of = |name: &String| {
-        let what = "parameter or input with derivatives";
-        Argument::named(name)
-            .ok_or_else(|| UnknownNameError::new_err((what, name.clone(), arguments())))
-    };
-    names.iter().map(of).collect()
+fn named(names: &[String]) -> PyResult<Vec<Argument>> {
+    let refusal = |name| refused(format!("there is no derivative by {name}"));
+    names.iter().map(|name| Argument::named(name).ok_or_else(|| refusal(name))).collect()
 }
 
 /// Derivatives, their errors, how far each holds, and why one may hold on a side only.

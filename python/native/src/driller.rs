@@ -120,17 +120,15 @@ fn message(error: RockError) -> PyErr {
     refused(error.to_string())
 }
 
-/// The numbers of a rock's file, and their units.
-#[pyfunction]
-pub fn ground_rows() -> Vec<(&'static str, &'static str)> {
-    Ground::ROWS.iter().map(|(name, unit, _)| (*name, *unit)).collect()
-}
-
 /// A rock by its name, class or strength: the numbers of its file, and what is assumed in them.
 #[pyfunction]
 pub fn ground(name: &str) -> PyResult<(Named, Vec<String>)> {
     let (mut rock, assumed) = Ground::named(name).map_err(message)?;
-    Ok((Ground::ROWS.iter().map(|(name, _, at)| (*name, *at(&mut rock))).collect(), assumed))
+    Ok((named(&mut rock), assumed))
+}
+
+fn named(rock: &mut Ground) -> Named {
+    Ground::ROWS.iter().map(|(name, _, at)| (*name, *at(rock))).collect()
 }
 
 /// The rock law's parameters of such numbers under a bit of inserts.
@@ -163,7 +161,7 @@ pub fn ground_under(numbers: HashMap<String, f64>, inserts: usize, radius: f64) 
 pub fn ground_of(numbers: HashMap<String, f64>) -> PyResult<Named> {
     let p = scene_of(&numbers)?.parameters;
     let mut rock = Ground::of(&p.rock, &Inserts::of_hole(p.hole.diameter).map_err(message)?);
-    Ok(Ground::ROWS.iter().map(|(name, _, at)| (*name, *at(&mut rock))).collect())
+    Ok(named(&mut rock))
 }
 
 /// `beta = 2 zeta / omega` of the piston's first elastic mode, s, and the ratio that it has now.

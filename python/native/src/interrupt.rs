@@ -33,12 +33,8 @@ pub fn interruptible<T: Send>(
         raised || whole.is_set()
     });
     let done = py.detach(|| interrupt.watch(work));
-    let raised = lock(&heard).1.take();
+    let raised = heard.lock().unwrap_or_else(PoisonError::into_inner).1.take();
     raised.map_or(done, |error| Err(Failure::Python(error)))
-}
-
-fn lock(heard: &Mutex<Heard>) -> std::sync::MutexGuard<'_, Heard> {
-    heard.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// True once a signal's handler has raised.

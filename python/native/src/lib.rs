@@ -19,45 +19,33 @@ mod turn;
 /// The engine for Python.
 #[pyo3::pymodule]
 mod _native {
+    use hammer::Reading;
+    use hammer::families::{ALONG, Along, OF_BLOW};
+    use hammer::means::Averages;
+    use hammer::presets::Ground;
+    use hammer::sensitivity::Argument;
+    use hammer::variables::{STEP_SIZE, STOP_TIME};
     use pyo3::prelude::*;
     use pyo3::types::IntoPyDict;
 
     #[pymodule_export]
-    use crate::batch::{Batch, averages, means, wanted};
-    #[pymodule_export]
-    use crate::derivatives::{arguments, derivatives};
-    #[pymodule_export]
-    use crate::driller::{
-        damping, datasheet, datasheet_numbers, ground, ground_of, ground_rows, ground_under,
-        inserts, rocks, spread, usual_hole,
+    use crate::{
+        batch::{Batch, means, wanted},
+        derivatives::derivatives,
+        driller::{
+            damping, datasheet, datasheet_numbers, ground, ground_of, ground_under, inserts, rocks,
+            spread, usual_hole,
+        },
+        machine::Machine,
+        scene::{bodies, doubts, force_error, mesh, unread, wave_names},
+        snapshot::Snapshot,
+        table::{Selection, instead_of, presets, variables},
+        turn::forked,
     };
-    #[pymodule_export]
-    use crate::machine::Machine;
-    #[pymodule_export]
-    use crate::scene::{
-        elastic_bodies, force_error, mesh, mesh_readings, nodes, sections, starved, unlikely,
-        unread, wave_names,
-    };
-    #[pymodule_export]
-    use crate::snapshot::Snapshot;
-    #[pymodule_export]
-    use crate::table::{
-        Selection, blow_names, experiment, instead_of, presets, variables, wave_families,
-    };
-    #[pymodule_export]
-    use crate::turn::forked;
 
     /// What tells this engine from another of the same version: a hash of its sources.
     #[pymodule_export]
     const ENGINE: &str = env!("DTH_ENGINE");
-
-    /// The diameter of the hole that the reference's rock is taken for, m.
-    #[pymodule_export]
-    const REFERENCE_HOLE: f64 = hammer::presets::REFERENCE_HOLE;
-
-    /// Advance of a hole per turn of the bit, m: the middle of what makers recommend.
-    #[pymodule_export]
-    const TURN: f64 = hammer::datasheet::TURN;
 
     /// Without its exceptions nothing here may be called.
     #[pymodule_init]
@@ -66,6 +54,24 @@ mod _native {
         for name in ["DomainError", "RefusedError", "UnknownNameError"] {
             errors.getattr(name)?;
         }
+        // The hole of the reference's rock and the advance of a hole per turn of the bit that makers
+        // recommend, m; the communication step and the duration that are proposed, s.
+        let (hole, turn) = (hammer::presets::REFERENCE_HOLE, hammer::datasheet::TURN);
+        for (name, number) in
+            [("REFERENCE_HOLE", hole), ("TURN", turn), ("STEP", STEP_SIZE), ("UNTIL", STOP_TIME)]
+        {
+            module.add(name, number)?;
+        }
+        // What derivatives can be by, names of means and of a blow's columns, what there is along the
+        // bodies, numbers of a rock's file and their units, what a mesh may be for and its usual error.
+        module.add("ARGUMENTS", Argument::all().map(Argument::name).collect::<Vec<_>>())?;
+        module.add("MEANS", Averages::names().collect::<Vec<_>>())?;
+        let blow = OF_BLOW.iter().map(|figure| figure.output).chain(["rock_work"]);
+        module.add("BLOW", blow.collect::<Vec<_>>())?;
+        let along = |f: &Along| (f.name, f.description, f.quantity.unit, f.quantity.display);
+        module.add("ALONG", ALONG.iter().map(along).collect::<Vec<_>>())?;
+        module.add("GROUND", Ground::ROWS.map(|(name, unit, _)| (name, unit)))?;
+        module.add("READINGS", Reading::ALL.map(|of| (of.name(), of.usual_error())))?;
         // Windows has no forks.
         if let Ok(register) = module.py().import("os")?.getattr("register_at_fork") {
             let after = [("after_in_child", module.getattr("forked")?)];

@@ -44,9 +44,7 @@ impl Machine {
         let mut turn = self.session.begin(py)?;
         Ok(turn.attempt(work)()?)
     }
-}
 
-impl Machine {
     /// The events since the last call, if a journal is kept.
     pub fn events(&self, py: Python<'_>) -> PyResult<Vec<hammer::Record>> {
         self.short(py, |session| Ok(session.machine.take_journal()))
@@ -58,22 +56,15 @@ pub fn guarded<T>(work: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failur
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload| Err(Failure::of_panic(&*payload)))
 }
 
-fn input_of(name: &str) -> PyResult<Input> {
-    match &row(name)?.1.role {
-        Role::Input { input, .. } => Ok(*input),
-        _ => Err(refused(format!("{name} is not an input"))),
-    }
-}
-
 /// What can be set while a hammer runs.
-pub enum Settable {
+enum Settable {
     Input(Input),
     /// A tunable parameter, by its row.
     Parameter(usize),
 }
 
 impl Settable {
-    pub fn set(&self, session: &mut Session, value: f64) {
+    fn set(&self, session: &mut Session, value: f64) {
         match self {
             Self::Input(input) => session.set_input(*input, Some(value), &[]),
             Self::Parameter(row) => session.tune(*row, value),
@@ -81,7 +72,7 @@ impl Settable {
     }
 }
 
-pub fn settable(name: &str) -> PyResult<Settable> {
+fn settable(name: &str) -> PyResult<Settable> {
     let (position, variable) = row(name)?;
     match &variable.role {
         Role::Input { input, .. } => Ok(Settable::Input(*input)),
@@ -105,6 +96,11 @@ struct Record {
 }
 
 impl Record {
+    /// All blows, a row each.
+    fn blows(py: Python<'_>, values: Vec<f64>) -> PyResult<Table<'_>> {
+        table(py, values.len() / BLOW_WIDTH, BLOW_WIDTH, values)
+    }
+
     fn note(&mut self, session: &mut Session, selection: &Selection) -> Result<(), Failure> {
         session.read(&selection.picks, &mut self.rows)?;
         for blow in session.machine.step_blows() {
@@ -114,7 +110,7 @@ impl Record {
     }
 }
 
-pub fn table(py: Python<'_>, rows: usize, columns: usize, values: Vec<f64>) -> PyResult<Table<'_>> {
+fn table(py: Python<'_>, rows: usize, columns: usize, values: Vec<f64>) -> PyResult<Table<'_>> {
     let array = Array2::from_shape_vec((rows, columns), values);
     Ok(array.map_err(|error| refused(error.to_string()))?.into_pyarray(py))
 }
@@ -157,7 +153,9 @@ impl Machine {
 
     /// Sets derivatives of an input, orders from 1, from now on.
     fn set_derivatives(&self, py: Python<'_>, name: &str, derivatives: Vec<f64>) -> PyResult<()> {
-        let input = input_of(name)?;
+        let Settable::Input(input) = settable(name)? else {
+            return Err(refused(format!("{name} is not an input")));
+        };
         if derivatives.len() > MAX_INPUT_ORDER || derivatives.iter().any(|d| !d.is_finite()) {
             return Err(refused(format!(
                 "{name} takes up to {MAX_INPUT_ORDER} derivatives, all finite"
@@ -213,7 +211,7 @@ impl Machine {
             let mut record = Record::default();
             record.note(session, &none).map(|()| record)
         })?;
-        table(py, record.blows.len() / BLOW_WIDTH, BLOW_WIDTH, record.blows)
+        Record::blows(py, record.blows)
     }
 
     /// Steps from instant to instant and reads at each: rows of what was selected, and all blows.
@@ -241,7 +239,7 @@ impl Machine {
             Ok(record)
         })?;
         let rows = table(py, times.len(), selection.picks.len(), record.rows)?;
-        Ok((rows, table(py, record.blows.len() / BLOW_WIDTH, BLOW_WIDTH, record.blows)?))
+        Ok((rows, Record::blows(py, record.blows)?))
     }
 
     /// The state now.
@@ -251,8 +249,7 @@ impl Machine {
 
     /// Goes back, or on, to a state of a hammer of the same make.
     fn restore(&self, py: Python<'_>, snapshot: &Snapshot) -> PyResult<()> {
-        let (state, pending) = snapshot.parts();
-        self.short(py, |session| session.resume(state, pending))
+        self.short(py, |session| session.resume(&snapshot.state, &snapshot.pending))
     }
 }
 

@@ -14,8 +14,8 @@ const MAGIC: &[u8] = concat!("dth-hammer ", env!("CARGO_PKG_VERSION"), "\n").as_
 #[pyclass(frozen, module = "dth_hammer._native")]
 #[derive(Serialize, Deserialize)]
 pub struct Snapshot {
-    state: State,
-    pending: Pending,
+    pub state: State,
+    pub pending: Pending,
     /// Present time, s.
     #[pyo3(get)]
     time: f64,
@@ -25,10 +25,6 @@ impl Snapshot {
     pub fn of(session: &Session) -> Self {
         let (state, pending) = (session.machine.state(), session.pending.clone());
         Self { state, pending, time: session.machine.time() }
-    }
-
-    pub fn parts(&self) -> (&State, &Pending) {
-        (&self.state, &self.pending)
     }
 }
 

@@ -1,10 +1,10 @@
 //! The table of quantities for Python, and what is picked from it to be read.
 
 use crate::failure::UnknownNameError;
-use hammer::families::{ALONG, Along, OF_BLOW};
+use hammer::families::{ALONG, OF_BLOW};
 use hammer::presets::{PRESETS, Preset};
 use hammer::quantity::{Enumeration, Quantity};
-use hammer::variables::{Role, STEP_SIZE, STOP_TIME, Slot, VARIABLES, Variable};
+use hammer::variables::{Role, Slot, VARIABLES, Variable};
 use hammer::{Blow, Domain, InputValues, Parameters};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -21,12 +21,10 @@ pub fn of_blow(blow: &Blow) -> impl Iterator<Item = f64> {
 /// The row of a name, whatever it is.
 pub fn row(name: &str) -> PyResult<(usize, &'static Variable)> {
     let found = VARIABLES.iter().enumerate().find(|(_, variable)| variable.name == name);
-    found.ok_or_else(|| unknown(name))
-}
-
-fn unknown(name: &str) -> PyErr {
-    let names: Vec<&str> = VARIABLES.iter().map(|variable| variable.name).collect();
-    UnknownNameError::new_err(("variable", name.to_owned(), names))
+    found.ok_or_else(|| {
+        let names: Vec<&str> = VARIABLES.iter().map(|variable| variable.name).collect();
+        UnknownNameError::new_err(("variable", name.to_owned(), names))
+    })
 }
 
 /// What is read of a machine.
@@ -139,27 +137,6 @@ fn chosen(row: &Bound<'_, PyDict>, items: &Enumeration) -> PyResult<()> {
     }
     row.set_item("quantity", items.name)?;
     row.set_item("labels", labels)
-}
-
-/// What a blow has, in the order of its columns.
-#[pyfunction]
-pub fn blow_names() -> Vec<&'static str> {
-    OF_BLOW.iter().map(|figure| figure.output).chain(["rock_work"]).collect()
-}
-
-/// What there is along the bodies: name, description, unit, unit to be shown.
-#[pyfunction]
-pub fn wave_families() -> Vec<[&'static str; 4]> {
-    let described = |f: &Along| {
-        [f.name, f.description, f.quantity.unit, f.quantity.display.unwrap_or_default()]
-    };
-    ALONG.iter().map(described).collect()
-}
-
-/// The communication step and the duration that are proposed, s.
-#[pyfunction]
-pub fn experiment() -> (f64, f64) {
-    (STEP_SIZE, STOP_TIME)
 }
 
 /// The presets: name, description, and the numbers in which each differs from the reference.

@@ -7,6 +7,7 @@
 //! * is refused, if the thread that used it was left behind by a fork.
 
 use crate::failure::Failure;
+use crate::interrupt::PAUSE;
 use pyo3::prelude::*;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
@@ -16,8 +17,6 @@ use std::time::{Duration, Instant};
 
 /// How often a call that waits looks again: from the shortest time to the longest.
 const LOOKS: [Duration; 2] = [Duration::from_micros(20), Duration::from_millis(1)];
-/// How often it asks Python for signals.
-const ASKS: Duration = Duration::from_millis(20);
 
 /// Forks that led to this process.
 static FORKS: AtomicU32 = AtomicU32::new(0);
@@ -135,7 +134,7 @@ impl<T: Send> Turn<T> {
             }
             py.detach(|| sleep(look));
             look = (2 * look).min(LOOKS[1]);
-            if asked.elapsed() >= ASKS {
+            if asked.elapsed() >= PAUSE {
                 py.check_signals().map_err(Failure::Python)?;
                 asked = Instant::now();
             }

@@ -91,18 +91,13 @@ def alternatives(hint: Any) -> tuple[Any, ...]:
 
 
 def _is_one(value: Any, hint: Any) -> bool:
-    sides = alternatives(hint)
+    sides, origin, inner = alternatives(hint), get_origin(hint), get_args(hint)
     if len(sides) > 1:
         return any(_is_one(value, side) for side in sides)
-    origin, inner = get_origin(hint), get_args(hint)
-    if hint is Any or isinstance(hint, TypeVar | str):
-        return True
-    if hint is None or hint is type(None):
-        return value is None
+    if (origin or hint) in PLAIN:
+        return PLAIN[origin or hint][1](value)
     if origin is Literal:
         return isinstance(value, str) and value in inner
-    if origin is Callable or hint is Callable:
-        return callable(value)
     if origin is Mapping:
         return isinstance(value, Mapping) and all(
             _is_one(k, inner[0]) and _is_one(v, inner[1]) for k, v in value.items()
@@ -111,7 +106,10 @@ def _is_one(value: Any, hint: Any) -> bool:
         return isinstance(value, tuple | list) and (
             ... in inner or (len(value) == len(inner) and all(map(_is_one, value, inner)))
         )
-    return _is_listed(value, origin, inner) if origin else _is_plain(value, hint)
+    if origin is not None:
+        return _is_listed(value, origin, inner)
+    anything = hint is Any or not isinstance(hint, type) or getattr(hint, "_is_protocol", False)
+    return anything or isinstance(value, hint)
 
 
 def _is_listed(value: Any, origin: Any, inner: tuple[Any, ...]) -> bool:
@@ -127,24 +125,10 @@ def _is_listed(value: Any, origin: Any, inner: tuple[Any, ...]) -> bool:
     return not sized or all(_is_one(item, inner[0]) for item in value)
 
 
-def _is_plain(value: Any, hint: Any) -> bool:
-    """Whether it is an instance of a class; NumPy numbers and pint quantities count as numbers."""
-    if hint is float:
-        return (
-            isinstance(value, timedelta)
-            or hasattr(value, "magnitude")
-            or (hasattr(value, "__float__") and not getattr(value, "ndim", 0))
-        )
-    if hint is int:
-        return isinstance(value, numbers.Integral)
-    if hint is bool:
-        return isinstance(value, bool) or type(value).__name__ == "bool"
-    return not isinstance(hint, type) or is_protocol(hint) or isinstance(value, hint)
-
-
-def is_protocol(hint: Any) -> bool:
-    """Whether a class is a protocol."""
-    return bool(getattr(hint, "_is_protocol", False))
+def _is_number(value: Any) -> bool:
+    """Whether it is a number: one of NumPy's, a quantity of pint's or a duration is one."""
+    number = hasattr(value, "__float__") and not getattr(value, "ndim", 0)
+    return number or isinstance(value, timedelta) or hasattr(value, "magnitude")
 
 
 def _shown(value: Any) -> str:
@@ -152,16 +136,14 @@ def _shown(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-#: How types are called.
-WORDS: dict[Any, str] = {
-    float: "a number",
-    int: "a whole number",
-    str: "text",
-    bool: "True or False",
-    type(None): "None",
-    Callable: "a function",
-    Mapping: "a mapping by name",
-    tuple: "a tuple",
+#: How types are called, and which values they have.
+PLAIN: dict[Any, tuple[str, Callable[[Any], bool]]] = {
+    float: ("a number", _is_number),
+    int: ("a whole number", lambda value: isinstance(value, numbers.Integral)),
+    str: ("text", lambda value: isinstance(value, str)),
+    bool: ("True or False", lambda value: type(value).__name__ == "bool"),
+    type(None): ("None", lambda value: value is None),
+    Callable: ("a function", callable),
 }
 
 
@@ -174,11 +156,11 @@ def _words(hint: Any) -> str:
         return " or ".join(texts)
     if origin is Literal:
         return " or ".join(map(repr, get_args(hint)))
+    if (origin or hint) in PLAIN:
+        return PLAIN[origin or hint][0]
     inner = [i for i in get_args(hint) if i is not ...]
     if origin is Mapping:
         return f"a mapping by name of {_words(inner[1])}"
     if origin is tuple:
         return f"({', '.join(map(_words, inner))})"
-    if origin is not None and origin is not Callable:
-        return f"a list of {_words(inner[0])}"
-    return WORDS.get(origin or hint) or str(getattr(hint, "__name__", hint))
+    return f"a list of {_words(inner[0])}" if origin else str(getattr(hint, "__name__", hint))

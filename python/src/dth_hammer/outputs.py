@@ -149,7 +149,7 @@ def read_object(path: Path, known: Collection[str], what: str) -> dict[str, Any]
     except json.JSONDecodeError as error:
         raise DomainError(f"{path} is not JSON: {error}") from None
     if not isinstance(content, dict):
-        raise DomainError(f"{path} must be an object in braces")
+        raise DomainError(f"{path}: it must be an object in braces")
     for key in content:
         if key not in known:
             raise UnknownNameError(f"{what} ({path.name})", key, known)

@@ -55,5 +55,4 @@ def _fmu(options: argparse.Namespace) -> str:
 def _start(variable: Variable) -> str:
     if variable.start is None:
         return "" if variable.unit in ("", "1") else f" {variable.unit}"
-    label = variable.labels.get(int(variable.start))
-    return f" = {label or variable.text(variable.start)}"
+    return f" = {variable.text(variable.start)}"

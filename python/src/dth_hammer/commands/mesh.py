@@ -2,11 +2,10 @@
 
 import argparse
 
-from .. import _native
-from ..scene.mesh import mesh_for
+from ..scene.mesh import READINGS, mesh_for
 from .options import Call, Written
 
-USUAL = ", ".join(f"{error:g} of a {of}" for of, error in sorted(_native.mesh_readings().items()))
+USUAL = ", ".join(f"{error:g} of a {of}" for of, error in sorted(READINGS.items()))
 CALL = Call(mesh_for, error=Written(more=f"; if not given, {USUAL}"))
 
 

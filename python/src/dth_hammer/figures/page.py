@@ -22,7 +22,7 @@ from ..scene.hammers import Hammerlike, Rocklike, scene_of
 from ..scene.mesh import ELASTIC, FIDELITY
 from ..scene.quantities import Units, convert
 from ..scene.scene import Scene
-from ..scene.variables import VARIABLES, Variable
+from ..scene.variables import VARIABLES
 from ..study.fatigue import Life, SNCurve, life
 from ..study.trends import trend
 from .front import STYLE as SHEET
@@ -376,7 +376,7 @@ def _parameters(run: Run) -> str:
     rows = [
         [
             v.name,
-            _value(v, given.get(v.name, v.start)),
+            v.text(given.get(v.name, v.start or 0.0)),
             "" if v.name in given else "default",
             v.description,
         ]
@@ -384,12 +384,6 @@ def _parameters(run: Run) -> str:
         if v.name in given or v.name not in unread
     ]
     return _table(["name", "value", "", "meaning"], rows)
-
-
-def _value(variable: Variable, number: float | None) -> str:
-    if number is None:
-        return ""
-    return variable.labels.get(int(number)) or variable.text(number)
 
 
 def _table(heads: list[str], rows: list[list[str]]) -> str:

@@ -245,19 +245,13 @@ def _list_arrays(root: ET.Element, package: Package) -> int:
     return added
 
 
-def _text(name: str, number: float) -> str:
-    if name not in VARIABLES:
-        return f"{name} = {number:g}"
-    variable = VARIABLES[name]
-    return f"{name} = {variable.labels.get(int(number)) or variable.text(number)}"
-
-
 def _write(
     package: Package, out: Path, root: ET.Element, text: str, given: Mapping[str, float]
 ) -> None:
     ET.indent(root)
     description = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    listed = ", ".join(_text(n, v) for n, v in given.items())
+    texts = {n: VARIABLES[n].text(v) if n in VARIABLES else f"{v:g}" for n, v in given.items()}
+    listed = ", ".join(f"{name} = {text}" for name, text in texts.items())
     note = f"<p><strong>This file starts with</strong> {html.escape(listed)}.</p>{NOTE}"
     with (
         whole(out) as new,

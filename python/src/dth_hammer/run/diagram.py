@@ -101,8 +101,10 @@ class Waves(answers.Answer):
                 raise DthHammerError(f"no {family} in the run: simulate with waves=True")
             return frame[names].to_numpy()
 
+        bodies = _native.bodies(run.parameters)
+
         def bar(body: str) -> Bar:
-            nodes = _native.nodes(run.parameters, body)
+            nodes = bodies[body]["nodes"]
             nodes = nodes - nodes[-1] if body == "piston" else nodes
             return Bar(nodes, columns(f"{body}_stress"), columns(f"{body}_node_velocity"))
 
@@ -150,13 +152,14 @@ def waves(
     speed = float(np.sqrt(modulus / all_numbers["material.density"]))
     since = _times(given, speed) if times is None else np.asarray(times, dtype=float)
     run = simulate(run, times=impact + since, outputs=BESIDE, waves=True)
-    above, below = _native.sections(given, "piston")[-1], _native.sections(given, "bit")[0]
-    front = above[1] / (above[1] + below[1]) * modulus * blow_speed / speed
+    piston, bit = (_native.bodies(given)[body]["sections"] for body in BODIES)
+    above, below = piston[-1][1], bit[0][1]
+    front = above / (above + below) * modulus * blow_speed / speed
     return Waves.of(run.since(impact, {"impact": impact, "front": front}))
 
 
 def _times(given: Mapping[str, float], speed: float) -> Array:
-    nodes = [_native.nodes(given, body) for body in BODIES]
+    nodes = [_native.bodies(given)[body]["nodes"] for body in BODIES]
     element = min(float(n[-1]) / (len(n) - 1) for n in nodes)
     # A little of what is before, so that the impact is seen.
     end = 8.0 * sum(float(n[-1]) for n in nodes) / speed

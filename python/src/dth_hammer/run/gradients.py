@@ -99,7 +99,7 @@ def smooth(
 
 def differentiable(names: Iterable[str]) -> list[str]:
     """Returns the names, each once; raises if there is no derivative by one."""
-    known, chosen = _native.arguments(), [*dict.fromkeys(names)]
+    known, chosen = _native.ARGUMENTS, [*dict.fromkeys(names)]
     for name in chosen:
         if name not in known:
             raise UnknownNameError("parameter or input with derivatives", name, known)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterable, Mapping, Sequence
-from types import TracebackType
 from typing import NoReturn
 
 from .. import _native
@@ -142,8 +141,7 @@ class Hammer:
     def step_blows(self) -> dict[str, list[float]]:
         """Returns all blows of the last step: a list of instants, of speeds and so on, in order."""
         columns = self.machine.step_blows().T.tolist()
-        names = _native.blow_names()
-        return dict(zip(names, columns or [[] for _ in names], strict=True))
+        return dict(zip(_native.BLOW, columns or [[] for _ in _native.BLOW], strict=True))
 
     def step(self, size: float | str) -> float:
         """Makes one communication step and returns the new time; text may carry a unit.
@@ -208,7 +206,6 @@ class Hammer:
         self._initial, self._set, self._stepped = dict(checked), set[str](), False
         self._note(self._machine.warnings())
         self._note_set(checked)
-        self._note(_native.unlikely(self._initial))
 
     def look(self) -> None:
         """Adds to ``warnings`` what the engine finds doubtful now: a blow that is too fast."""
@@ -224,16 +221,16 @@ class Hammer:
         return self._machine is None
 
     def _note_set(self, names: Iterable[str]) -> None:
-        """Warns of what is set for the first time and not read."""
-        if fresh := [name for name in names if name not in self._set]:
-            self._set.update(fresh)
-            self._note(why for _, why in _native.unread(self._initial, fresh))
+        """Warns of what is doubtful, if something is set for the first time."""
+        if not self._set.issuperset(names):
+            self._set.update(names)
+            self._note(_native.doubts(self._initial, [*self._set], self._stepped))
 
     def _note_step(self) -> None:
         """Warns, at the first step, if no input of the drive was set."""
         if not self._stepped:
             self._stepped = True
-            self._note(filter(None, [_native.starved(self._initial, [*self._set])]))
+            self._note(_native.doubts(self._initial, [*self._set], True))
 
     def _note(self, found: Iterable[str]) -> None:
         for text in found:
@@ -262,10 +259,5 @@ class Hammer:
     def __enter__(self) -> Hammer:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        _error: BaseException | None,
-        _trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()

@@ -12,8 +12,6 @@ from ..scene.variables import VARIABLES, Array
 from .gradients import derivatives
 from .hammer import Hammer
 
-#: Step by which an impact is looked for, s.
-STRIDE = 5e-3
 #: Longest time from one impact to the next, s.
 LONGEST = 10.0
 
@@ -110,15 +108,12 @@ def simulated(
 
 def _impact(numbers: Mapping[str, float], number: int) -> float:
     """The instant of an impact, s."""
-    last, count = 0.0, 0
     with Hammer(numbers, quiet=True) as hammer:
-        while True:
-            hammer.step(STRIDE)
-            times = hammer.step_blows()["blow_time"]
-            if count + len(times) >= number:
-                return times[number - count - 1]
-            count, last = count + len(times), times[-1] if times else last
-            if hammer.time - last > LONGEST:
+        hammer.stop_at(blows=True)
+        for _ in range(number):
+            end = hammer.time + LONGEST
+            if hammer.advance(end) >= end:
                 raise DomainError(
                     f"blow {number} does not occur: the hammer strikes none for {LONGEST:g} s"
                 )
+        return hammer.time

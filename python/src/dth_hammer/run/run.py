@@ -323,7 +323,7 @@ def _blows(blows: Array) -> tuple[pd.DataFrame, Array]:
     """The table of blows, and the work given to the rock before each."""
     import pandas as pd  # noqa: PLC0415
 
-    columns = dict(zip(_native.blow_names(), blows.T, strict=True))
+    columns = dict(zip(_native.BLOW, blows.T, strict=True))
     index = pd.RangeIndex(1, len(blows) + 1, name="blow")
     table = pd.DataFrame({name: columns[name] for name in PER_BLOW}, index=index)
     table.attrs = _attributes([VARIABLES[str(name)] for name in table])

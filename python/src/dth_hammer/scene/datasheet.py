@@ -47,7 +47,9 @@ class Datasheet:
         return from_datasheet(**{**self.given, **changes})
 
     def __str__(self) -> str:
-        rows = [f"{name} = {_text(name, number)}" for name, number in self.parameters.items()]
+        rows = [
+            f"{name} = {VARIABLES[name].text(number)}" for name, number in self.parameters.items()
+        ]
         rows = [f"{name}: {text}" for name, text in self.readable().items()] + [""] + rows
         rows += ["given, and of this hammer:"]
         for name, given, own, _, at in self.compared:
@@ -89,7 +91,7 @@ class Datasheet:
             f"<tr><td>{name}</td><td>{text}</td></tr>" for name, text in self.readable().items()
         ]
         names = [
-            f"<tr><td><code>{n}</code></td><td>{_text(n, x)}</td></tr>"
+            f"<tr><td><code>{n}</code></td><td>{VARIABLES[n].text(x)}</td></tr>"
             for n, x in self.parameters.items()
         ]
         texts = [f"<li>{text}</li>" for text in (*self.contradictions, *self.assumed)]
@@ -249,12 +251,6 @@ def compare(a: Datasheet, b: Datasheet) -> pd.DataFrame:
             ratios = a.members[name] / b.members[name]
             rows[name] = _native.spread(ratios, np.sqrt(a.members["weight"] * b.members["weight"]))
     return pd.DataFrame.from_dict(rows, orient="index", columns=["ratio", "low", "high"])
-
-
-def _text(name: str, number: float) -> str:
-    """A parameter's value with its unit, or in words."""
-    variable = VARIABLES[name]
-    return variable.labels.get(int(number)) or variable.text(number)
 
 
 #: SI units of what may be given, by name.

@@ -3,6 +3,8 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from .. import _native
 from ..contract import typed
 from ..errors import DomainError
@@ -12,6 +14,8 @@ from .variables import VARIABLES, whole
 BODIES = ("piston", "bit")
 ELEMENTS = ("piston.elements", "bit.elements")
 FIDELITY, ELASTIC = "fidelity", "Elastic"
+#: What a mesh may be for, and the error of it that is asked for where none is given.
+READINGS = dict(_native.READINGS)
 
 
 @dataclass(frozen=True)
@@ -40,7 +44,7 @@ def coarse_for(names: Iterable[str], waves: bool, given: Mapping[str, float]) ->
     if not asked or whole(given)[FIDELITY] != VARIABLES[FIDELITY].number(ELASTIC):
         return ()
     reading = "stress" if waves else "force"
-    error, usual = float(_native.force_error(dict(given))), _native.mesh_readings()[reading]
+    error, usual = float(_native.force_error(dict(given))), READINGS[reading]
     if error <= usual:
         return ()
     return (
@@ -78,10 +82,9 @@ def mesh_for(
         >>> print(mesh.parameters)
         {'mesh.degree': 5, 'piston.elements': 45, 'bit.elements': 45}
     """
-    known = _native.mesh_readings()
-    if of not in known:
-        raise DomainError(f"of = {of!r} must be one of {', '.join(sorted(known))}")
-    error = known[of] if error is None else error
+    if of not in READINGS:
+        raise DomainError(f"of = {of!r} must be one of {', '.join(sorted(READINGS))}")
+    error = READINGS[of] if error is None else error
     if not 0.0 < error < 1.0:
         raise DomainError(f"error = {error:g} must be between 0 and 1")
     given = numbers_of(hammer, preset, rock)
@@ -93,9 +96,9 @@ def mesh_for(
             "or damp more"
         )
     degree, *spans = advice
-    bodies = (*BODIES, "casing")[: len(spans)]
-    elements = {f"{body}.elements": count for body, count in zip(bodies, spans, strict=True)}
+    # In the order of the engine, a casing last.
+    elements = dict(zip((*ELEMENTS, "casing.elements"), spans, strict=False))
     chosen = {"mesh.degree": degree, **elements}
-    nodes = [_native.nodes({**given, **chosen}, body) for body in bodies]
-    span = max(float((n[1:] - n[:-1]).max()) for n in nodes)
+    bodies = [*_native.bodies({**given, **chosen}).values()][: len(spans)]
+    span = max(float(np.diff(body["nodes"]).max()) for body in bodies)
     return Mesh(of, error, front, span, chosen)

@@ -38,7 +38,7 @@ ROCKS: Mapping[str, Mapping[str, Figure]] = {
 
 
 #: What a file of a rock may have, with SI units.
-UNITS: Mapping[str, str] = dict(_native.ground_rows())
+UNITS: Mapping[str, str] = dict(_native.GROUND)
 #: The word that may stand beside a hammer's parameters.
 ROCK = "rock"
 
@@ -65,11 +65,6 @@ def described(name: str) -> tuple[dict[str, float], list[str]]:
         unknown.args = refused.args  # It has those that there are.
         raise unknown from None
     return dict(pairs), assumed
-
-
-def given(parameters: Mapping[str, Value] | None, rock: str | None) -> dict[str, Value]:
-    """A hammer's parameters with a rock among them, if there is one."""
-    return dict(parameters or {}) | ({} if rock is None else {ROCK: rock})
 
 
 def beside(chosen: dict[str, Value], over: Mapping[str, Value]) -> dict[str, Value]:

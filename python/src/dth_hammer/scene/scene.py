@@ -25,7 +25,7 @@ from .. import _native, outputs
 from ..contract import typed
 from ..errors import DomainError
 from . import quantities
-from .rocks import given
+from .rocks import ROCK
 from .signals import Signal
 from .variables import Value, numbers
 
@@ -55,7 +55,8 @@ class Scene:
 
     def __post_init__(self, rock: str | None) -> None:
         """Lays the rock beside the parameters."""
-        object.__setattr__(self, "parameters", given(self.parameters, rock))
+        own = {} if rock is None else {ROCK: rock}
+        object.__setattr__(self, "parameters", {**self.parameters, **own})
 
     @property
     def numbers(self) -> dict[str, float]:

@@ -31,7 +31,7 @@ Value = quantities.Value
 #: A member of a family along the bodies, counted from 1.
 INDEXED = re.compile(r"(\w+)\[([1-9]\d*)\]")
 #: Communication step and duration, s, where none is given: those that the FMU proposes too.
-STEP, UNTIL = _native.experiment()
+STEP, UNTIL = _native.STEP, _native.UNTIL
 
 
 @dataclass(frozen=True)
@@ -79,12 +79,13 @@ class Variable:
         if self.kind in ("Integer", "Enumeration") and number != int(number):
             raise DomainError(f"{self.name} must be a whole number, not {number}")
         if not self._holds(number):
-            text = self.labels.get(int(number)) if self.labels else None
-            raise DomainError(f"{self.name} = {text or self.text(number)} is not {self.domain()}")
+            raise DomainError(f"{self.name} = {self.text(number)} is not {self.domain()}")
         return number
 
     def text(self, number: float) -> str:
-        """Returns a number with the declared unit as text."""
+        """Returns a number as it is written: a label, or with the declared unit."""
+        if label := self.labels.get(int(number)) if self.labels else None:
+            return label
         return f"{number:g} {self.unit if self.unit != '1' else ''}".rstrip()
 
     def _holds(self, number: float) -> bool:
@@ -126,8 +127,8 @@ class Variables(Mapping[str, Variable]):
         self._table = {row["name"]: Variable(**row) for row in _native.variables()}
         #: What there is along the bodies, as many as a mesh needs.
         self.families = {
-            name: Variable(name, -1, "Real", "output", "continuous", text, unit, display)
-            for name, text, unit, display in _native.wave_families()
+            name: Variable(name, -1, "Real", "output", "continuous", text, unit, display or "")
+            for name, text, unit, display in _native.ALONG
         }
 
     def __getitem__(self, name: str) -> Variable:

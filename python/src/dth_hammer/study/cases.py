@@ -15,7 +15,7 @@ from ..scene import quantities
 from ..scene.band import sides
 from ..scene.signals import Signal, instants_in, instants_of, signals_of
 from ..scene.variables import STEP, VARIABLES, model
-from .longrun import KIND, Steady, Wanted, responses
+from .longrun import KIND, Steady, Wanted, answered
 from .store import RUN
 
 #: Columns beside parameters and outputs: what tells runs apart, how long one is, of which
@@ -92,25 +92,29 @@ class Job:
     #: What is read at its end, or the columns of its response.
     names: Sequence[str]
 
-    def row(self) -> Row:
-        """Runs it and returns the final values."""
+    def played(self) -> Row:
+        """Runs what Python acts on and returns the final values."""
+        assert not isinstance(self.until, Wanted)
         try:
-            if isinstance(self.until, Wanted):
-                (found,) = responses([self.numbers], self.until, threads=1)
-                return self.answer(found)
-            start = {name: s(0.0) for name, s in signals_of(self.case.inputs).items()}
+            signals = signals_of(self.case.inputs)
+            start = {name: signal(0.0) for name, signal in signals.items()}
             with Hammer(dict(self.numbers) | start, quiet=True) as hammer:
-                self._played(hammer)
+                instants = instants_of(self.until, self.case.step)
+                play(hammer, instants, signals, [], control=deepcopy(self.case.control))
                 hammer.look()
                 return self.result(hammer.reader(self.names)(), "", hammer.warnings)
         except RefusedError as error:
             return self.result([], str(error), [])
         except Exception as error:
-            # Only what a user wrote, an input or a controller, raises anything else. It may pass (a
-            # full disk, a lost connection), so the next sweep tries again.
-            if not self.case.moves:
-                raise
+            # What a user wrote, an input or a controller, raises anything else. It may pass (a full
+            # disk, a lost connection), so the next sweep tries again.
             return self.result([], f"{type(error).__name__}: {error}", []) | {PASSING: True}
+
+    def row(self, values: Sequence[float], refused: str, warnings: Sequence[str]) -> Row:
+        """The row of what the engine answers."""
+        if isinstance(self.until, Wanted):
+            return self.answer(refused or answered(values, self.numbers, warnings))
+        return self.result(values, refused, warnings)
 
     def answer(self, found: Steady | str) -> Row:
         """The row of a long-run response, or why there is none."""
@@ -122,16 +126,6 @@ class Job:
         row |= {name: float(found.mean[name]) for name in means}
         row |= sides(row, self.numbers)
         return row | {f"{name}_error": float(found.error[name]) for name in means}
-
-    def _played(self, hammer: Hammer) -> None:
-        assert not isinstance(self.until, Wanted)
-        if self.case.moves:
-            instants = instants_of(self.until, self.case.step)
-            signals = signals_of(self.case.inputs)
-            play(hammer, instants, signals, [], control=deepcopy(self.case.control))
-        else:
-            # One communication step: the result does not depend on it.
-            hammer.advance(self.until)
 
     def result(self, values: Sequence[float], refused: str, warnings: Iterable[str]) -> Row:
         """Returns the row of a run: the requested outputs, empty if the run was refused."""

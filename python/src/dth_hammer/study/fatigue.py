@@ -18,7 +18,7 @@ from ..fixed import Fixed
 from ..run import answers
 from ..scene import quantities
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of, scene_of
-from ..scene.mesh import ELEMENTS, mesh_for
+from ..scene.mesh import ELEMENTS, READINGS, mesh_for
 from ..scene.variables import Array, whole
 from .longrun import Steady
 from .response import steady
@@ -199,8 +199,8 @@ def life(
         for place, column in zip(turns, block.T, strict=True):
             place.append(turning_points(column))
     rows = [_counted(np.concatenate(place), curve) for place in turns]
-    bodies = _native.elastic_bodies(given)
-    table = pd.concat([_places(given, body) for body in bodies], ignore_index=True)
+    bodies = _elastic(given)
+    table = pd.concat([_places(*body) for body in bodies.items()], ignore_index=True)
     table = table.join(pd.DataFrame(rows))
     table[["cycles", "damage"]] /= blows
     with np.errstate(divide="ignore"):
@@ -219,7 +219,7 @@ def _meshed(given: dict[str, float], own: Iterable[str], curve: SNCurve) -> dict
     if any(name == "mesh.degree" or name.endswith(".elements") for name in own):
         return given
     error = (1.0 + LIFE_ERROR) ** (1.0 / curve.slope) - 1.0
-    usual = _native.mesh_readings()["stress"]
+    usual = READINGS["stress"]
     try:
         return {**given, **mesh_for(given, min(error, usual), of="stress").parameters}
     except DomainError:
@@ -227,14 +227,19 @@ def _meshed(given: dict[str, float], own: Iterable[str], curve: SNCurve) -> dict
         return given
 
 
-def _places(given: Mapping[str, float], body: str) -> pd.DataFrame:
+def _elastic(given: Mapping[str, float]) -> dict[str, Any]:
+    """The bodies that carry waves, with their sections and nodes."""
+    return {name: body for name, body in _native.bodies(dict(given)).items() if body["elastic"]}
+
+
+def _places(name: str, body: Mapping[str, Any]) -> pd.DataFrame:
     """Returns the positions of a body's stresses and the section of each."""
-    nodes = np.asarray(_native.nodes(dict(given), body))
+    nodes = body["nodes"]
     middles = 0.5 * (nodes[1:] + nodes[:-1])
-    ends = np.cumsum([length for length, _ in _native.sections(dict(given), body)])
+    ends = np.cumsum([length for length, _ in body["sections"]])
     section = np.minimum(np.searchsorted(ends, middles), len(ends) - 1) + 1
-    origin = nodes[-1] if body == "piston" else 0.0
-    return pd.DataFrame({"body": body, "section": section, "position": middles - origin})
+    origin = nodes[-1] if name == "piston" else 0.0
+    return pd.DataFrame({"body": name, "section": section, "position": middles - origin})
 
 
 def _samples(
@@ -243,8 +248,7 @@ def _samples(
     """Stresses at equal steps, in blocks that share two rows with the block before."""
     values = whole(given)
     speed = math.sqrt(values["material.youngs_modulus"] / values["material.density"])
-    bodies = _native.elastic_bodies(dict(given))
-    spans = [np.diff(_native.nodes(dict(given), body)).min() for body in bodies]
+    spans = [np.diff(body["nodes"]).min() for body in _elastic(given).values()]
     count = math.ceil((end - begin) * FINE * speed / min(spans))
     times = np.linspace(begin, end, count + 1)
     machine, selection = _native.Machine(dict(given)), _native.Selection(names)
@@ -260,7 +264,7 @@ def _samples(
 def largest_stress(found: Steady, body: str) -> float:
     """Returns the largest axial stress of a body over the blows of a response, Pa, on its mesh."""
     given = dict(found.parameters)
-    if body not in _native.elastic_bodies(given):
+    if body not in _elastic(given):
         raise RefusedError(f"the {body} is rigid: it has no stress")
     names = [name for name in _native.wave_names(given) if name.startswith(f"{body}_stress[")]
     blows, period = found.blows if found.repeats else IRREGULAR, found["period"]

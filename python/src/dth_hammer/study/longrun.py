@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 #: Names of the means, in their order.
-MEANS: tuple[str, ...] = tuple(_native.averages())
+MEANS: tuple[str, ...] = tuple(_native.MEANS)
 #: Means whose errors end a simulation, unless others are named.
 RATES = ("rop", "tip_rate")
 #: What a table calls the kind of a response.
@@ -202,6 +202,11 @@ class Wanted:
         """An error for each mean, infinity where any will do."""
         return [self.by_mean.get(name, np.inf) for name in MEANS]
 
+    @property
+    def ways(self) -> tuple[list[float], int, float, int]:
+        """The same as the engine takes it."""
+        return self.errors, self.blows, self.limit, self.repeating
+
 
 def responses(
     points: Sequence[Mapping[str, float]], wanted: Wanted, **ways: Any
@@ -228,15 +233,14 @@ def finished(
     scenes = [[*point.items()] for point in points]
     if not scenes:
         return
-    ways = (wanted.errors, wanted.blows, wanted.limit, wanted.repeating)
-    batch = _native.Batch.steady(scenes, ways, threads or cores())
+    batch = _native.Batch.steady(scenes, wanted.ways, threads or cores())
     bar, done = Bar(progress, len(scenes)), 0
     with closing(bar):
         try:
             while done < len(scenes):
                 for index, values, refused, warnings in batch.take(1, PART) or ():
                     done += 1
-                    yield index, refused or _answer(values, points[index], warnings)
+                    yield index, refused or answered(values, points[index], warnings)
                 if stopped():
                     raise KeyboardInterrupt
                 bar.tell(*batch.heard(), done)
@@ -251,7 +255,9 @@ def cores() -> int:
     return os.cpu_count() or 1
 
 
-def _answer(values: Sequence[float], point: Mapping[str, float], warnings: Sequence[str]) -> Steady:
+def answered(
+    values: Sequence[float], point: Mapping[str, float], warnings: Sequence[str]
+) -> Steady:
     """Returns a response from the engine's answer."""
     repeating, blows, reached, *numbers = values
     kinds = {-1: "stalled", 0: "irregular", 1: "cycle"}

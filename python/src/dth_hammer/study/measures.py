@@ -15,7 +15,7 @@ from .longrun import MEANS, Steady
 
 def _mass(body: str) -> Callable[[Steady], float]:
     def mass(found: Steady) -> float:
-        parts = np.array(_native.sections(dict(found.parameters), body))
+        parts = np.array(_native.bodies(dict(found.parameters))[body]["sections"])
         return float(whole(found.parameters)["material.density"] * np.prod(parts, axis=1).sum())
 
     return mass

@@ -69,6 +69,11 @@ def moved(
             )
     start = dict(given) | {name: signal(0.0) for name, signal in acts.signals.items()}
     with Hammer(start) as hammer:
+
+        def ended(kind: str, parts: Array, blows: int, *short: str) -> Steady:
+            reasons = (*hammer.warnings, *short)
+            return Steady(kind, tabled(parts, given), blows, not short, dict(given), reasons)
+
         step = acts.stepper(hammer)
         blows: list[list[float]] = []
         due = FEWEST
@@ -80,10 +85,9 @@ def moved(
             due += due // 2
             table = np.array(blows)
             if order := repeats(table[-OBSERVED:, 0]):
-                parts = np.array(_native.means(table[-order:], exact=True)[:3])
+                *parts, _ = _native.means(table[-order:], exact=True)
                 kind = "cycle" if order == 1 else f"cycle of {order}"
-                means = tabled(parts, given)
-                return Steady(kind, means, order, True, dict(given), tuple(hammer.warnings))
+                return ended(kind, np.array(parts), order)
             *known, kept = _native.means(table)
             found = np.array(known)
             asked = np.isfinite(wanted.errors)
@@ -94,11 +98,8 @@ def moved(
                 short = [] if excess <= 1.0 else [NOT_REACHED.format(count)]
                 for text in short:
                     warn(text)
-                reasons = (*hammer.warnings, *short)
-                means = tabled(found, given)
-                return Steady("irregular", means, kept, not short, dict(given), reasons)
-        none = np.full((3, len(MEANS)), np.nan)
-        return Steady("stalled", tabled(none, given), 0, True, dict(given), tuple(hammer.warnings))
+                return ended("irregular", found, kept, *short)
+        return ended("stalled", np.full((3, len(MEANS)), np.nan), 0)
 
 
 def _blows(hammer: Hammer, step: Callable[[], None], limit: float) -> Iterator[list[float]]:

@@ -150,12 +150,12 @@ def table_of(
     points = [_checked(k, point) for k, point in enumerate(_points(grid))]
     if not cases:
         raise DomainError("cases is empty: give at least one, or leave it out")
-    shared: dict[str, Any] = {
-        "until": end,
-        "names": names,
-        "stored": out is not None,
-    }
-    plan = [r for n, case in cases.items() for r in planned(n, case, points, **shared)]
+    stored = out is not None
+    plan = [
+        run
+        for name, case in cases.items()
+        for run in planned(name, case, points, until=end, names=names, stored=stored)
+    ]
     keys = [run.key for run in plan]
     runs = {run.key: run for run in plan}
     settings = [*dict.fromkeys(name for run in plan for name in run.numbers)]

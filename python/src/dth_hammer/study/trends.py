@@ -46,10 +46,6 @@ class Line:
     covariance: Array
     #: Standard deviation of what is left, over the output.
     left: float
-    #: What is left at each point; not a number where it has no value.
-    residuals: Array
-    #: Whether squares of the logarithms were fitted too.
-    curved: bool
 
 
 @dataclass(frozen=True, repr=False)
@@ -238,18 +234,8 @@ def line(logs: Array, values: Array) -> Line:
             fit = other
     coefficients, covariance, left = fit
     width = logs.shape[1] + 1
-    residuals = np.full(len(values), np.nan)
-    basis = straight if len(coefficients) == width else curved
-    residuals[known] = targets - basis @ coefficients
     value = middle * (np.exp(coefficients[0]) if signed else 1.0 + coefficients[0])
-    return Line(
-        float(value),
-        coefficients[1:width],
-        covariance[:width, :width],
-        left,
-        residuals,
-        len(coefficients) > width,
-    )
+    return Line(float(value), coefficients[1:width], covariance[:width, :width], left)
 
 
 def fitted(basis: Array, targets: Array) -> tuple[Array, Array, float]:

@@ -1,7 +1,6 @@
 """Workers of a sweep: threads of the engine, or an executor."""
 
 import pickle
-import time
 from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, wait
 
@@ -9,7 +8,7 @@ from .. import _native
 from ..errors import DthHammerError, LostWorkerError
 from ..extras import need
 from .cases import Job, Row
-from .longrun import Wanted, cores, finished
+from .longrun import Wanted, cores
 
 #: The engine's threads make a part of what comes within this time, s.
 PART = 0.5
@@ -27,45 +26,28 @@ def parts_of(
         return
     yield from _by_engine([run for run in runs if not run.case.moves], workers or cores())
     # What Python plays holds Python's lock: threads would wait for each other.
-    yield from ([run.row()] for run in runs if run.case.moves)
+    yield from ([run.played()] for run in runs if run.case.moves)
 
 
 def _by_engine(runs: Sequence[Job], count: int) -> Iterator[list[Row]]:
     """Threads of the engine, which need nothing of Python while they work."""
     if not runs:
         return
-    until = runs[0].until
+    until, scenes = runs[0].until, [[*run.numbers.items()] for run in runs]
     if isinstance(until, Wanted):
-        yield from _by_responses(runs, until, count)
-        return
-    scenes = [[*run.numbers.items()] for run in runs]
-    native = _native.Batch(scenes, until, _native.Selection([*runs[0].names]), count)
+        native = _native.Batch.steady(scenes, until.ways, count)
+    else:
+        native = _native.Batch(scenes, until, _native.Selection([*runs[0].names]), count)
     try:
         while (found := native.take(len(runs), PART)) is not None:
             if found:
-                yield [runs[k].result(values, why, warnings) for k, values, why, warnings in found]
+                yield [runs[k].row(values, why, notes) for k, values, why, notes in found]
     except KeyboardInterrupt:
         if found := native.stop():
-            yield [runs[k].result(values, why, warnings) for k, values, why, warnings in found]
+            yield [runs[k].row(values, why, notes) for k, values, why, notes in found]
         raise
     finally:
         native.stop()
-
-
-def _by_responses(runs: Sequence[Job], wanted: Wanted, count: int) -> Iterator[list[Row]]:
-    rows: list[Row] = []
-    begun = time.monotonic()
-    try:
-        for k, found in finished([run.numbers for run in runs], wanted, threads=count):
-            rows.append(runs[k].answer(found))
-            if time.monotonic() - begun >= PART:
-                yield rows
-                rows, begun = [], time.monotonic()
-    except KeyboardInterrupt:
-        yield rows
-        raise
-    if rows:
-        yield rows
 
 
 def _by_executor(crew: Executor, tasks: Sequence[Sequence[Job]]) -> Iterator[list[Row]]:
@@ -88,4 +70,4 @@ def _by_executor(crew: Executor, tasks: Sequence[Sequence[Job]]) -> Iterator[lis
 
 
 def _rows(task: bytes) -> list[Row]:
-    return [run.row() for run in pickle.loads(task)]
+    return [row for part in parts_of(pickle.loads(task), None, 1) for row in part]
