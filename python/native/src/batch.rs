@@ -39,8 +39,8 @@ enum Job {
 struct Plan {
     scenes: Vec<(Scene, Vec<String>)>,
     job: Job,
-    /// Blows of the last response that was heard of, and its errors as [`Means::error_ratio`] has them.
-    heard: Mutex<(usize, f64)>,
+    /// Blows so far of the response that was followed last, and its [`Means::error_ratio`].
+    progress: Mutex<(usize, f64)>,
     /// The first that no thread has taken.
     next: AtomicUsize,
     interrupt: Interrupt,
@@ -88,7 +88,7 @@ impl Plan {
             Job::Steady(wanted) => {
                 noted.extend(scene.machine()?.warnings());
                 let found = steady(scene, wanted, &mut |blows, error| {
-                    *self.heard.lock().unwrap_or_else(PoisonError::into_inner) = (blows, error);
+                    *self.progress.lock().unwrap_or_else(PoisonError::into_inner) = (blows, error);
                     true
                 })?;
                 let repeating = match found.kind {
@@ -182,10 +182,10 @@ impl Batch {
         Self::begin(py, scenes, Job::Steady(wanted), threads)
     }
 
-    /// Blows of the response that was heard of last, and its error over the one wanted.
-    fn heard(&self) -> PyResult<(usize, f64)> {
+    /// Blows so far of the response that was followed last, and its error over the one wanted.
+    fn progress(&self) -> PyResult<(usize, f64)> {
         self.at_home()?;
-        Ok(*self.plan.heard.lock().unwrap_or_else(PoisonError::into_inner))
+        Ok(*self.plan.progress.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Waits for so many results, or for some seconds: no more than as many, and None when all were
@@ -242,7 +242,7 @@ impl Batch {
         let plan = Arc::new(Plan {
             scenes: scenes.into_iter().map(scene).collect::<PyResult<_>>()?,
             job,
-            heard: Mutex::new((0, f64::INFINITY)),
+            progress: Mutex::new((0, f64::INFINITY)),
             next: AtomicUsize::new(0),
             interrupt: Interrupt::default(),
         });

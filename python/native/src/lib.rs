@@ -37,7 +37,7 @@ mod _native {
             spread, usual_hole,
         },
         machine::Machine,
-        scene::{bodies, doubts, force_error, mesh, unread, wave_names},
+        scene::{bodies, diagnostics, force_error, mesh, unread, wave_names},
         snapshot::Snapshot,
         table::{Selection, instead_of, presets, variables},
         turn::forked,

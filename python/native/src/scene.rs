@@ -108,7 +108,7 @@ pub fn unread(
 
 /// What is doubtful of a scene whose numbers with these names were set, and of its drive once it runs.
 #[pyfunction]
-pub fn doubts(
+pub fn diagnostics(
     numbers: HashMap<String, f64>,
     names: Vec<String>,
     runs: bool,

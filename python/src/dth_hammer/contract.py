@@ -81,8 +81,8 @@ def _wrong(value: Any, hint: Any, name: str) -> str:
             if not _is_one(key, inner[0]):
                 return f"{name} has the key {key!r}, which is not {_words(inner[0])}"
             if not _is_one(item, inner[1]):
-                return f"{name}[{key!r}] = {_shown(item)} is not {_words(inner[1])}"
-    return f"{name} = {_shown(value)} is not {_words(hint)}"
+                return f"{name}[{key!r}] = {_abridged(item)} is not {_words(inner[1])}"
+    return f"{name} = {_abridged(value)} is not {_words(hint)}"
 
 
 def alternatives(hint: Any) -> tuple[Any, ...]:
@@ -131,7 +131,7 @@ def _is_number(value: Any) -> bool:
     return number or isinstance(value, timedelta) or hasattr(value, "magnitude")
 
 
-def _shown(value: Any) -> str:
+def _abridged(value: Any) -> str:
     text = " ".join(repr(value).split())
     return text if len(text) <= 60 else f"{text[:57]}..."
 

@@ -47,7 +47,7 @@ def tell_many(
     refused = ["error"] if (table["error"] != "").any() else []
     printed = table[[*with_sides(names), *refused]]
     printed.attrs = table.attrs
-    print(readable(convert(printed, shown(options.units), passing=True), index=False))
+    print(readable(convert(printed, printed_units(options.units), skip_missing=True), index=False))
     if not any(name.startswith("rock.specific_energy") for name in table.attrs["swept"]):
         print(reason(base.numbers))
 
@@ -86,7 +86,7 @@ def by_name(table: pd.DataFrame, units: dict[str, str], requested: Sequence[Unit
     return found
 
 
-def shown(units: Sequence[Units]) -> list[Units]:
+def printed_units(units: Sequence[Units]) -> list[Units]:
     """The units of what is printed: those of the trade if no system is asked for."""
     return [*([] if any(isinstance(each, str) for each in units) else ["metric"]), *units]
 

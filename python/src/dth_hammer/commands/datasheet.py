@@ -88,7 +88,7 @@ def _report(page: Path, sheet: Datasheet, options: argparse.Namespace) -> None:
     from ..figures.page import report  # noqa: PLC0415
 
     curve = SN.read(options.sn) if options.sn else None
-    units = common.shown(options.units)
+    units = common.printed_units(options.units)
     who = {"title": options.title, "customer": options.customer}
     report(sheet, page, units=units, curve=curve, progress=True, **who)
     print(f"{page}: {page.stat().st_size / 1e6:.1f} MB")

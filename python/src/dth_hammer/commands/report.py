@@ -30,5 +30,5 @@ def run(options: argparse.Namespace) -> None:
     out = options.out or Path(options.hammer or "reference").with_suffix(".html")
     given["out"] = outputs.check(out, (".html", ".htm"))
     common.check_units(options.units, {v.name: v.unit for v in VARIABLES.of("output", "local")})
-    path = call().function(**given, units=common.shown(options.units))
+    path = call().function(**given, units=common.printed_units(options.units))
     print(f"{path}: {path.stat().st_size / 1e6:.1f} MB")

@@ -46,8 +46,8 @@ def run(options: argparse.Namespace) -> None:
     if len(made.blows):
         printed = made.blows[[*PRINTED]]
         printed.attrs = made.blows.attrs
-        units = common.shown(options.units)
-        print(common.readable(convert(printed, units, passing=True)))
+        units = common.printed_units(options.units)
+        print(common.readable(convert(printed, units, skip_missing=True)))
         with suppress(TooFewBlowsError):
             print(f"\nfrom {made.time[-1] / 2:g} s on:\n{readable(made.summary())}")
         print(reason(made.parameters))

@@ -102,7 +102,7 @@ def report(
     lives = _lives(scene, curve, progress=progress)
     record = _waves(scene)
     numbers = headline(run, sheet, record, lives if isinstance(lives, Life) else None)
-    numbers = convert(numbers, units, passing=True)
+    numbers = convert(numbers, units, skip_missing=True)
     warnings = [*(sheet.contradictions if sheet else ()), *run.warnings]
     simulated = f"{run.model}; {run.time[-1]:g} s simulated."
     body = [
@@ -338,7 +338,7 @@ def _dependence(scene: Scene, by: list[str], *, progress: bool) -> list[str]:
 
 
 def _settled(run: Run, units: Units | list[Units]) -> str:
-    last = convert(run.frame, units, passing=True).iloc[-1:]
+    last = convert(run.frame, units, skip_missing=True).iloc[-1:]
     names = [name for name in SETTLED if name in last]
     rows = [
         [name, _number(last[name].iloc[0]), last.attrs["units"][name], VARIABLES[name].description]
@@ -359,7 +359,7 @@ def _summary(run: Run) -> list[str]:
 
 
 def _blows(run: Run, units: Units | list[Units]) -> str:
-    table = convert(run.blows, units, passing=True)
+    table = convert(run.blows, units, skip_missing=True)
     if not len(table):
         return "<p>No blow.</p>"
     heads = ["blow", *(f"{name} ({table.attrs['units'][name]})" for name in map(str, table))]

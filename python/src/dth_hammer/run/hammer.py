@@ -207,7 +207,7 @@ class Hammer:
         self._note(self._machine.warnings())
         self._note_set(checked)
 
-    def look(self) -> None:
+    def check(self) -> None:
         """Adds to ``warnings`` what the engine finds doubtful now: a blow that is too fast."""
         self._note(self.machine.warnings())
 
@@ -224,13 +224,13 @@ class Hammer:
         """Warns of what is doubtful, if something is set for the first time."""
         if not self._set.issuperset(names):
             self._set.update(names)
-            self._note(_native.doubts(self._initial, [*self._set], self._stepped))
+            self._note(_native.diagnostics(self._initial, [*self._set], self._stepped))
 
     def _note_step(self) -> None:
         """Warns, at the first step, if no input of the drive was set."""
         if not self._stepped:
             self._stepped = True
-            self._note(_native.doubts(self._initial, [*self._set], True))
+            self._note(_native.diagnostics(self._initial, [*self._set], True))
 
     def _note(self, found: Iterable[str]) -> None:
         for text in found:

@@ -100,7 +100,7 @@ class Run(answers.Answer):
         own = units
         if not isinstance(units, str):
             own = {n: u for n, u in units.items() if n in self.frame or n not in self.blows}
-        blows = quantities.convert(self.blows, units, passing=True)
+        blows = quantities.convert(self.blows, units, skip_missing=True)
         return replace(self, frame=quantities.convert(self.frame, own), blows=blows)
 
     def to_frame(self, *names: str, units: quantities.Units | None = None) -> pd.DataFrame:
@@ -224,7 +224,7 @@ def simulate(
         rows, blows = play(live, instants, signals, [*chosen], control=control, progress=progress)
         if hidden := int(live["blow_count"]) - len(blows):
             warn(f"{hidden} blows are missing: a step had too many, or `control` made one")
-        live.look()
+        live.check()
         warnings = tuple(live.warnings) + coarse_for(asked, waves, given)
     frame = _frame(rows, [*chosen.values()], instants)
     by = [*dict.fromkeys(gradient)]

@@ -222,7 +222,7 @@ def duration(value: object, name: str) -> float:
 
 
 def convert(
-    frame: pd.DataFrame, units: Units | Sequence[Units], *, passing: bool = False
+    frame: pd.DataFrame, units: Units | Sequence[Units], *, skip_missing: bool = False
 ) -> pd.DataFrame:
     """Converts a table of this package to other units, listed in ``attrs["units"]``.
 
@@ -230,11 +230,11 @@ def convert(
         frame: a run's frame, its blows, a sweep.
         units: a system, or a unit by column, which its range and error get too; of several, the
             later go before the earlier.
-        passing: passes over units of columns that the table does not have.
+        skip_missing: passes over units of columns that the table does not have.
     """
     if not isinstance(units, str | Mapping):
         for each in units:
-            frame = convert(frame, each, passing=passing)
+            frame = convert(frame, each, skip_missing=skip_missing)
         return frame
     own = dict(frame.attrs.get("units", {}))
     displays = frame.attrs.get("display_units", {})
@@ -249,7 +249,7 @@ def convert(
             chosen = {n: OIL_FIELD.get(u, u) for n, u in chosen.items()}
     else:
         beside = {n + side: u for n, u in units.items() for side in BESIDE if n + side in frame}
-        chosen = {n: u for n, u in units.items() if n in frame or not passing} | beside
+        chosen = {n: u for n, u in units.items() if n in frame or not skip_missing} | beside
     result = frame.copy()
     for name, unit in chosen.items():
         if name not in frame:

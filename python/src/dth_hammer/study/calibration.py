@@ -28,8 +28,8 @@ from ..scene.band import beside
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of
 from ..scene.variables import Array
 from .longrun import Steady, Wanted, named, responses, unit
-from .measurements import GIVE, Free, Measured, Problem, looked_at
-from .posterior import LOSSES, Emulator, modes, population, summit
+from .measurements import GIVE, Free, Measured, Problem, problem_of
+from .posterior import LOSSES, Emulator, maximum, modes, population
 from .trends import table_of
 
 #: Points of the first design, for each parameter, and fewest that have a response beside these.
@@ -199,7 +199,7 @@ def calibrate(
         raise DomainError(f"loss = {loss!r} must be one of {', '.join(LOSSES)}")
     if seed < 0:
         raise DomainError(f"seed = {seed} must be 0 or more")
-    problem = looked_at(
+    problem = problem_of(
         measured, free, numbers_of(hammer, preset, rock), records, Wanted(error=error)
     )
     problem.progress = progress
@@ -213,7 +213,7 @@ def fitted(problem: Problem, loss: str = "linear", seed: int = 1) -> Calibration
     emulator, members = _weighed(problem, loss, seed)
     size = members.std(axis=0) + NARROW
     peaks = [
-        (summit(emulator, peak, size, problem.low, problem.high), share)
+        (maximum(emulator, peak, size, problem.low, problem.high), share)
         for peak, share in modes(emulator, members)
     ]
     peaks, members = problem.met(peaks, members)

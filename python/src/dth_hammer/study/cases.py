@@ -101,7 +101,7 @@ class Job:
             with Hammer(dict(self.numbers) | start, quiet=True) as hammer:
                 instants = instants_of(self.until, self.case.step)
                 play(hammer, instants, signals, [], control=deepcopy(self.case.control))
-                hammer.look()
+                hammer.check()
                 return self.result(hammer.reader(self.names)(), "", hammer.warnings)
         except RefusedError as error:
             return self.result([], str(error), [])

@@ -243,7 +243,7 @@ def finished(
                     yield index, refused or answered(values, points[index], warnings)
                 if stopped():
                     raise KeyboardInterrupt
-                bar.tell(*batch.heard(), done)
+                bar.tell(*batch.progress(), done)
         finally:
             batch.stop()
 
@@ -287,11 +287,15 @@ class Bar:
         bars = need("tqdm", "sweep").tqdm if shown else None
         self._bar: Any = bars and bars(total=total if total > 1 else None, **named_)
 
-    def tell(self, blows: int, excess: float, done: int = 0) -> None:
+    def tell(self, blows: int, error_ratio: float, done: int = 0) -> None:
         """Blows so far, and the error over the one wanted."""
         if self._bar is not None:
             self._bar.n = done if self._total > 1 else blows
-            known = f"{excess:.2g} times the one wanted" if np.isfinite(excess) else "not yet known"
+            known = (
+                f"{error_ratio:.2g} times the one wanted"
+                if np.isfinite(error_ratio)
+                else "not yet known"
+            )
             self._bar.set_postfix_str(f"error {known}")
 
     def close(self) -> None:

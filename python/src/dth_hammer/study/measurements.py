@@ -112,7 +112,7 @@ class Problem:
         return modes, members[of >= 0]
 
 
-def looked_at(
+def problem_of(
     measured: Mapping[str, Measured],
     free: Free,
     given: Mapping[str, float],

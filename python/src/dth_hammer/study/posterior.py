@@ -216,7 +216,7 @@ def _moved(
     return members, values
 
 
-def summit(
+def maximum(
     of: Callable[[Array], Array], logs: Array, size: Array, low: Array, high: Array
 ) -> Array:
     """Where a likelihood grows no more, from a point on, with first steps of a given size."""

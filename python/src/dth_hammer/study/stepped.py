@@ -92,10 +92,10 @@ def moved(
             found = np.array(known)
             asked = np.isfinite(wanted.errors)
             over = found[1][asked] / np.abs(found[0][asked]) / np.array(wanted.errors)[asked]
-            excess = float(over.max())
-            tell(count, excess)
-            if excess <= 1.0 or count >= wanted.blows:
-                short = [] if excess <= 1.0 else [NOT_REACHED.format(count)]
+            error_ratio = float(over.max())
+            tell(count, error_ratio)
+            if error_ratio <= 1.0 or count >= wanted.blows:
+                short = [] if error_ratio <= 1.0 else [NOT_REACHED.format(count)]
                 for text in short:
                     warn(text)
                 return ended("irregular", found, kept, *short)
