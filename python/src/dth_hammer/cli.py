@@ -15,14 +15,14 @@ from .extras import need_all
 
 #: Exit code that shells use for an interrupted program.
 INTERRUPTED = 130
-#: What a newcomer may begin with.
+#: First commands for a newcomer.
 FIRST = """
 begin with:
   dth-hammer demo                     the reference hammer, with a figure
   dth-hammer run air_4_inch           a preset; `dth-hammer info` lists them
   dth-hammer datasheet --od 124mm --pressure 24bar --power 31.7kW --hole 140mm
 """
-#: What writes a file, by its suffix.
+#: Optional packages that write a file, by its suffix.
 FORMATS = {".xlsx": ["xlsxwriter"], ".mat": ["scipy"], ".parquet": ["pyarrow"]}
 
 
@@ -30,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs a command; an error of the input is printed as one line."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            # A terminal without the sign of a number's spread.
+            # The terminal may lack the plus-minus sign.
             stream.reconfigure(errors="replace")
     given = [*(sys.argv[1:] if arguments is None else arguments)]
     try:
@@ -39,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print(FIRST)
         if given and given[0][:1] != "-" and given[0] not in COMMANDS:
             raise UnknownNameError("command", given[0], COMMANDS)
-        # Of a program's first second most goes into what the commands import.
+        # Commands are imported when chosen: imports take most of the start-up time.
         options = _parser().parse_args(given) if given else None
         with warnings.catch_warnings():
             warnings.simplefilter("always", HammerWarning)

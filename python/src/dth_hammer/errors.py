@@ -64,7 +64,7 @@ class HammerWarning(UserWarning):
 
 #: Most names that an error lists.
 MOST = 12
-#: What took the place of a name that scenes saved before may have; of a dotted name its first part.
+#: Former names in saved scenes (of a dotted name its first part), and what replaces each.
 GONE = {
     "Chambers": "the chambers are those of Air now (drive.source = Air, parameters air.*)",
     "chambers": "the chambers are those of Air now (drive.source = Air, parameters air.*)",

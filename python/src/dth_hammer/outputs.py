@@ -99,8 +99,7 @@ def write(table: pd.DataFrame, path: Path, *, index: bool = True) -> None:
 def read(path: Path, *, added_to: bool = False) -> pd.DataFrame:
     """Reads a table that has values as they are written, with units or without.
 
-    Of a CSV that is added to, every row ends its line: what stands after the last such end was cut,
-    perhaps within a number, and is left out.
+    If rows are added to a CSV, an incomplete last line (a write that was cut) is left out.
     """
     import pandas as pd  # noqa: PLC0415
 
@@ -110,7 +109,7 @@ def read(path: Path, *, added_to: bool = False) -> pd.DataFrame:
         if path.suffix.lower() != ".csv":
             return pd.read_parquet(path)
         text = path.read_text("utf-8-sig", "replace" if added_to else "strict")
-        # A line's end within quotes ends no row.
+        # A line break within quotes does not end a row.
         while added_to and text and (text[-1] != "\n" or text.count('"') % 2):
             text = text[: text.rfind("\n", 0, -1) + 1]
         head, _, rows = text.partition("\n")
@@ -124,7 +123,7 @@ def read(path: Path, *, added_to: bool = False) -> pd.DataFrame:
     except (ValueError, TypeError, OSError) as error:
         raise DomainError(f"{path} cannot be read as a table: {error}") from None
     if between != ",":
-        # Where commas are in numbers, another mark is between these.
+        # Between other separators, a comma is a decimal point.
         table = table.replace(r"(?<=\d),(?=\d)", ".", regex=True)
     for name in names:
         if found := HEADING.fullmatch(name):

@@ -200,9 +200,9 @@ HAMMER = Written(
     nargs="?",
 )
 HAMMERS = ("hammer", "base")
-#: What no command has.
+#: Arguments that are options of no command, and why.
 NOWHERE = {"preset": "the hammer is one", "scheduler": "an object of Python's"}
-#: What it drills.
+#: The rock that it drills.
 ROCK = Written(
     "--rock",
     help="rock beside the hammer: a name as `dth-hammer rock` lists them, a class as R5, a "
@@ -261,7 +261,7 @@ def figure(of: str) -> Written:
     return Written("--plot", type=Path, help=of, check=outputs.check_figure)
 
 
-#: What is written alike wherever a function takes it.
+#: Arguments that are written alike in all commands.
 SHARED = {
     **dict.fromkeys(HAMMERS, HAMMER),
     "rock": ROCK,

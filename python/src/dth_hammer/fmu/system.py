@@ -89,7 +89,7 @@ def write_system(
     for name, path in partners.items():
         descriptions[_fit(name, descriptions)] = _described(Path(path), package.fmi)
     connected = _connect(descriptions)
-    # Last: hosts that initialise one after another then give it what its partners begin with.
+    # The hammer comes last: hosts that initialise in order then pass it its partners' start values.
     descriptions[HAMMER] = descriptions.pop(HAMMER)
     out = check(out, (".ssp",))
     _warn(start_values(package.description, hammer, preset, rock)[0], connected)

@@ -161,6 +161,6 @@ def waves(
 def _times(given: Mapping[str, float], speed: float) -> Array:
     nodes = [_native.bodies(given)[body]["nodes"] for body in BODIES]
     element = min(float(n[-1]) / (len(n) - 1) for n in nodes)
-    # A little of what is before, so that the impact is seen.
+    # Begin a little before the impact, so that it shows.
     end = 8.0 * sum(float(n[-1]) for n in nodes) / speed
     return np.arange(-0.02 * end, end, 0.25 * element / speed)

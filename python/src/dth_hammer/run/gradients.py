@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 #: Between an output and what it is differentiated by, in the name of a table's column.
 PER = " per "
-#: A derivative that is this many times the number over the parameter is none; one that holds for
-#: less than this part of the parameter is told.
+#: A derivative above SHARP times output over parameter is dropped: the motion does not settle. One
+#: that holds over less than NARROW of the parameter gets a warning.
 SHARP, NARROW = 1e4, 1e-7
 #: A run of a hammer in which some numbers are changed: what is read, and the hammer at its end.
 Again = Callable[[Mapping[str, float]], "tuple[Array, Hammer]"]

@@ -45,7 +45,7 @@ def with_band(rate: float, parameters: Mapping[str, Value]) -> str:
 def beside(table: pd.DataFrame, column: str, parameters: Mapping[str, Value]) -> pd.DataFrame:
     """A table of outputs with columns ``low`` and ``high`` behind one: the range of its rate.
 
-    Nothing else has a range: not a number there.
+    It is NaN for every other output.
     """
     sides = [
         band(value, parameters) if name == "rop" else (np.nan, np.nan)

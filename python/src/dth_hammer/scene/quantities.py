@@ -54,7 +54,7 @@ PREFIXES: Mapping[str, Any] = {
     "n": "1e-9", "u": "1e-6", "µ": "1e-6", "μ": "1e-6", "m": "1e-3", "c": "1e-2", "d": "0.1",
     "h": 100, "k": 1000, "M": 10**6, "G": 10**9,
 }  # fmt: skip
-#: And these take none. The inch, the pound and standard gravity are exact by definition.
+#: Units without prefixes. The inch, the pound and standard gravity are exact by definition.
 POUND, GRAVITY = Fraction("0.45359237"), Fraction("9.80665")
 PSI, CFM = POUND * GRAVITY / Fraction("0.0254") ** 2, Fraction("0.3048") ** 3 / 60
 #: Free air, as the engine has it (0 degC, 1.01325 bar), of standard air (60 degF, 14.7 psi).
@@ -89,7 +89,7 @@ TRADE: Mapping[str, str] = {
     **{"psig": "psi", "barg": "bar", "scfm": "scfm", "lbs": "lb", "inches": "in", "feet": "ft"},
     **{"nm": "N.m", "fph": "ft/h", '"': "in", "″": "in", "%": "%", "percent": "%"},
 }
-#: What may be meant is asked: units of which the trade has two.
+#: Ambiguous units, and what to write instead.
 ASKED: Mapping[str, str] = {
     "mph": "m/h or ft/h (miles are no rate of drilling)",
     "ps": "hp or kW",
@@ -97,7 +97,7 @@ ASKED: Mapping[str, str] = {
     "gal": "l (gallons are American or British)",
     "gpm": "l/min (gallons are American or British)",
 }
-#: Pressures that are not over the air's.
+#: Absolute pressures: all others are above that of the air.
 ABSOLUTE = ("supply_pressure", "exhaust_pressure")
 #: Units of turns, which blows do not have, and the word in the names of what has them.
 TURNS, ROTATION = ("rpm", "r", "rev", "turns"), "rotation"

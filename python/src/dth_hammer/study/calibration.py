@@ -261,7 +261,7 @@ def _described(
     near = np.minimum(logs - problem.low, problem.high - logs)
     misfit = _misfit(chi_square, freedom)
     (last,) = responses([problem.numbers(logs)], problem.wanted) if problem.means else (None,)
-    # What is told of the fitted hammer is what it does, simulated, not what is emulated there.
+    # The fitted values are simulated, not emulated.
     simulated = problem.values + off * problem.errors
     if last is not None:
         simulated[: len(problem.means)] = table_of([last], problem.means)[0]

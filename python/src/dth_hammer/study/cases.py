@@ -22,7 +22,7 @@ from .store import RUN
 #: model, what it was refused for, and what was doubtful.
 ROWS = 5  # version of what a row has
 CASE, UNTIL, MODEL, ERROR, WARNING = "case", "until", "model", "error", "warning"
-#: What marks a row that is shown and not kept in a file.
+#: Marks a row that is returned and not stored.
 PASSING = "passing"
 #: One row of the table.
 Row = dict[str, Any]
@@ -106,7 +106,7 @@ class Job:
         except RefusedError as error:
             return self.result([], str(error), [])
         except Exception as error:
-            # What a user wrote, an input or a controller, raises anything else. It may pass (a full
+            # Any other error comes from the user's input or controller. It may be temporary (a full
             # disk, a lost connection), so the next sweep tries again.
             return self.result([], f"{type(error).__name__}: {error}", []) | {PASSING: True}
 

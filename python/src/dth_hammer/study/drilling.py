@@ -29,7 +29,7 @@ COLUMNS: Mapping[str, tuple[str, str, str]] = {
     "feed": ("N", "kN", "feedforce pulldown wob"),
     "frequency": ("Hz", "1/min", "blowfrequency blows"),
 }
-#: What stands for no number.
+#: Null values of logs.
 NULLS = (-999.25, -9999.0, "", "nan", "null", "none", "n/a")
 #: Nodes over pressure and feed between which hammers are interpolated, in logarithms.
 NODES = 5

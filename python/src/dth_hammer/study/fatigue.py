@@ -30,8 +30,7 @@ FINE, MOST = 8, 20_000
 #: Ranges below this part of a place's largest are not counted: with a slope up to 15, a million of
 #: them do 1e-9 of the damage of the largest.
 LEAST = 0.01
-#: What the stress may err by where the mesh is chosen here: the life, which goes with its power, by
-#: some part of itself, and the stress by no more than it does elsewhere.
+#: Relative error of the hours for which a mesh is chosen here; the stress errs by no more than usual.
 LIFE_ERROR = 0.2
 
 

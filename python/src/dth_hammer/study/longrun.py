@@ -40,7 +40,7 @@ UNITS = {
 NOT_REACHED = (
     "the error asked for is not reached after {} blows: allow more blows, or a larger error"
 )
-#: How long results are waited for before progress is told, s.
+#: Interval between updates of the progress bar, s.
 PART = 0.3
 #: Fewest blows of a mean.
 FEWEST = 100

@@ -168,7 +168,7 @@ def _measured(name: str, given: Measured) -> tuple[float, float] | None:
     values = np.array(determined, dtype=float)
     above = name in RATES_OF_BLOWS or (name in VARIABLES and VARIABLES[name].minimum == 0.0)
     if above and not isinstance(given, tuple):
-        # What a rig's log has between its values: idle time, and the null of its files.
+        # Rigs log zeros while idle, and null values.
         idle = int(np.sum(values <= 0.0))
         values = values[~(values <= 0.0)]
         if idle:

@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 FIRST, COARSE, NEAR, LAST = 0.25, 0.02, 0.05, 5e-3
 #: Pairs of hammers that a mean over the tolerance is of: while searching, and in the end.
 PAIRS, FINAL = 4, 16
-#: So many of these are looked at in the end.
+#: Number of best designs that are compared in the end.
 CANDIDATES = 3
-#: Means on the way to it may err by so many times more, up to a largest error.
+#: While searching, errors of means may be so many times larger, up to the second number.
 LOOSE, LOOSEST = 4.0, 0.02
 #: Steps of a start, for each parameter.
 STEPS = 20

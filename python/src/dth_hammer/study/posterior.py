@@ -204,7 +204,7 @@ def _moved(
     halves = np.array_split(random.permutation(len(members)), 2)
     for own, other in (halves, halves[::-1]):
         first, second = (members[random.choice(other, len(own))] for _ in range(2))
-        # Now and then a whole difference, from mode to mode.
+        # One move in ten takes a whole difference, to jump between modes.
         usual = 2.38 / np.sqrt(2.0 * count) * random.uniform(0.3, 1.0, len(own))
         size = np.where(random.random(len(own)) < 0.1, 1.0, usual)
         jitter = 1e-5 * random.standard_normal(members[own].shape)

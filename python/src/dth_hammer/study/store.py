@@ -49,7 +49,7 @@ class Store:
             with contextlib.suppress(OSError):
                 if os.path.samestat(os.fstat(file.fileno()), lock.stat()):
                     break
-            # The one who held it has removed it.
+            # The former holder has removed this file: lock a new one.
             file.close()
             self.parts.mkdir(exist_ok=True)
         with file:
@@ -60,7 +60,7 @@ class Store:
             try:
                 yield
             finally:
-                # While it is held, or it may be the next one's; Windows removes none that is open.
+                # Remove it while it is locked, or it could be the next writer's. Windows cannot.
                 if os.name != "nt":
                     lock.unlink()
         with contextlib.suppress(OSError):
@@ -116,7 +116,7 @@ class Store:
             table = outputs.read(path, added_to=True)
             if RUN not in table:
                 raise OutputError(f"{path} is there and is no sweep's table: it would be lost")
-            # Numbers are floats, whatever one sweep or another has written them as.
+            # All numbers are floats, however a sweep has written them.
             table = table.reset_index(drop=True)
             columns = {n: c if n in TEXTS else _numbers(c) for n, c in table.items()}
         except (ValueError, TypeError) as error:
@@ -131,7 +131,7 @@ def _numbers(column: pd.Series) -> pd.Series:
     return pd.Series(numbers, dtype=float)
 
 
-#: Where a lock lies in its file, under Windows: what is locked there cannot be read.
+#: Offset of the lock in its file under Windows, where locked bytes cannot be read.
 BEYOND = 1 << 20
 
 

@@ -219,7 +219,7 @@ def _run(
     if progress:
         tqdm = need("tqdm", "sweep").tqdm
         displayed = tqdm(total=len(runs), initial=len(known), unit="run", disable=None)
-    # Closed, or whoever is at work for it would go on after Ctrl-C.
+    # Closing it stops the workers after Ctrl-C.
     with displayed as bar, closing(parts_of(missing, *by)) as parts:
         try:
             for rows in parts:
@@ -230,7 +230,7 @@ def _run(
                 if store and not all(passing):
                     store.add(tables[-1][~np.array(passing)], RUN)
         except (KeyboardInterrupt, LostWorkerError) as error:
-            # As they are found again: a part may have come while it was being written.
+            # Count what is stored: a part may have been complete when the stop came.
             found = store.rows() if store else done
             count = int(found[RUN].isin(runs).sum()) if len(found) else 0
             state = (count, len(runs), store and store.path)
@@ -254,7 +254,7 @@ def _whole(
         dtype: Any = str if name in TEXTS else float
         table[name] = table[name].astype(dtype)
         if dtype is float and name != UNTIL:
-            # What one case sets and another does not is there the reference's.
+            # A parameter that only other cases set has its start value here.
             table[name] = table[name].fillna(VARIABLES[name].start)
     for name in names:
         variable = VARIABLES[name] if name in VARIABLES else None  # noqa: SIM401, get raises
@@ -264,7 +264,7 @@ def _whole(
             kind = "Int64" if variable.counts else kind
         if kind is str:
             continue
-        # Rows just computed and rows read again differ in how they write what is missing.
+        # New rows and rows read from a file mark missing values differently.
         numbers = [math.nan if pd.isna(v) else float(v) for v in table[name]]
         table[name] = pd.Series(numbers, dtype=float).astype(kind)
     return table
