@@ -60,7 +60,7 @@ def specific_energy(sheet: Datasheet, log: pd.DataFrame | str | Path) -> pd.Data
         >>> hole = {"depth [m]": [10, 11], "rop [m/h]": [25, 18], "pressure [bar]": [22, 24]}
         >>> found = specific_energy(sheet, pd.DataFrame(hole))["specific_energy"]
         >>> print(f"{found[1] / found[0]:.2f} times as hard to drill a metre below")
-        1.55 times as hard to drill a metre below
+        1.56 times as hard to drill a metre below
     """
     rows = _rows(log if isinstance(log, pd.DataFrame) else outputs.read(Path(log)))
     base = sheet.but(rop=RATE, at=None)

@@ -30,7 +30,7 @@ FINE, MOST = 8, 20_000
 #: Ranges below this part of a place's largest are not counted: with a slope up to 15, a million of
 #: them do 1e-9 of the damage of the largest.
 LEAST = 0.01
-#: Relative error of the hours for which a mesh is chosen here; the stress errs by no more than usual.
+#: Relative error of the hours for which a mesh is chosen; the stress errs by no more than usual.
 LIFE_ERROR = 0.2
 
 
