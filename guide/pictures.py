@@ -78,12 +78,13 @@ PICTURES = {
 
 
 def _source(place: str) -> str:
-    """Code without comments and documentation; of other files the text."""
+    """Code that draws: no comments, documentation, ways of annotating; of other files the text."""
     name, _, function = place.partition(":")
     text = (ROOT / name).read_text(encoding="utf-8")
     if not name.endswith(".py"):
         return text
     tree = ast.parse(text)
+    tree.body = [n for n in tree.body if getattr(n, "module", None) != "__future__"]
     for node in ast.walk(tree):
         documented = isinstance(node, (ast.Module, ast.FunctionDef, ast.ClassDef))
         if documented and ast.get_docstring(node):
