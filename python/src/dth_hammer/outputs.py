@@ -56,7 +56,7 @@ def check(path: str | Path, kinds: Iterable[str] = TABLES) -> Path:
 
 def check_figure(path: str | Path) -> Path:
     """Checks the path of a figure, of the kinds that matplotlib writes."""
-    canvas = need("matplotlib.backend_bases", "plot").FigureCanvasBase
+    canvas = need("matplotlib.backend_bases").FigureCanvasBase
     return check(path, sorted(f".{kind}" for kind in canvas.get_supported_filetypes()))
 
 
@@ -82,7 +82,7 @@ def write(table: pd.DataFrame, path: Path, *, index: bool = True) -> None:
         if kind == ".csv":
             table.to_csv(new, index=index)
         elif kind == ".xlsx":
-            need("xlsxwriter", "excel")
+            need("xlsxwriter")
             plain = {"strings_to_formulas": False, "strings_to_urls": False}
             with (
                 new.open("wb") as file,
@@ -92,7 +92,7 @@ def write(table: pd.DataFrame, path: Path, *, index: bool = True) -> None:
         elif kind == ".mat":
             _write_matlab(table.reset_index() if index else table, new)
         else:
-            need("pyarrow", "sweep")
+            need("pyarrow")
             table.to_parquet(new, index=index)
 
 
@@ -160,7 +160,7 @@ def _write_matlab(table: pd.DataFrame, path: Path) -> None:
 
     MATLAB's names have letters, digits and underscores: another character becomes an underscore.
     """
-    savemat = need("scipy.io", "fit").savemat
+    savemat = need("scipy.io").savemat
     units = table.attrs.get("units", {})
     names = {str(column): re.sub(r"\W", "_", str(column)).strip("_") for column in table}
     columns: dict[str, Any] = {

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..extras import need
 
-need("matplotlib", "plot")
+need("matplotlib")
 
 import numpy as np
 import pandas as pd

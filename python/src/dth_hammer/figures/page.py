@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from .. import _native, figures, outputs
 from ..contract import typed
 from ..errors import DomainError, RefusedError, TooFewBlowsError
-from ..extras import need
+from ..extras import bar
 from ..run import answers
 from ..run.diagram import Waves, waves
 from ..run.gradients import differentiable
@@ -293,10 +293,7 @@ def _figures(
 
 def _drawn(drawings: list[Drawing], *, progress: bool = False) -> list[str]:
     parts = []
-    each: Iterable[Drawing] = drawings
-    if progress:
-        each = need("tqdm", "sweep").tqdm(drawings, unit="figure", leave=False, disable=None)
-    for title, caption, draw in each:
+    for title, caption, draw in bar(progress, drawings, unit="figure"):
         parts.append(f"<h2>{escape(title)}</h2>")
         try:
             picture = answers.image(draw(), caption)

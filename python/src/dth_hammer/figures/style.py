@@ -7,7 +7,7 @@ from typing import Any
 
 from ..extras import need
 
-need("matplotlib", "plot")
+need("matplotlib")
 
 import matplotlib as mpl
 from matplotlib.backend_bases import RendererBase

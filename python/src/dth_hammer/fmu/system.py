@@ -108,7 +108,7 @@ def _fit(name: str, taken: Mapping[str, object]) -> str:
 
 
 def _described(path: Path, fmi: int) -> ModelDescription:
-    fmpy = need("fmpy", "fmi")
+    fmpy = need("fmpy")
     try:
         description: ModelDescription = fmpy.read_model_description(path)
     except Exception as error:

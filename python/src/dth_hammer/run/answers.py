@@ -66,7 +66,7 @@ class Answer:
 
 
 def _styled(width: float, height: float) -> AbstractContextManager[Figure]:
-    style = need("dth_hammer.figures.style", "plot")
+    style = need("dth_hammer.figures.style")
     figure: AbstractContextManager[Figure] = style.styled(width, height)
     return figure
 

@@ -69,7 +69,7 @@ class Waves(answers.Answer):
 
     def plot(self) -> Figure:
         """Draws stress over place and time."""
-        figure: Figure = need("dth_hammer.figures", "plot").wave_diagram(self)
+        figure: Figure = need("dth_hammer.figures").wave_diagram(self)
         return figure
 
     def to_frame(self) -> pd.DataFrame:

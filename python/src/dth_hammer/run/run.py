@@ -12,7 +12,7 @@ import numpy as np
 from .. import _native
 from ..contract import typed
 from ..errors import UnknownNameError, warn
-from ..extras import need
+from ..extras import bar
 from ..fixed import Fixed
 from ..scene import quantities
 from ..scene.band import factor
@@ -259,12 +259,8 @@ def play(
     Without ``control`` that is one call of the engine, or a few that a progress bar follows.
     """
     size = 1 if control else -(-len(instants) // PARTS) if progress else len(instants)
-    parts: Any = range(0, len(instants), size)
-    if progress:
-        # None: no bar into a pipe.
-        parts = need("tqdm", "sweep").tqdm(parts, unit="part", leave=False, disable=None)
     found = []
-    for first in parts:
+    for first in bar(progress, range(0, len(instants), size), unit="part"):
         part = instants[first : first + size]
         if control and part[0] > 0.0:
             hammer.move(signals, float(part[0]))

@@ -299,7 +299,7 @@ def _described(
 
 def _misfit(chi_square: float, freedom: int) -> str:
     # As many parameters as measurements meet them all, so any misfit counts, as of one.
-    if need("scipy.stats", "fit").chi2.sf(chi_square, max(freedom, 1)) >= CHANCE:
+    if need("scipy.stats").chi2.sf(chi_square, max(freedom, 1)) >= CHANCE:
         return ""
     return (
         f"the model does not describe what was measured: chi-square {chi_square:.4g} of {freedom} "

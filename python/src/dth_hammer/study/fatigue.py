@@ -183,7 +183,7 @@ def life(
         >>> print(found.worst["body"], f"{found.worst['hours']:.0f} h")
         bit 3654 h
     """
-    need("rainflow", "life")
+    need("rainflow")
     own = scene_of(hammer, rock, preset).parameters
     given = _meshed(numbers_of(hammer, preset, rock), own, curve)
     names = [name for name in _native.wave_names(given) if "_stress[" in name]
@@ -281,7 +281,7 @@ def turning_points(samples: Array) -> Array:
 
 def ranges(turns: Iterable[float]) -> Array:
     """Range, mean and count (1, or a half) of the cycles of a history, by rainflow (ASTM E1049)."""
-    rainflow: Any = need("rainflow", "life")
+    rainflow: Any = need("rainflow")
     found = [row[:3] for row in rainflow.extract_cycles(turns)]
     return np.array(found, dtype=float).reshape(-1, 3)
 

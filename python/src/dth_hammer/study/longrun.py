@@ -13,7 +13,7 @@ import pandas as pd
 
 from .. import _native
 from ..errors import DomainError, RefusedError, UnknownNameError
-from ..extras import need
+from ..extras import bar
 from ..run import answers
 from ..scene import quantities
 from ..scene.band import beside, in_words
@@ -283,20 +283,16 @@ class Bar:
 
     def __init__(self, shown: bool, total: int = 1) -> None:
         self._total = total
-        named_ = {"leave": False, "disable": None, "unit": "hammer" if total > 1 else "blow"}
-        bars = need("tqdm", "sweep").tqdm if shown else None
-        self._bar: Any = bars and bars(total=total if total > 1 else None, **named_)
+        many = {"total": total, "unit": "hammer"}
+        self._bar = bar(shown, **(many if total > 1 else {"unit": "blow"}))
 
     def tell(self, blows: int, error_ratio: float, done: int = 0) -> None:
         """Blows so far, and the error over the one wanted."""
         if self._bar is not None:
             self._bar.n = done if self._total > 1 else blows
-            known = (
-                f"{error_ratio:.2g} times the one wanted"
-                if np.isfinite(error_ratio)
-                else "not yet known"
-            )
-            self._bar.set_postfix_str(f"error {known}")
+            known = np.isfinite(error_ratio)
+            text = f"{error_ratio:.2g} times the one wanted" if known else "not yet known"
+            self._bar.set_postfix_str(f"error {text}")
 
     def close(self) -> None:
         """Removes the bar."""

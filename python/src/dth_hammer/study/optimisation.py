@@ -17,7 +17,7 @@ import pandas as pd
 
 from ..contract import typed
 from ..errors import DomainError
-from ..extras import need
+from ..extras import bar, need
 from ..run import answers
 from ..scene.band import sides
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of
@@ -162,8 +162,7 @@ def optimise(
     if not 0.0 <= tolerance < 1.0:
         raise DomainError(f"tolerance = {tolerance:g} is not a part of a number, 0 to 1")
     problem.tolerance = tolerance
-    if progress:
-        problem.bar = need("tqdm", "sweep").tqdm(unit="design", leave=False, disable=None)
+    problem.bar = bar(progress, unit="design")
     begun = [problem.begin(), *(0.5 + 0.5 * sobol(len(problem.names), starts, seed))][:starts]
     inner = np.clip(begun, 0.05, 0.95)
     strict = problem.wanted
@@ -211,7 +210,7 @@ def _search(
     problem: Problem, start: int, begun: Array, steps: tuple[float, float], pairs: int
 ) -> bool:
     """Runs one start with a given first and last step; returns whether it converged."""
-    scipy = need("scipy.optimize", "fit")
+    scipy = need("scipy.optimize")
     count = len(begun)
     held = []
     if problem.limits:

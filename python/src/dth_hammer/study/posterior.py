@@ -48,7 +48,7 @@ class _Process:
     def __init__(self, places: Array, values: Array) -> None:
         self.places, self.values = places, values
         count = places.shape[1]
-        minimize = need("scipy.optimize", "fit").minimize
+        minimize = need("scipy.optimize").minimize
         bounds = [np.log(LENGTHS)] * count + [np.log(NUGGETS)]
         begin = np.append(np.zeros(count), np.log(1e-3))
         found = minimize(self._cost, begin, method="L-BFGS-B", bounds=bounds, tol=1e-3)
@@ -220,7 +220,7 @@ def maximum(
     of: Callable[[Array], Array], logs: Array, size: Array, low: Array, high: Array
 ) -> Array:
     """Where a likelihood grows no more, from a point on, with first steps of a given size."""
-    minimize = need("scipy.optimize", "fit").minimize
+    minimize = need("scipy.optimize").minimize
     steps = np.vstack([np.zeros(len(logs)), 0.5 * np.eye(len(logs))])
     found = minimize(
         lambda x: -of((logs + size * x)[None])[0],

@@ -19,7 +19,7 @@ from ..errors import (
     UnknownNameError,
     warn,
 )
-from ..extras import need
+from ..extras import bar
 from ..run.hammer import Hammer
 from ..scene import quantities
 from ..scene.band import SIDES, with_sides
@@ -215,16 +215,14 @@ def _run(
     missing = [run for key, run in runs.items() if key not in known]
     if not missing:
         return tables
-    displayed: Any = nullcontext()
-    if progress:
-        tqdm = need("tqdm", "sweep").tqdm
-        displayed = tqdm(total=len(runs), initial=len(known), unit="run", disable=None)
+    counts = {"total": len(runs), "initial": len(known), "unit": "run", "leave": True}
+    drawn = bar(progress, **counts) or nullcontext()
     # Closing it stops the workers after Ctrl-C.
-    with displayed as bar, closing(parts_of(missing, *by)) as parts:
+    with drawn as shown, closing(parts_of(missing, *by)) as parts:
         try:
             for rows in parts:
-                if bar is not None:
-                    bar.update(len(rows))
+                if shown is not None:
+                    shown.update(len(rows))
                 passing = [row.pop(PASSING, False) for row in rows]
                 tables.append(pd.DataFrame(rows))
                 if store and not all(passing):

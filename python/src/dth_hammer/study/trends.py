@@ -211,7 +211,7 @@ def sobol(dimensions: int, count: int, seed: int) -> Array:
     """Returns space-filling points in [-1, 1], a power of two of them, without repetition."""
     if seed < 0:
         raise DomainError(f"seed = {seed} must be 0 or more")
-    qmc = need("scipy.stats", "fit").qmc
+    qmc = need("scipy.stats").qmc
     power = max(1, int(np.ceil(np.log2(count))))
     points: Array = qmc.Sobol(dimensions, rng=np.random.default_rng(seed)).random_base2(power)
     return 2.0 * points - 1.0
@@ -267,7 +267,7 @@ def effects(found: Trend, output: str) -> Iterator[tuple[str, float, float]]:
 
 def tornado(found: Trend) -> Figure:
     """A panel for each output: bars of what each parameter changes of it over its width."""
-    styled = need("dth_hammer.figures.style", "plot").styled
+    styled = need("dth_hammer.figures.style").styled
     outputs = [*found.roughness.index]
     height = 0.8 + 0.32 * len(found.widths)
     chart: Figure

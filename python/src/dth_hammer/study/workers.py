@@ -51,7 +51,7 @@ def _by_engine(runs: Sequence[Job], count: int) -> Iterator[list[Row]]:
 
 
 def _by_executor(crew: Executor, tasks: Sequence[Sequence[Job]]) -> Iterator[list[Row]]:
-    dumps = need("cloudpickle", "sweep").dumps
+    dumps = need("cloudpickle").dumps
     pending = {crew.submit(_rows, dumps(task)) for task in tasks}
     try:
         while pending:
