@@ -288,7 +288,7 @@ impl Interval {
         forms.begin();
         let mut damping = |system, track: &Stretch, ends: &'a [f64]| {
             let (start, end) = ends.split_at(ends.len() / 2);
-            if self.damped { track.damping(forms.of(system, [start, end])) } else { 0.0 }
+            if self.damped { track.damping(|| forms.of(system, [start, end])) } else { 0.0 }
         };
         sums.damping += damping(&self.system, &main, &self.ends);
         self.add_group(self.group, &main, &mut sums);
@@ -320,12 +320,7 @@ impl Interval {
     fn add_works(&self, group: Group, track: &Stretch, sums: &mut Sums) {
         for (displacement, _, parts) in &self.graph.loaded {
             let Some(share) = self.graph.share(group, *displacement) else { continue };
-            let change = track.change(share);
-            let work = |i: usize| match &self.loading {
-                Loading::Constant { loads, .. } => loads[i] * change,
-                Loading::Varying(_) => track.work(share, &track.loads[i], change),
-            };
-            self.graph.add_works(*displacement, parts, work, &mut sums.work);
+            self.graph.add_works(*displacement, parts, track.works(share), &mut sums.work);
         }
     }
 

@@ -263,7 +263,7 @@ impl Force {
     /// polynomial part.
     fn step_below(&self, bends: &[Poly], track: &Track, [t, end]: [f64; 2], level: f64) -> f64 {
         let f = &track.system.functionals[self.functional];
-        let drift = self.poly.rates_at(t);
+        let drift: [f64; 3] = self.poly.derivatives_at(t);
         let [u, v, a] = std::array::from_fn(|k| drift[k] + kernel::dot(&f.rows[k], &track.z));
         let wave = |k: usize| kernel::bound(&f.weights[k], &track.z);
         let bound = self.stiffness.abs() * (largest(&bends[0], [t, end]) + wave(2))
@@ -347,8 +347,9 @@ mod tests {
                         let mut track = interval.track(&force);
                         track.rotate_to(t);
                         let f = &track.system.functionals[force.functional];
-                        let [u, v] = [0, 1]
-                            .map(|k| force.poly.rates_at(t)[k] + kernel::dot(&f.rows[k], &track.z));
+                        let [u, v] = [0, 1].map(|k| {
+                            force.poly.derivatives_at::<3>(t)[k] + kernel::dot(&f.rows[k], &track.z)
+                        });
                         (force.stiffness * u + force.viscosity * v, track)
                     };
                     let end = now + span;

@@ -104,7 +104,7 @@ impl Progress {
                 let driven = &motion.state().anchors[index].driven;
                 driven.translation.derivative().least(at)
             }
-            None => motion.velocity(motion.tracks(), Displacement::PISTON, at),
+            None => motion.point(motion.tracks(), Displacement::PISTON, at).velocity,
         };
         self.spent = slowest >= 0.0;
     }
@@ -126,7 +126,7 @@ impl Progress {
             return Closing::Again;
         }
         self.collision = Some(epoch);
-        let speed = |mean| motion.velocity(motion.tracks(), mean, 0.0);
+        let speed = |mean| motion.point(motion.tracks(), mean, 0.0).velocity;
         let piston = speed(Displacement::PISTON);
         let relative = piston - speed(Displacement::Mean(Bodies::STRUCK));
         let fast = relative >= motion.parameters().blow.minimum_speed;

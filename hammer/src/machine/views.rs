@@ -177,7 +177,7 @@ impl Machine {
         let state = self.motion.state();
         let Some((air, motion)) = self.air() else { return [[0.0; 2]; 2] };
         if air.vented.is_some() {
-            let [value, rate, _] = state.inputs.of(Input::ExhaustPressure).rates_at(state.now);
+            let [value, rate] = state.inputs.of(Input::ExhaustPressure).derivatives_at(state.now);
             return [[value, rate]; 2];
         }
         let outside = self.motion.outside(state.now);

@@ -13,8 +13,9 @@ use crate::modal::system::driven::Driven;
 use crate::modal::system::{Functional, System, TAYLOR};
 use crate::modal::track::Track;
 use crate::numerics::kernel;
-use crate::numerics::poly::Poly;
+use crate::numerics::poly::{Poly, TERMS};
 use crate::scene::graph::CHANNELS;
+use std::cell::OnceCell;
 
 /// Radians of the fastest motion that a series covers: `2^24 / 24!` is below rounding.
 pub(crate) const PANEL: f64 = 2.0;
@@ -79,50 +80,70 @@ impl<'a> Stretch<'a> {
         poly + kernel::dot(&f.integral, self.end) - kernel::dot(&f.integral, self.start)
     }
 
-    /// `int load(t) u'(t) dt` of a load for the displacement `index`, which changes by `change`.
-    pub fn work(&self, index: usize, load: &Poly, change: f64) -> f64 {
-        if load.is_constant() {
-            return load.0[0] * change;
+    /// `int load(t) u'(t) dt` of each load, by its channel, for the displacement `index`.
+    pub fn works(&self, index: usize) -> impl Fn(usize) -> f64 {
+        let (change, varying) = (self.change(index), OnceCell::new());
+        move |channel| {
+            let load = &self.loads[channel];
+            if load.is_constant() {
+                return load.0[0] * change;
+            }
+            let degree = || self.loads.iter().map(Poly::degree).max().unwrap_or_default();
+            let make = || (self.drift_rate(index), self.rate_moments(index, degree()));
+            let (rate, moments) = varying.get_or_init(make);
+            let [modal, _] = self.moment_and_size(moments, load);
+            load.integral_of_product(rate, self.span) + modal
         }
-        let rate = self.poly(index).derivative();
-        let [modal, _] = self.moment_and_size(index, load);
-        load.integral_of_product(&rate, self.span) + modal
     }
 
-    /// `int load(t) c . z(t) dt` of a displacement's rate `c . z`, and the sum of the sizes of its terms.
-    fn moment_and_size(&self, index: usize, load: &Poly) -> [f64; 2] {
-        self.moment_and_size_of(self.system.rate_integrals(index), load)
+    /// Of a displacement's rate, [`Self::moments`].
+    fn rate_moments(&self, index: usize, degree: usize) -> Vec<[f64; 2]> {
+        if self.functional(index).still {
+            return vec![[0.0; 2]; degree + 1];
+        }
+        self.moments(self.system.rate_integrals(index), degree)
     }
 
-    /// The same of a row with these repeated integrals, by parts.
-    fn moment_and_size_of(&self, ready: &[Vec<f64>], load: &Poly) -> [f64; 2] {
-        let (mut sum, mut size, mut sign) = (0.0, 0.0, 1.0);
-        let (mut more, mut p) = (Vec::new(), *load);
-        for k in 0..=load.degree() {
+    /// The repeated integrals of a row `c . z` at the end and at the start, as many as a polynomial of this degree
+    /// needs; `ready` are the rows of the first.
+    fn moments(&self, ready: &[Vec<f64>], degree: usize) -> Vec<[f64; 2]> {
+        let mut more = Vec::new();
+        let of = |k: usize| {
             if k >= ready.len() {
                 more = self.system.integral_of(if more.is_empty() { &ready[k - 1] } else { &more });
             }
             let row = ready.get(k).unwrap_or(&more);
-            let (end, start) = (kernel::dot(row, self.end), kernel::dot(row, self.start));
-            let terms = [p.at(self.span) * end, p.0[0] * start];
+            [self.end, self.start].map(|z| kernel::dot(row, z))
+        };
+        (0..=degree).map(of).collect()
+    }
+
+    /// `int load(t) c . z(t) dt` of a row with these moments, by parts, and the sum of the sizes of its terms.
+    fn moment_and_size(&self, moments: &[[f64; 2]], load: &Poly) -> [f64; 2] {
+        let last: [f64; TERMS] = load.derivatives_at(self.span);
+        let (mut sum, mut size, mut factorial) = (0.0, 0.0, 1.0);
+        for (k, [end, start]) in moments.iter().enumerate().take(load.degree() + 1) {
+            let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+            factorial *= k.max(1) as f64;
+            let terms = [last[k] * end, factorial * load.0[k] * start];
             sum += sign * (terms[0] - terms[1]);
             size += terms[0].abs() + terms[1].abs();
-            p = p.derivative();
-            sign = -sign;
         }
         [sum, size]
     }
 
     /// Work lost in the bars; `energy` gives `z.Q z` at start and end. With loads that vary it follows from
     /// the whole motion `y' = B y + b f`: `d/dt y.Q y = 2 y.Q b f` less the damping's power.
-    pub fn damping(&self, energy: [f64; 2]) -> f64 {
+    pub fn damping(&self, energy: impl FnOnce() -> [f64; 2]) -> f64 {
         if !self.system.varies(self.loads) && !self.system.is_braked() {
-            return energy[0] - energy[1];
+            let [start, end] = energy();
+            return start - end;
         }
         let form = |end| self.system.damping_of_whole(self.loads, self.driven, end);
         let mut work = form((0.0, self.start)) - form((self.span, self.end));
         for (load, poly, integrals) in self.system.damped_loads(self.loads, self.driven) {
-            let [modal, _] = self.moment_and_size_of(integrals, load);
+            let moments = self.moments(integrals, load.degree());
+            let [modal, _] = self.moment_and_size(&moments, load);
             work += load.integral_of_product(&poly, self.span) + modal;
         }
         work
@@ -189,7 +210,8 @@ impl<'a> Stretch<'a> {
             return [own, start];
         }
         let rate = drift.trimmed(self.span);
-        let [crossed, size] = self.moment_and_size(tip, &rate);
+        let moments = self.rate_moments(tip, rate.degree());
+        let [crossed, size] = self.moment_and_size(&moments, &rate);
         let forced = rate.integral_of_product(&rate, self.span);
         [own + 2.0 * crossed + forced, start + 2.0 * size + forced]
     }
@@ -289,7 +311,7 @@ mod tests {
                 Stretch { system: &system, start: &start, end: &end, span, loads, driven };
             let form = system.damping_form();
             let energy = [form.of(&start), form.of(&end)];
-            let found = stretch.damping(energy);
+            let found = stretch.damping(|| energy);
             // What cancels are forms of the ends, each of some hundred terms.
             let size = wanted + energy[0] + energy[1];
             assert!((found - wanted).abs() < 1e-11 * size, "{stiffness}: {found} {wanted} {size}");

@@ -238,7 +238,7 @@ impl Motion {
         let shares = shares.map(|(index, functional)| {
             let track = &tracks[index];
             let rows = &track.system.functionals[functional].rows;
-            let mut rates = self.poly(index, functional).rates_at(t);
+            let mut rates: [f64; 3] = self.poly(index, functional).derivatives_at(t);
             for (rate, row) in rates.iter_mut().zip(rows) {
                 *rate += kernel::dot(row, &track.z);
             }
@@ -246,21 +246,6 @@ impl Motion {
         });
         let sum = shares.reduce(|a, b| std::array::from_fn(|k| a[k] + b[k])).unwrap_or_default();
         PointMotion { displacement: sum[0], velocity: sum[1], acceleration: sum[2] }
-    }
-
-    /// The velocity of a displacement at `t` after the epoch, where `tracks` stand, m/s.
-    pub(crate) fn velocity(&self, tracks: &[Track], displacement: Displacement, t: f64) -> f64 {
-        if !self.is_steady() {
-            return self.point(tracks, displacement, t).velocity;
-        }
-        let shares = tracks.iter().zip(&self.state.anchors).filter_map(|(track, anchor)| {
-            let functional = self.graph().share(anchor.group, displacement)?;
-            let functional = &track.system.functionals[functional];
-            let moved = &anchor.driven.translation.0;
-            let drift = functional.rigid * (moved[1] + 2.0 * t * moved[2]);
-            Some(drift + kernel::dot(&functional.rows[1], &track.z))
-        });
-        shares.sum()
     }
 
     /// The stretch of track `index` from the epoch to `span` later, where `end` stands.

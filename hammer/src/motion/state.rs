@@ -234,26 +234,4 @@ mod tests {
         altered.anchors[0].driven.reach = Some(f64::NAN);
         assert!(!altered.is_finite());
     }
-
-    /// The velocity of a point by its short way, under constant loads, is that by the polynomial of all loads.
-    #[test]
-    fn a_velocity_is_the_rate_of_its_displacement() {
-        use crate::laws::event::Displacement;
-        let mut parameters = Parameters::default();
-        parameters.piston.initial_velocity = 3.0;
-        let model = Model::new(&parameters).expect("a model");
-        let inputs = Inputs::constant(&InputValues { feed_force: 9e3, ..InputValues::default() });
-        let mut motion = Motion::new(model, inputs, 0.0).expect("a scene");
-        motion.set_input(Input::FeedForce, Poly::constant(2e3));
-        assert!(motion.is_steady());
-        motion.set_present(1e-3, 1e-3);
-        for displacement in [Displacement::PISTON, Displacement::Tip, Displacement::Relative] {
-            let tracks = motion.present();
-            let velocity = motion.velocity(&tracks, displacement, 1e-3);
-            let point = motion.point(&tracks, displacement, 1e-3);
-            // Sums of some hundred products, each below 10 m/s.
-            assert!((velocity - point.velocity).abs() < 1e3 * f64::EPSILON, "{displacement:?}");
-            assert!(velocity != 0.0);
-        }
-    }
 }

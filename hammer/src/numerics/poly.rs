@@ -49,29 +49,6 @@ impl Poly {
         self.0[..=self.degree()].iter().rev().fold(0.0, |sum, c| sum * t + c)
     }
 
-    /// Values and slopes at these times.
-    pub fn at_each<const COUNT: usize>(&self, times: &[f64; COUNT]) -> [[f64; 2]; COUNT] {
-        let c = &self.0[..=self.degree()];
-        let next = |[value, slope]: [f64; 2], c: &f64, t: f64| [value * t + c, slope * t + value];
-        times.map(|t| c.iter().rev().fold([0.0; 2], |sum, c| next(sum, c, t)))
-    }
-
-    /// Value and the first two derivatives at `t`.
-    pub fn rates_at(&self, t: f64) -> [f64; 3] {
-        let mut rates = [0.0; 3];
-        for k in (0..=self.degree()).rev() {
-            let (c, n) = (self.0[k], k as f64);
-            rates[0] = rates[0] * t + c;
-            if k >= 1 {
-                rates[1] = rates[1] * t + n * c;
-            }
-            if k >= 2 {
-                rates[2] = rates[2] * t + (n - 1.0) * (n * c);
-            }
-        }
-        rates
-    }
-
     /// Value and first derivatives at `t`.
     pub fn derivatives_at<const COUNT: usize>(&self, t: f64) -> [f64; COUNT] {
         let degree = self.degree();
@@ -90,11 +67,16 @@ impl Poly {
 
     /// `self += sum_j factors_j` times derivative `j` of another.
     pub fn add_derivatives(&mut self, factors: &[f64], other: &Self) {
-        let (mut c, degree) = (other.0, other.degree());
-        for (j, factor) in factors.iter().take(degree + 1).enumerate() {
-            let left = degree - j;
-            self.0.iter_mut().zip(&c[..=left]).for_each(|(sum, c)| *sum += factor * c);
-            (0..left).for_each(|k| c[k] = (k + 1) as f64 * c[k + 1]);
+        let (degree, mut derivatives, mut factorial) = (other.degree(), other.0, 1.0);
+        for (k, c) in derivatives.iter_mut().enumerate().take(degree + 1).skip(2) {
+            factorial *= k as f64;
+            *c *= factorial;
+        }
+        let mut factorial = 1.0;
+        for k in 0..=degree {
+            factorial *= (k as f64).max(1.0);
+            let each = factors.iter().zip(&derivatives[k..=degree]);
+            self.0[k] += each.map(|(factor, c)| factor * c).sum::<f64>() / factorial;
         }
     }
 
@@ -105,14 +87,13 @@ impl Poly {
 
     /// `int_0^t self other`.
     pub fn integral_of_product(&self, other: &Self, t: f64) -> f64 {
-        let (p, q) = (self.scaled(t), other.scaled(t));
-        let mut sum = 0.0;
-        for (i, a) in p.0[..=self.degree()].iter().enumerate() {
-            for (k, b) in q.0[..=other.degree()].iter().enumerate() {
-                sum += a * b / (i + k + 1) as f64;
-            }
+        let (degree, more) = (self.degree(), other.degree());
+        let mut product = [0.0; 2 * TERMS];
+        for (i, a) in self.0[..=degree].iter().enumerate() {
+            let each = product[i..].iter_mut().zip(&other.0[..=more]);
+            each.for_each(|(sum, b)| *sum += a * b);
         }
-        t * sum
+        (0..=degree + more).rev().fold(0.0, |sum, k| (sum + product[k] / (k + 1) as f64) * t)
     }
 
     /// Without the highest powers that are negligible on `[0, t]`: each term below a thousandth of
@@ -269,7 +250,6 @@ mod tests {
         assert_eq!(p.derivative().at(1.0), -3.25);
         let second = p.derivative().derivative();
         assert_eq!(p.derivatives_at(1.0), [p.at(1.0), -3.25, second.at(1.0)]);
-        assert_eq!(p.at_each(&[1.0, 0.0]), [[p.at(1.0), -3.25], [1.0, -2.0]]);
         let mut sum = Poly::constant(1.0);
         sum.add_derivatives(&[2.0, 0.0, -0.5], &p);
         assert_eq!(sum, Poly::constant(1.0).plus(2.0, &p).plus(-0.5, &second));

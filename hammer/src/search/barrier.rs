@@ -1,7 +1,8 @@
 //! Q3: when the viscous work of a drilling cycle reaches the energy barrier.
 //!
 //! `psi(t) = psi_0 + CR int p'^2` never falls, so one value below the barrier at `t` proves that
-//! the barrier was not reached before `t`. Steps may therefore be guesses. The integral is exact
+//! the barrier was not reached before `t`. Steps may therefore be guesses, and one value at the end of what is
+//! searched may do for all of them. The integral is exact
 //! (see [`crate::modal::stretch`]). Under constant loads the viscous form of the state is an upper
 //! bound on the remaining `int p'^2`; if that cannot reach the barrier, nothing is evaluated.
 
@@ -66,6 +67,9 @@ pub struct Barrier {
     fine: bool,
     /// True if no load that the tip feels varies.
     is_calm: bool,
+    /// True while it waits for the guards' proofs: one value where they end is likely to do for many steps. It is
+    /// dear under varying loads only.
+    pub waits: bool,
 }
 
 impl Barrier {
@@ -85,6 +89,7 @@ impl Barrier {
             done: 0.0,
             fine: false,
             is_calm,
+            waits: false,
         };
         if room <= 0.0 {
             barrier.root = Some(0.0);
@@ -93,6 +98,7 @@ impl Barrier {
         } else {
             barrier.drift = motion.poly(0, tip).derivative();
             barrier.form = track.system.viscous_form().of(&track.z);
+            barrier.waits = !is_calm;
             barrier.fine = !is_calm || room < LITTLE * viscosity * barrier.form;
             if is_calm && viscosity * barrier.form < SURELY * room {
                 barrier.clear = f64::INFINITY;
@@ -126,23 +132,33 @@ impl Barrier {
     /// The power at the dashpot, and its first two rates.
     fn powers(&self, track: &Track) -> [f64; 3] {
         let rows = &track.system.functionals[self.tip].rows;
-        let drift = self.drift.rates_at(track.at);
+        let drift: [f64; 3] = self.drift.derivatives_at(track.at);
         let [v, a, jerk] = std::array::from_fn(|k| drift[k] + kernel::dot(&rows[k + 1], &track.z));
         [v * v, 2.0 * v * a, 2.0 * (a * a + v * jerk)].map(|rate| self.viscosity * rate)
     }
 
-    /// Extends the proof by one step, or locates the instant.
-    pub(crate) fn extend(&mut self, motion: &Motion, work: &mut Work) {
+    /// Extends the proof by one step, or locates the instant; nothing is asked beyond `limit`. Steps begin where the
+    /// last one ended, never at a limit, on which the instant does not depend.
+    pub(crate) fn extend(&mut self, motion: &Motion, limit: f64, work: &mut Work) {
         let left = self.room - self.done;
         let guess = BEYOND * left / self.powers(&self.cursor)[0];
         let span = guess.min(self.step).max(0.0);
         let (_, length) = Generator::level_below(span).unwrap_or((0, Generator::length(0)));
         let mut ahead = self.cursor.clone();
+        if std::mem::take(&mut self.waits) && limit > self.cursor.at + length {
+            work.samples += ahead.rotate_to(limit);
+            work.evaluations += 1;
+            if self.done(motion, &ahead, work) < SURELY * self.room {
+                self.clear = limit.next_up();
+                return;
+            }
+            ahead.clone_from(&self.cursor);
+        }
         work.samples += ahead.rotate_to(self.cursor.at + length);
         work.evaluations += 1;
         let done = self.done(motion, &ahead, work);
         if done < self.room {
-            (self.clear, self.done) = (ahead.at, done);
+            (self.clear, self.done) = (self.clear.max(ahead.at), done);
             self.cursor = ahead;
             self.step = GROWTH * length;
             return;

@@ -155,8 +155,7 @@ impl Drift {
 /// A function of its own, so that its callers are short enough to be inlined.
 #[inline(never)]
 fn high_at(poly: &Poly, t: f64) -> [f64; 2] {
-    let [both] = poly.at_each(&[t]);
-    both
+    poly.derivatives_at(t)
 }
 
 fn parabola_at(c: &[f64; 3], t: f64) -> [f64; 2] {

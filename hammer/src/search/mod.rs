@@ -153,11 +153,13 @@ impl Search {
             // A guard that is clear until the limit may still cross at the limit.
             let settled = first.is_some_and(|(at, _)| at <= target);
             let open = |clear: f64| if settled { clear < limit } else { clear <= limit };
-            if !open(least) {
+            let ends = !open(least);
+            if ends && !self.barrier.as_ref().is_some_and(|barrier| barrier.waits) {
                 return Ok(first.filter(|(at, _)| *at <= target));
             }
-            let Some((_, tracker)) = self.trackers[..self.count].get_mut(place) else {
-                self.extend_barrier(motion);
+            let tracker = self.trackers[..self.count].get_mut(place).filter(|_| !ends);
+            let Some((_, tracker)) = tracker else {
+                self.extend_barrier(motion, limit);
                 continue;
             };
             tracker.limit(first.map_or(f64::INFINITY, |(at, _)| at), next.min(limit));
@@ -192,7 +194,7 @@ impl Search {
 
     fn record_barrier(&mut self) {
         let Some(barrier) = &self.barrier else { return };
-        self.known.clear[self.count] = barrier.clear;
+        self.known.clear[self.count] = if barrier.waits { f64::INFINITY } else { barrier.clear };
         if barrier.root.is_some() {
             self.record_root(self.count);
         }
@@ -213,9 +215,9 @@ impl Search {
         self.budget.check(motion, work, motion.state().epoch.value() + horizon)
     }
 
-    fn extend_barrier(&mut self, motion: &Motion) {
+    fn extend_barrier(&mut self, motion: &Motion, limit: f64) {
         if let Some(barrier) = &mut self.barrier {
-            barrier.extend(motion, &mut self.work);
+            barrier.extend(motion, limit, &mut self.work);
         }
         self.record_barrier();
     }
