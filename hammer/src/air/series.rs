@@ -202,6 +202,7 @@ impl Series {
         for (i, gas) in series.gas.iter_mut().enumerate() {
             (gas.mass[0], gas.entropy[0]) = (air.content[2 * i], air.content[2 * i + 1]);
         }
+        series.streams.reserve_exact(PATHS);
         let mut blocks = problem.blocks.clone();
         for k in 0..=ORDER {
             for (i, place) in series.places.iter_mut().enumerate() {

@@ -7,15 +7,17 @@ use super::series::{Problem, Series, instant};
 use super::{Air, ENDS, Window};
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
-use crate::numerics::series::{LOW, ORDER, Powers, product, projection, value};
+use crate::numerics::series::{LOW, ORDER, Powers, product, projections, value};
 use std::array::from_fn;
 
 /// Places of a window at which the bounds of a flow's formula are looked at.
 const LOOKS: usize = 8;
 /// Halvings of an interval in which a function that begins at zero is looked for below it.
 const SOON: usize = 20;
-/// The largest error allowed of a force at one instant by what its projection leaves out, over that asked of its mean.
+/// The largest error allowed of a force at one instant by what its projection leaves out, over that asked of its mean;
+/// and the part of it for which a projection has fewer powers.
 const LEFT_OUT: f64 = 10.0;
+const FEWER: f64 = 0.05;
 /// Shortest window, s.
 const SHORTEST: f64 = 1e-12;
 
@@ -63,10 +65,11 @@ impl Series {
     fn projected(&self, longest: f64, allowed: f64) -> Option<(f64, [[f64; LOW]; 4])> {
         let [drag, _, push, back] = self.forces.each_ref().map(|force| force[0].abs());
         let scales = [drag + push + back, back].map(|scale| scale.max(f64::MIN_POSITIVE));
+        let small = [scales[0], scales[1], push, back].map(|scale| FEWER * allowed * scale);
         let mut length = longest;
         while length > SHORTEST {
             let whole = self.forces.each_ref().map(|force| scaled(force, length));
-            let parts = whole.each_ref().map(projection);
+            let parts = projections(whole, small);
             let left = |i: usize, tau: f64| {
                 (value(&whole[i], tau) - value(&parts[i], tau)).abs() / scales[i]
             };

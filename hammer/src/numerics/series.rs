@@ -67,31 +67,41 @@ pub fn power(a: &Powers, exponent: f64, c: &Powers, k: usize, first: fn(f64) -> 
     (0..k).map(term).sum::<f64>() / (k as f64 * a[0])
 }
 
-/// The projection of a polynomial on those of a lower degree, over the interval from 0 to 1.
-pub fn projection(powers: &Powers) -> [f64; LOW] {
-    static SHARES: OnceLock<[[f64; LOW]; ORDER + 1]> = OnceLock::new();
-    let shares = SHARES.get_or_init(|| from_fn(share));
-    let mut lower: [f64; LOW] = from_fn(|k| powers[k]);
-    for (c, share) in powers.iter().zip(shares).skip(LOW) {
-        lower.iter_mut().zip(share).for_each(|(sum, share)| *sum += c * share);
-    }
-    lower
-}
-
-/// That of the power `k`, by Legendre's polynomials `sum_i (-1)^(j + i) C(j, i) C(j + i, i) t^i`, whose product with
-/// it has the mean `k!^2 / ((k - j)! (k + j + 1)!)`.
-fn share(k: usize) -> [f64; LOW] {
-    let choose = |n: usize, m: usize| (0..m).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
-    let mut sum = [0.0; LOW];
-    for j in 0..LOW.min(k + 1) {
-        let mean = (0..=j).fold(1.0, |mean, i| mean / (k + 1 + i) as f64)
-            * (0..j).fold(1.0, |mean, i| mean * (k - i) as f64);
-        for (i, sum) in sum.iter_mut().enumerate().take(j + 1) {
-            let sign = if (i + j) % 2 == 0 { 1.0 } else { -1.0 };
-            *sum += (2 * j + 1) as f64 * mean * sign * choose(j, i) * choose(j + i, i);
+/// The projections of polynomials on those of a lower degree, over the interval from 0 to 1: power after power less
+/// its part that is orthogonal to all lower ones, which is Legendre's polynomial over its highest coefficient. All keep
+/// as many powers, no more than [`LOW`], and of these none of which no polynomial has more than is `allowed` of it.
+pub fn projections<const COUNT: usize>(
+    mut all: [Powers; COUNT],
+    allowed: [f64; COUNT],
+) -> [[f64; LOW]; COUNT] {
+    static ORTHOGONAL: OnceLock<[Powers; ORDER + 1]> = OnceLock::new();
+    let orthogonal = ORTHOGONAL.get_or_init(|| from_fn(legendre));
+    let mut left = [0.0; COUNT];
+    for k in (1..=ORDER).rev() {
+        // Nowhere in the interval is Legendre's polynomial larger than one.
+        let out: [f64; COUNT] = from_fn(|i| left[i] + (all[i][k] / orthogonal[k][k]).abs());
+        if k < LOW {
+            if out.iter().zip(allowed).any(|(out, allowed)| *out > allowed) {
+                break;
+            }
+            left = out;
+        }
+        for powers in &mut all {
+            let part = powers[k] / orthogonal[k][k];
+            if part != 0.0 {
+                powers.iter_mut().zip(&orthogonal[k]).take(k).for_each(|(c, p)| *c -= part * p);
+                powers[k] = 0.0;
+            }
         }
     }
-    sum
+    all.map(|powers| from_fn(|k| powers[k]))
+}
+
+/// Legendre's polynomial of this degree on the interval from 0 to 1: `sum_i (-1)^(j + i) C(j, i) C(j + i, i) t^i`.
+fn legendre(j: usize) -> Powers {
+    let choose = |n: usize, m: usize| (0..m).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
+    let sign = |i: usize| if (i + j).is_multiple_of(2) { 1.0 } else { -1.0 };
+    from_fn(|i| if i <= j { sign(i) * choose(j, i) * choose(j + i, i) } else { 0.0 })
 }
 
 #[cfg(test)]
@@ -120,7 +130,8 @@ mod tests {
         let distances = NODES.iter().fold(one, |powers, node| {
             from_fn(|k| if k > 0 { powers[k - 1] } else { 0.0 } - node * powers[k])
         });
-        assert!(projection(&distances).iter().all(|c| c.abs() < 30.0 * f64::EPSILON));
+        let [left] = projections([distances], [0.0]);
+        assert!(left.iter().all(|c| c.abs() < 30.0 * f64::EPSILON));
         let powers: [f64; LOW] = from_fn(|k| 1.0 / (k + 1) as f64 - 0.3);
         let found = through(&NODES.map(|node| value(&powers, node)));
         for (found, exact) in found.iter().zip(powers) {
@@ -134,7 +145,7 @@ mod tests {
     fn what_a_projection_leaves_out_is_orthogonal_to_what_it_keeps() {
         for high in 0..=ORDER {
             let only: Powers = from_fn(|k| f64::from(u8::from(k == high)));
-            let lower = projection(&only);
+            let [lower] = projections([only], [0.0]);
             for moment in 0..LOW {
                 let mean = |k: usize| 1.0 / (k + moment + 1) as f64;
                 let left = mean(high) - (0..LOW).map(|k| lower[k] * mean(k)).sum::<f64>();

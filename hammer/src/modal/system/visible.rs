@@ -51,7 +51,7 @@ impl VisibleBlock {
     }
 }
 
-/// The blocks that two displacements see.
+/// The blocks that two displacements see, the fastest first.
 pub(crate) fn blocks(
     pair: Pair,
     (generator, response): (&Generator, &Response),
@@ -106,7 +106,9 @@ pub(crate) fn blocks(
         }
         Some(block)
     };
-    (0..generator.rates.len()).filter_map(of).collect()
+    let mut blocks: Vec<_> = (0..generator.rates.len()).filter_map(of).collect();
+    blocks.sort_by(|one, other| other.rates[1].total_cmp(&one.rates[1]));
+    blocks
 }
 
 /// Where a constant push `b` holds coordinates with the matrix `B`: `-B^-1 b`.
