@@ -6,7 +6,7 @@
  * is interleaved, (u_0, v_0, u_1, v_1, ..., psi). The explicit solvers have M^-1 f by the factors of
  * M, which is tridiagonal.
  *
- *     sundials_peer case.json ida|adams|erk tolerance
+ *     sundials_peer case.json ida|adams|erk|bdf tolerance
  */
 #include <arkode/arkode_erkstep.h>
 #include <cvode/cvode.h>
@@ -17,13 +17,15 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sunlinsol/sunlinsol_band.h>
+#include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_band.h>
+#include <sunmatrix/sunmatrix_dense.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 #include <time.h>
 
-enum { HALF = 3, NAMES = 64, ROOTS = 5, ROOM = 4000000 };
+enum { HALF = 3, NAMES = 64, SOLID = 5, PATHS = 5, ROOTS = SOLID + 8 + 2 * PATHS, ROOM = 4000000 };
 enum { FF, DFC, FC, BC, SS };
-enum { IDA, ADAMS, ERK };
+enum { IDA, ADAMS, ERK, BDF };
 
 static struct {
   char name[24];
@@ -81,6 +83,135 @@ static double *row(const char *format) {
 static double *k, *k_off, *c, *c_off;
 static double power;
 
+/* Air in two chambers: mass and inner energy of each follow `psi` in the state. A port is shut, open in
+ * part or wholly; a flow is straight, slower than sound or choked, from its first side to its second or back. */
+enum { SHUT, PART, WHOLE };
+enum { STRAIGHT, SUBSONIC, CHOKED };
+static const double GAS = 287.05, KAPPA = 1.4, EDGE = 0.995, WAY[4] = {-1, 1, 1, -1};
+static struct {
+  double area[2], dead[2], length, edge[4], height, port[2], discharge, leak, drag, warm, out[2];
+} *air;
+static int aired, width[4], flows[PATHS], back[PATHS];
+static double choke;
+
+static double jet(double ratio) {
+  const double rest = pow(ratio, 2 / KAPPA) - pow(ratio, (KAPPA + 1) / KAPPA);
+  return sqrt(rest > 0 ? rest : 0);
+}
+
+/* Position and speed of the piston. */
+static double moved(const double *y, int rate) {
+  double sum = rate ? 0 : -gap0;
+  for (int i = 0; i < n; i++) sum += relative[i] * y[2 * i + rate];
+  return sum;
+}
+
+/* Pressure and temperature of supply, exhaust, drive and return chamber. */
+static void sides(const double *y, double side[4][2]) {
+  const double x = moved(y, 0), *gas = y + 2 * n + 1;
+  const double room[2] = {air->dead[0] + air->area[0] * (air->length + x), air->dead[1] - air->area[1] * x};
+  for (int i = 0; i < 2; i++) {
+    side[i][0] = air->out[i], side[i][1] = air->warm;
+    side[2 + i][0] = (KAPPA - 1) * gas[2 * i + 1] / room[i];
+    side[2 + i][1] = (KAPPA - 1) * gas[2 * i + 1] / (GAS * gas[2 * i]);
+  }
+}
+
+static const int ENDS[PATHS][2] = {{0, 2}, {2, 1}, {0, 3}, {3, 1}, {2, 3}};
+
+static double opened(int path, double x) {
+  if (path == 4) return air->leak;
+  const double part = WAY[path] * (x - air->edge[path]) / air->height;
+  const double share = width[path] == SHUT ? 0 : width[path] == WHOLE ? 1 : part;
+  return air->discharge * air->port[path % 2] * share;
+}
+
+/* Adds the forces on piston and bit, and gives the rates of the gas. */
+static void blow(const double *y, double *force, double *rate) {
+  double side[4][2], mass[PATHS], heat[PATHS];
+  sides(y, side);
+  for (int i = 0; i < PATHS; i++) {
+    const double *high = side[ENDS[i][back[i]]], *low = side[ENDS[i][!back[i]]];
+    const double straight = jet(EDGE) / (1 - EDGE) * (high[0] - low[0]);
+    const double shape = flows[i] == STRAIGHT ? straight
+                         : flows[i] == CHOKED ? jet(choke) * high[0] : jet(low[0] / high[0]) * high[0];
+    const double unit = sqrt(2 * KAPPA / ((KAPPA - 1) * GAS * high[1])) * shape;
+    mass[i] = opened(i, moved(y, 0)) * (back[i] ? -unit : unit);
+    heat[i] = KAPPA * GAS / (KAPPA - 1) * mass[i] * high[1];
+  }
+  const double speed = moved(y, 1), drive = side[2][0], other = side[3][0], out = air->out[1];
+  force[0] += (drive - out) * air->area[0] - (other - out) * air->area[1] - air->drag * speed;
+  force[1] += (other - out) * air->area[1];
+  rate[0] = mass[0] - mass[1] - mass[4], rate[2] = mass[2] - mass[3] + mass[4];
+  rate[1] = heat[0] - heat[1] - heat[4] - drive * air->area[0] * speed;
+  rate[3] = heat[2] - heat[3] + heat[4] + other * air->area[1] * speed;
+}
+
+/* Puts a flow on the formula of the present pressures. */
+static void classify(const double *y, int path) {
+  double side[4][2];
+  sides(y, side);
+  const double one = side[ENDS[path][0]][0], two = side[ENDS[path][1]][0];
+  const double ratio = one > two ? two / one : one / two;
+  back[path] = two > one;
+  flows[path] = ratio > EDGE ? STRAIGHT : ratio > choke ? SUBSONIC : CHOKED;
+}
+
+/* Ports by the piston's place, chambers at the pressure of supply or exhaust. */
+static void fill(double *y) {
+  const double x = moved(y, 0);
+  const double room[2] = {air->dead[0] + air->area[0] * (air->length + x), air->dead[1] - air->area[1] * x};
+  choke = pow(2 / (KAPPA + 1), KAPPA / (KAPPA - 1));
+  for (int i = 0; i < 4; i++) {
+    const double beyond = WAY[i] * (x - air->edge[i]);
+    width[i] = beyond < 0 ? SHUT : beyond < air->height ? PART : WHOLE;
+  }
+  for (int i = 0; i < 2; i++) {
+    const double work = air->out[width[2 * i] == SHUT] * room[i];
+    y[2 * n + 1 + 2 * i] = work / (GAS * air->warm), y[2 * n + 2 + 2 * i] = work / (KAPPA - 1);
+  }
+  for (int i = 0; i < PATHS; i++) classify(y, i);
+}
+
+/* Its guards: of each port the ends of its opening, of each flow the bounds of its formula. */
+static void air_guards(const double *y, double *g) {
+  static const char *names[] = {"Port", "Whole"};
+  static char known[16][24];
+  double side[4][2];
+  const double x = moved(y, 0);
+  sides(y, side);
+  for (int i = 0; i < 8; i++) {
+    const int port = i / 2, whole = i % 2, open = width[port] == (whole ? PART : SHUT);
+    const double place = WAY[port] * (x - air->edge[port]) - (whole ? air->height : 0);
+    const int leaves = width[port] == (whole ? WHOLE : PART);
+    g[i] = open || leaves ? (open ? place : -place) - dx : -1;
+    char *name = known[2 * i + open];
+    if (!*name)
+      sprintf(name, "{\"%s\":[%d,%d,%s]}", names[whole], port / 2, port % 2, open ? "true" : "false");
+    watched[SOLID + i] = name;
+  }
+  for (int i = 0; i < PATHS; i++) {
+    const double ratio = side[ENDS[i][!back[i]]][0] / side[ENDS[i][back[i]]][0];
+    const double least = flows[i] == STRAIGHT ? EDGE : flows[i] == SUBSONIC ? choke : 0;
+    const double most = flows[i] == STRAIGHT ? 1 : flows[i] == SUBSONIC ? EDGE : choke;
+    const int still = opened(i, x) == 0;
+    g[8 + 2 * i] = still ? -1 : least - ratio - 1e-12, watched[SOLID + 8 + 2 * i] = "";
+    g[9 + 2 * i] = still ? -1 : ratio - most - 1e-12, watched[SOLID + 9 + 2 * i] = "";
+  }
+}
+
+static void turn(int root, double *y) {
+  if (root < 8) {
+    const int port = root / 2, whole = root % 2;
+    width[port] = width[port] == PART ? (whole ? WHOLE : SHUT) : PART;
+    if (width[port] == PART && !whole) classify(y, port);
+  } else if (root % 2) {
+    const int path = (root - 8) / 2;
+    if (flows[path] == STRAIGHT) back[path] = !back[path];
+    else flows[path]--;
+  } else flows[(root - 8) / 2]++;
+}
+
 static void enter(void) {
   const double *dead = array("dead"), *drive = array("drive");
   const double amplitude = number("amplitude") * (down ? 1 : -1);
@@ -105,12 +236,13 @@ static int rhs(realtype t, N_Vector state, N_Vector rate, void *data) {
   (void)t;
   double *a = data;
   const double *y = N_VGetArrayPointer(state);
-  double *out = N_VGetArrayPointer(rate);
+  double *out = N_VGetArrayPointer(rate), push[2] = {0, 0};
+  if (aired) blow(y, push, out + 2 * n + 1);
   for (int i = 0; i < n; i++) {
     double sum = k[i] * y[2 * i] + c[i] * y[2 * i + 1];
     if (i > 0) sum += k_off[i - 1] * y[2 * i - 2] + c_off[i - 1] * y[2 * i - 1];
     if (i + 1 < n) sum += k_off[i] * y[2 * i + 2] + c_off[i] * y[2 * i + 3];
-    a[i] = forces[i] - sum;
+    a[i] = forces[i] - sum + (i < 2 ? push[i] : 0);
   }
   solve_mass(a);
   for (int i = 0; i < n; i++) out[2 * i] = y[2 * i + 1], out[2 * i + 1] = a[i];
@@ -162,11 +294,11 @@ static int guards(realtype t, N_Vector state, realtype *g, void *data) {
   const double *y = N_VGetArrayPointer(state);
   const double p = y[2 * n - 2], speed = y[2 * n - 1];
   const double gap = y[2 * bit] - y[2 * bit - 2] + gap0;
-  double vr = -gap0;
-  for (int i = 0; i < n; i++) vr += relative[i] * y[2 * i];
+  const double vr = moved(y, 0);
   for (int i = 0; i < ROOTS; i++) g[i] = -1;
+  if (aired) air_guards(y, g + SOLID);
   g[0] = (closed ? gap : -gap) - dx, watched[0] = closed ? "Open" : "Close";
-  g[1] = (down ? vr : -vr - stroke) - dx, watched[1] = down ? "Q9" : "Q10";
+  g[1] = aired ? -1 : (down ? vr : -vr - stroke) - dx, watched[1] = down ? "Q9" : "Q10";
   switch (rock) {
   case FF: g[2] = p - ul - dx, watched[2] = "Q1"; break;
   case DFC:
@@ -217,14 +349,18 @@ static void *make(N_Vector y, N_Vector yp, N_Vector tolerances, double tolerance
     ERKStepSetUserData(solver, scratch);
     ERKStepSetMaxNumSteps(solver, -1);
     ERKStepRootInit(solver, ROOTS, guards);
-  } else if (kind == ADAMS) {
-    solver = CVodeCreate(CV_ADAMS, context);
+  } else if (kind != IDA) {
+    solver = CVodeCreate(kind == BDF ? CV_BDF : CV_ADAMS, context);
     CVodeInit(solver, rhs, 0, y);
     CVodeSVtolerances(solver, tolerance, tolerances);
     CVodeSetUserData(solver, scratch);
     CVodeSetMaxNumSteps(solver, -1);
     CVodeRootInit(solver, ROOTS, guards);
-    CVodeSetNonlinearSolver(solver, SUNNonlinSol_FixedPoint(y, 0, context));
+    if (kind == ADAMS) CVodeSetNonlinearSolver(solver, SUNNonlinSol_FixedPoint(y, 0, context));
+    else {
+      SUNMatrix matrix = SUNDenseMatrix(N_VGetLength(y), N_VGetLength(y), context);
+      CVodeSetLinearSolver(solver, SUNLinSol_Dense(y, matrix, context), matrix);
+    }
   } else {
     solver = IDACreate(context);
     rhs(0, y, yp, scratch);
@@ -243,7 +379,7 @@ static double seconds(void) { return (double)clock() / CLOCKS_PER_SEC; }
 
 static int step(void *solver, double stop, N_Vector y, N_Vector yp, double *t) {
   if (kind == ERK) return ERKStepEvolve(solver, stop, y, t, ARK_ONE_STEP);
-  if (kind == ADAMS) return CVode(solver, stop, y, t, CV_ONE_STEP);
+  if (kind != IDA) return CVode(solver, stop, y, t, CV_ONE_STEP);
   return IDASolve(solver, stop, t, y, yp, IDA_ONE_STEP);
 }
 
@@ -253,7 +389,7 @@ static int go(void *solver, double stop, N_Vector y, N_Vector yp, double *t, dou
               int *root) {
   int roots[ROOTS], flag = 0;
   if (kind == ERK) ERKStepSetStopTime(solver, stop);
-  else if (kind == ADAMS) CVodeSetStopTime(solver, stop);
+  else if (kind != IDA) CVodeSetStopTime(solver, stop);
   else IDASetStopTime(solver, stop);
   while (flag == 0) {
     flag = step(solver, stop, y, yp, t);
@@ -261,7 +397,7 @@ static int go(void *solver, double stop, N_Vector y, N_Vector yp, double *t, dou
   }
   if (flag == IDA_ROOT_RETURN) {
     if (kind == ERK) ERKStepGetRootInfo(solver, roots);
-    else if (kind == ADAMS) CVodeGetRootInfo(solver, roots);
+    else if (kind != IDA) CVodeGetRootInfo(solver, roots);
     else IDAGetRootInfo(solver, roots);
     for (*root = 0; *root < ROOTS - 1 && roots[*root] <= 0; ++*root) {}
     return 1;
@@ -280,12 +416,15 @@ static int solve(void *solver, N_Vector state, N_Vector rate, double *scratch, d
   for (int i = 0; i <= instants && flag >= 0; i++) {
     const double stop = i < instants ? instant[i] : number("end");
     while ((flag = go(solver, stop, state, rate, t, start, &root)) == 1) {
-      if (at - events < ROOM - 99)
-        at += sprintf(at, "%s[%.17g,\"%s\"]", at > events ? "," : "", *t, watched[root]);
-      transition(watched[root], y);
+      if (at - events < ROOM - 99 && *watched[root]) {
+        const char *quote = root < SOLID ? "\"" : "";
+        at += sprintf(at, "%s[%.17g,%s%s%s]", at > events ? "," : "", *t, quote, watched[root], quote);
+      }
+      if (root < SOLID) transition(watched[root], y);
+      else turn(root - SOLID, y);
       enter();
       if (kind == ERK) ERKStepReInit(solver, rhs, *t, state);
-      else if (kind == ADAMS) CVodeReInit(solver, *t, state);
+      else if (kind != IDA) CVodeReInit(solver, *t, state);
       else rhs(*t, state, rate, scratch), IDAReInit(solver, *t, state, rate);
     }
     for (int j = 0; j < n && i < instants; j++)
@@ -306,7 +445,8 @@ int main(int count, char **word) {
   barrier = number("barrier"), patience = number("patience");
   const double tolerance = atof(word[3]);
   const int instants = size("instants");
-  kind = !strcmp(word[2], "erk") ? ERK : !strcmp(word[2], "adams") ? ADAMS : IDA;
+  kind = *word[2] == 'e' ? ERK : *word[2] == 'a' ? ADAMS : *word[2] == 'b' ? BDF : IDA;
+  aired = size("air") > 0, air = (void *)array("air");
   double *scratch = malloc(n * sizeof *scratch), t = 0;
   forces = malloc(n * sizeof *forces);
   mass = malloc(n * sizeof *mass), mass_off = malloc(n * sizeof *mass_off);
@@ -314,11 +454,13 @@ int main(int count, char **word) {
     const double above = i > 0 ? lower[i - 1] * mass_off[i - 1] : 0;
     mass[i] = 1 / inverse[i] + above, mass_off[i] = i + 1 < n ? lower[i] / inverse[i] : 0;
   }
-  N_Vector state = N_VNew_Serial(2 * n + 1, context), rate = N_VClone(state);
+  N_Vector state = N_VNew_Serial(2 * n + 1 + 4 * aired, context), rate = N_VClone(state);
   N_Vector tolerances = N_VClone(state);
   double *y = N_VGetArrayPointer(state), *atol = N_VGetArrayPointer(tolerances);
   N_VConst(0, state), N_VConst(tolerance, tolerances);
   for (int i = 0; i < n; i++) y[2 * i] = array("start")[i], atol[2 * i] = 1e-3 * tolerance;
+  for (int i = 0; i < 2 * aired; i++) atol[2 * n + 1 + 2 * i] = 1e-3 * tolerance;
+  if (aired) fill(y);
   enter();
   void *solver = make(state, rate, tolerances, tolerance, context, scratch);
   char *events = calloc(1, ROOM);

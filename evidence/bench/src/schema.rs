@@ -6,7 +6,7 @@
 use oracles::law::{Event, Mode, Rock, State};
 use oracles::model::Model;
 use oracles::reference::Record;
-use oracles::scene::Input;
+use oracles::scene::{AirLaw, Drive, Input};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -65,6 +65,8 @@ pub struct Case {
     /// Factors `L` and `1/D` of the mass matrix.
     lower: Vec<f64>,
     inverse: Vec<f64>,
+    /// Of air that drives a rigid hammer without a casing: the numbers of its law.
+    air: Vec<f64>,
     #[serde(flatten)]
     task: Task,
     /// `k0 k0_off c0 c0_off ...`: tridiagonal stiffness and damping by [`Mode::system_index`].
@@ -73,7 +75,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// Of a hammer driven by a relay.
+    /// Of a hammer driven by a relay, or of a rigid one by air.
     pub fn new(model: &Model<f64>, task: &Task) -> Self {
         let (scene, rock) = (&model.scene, &model.scene.rock);
         let [amplitude, stroke] = scene.drive.relay();
@@ -113,10 +115,27 @@ impl Case {
             start: model.start().0.u,
             lower: model.mass_factor.lower.clone(),
             inverse: model.mass_factor.inverse.clone(),
+            air: if let Drive::Air(law) = &scene.drive { numbers(law) } else { Vec::new() },
             task: task.clone(),
             systems,
         }
     }
+}
+
+/// Areas, dead volumes, length of the cylinder, edges and height of the ports, their areas, discharge, leakage, drag,
+/// temperature, pressures outside.
+fn numbers(law: &AirLaw) -> Vec<f64> {
+    let [drive, back] = law.edges;
+    let parts: [&[f64]; 7] = [
+        &law.areas,
+        &law.dead_volumes,
+        &[law.cylinder],
+        &[drive[0], drive[1], back[0], back[1], law.height],
+        &law.ports,
+        &[law.discharge, law.leakage, law.drag, law.temperature],
+        &law.outside,
+    ];
+    parts.concat()
 }
 
 /// A computed solution.

@@ -6,7 +6,7 @@ use oracles::model::Model;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// One of its methods (`ida`, `adams` or `erk`) with a tolerance: relative, and absolute over
+/// One of its methods (`ida`, `adams`, `erk` or `bdf`) with a tolerance: relative, and absolute over
 /// 1 mm, 1 m/s, 1 J.
 pub struct Sundials<'a> {
     /// The hammer.
@@ -26,7 +26,16 @@ pub struct Sundials<'a> {
 pub fn compile(folder: &Path) -> Result<PathBuf, Failure> {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("sundials_peer.c");
     let program = folder.join("sundials_peer");
-    let libraries = ["ida", "cvode", "arkode", "nvecserial", "sunmatrixband", "sunlinsolband"];
+    let libraries = [
+        "ida",
+        "cvode",
+        "arkode",
+        "nvecserial",
+        "sunmatrixband",
+        "sunlinsolband",
+        "sunmatrixdense",
+        "sunlinsoldense",
+    ];
     let mut command = Command::new("cc");
     command.arg("-O3").arg(source).arg("-o").arg(&program);
     command.args(libraries.map(|name| format!("-lsundials_{name}")));

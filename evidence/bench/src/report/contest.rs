@@ -6,8 +6,8 @@ use bench::diffsol_peer::{Diffsol, Method};
 use bench::engine::{Engine, machine};
 use bench::schema::{Answer, Peer, Task, Verdict};
 use bench::sundials::{Sundials, compile};
-use hammer::Parameters;
 use hammer::presets::Preset;
+use hammer::{Fidelity, Parameters, Source};
 use indicatif::ProgressBar;
 use oracles::model::Model;
 use oracles::reference::Record;
@@ -42,6 +42,16 @@ fn overdamped() -> Parameters {
     Preset::named("overdamped").expect("a preset").start().0
 }
 
+/// That which air drives: the reference hammer with rigid bodies.
+pub fn aired() -> Parameters {
+    let mut parameters = Parameters { fidelity: Fidelity::Rigid, ..Parameters::default() };
+    parameters.drive.source = Source::Air;
+    parameters
+}
+
+const ADAMS: (&str, &str) = ("CVODE Adams", "adams");
+const ERK: (&str, &str) = ("ARKODE ERK5", "erk");
+
 /// Solves once: what came out, and the CPU time, s.
 type Solve<'a> = Box<dyn FnMut() -> Result<(Answer, f64), String> + 'a>;
 
@@ -56,6 +66,10 @@ pub struct Contest<'a> {
 }
 
 impl<'a> Contest<'a> {
+    fn among(model: &'a Model<f64>, record: &'a Record, task: &'a Task) -> Self {
+        Self { model, record, task, entries: Vec::new(), absent: Vec::new() }
+    }
+
     /// The engine and its peers, the first `few` settings of each.
     pub fn new(
         model: &'a Model<f64>,
@@ -63,8 +77,8 @@ impl<'a> Contest<'a> {
         task: &'a Task,
         few: usize,
     ) -> Result<Self, Failure> {
-        let mut new = Self { model, record, task, entries: Vec::new(), absent: Vec::new() };
-        new.add_engine();
+        let mut new = Self::among(model, record, task);
+        new.add_engine(overdamped(), 0.0);
         for (solver, method) in [
             ("diffsol Tsit45", Method::Tsit45),
             ("diffsol ESDIRK34", Method::Esdirk34),
@@ -74,7 +88,24 @@ impl<'a> Contest<'a> {
                 new.add(solver, tolerance, || Box::new(Diffsol { model, method, tolerance }));
             }
         }
-        new.add_sundials(few)?;
+        new.add_sundials(few, [ADAMS, ("IDA (BDF, mass form)", "ida"), ERK])?;
+        Ok(new)
+    }
+
+    /// The same of a hammer that air drives.
+    pub fn of_air(
+        model: &'a Model<f64>,
+        record: &'a Record,
+        task: &'a Task,
+        few: usize,
+    ) -> Result<Self, Failure> {
+        let mut new = Self::among(model, record, task);
+        for error in [1e-4, 1e-6, 1e-8, 1e-10].into_iter().take(few) {
+            let mut parameters = aired();
+            parameters.air.error = error;
+            new.add_engine(parameters, error);
+        }
+        new.add_sundials(few, [ADAMS, ("CVODE BDF", "bdf"), ERK])?;
         Ok(new)
     }
 
@@ -101,16 +132,16 @@ impl<'a> Contest<'a> {
     }
 
     /// Ours: the systems are decomposed before, as tables and factors of the others are.
-    fn add_engine(&mut self) {
+    fn add_engine(&mut self, parameters: Parameters, setting: f64) {
         let task = self.task;
         let (mut warm, setup) = timed(|| {
-            let mut machine = machine(&overdamped());
+            let mut machine = machine(&parameters);
             let rest = machine.state();
             machine.advance(task.end).expect("a cycle runs");
             (machine, rest)
         });
         let solve = move || {
-            let answer = Engine(overdamped()).run(task)?;
+            let answer = Engine(parameters).run(task)?;
             let (machine, rest) = &mut warm;
             let mut total = 0.0;
             for _ in 0..REPEATS {
@@ -123,10 +154,14 @@ impl<'a> Contest<'a> {
             }
             Ok((answer, total / f64::from(REPEATS)))
         };
-        self.enter("this engine", 0.0, setup, Box::new(solve));
+        self.enter("this engine", setting, setup, Box::new(solve));
     }
 
-    fn add_sundials(&mut self, few: usize) -> Result<(), Failure> {
+    fn add_sundials(
+        &mut self,
+        few: usize,
+        methods: [(&'static str, &'static str); 3],
+    ) -> Result<(), Failure> {
         let program: &'a std::path::Path = match compile(&folder()?) {
             Ok(program) => Box::leak(program.into_boxed_path()),
             Err(reason) => {
@@ -135,11 +170,12 @@ impl<'a> Contest<'a> {
             }
         };
         let model = self.model;
-        for (solver, method, settings) in [
-            ("CVODE Adams", "adams", [1e-6, 1e-8, 1e-9, 1e-10, 1e-12]),
-            ("IDA (BDF, mass form)", "ida", [1e-5, 1e-7, 1e-8, 1e-9, 1e-10]),
-            ("ARKODE ERK5", "erk", [1e-5, 1e-7, 1e-9, 1e-10, 1e-11]),
-        ] {
+        for (solver, method) in methods {
+            let settings = match method {
+                "adams" => [1e-6, 1e-8, 1e-9, 1e-10, 1e-12],
+                "erk" => [1e-5, 1e-7, 1e-9, 1e-10, 1e-11],
+                _ => [1e-5, 1e-7, 1e-8, 1e-9, 1e-10],
+            };
             for &tolerance in settings.iter().take(few) {
                 let peer = Sundials { model, program, method, tolerance };
                 self.add(solver, tolerance, || Box::new(peer));
