@@ -112,6 +112,26 @@ fn an_argument_at_the_edge_of_its_domain_has_one_side_or_none() {
     assert_eq!(edges.count(), 2, "{:?}", found[1]);
 }
 
+/// What is read is a function of the arguments alone: a cubic, whose slope four points give exactly but for what
+/// rounding does to the steps of some 1e-6, and at the edge of a domain a logarithm, whose side of second order errs
+/// by the square of its step.
+#[test]
+fn a_cubic_has_its_own_slope_and_an_edge_that_of_its_side() {
+    let mut scene = Scene::default();
+    scene.parameters.rock.energy_barrier = 0.0;
+    let gap = scene.parameters.contact.initial_gap;
+    let run = |scene: &Scene| {
+        let u = (scene.parameters.contact.initial_gap / gap - 1.0) / 2e-6;
+        let side = scene.parameters.rock.energy_barrier.ln_1p();
+        let read = |_: &mut Machine| vec![u + 2.0 * u * u + 3.0 * u * u * u, side];
+        Sample::of_run(&mut scene.machine()?, &[1e-3], &read)
+    };
+    let by = ["contact.initial_gap", "rock.energy_barrier"].map(named);
+    let found = derivatives(&scene, &by, &run).expect("runs");
+    assert!((found[0].values[0] * 2e-6 * gap - 1.0).abs() < 1e-8, "{:?}", found[0]);
+    assert!((found[1].right[1] - 1.0).abs() < 1e-6, "{:?}", found[1]);
+}
+
 /// Read exactly when the piston meets the bit, the contact force is nothing on one side.
 #[test]
 fn an_event_at_the_instant_that_is_read_is_named() {
