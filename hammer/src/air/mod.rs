@@ -9,7 +9,7 @@
 pub(crate) mod series;
 mod windows;
 
-use crate::laws::air::{FREE_DENSITY, GAS, KAPPA, Openings, Regime, Side, heated};
+use crate::laws::air::{GAS, KAPPA, Openings, Regime, Side, heated};
 use crate::numerics::series::{Powers, value};
 use crate::quantities::air::AirLaw;
 use crate::quantities::parameters::Parameters;
@@ -92,24 +92,6 @@ pub(crate) fn volumes(parameters: &Parameters, [x, y]: Places) -> [f64; 2] {
 /// Pressures of the chambers, Pa.
 pub(crate) fn pressures(content: &Content, volumes: [f64; 2]) -> [f64; 2] {
     from_fn(|i| content[2 * i + 1] / (volumes[i] * heated(volumes[i])))
-}
-
-/// Flow through each path of these openings, kg/s, and the temperature of its source, K: into the
-/// chamber through a supply, out of it through an exhaust, from the drive to the return chamber.
-pub(crate) fn flows(
-    regimes: &[Regime; PATHS],
-    areas: &[f64; PATHS],
-    sides: &[Side; 4],
-) -> [[f64; 2]; PATHS] {
-    let of = |path: usize| {
-        if areas[path] == 0.0 {
-            return [0.0; 2];
-        }
-        let [one, other] = ENDS[path].map(|i| sides[i]);
-        let [flow, hot] = regimes[path].flow(one, other);
-        [areas[path] * flow, hot]
-    };
-    from_fn(of)
 }
 
 impl Air {
@@ -257,7 +239,12 @@ impl Air {
         let volumes = volumes(parameters, places);
         let sides = self.sides(parameters, places, outside, t);
         let areas = law.areas(&self.openings, places[0]);
-        let flows = flows(&self.regimes, &areas, &sides);
+        // Flow through each path, kg/s, and the temperature of its source, K.
+        let flows: [[f64; 2]; PATHS] = from_fn(|path| {
+            let [one, other] = ENDS[path].map(|i| sides[i]);
+            let [flow, hot] = self.regimes[path].flow(one, other);
+            if areas[path] == 0.0 { [0.0; 2] } else { [areas[path] * flow, hot] }
+        });
         let drive = &parameters.drive;
         let swelling = [drive.area_drive * speeds[0], -drive.area_return * speeds[1]];
         let heats = gains(&flows.map(|[flow, hot]| flow * hot));
@@ -298,9 +285,4 @@ impl Air {
 /// What both chambers gain by what flows through each path.
 pub(crate) fn gains(flows: &[f64; PATHS]) -> [f64; 2] {
     [flows[0] - flows[1] - flows[4], flows[2] - flows[3] + flows[4]]
-}
-
-/// Volume of a mass of free air, m3.
-pub(crate) fn free_volume(mass: f64) -> f64 {
-    mass / FREE_DENSITY
 }

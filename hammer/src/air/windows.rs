@@ -70,12 +70,11 @@ impl Series {
         while length > SHORTEST {
             let whole = self.forces.each_ref().map(|force| scaled(force, length));
             let parts = projections(whole, small);
-            let left = |i: usize, tau: f64| {
+            let left = |(i, tau): (usize, f64)| {
                 (value(&whole[i], tau) - value(&parts[i], tau)).abs() / scales[i]
             };
-            let most = [left(0, 0.0), left(0, 1.0), left(1, 0.0), left(1, 1.0)]
-                .into_iter()
-                .fold(0.0, f64::max);
+            let most =
+                [(0, 0.0), (0, 1.0), (1, 0.0), (1, 1.0)].map(left).into_iter().fold(0.0, f64::max);
             if most <= allowed {
                 return Some((length, parts));
             }

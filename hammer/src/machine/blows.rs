@@ -5,7 +5,7 @@
 //! risen and falls again belongs to it: later collisions of the same fall, slower bounces, and
 //! collisions of the rebounding bit with the rising piston.
 
-use crate::air::free_volume;
+use crate::laws::air::FREE_DENSITY;
 use crate::laws::event::{Bodies, Displacement};
 use crate::motion::Motion;
 use crate::motion::state::Milestone;
@@ -157,7 +157,7 @@ impl Progress {
             (blow.penetration, blow.period) = advance(last);
             blow.tip_rate = blow.penetration / blow.period;
             (blow.rock_work, blow.rop) = (self.given, self.advance / blow.period);
-            blow.air_flow = free_volume(air_mass - self.air_mass) / blow.period;
+            blow.air_flow = (air_mass - self.air_mass) / FREE_DENSITY / blow.period;
         }
         match &self.milestones[0] {
             Some(first) => {
