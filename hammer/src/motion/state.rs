@@ -198,7 +198,6 @@ impl MotionState {
 mod tests {
     use super::*;
     use crate::motion::Motion;
-    use crate::quantities::inputs::Input;
     use crate::quantities::parameters::{InputValues, Parameters};
 
     #[test]
