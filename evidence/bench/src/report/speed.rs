@@ -71,8 +71,8 @@ fn of_air(short: bool) -> Result<String, Failure> {
     let points = contest.run(rounds);
     let data = data(rounds, (&record, &task), points, contest.absent);
     let head = format!(
-        "\n# With air\n\nThe reference hammer with rigid bodies, driven by air (six states, or nine with psi, mass and \
-         energy of two chambers), from rest over 50 ms: {events} events. The error as above, at 10, 20, 30 and 40 ms, \
+        "\n# With air\n\nThe reference hammer with rigid bodies, driven by air (nine states: place and speed of two \
+         bodies, the viscous work, mass and energy of two chambers), from rest over 50 ms: {events} events. The error as above, at 10, 20, 30 and 40 ms, \
          against Taylor series in double-double arithmetic, good to {known:.0e}. The peers pass the edges of ports and \
          from one formula of a flow to another by their root finding, and start anew there. Our setting is \
          `air.error`, theirs the tolerance.\n",
