@@ -229,10 +229,11 @@ def test_one_rate_says_the_specific_energy_that_gives_it_back() -> None:
     with pytest.raises(DomainError, match="not finite and above 0"):
         found.specific_energy(0)
     # One measured rate replaces the rock's range by its own scatter.
-    rock_here = found.measured("30 m/h", scatter=0.05)
-    assert rock_here == {"rock.specific_energy": energy, "rock.specific_energy_factor": 1.05}
-    with pytest.raises(DomainError, match="scatter = 5 is not"):
-        found.measured("30 m/h", scatter=5)
+    rock_here = found.measured("30 m/h", scatter=1.0)
+    assert rock_here == {"rock.specific_energy": energy, "rock.specific_energy_factor": 2.0}
+    assert found.measured("30 m/h")["rock.specific_energy_factor"] == 1.1
+    with pytest.raises(DomainError, match=r"scatter = 1\.5 is not"):
+        found.measured("30 m/h", scatter=1.5)
 
 
 def test_a_hammer_that_never_repeats_has_a_specific_energy_too() -> None:
