@@ -111,8 +111,8 @@ AIR_FEEDS = (2e3, 3e3, 4e3, 5e3, 6e3, 7e3, 8e3, 9e3, 10e3, 12e3, 15e3)
 RECOMMENDED = (5.4e3, 11.8e3)
 
 
-def run_air(feeds: tuple[float, ...] = AIR_FEEDS, until: float = 1.2) -> pd.DataFrame:
-    """A row for each feed: rate (m/s), blows a second and free air (m3/s), once it has settled.
+def run_air(feeds: tuple[float, ...] = AIR_FEEDS, until: float = UNTIL) -> pd.DataFrame:
+    """A row for each feed: rate (m/s) and its standard error, blows a second, free air (m3/s).
 
     No numbers where the feed is so small that the air cannot be followed: a chamber has no volume.
     """
@@ -125,10 +125,12 @@ def run_air(feeds: tuple[float, ...] = AIR_FEEDS, until: float = 1.2) -> pd.Data
         try:
             run = simulate({}, until, preset=AIR, inputs=given, step="1 ms", outputs=names)
         except RefusedError:
-            return {"feed": feed, "rop": np.nan, "blows": np.nan, "air": np.nan}
-        totals = run.frame[run.frame.index >= 4 * RELEASED]
-        length, blows, air = (totals.iloc[-1] - totals.iloc[0]) / np.ptp(totals.index)
-        return {"feed": feed, "rop": length, "blows": blows, "air": air / FREE}
+            return dict.fromkeys(("rop", "error", "blows", "air"), np.nan) | {"feed": feed}
+        edges = np.linspace(4 * RELEASED, until, BATCHES + 1)
+        totals = [np.interp(edges, run.frame.index, run.frame[name]) for name in names]
+        rates, blows, air = np.diff(totals) / np.diff(edges)
+        means = {"rop": rates.mean(), "blows": blows.mean(), "air": air.mean() / FREE}
+        return {"feed": feed, "error": rates.std(ddof=1) / np.sqrt(BATCHES), **means}
 
     with ThreadPoolExecutor() as pool:
         return pd.DataFrame(list(pool.map(row, feeds)))
@@ -141,11 +143,12 @@ def knee(table: pd.DataFrame) -> float:
 
 
 def draw_air(table: pd.DataFrame) -> Figure:
-    """Rate and blows over the feed, and the feeds that are recommended."""
+    """Rate with a band of two standard errors and blows over the feed; which are recommended."""
     with styled(6.0, 4.4) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True)
-        feed = 1e-3 * table["feed"]
-        upper.plot(feed, 3600 * table["rop"], "o-", ms=3, color=ROCK)
+        feed, rate, error = 1e-3 * table["feed"], 3600 * table["rop"], 7200 * table["error"]
+        upper.plot(feed, rate, "o-", ms=3, color=ROCK)
+        upper.fill_between(feed, rate - error, rate + error, color=ROCK, alpha=0.2, lw=0.0)
         upper.set_ylabel("rate of penetration (m/h)")
         lower.plot(feed, table["blows"], "o-", ms=3, color=PISTON)
         lower.set(xlabel="feed force (kN)", ylabel="blows a second")
