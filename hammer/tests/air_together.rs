@@ -1,9 +1,10 @@
-//! Air with what else a hammer may have: another law of reloading, rods, derivatives, means.
+//! Air with what else a hammer may have: another law of reloading, rods, derivatives, means, a supply
+//! that cannot start it.
 
 use crate::scenes::air_turnover;
 use hammer::Scene;
 use hammer::datasheet::AirBlow;
-use hammer::means::{Wanted, steady};
+use hammer::means::{Kind, Wanted, steady};
 use hammer::presets::Preset;
 use hammer::sensitivity::{Argument, Sample, derivatives};
 use hammer::{Fidelity, InputValues, Machine, Parameters, Reloading, Source};
@@ -75,6 +76,17 @@ fn derivatives_of_the_air_are_those_of_its_closed_form() {
     for (row, exact) in found.iter().zip([by_supply, by_area]) {
         assert!((row.values[0] / exact - 1.0).abs() < 1e-5, "{row:?} for {exact}");
     }
+}
+
+/// Of a supply at the exhaust's pressure the piston comes to rest on the bit, and the long run says so.
+#[test]
+fn a_supply_that_lifts_no_piston_stalls_the_hammer() {
+    let parameters = driven(Fidelity::Rigid);
+    let inputs = InputValues { supply_pressure: 101_325.0, ..InputValues::default() };
+    let scene = Scene { parameters, inputs };
+    let found = steady(&scene, &Wanted { limit: 1.0, ..Wanted::default() }, &mut |_, _| true)
+        .expect("an answer");
+    assert_eq!(found.kind, Kind::Stalled);
 }
 
 /// Two ways to one number: what the supply has lost over whole blows, and the mean of a long run. The blows repeat to

@@ -54,6 +54,26 @@ fn flight_costs_a_handful_of_evaluations() {
     assert!(evaluations < 100, "{evaluations} evaluations in 20 ms of flight");
 }
 
+/// The physics fixes the number of events of the settled cycle (it repeats exactly); the
+/// search may take so much and no more.
+#[test]
+fn a_settled_cycle_takes_no_more_work_than_it_did() {
+    let [events, changes, evaluations, windows, samples] = counts(&Scene::default(), 12, 32);
+    let cycles = 20;
+    // Within a step of 1 ms after the blow some of its events are seen, some not: 20 cycles
+    // even that out to one part in twenty.
+    assert!((47..=53).contains(&(events / cycles)), "{} events per cycle", events / cycles);
+    // Only the relay, twice a cycle, and the barrier leave the basis as it is; a blow's contact makes two.
+    assert!(
+        (30..=44).contains(&(changes / cycles)),
+        "{} changes of basis a cycle",
+        changes / cycles
+    );
+    assert!(evaluations <= 1050 * cycles, "{} evaluations per cycle", evaluations / cycles);
+    assert!(windows <= 37 * cycles, "{} windows per cycle", windows / cycles);
+    assert!(samples <= 1050 * cycles, "{} rotations per cycle", samples / cycles);
+}
+
 /// A scene that users run, by its name.
 fn scene(name: &str) -> Scene {
     let preset = |name: &str| {
@@ -116,8 +136,7 @@ fn a_coupled_step_takes_no_more_work_than_it_did() {
 
 const COUPLED: [u64; 5] = [76, 65, 5420, 54, 6582];
 
-const BLOWS: [(&str, [u64; 5]); 8] = [
-    ("reference", [119, 99, 2229, 77, 2214]),
+const BLOWS: [(&str, [u64; 5]); 7] = [
     ("air, reference", [188, 85, 5927, 189, 5429]),
     ("air, rigid", [137, 45, 2625, 131, 1268]),
     ("air", [156, 143, 4776, 152, 4400]),

@@ -129,6 +129,7 @@ def test_a_measurement_beyond_all_hammers_does_not_fit() -> None:
     assert fit.degrees_of_freedom == 0
     # The softer the rock, the faster.
     assert fit.at_bounds == ("rock.stiffness",)
+    assert "chi-square" in fit.misfit
     assert repr(fit).splitlines()[2] == fit.misfit
     for name, value in (("rop", "34 m/s"), ("blow_energy", "0.2 J"), ("blow_frequency", "0 Hz")):
         error = f"1 {value.split()[1]}"
@@ -197,7 +198,9 @@ def test_what_measurements_cannot_tell_is_told_by_its_direction() -> None:
     # The rate is a power over the specific energy and the square of the diameter.
     rop, free = steady(RIGID)["rop"], ["rock.specific_energy", "hole.diameter"]
     found = calibrate(RIGID, {"rop": (rop, 0.01 * rop)}, free)
+    assert np.isfinite(found.errors).all()
     product, pair = found.cannot_tell
+    assert "do not determine" in product
     assert re.search(r"energy\^(1 hole\.diameter\^-|-1 hole\.diameter\^)0\.5:", product)
     # Minus one, but for the error of the rate.
     assert re.search(r"hardly distinguished \(correlation -(0\.99|1\.00)", pair)
@@ -249,6 +252,10 @@ def test_goals_and_limits_are_functions_too_and_refused_designs_are_points() -> 
     best = optimise(RIGID, work, free, least=True, limits={mass: (0.12, None)}, starts=2)
     assert best.parameters["piston.length"] >= 0.12 * (1.0 - 2e-4)
     assert np.isfinite(best.value)
+    with pytest.raises(RefusedError, match="designs"):
+        optimise(RIGID, "rop", {"feed_force": (4e3, 6e3)}, limits={"rop": (1.0, None)}, starts=1)
+    with pytest.raises(DomainError, match="first must be less"):
+        optimise(RIGID, "rop", {"feed_force": (6e3, 4e3)})
 
 
 def test_a_design_that_stalls_or_is_refused_costs_more_than_any_other() -> None:

@@ -28,7 +28,13 @@ ROCK = ["rock.stiffness"]
         ({}, {}, [*ROCK, "feed_force"], ["piston_velocity", "tip_depth", "rop"], 1e-7),
         ({}, {}, ROCK, ["energy_drive", "energy_damping", "rock_impulse"], 1e-7),
         ({}, RISING, ROCK, ["energy_feed"], 1e-7),
-        (SHAPE | {"piston.segments": 2}, {}, [*SHAPE], ["piston_velocity", "rop"], 1e-8),
+        (
+            SHAPE | {"piston.segments": 2},
+            {},
+            [*SHAPE],
+            ["piston_velocity", "blow_energy", "rop"],
+            1e-8,
+        ),
     ],
 )
 def test_a_run_is_differentiated_through_its_blows(

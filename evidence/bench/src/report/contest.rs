@@ -66,47 +66,37 @@ pub struct Contest<'a> {
 }
 
 impl<'a> Contest<'a> {
-    fn among(model: &'a Model<f64>, record: &'a Record, task: &'a Task) -> Self {
+    /// Nobody yet, in what these describe.
+    pub fn new(model: &'a Model<f64>, record: &'a Record, task: &'a Task) -> Self {
         Self { model, record, task, entries: Vec::new(), absent: Vec::new() }
     }
 
     /// The engine and its peers, the first `few` settings of each.
-    pub fn new(
-        model: &'a Model<f64>,
-        record: &'a Record,
-        task: &'a Task,
-        few: usize,
-    ) -> Result<Self, Failure> {
-        let mut new = Self::among(model, record, task);
-        new.add_engine(overdamped(), 0.0);
+    pub fn of_steel(mut self, few: usize) -> Result<Self, Failure> {
+        let model = self.model;
+        self.add_engine(overdamped(), 0.0);
         for (solver, method) in [
             ("diffsol Tsit45", Method::Tsit45),
             ("diffsol ESDIRK34", Method::Esdirk34),
             ("diffsol BDF", Method::Bdf),
         ] {
             for &tolerance in [1e-6, 1e-7, 1e-8, 1e-9, 1e-11].iter().take(few) {
-                new.add(solver, tolerance, || Box::new(Diffsol { model, method, tolerance }));
+                self.add(solver, tolerance, || Box::new(Diffsol { model, method, tolerance }));
             }
         }
-        new.add_sundials(few, [ADAMS, ("IDA (BDF, mass form)", "ida"), ERK])?;
-        Ok(new)
+        self.add_sundials(few, [ADAMS, ("IDA (BDF, mass form)", "ida"), ERK])?;
+        Ok(self)
     }
 
     /// The same of a hammer that air drives.
-    pub fn of_air(
-        model: &'a Model<f64>,
-        record: &'a Record,
-        task: &'a Task,
-        few: usize,
-    ) -> Result<Self, Failure> {
-        let mut new = Self::among(model, record, task);
+    pub fn of_air(mut self, few: usize) -> Result<Self, Failure> {
         for error in [1e-4, 1e-6, 1e-8, 1e-10].into_iter().take(few) {
             let mut parameters = aired();
             parameters.air.error = error;
-            new.add_engine(parameters, error);
+            self.add_engine(parameters, error);
         }
-        new.add_sundials(few, [ADAMS, ("CVODE BDF", "bdf"), ERK])?;
-        Ok(new)
+        self.add_sundials(few, [ADAMS, ("CVODE BDF", "bdf"), ERK])?;
+        Ok(self)
     }
 
     fn enter(&mut self, solver: &'static str, setting: f64, setup: f64, solve: Solve<'a>) {

@@ -39,7 +39,8 @@ pub fn page(short: bool) -> Result<Written, Failure> {
     let record = stored(20)?;
     let task = Task::cycle(&record);
     let model = Model::new(&record.scene);
-    let mut contest = Contest::new(&model, &record, &task, if short { 1 } else { usize::MAX })?;
+    let mut contest =
+        Contest::new(&model, &record, &task).of_steel(if short { 1 } else { usize::MAX })?;
     let points = contest.run(rounds);
     let data = data(rounds, (&record, &task), points, contest.absent);
     let text = head(&data) + &ratios(&data) + &every(&data) + &of_air(short)?;
@@ -66,7 +67,8 @@ fn of_air(short: bool) -> Result<String, Failure> {
     let record = reference::record(&scene, &INSTANTS, accuracies)?;
     let task = Task { instants: INSTANTS[..4].to_vec(), end: INSTANTS[4], patience: 60.0 };
     let model = Model::new(&record.scene);
-    let mut contest = Contest::of_air(&model, &record, &task, if short { 2 } else { usize::MAX })?;
+    let mut contest =
+        Contest::new(&model, &record, &task).of_air(if short { 2 } else { usize::MAX })?;
     let rounds = if short { 1 } else { 3 };
     let points = contest.run(rounds);
     let data = data(rounds, (&record, &task), points, contest.absent);
