@@ -155,17 +155,23 @@ impl Motion {
     /// The first two of all that are left out are within a part of the error allowed; the third limits the window.
     fn visible(&self, air: &Air, [places, speeds]: [Places; 2]) -> (Vec<Block>, Left) {
         let (graph, parameters) = (self.graph(), self.parameters());
-        let (drive, loads) = (&parameters.drive, &self.state.loads);
+        let drive = &parameters.drive;
         let own = [Channel::Drive as usize, Channel::Anvil as usize];
+        let [supply, exhaust] = self.outside(0.0);
+        let loads = &self.state.loads;
+        // A pressure outside that has just leapt acts at once, before any polynomial has it.
+        let mut acting = loads.map(|load| load.0[0]);
+        if let Some(forces) = air.forces(parameters, [places, speeds], exhaust) {
+            (acting[own[0]], acting[own[1]]) = (forces[0], forces[1]);
+        }
         let positions = [Displacement::Relative, graph.over_struck()];
         let (mut blocks, mut fast, mut left) = (Vec::new(), Vec::new(), Left::default());
         left.still.iter_mut().zip(positions).for_each(|(s, position)| s[0] = self.ahead(position));
         left.longest = LONGEST;
-        let [supply, _] = self.outside(0.0);
         let volumes = volumes(parameters, places);
         let areas = [drive.area_drive, drive.area_return];
         let stirs: [f64; 2] = from_fn(|i| KAPPA * areas[i] / volumes[i]);
-        let forces = [areas[0] + areas[1], areas[1]].map(|area| supply * area);
+        let forces = [areas[0] + areas[1], areas[1]].map(|area| supply.max(exhaust) * area);
         let masses = [graph.frame, 1].map(|body| graph.bodies[body].mass);
         let stroke = (graph.bodies[0].mass * parameters.air.cylinder / forces[0].max(1.0)).sqrt();
         let [jets, opens] = air.haste(parameters, places, self.outside(0.0));
@@ -193,8 +199,8 @@ impl Motion {
                 }
                 // How far it is from rest, and how far behind loads that change in haste.
                 let mut swung = start;
-                for (load, [p, q]) in loads.iter().zip(block.rest) {
-                    swung = [swung[0] - load.0[0] * p, swung[1] - load.0[0] * q];
+                for (load, [p, q]) in acting.iter().zip(block.rest) {
+                    swung = [swung[0] - load * p, swung[1] - load * q];
                 }
                 let moved = [0, 1].map(|place| {
                     let (behind, further) = (&block.behind[place], &block.further[place]);
