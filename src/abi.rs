@@ -20,7 +20,7 @@ use std::ffi::{CStr, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-/// What a configured unit starts with: written into the finished file.
+/// Text with which a configured unit starts. It is written into the finished file.
 #[used]
 static SECTION: [u8; RESERVED] = {
     let mut section = [0; RESERVED];
@@ -35,32 +35,32 @@ static SECTION: [u8; RESERVED] = {
 /// The text of the section; empty in the plain library.
 pub fn section() -> String {
     let byte = |at: usize| {
-        // SAFETY: within the array. Read as it stands in the file, which is not what was compiled.
+        // SAFETY: within the array. Read as volatile, since the finished file differs from what was compiled.
         unsafe { std::ptr::from_ref(&SECTION).cast::<u8>().add(at).read_volatile() }
     };
     let text: Vec<u8> = (MARK.len()..RESERVED).map(byte).take_while(|byte| *byte != 0).collect();
     String::from_utf8_lossy(&text).into_owned()
 }
 
-/// Run when the library is unloaded; elsewhere shared data ends with the process.
+/// Runs when the library is unloaded. Without unloading, shared data ends with the process.
 #[cfg(target_os = "linux")]
 #[used]
 #[unsafe(link_section = ".fini_array")]
 static AT_UNLOAD: extern "C" fn() = at_unload;
 
-/// What instances shared does not outlive the library.
+/// Empties what instances share, so that nothing outlives the library.
 #[cfg(target_os = "linux")]
 extern "C" fn at_unload() {
     let _ = quietly(hammer::forget_shared_systems);
 }
 
-/// Runs `work` with floating point as Rust has it, and keeps a panic from reaching the host.
+/// Runs `work` with Rust's floating-point settings, and lets no panic reach the host.
 pub fn quietly<T>(work: impl FnOnce() -> T) -> Option<T> {
     let _host = Environment::leave();
     guarded(work)
 }
 
-/// Never a part of its caller: no calculation moves out from under [`Environment::leave`].
+/// Never inlined, so that no calculation moves behind [`Environment::leave`].
 #[inline(never)]
 pub fn guarded<T>(work: impl FnOnce() -> T) -> Option<T> {
     catch_unwind(AssertUnwindSafe(work)).ok()
@@ -69,9 +69,9 @@ pub fn guarded<T>(work: impl FnOnce() -> T) -> Option<T> {
 /// The host's function that writes log lines.
 #[derive(Clone, Copy)]
 enum Function {
-    /// Of FMI 2.0, where the text is a format.
+    /// FMI 2.0: the text is a format.
     Format(c::LoggerFunction),
-    /// Of FMI 3.0, where the text is literal.
+    /// FMI 3.0: the text is literal.
     Message(c::LogMessage),
 }
 
@@ -83,8 +83,8 @@ pub struct Logger {
     name: Arc<CStr>,
 }
 
-// What is unsafe. The pointers below exist only as arguments that C passed, so the
-// standard's contract holds for them: null, or pointing to what the call announces.
+// Unsafe code. The pointers below exist only as arguments that C passed, so that the standard's contract holds for
+// them: null, or pointing to what the call announces.
 
 impl<T: Copy> In<T> {
     /// The array of `count`; with `count` 0 the pointer may be anything.
@@ -143,7 +143,7 @@ impl Logger {
         }
     }
 
-    /// Of FMI 3.0, which does not name the instance.
+    /// The logger of FMI 3.0, whose messages do not name the instance.
     pub fn of_messages(function: Option<c::LogMessage>, environment: *mut c_void) -> Self {
         Self { function: function.map(Function::Message), environment, name: c"".into() }
     }
@@ -170,12 +170,11 @@ impl Logger {
     }
 }
 
-/// The host's floating-point settings, which the thread gets back when this is dropped.
+/// The host's floating-point settings, which are restored when this is dropped.
 ///
-/// A host may let floating-point exceptions end the program, use another rounding or flush small
-/// numbers to zero; Rust assumes the default settings. Exception flags raised here must not reach
-/// the host either. On x86-64 that takes 11 instructions a call (callgrind, `fmi2GetReal`); two more
-/// where the host's settings differ.
+/// A host may let floating-point exceptions end the program, use another rounding, or flush small numbers to zero;
+/// Rust assumes the default settings. Exception flags raised here must not reach the host either. On x86-64 this
+/// takes 11 instructions a call (callgrind, `fmi2GetReal`), and two more if the host's settings differ.
 #[derive(Debug)]
 pub struct Environment {
     #[cfg(target_arch = "x86_64")]
@@ -250,15 +249,14 @@ impl Drop for Environment {
 
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 impl Environment {
-    /// A browser's WebAssembly has no such settings.
+    /// WebAssembly has no such settings.
     pub fn leave() -> Self {
         Self {}
     }
 }
 
-/// A reference of the library to itself. Some hosts close the library and open it again while
-/// instances live; without this, their memory would be gone, and a new, empty table would give out
-/// the same handles.
+/// A reference of the library to itself. Some hosts close the library and open it again while instances live. Without
+/// this reference their memory would be gone, and a new, empty table would give out the same handles.
 ///
 /// The host that frees an instance has the library open, so this is never the last reference.
 #[cfg_attr(not(any(unix, windows)), expect(dead_code))]
@@ -277,7 +275,7 @@ unsafe extern "system" {
 impl Residence {
     /// `None` if this library is linked into a program.
     pub fn take() -> Option<Self> {
-        // Not a C function: those of another FMU may stand in their place.
+        // Not a C function, since another FMU's function may replace it.
         let here = (Self::take as fn() -> _) as *const c_void;
         // SAFETY: any address may be asked for. The name that is found is a C string and stays
         // as long as the library; opening what is open runs no code and reads no file.

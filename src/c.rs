@@ -28,7 +28,7 @@ pub enum Severity {
 }
 
 impl Severity {
-    /// Of a line about this.
+    /// Severity of a line of this category.
     pub fn of(category: Category) -> Self {
         match category {
             Category::Error => Self::Error,

@@ -8,10 +8,10 @@ use hammer::MAX_INPUT_ORDER;
 /// output, the second of some, and otherwise 0 (`instance/values.rs`).
 pub const MAX_OUTPUT_ORDER: usize = 1;
 
-/// Value references from here on, as unknowns of derivatives: what the output of that reference less
-/// this owes to an input over the last communication step (`instance/derivatives.rs`).
+/// Value references from here on are unknowns of derivatives: by how much the output whose reference is this much
+/// lower depends on an input over the last communication step (`instance/derivatives.rs`).
 pub const OVER_STEP: u32 = 2_000_000;
-/// What the description says of them.
+/// Their description.
 pub const OVER_STEP_DESCRIPTION: &str = "As unknowns of directional derivatives, these value \
     references are the outputs' own and firstValueReference more: the derivative of an output at the \
     end of the last communication step by a constant added to an input during it";

@@ -1,10 +1,10 @@
 //! A datasheet solved for the page that runs the engine in a browser: text in, text out.
 //!
-//! A request is a line `name=value` for each number, in SI units: what a datasheet gives, and
-//! parameters and inputs of the scene whose rock, feed and material stay. `rock=granite` lays a rock by
-//! name, class or strength under this very bit, in place of the scene's. An answer is a line a fact,
-//! its fields behind tabs: `set` name value; `compared` name given solved unit; `found` name value
-//! unit least largest; `assumed`, `contradiction` and `error` a sentence.
+//! A request has a line `name=value` for each number, in SI units: those of the datasheet, and the parameters and
+//! inputs of the scene for rock, feed and material. `rock=granite` replaces the scene's rock by one under this very
+//! bit, by name, class or strength. The answer has a line for each fact, with tabs between its fields: `set` name
+//! value; `compared` name given solved unit; `found` name value unit least largest; `assumed`, `contradiction` and
+//! `error` with a sentence.
 
 use hammer::datasheet::{Datasheet, Quantity};
 use hammer::presets::{Ground, Inserts, RockError};
@@ -29,7 +29,7 @@ fn solve(request: &str) -> Result<String, String> {
         let value: f64 = value.parse().map_err(|_| format!("{name} = {value} is not a number"))?;
         match Quantity::all().find(|quantity| quantity.name() == name) {
             Some(quantity) => sheet.known.push((quantity, value)),
-            // A feed that the scene has been given is known.
+            // A feed that the request sets is known.
             None if name == Input::FeedForce.name() => sheet.known.push((Quantity::Feed, value)),
             None => {
                 sheet.own_rock |= name.starts_with("rock.");
@@ -37,7 +37,7 @@ fn solve(request: &str) -> Result<String, String> {
             }
         }
     }
-    // A rock that was set grows with a hole that is given, not with one that is assumed.
+    // A rock that was set is scaled by a given hole, not by an assumed one.
     let given = |wanted| sheet.known.iter().find(|(q, _)| *q == wanted).map(|(_, value)| *value);
     let usual = || given(Quantity::OuterDiameter).map(Datasheet::usual_hole);
     let hole = given(Quantity::Hole).or_else(usual);
@@ -86,7 +86,7 @@ fn lay(scene: &mut Scene, name: &str, value: f64) -> Result<(), String> {
     Ok(())
 }
 
-/// The inputs of a scene that are not those of another: its feed, and the pressure of its air.
+/// The inputs in which two scenes differ: the feed, and the pressure of the air.
 fn changed_inputs(scene: &Scene, other: &Scene) -> Vec<(&'static str, f64)> {
     let [mut inputs, mut others] = [scene.inputs, other.inputs];
     let changed = |variable: &Variable| match &variable.role {
@@ -103,7 +103,7 @@ fn changed_inputs(scene: &Scene, other: &Scene) -> Vec<(&'static str, f64)> {
 mod tests {
     use super::*;
 
-    /// What is asked by text is what the engine is asked: the same numbers to the last bit.
+    /// The answer as text has the same numbers as the engine's, to the last bit.
     #[test]
     fn a_sheet_as_text_is_the_engine_s() {
         let known = [

@@ -1,5 +1,5 @@
-//! Writes `modelDescription.xml` from the template and the table. The library has in it what is committed;
-//! `cargo describe` refreshes that, a test keeps it fresh, and nothing stale is packaged.
+//! Writes `modelDescription.xml` from the template and the table. The library contains the committed copy, which
+//! `cargo describe` refreshes; a test fails if it is stale, and nothing stale is packaged.
 
 use crate::capabilities;
 use crate::category::{Category, LOG_ALL};
@@ -11,7 +11,7 @@ use std::fmt::Write;
 
 pub(crate) type Attributes = Vec<(&'static str, String)>;
 
-/// The description of FMI 2.0 by the sources.
+/// The description of FMI 2.0 that follows from the sources.
 pub fn describe() -> String {
     let mut text = include_str!("../modelDescription.xml.in").to_owned();
     for (mark, value) in [
@@ -45,7 +45,7 @@ pub(crate) fn fingerprint(text: &str) -> String {
     [&hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..]].join("-")
 }
 
-/// Elements, each on a line of its own, indented as it stands in the template.
+/// Writes elements, one on a line, indented as the template is.
 pub(crate) struct Writer {
     text: String,
     depth: usize,
@@ -80,7 +80,7 @@ fn escape(text: &str) -> String {
     marks.iter().fold(text.to_owned(), |text, (mark, name)| text.replace(*mark, name))
 }
 
-/// A part of the document.
+/// Part of the document that `write` writes.
 pub(crate) fn fragment(write: fn(&mut Writer)) -> String {
     let mut writer = Writer { text: String::new(), depth: 0 };
     write(&mut writer);
@@ -173,7 +173,7 @@ pub(crate) fn units(quantity: &Quantity) -> Attributes {
     attributes
 }
 
-/// Unit and display unit are repeated beside the declared type: some hosts look only here.
+/// Unit and display unit are repeated beside the declared type, since some hosts look only here.
 pub(crate) fn real(quantity: &Quantity) -> Attributes {
     let mut attributes = vec![("declaredType", quantity.name.into())];
     attributes.extend(units(quantity));
@@ -231,8 +231,8 @@ fn typed_parameter(variable: &Variable, slot: &Slot) -> (&'static str, Attribute
 fn range(variable: &Variable, show: fn(f64) -> String) -> Attributes {
     match variable.domain() {
         Some(Domain::AtLeast(low)) => vec![("min", show(low))],
-        // The least allowed number, since a minimum is allowed itself; above 0 the least normal one,
-        // for `std::stod` throws at a subnormal.
+        // A minimum is itself allowed, so it is the least allowed number: for "above 0" the least normal one, since
+        // `std::stod` throws at a subnormal.
         Some(Domain::Above(low)) => {
             let least = low.next_up();
             vec![("min", show(if least.is_subnormal() { f64::MIN_POSITIVE } else { least }))]
@@ -270,8 +270,8 @@ fn write_structure(writer: &mut Writer) {
     writer.close("InitialUnknowns");
 }
 
-/// On what an output depends at the start, by positions that count from `first`. Written out, though
-/// all is what a missing attribute says: importers die of one.
+/// The outputs' dependencies at the start, by positions that count from `first`. An absent attribute would also mean
+/// all, but some importers crash without it.
 pub(crate) fn at_start(output: &Output, first: usize) -> String {
     let known = |(at, variable): (usize, &Variable)| {
         matches!(variable.role, Role::Parameter { .. } | Role::Input { .. })
@@ -281,7 +281,7 @@ pub(crate) fn at_start(output: &Output, first: usize) -> String {
     all.collect::<Vec<_>>().join(" ")
 }
 
-/// Outputs with their index, which counts from 1.
+/// Outputs, with an index that counts from 1.
 pub(crate) fn outputs() -> impl Iterator<Item = (usize, &'static Output)> {
     VARIABLES.iter().enumerate().filter_map(|(position, variable)| match &variable.role {
         Role::Output(output) => Some((position + 1, output)),

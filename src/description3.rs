@@ -1,4 +1,4 @@
-//! Writes the model description of FMI 3.0 from that of 2.0 and the same table.
+//! Writes the model description of FMI 3.0 from that of FMI 2.0 and the same table.
 
 use crate::capabilities;
 use crate::description::{
@@ -12,7 +12,7 @@ use hammer::families::{ALONG, OF_BLOW};
 use hammer::quantity::{COUNT, ENUMERATIONS, LENGTH, QUANTITIES, Quantity, TIME};
 use hammer::variables::{Role, VARIABLES};
 
-/// The description of FMI 3.0 with the content of `two` and what only FMI 3.0 has.
+/// The description of FMI 3.0: the content of `two`, and what only FMI 3.0 has.
 pub fn describe(two: &str) -> String {
     let between = |from: &str, to: &str| {
         let rest = &two[two.find(from).unwrap_or_default()..];
@@ -71,7 +71,7 @@ fn write_types(writer: &mut Writer) {
         writer.leaf("Float64Type", &attributes);
     }
     for list in ENUMERATIONS {
-        // Without a description, of which importers of three years ago do not know.
+        // Without a description, which some importers cannot read here.
         let attributes = vec![("name", list.name.into()), ("quantity", list.name.into())];
         writer.open("EnumerationType", &attributes);
         for (index, (item, meaning)) in list.items.iter().enumerate() {
@@ -114,8 +114,8 @@ fn write_variables(writer: &mut Writer) {
     }
 }
 
-/// The type of an extra variable, its attributes, and of an array its length. Names and value
-/// references of those that are of a kind count on.
+/// Type and attributes of an extra variable, and the length of an array. Names and value references of variables of
+/// the same kind are numbered.
 fn described(extra: Extra) -> (&'static str, Attributes, Option<Length>) {
     let name = match extra {
         Extra::Position(index) => format!("{}[{}]", extra.name(), index + 1),

@@ -7,7 +7,7 @@ use thiserror::Error;
 /// Why a call is refused.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum CallError {
-    /// The standard's state machine forbids it.
+    /// The standard's state machine forbids the call.
     #[error("{call} is not allowed {phase}")]
     Order {
         /// The call.
@@ -15,10 +15,10 @@ pub enum CallError {
         /// The instance's phase, as "before ...".
         phase: &'static str,
     },
-    /// A null pointer, or one that no C compiler would have aligned.
+    /// A null pointer, or one without the alignment of its type.
     #[error("argument {0} is a null or misaligned pointer")]
     Pointer(&'static str),
-    /// More elements than there can be.
+    /// More elements than variables.
     #[error("{count} elements in one call, but there are only {variables} variables")]
     TooMany {
         /// The number in the call.
@@ -50,7 +50,7 @@ pub enum CallError {
         /// Its value.
         value: f64,
     },
-    /// The motion has left what numbers can hold.
+    /// The output is beyond the range of doubles.
     #[error("{name} is not a finite number: loads or a stored state are far beyond any hammer's")]
     Overflowed {
         /// The output.
@@ -77,7 +77,7 @@ pub enum CallError {
     /// Serialised state of another build or kind.
     #[error("the serialised state cannot be used: {0}")]
     Serialised(&'static str),
-    /// No long work is under way.
+    /// There is no long work to cancel.
     #[error(
         "fmi2CancelStep has nothing to cancel: no other thread is in a step of this instance, in its \
          initialization or in derivatives, and a step is over when fmi2DoStep returns \

@@ -18,16 +18,16 @@ const OF_BLOW_FROM: u32 = FIRST + 50;
 /// A structural parameter: the length of certain arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Length {
-    /// Of those along a body.
+    /// Arrays along a body.
     Stations,
-    /// Of those of blows.
+    /// Arrays of blows.
     Blows,
 }
 
 impl Length {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Stations, Self::Blows];
-    /// Both, unless the host says otherwise.
+    /// Default lengths.
     pub const START: [u64; 2] = [20, 16];
 
     /// Name of the parameter.

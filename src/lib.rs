@@ -37,7 +37,7 @@ pub const MODEL_DESCRIPTION_3: &str = include_str!("../modelDescription3.xml");
 /// Fingerprint of the model description of FMI 3.0.
 pub const TOKEN: &str = quoted_after(MODEL_DESCRIPTION_3, "instantiationToken=\"");
 
-/// What stands between the end of `mark` and the next quotation mark, where the compiler reads it.
+/// The text between the end of `mark` and the next quotation mark, at compile time.
 const fn quoted_after(text: &'static str, mark: &str) -> &'static str {
     let (bytes, mark) = (text.as_bytes(), mark.as_bytes());
     let (mut at, mut matched) = (0, 0);

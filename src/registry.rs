@@ -1,15 +1,15 @@
-//! Handles in place of pointers.
+//! Handles instead of pointers.
 //!
-//! The handle that a host holds as `fmi2Component` or `fmi2FMUstate` is looked up in a table at each call and
-//! never dereferenced. So a freed or invented handle is detected, and two threads that use one
-//! instance wait for each other.
+//! The handle that a host holds as `fmi2Component` or `fmi2FMUstate` is looked up in a table at each call and never
+//! dereferenced. A freed or invented handle is therefore detected, and two threads that use one instance wait for
+//! each other.
 //!
-//! A handle is nevertheless a valid address: of a word of static memory that contains the handle
-//! itself, with [`READABLE`] readable bytes. A host that dereferences a handle by mistake, or
-//! passes it instead of a pointer to it, does no harm and even gets what it meant.
+//! A handle is nevertheless a valid address: that of a word of static memory which contains the handle itself, with
+//! [`READABLE`] readable bytes. A host that dereferences a handle by mistake, or passes it instead of a pointer to
+//! it, does no harm, and even gets what it meant.
 //!
-//! A process may fork while another of its threads holds a lock here; in the child that lock is
-//! never released. Nothing in the child waits for it, see [`Table::hold`].
+//! A process may fork while another of its threads holds a lock here. In the child that lock is never released, and
+//! nothing waits for it (see [`Table::hold`]).
 
 use std::process;
 use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
@@ -26,8 +26,7 @@ pub const READABLE: usize = 64;
 const HANDLES: usize = 1 << 20;
 const PADDING: usize = READABLE / size_of::<usize>();
 
-/// The memory that handles point at. Zero until used, so it takes no space in the file and no
-/// memory.
+/// The memory that handles point at. It is zero until used, and so takes no space in the file.
 struct Words([AtomicUsize; HANDLES + PADDING]);
 
 impl Words {
@@ -35,7 +34,7 @@ impl Words {
         Self([const { AtomicUsize::new(0) }; HANDLES + PADDING])
     }
 
-    /// Allocates the word at `index`: returns its own address, which it then contains.
+    /// Opens the word at `index`: writes its own address into it, and returns that.
     fn open(&self, index: usize) -> usize {
         let word = &self.0[index];
         let handle = word.as_ptr().expose_provenance();
@@ -104,7 +103,7 @@ impl<T, A> Held<'_, T, A> {
     pub fn remove(&mut self) -> Option<T> {
         let (handle, object) = *self.object.take()?;
         self.words.close(handle);
-        // Another thread is copying it; the next object in this place replaces it.
+        // If another thread is copying it, it stays until the next object in this place replaces it.
         if let Ok(mut aside) = self.aside.try_lock() {
             *aside = None;
         }
@@ -122,7 +121,7 @@ impl<T, A> Place<T, A> {
         }
     }
 
-    /// Locks it; `None` if it is locked.
+    /// Locks it; `None` if it is locked already.
     fn try_lock(&self) -> Option<MutexGuard<'_, Option<Owned<T>>>> {
         match self.object.try_lock() {
             Ok(object) => Some(object),

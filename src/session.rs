@@ -1,4 +1,4 @@
-//! The live instances and the states taken, under their handles.
+//! The table of live instances, and that of stored states, by handle.
 
 use crate::abi::{Logger, Residence, guarded, quietly, section};
 use crate::c::{Handle, Status};
@@ -20,11 +20,11 @@ static STATES: Table<Arc<Snapshot>, (), { registry::STATES }> = Table::new();
 struct Entry {
     instance: Instance,
     logger: Logger,
-    /// Last, as fields are dropped in their order.
+    /// Last, since fields are dropped in their order.
     _residence: Option<Residence>,
 }
 
-/// A new instance's handle; `None`, and a log line, if there is none.
+/// The handle of a new instance; `None`, and a log line, if there is none.
 pub fn open(
     [name, guid]: [Option<Cow<str>>; 2],
     face: Result<Face, String>,
@@ -32,7 +32,7 @@ pub fn open(
     logger: &Logger,
 ) -> Option<usize> {
     let mut lines = Vec::new();
-    // What FMI 3.0 logs it logs only if that is on; hosts of 2.0 take it as the debug log.
+    // FMI 3.0 logs only if logging is on; in FMI 2.0 the argument means the debug log.
     let silent = !logging && matches!(face, Ok(Face::Three { .. }));
     let made = || {
         name.ok_or("instanceName is null")?;
@@ -63,10 +63,10 @@ pub fn open(
     made.ok()
 }
 
-/// Removes an instance, if it lives.
+/// Removes an instance, if it exists.
 pub fn close(handle: usize) {
     let _ = quietly(|| {
-        // The guard is gone before the entry: its residence may be all that holds the library.
+        // The guard must be dropped before the entry, whose residence may be all that keeps the library loaded.
         let entry = INSTANCES.hold(handle).and_then(|mut held| held.remove());
         drop(entry);
     });
@@ -77,7 +77,7 @@ fn tell(logger: &Logger, lines: &[Line]) {
     let _ = guarded(|| lines.iter().for_each(|line| logger.log(line)));
 }
 
-/// Runs `work` on a live instance; then, without holding it, hands the host what was logged.
+/// Runs `work` on a live instance. Its log lines are passed to the host afterwards, without holding the instance.
 pub fn call(me: Handle, work: impl FnOnce(&mut Instance) -> Result<(), CallError>) -> Status {
     let done = quietly(|| {
         let mut held = INSTANCES.hold(me.number())?;
@@ -103,18 +103,18 @@ pub fn call(me: Handle, work: impl FnOnce(&mut Instance) -> Result<(), CallError
     if succeeded { Status::Ok } else { Status::Error }
 }
 
-/// Ends the step that another thread makes; false if none is under way.
+/// Cancels the step that another thread is in; false if there is none.
 pub fn cancel(me: Handle) -> bool {
     INSTANCES.aside(me.number()).is_some_and(|cancel| cancel.cancel())
 }
 
-/// A count that a host can mean. Beyond it lies memory that is not the host's array.
+/// Refuses a count larger than any array of a host.
 pub fn sane(count: usize) -> Result<usize, CallError> {
     let variables = VARIABLES.len() + Extra::all().count();
     if count <= 4 * variables { Ok(count) } else { Err(CallError::TooMany { count, variables }) }
 }
 
-/// Stores a state under the handle that the host holds already, or, if that is 0, a new one.
+/// Stores a state under the handle that the host has already or, if that is 0, under a new one.
 pub fn keep(known: usize, snapshot: Snapshot) -> Result<usize, CallError> {
     let mut snapshot = Arc::new(snapshot);
     if known == 0 {
@@ -130,7 +130,7 @@ pub fn state(handle: usize) -> Result<Arc<Snapshot>, CallError> {
     STATES.hold(handle).and_then(|mut held| held.get().cloned()).ok_or(CallError::UnknownState)
 }
 
-/// Forgets a state; 0 is none, and allowed as with free(3).
+/// Deletes a state; 0 stands for none, which is allowed as with free(3).
 pub fn forget(handle: usize) -> Result<(), CallError> {
     if handle == 0 {
         return Ok(());

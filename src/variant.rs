@@ -1,51 +1,49 @@
-//! FMUs made from the general one: with other start values, or with arrays (of FMI 3.0: many importers
-//! stop at them).
+//! FMUs made from the general one: with other start values, or with arrays (of FMI 3.0, which many importers cannot read).
 //!
-//! A host need not set what stays at its start value, so the library must know what its
-//! description says. It is known from the one text that every host hands over: the GUID, which
-//! has the differences behind the general one's.
+//! A host need not set what stays at its start value, so the library must know what its description says. It follows
+//! from the one text that every host passes, the GUID, in which the differences follow the general GUID:
 //!
 //! ```text
 //! GENERAL[-set-REFERENCE:BITS,REFERENCE:BITS...][-arrays]
 //! ```
 //!
-//! `BITS` are the 16 hexadecimal digits of an IEEE 754 double, references ascend. As some hosts make a folder
-//! of a GUID, a configured unit has what is behind `PLAIN` in a section of its library that is kept for it
-//! ([`RESERVED`]), and in its GUID a dash and 16 digits that stand for that text ([`sign`]).
+//! `BITS` are the 16 hexadecimal digits of an IEEE 754 double; references ascend. Some hosts name a folder by the
+//! GUID, so it must be short. A configured unit therefore has the text after the general GUID in a reserved section
+//! of its library ([`RESERVED`]), and in its GUID a dash and a hash of 16 digits instead ([`sign`]).
 
 use crate::events::Extra;
 use hammer::variables::{Role, VARIABLES};
 
-/// What a description lists and starts with, beside the general one.
+/// How a description differs from the general one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Variant {
     /// Value references and start values of parameters and inputs.
     start: Vec<(u32, f64)>,
-    /// True if arrays are listed; they are answered without that too.
+    /// True if arrays are listed. They can be read even if they are not.
     arrays: bool,
 }
 
-/// Behind all else.
+/// Suffix for arrays.
 pub const ARRAYS: &str = "-arrays";
-/// Before the start values.
+/// Prefix of the start values.
 pub const SET: &str = "-set-";
 /// How a description writes start values.
 pub const START_VALUES: &str = "-set-{reference}:{bits}";
 
-/// Bytes of the section: a mark, by which it is found in the file, and room for each variable.
+/// Bytes of the section: a mark by which it is found in the file, and room for each variable.
 pub const RESERVED: usize = MARK.len() + (1 << 14);
-/// What the section begins with.
+/// Mark at the start of the section.
 pub const MARK: &[u8; 32] = b"dth_hammer: this unit starts as:";
 
-/// A text's sign: a dash and its hash (FNV-1a of 64 bits) in hexadecimal digits.
+/// The hash of a text in a GUID: a dash and hexadecimal digits (FNV-1a of 64 bits).
 pub fn sign(text: &str) -> String {
     let fold = |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
     format!("-{:016x}", text.bytes().fold(0xcbf2_9ce4_8422_2325, fold))
 }
 
 impl Variant {
-    /// The variant that a GUID names, of a library with this text in its section; `None` if it is not of
-    /// this build, or not of this text.
+    /// The variant that a GUID names, for a library with this text in its section; `None` if the GUID belongs to
+    /// another build or another text.
     pub fn signed(guid: &str, plain: &str, text: &str) -> Option<Self> {
         match guid.strip_prefix(plain) {
             Some(rest) if !text.is_empty() => (rest == sign(text))
@@ -55,7 +53,7 @@ impl Variant {
         }
     }
 
-    /// The variant that a text names; `None` if it is not of this build.
+    /// The variant that a text names; `None` if it belongs to another build.
     pub fn named(guid: &str, plain: &str) -> Option<Self> {
         let mut rest = guid.strip_prefix(plain)?;
         let mut variant = Self::default();
@@ -65,11 +63,11 @@ impl Variant {
         if let Some(list) = rest.strip_prefix(SET) {
             variant.start = list.split(',').map(start_value).collect::<Option<_>>()?;
         }
-        // One text for one variant.
+        // Each variant has a single text.
         (variant.suffix() == guid[plain.len()..]).then_some(variant)
     }
 
-    /// What its GUID has beyond the general one.
+    /// The part of its GUID after the general one.
     pub fn suffix(&self) -> String {
         let pair = |(at, value): &(u32, f64)| format!("{at}:{:016x}", value.to_bits());
         let mut list: Vec<&(u32, f64)> = self.start.iter().collect();
@@ -85,13 +83,13 @@ impl Variant {
         self.arrays
     }
 
-    /// Value references of parameters and inputs, and where they start instead.
+    /// Value references and start values of the parameters and inputs that differ.
     pub fn start_values(&self) -> &[(u32, f64)] {
         &self.start
     }
 }
 
-/// A reference of what can be set, and a number that it can be set to.
+/// Parses a reference of a settable variable, and an allowed number for it.
 fn start_value(text: &str) -> Option<(u32, f64)> {
     let (reference, bits) = text.split_once(':')?;
     let reference = reference.parse::<u32>().ok()?;
@@ -107,7 +105,7 @@ fn start_value(text: &str) -> Option<(u32, f64)> {
 mod tests {
     use super::*;
 
-    /// The library of a configured unit takes its own sign alone: neither the plain GUID nor another text.
+    /// The library of a configured unit accepts only its own hash: neither the plain GUID nor that of another text.
     #[test]
     fn a_signed_guid_is_of_the_text_in_the_library() {
         let text = "-set-5:3fc999999999999a-arrays";
@@ -117,7 +115,7 @@ mod tests {
         for (guid, section) in [("g", text), (&guid, ""), (&guid, "-set-5:3fc999999999999b")] {
             assert_eq!(Variant::signed(guid, "g", section), None, "{guid} {section}");
         }
-        // The offset basis, and the hash that its authors print of "a".
+        // The offset basis, and the hash of "a" as published by its authors.
         assert_eq!([sign(""), sign("a")], ["-cbf29ce484222325", "-af63dc4c8601ec8c"]);
         assert!(crate::GUID.len() + sign(text).len() <= 64);
     }

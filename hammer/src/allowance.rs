@@ -1,16 +1,16 @@
 //! The work that one call may do.
 //!
-//! It is counted in modal coordinates that are handled, never in time: whether a call is refused does
-//! not depend on the processor, nor on what else that is doing. Decompositions are not counted, since
-//! other scenes may have made them before; their number and size are limited by the table.
+//! It is counted in modal coordinates that are processed, not in time, so that a call is refused or not independently
+//! of the processor and of its load. Decompositions are not counted, since another scene may have cached them; their
+//! number and size are limited by the table of parameters.
 
 use std::cell::Cell;
 
-/// Coordinates that a core handles in a second at most.
+/// Coordinates that a core processes in a second at most.
 pub(crate) const PER_SECOND: u64 = 625_000_000;
 
 thread_local! {
-    /// Coordinates that the present call may still handle.
+    /// Coordinates that the present call may still process.
     static LEFT: Cell<Option<u64>> = const { Cell::new(None) };
 }
 
@@ -19,23 +19,23 @@ thread_local! {
 pub(crate) struct Allowance(u64);
 
 impl Allowance {
-    /// About so many seconds on one core.
+    /// An allowance for about so many seconds on one core.
     pub fn of_seconds(seconds: usize) -> Self {
         Self(PER_SECOND.saturating_mul(seconds as u64))
     }
 
-    /// What the present call may still do.
+    /// What is left to the present call.
     pub fn left() -> Self {
         Self(LEFT.get().unwrap_or(u64::MAX))
     }
 
-    /// An equal part of it for each of so many pieces of work, in threads of their own perhaps.
+    /// An equal part for each of so many pieces of work, which may run on other threads.
     pub fn shared(self, pieces: usize) -> Self {
         Self(self.0 / pieces.max(1) as u64)
     }
 
-    /// Does `work`, which may use this much, but no more than is left to a call that it is a part of;
-    /// what it uses is taken from that.
+    /// Does `work` with this allowance, or with what is left to the enclosing call if that is less. The work is
+    /// charged to the enclosing call.
     pub fn within<T>(self, work: impl FnOnce() -> T) -> T {
         let (outer, granted) = (LEFT.get(), self.0.min(Self::left().0));
         LEFT.set(Some(granted));
@@ -43,8 +43,7 @@ impl Allowance {
         work()
     }
 
-    /// Takes so many coordinates from what is left; false if it was less. Outside any call there is
-    /// no limit.
+    /// Takes coordinates from what is left. Returns false if it was less. Outside any call there is no limit.
     pub fn spend(coordinates: u64) -> bool {
         let Some(left) = LEFT.get() else { return true };
         LEFT.set(Some(left.saturating_sub(coordinates)));
@@ -52,7 +51,7 @@ impl Allowance {
     }
 }
 
-/// Charges the outer call with what the inner one used, also where that panics.
+/// Charges the outer call with the work of the inner one, even after a panic.
 struct After {
     outer: Option<u64>,
     granted: u64,

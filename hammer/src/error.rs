@@ -77,10 +77,10 @@ pub enum CorruptState {
     /// The communication step starts before the last event or after the present.
     #[error("its communication step does not begin between its last event and its present time")]
     Step,
-    /// An anchor is later than the last event, or earlier of what does not fly alone.
+    /// An anchor is later than the last event, or earlier although it is not that of a lone piston.
     #[error("one of its reference instants is not that of its last event")]
     Ahead,
-    /// An event lies between the last one and the present.
+    /// An event lies between the last stored event and the present.
     #[error("an event lies between its last one and its present time")]
     Passed,
     /// A coordinate's index is too large.
@@ -127,7 +127,7 @@ pub enum Error {
     TiePulled {
         /// Which.
         tie: Tie,
-        /// What presses it, N: below 0.
+        /// The force that presses it, N: negative.
         force: f64,
     },
     /// The piston is where a chamber has no volume left: nothing has stopped it.
@@ -137,7 +137,7 @@ pub enum Error {
         time: f64,
         /// The piston's position then, m.
         place: f64,
-        /// Between which positions both chambers have volume, m.
+        /// Positions between which both chambers have volume, m.
         range: [f64; 2],
     },
     /// A pressure of supply or exhaust falls to zero, by the rates that it was set with.
@@ -175,11 +175,11 @@ pub enum Error {
         mode: Mode,
         /// The parameter that is most out of proportion, if any is.
         suspect: Option<Suspect>,
-        /// The limit of the call, if it is that which was reached.
+        /// The limit of the call, if that was reached.
         work_limit: Option<usize>,
     },
-    /// An [`Interrupt`](crate::Interrupt) ended the work. A machine stands at its last event, or at the
-    /// start of the step if there was none, and can go on.
+    /// An [`Interrupt`](crate::Interrupt) ended the work. The machine is at its last event or, if there was none, at
+    /// the start of the step, and can continue.
     #[error("cancelled before it was done")]
     Cancelled,
     /// The system has too little memory for the scene.
@@ -231,12 +231,12 @@ pub enum Error {
 }
 
 impl Error {
-    /// Refuses to go on with what an interrupt is to end.
+    /// Returns an error if the work is interrupted.
     pub(crate) fn if_interrupted() -> Result<(), Self> {
         if interrupt::is_set() { Err(Self::Cancelled) } else { Ok(()) }
     }
 
-    /// With the parameter that is most out of proportion, where a system cannot be decomposed.
+    /// Adds the parameter that is most out of proportion, where a system cannot be decomposed.
     pub(crate) fn suspecting(mut self, far_off: Option<Suspect>) -> Self {
         if let Self::Spectrum { suspect, .. } = &mut self {
             *suspect = far_off;

@@ -1,5 +1,5 @@
-//! What a machine has many of: stress and velocity along its bodies, and the figures of each blow.
-//! A table of variables cannot list them, as their number depends on the scene or on the step.
+//! Variables of which a machine has many: stress and velocity along its bodies, and the figures of each blow. A table
+//! of variables cannot list them, since their number depends on the scene or on the step.
 
 use crate::machine::blows::Blow;
 use crate::machine::outputs::Profile;
@@ -8,7 +8,7 @@ pub use crate::variables::{ALONG, Along};
 use crate::variables::{Output, Role, VARIABLES};
 
 impl Along {
-    /// How many an elastic body has; 0 of a rigid one, or where there is none.
+    /// Number of values of an elastic body; 0 of a rigid one, or without the body.
     #[must_use]
     pub fn count(&self, parameters: &Parameters) -> usize {
         let elastic = usize::from(parameters.is_elastic(self.body));
@@ -41,11 +41,11 @@ impl Along {
     }
 }
 
-/// A figure that every blow has.
+/// A figure of every blow.
 pub struct OfBlow {
-    /// Name of the figure of one of several blows, without index.
+    /// Name of the figure, without index.
     pub name: &'static str,
-    /// The output that has the last blow's.
+    /// Name of the output with the last blow's figure.
     pub output: &'static str,
     /// What it is.
     pub description: &'static str,
@@ -72,13 +72,13 @@ pub const OF_BLOW: [OfBlow; 7] = [
 ];
 
 impl OfBlow {
-    /// True of an instant, which a host counts from its own zero.
+    /// True of an instant, which hosts count from their own zero.
     #[must_use]
     pub fn is_instant(&self) -> bool {
         self.output == "blow_time"
     }
 
-    /// The row of the output that has the last blow's; `None` only if the table lacks it.
+    /// The row of the output with the last blow's figure; `None` only if the table lacks it.
     #[must_use]
     pub fn row(&self) -> Option<&'static Output> {
         VARIABLES.iter().find(|row| row.name == self.output).and_then(|row| match &row.role {

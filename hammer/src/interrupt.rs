@@ -1,4 +1,4 @@
-//! Ends long work from outside: another thread says so, or a question that is asked now and then.
+//! Interrupts: another thread, or a question that is asked now and then, ends long work.
 
 use std::cell::RefCell;
 use std::fmt;
@@ -13,7 +13,7 @@ use std::time::Duration;
 /// True if the work is to end.
 type Question = Box<dyn Fn() -> bool + Send + Sync>;
 
-/// How often a thread that waits for others asks.
+/// How often a thread that waits for others asks the question.
 const PAUSE: Duration = Duration::from_millis(5);
 
 #[derive(Default)]
@@ -22,28 +22,27 @@ struct Inner {
     question: Option<Question>,
 }
 
-/// Ends work of the engine that listens to it, see [`Self::watch`].
+/// Ends work of the engine that is [watched](Self::watch).
 ///
-/// While it is set, whatever listens returns [`Error::Cancelled`](crate::Error::Cancelled) within
-/// milliseconds, and so does all that begins to, until it is [cleared](Self::clear). One call of the
-/// dense eigenvalue solver runs to its end, though: 0.08 s of one core for a body of 400 splines.
-/// Clones are one and the same.
+/// While the interrupt is set, watched work returns [`Error::Cancelled`](crate::Error::Cancelled) within
+/// milliseconds, and so does any new watched work, until it is [cleared](Self::clear). Only a call of the dense
+/// eigenvalue solver runs to its end: 0.08 s of one core for a body of 400 splines. Clones share one state.
 #[derive(Clone, Default)]
 pub struct Interrupt(Arc<Inner>);
 
 impl Interrupt {
-    /// One that is set as soon as `question` answers true, too. It is asked every few milliseconds at
-    /// the latest, but for the dense solver's calls ([`Self`]), in the thread that works.
+    /// An interrupt that is also set as soon as `question` returns true. The question is asked every few
+    /// milliseconds, except during the dense solver's calls ([`Self`]), in the thread that works.
     pub fn asking(question: impl Fn() -> bool + Send + Sync + 'static) -> Self {
         Self(Arc::new(Inner { set: AtomicBool::new(false), question: Some(Box::new(question)) }))
     }
 
-    /// Ends all work that listens.
+    /// Ends all watched work.
     pub fn set(&self) {
         self.0.set.store(true, Ordering::Relaxed);
     }
 
-    /// Lets work go on again.
+    /// Allows work again.
     pub fn clear(&self) {
         self.0.set.store(false, Ordering::Relaxed);
     }
@@ -57,13 +56,13 @@ impl Interrupt {
         self.0.set.load(Ordering::Relaxed)
     }
 
-    /// What this thread's work listens to, or one that nobody sets.
+    /// The interrupt that watches this thread's work, or one that is never set.
     pub fn present() -> Self {
         copy().unwrap_or_default()
     }
 
-    /// Does `work`, whose calls of the engine in this thread listen to this interrupt: steps,
-    /// decompositions, derivatives, the search for a cycle.
+    /// Does `work` while this interrupt watches it: steps, decompositions, derivatives and the search for a cycle, as
+    /// far as they run in this thread.
     pub fn watch<T>(&self, work: impl FnOnce() -> T) -> T {
         let _before = Before(exchange(Some(self.clone())));
         work()
@@ -77,7 +76,7 @@ impl fmt::Debug for Interrupt {
 }
 
 thread_local! {
-    /// What this thread's work listens to. It is never dropped where the thread ends, and always taken
+    /// The interrupt that watches this thread's work. It is never dropped at the end of a thread, and always taken
     /// out before: a library can be unloaded while threads that have used it live on.
     static PRESENT: RefCell<ManuallyDrop<Option<Interrupt>>> =
         const { RefCell::new(ManuallyDrop::new(None)) };
@@ -87,7 +86,7 @@ fn exchange(other: Option<Interrupt>) -> Option<Interrupt> {
     ManuallyDrop::into_inner(PRESENT.replace(ManuallyDrop::new(other)))
 }
 
-/// What was listened to before, to be listened to again.
+/// The previous interrupt of this thread, which is restored.
 struct Before(Option<Interrupt>);
 
 impl Drop for Before {
@@ -96,21 +95,21 @@ impl Drop for Before {
     }
 }
 
-/// A copy: a question may do work of the engine itself, and nothing is borrowed meanwhile.
+/// A copy, since a question may itself do work of the engine, and nothing must be borrowed meanwhile.
 fn copy() -> Option<Interrupt> {
     PRESENT.with_borrow(|present| Option::clone(present))
 }
 
-/// True if this thread's work is to end.
+/// True if this thread's work must end.
 pub(crate) fn is_set() -> bool {
     copy().is_some_and(|interrupt| interrupt.is_set())
 }
 
-/// Does `work` on each part, on so many threads, and returns what it gives in the order of the parts.
+/// Does `work` on each part, on so many threads, and returns the results in the order of the parts.
 ///
-/// The threads listen to what this one listens to. This one asks meanwhile, for a question may be one
-/// that no other can answer: Python hears of signals in its main thread alone. With one thread, or where
-/// none can be had, this one works.
+/// The threads are watched by this thread's interrupt. This thread asks the question meanwhile, since it may be the
+/// only one that can: Python handles signals in its main thread only. With one thread, or if none can be started,
+/// this thread works itself.
 ///
 /// # Panics
 /// If `work` does.
@@ -129,7 +128,7 @@ pub fn in_threads<P: Send, T: Send>(
     let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
     let labour = |done: Sender<(usize, T)>| {
         while let Some((k, part)) = next() {
-            // It is received: who receives waits for all.
+            // It is received, since the receiver waits for all results.
             let _ = done.send((k, work(part)));
         }
     };

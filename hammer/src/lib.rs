@@ -15,7 +15,7 @@ pub mod presets;
 pub mod sensitivity;
 pub mod variables;
 
-// Private, but for the project's own tests and evidence.
+// Public only for the project's own tests and evidence.
 #[path = "."]
 mod engine {
     pub mod air;

@@ -1,6 +1,5 @@
-//! The table of all variables: the rows of parameters and inputs, then those of everything
-//! computed. Each row has the accessor that reads the engine, so that start values, ranges and
-//! getters agree.
+//! The table of all variables: the rows of parameters and inputs, then those of all results. Each row has the
+//! accessor that reads the engine, so that start values, ranges and getters agree.
 
 use crate::error::Error;
 use crate::laws::mode::Tie;
@@ -19,7 +18,7 @@ pub const STEP_SIZE: f64 = 1e-3;
 /// Duration of a run that is proposed to a host, s.
 pub const STOP_TIME: f64 = 0.6;
 
-/// Reads something of the engine.
+/// Reads a value of the engine.
 pub type Read<T> = fn(&mut Machine) -> T;
 
 /// Does the long part of a read.
@@ -80,7 +79,7 @@ pub struct Output {
     pub second: Option<Read<f64>>,
     /// Piecewise constant.
     pub discrete: bool,
-    /// Does what takes long of the first read after a step, which an interrupt may end.
+    /// Does the slow part of the first read after a step, which an interrupt may end.
     pub prepare: Option<Prepare>,
     /// Zero at the start for any parameters.
     pub zero_at_start: bool,
@@ -90,7 +89,7 @@ pub struct Output {
     pub nominal: f64,
     /// Inputs whose present value affects it at once (feedthrough).
     pub feedthrough: &'static [Input],
-    /// Its derivative by one of these, the state being given.
+    /// Its derivative by one of these inputs, at fixed state.
     pub slope: fn(&Machine, Input) -> f64,
 }
 
@@ -133,7 +132,7 @@ const fn truth(name: &'static str, description: &'static str, value: Read<bool>)
     Variable { name, description, role: Role::Truth(value) }
 }
 
-/// Changes an output's row; any other kind of row is a mistake in the table.
+/// Changes the row of an output. Any other kind of row is an error in the table.
 macro_rules! adjust {
     ($row:expr, $field:ident = $value:expr) => {{
         let mut row = $row;
@@ -217,8 +216,7 @@ impl Variable {
     }
 }
 
-/// Every variable: parameters, inputs, then what is computed. A variable's position is its value
-/// reference.
+/// Every variable: parameters, inputs, then results. A variable's position is its value reference.
 pub static VARIABLES: [Variable; PARAMETERS.len() + INPUTS.len() + RESULTS.len()] = {
     let mut rows = [RESULTS[0]; PARAMETERS.len() + INPUTS.len() + RESULTS.len()];
     let mut next = 0;
@@ -252,7 +250,7 @@ fn last(machine: &Machine) -> Blow {
     machine.blow().copied().unwrap_or_default()
 }
 
-/// Computed variables. Add new rows at the end of their group.
+/// The results. Add new rows at the end of their group.
 #[rustfmt::skip]
 static RESULTS: &[Variable] = &[
     output("piston_position", LENGTH, 1e-2, "Mean displacement of the piston, positive downward",
@@ -403,15 +401,15 @@ static RESULTS: &[Variable] = &[
 pub struct Along {
     /// Name without index.
     pub name: &'static str,
-    /// What they are.
+    /// Their meaning.
     pub description: &'static str,
     /// Type.
     pub quantity: Quantity,
     /// Order of magnitude.
     pub nominal: f64,
-    /// Whose.
+    /// The body.
     pub body: Body,
-    /// One at each end of an element; else one at each element's middle.
+    /// True: a value at each end of an element; false: one at each element's middle.
     pub nodal: bool,
 }
 

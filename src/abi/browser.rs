@@ -1,5 +1,4 @@
-//! What the page asks of the library beyond FMI. Hosts have no use for it: it is exported to
-//! browsers alone.
+//! Functions beyond FMI for the page that runs the engine in a browser. They are exported to browsers only.
 
 use crate::c::{Handle, Out, Status, Text};
 use crate::datasheet;
@@ -10,7 +9,7 @@ use hammer::means::{Averages, Kind, Wanted, steady};
 use std::ffi::{CString, c_char};
 use std::sync::OnceLock;
 
-/// Solves a datasheet; writes the answer as far as there is room, and returns its length in bytes.
+/// Solves a datasheet. Writes as much of the answer as there is room for, and returns its length in bytes.
 #[unsafe(no_mangle)]
 extern "C" fn dth_datasheet(request: Text, answer: Out<u8>, room: usize) -> usize {
     let text = request.read().map(|text| text.to_string_lossy().into_owned()).unwrap_or_default();
@@ -23,8 +22,8 @@ extern "C" fn dth_datasheet(request: Text, answer: Out<u8>, room: usize) -> usiz
     found.len()
 }
 
-/// Stresses in the elements of piston (0) or bit (1), as far as there is room, and their number; 0 without
-/// an instance. Hosts read the arrays of FMI 3.0 in place of it.
+/// Writes stresses in the elements of piston (0) or bit (1), as many as there is room for, and returns their number;
+/// 0 without an instance. Hosts read the arrays of FMI 3.0 instead.
 #[unsafe(no_mangle)]
 extern "C" fn dth_stress(me: Handle, body: usize, out: Out<f64>, room: usize) -> usize {
     let mut count = 0;
@@ -38,7 +37,7 @@ extern "C" fn dth_stress(me: Handle, body: usize, out: Out<f64>, room: usize) ->
     count
 }
 
-/// Names of the means of [`dth_steady`], a line each.
+/// Names of the means of [`dth_steady`], one on a line.
 #[unsafe(no_mangle)]
 extern "C" fn dth_steady_names() -> *const c_char {
     static NAMES: OnceLock<CString> = OnceLock::new();

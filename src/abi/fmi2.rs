@@ -7,7 +7,7 @@ use crate::instance::{Face, Instance, Snapshot};
 use crate::session::{self, call, sane};
 use std::ffi::{CStr, c_char};
 
-/// There are none.
+/// There are no string variables.
 const STRING: &str = "a string variable";
 
 fn get<T: Copy>(

@@ -101,7 +101,7 @@ extern "C" fn fmi3EnterInitializationMode(
     })
 }
 
-/// Functions that take the instance alone.
+/// Functions whose only argument is the instance.
 macro_rules! plain {
     ($($name:ident: $work:expr;)*) => {$(
         #[unsafe(no_mangle)]
@@ -127,7 +127,7 @@ fn foreign(name: &str) -> CallError {
     CallError::Argument(format!("fmi3{name}: {CO_SIMULATION_ONLY}"))
 }
 
-/// Writes the values that were read; their number must equal the host's room.
+/// Writes the values that were read. Their number must be that which the host expects.
 fn hand_over<T: Copy>(found: &[T], values: &Out<T>, room: usize) -> Result<(), CallError> {
     fits(found.len(), room)?;
     found.iter().enumerate().try_for_each(|(index, value)| values.write(index, *value, "values"))
@@ -141,7 +141,7 @@ fn fits(needed: usize, room: usize) -> Result<(), CallError> {
     Err(CallError::Argument(text))
 }
 
-/// A getter and a setter of a type.
+/// The getter and the setter of a type.
 macro_rules! typed {
     ($($get:ident, $set:ident: $kind:ty, $read:expr, $write:expr;)*) => {$(
         #[unsafe(no_mangle)]
@@ -150,7 +150,7 @@ macro_rules! typed {
         ) -> Status {
             call(me, |instance| {
                 let references = vr.array(sane(n)?, "valueReferences")?;
-                // Before anything is read: arrays are long, and may be asked for many times.
+                // Checked before reading, since arrays are long and may be asked for many times.
                 fits(references.iter().map(|reference| instance.count(*reference)).sum(), count)?;
                 let mut found = Vec::with_capacity(count);
                 for reference in references {
@@ -182,7 +182,7 @@ fn none_to_set(references: &[u32], wanted: &'static str) -> Result<(), CallError
     references.first().map_or(Ok(()), |reference| none_to_get(*reference, wanted))
 }
 
-/// Types of which there is no variable.
+/// Functions for types that no variable has.
 macro_rules! none {
     ($($get:ident, $set:ident: $kind:ty, $wanted:literal;)*) => {
         typed! {$(
@@ -235,7 +235,7 @@ extern "C" fn fmi3SetBinary(
     call(me, |_| none_to_set(vr.array(sane(n)?, "valueReferences")?, "a Binary variable"))
 }
 
-/// Functions of clocks, of which there are none.
+/// Functions for clocks, which do not exist here.
 macro_rules! clocks {
     ($($name:ident: $($kind:ty),*;)*) => {$(
         #[unsafe(no_mangle)]
@@ -409,7 +409,7 @@ extern "C" fn fmi3UpdateDiscreteStates(
     next: Out<f64>,
 ) -> Status {
     call(me, |instance| {
-        // An event has changed all that it changes when its step returns.
+        // Events are complete when their step returns, so nothing changes here.
         instance.demand_event_mode("UpdateDiscreteStates")?;
         for flag in [need_update, terminate, nominals_changed, values_changed, next_defined] {
             flag.write(0, 0, "a flag of fmi3UpdateDiscreteStates")?;

@@ -1,11 +1,11 @@
 //! Directional and adjoint derivatives.
 //!
-//! They are the standard's: of an output at the present by a known at the present. In initialization
-//! mode the scene itself depends on the knowns. Afterwards its state is given, and an output depends
+//! They are those of the standard: derivatives of an output at the present by a known at the present. In
+//! initialization mode the scene itself depends on the knowns. Afterwards the state is given, and an output depends
 //! on an input only where the description's `dependencies` say so.
 //!
-//! The derivative of an output at the end of the last communication step by an input during that step is
-//! another number. It is that of the unknown [`OVER_STEP`] above the output's value reference.
+//! The derivative of an output at the end of the last communication step by an input during that step is another
+//! number. Its unknown has a value reference [`OVER_STEP`] above the output's.
 
 use super::events::Face;
 use super::inputs::Inputs;
@@ -21,15 +21,15 @@ use hammer::variables::{Read, Role, Slot, VARIABLES};
 use hammer::{Input, Machine};
 use std::collections::BTreeSet;
 
-/// What derivatives are by.
+/// The variable by which a derivative is taken.
 #[derive(Clone, Copy)]
 enum Known {
     /// An input.
     Input(Input),
     /// A real parameter.
     Parameter(Argument),
-    /// Something on which no output at the present depends: the time, slopes of inputs, positions
-    /// at which steps end.
+    /// A variable on which no output at the present depends: the time, slopes of inputs, positions at which steps
+    /// end.
     Still,
 }
 
@@ -93,7 +93,7 @@ impl Instance {
         if !unknowns.is_empty() && unknowns.iter().all(|reference| over(reference).is_some()) {
             return self.over_step(unknowns, &knowns);
         }
-        // Making the scene is the long part of reading.
+        // Making the scene takes most of the time of reading.
         self.cancel.clone().over(|| self.machine().map(|_| ()))?;
         let mut sizes = Vec::with_capacity(unknowns.len());
         for reference in unknowns {
@@ -154,11 +154,11 @@ impl Instance {
             let mut values = Vec::with_capacity(scalars);
             for reference in unknowns {
                 if is_zero_at_start(*reference) {
-                    // Differences of its rounding would say otherwise than the description.
+                    // Differences would consist of rounding, and contradict the description.
                     values.push(0.0);
                     continue;
                 }
-                // This instance has read them: only an interrupt can come between.
+                // The instance itself has just read them, so only an interrupt can be the reason.
                 let read = probe.output_values(*reference).map_err(|_| hammer::Error::Cancelled)?;
                 values.extend(read);
             }
@@ -172,8 +172,8 @@ impl Instance {
         let by: Vec<Argument> = knowns.iter().filter_map(argument).collect();
         let found = self.cancel.clone().over(|| derivatives(&scene, &by, &run))?;
         self.warn_of_kinks(by.iter().map(|by| by.name()).zip(&found));
-        // A known that no neighbouring value is allowed for has no derivative: a casing that is not
-        // there. The warning says so.
+        // A known without allowed neighbouring values has no derivative (a casing that does not exist). The warning
+        // says so.
         let finite_or_zero = |slope: f64| if slope.is_nan() { 0.0 } else { slope };
         let mut rows =
             found.into_iter().map(|row| row.values.into_iter().map(finite_or_zero).collect());
@@ -226,7 +226,7 @@ impl Instance {
     }
 }
 
-/// A row while the state is given: an output follows the inputs that its row of the table names.
+/// A row for a given state: an output depends on the inputs that its row of the table names.
 fn feedthrough(machine: &Machine, unknowns: &[u32], sizes: &[usize], known: Known) -> Vec<f64> {
     let slope = |reference: u32| match (known, VARIABLES.get(reference as usize)) {
         (Known::Input(input), Some(variable)) => match &variable.role {
@@ -241,7 +241,7 @@ fn feedthrough(machine: &Machine, unknowns: &[u32], sizes: &[usize], known: Know
     values.flat_map(|(reference, size)| std::iter::repeat_n(slope(*reference), *size)).collect()
 }
 
-/// What is not asked for may be infinite.
+/// An infinite slope does not matter if its seed is zero.
 fn product(slope: f64, seed: f64) -> f64 {
     if seed == 0.0 { 0.0 } else { slope * seed }
 }

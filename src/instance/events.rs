@@ -6,7 +6,7 @@ use crate::events::{Extra, Length, MAX_LENGTH, MAX_POSITIONS};
 use hammer::{Input, Machine, ParameterError, Stop, Stops};
 use serde::{Deserialize, Serialize};
 
-/// The standard that the host uses, and what it has agreed to.
+/// The host's standard, and the options that it has chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Face {
     /// FMI 2.0.
@@ -41,7 +41,7 @@ impl Face {
 /// Modes of FMI 3.0 within a [`Phase`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Mode {
-    /// None: the phase is enough.
+    /// No mode within the phase.
     #[default]
     Plain,
     /// Before initialization: structural parameters may be set.
@@ -80,7 +80,7 @@ impl Default for Events {
 }
 
 impl Events {
-    /// True if calls alone can have set these. Checked because a stored state may be corrupt.
+    /// Whether calls of the host could have led here. Checked because a stored state may be corrupt.
     pub(super) fn is_sound(&self) -> bool {
         let asked = self.position.get(..self.positions.unsigned_abs() as usize);
         let are = |stops: &Stops| asked.is_some_and(|asked| stops.are(self.blow, asked));
@@ -91,7 +91,7 @@ impl Events {
             && self.stops.as_ref().is_none_or(are)
     }
 
-    /// As they stand where the engine does, for a host that may not handle events.
+    /// The events that suit the engine's state, for a host that may not handle events.
     pub(super) fn of_state(&self, face: Face, machine: Option<&Machine>) -> Self {
         let mut events = self.clone();
         if let (Some(stops), Some(machine)) = (&mut events.stops, machine) {
@@ -114,7 +114,8 @@ impl Events {
         }
     }
 
-    /// What is an event, if the host handles events: it ends a step if the host agreed to that too.
+    /// The stops at which a step ends, if the host handles events. They end a step only if the host has agreed to
+    /// that.
     pub(super) fn stops(&mut self, face: Face) -> Option<&mut Stops> {
         let Face::Three { event_mode: true, early_return } = face else { return None };
         let stops = self.stops.as_mut()?;
@@ -148,7 +149,7 @@ impl Instance {
         Err(self.out_of_order(call))
     }
 
-    /// A call that the present phase or mode forbids.
+    /// The error of a call that the present phase or mode forbids.
     pub(super) fn out_of_order(&self, call: &str) -> CallError {
         let phase = match (self.phase, self.events.mode) {
             (Phase::Instantiated, Mode::Configuration) => "in configuration mode",
@@ -158,18 +159,18 @@ impl Instance {
         CallError::Order { call: self.face.call(call), phase }
     }
 
-    /// Refuses to enter initialization mode out of configuration mode.
+    /// Refuses to enter initialization mode while in configuration mode.
     ///
     /// # Errors
-    /// If that mode was not left.
+    /// Configuration mode was not left.
     pub fn leave_configuration_first(&self) -> Result<(), CallError> {
         self.demand_mode("EnterInitializationMode", Phase::Instantiated, Mode::Plain)
     }
 
-    /// Lets structural parameters be set.
+    /// Enters configuration mode, in which structural parameters can be set.
     ///
     /// # Errors
-    /// After initialization mode was entered: none of them is tunable. In a unit that lists none.
+    /// Initialization mode was entered before, and none of them is tunable; or the unit has none.
     pub fn enter_configuration(&mut self) -> Result<(), CallError> {
         self.demand_mode("EnterConfigurationMode", Phase::Instantiated, Mode::Plain)?;
         if !self.variant.lists_arrays() {
@@ -183,14 +184,14 @@ impl Instance {
     /// Leaves configuration mode.
     ///
     /// # Errors
-    /// Out of configuration mode.
+    /// Not in configuration mode.
     pub fn exit_configuration(&mut self) -> Result<(), CallError> {
         self.demand_mode("ExitConfigurationMode", Phase::Instantiated, Mode::Configuration)?;
         self.events.mode = Mode::Plain;
         Ok(())
     }
 
-    /// Called when the scene is complete: starts to monitor events; the first mode is event mode.
+    /// Starts to monitor events when the scene is complete. The first mode is event mode.
     pub(super) fn begin_events(&mut self) {
         if !self.face.handles_events() {
             return;
@@ -219,23 +220,23 @@ impl Instance {
     /// Returns to step mode.
     ///
     /// # Errors
-    /// Out of event mode.
+    /// Not in event mode.
     pub fn enter_step_mode(&mut self) -> Result<(), CallError> {
         self.demand_event_mode("EnterStepMode")?;
         self.events.mode = Mode::Plain;
         Ok(())
     }
 
-    /// Refuses a call out of event mode.
+    /// Refuses a call that belongs to event mode.
     ///
     /// # Errors
-    /// Out of event mode.
+    /// Not in event mode.
     pub fn demand_event_mode(&self, call: &'static str) -> Result<(), CallError> {
         self.demand_mode(call, Phase::Stepping, Mode::Event)
     }
 
-    /// [`Instance::step`] up to the next event, if that comes first and the host takes early
-    /// returns. Returns whether anything happened, and whether the step ended early by it.
+    /// [`Instance::step`] up to the next event, if there is one and the host accepts early returns. Returns whether
+    /// there was an event, and whether it ended the step early.
     ///
     /// # Errors
     /// As [`Instance::step`]; in event mode.

@@ -1,13 +1,13 @@
 //! Inputs as the host sets them, collected until they are needed.
 //!
-//! Hosts set a value before or after its derivatives, so neither is passed to the engine alone: the
-//! last value and the last derivatives of a communication point count, in any order.
+//! A host sets a value before or after its derivatives, in any order. Therefore they are passed to the engine
+//! together: the last value and the last derivatives of a communication point.
 
 use crate::error::CallError;
 use hammer::{Input, InputValues, MAX_INPUT_ORDER, Machine};
 use serde::{Deserialize, Serialize};
 
-/// What was set on one input since the last communication step.
+/// Value and derivatives of an input that were set since the last communication step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Fresh {
     value: Option<f64>,
@@ -15,12 +15,12 @@ struct Fresh {
     order: usize,
 }
 
-/// What was set on the inputs since the last communication step.
+/// The inputs that were set since the last communication step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Inputs {
     /// Start values of the description.
     start: InputValues,
-    /// True once anything was set.
+    /// True for each input that was ever set.
     set: [bool; Input::ALL.len()],
     fresh: [Fresh; Input::ALL.len()],
     dirty: bool,
@@ -34,7 +34,7 @@ impl Inputs {
         Self { start, set, fresh: Default::default(), dirty: false }
     }
 
-    /// True if calls alone can have set these. Checked because a stored state may be corrupt.
+    /// Whether calls of the host could have led here. Checked because a stored state may be corrupt.
     pub fn is_sound(&self) -> bool {
         let sound = |input: &Input| {
             let Fresh { value, derivatives, order } = self.fresh[*input as usize];
@@ -85,7 +85,7 @@ impl Inputs {
         values
     }
 
-    /// One of [`Inputs::starting`].
+    /// One value of [`Inputs::starting`].
     pub fn starting_value(&self, input: Input) -> f64 {
         *slot(&mut self.starting(), input)
     }
@@ -113,12 +113,12 @@ impl Inputs {
         Ok(())
     }
 
-    /// The engine was created again: everything that was set must be passed again.
+    /// Marks everything that was set to be passed again, to an engine that was created again.
     pub fn reapply(&mut self) {
         self.dirty = true;
     }
 
-    /// After a communication point, the engine's polynomials simply continue.
+    /// Called after a communication point, from which the engine continues its polynomials.
     pub fn pass(&mut self) {
         (self.fresh, self.dirty) = (Default::default(), false);
     }

@@ -14,8 +14,8 @@ pub struct Line {
 }
 
 impl Line {
-    /// Category and text as C strings. In FMI 2.0 the text is a `format` without arguments, because
-    /// some hosts pass none: `%` is doubled, and so is `#`, which begins a variable there.
+    /// Category and text as C strings. In FMI 2.0 the text is a `format`, and some hosts pass no arguments, so `%` is
+    /// doubled, and so is `#`, which begins a variable there.
     pub fn to_c(&self, format: bool) -> [CString; 2] {
         let mut text = self.text.replace('\0', " ");
         if format {
@@ -33,7 +33,7 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// At first errors and warnings are selected if it is on at all, the others if `debug`.
+    /// A log that is on begins with errors and warnings, and with the other categories if `debug`.
     pub fn new(debug: bool, on: bool) -> Self {
         Self { wanted: Category::ALL.map(|c| debug || on && !c.is_debug()), lines: Vec::new() }
     }

@@ -1,8 +1,7 @@
-//! One instance: the calls in their order, without pointers, which stay in `abi.rs`.
+//! One instance: the calls in their order. Pointers stay in `abi.rs`.
 //!
-//! Every method either succeeds or returns a [`CallError`] and changes nothing. The exception is a
-//! step in which the engine itself fails: then the instance can only be read until it is reset or a
-//! state is restored.
+//! Every method either succeeds, or returns a [`CallError`] and changes nothing. The exception is a step in which the
+//! engine fails: afterwards the instance can only be read, until it is reset or a state is restored.
 
 mod derivatives;
 mod events;
@@ -40,8 +39,8 @@ use warnings::Warnings;
 const TIME_TOLERANCE: f64 = 1e-9;
 /// A host may overshoot its own stop time by this, times `1 + |t|` seconds.
 const STOP_TOLERANCE: f64 = 1e-6;
-/// Longest run, s: beyond it the numbers' spacing (1e-10 s) approaches the duration of a collision. The time of a
-/// run that starts later counts from its start, for hosts that count from 1970.
+/// Longest run, s: beyond it the spacing of doubles (1e-10 s) approaches the duration of a collision. If a run starts
+/// later, as with hosts that count from 1970, its time is counted from its start.
 const LATEST: f64 = 1e6;
 /// Latest start, s.
 const LATEST_START: f64 = 1e10;
@@ -70,7 +69,7 @@ impl Phase {
     }
 }
 
-/// The parameters and inputs of an engine that is not running yet.
+/// Parameters, inputs and start time of an engine that does not run yet.
 type Origin = (Parameters, InputValues, f64);
 
 /// Cancels long work from another thread: a step, the end of initialization, derivatives.
@@ -120,7 +119,7 @@ pub struct Instance {
     /// Waves along the bars at this communication point, if they were read.
     waves: Option<Profile>,
     warnings: Warnings,
-    /// Start of the last step, s, and the state there if an event has moved it since.
+    /// Start of the last step, s, with the state there if an event has moved the engine since.
     step_start: Option<(f64, Option<Box<State>>)>,
     journal: Journal,
 }
@@ -169,10 +168,10 @@ impl Instance {
         Err(self.out_of_order(call))
     }
 
-    /// Start time and, if given, stop time, both in s. The tolerance has nothing to control.
+    /// Sets start time and, if given, stop time, both in s. A tolerance would have no effect.
     ///
     /// # Errors
-    /// After initialization mode was entered, or times that are not finite, or out of order.
+    /// Initialization mode was entered before; times that are not finite, or not in order.
     pub fn set_up(&mut self, start: f64, stop: Option<f64>) -> Result<(), CallError> {
         self.demand("SetupExperiment", &[Phase::Instantiated])?;
         finite("startTime", start)?;
@@ -231,7 +230,7 @@ impl Instance {
         }
     }
 
-    /// Warns if the energies do not balance; a failed step has reported an error already.
+    /// Warns if the energies do not balance, unless a failed step has reported an error.
     fn check_balance(&mut self) {
         let Some(machine) = &self.machine else { return };
         if self.phase == Phase::Failed {
@@ -241,7 +240,7 @@ impl Instance {
         self.warn(lines);
     }
 
-    /// Ends the simulation; outputs stay readable.
+    /// Ends the simulation. Outputs remain readable.
     ///
     /// # Errors
     /// Before the first step could be made, or twice.
@@ -255,7 +254,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Back to where [`Instance::new`] leaves it; the log's categories stay.
+    /// Returns to the state after [`Instance::new`], except for the log's categories.
     pub fn reset(&mut self) {
         let journal = std::mem::replace(&mut self.journal, Journal::new(false, false));
         let cancel = self.cancel.clone();
@@ -328,7 +327,7 @@ impl Instance {
         let (displayed_point, displayed_now, displayed_size) =
             (DisplayNumber(point), DisplayNumber(now), DisplayNumber(size));
         let far = |time: f64| 1.0 + (time - zero_of(self.start)).abs();
-        // Instants of a late start are rounded, by the host and here.
+        // After a late start, instants are rounded by the host and here.
         let rounded = if zero_of(self.start) == 0.0 { 0.0 } else { 4.0 * f64::EPSILON * now.abs() };
         if (point - now).abs() > TIME_TOLERANCE * far(now) + rounded {
             return refuse(format!(
@@ -346,11 +345,11 @@ impl Instance {
             let (target, stop) = (DisplayNumber(target), DisplayNumber(stop));
             return refuse(format!("a step to {target} s goes past the stop time {stop} s"));
         }
-        // Rounding must not ask the engine to go back.
+        // Rounding must not make the engine go back.
         Ok(target.max(now))
     }
 
-    /// If the next step is to be logged, the counts before it.
+    /// The counts before the next step, if it will be logged.
     fn listen(&mut self) -> Option<Counters> {
         let machine = self.machine.as_mut().filter(|_| self.journal.wants_debug())?;
         machine.keep_journal(self.journal.wants(Category::Modes));
@@ -406,7 +405,7 @@ impl Instance {
         }
     }
 
-    /// An instant of the engine as the host counts, s.
+    /// Converts the engine's time to the host's, s.
     fn on_clock(&self, time: f64) -> f64 {
         time + zero_of(self.start)
     }
@@ -416,7 +415,7 @@ impl Instance {
         self.last_step_failed
     }
 
-    /// Marks the instance as failed by a bug; it may still be readable.
+    /// Marks the instance as failed after a panic; it may still be readable.
     pub fn give_up(&mut self) {
         self.phase = Phase::Failed;
     }
@@ -439,8 +438,8 @@ impl Instance {
         self.journal.take()
     }
 
-    /// The engine with everything that was set. Before it runs, it is created from the present
-    /// parameters, and again whenever they have changed.
+    /// The engine, with everything that was set. Before it runs, it is created from the present parameters whenever
+    /// they have changed.
     fn machine(&mut self) -> Result<&mut Machine, CallError> {
         if matches!(self.phase, Phase::Instantiated | Phase::Initialization) {
             let origin = (self.settings.parameters()?, self.inputs.starting(), self.start);
@@ -458,7 +457,7 @@ impl Instance {
     }
 }
 
-/// Where the engine's time counts from, for a run that starts there, s.
+/// Origin of the engine's time for a run that starts at `start`, s.
 fn zero_of(start: f64) -> f64 {
     if start.abs() > LATEST { start } else { 0.0 }
 }

@@ -40,7 +40,7 @@ impl Settings {
         self.0.len() == PARAMETERS.len()
     }
 
-    /// True if calls alone can have set these. Checked because a stored state may be corrupt.
+    /// Whether calls of the host could have led here. Checked because a stored state may be corrupt.
     pub fn is_sound(&self) -> bool {
         self.0.iter().all(|value| value.is_finite())
     }

@@ -25,14 +25,14 @@ pub struct Snapshot {
     start: f64,
     stop: Option<f64>,
     last_step_failed: bool,
-    /// The engine's state once it runs; before, it follows from the rest.
+    /// The engine's state, if it runs. Before, it follows from the rest.
     engine: Option<State>,
     #[serde(skip)]
     bytes: OnceLock<Vec<u8>>,
 }
 
 impl Instance {
-    /// The state as it stands.
+    /// The present state.
     pub fn snapshot(&mut self) -> Snapshot {
         let running = self.origin.is_none();
         let engine = self.machine.as_mut().filter(|_| running);

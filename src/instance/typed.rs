@@ -1,4 +1,4 @@
-//! The variables of FMI 3.0 by their types, and those that FMI 2.0 has no word for.
+//! Variables of FMI 3.0 by type, including those that FMI 2.0 lacks.
 
 use super::events::Mode;
 use super::values::{INTEGER, REAL, check, read_only, row, sound};
@@ -14,7 +14,7 @@ const UNSIGNED: &str = "a UInt64 variable";
 const ENUMERATION: &str = "an enumeration variable";
 
 impl Instance {
-    /// The values of a real variable, one behind the other.
+    /// Appends the values of a real variable.
     ///
     /// # Errors
     /// No such variable, or wrong parameters while the scene is not yet made.
@@ -38,7 +38,7 @@ impl Instance {
         Ok(())
     }
 
-    /// How many values a variable has: the length of an array, else 1.
+    /// Number of values of a variable: the length of an array, otherwise 1.
     pub fn count(&self, reference: u32) -> usize {
         match Extra::of(reference) {
             Some(Extra::Along(_)) => self.length(Length::Stations),
@@ -51,14 +51,14 @@ impl Instance {
         self.events.lengths[length as usize] as usize
     }
 
-    /// Stress or velocity at the stations; a rigid body is without stress, and moves as one.
+    /// Stress or velocity at the stations. A rigid body has no stress and one velocity.
     fn along(&mut self, family: usize, found: &mut Vec<f64>) -> Result<(), CallError> {
         let (stations, family) = (self.length(Length::Stations), &ALONG[family]);
         let elements = self.machine()?.parameters().spans(family.body);
         let profile = self.profile()?;
         let at = |station: usize| {
             let element = (2 * station + 1) * elements / (2 * stations);
-            // Of a rigid body's nodes there is one.
+            // A rigid body has a single node.
             let end = |node| family.value(profile, node).or_else(|| family.value(profile, 0));
             let ends = [element, element + usize::from(family.nodal)].map(end);
             let value = f64::midpoint(ends[0].unwrap_or_default(), ends[1].unwrap_or_default());
@@ -70,7 +70,7 @@ impl Instance {
         Ok(())
     }
 
-    /// A figure of the last step's blows, in their order: of the last that there is room for.
+    /// A figure of the last step's blows, in order; only of the last ones if the array is too short.
     fn of_blows(&mut self, figure: usize, found: &mut Vec<f64>) -> Result<(), CallError> {
         let (room, before) = (self.length(Length::Blows), found.len());
         let blows = self.machine()?.step_blows();
@@ -129,7 +129,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Makes an input the straight line of its value now and its slope.
+    /// Makes an input a straight line, with its present value and its slope.
     fn incline(&mut self, input: Input) {
         let (value, slope) = (self.input(input), self.events.slopes[input as usize]);
         self.inputs.set_value(input, value);
@@ -200,12 +200,12 @@ impl Instance {
         if let Some(reference) = references.iter().copied().find(|r| !is_choice(*r)) {
             return Err(CallError::Reference { reference, wanted: ENUMERATION });
         }
-        // What has no such number is none of the items, whichever.
+        // A number that is too large is not an item.
         let number = |value: &i64| i32::try_from(*value).unwrap_or(i32::MAX);
         self.set_integers(references, &values.iter().map(number).collect::<Vec<_>>())
     }
 
-    /// The length of some arrays.
+    /// The length of a group of arrays.
     ///
     /// # Errors
     /// As [`Instance::float64s`].
@@ -217,7 +217,7 @@ impl Instance {
     /// Sets lengths of arrays: all or none.
     ///
     /// # Errors
-    /// Out of configuration mode; a number that is not allowed.
+    /// Not in configuration mode; a number that is not allowed.
     pub fn set_uint64s(&mut self, references: &[u32], values: &[u64]) -> Result<(), CallError> {
         let mut lengths = self.events.lengths;
         for (reference, value) in references.iter().zip(values) {

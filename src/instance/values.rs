@@ -92,8 +92,8 @@ impl Instance {
         }
     }
 
-    /// The derivative of a real output of some order: the first of every output, the second where
-    /// the engine knows it, and otherwise 0, as the standard has it (4.2.2).
+    /// The derivative of a real output of some order: the first of every output, the second where the engine knows
+    /// it, and otherwise 0, as the standard demands (4.2.2).
     ///
     /// # Errors
     ///
@@ -134,7 +134,7 @@ impl Instance {
                 Role::Input { input, .. } => check(*input, 0, *value)?,
                 _ => finite(variable.name, *value)?,
             }
-            // Once running, no later call could refuse it.
+            // Checked now, since no later call could refuse it once the simulation runs.
             if self.phase == Phase::Stepping
                 && let Role::Parameter { row, .. } = &variable.role
             {
@@ -189,10 +189,10 @@ impl Instance {
         }
     }
 
-    /// Sets derivatives of inputs at the present time, orders from 1: all or none.
+    /// Sets derivatives of inputs at the present time, of orders from 1: all or none.
     ///
     /// # Errors
-    /// The first that is not an input, not finite, or of an order that is not taken.
+    /// The first that is not an input, not finite, or of an order that is not supported.
     pub fn set_input_derivatives(
         &mut self,
         references: &[u32],
@@ -236,7 +236,7 @@ impl Instance {
             return Ok(());
         }
         self.demand(call, &[Phase::Instantiated, Phase::Initialization, Phase::Stepping])?;
-        // Structural parameters alone, which are set elsewhere.
+        // Only structural parameters may be set in configuration mode, by another call.
         if self.events.mode == Mode::Configuration { Err(self.out_of_order(call)) } else { Ok(()) }
     }
 
@@ -251,7 +251,7 @@ impl Instance {
     }
 }
 
-/// Refuses to return what is no number as if all were well.
+/// Returns an error instead of a value that is not finite.
 pub(super) fn sound(name: &'static str, value: f64) -> Result<f64, CallError> {
     if value.is_finite() { Ok(value) } else { Err(CallError::Overflowed { name }) }
 }

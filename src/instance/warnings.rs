@@ -7,7 +7,7 @@ use hammer::{
     DisplayNumber, Energies, Input, Machine, Parameters, Source, starved, unfed, unlikely,
 };
 
-/// Warnings that the host has had already.
+/// Warnings that the host has already received.
 #[derive(Debug, Default)]
 pub struct Warnings {
     ignored: [bool; Input::ALL.len()],
@@ -15,13 +15,13 @@ pub struct Warnings {
     fed: bool,
     /// Number of times that the energies did not balance.
     unbalanced: u64,
-    /// True once it was said that the exchange makes energy, and that an impact was too fast.
+    /// True once a warning was given: of an exchange that makes energy, and of an impact that is too fast.
     coarse: bool,
     fast: bool,
 }
 
 impl Warnings {
-    /// Warns of inputs that were set and that the source does not read.
+    /// Warns of inputs that were set but that the source does not read.
     pub fn ignored(&mut self, parameters: &Parameters, inputs: &Inputs) -> Vec<String> {
         let mut lines = Vec::new();
         for InputRow { name, input, reader, .. } in &INPUTS {
@@ -33,7 +33,7 @@ impl Warnings {
         lines
     }
 
-    /// Warns at the first step of a source whose inputs were never set, and of a feed that is none.
+    /// At the first step, warns of a source whose inputs were never set, and of a missing feed.
     pub fn starved(&mut self, source: Source, inputs: &Inputs, feed: f64) -> Vec<String> {
         if std::mem::replace(&mut self.fed, true) {
             return Vec::new();
@@ -42,7 +42,7 @@ impl Warnings {
         starved.into_iter().chain(unfed(feed)).collect()
     }
 
-    /// What a step that was made gives reason to warn of.
+    /// Warnings after a step.
     pub fn after_step(&mut self, machine: &Machine) -> Vec<String> {
         let coarse = machine.exchange_warning().filter(|_| !self.coarse);
         let fast = machine.too_fast().filter(|_| !self.fast);
@@ -50,7 +50,7 @@ impl Warnings {
         coarse.into_iter().chain(fast).collect()
     }
 
-    /// Warns of energies that do not balance, whenever their count has doubled.
+    /// Warns of energies that do not balance, each time their count has doubled.
     pub fn unbalanced(&mut self, energies: &Energies) -> Option<String> {
         let bound = energies.residual_bound();
         if energies.residual.abs() <= bound {
@@ -69,7 +69,7 @@ impl Warnings {
     }
 }
 
-/// Values that seem to be in another unit.
+/// Warnings of values that seem to be in another unit.
 pub fn of_values(settings: &Settings, inputs: &Inputs) -> Vec<String> {
     let parameters = settings.parameters();
     parameters.map_or_else(|_| Vec::new(), |p| unlikely(&p, &inputs.starting()))

@@ -1,11 +1,9 @@
-//! `diffsol`: Tsit45 (explicit, its rhs solves with `M`), BDF and ESDIRK34 (in mass
-//! matrix form with sparse LU), each with the crate's own root finding.
+//! `diffsol`: Tsit45 (explicit; its right-hand side solves with `M`), BDF and ESDIRK34 (in mass matrix form with sparse LU), each with the crate's own root finding.
 //!
-//! The state is `(u, v, psi)`; the roots are the guards of the mode, padded to five.
-//! They are lowered by their resolution, so that the guard just passed does not start
-//! on zero, of either sign (an event is then late by 1e-9 m/s over the slope, some
-//! 1e-13 s). Every mode starts a solver anew, which lets the crate
-//! choose the first step and forget the old Jacobian.
+//! The state is `(u, v, psi)`; the roots are the guards of the mode, padded to five. They are lowered by their
+//! resolution, so that the guard just crossed does not start at zero, with either sign (an event is then late by 1e-9
+//! m/s over the slope, some 1e-13 s). Every mode starts a new solver, which lets the crate choose the first step and
+//! forget the old Jacobian.
 
 use crate::schema::{Answer, Peer, Task};
 use diffsol::{
@@ -40,7 +38,7 @@ pub struct Diffsol<'a> {
     pub tolerance: f64,
 }
 
-/// What the closures share with the event loop.
+/// Data that the closures share with the event loop.
 struct Shared<'a> {
     model: &'a Model<f64>,
     time: f64,
@@ -128,7 +126,7 @@ impl<'a> Shared<'a> {
     }
 }
 
-/// Steps through one mode: to its end or the end of the task. The guard that ended it.
+/// Steps through one mode, to its end or the end of the task. Returns the guard that ended it.
 fn segment<'a, E, S>(
     mut solver: S,
     shared: &RefCell<Shared>,
@@ -204,7 +202,7 @@ impl Diffsol<'_> {
 
     fn implicit(&self, task: &Task) -> Result<Answer, String> {
         let shared = RefCell::new(Shared::new(self.model));
-        // The sparsity is found by probing: in the mode with the fullest pattern.
+        // The sparsity is found by probing, here in the mode with the fullest pattern.
         let start = shared.borrow().mode;
         shared.borrow_mut().mode = Mode::bare(true, Rock::DFC);
         let load = |x: &[f64], y: &mut [f64]| {
@@ -227,7 +225,7 @@ impl Diffsol<'_> {
             .build()
             .map_err(|e| e.to_string())?;
         shared.borrow_mut().mode = start;
-        // BDF collects more than the default 50 in one long flight.
+        // In one long flight BDF has more failures than the default limit of 50.
         problem.ode_options.max_nonlinear_solver_failures = usize::MAX;
         problem.ode_options.min_timestep = 1e-18;
         let mut done = Answer::default();

@@ -1,4 +1,4 @@
-//! The engine itself, seen as one more solver; it has no tolerance to choose.
+//! The engine as one of the solvers. It has no tolerance to choose.
 
 use crate::schema::{Answer, Peer, Task};
 use hammer::{InputValues, Machine, Parameters};

@@ -1,7 +1,7 @@
-//! A shared library through its C symbols: the only unsafe code here.
+//! A shared library, called through its C symbols; the only unsafe code of this crate.
 //!
-//! Every pointer handed over is that of a Rust reference or slice that outlives the call; a
-//! handle lives from `fmi2Instantiate` to `fmi2FreeInstance`. That is the C side's contract (FMI 2.0.4, section 2.1).
+//! Every pointer passed is that of a Rust reference or slice that outlives the call; a handle lives from
+//! `fmi2Instantiate` to `fmi2FreeInstance`. This is the C side's contract (FMI 2.0.4, section 2.1).
 
 #![allow(unsafe_code, reason = "calls the C functions of an FMU")]
 
@@ -44,7 +44,7 @@ functions! {
     get = b"fmi2GetReal": fn(Pointer, *const u32, usize, *mut f64) -> i32;
 }
 
-/// Callbacks: a host may leave all of them out.
+/// Callbacks, all null, which a host may do.
 #[repr(C)]
 struct Callbacks([*const c_void; 5]);
 
@@ -71,12 +71,12 @@ fn check(status: i32) {
 }
 
 impl Fmu {
-    /// Loads a shared library and looks its functions up.
+    /// Loads a shared library and finds its functions.
     ///
     /// # Errors
     /// If it cannot be loaded or lacks a function.
     pub fn load(path: &Path) -> Result<Self, Failure> {
-        // SAFETY: the library built for this, which has no initialisers.
+        // SAFETY: the library was built for this test, and has no initialisers.
         let library = unsafe { Library::new(path) }?;
         Ok(Self { functions: Functions::of(&library)?, _library: library })
     }
@@ -95,7 +95,7 @@ impl Fmu {
 }
 
 impl Instance<'_> {
-    /// From instantiation to the start of stepping, at time 0.
+    /// Everything from instantiation to the start of stepping, at time 0.
     pub fn initialise(&self) {
         let Functions { set_up, enter, leave, .. } = self.fmu.functions;
         // SAFETY: a live handle.

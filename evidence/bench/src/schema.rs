@@ -1,7 +1,7 @@
-//! What is compared: the one form of a solver's task, of the hammer it solves, and of its answer.
+//! The task, the hammer and the answer, in one form for all solvers.
 //!
-//! Solvers in Rust take a [`Task`] and the model; the others read a [`Case`] as JSON. All give an
-//! [`Answer`], which is judged against the reference in extended precision.
+//! Solvers in Rust take a [`Task`] and the model; the others read a [`Case`] as JSON. All give an [`Answer`], which
+//! is compared with the reference in extended precision.
 
 use oracles::law::{Event, Mode, Rock, State};
 use oracles::model::Model;
@@ -13,17 +13,17 @@ use std::collections::BTreeMap;
 /// Two events are the same if their times differ by less than this, s.
 const SAME: f64 = 2e-7;
 
-/// A pressure cycle of the hammer that all solve, s.
+/// Duration of one pressure cycle of the hammer that all solve, s.
 pub const CYCLE: f64 = 45.389e-3;
 
-/// What every solver is asked for, from rest.
+/// What every solver must compute, from rest.
 #[derive(Clone, Debug, Serialize)]
 pub struct Task {
     /// Instants at which the state is wanted, s, ascending.
     pub instants: Vec<f64>,
     /// End of the integration, s.
     pub end: f64,
-    /// Seconds after which to give up.
+    /// Time after which a solver gives up, s.
     pub patience: f64,
 }
 
@@ -65,7 +65,7 @@ pub struct Case {
     /// Factors `L` and `1/D` of the mass matrix.
     lower: Vec<f64>,
     inverse: Vec<f64>,
-    /// Of air that drives a rigid hammer without a casing: the numbers of its law.
+    /// Numbers of the air's law, for air that drives a rigid hammer without a casing.
     air: Vec<f64>,
     #[serde(flatten)]
     task: Task,
@@ -75,7 +75,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// Of a hammer driven by a relay, or of a rigid one by air.
+    /// The case of a hammer driven by a relay, or of a rigid one driven by air.
     pub fn new(model: &Model<f64>, task: &Task) -> Self {
         let (scene, rock) = (&model.scene, &model.scene.rock);
         let [amplitude, stroke] = scene.drive.relay();
@@ -122,7 +122,7 @@ impl Case {
     }
 }
 
-/// Areas, dead volumes, length of the cylinder, edges and height of the ports, their areas, discharge, leakage, drag,
+/// Areas, dead volumes, length of the cylinder, edges and height of the ports, port areas, discharge, leakage, drag,
 /// temperature, pressures outside.
 fn numbers(law: &AirLaw) -> Vec<f64> {
     let [drive, back] = law.edges;
@@ -144,39 +144,39 @@ pub struct Answer {
     /// CPU time of a solver that measures its own, s.
     #[serde(default)]
     pub cpu: Option<f64>,
-    /// At each instant the nodal displacements (m), then the velocities (m/s).
+    /// Nodal displacements (m), then velocities (m/s), at each instant.
     #[serde(default)]
     pub states: Vec<Vec<f64>>,
     /// Transitions: time (s) and kind.
     #[serde(default)]
     pub events: Vec<(f64, Event)>,
-    /// Why there is none.
+    /// Reason of a failure.
     #[serde(default)]
     pub failure: Option<String>,
 }
 
-/// An answer judged.
+/// An answer compared with the reference.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Verdict {
-    /// Worst error of every nodal displacement over 1 mm and velocity over 1 m/s.
+    /// Largest error over all nodal displacements in 1 mm and velocities in 1 m/s.
     pub error: f64,
     /// Events of the reference that were found.
     pub found: usize,
-    /// Events of the reference that were not.
+    /// Events of the reference that were missed.
     pub missed: usize,
     /// Events that the reference does not have.
     pub spurious: usize,
 }
 
 impl Answer {
-    /// Keeps a state, if another one is wanted.
+    /// Keeps a state, if the task needs another one.
     pub fn keep(&mut self, task: &Task, state: &State<f64>) {
         if self.states.len() < task.instants.len() {
             self.states.push([&state.u[..], &state.v].concat());
         }
     }
 
-    /// Compares with the reference over the task. What is not a number is an error of `f64::MAX`.
+    /// Compares with the reference over the task. A value that is not finite is an error of `f64::MAX`.
     pub fn judge(&self, record: &Record, task: &Task) -> Verdict {
         let known = record.states.iter().filter(|s| task.instants.contains(&s.time));
         let mut error: f64 = if self.states.len() == task.instants.len() { 0.0 } else { f64::MAX };
@@ -203,7 +203,7 @@ impl Answer {
     }
 }
 
-/// A solver of the hammer with its accuracy chosen.
+/// A solver with a chosen accuracy.
 pub trait Peer {
     /// Solves the task from rest.
     ///

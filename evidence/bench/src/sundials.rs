@@ -1,4 +1,4 @@
-//! SUNDIALS, in a C program of its own that reads a [`Case`].
+//! SUNDIALS, in a separate C program that reads a [`Case`].
 
 use crate::Failure;
 use crate::schema::{Answer, Case, Peer, Task};
@@ -6,8 +6,8 @@ use oracles::model::Model;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// One of its methods (`ida`, `adams`, `erk` or `bdf`) with a tolerance: relative, and absolute over
-/// 1 mm, 1 m/s, 1 J.
+/// One of SUNDIALS' methods (`ida`, `adams`, `erk` or `bdf`) with its tolerance: relative, and absolute over 1 mm, 1
+/// m/s, 1 J.
 pub struct Sundials<'a> {
     /// The hammer.
     pub model: &'a Model<f64>,

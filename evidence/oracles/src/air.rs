@@ -28,14 +28,14 @@ pub use series::AirSeries;
 /// Gas constant, J/(kg K), and ratio of heats.
 const GAS: f64 = 287.05;
 const KAPPA: f64 = 1.4;
-/// Ratio of pressures beyond which a flow goes down in proportion to their difference.
+/// Ratio of pressures above which a flow is proportional to their difference.
 const STRAIGHT: f64 = 0.995;
-/// Inputs that stand for what the pressures of the chambers exceed the exhaust's by.
+/// Inputs that hold the pressures of the chambers above the exhaust's.
 pub(crate) const PRESSURES: [Input; 2] = [Input::DrivePressure, Input::ReturnPressure];
 /// Mass and inner energy of the drive chamber, then of the return chamber; mass taken from the supply.
 pub type Content<T> = [T; 5];
 
-/// How wide a port is open.
+/// State of a port.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Width {
     Shut,
@@ -51,24 +51,24 @@ enum Formula {
     Choked,
 }
 
-/// A flow: its formula, and whether it goes from its second side to its first.
+/// A flow: its formula, and true if it goes from its second side to its first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flow {
     formula: Formula,
     reversed: bool,
 }
 
-/// What is open, and how the air flows.
+/// State of the ports, and formulas of the flows.
 #[derive(Clone, Debug)]
 pub struct Air<T> {
     law: AirLaw,
     /// Pressures of supply and exhaust, Pa: coefficients about the present instant.
     outside: [Vec<T>; 2],
     widths: [[Width; 2]; 2],
-    /// Of each chamber supply and exhaust, then the leak from the drive chamber to the other.
+    /// Supply and exhaust of each chamber, then the leak from the drive chamber to the other.
     flows: [Flow; 5],
     vented: bool,
-    /// The piston is in the cylinder's end.
+    /// True if the piston is in the cylinder's end.
     shut: bool,
     height: f64,
 }
@@ -90,7 +90,7 @@ fn choked<T: Real>() -> T {
 }
 
 impl<T: Real> Air<T> {
-    /// That of a scene with the piston at `vr`, if air drives it.
+    /// The air of a scene with the piston at `vr`, if air drives it.
     pub fn start(scene: &Scene, vr: T) -> Option<Self> {
         let Drive::Air(law) = scene.drive else { return None };
         let flow = Flow { formula: Formula::Straight, reversed: false };
@@ -108,7 +108,7 @@ impl<T: Real> Air<T> {
         Some(air)
     }
 
-    /// The same under these inputs.
+    /// The same air under these inputs.
     pub fn under(&self, inputs: &[Vec<T>; 6]) -> Self {
         let outside = [Input::Supply, Input::Exhaust].map(|input| inputs[input as usize].clone());
         Self { outside, ..self.clone() }
@@ -151,13 +151,13 @@ impl<T: Real> Air<T> {
         [drive_dead + drive * (T::from(self.law.cylinder) + x), back_dead - back * y]
     }
 
-    /// Chambers filled as a start with the piston at `x` and `y` has them.
+    /// Content of the chambers at a start with the piston at `x` and `y`.
     pub fn filled(&self, places: [T; 2]) -> Content<T> {
         let ports = [0, 1].map(|chamber| usize::from(self.widths[chamber][0] == Width::Shut));
         self.filled_from(ports, places, T::default())
     }
 
-    /// Chambers at the exhaust's pressure; what was taken from the supply stays.
+    /// Content of chambers at the exhaust's pressure; the mass taken from the supply stays.
     fn emptied(&self, places: [T; 2], taken: T) -> Content<T> {
         self.filled_from([1; 2], places, taken)
     }
@@ -174,7 +174,7 @@ impl<T: Real> Air<T> {
         [md, ed, mr, er, taken]
     }
 
-    /// Pressures of the chambers with the piston at `x` and `y`, of the exhaust while they are vented, Pa.
+    /// Pressures of the chambers with the piston at `x` and `y`, Pa; the exhaust's while they are vented.
     pub fn pressures(&self, content: &Content<T>, places: [T; 2]) -> [T; 2] {
         if self.is_open() {
             return [self.exhaust(); 2];
@@ -184,15 +184,15 @@ impl<T: Real> Air<T> {
         [0, 1].map(|i| factor * content[2 * i + 1] / volumes[i])
     }
 
-    /// `F_A`, and the force on the struck body, at these pressures and this relative speed; `outside` is
-    /// the exhaust's pressure, or 0 of a coefficient after the first.
+    /// `F_A`, and the force on the struck body, at these pressures and this relative speed. `outside` is the
+    /// exhaust's pressure, or 0 for coefficients after the first.
     fn forces(&self, anvil: f64, pressures: [T; 2], speed: T, outside: T) -> [T; 2] {
         let [drive, back] = pressures.map(|p| p - outside);
         let [area, back_area] = self.law.areas.map(T::from);
         [area * drive - back_area * back - T::from(self.law.drag) * speed, T::from(anvil) * back]
     }
 
-    /// The same of a state.
+    /// The forces in a state.
     pub fn drive(&self, anvil: f64, content: &Content<T>, (places, speed): ([T; 2], T)) -> [T; 2] {
         if self.is_open() {
             return [T::default(); 2];
@@ -200,7 +200,7 @@ impl<T: Real> Air<T> {
         self.forces(anvil, self.pressures(content, places), speed, self.exhaust())
     }
 
-    /// The drive is vented, or drives again with the piston at `x` and `y`: its ports by that place.
+    /// Begins or ends venting. A drive that acts again has the ports of the piston's positions `x` and `y`.
     pub fn vent(&mut self, vented: bool, places: [T; 2], content: &mut Content<T>) {
         let was_shut = self.shut;
         self.vented = vented;
@@ -211,7 +211,7 @@ impl<T: Real> Air<T> {
         }
     }
 
-    /// The piston enters the cylinder's end, or leaves it.
+    /// The piston enters or leaves the cylinder's end.
     pub fn end(&mut self, inside: bool, places: [T; 2], content: &mut Content<T>) {
         self.shut = inside;
         self.open(places[0]);
@@ -220,7 +220,7 @@ impl<T: Real> Air<T> {
         }
     }
 
-    /// The ends of the ports' present openings, on the way that passes each.
+    /// Guards at the ends of the ports' present openings.
     pub fn guards(&self) -> Vec<Guard<T>> {
         let quantity = Quantity::Relative;
         let sign = if self.shut { 1.0 } else { -1.0 };
@@ -248,7 +248,7 @@ impl<T: Real> Air<T> {
         list
     }
 
-    /// A port passes the end of its opening.
+    /// A port's opening changes.
     pub fn turn(&mut self, event: Event) {
         match event {
             Event::Port(chamber, port, opens) => {
@@ -261,7 +261,7 @@ impl<T: Real> Air<T> {
         }
     }
 
-    /// The formula of every flow between these pressures: of those that have just begun, and after jumps.
+    /// Chooses the formula of every flow by these pressures, at a start and after jumps.
     pub fn classify(&mut self, pressures: [T; 2]) {
         for path in 0..5 {
             let [one, other] = self.sides(path).map(|chamber| match chamber {
@@ -279,7 +279,7 @@ impl<T: Real> Air<T> {
         }
     }
 
-    /// A flow takes another formula.
+    /// Changes the formula of a flow.
     pub fn change(&mut self, (path, flow): (usize, Flow)) {
         self.flows[path] = flow;
     }
@@ -292,7 +292,7 @@ impl<T: Real> Air<T> {
         }
     }
 
-    /// Area of a path wholly open, and its width.
+    /// Area of a fully open path, and its state.
     fn path(&self, path: usize) -> (f64, Width) {
         if path == 4 {
             return (self.law.leakage, Width::Whole);
@@ -301,10 +301,10 @@ impl<T: Real> Air<T> {
     }
 }
 
-/// What is at an end of a path.
+/// One end of a flow path.
 #[derive(Clone, Copy)]
 enum Side {
     Chamber(usize),
-    /// 0: supply; 1: exhaust.
+    /// Supply (0) or exhaust (1).
     Outside(usize),
 }

@@ -1,4 +1,4 @@
-//! Bars into matrices: linear elements with consistent mass, or splines.
+//! Mass and stiffness matrices of bars: linear elements with consistent mass, or splines.
 
 use crate::linear::{Banded, Real};
 use crate::scene::{Fidelity, Scene, Section};

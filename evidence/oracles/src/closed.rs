@@ -1,7 +1,7 @@
 //! Closed forms and published numbers of one blow. Lengths in `Lp`, times in `T1 = Lp / c0`,
 //! forces in `Z v0`, `kappa = KR Lp / (E A)`.
 
-/// What two free bars of equal section do, `bit = Lb / Lp` (St-Venant).
+/// Collision of two free bars of equal section, `bit = Lb / Lp` (St-Venant).
 #[derive(Clone, Copy, Debug)]
 pub struct TwoBars {
     /// Time under force.
@@ -29,13 +29,13 @@ pub const BAR_ON_SPRING: [[f64; 3]; 6] = [
     [5.0, 0.99995, 2.336],
 ];
 
-/// Energy that rock keeps of one rectangular pulse in a long bit, over the piston's:
+/// Energy that rock keeps of a rectangular pulse in a long bit, over the piston's:
 /// `2 (1 - e^-b)^2 / b (1 - 1 / gamma)` with `b = 2 kappa`.
 pub fn pulse(b: f64, gamma: f64) -> f64 {
     2.0 * (1.0 - (-b).exp()).powi(2) / b * (1.0 - 1.0 / gamma)
 }
 
-/// `b` of the largest gross share, and that share, to the digits printed.
+/// `b` at which this share is largest, and the share without the factor of `gamma`, to the digits printed.
 pub const BEST_PULSE: [f64; 2] = [1.25643, 0.814529];
 
 /// Equal bars, one blow on virgin rock (exact waves, good to five digits): `kappa`, `gamma`,

@@ -1,15 +1,13 @@
 //! The first crossing of a guard that is a polynomial.
 //!
-//! A guard crosses where it rises through zero, and the crossing counts once the
-//! excursion exceeds its height (the guard's resolution) before it returns; the
-//! event's time is the zero. A guard of height 0 never falls, and crosses where it is zero
-//! already. An excursion may begin in one polynomial and be
-//! decided in a later one, so a scan may start and end *pending*.
+//! A guard crosses where it rises through zero. The crossing counts once the guard exceeds its height (its
+//! resolution) before it returns; the event's time is the zero. A guard of height 0 never falls, and crosses at once
+//! if it starts at zero. A rise may begin in one polynomial and be decided in a later one, so a scan may start and
+//! end *pending*.
 //!
-//! A step spans two or three radians of the fastest mode; the guard is sampled at
-//! 64 points and at the extrema that changes of its slope's sign reveal between
-//! them, so an unseen pair of crossings would need an oscillation some forty times
-//! faster than the fastest there is.
+//! A step covers two or three radians of the fastest mode. The guard is sampled at 64 points, and at the extrema that
+//! changes of its slope's sign reveal between them. A missed pair of crossings would need an oscillation some forty
+//! times faster than the fastest mode.
 
 use crate::model::Real;
 use crate::taylor::horner;
@@ -126,7 +124,7 @@ mod tests {
 
     #[test]
     fn a_pair_between_two_samples_is_found() {
-        // (x - 0.5)^2 - 1e-8 upside down: above zero for 2e-4 about 0.5.
+        // -(x - 0.5)^2 + 1e-8 is above zero for 2e-4 about 0.5.
         let c = poly(&[-0.25 + 1e-8, 1.0, -1.0]);
         let Outcome::Crossed(Zero::At(x)) = scan(&c, 1.3, 1e-9, false) else { panic!() };
         assert!((x.hi - (0.5 - 1e-4)).abs() < 1e-12);
@@ -137,7 +135,7 @@ mod tests {
     fn a_low_excursion_stays_pending_and_keeps_its_zero() {
         let c = poly(&[-1e-12, 1e-12]);
         assert!(matches!(scan(&c, 2.0, 1e-9, false), Outcome::Pending(Zero::At(_))));
-        // What was pending has returned below zero by the start: a new zero.
+        // The pending guard is below zero again at the start, so this is a new zero.
         assert!(matches!(scan(&c, 2.0, 1e-9, true), Outcome::Pending(Zero::At(_))));
         let risen = poly(&[5e-10, 1e-9]);
         assert_eq!(scan(&risen, 1.0, 1e-9, true), Outcome::Crossed(Zero::Earlier));

@@ -19,7 +19,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 pub struct Dd {
     /// The nearest `f64`.
     pub hi: f64,
-    /// What it leaves.
+    /// The remainder.
     pub lo: f64,
 }
 
@@ -91,7 +91,7 @@ impl Mul for Dd {
 impl Div for Dd {
     type Output = Self;
     fn div(self, other: Self) -> Self {
-        // Long division, three digits of 53 bits.
+        // Long division with three digits of 53 bits.
         let q1 = self.hi / other.hi;
         let r = self - other * Self::from(q1);
         let q2 = r.hi / other.hi;

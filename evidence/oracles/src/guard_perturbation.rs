@@ -1,37 +1,35 @@
-//! What rounding makes of a guard: the value that is compared with a level is a sum of terms, and
-//! is off by a few units in the last place of these, whatever it comes to itself. A guard can
-//! therefore neither be located nor told from a near miss to better than that.
+//! The effect of rounding on a guard. The value that is compared with a level is a sum of terms, and has an error of a few units in the last place of these terms, however small it is itself. A guard can be located, and distinguished from a near miss, only to that accuracy.
 //!
-//! The terms are those of any arithmetic that moves a body by its static shape and oscillations
-//! about it: the places themselves, and how far and how fast the state swings. Bodies that stand
-//! still in equilibrium have none of the latter, and a level at which they rest is met exactly.
+//! The terms are those of any arithmetic that divides a motion into a static shape and oscillations about it: the
+//! positions, and the amplitudes and speeds of the oscillations. Bodies at rest in equilibrium do not oscillate, and
+//! a level at which they rest is met exactly.
 //!
-//! What nothing but the drill string's dashpot `Zs` holds comes to its steady speed `F / Zs` as
-//! `exp(-Zs t / M)`: its place is where it would come to, less `(F / Zs - v) M / Zs` that is still to
-//! come, metres on a weak string. Each of these is rounded, and their difference is the place.
+//! A body that only the drill string's dashpot `Zs` holds approaches its steady speed `F / Zs` as `exp(-Zs t / M)`.
+//! Its position is the asymptote less `(F / Zs - v) M / Zs`, which is metres on a weak string. Both are rounded, and
+//! the position is their difference.
 
 use crate::law::{MAX_JOINTS, Memory, Mode, Quantity, Rock, Side, State};
 use crate::linear::Real;
 use crate::model::Model;
 use crate::perturb::{self, RELATIVE};
 
-/// Roundings of a guard that its resolution must exceed to mean anything: each of a sum of twenty
-/// or so, sixteen times.
+/// A guard is meaningful only if its resolution exceeds this many roundings: those of a sum of some twenty terms,
+/// times sixteen.
 const UNRESOLVED: f64 = 16.0 * 20.0 * f64::EPSILON;
 
-/// How a run's guards are perturbed_guards.
+/// How the guards of a run are perturbed.
 #[derive(Clone, Copy, Debug)]
 pub struct GuardPerturbation {
-    /// Which way each is off, anew in every mode.
+    /// Seed of the signs, which are drawn again in every mode.
     pub seed: u64,
-    /// What they resolve, over what they ought to.
+    /// Factor of the resolutions.
     pub coarser: f64,
-    /// True if one that has risen when an input changes decides under the loads that raised it; else it
-    /// begins anew. Either is right.
+    /// True if a guard that has risen when an input changes is decided under the loads that raised it; false if it
+    /// begins again. Both are right.
     pub settles: bool,
 }
 
-/// What a quantity is off by, and the least height of its guards.
+/// The perturbation of each quantity, and the least height of its guards.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PerturbedGuards {
     shifts: [f64; COUNT],
@@ -53,7 +51,7 @@ fn place(quantity: Quantity) -> Option<usize> {
 }
 
 impl PerturbedGuards {
-    /// What is added to a quantity, and the height of a guard on it that resolves `height`.
+    /// The perturbation of a quantity, and the height of a guard on it whose resolution is `height`.
     pub fn of(
         &self,
         quantity: Quantity,
@@ -67,7 +65,7 @@ impl PerturbedGuards {
 }
 
 impl GuardPerturbation {
-    /// In a state that moves under a load, after so many events.
+    /// The perturbation in a state that moves under a load, after so many events.
     pub fn at<T: Real>(
         self,
         model: &Model<T>,
@@ -87,7 +85,7 @@ impl GuardPerturbation {
     }
 }
 
-/// Makes the places of bodies that only the string brakes off by their rounding, by `seed` in another way.
+/// Perturbs the positions of bodies that only the string brakes, by their rounding.
 pub fn round_braked<T: Real>(
     model: &Model<T>,
     mode: Mode,
@@ -141,8 +139,8 @@ fn body_of<T: Real>(model: &Model<T>, node: usize) -> usize {
     model.starts.partition_point(|&start| start <= node) - 1
 }
 
-/// Of each body, how far (m) and how fast (m/s) those that hold together with it swing by the imbalance of
-/// their forces and their motion, and how far they are from where the string alone brakes them, m.
+/// For each body: the displacement (m) and speed (m/s) by which its group swings, from the imbalance of its forces
+/// and from its motion; and its distance from where the string alone would stop it, m.
 fn swings<T: Real>(model: &Model<T>, mode: Mode, load: &[T], state: &State<T>) -> Vec<[f64; 3]> {
     let (n, starts) = (model.nodes(), &model.starts);
     let (bodies, rods) = (starts.len() - 1, model.scene.bodies.len());
@@ -154,7 +152,7 @@ fn swings<T: Real>(model: &Model<T>, mode: Mode, load: &[T], state: &State<T>) -
         Rock::BC | Rock::SS => 1.0 / (model.scene.rock.ratio * model.scene.rock.stiffness),
     };
     let size = |x: T| x.to_f64().abs();
-    // What holds bodies together, and yields.
+    // Elastic connections between the bodies.
     let contact = mode.closed.then_some(([0, 1], 1.0 / model.contact_stiffness.to_f64()));
     let joints = model.joints.iter().zip(mode.joints).filter(|(_, side)| *side != Side::Open);
     let joints = joints.map(|(joint, _)| {
@@ -180,7 +178,7 @@ fn swings<T: Real>(model: &Model<T>, mode: Mode, load: &[T], state: &State<T>) -
         let mass: f64 = nodes.clone().map(|i| size(model.mass.diagonal[i])).sum();
         let force: f64 = nodes.clone().map(|i| size(left[i])).sum();
         let speed = nodes.clone().map(|i| size(state.v[i])).fold(0.0, f64::max);
-        // The dashpot's force lacks as much to that of the steady speed as all forces together.
+        // The dashpot's force differs from that at the steady speed by the sum of all forces.
         let braked = if string > 0.0 && rock == 0.0 && bodies > rods && joined[bodies - 1] {
             size(nodes.map(|i| left[i]).fold(T::default(), |sum, f| sum + f)) * mass
                 / string.powi(2)

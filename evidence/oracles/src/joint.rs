@@ -1,16 +1,16 @@
 //! Loose joints of a drill string in closed form: two rods that fly, a wave, and a pulse.
 //!
-//! Rods of impedance `Z` with nothing between their faces each see a free end: a wave of force `F` moves
-//! them apart, or together, at `2 F/Z`, and comes back whole. Once a way `d` is used up, after the time
-//! `tc` with `2/Z int F dt = d`, the joint yields by `y` and passes `f`:
+//! While the faces of two rods of impedance `Z` do not touch, each is a free end: a wave of force `F` moves them
+//! apart, or together, at `2 F/Z`, and is fully reflected. After the time `tc` with `2/Z int F dt = d` the travel `d`
+//! is used up. Then the joint yields by `y` and transmits `f`:
 //!
 //! ```text
 //! y' = 2 (F - f)/Z,  f = k y,  y(tc) = 0;   tau = Z/(2 k)
 //! ```
 //!
-//! What a pulse leaves in the first rod is therefore the impulse `int F dt` up to `tc`, which is `d Z/2`
-//! whatever its shape, if the pulse is long enough to use up `d`; the rest passes, however the joint
-//! yields, for `y` is 0 again at the end.
+//! The momentum that a pulse leaves in the first rod is therefore the impulse `int F dt` up to `tc`. That is `d Z/2`
+//! whatever the pulse's shape, if it is long enough to use up `d`. The rest is transmitted, whatever the stiffness,
+//! since `y` is 0 again at the end.
 
 /// A joint between equal rods.
 #[derive(Clone, Copy, Debug)]
@@ -22,35 +22,34 @@ pub struct Loose {
 }
 
 impl Loose {
-    /// When a wave of force `rate t^2` has used up a way, s from its arrival.
+    /// Time at which a wave of force `rate t^2` has used up a travel, s after its arrival.
     pub fn closing(&self, rate: f64, way: f64) -> f64 {
         (1.5 * way * self.impedance / rate).cbrt()
     }
 
-    /// Time `tau` in which it yields, s.
+    /// Time constant `tau`, s.
     pub fn delay(&self) -> f64 {
         0.5 * self.impedance / self.stiffness
     }
 
-    /// What it passes of that wave a time after its arrival, if it closed then, N.
+    /// Force that is transmitted of that wave, N, some time after its arrival, if the joint closed at `closed`.
     pub fn passed(&self, rate: f64, time: f64, closed: f64) -> f64 {
         if time < closed {
             return 0.0;
         }
         let tau = self.delay();
-        // This would pass if it had been closed for ever; what was not there at `closed` decays.
+        // The force of a joint that was always closed; the difference at `closed` decays.
         let following = |t: f64| t * t - 2.0 * tau * t + 2.0 * tau * tau;
         rate * (following(time) - following(closed) * (-(time - closed) / tau).exp())
     }
 }
 
-/// Momentum that a pulse leaves in the rod that it comes from, N s, of all that it has; `way` is what
-/// faces or thread have left to go.
+/// Momentum that a pulse leaves in its rod, N s; `way` is the travel that faces or thread have left.
 pub fn trapped(momentum: f64, impedance: f64, way: f64) -> f64 {
     momentum.min(0.5 * way * impedance)
 }
 
-/// Two rigid rods that fly apart, and are thrown together by the thread and apart by the faces for ever.
+/// Two rigid rods that fly freely, and are thrown together by the thread and apart by the faces for ever.
 #[derive(Clone, Copy, Debug)]
 pub struct Flying {
     /// Reduced mass, kg.
@@ -64,8 +63,7 @@ pub struct Flying {
 }
 
 impl Flying {
-    /// How long faces or thread hold once they are met: half a period; and the relative speed after, over
-    /// that before.
+    /// How long faces or thread act: half a period. Then the relative speed after it over that before.
     pub fn contact(&self) -> [f64; 2] {
         let free = (self.stiffness / self.mass).sqrt();
         let ratio = 0.5 * self.damping * free;
@@ -74,8 +72,7 @@ impl Flying {
         [time, (-ratio * free * time).exp()]
     }
 
-    /// The instants at which they part and meet, s, and their relative speed from then on, m/s, from
-    /// where they part with a speed, at time 0.
+    /// The instants at which they part and meet, s, and their relative speed after each, m/s, if they part at time 0.
     pub fn instants(&self, speed: f64, count: usize) -> Vec<[f64; 2]> {
         let [span, kept] = self.contact();
         let mut list = vec![[0.0, speed]];
@@ -95,8 +92,8 @@ impl Flying {
 mod tests {
     use super::*;
 
-    /// The equation of the joint, by differences; nothing passes before it closes, and what passes of a
-    /// stiff joint is the wave.
+    /// The transmitted force satisfies the joint's equation by finite differences. It is zero before the joint
+    /// closes, and the wave itself for a stiff joint.
     #[test]
     fn what_passes_solves_the_joints_equation() {
         let (rate, way) = (3e12, 1e-4);
@@ -106,7 +103,7 @@ mod tests {
         let gone = 2.0 / joint.impedance * rate * closed.powi(3) / 3.0;
         assert!((gone - way).abs() < 1e-15 * way, "{gone}");
         assert_eq!(joint.passed(rate, 0.999 * closed, closed), 0.0);
-        // y from f, and back: Simpson's rule of 2000 steps.
+        // y from f, integrated by Simpson's rule with 2000 steps.
         let (steps, end) = (2000, closed + 5.0 * joint.delay());
         let step = (end - closed) / f64::from(steps);
         let rise = |i: i32| {

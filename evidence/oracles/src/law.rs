@@ -1,4 +1,4 @@
-//! The discrete side of the hammer: modes, events, guards, the rock's memory.
+//! The discrete part of the hammer: modes, events, guards, and the rock's memory.
 
 use crate::linear::Real;
 use serde::{Deserialize, Serialize};
@@ -21,10 +21,10 @@ pub enum Rock {
 /// Most joints of a scene.
 pub const MAX_JOINTS: usize = 8;
 
-/// Where in its play a joint is.
+/// The side on which a joint acts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Side {
-    /// Nothing acts; also where there is no joint.
+    /// It does not act, or does not exist.
     #[default]
     Open,
     /// The upper body stands on the lower one.
@@ -51,13 +51,12 @@ pub struct Mode {
 }
 
 impl Mode {
-    /// Without joints, driving.
+    /// A mode without joints, with the relay driving.
     pub fn bare(closed: bool, rock: Rock) -> Self {
         Self { closed, rock, down: true, joints: [Side::Open; MAX_JOINTS], vented: false }
     }
 
-    /// Which of the eight linear systems holds: closed or open, times no rock,
-    /// `KR` and `CR`, `KR`, `gamma KR`.
+    /// Index of the linear system, of eight: contact closed or open, times no rock, `KR` and `CR`, `KR`, `gamma KR`.
     pub fn system_index(self) -> usize {
         let rock = match self.rock {
             Rock::FF => 0,
@@ -69,7 +68,7 @@ impl Mode {
     }
 }
 
-/// What the rock remembers.
+/// The rock's memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory<T> {
     /// Foot of the loading line `ul`, m.
@@ -78,7 +77,7 @@ pub struct Memory<T> {
     pub uu: T,
     /// Permanent gain of the last cycle `dp`, m.
     pub gain: T,
-    /// Force at which the tip turned up last, N.
+    /// Force at which the tip last turned upward, N.
     #[serde(default)]
     pub turned: T,
 }
@@ -94,7 +93,7 @@ pub struct State<T> {
     pub psi: T,
 }
 
-/// What ends a mode.
+/// An event ends a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Event {
     /// Q11 falls: the gap closes.
@@ -123,15 +122,15 @@ pub enum Event {
     Q9,
     /// Relay to +1.
     Q10,
-    /// A port opens (or not): its chamber (0 drive), which (0 supply).
+    /// A port opens (true) or closes: chamber (0: drive), port (0: supply).
     Port(usize, usize, bool),
-    /// A port of air is wholly open (or no more): its chamber, which.
+    /// A port of air is fully open from here on (true) or no longer: chamber, port.
     Whole(usize, usize, bool),
-    /// The piston enters the end of its cylinder, or leaves it.
+    /// The piston enters (true) or leaves the end of its cylinder.
     End(bool),
     /// The bodies of a joint meet, or part.
     Joint(usize, Side),
-    /// The bit passes the idle travel: outward, or back.
+    /// The bit passes the idle travel outward (true) or back.
     Vent(bool),
 }
 
@@ -161,27 +160,27 @@ pub enum Quantity {
     Relative,
     /// `psi`, J.
     Work,
-    /// How far a joint's faces are apart, m.
+    /// Distance of a joint's faces, m.
     Joint(usize),
 }
 
 /// `sign (quantity - offset)`, whose rise through zero is `event`.
 #[derive(Clone, Copy, Debug)]
 pub struct Guard<T> {
-    /// What happens.
+    /// The event.
     pub event: Event,
-    /// What is watched.
+    /// The quantity.
     pub quantity: Quantity,
     /// `+1` or `-1`.
     pub sign: f64,
     /// Level, in the quantity's unit.
     pub offset: T,
-    /// What an excursion must exceed to count; 0 for `psi`, which never falls.
+    /// Height that a rise must exceed to count; 0 for `psi`, which never falls.
     pub height: f64,
 }
 
 impl<T: Real> Guard<T> {
-    /// The guard's value where its quantity is `q`.
+    /// The guard's value if its quantity is `q`.
     pub fn value(&self, q: T) -> T {
         T::from(self.sign) * (q - self.offset)
     }

@@ -1,11 +1,11 @@
-//! What the engine is held to, made without a line of it: no oracle can name an engine.
+//! References for the engine, made without any of its code: no oracle depends on the engine.
 //!
-//! * [`model`]: the finite element hammer assembled a second time, from the text of the model,
+//! * [`model`]: the finite element hammer assembled a second time, from the equations alone,
 //!   on linear elements or splines;
 //! * [`run`]: its solution by Taylor series in double-double arithmetic, through any script of
-//!   inputs and retuning; [`reference`](mod@reference) keeps some of these;
+//!   inputs and retuning; [`reference`](mod@reference) stores some of these;
 //! * [`waves`]: the continuum that meshes approximate, by characteristics;
-//! * [`joint`]: what loose joints of one do;
+//! * [`joint`]: loose joints in that continuum;
 //! * [`closed`]: closed forms and published numbers.
 //!
 //! Nothing that ships depends on this crate.

@@ -1,4 +1,4 @@
-//! Symmetric banded matrices over any field, and what a number must do.
+//! Symmetric banded matrices over any field, and the field's operations.
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -50,7 +50,7 @@ pub struct Banded<T> {
     pub diagonal: Vec<T>,
     /// `a[i][i + 1]`.
     pub off: Vec<T>,
-    /// `a[i][i + 2]`, `a[i][i + 3]` and so on: none of linear elements.
+    /// `a[i][i + 2]`, `a[i][i + 3]` and so on; linear elements have none.
     pub far: Vec<Vec<T>>,
 }
 
@@ -106,7 +106,7 @@ impl<T: Field> Banded<T> {
         }
     }
 
-    /// `x.A x`, if every row of `A` sums to zero: a form in differences, whose digits do not cancel.
+    /// `x.A x` of a matrix whose rows sum to zero, computed from differences, which do not cancel.
     pub fn square_of_differences(&self, x: &[T]) -> T {
         let rows = std::iter::once(&self.off).chain(&self.far).zip(1..);
         rows.fold(T::default(), |sum, (row, k)| {
@@ -117,7 +117,7 @@ impl<T: Field> Banded<T> {
         })
     }
 
-    /// `A = L D L^T` of the rows and columns from `first` on, `n` of them, for [`Factor::solve`].
+    /// `A = L D L^T` of the `n` rows and columns from `first` on, for [`Factor::solve`].
     pub fn factor(&self, first: usize, n: usize) -> Factor<T> {
         let row =
             |row: &[T], k: usize| row[first..(first + n).saturating_sub(k).max(first)].to_vec();
@@ -177,7 +177,7 @@ impl<T: Field> Factor<T> {
 mod tests {
     use super::*;
 
-    /// A band of three with a part of it cut out: the product with what was solved for is what was given.
+    /// A part is cut out of a matrix of bandwidth three: its product with the solution is the right-hand side.
     #[test]
     fn elimination_solves_a_part_of_a_band() {
         let mut a = Banded::zero(6);

@@ -69,12 +69,12 @@ pub struct Model<T> {
     pub anvil: Vec<T>,
     /// Meeting stiffness, N/m.
     pub contact_stiffness: T,
-    /// What it was assembled from, as it is now.
+    /// The scene, with the present tuning.
     pub scene: Scene,
 }
 
 impl<T: Real> Model<T> {
-    /// Assembles the hammer; rigid bodies have one node each.
+    /// Assembles the hammer. A rigid body has one node.
     pub fn new(scene: &Scene) -> Self {
         let around = scene.casing.as_ref().map(|casing| &casing.sections);
         let bodies: Vec<&Vec<Section>> =
@@ -121,7 +121,7 @@ impl<T: Real> Model<T> {
         model
     }
 
-    /// Takes over another rock law, and another amplitude of the relay.
+    /// Replaces the rock law, and the relay's amplitude.
     pub fn retune(&mut self, rock: RockLaw, force: Option<f64>) {
         self.scene.rock = rock;
         if let (Drive::Relay { amplitude, .. }, Some(force)) = (&mut self.scene.drive, force) {
@@ -203,7 +203,7 @@ impl<T: Real> Model<T> {
             let stiffness = &system.stiffness.diagonal;
             let damping = &system.damping.diagonal;
             (0..stiffness.len()).map(move |i| {
-                // Bounds of one node, thrice for the others that consistent mass brings in.
+                // Bounds for one node, and three times as much for the others, which consistent mass couples.
                 let [ks, cs] = self.held(i);
                 let k = (stiffness[i].to_f64() + ks) / mass(i);
                 let c = (damping[i].to_f64() + cs) / mass(i);
@@ -232,7 +232,7 @@ impl<T: Real> Model<T> {
         }
     }
 
-    /// Gravity, and what springs push with where `u = 0`, N: all but the inputs.
+    /// Gravity, and the springs' forces at `u = 0`, N: all loads but the inputs.
     pub fn standing(&self, mode: Mode, memory: &Memory<T>) -> Vec<T> {
         let mut load = self.weight.clone();
         if mode.closed {
@@ -247,7 +247,7 @@ impl<T: Real> Model<T> {
         load
     }
 
-    /// All forces of a mode where the inputs stay as they start, N.
+    /// All forces of a mode under the inputs' start values, N.
     pub fn load(&self, mode: Mode, memory: &Memory<T>) -> Vec<T> {
         self.load_of(mode, memory, &self.scene.rows())
     }
@@ -267,8 +267,8 @@ impl<T: Real> Model<T> {
         }
     }
 
-    /// `F_A`, and the force of the return chamber on the struck body, as polynomials, N, of the inputs'
-    /// coefficients; of the relay, its present force.
+    /// `F_A`, and the force of the return chamber on the struck body, N, as polynomials given by the inputs'
+    /// coefficients; of a relay, its present force.
     pub fn driving(&self, mode: Mode, inputs: &[Vec<T>; 6]) -> [Vec<T>; 2] {
         let of = |input: Input| &inputs[input as usize];
         let nothing = || vec![T::default()];
@@ -288,7 +288,7 @@ impl<T: Real> Model<T> {
             }
         };
         let exhaust = match self.scene.drive {
-            // Of air the inputs are what its pressures exceed the exhaust's by.
+            // For air, these inputs hold the pressures above the exhaust's.
             Drive::Pressure { .. } | Drive::Air(_) => T::default(),
             _ => return [force, nothing()],
         };
@@ -297,7 +297,7 @@ impl<T: Real> Model<T> {
         [force, pressing.iter().map(|&p| p * T::from(self.scene.anvil_area)).collect()]
     }
 
-    /// The answer of a line at the piston to these velocities, N: of a relay that is vented none.
+    /// Reaction of a line at the piston to these velocities, N; a vented relay has none.
     pub fn line(&self, mode: Mode, v: &[T]) -> T {
         let vented = mode.vented && matches!(self.scene.drive, Drive::Relay { .. });
         T::from(if vented { 0.0 } else { -self.scene.impedance }) * self.mean_difference(v)
@@ -340,12 +340,12 @@ impl<T: Real> Model<T> {
         }
     }
 
-    /// Reads a quantity off a state.
+    /// A quantity of a state.
     pub fn quantity(&self, quantity: Quantity, state: &State<T>) -> T {
         self.quantity_of(quantity, &state.u, &state.v, state.psi)
     }
 
-    /// Reads a quantity off the parts of a state.
+    /// A quantity, from the parts of a state.
     pub fn quantity_of(&self, quantity: Quantity, u: &[T], v: &[T], psi: T) -> T {
         let gap = T::from(self.scene.gap);
         match quantity {
@@ -358,17 +358,18 @@ impl<T: Real> Model<T> {
         }
     }
 
-    /// `w2.u`: the gap but for `g0`.
+    /// `w2.u`: the gap without `g0`.
     pub fn gap(&self, u: &[T]) -> T {
         u[self.bit] - u[self.bit - 1]
     }
 
-    /// Means of the piston and of what it strikes: the place over that but for `g0`.
+    /// Difference of the means of the piston and of what it strikes, without `g0`.
     pub fn over(&self, u: &[T]) -> T {
         self.over.iter().zip(u).fold(T::default(), |sum, (&r, &x)| sum + r * x)
     }
 
-    /// Means of the piston and of what it strikes, or of the casing: the relative position but for `g0`.
+    /// Difference of the means of the piston and of what it strikes, or of the casing: the relative position without
+    /// `g0`.
     pub fn mean_difference(&self, u: &[T]) -> T {
         self.relative.iter().zip(u).fold(T::default(), |sum, (&r, &x)| sum + r * x)
     }
@@ -425,13 +426,13 @@ impl<T: Real> Model<T> {
             Drive::Relay { stroke, .. } => {
                 list.push(guard(Event::Q10, Quantity::Relative, -1.0, -T::from(stroke)));
             }
-            // A run knows the ports.
+            // Ports are handled by the run.
             Drive::Force | Drive::Pressure { .. } | Drive::Air(_) => {}
         }
         list
     }
 
-    /// What an event does.
+    /// Applies an event to mode and memory.
     pub fn transition(
         &self,
         event: Event,
@@ -448,7 +449,7 @@ impl<T: Real> Model<T> {
             Event::Q10 => mode.down = true,
             Event::Port(..) | Event::Whole(..) | Event::End(_) => {}
             Event::Joint(i, side) => mode.joints[i] = side,
-            // Vented, the relay rests where it drives again from.
+            // A vented relay waits in the position from which it drives again.
             Event::Vent(vented) => (mode.vented, mode.down) = (vented, true),
             Event::Q1 => (mode.rock, state.psi) = (Rock::DFC, T::default()),
             Event::Q3 => mode.rock = Rock::FC,

@@ -1,33 +1,32 @@
-//! The same scene with every number off by a few units in the last place: what comes of it is
-//! what no arithmetic of double precision can be blamed for.
+//! The same scene with every number changed by a few units in the last place. The change of the result is what double
+//! precision cannot know.
 
 use crate::law::State;
 use crate::linear::Real;
 use crate::record;
 use crate::scene::{Action, Drive, RockLaw, Scene, Schedule};
 
-/// A relative change of up to this is made, `2^-50`: four units in the last place.
+/// Largest relative change, `2^-50`: four units in the last place.
 pub const RELATIVE: f64 = 1.0 / 1_125_899_906_842_624.0;
 
-/// How far an instant of retuning is moved, in parts of it. Who retunes at an event retunes before or
-/// after it, and either is right.
+/// Relative change of an instant of retuning. Retuning at an event may come before or after it; both are right.
 pub const INSTANT: f64 = 1.0 / 17_592_186_044_416.0;
 
-/// At an event is what is no further from it than this many times that, or than its own instant is
-/// known, or than events at one instant are from each other. Then it is moved beyond, and twice as
-/// far: to where the event may be of a scene that is off by rounding.
+/// An instant is at an event if it is within this many times the relative change, the event's own uncertainty, or the
+/// distance of simultaneous events. It is then moved beyond the event, by twice as much: to where the event may be in
+/// a scene that is changed by rounding.
 const AT: f64 = 32.0;
 
-/// An event at which a script may retune, and to what its instant is known, s.
+/// An event at which a script may retune.
 #[derive(Clone, Copy, Debug)]
 pub struct Near {
-    /// When.
+    /// Its time, s.
     pub at: f64,
-    /// By how much perturbed runs differ in that.
+    /// Its uncertainty, the difference between perturbed runs, s.
     pub known: f64,
 }
 
-/// A stream of changes (Marsaglia's xorshift).
+/// A stream of random changes (Marsaglia's xorshift).
 struct Changes(u64);
 
 impl Changes {
@@ -35,7 +34,7 @@ impl Changes {
         Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
     }
 
-    /// From -1 to 1.
+    /// A number from -1 to 1.
     fn part(&mut self) -> f64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -56,7 +55,7 @@ impl Changes {
         let speeds = [&mut law.standstill_speed, &mut law.standstill_penetration];
         let line = [&mut law.stiffness, &mut law.viscosity, &mut law.barrier];
         speeds.into_iter().chain(line).for_each(|x| self.off(x));
-        // Above 1 it stays.
+        // A ratio above 1 stays above it.
         let mut above = law.ratio - 1.0;
         self.off(&mut law.ratio);
         self.off(&mut above);
@@ -64,13 +63,13 @@ impl Changes {
     }
 }
 
-/// Numbers from -1 to 1, by `seed` others.
+/// Random numbers from -1 to 1.
 pub fn parts(seed: u64) -> impl Iterator<Item = f64> {
     let mut changes = Changes::of(seed);
     std::iter::from_fn(move || Some(changes.part()))
 }
 
-/// A state of whose moving nodes all numbers are off by as much, by `seed` in another way.
+/// Changes all numbers of the moving nodes of a state.
 pub fn round<T: Real>(state: &mut State<T>, seed: u64) {
     let mut changes = Changes::of(seed);
     let nodes = state.u.iter_mut().zip(&mut state.v);
@@ -80,9 +79,8 @@ pub fn round<T: Real>(state: &mut State<T>, seed: u64) {
     }
 }
 
-/// A scene and its script with every number changed, by `seed` in another way. Instants at which
-/// inputs are set stay; retuning comes earlier by an odd `seed`, later by an even one, beyond one of
-/// the `events` if it is at that.
+/// A scene and its script with every number changed. Instants of inputs stay. Retuning comes earlier for an odd
+/// `seed` and later for an even one, or on the other side of one of the `events` if it is at that.
 pub fn perturbed(
     scene: &Scene,
     schedule: &Schedule,

@@ -1,4 +1,4 @@
-//! Quotients and powers of power series, a coefficient at a time.
+//! Quotients and powers of power series, coefficient by coefficient.
 
 use crate::linear::Real;
 
@@ -14,12 +14,12 @@ pub(crate) fn raised<T: Real>(u: T, (power, root): (i32, i32)) -> T {
     if power < 0 { T::from(1.0) / result } else { result }
 }
 
-/// Coefficient `k` of `c = a / b`, of which the lower ones are there.
+/// Coefficient `k` of `c = a / b`, given the lower ones.
 pub(crate) fn quotient<T: Real>(a: T, b: &[T], c: &[T], k: usize) -> T {
     ((0..k).fold(a, |rest, i| rest - c[i] * b[k - i])) / b[0]
 }
 
-/// Coefficient `k` of `y = u^(power / root)`, of which the lower ones are there.
+/// Coefficient `k` of `y = u^(power / root)`, given the lower ones.
 pub(crate) fn power<T: Real>(u: &[T], y: &[T], exponent: (i32, i32), k: usize) -> T {
     if k == 0 {
         return raised(u[0], exponent);

@@ -1,8 +1,8 @@
-//! What a [run](crate::run) tells: the transitions, the states asked for, or why it was given up.
+//! Results of a [run](crate::run): the transitions, the sampled states, or why it was given up.
 
 use crate::law::{Event, Memory, Mode, State};
 
-/// Events closer than this are at one instant, s: contact first, then joints, rock, drive.
+/// Events closer than this are simultaneous, s: contact first, then joints, rock, drive.
 pub(crate) const INSTANT: f64 = 1e-15;
 
 /// Why a run was given up.
@@ -10,7 +10,7 @@ pub(crate) const INSTANT: f64 = 1e-15;
 pub enum GivenUp {
     /// More than a hundred transitions at one instant, s.
     Zeno(f64),
-    /// More series than allowed by this time, s.
+    /// More series than allowed, by this time, s.
     Long(f64),
 }
 
@@ -34,8 +34,8 @@ pub struct Passed<T> {
     pub event: Event,
     /// The mode after it.
     pub mode: Mode,
-    /// Rate of the guard there, in its quantity's unit a second: 0 where the level was passed
-    /// by an action or an event.
+    /// Rate of the guard there, in its quantity's unit per second; 0 where an action or another event moved it across
+    /// the level.
     pub rate: T,
 }
 
@@ -50,17 +50,17 @@ pub struct Energies<T> {
     pub feed: T,
     /// Kinetic energy, strain energy, energy of contact and joints, recoverable rock energy.
     pub stored: [T; 4],
-    /// Loss of the loading lines.
+    /// Dissipated on the loading lines.
     pub rock: T,
-    /// Loss of the dashpot.
+    /// Dissipated in the dashpot.
     pub viscous: T,
-    /// Loss of the material, of joints and of the string above a casing: what the balance leaves, exactly.
+    /// Dissipated in the material, in joints and in the string above a casing: the exact remainder of the balance.
     pub damping: T,
-    /// Put in by retuning.
+    /// Added by retuning.
     pub retuned: T,
 }
 
-/// A state asked for.
+/// A sampled state.
 #[derive(Clone, Debug)]
 pub struct Sampled<T> {
     /// When, s.
@@ -73,7 +73,7 @@ pub struct Sampled<T> {
     pub state: State<T>,
     /// Contact force and rock force, N.
     pub forces: [T; 2],
-    /// What each joint presses its bodies apart with, N.
+    /// Forces by which the joints push their bodies apart, N.
     pub joints: Vec<T>,
     /// Force on the piston, N.
     pub force: T,
@@ -81,6 +81,6 @@ pub struct Sampled<T> {
     pub energies: Energies<T>,
     /// Pressures of the chambers of air, Pa, and the mass taken from its supply, kg; zeros without.
     pub pressures: [T; 2],
-    /// See there.
+    /// Mass taken from the supply, kg.
     pub taken: T,
 }

@@ -1,5 +1,5 @@
-//! Reference solutions that are kept: two runs of [`crate::run`] of different accuracy, of
-//! which the better is stored with the difference.
+//! Stored reference solutions: of two runs of [`crate::run`] with different accuracy, the better one and the
+//! difference.
 
 use crate::dd::Dd;
 use crate::law::{Event, Memory, Mode, Quantity, State};
@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 pub struct EventRecord {
     /// Time, s: nearest `f64`.
     pub time: f64,
-    /// What the nearest `f64` leaves, s.
+    /// Rest of the time beyond the `f64`, s.
     pub time_rest: f64,
     /// Which.
     pub event: Event,
@@ -49,11 +49,11 @@ pub struct StateRecord {
 /// A committed reference solution.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Record {
-    /// What it is the solution of.
+    /// The scene.
     pub scene: Scene,
     /// Order of the series.
     pub order: usize,
-    /// Size of the last term kept, in parts of the largest.
+    /// Size of the last term kept, over the largest.
     pub tolerance: f64,
     /// Largest difference from a second run of other order and tolerance, at any
     /// instant: displacements over 1 mm, velocities over 1 m/s.
@@ -66,7 +66,7 @@ pub struct Record {
     pub states: Vec<StateRecord>,
 }
 
-/// Largest difference, with 1 mm and 1 m/s as units; `f64::MAX` if any is not a number.
+/// Largest difference, in 1 mm and 1 m/s; `f64::MAX` if any is not finite.
 pub fn distance<T: Real>(a: &State<T>, b: &State<T>) -> f64 {
     let worst = |x: &[T], y: &[T], scale: f64| {
         x.iter().zip(y).fold(0.0f64, |max, (&x, &y)| {
@@ -99,10 +99,10 @@ fn state_record(run: &Run<Dd>, sample: &Sampled<Dd>) -> StateRecord {
     }
 }
 
-/// Runs twice and keeps the better run with the difference.
+/// Runs twice, and keeps the better run with the difference.
 ///
 /// # Errors
-/// A run was given up, or the two disagree on the sequence of events.
+/// A run was given up, or the two have different sequences of events.
 pub fn record(
     scene: &Scene,
     instants: &[f64],

@@ -4,12 +4,12 @@
 //! until the end:
 //!     expand about x-; step as far as the series reaches, the next action or instant allows
 //!     if a guard's polynomial crosses on the way: x- := its zero, transition
-//!     else x- := the end of the step; there, what the script says
+//!     else x- := the end of the step; there, the script's actions
 //! ```
 //!
-//! In double-double arithmetic rounding (2^-106) and truncation are the only errors, and the
-//! events pass them on; two runs with different orders and tolerances measure the result. In
-//! plain doubles the same is a second opinion of what double precision can know.
+//! In double-double arithmetic, rounding (2^-106) and truncation are the only errors, and events propagate them; two
+//! runs with different orders and tolerances measure the result. In plain doubles the same algorithm shows what
+//! double precision can know.
 
 mod ahead;
 mod breath;
@@ -29,7 +29,7 @@ use crate::taylor::{Accuracy, Polynomials, Series, Works, shifted};
 /// Most transitions at one instant before the run is given up.
 const SIMULTANEOUS: usize = 100;
 
-/// Where a run stands.
+/// Present place of a run.
 #[derive(Clone, Debug)]
 struct Place<T> {
     time: T,
@@ -40,43 +40,43 @@ struct Place<T> {
 /// An integration under way.
 #[derive(Clone)]
 pub struct Run<T> {
-    /// The model, as it is tuned now.
+    /// The model with the present tuning.
     pub model: Model<T>,
     accuracy: Accuracy,
     unit: f64,
     place: Place<T>,
     mode: Mode,
     memory: Memory<T>,
-    /// Coefficients by powers of a unit of time, about the instant after them.
+    /// Coefficients in powers of a unit of time, about the instant below.
     inputs: Polynomials<T>,
     since: T,
-    /// What drives with air, if it does; what its pressures exceed the exhaust's by stands among the inputs.
+    /// The air, if it drives. Its pressures above the exhaust's are stored among the inputs.
     air: Option<Air<T>>,
-    /// Sums of modes that are over: loss of the loading lines, of the dashpot, retuning.
+    /// Sums over past modes: energy dissipated on the loading lines and in the dashpot, and energy added by retuning.
     lost: [T; 3],
     /// Stored energy, and gravity's potential, at the start.
     start: [T; 2],
     pending: Vec<Option<Place<T>>>,
-    /// The first zero that was undecided when an action came, s.
+    /// First instant at which an action found a guard undecided, s.
     dropped: f64,
-    /// How guards are perturbed_guards, if they are, and what that comes to in the present mode.
+    /// How guards are perturbed, if they are, and the perturbation in the present mode.
     guard_perturbation: Option<(GuardPerturbation, PerturbedGuards)>,
-    /// Tip's place and `psi` where the present mode or tuning began.
+    /// Tip's position and `psi` at the start of the present mode or tuning.
     entered: [T; 2],
     /// The transitions so far.
     pub events: Vec<Passed<T>>,
     /// The states so far.
     pub samples: Vec<Sampled<T>>,
-    /// What guards resolve, over what the scene states.
+    /// Factor of the guards' resolutions.
     pub finer: f64,
-    /// Series summed so far.
+    /// Series computed so far.
     pub steps: usize,
-    /// Series allowed.
+    /// Largest number of series.
     pub patience: usize,
 }
 
 impl<T: Real> Run<T> {
-    /// At the start, at time 0.
+    /// A run at the start, at time 0.
     pub fn new(scene: &Scene, accuracy: Accuracy) -> Self {
         let model = Model::<T>::new(scene);
         let (state, mode, memory) = model.start();
@@ -116,14 +116,14 @@ impl<T: Real> Run<T> {
         run
     }
 
-    /// With guards that are off by what rounding makes of them.
+    /// The same run with guards perturbed by rounding.
     pub fn perturbed_guards(mut self, guard_perturbation: GuardPerturbation) -> Self {
         self.guard_perturbation = Some((guard_perturbation, PerturbedGuards::default()));
         self.perturb_guards();
         self
     }
 
-    /// What a change of basis leaves is rounded; what stands still is not.
+    /// Perturbs the state by the rounding of a change of basis. Bodies at rest are not rounded.
     fn round_state(&mut self) {
         if let Some((guard_perturbation, _)) = self.guard_perturbation {
             let seed = guard_perturbation.seed + 8 * self.events.len() as u64;
@@ -131,8 +131,8 @@ impl<T: Real> Run<T> {
         }
     }
 
-    /// Where a mode, a tuning or an input begins, guards are off in another way, and what the string
-    /// brakes has another place to come to.
+    /// Draws new perturbations of the guards at the start of a mode, a tuning or an input, where bodies that the
+    /// string brakes also have new asymptotes.
     fn perturb_guards(&mut self) {
         let Some((guard_perturbation, _)) = self.guard_perturbation else { return };
         let load = self.model.load_of(self.mode, &self.memory, &self.inputs_now());
@@ -144,14 +144,14 @@ impl<T: Real> Run<T> {
         self.guard_perturbation = Some((guard_perturbation, perturbed));
     }
 
-    /// About the reciprocal of the fastest rate that the present tuning has, s: a series
-    /// reaches over some units of it.
+    /// Unit of time, s: about the reciprocal of the fastest rate under the present tuning. A series reaches over some
+    /// units.
     pub fn unit_time(&self) -> f64 {
         self.unit
     }
 
-    /// From when on the run is not decided, s: a guard had risen, and not yet exceeded its
-    /// resolution, at the end or at an action. Who looks further ahead decides what this did not.
+    /// Instant from which on the run is undecided, s: at the end or at an action, a guard had risen without exceeding
+    /// its resolution. A solver that looks further ahead may decide it.
     pub fn near_miss(&self) -> f64 {
         let zeros = self.pending.iter().flatten().map(|place| place.time.to_f64());
         zeros.fold(self.dropped, f64::min)
@@ -176,15 +176,15 @@ impl<T: Real> Run<T> {
         list
     }
 
-    /// A mode or a tuning begins.
+    /// Starts a mode or a tuning.
     fn enter(&mut self) {
         self.pending = vec![None; self.guards().len()];
         self.entered = [self.tip(), self.place.state.psi];
         self.unit = self.model.unit();
     }
 
-    /// Integrates through all `instants` (ascending), sampling at each, and does what the
-    /// script says on the way; a sample at the instant of an action is taken before it.
+    /// Integrates through all `instants` (ascending), samples at each, and performs the script's actions. A sample at
+    /// the instant of an action is taken before it.
     ///
     /// # Errors
     /// See [`GivenUp`].
@@ -194,14 +194,14 @@ impl<T: Real> Run<T> {
             let target = instants[self.samples.len()];
             match schedule.get(next) {
                 Some((time, action)) if *time < target => {
-                    // All that is done at one instant is done before anything happens there.
+                    // All actions at one instant are performed before any event.
                     let together = next > 0 && schedule[next - 1].0 == *time;
                     if together || self.step(T::from(*time))? && !self.settle()? {
                         self.act(action);
                         next += 1;
                     }
                 }
-                // A rejected stretch takes its samples with it.
+                // A rejected part of the run is removed with its samples.
                 _ => {
                     if self.step(T::from(target))? {
                         self.sample(target);
@@ -253,12 +253,12 @@ impl<T: Real> Run<T> {
         if matches!(action, Action::Set(Input::Supply | Input::Exhaust, _)) {
             self.flow_anew();
         }
-        // What a guard was about to decide, it decides anew.
+        // Pending guards are decided again.
         self.pending.iter_mut().for_each(|pending| *pending = None);
         self.perturb_guards();
     }
 
-    /// Writes the inputs about the present instant.
+    /// Expands the inputs about the present instant.
     fn rebase(&mut self) {
         self.inputs = self.inputs_now();
         self.since = self.place.time;
@@ -306,7 +306,7 @@ impl<T: Real> Run<T> {
         });
     }
 
-    /// A port of air turns, or the drive is vented, or works again.
+    /// A port passes an edge, or venting begins or ends.
     fn turn(&mut self, event: Event) {
         let (places, inputs) = (self.places(), self.inputs_now());
         if let Some(air) = &mut self.air {
@@ -350,8 +350,8 @@ impl<T: Real> Run<T> {
         Ok(arrives)
     }
 
-    /// How far a series reaches, in units of time: to its accuracy, or to where a flow of air passes to
-    /// another formula, and which.
+    /// How far a series reaches, in units of time: to its accuracy, or to where an air flow changes its formula, with
+    /// that change.
     fn stride(&self, series: &Series<T>) -> (T, Option<(usize, Flow)>) {
         let reach = series.reach(self.accuracy);
         match series.air.as_ref().and_then(|air| air.change(reach)) {
@@ -360,7 +360,7 @@ impl<T: Real> Run<T> {
         }
     }
 
-    /// The first transition of a step, if any; otherwise notes what is pending.
+    /// The first transition of a step, if any. Otherwise records the pending guards.
     fn first_crossing(&mut self, series: &Series<T>, end: f64) -> Option<(Guard<T>, Place<T>)> {
         let mut first: Option<(Guard<T>, Place<T>)> = None;
         for (i, guard) in self.guards().into_iter().enumerate() {

@@ -1,7 +1,7 @@
-//! A hammer and what is done to it, in plain numbers. SI units.
+//! A hammer and its inputs, in plain numbers. SI units.
 //!
-//! The oracles read nothing else, so that they can name no engine; who compares an engine with
-//! them says here what both are to solve.
+//! The oracles read nothing else, so that they need not know an engine. Whoever compares an engine with them
+//! describes the common problem here.
 
 use serde::{Deserialize, Serialize};
 
@@ -63,7 +63,7 @@ pub struct RockLaw {
     pub standstill_speed: f64,
     /// Standstill penetration `dps`, m.
     pub standstill_penetration: f64,
-    /// A tip that turns down again goes back along the unloading line first.
+    /// True if a tip that turns down again first goes back along the unloading line.
     #[serde(default)]
     pub reloads: bool,
 }
@@ -79,9 +79,9 @@ pub struct AirLaw {
     pub cylinder: f64,
     /// Relative positions at which the ports begin to open: supply and exhaust of each chamber, m.
     pub edges: [[f64; 2]; 2],
-    /// Travel from there to where they are wholly open, m.
+    /// Travel from there to where they are fully open, m.
     pub height: f64,
-    /// Areas of a supply and of an exhaust, wholly open, m2.
+    /// Areas of a fully open supply and exhaust port, m2.
     pub ports: [f64; 2],
     /// Discharge coefficient.
     pub discharge: f64,
@@ -93,9 +93,9 @@ pub struct AirLaw {
     pub temperature: f64,
     /// Pressures of supply and exhaust, Pa.
     pub outside: [f64; 2],
-    /// To what the air is known, relative: who integrates it to that solves another scene by as much.
+    /// Relative error of the air in the engine: an engine with this error solves a scene that differs by as much.
     pub error: f64,
-    /// What the pressures that act are off by, relative: 0, but where one shows what such an error does.
+    /// Relative change of the pressures that act; 0, except to show the effect of such an error.
     pub off: [f64; 2],
 }
 
@@ -116,7 +116,7 @@ pub enum Drive {
         /// `A_drive` and `A_return`, m2.
         areas: [f64; 2],
     },
-    /// The same, the pressures those of air that flows through ports.
+    /// The pressure drive's force, with the pressures of air that flows through ports.
     Air(AirLaw),
 }
 
@@ -130,8 +130,8 @@ impl Drive {
     }
 }
 
-/// The threads that join the bodies below the piston, all alike: pressed where faces meet, pulled
-/// where they are a slack apart.
+/// The threads between the bodies below the piston, all equal: pressed where faces meet, pulled at the end of the
+/// slack.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Coupling {
     /// Stiffness `kc`, N/m, both ways.
@@ -154,13 +154,13 @@ pub struct Casing {
     pub stiffness: f64,
     /// Viscosity `cs` of shoulder and ring, N s/m.
     pub viscosity: f64,
-    /// The bit's way from shoulder to ring, m.
+    /// Travel of the bit from shoulder to ring, m.
     pub travel: f64,
-    /// Where on this way the drive is vented, m; 0: nowhere.
+    /// Travel at which the drive is vented, m; 0: never.
     pub idle_travel: f64,
 }
 
-/// An input; its number is its place in a row of six.
+/// An input. Its number is its place in arrays of six.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Input {
     /// `FS`, N.
@@ -209,13 +209,13 @@ pub struct Scene {
     pub impedance: f64,
     /// Gravity `G`, m/s2.
     pub gravity: f64,
-    /// Values of the inputs at the start, by [`Input`], but for those of air, which its law has.
+    /// Values of the inputs at the start, by [`Input`]; those of air are in its law.
     pub inputs: [f64; 4],
     /// The casing, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub casing: Option<Casing>,
-    /// What an excursion of a displacement (m) and of a velocity guard (m/s) must exceed to
-    /// count as a crossing: part of the problem, for without it a graze has no answer.
+    /// Height that a displacement (m) and a velocity (m/s) must exceed for a crossing to count. It is part of the
+    /// problem, since a graze has no answer without it.
     pub resolutions: [f64; 2],
 }
 
@@ -231,21 +231,20 @@ impl Scene {
     }
 }
 
-/// What the host may do at an instant.
+/// Something that a host may do at an instant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Action {
-    /// The input is from now on the polynomial with this value and these derivatives now.
+    /// From now on the input is a polynomial with this value and these derivatives.
     Set(Input, Vec<f64>),
-    /// The rock has another law from now on, and the relay another amplitude; positions and
-    /// memory stay.
+    /// From now on the rock has another law, and the relay another amplitude. Positions and memory stay.
     Retune(RockLaw, Option<f64>),
 }
 
 /// Actions at their instants, s, ascending.
 pub type Schedule = Vec<(f64, Action)>;
 
-/// The compliance of two uniform rigid bars in series with `penalty`, as a stiffness, N/m:
-/// `k = pi^2 E A Lmax / (4 (Lp + Lb) Lmin)`, by which a collision lasts what waves give it.
+/// Stiffness of two uniform rigid bars in series with `penalty`, N/m, with `k = pi^2 E A Lmax / (4 (Lp + Lb) Lmin)`,
+/// so that a collision lasts as long as waves make it.
 pub fn rigid_meeting(penalty: f64, stretch: f64, [piston, bit]: [f64; 2]) -> f64 {
     let square = std::f64::consts::PI.powi(2);
     let bars = square * stretch * piston.max(bit) / (4.0 * (piston + bit) * piston.min(bit));

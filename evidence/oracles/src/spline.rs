@@ -59,7 +59,7 @@ impl Knots {
         values
     }
 
-    /// Their slopes, those of the knots' degree.
+    /// Slopes of the splines of the knots' degree.
     pub(crate) fn slopes<T: Real>(self, span: usize, x: T) -> Vec<T> {
         let (p, here) = (self.degree, span + self.degree);
         let lower = self.values(p - 1, span, x);
@@ -79,8 +79,8 @@ mod tests {
     use super::*;
     use crate::dd::Dd;
 
-    /// `sum N = 1`, `sum N' = 0`, and by Greville's points `sum g_i N_i(x) = x`, `sum g_i N_i'(x) = 1`:
-    /// which of the splines is which, too.
+    /// `sum N = 1` and `sum N' = 0`; with Greville's points `sum g_i N_i(x) = x` and `sum g_i N_i'(x) = 1`, which
+    /// also shows the splines' order.
     #[test]
     fn splines_reproduce_straight_lines() {
         for (degree, spans) in [(1, 3), (2, 1), (3, 1), (3, 5), (7, 2), (7, 9)] {

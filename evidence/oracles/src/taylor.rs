@@ -17,29 +17,29 @@ use crate::linear::Real;
 use crate::model::Model;
 use crate::scene::Input;
 
-/// What decides the length of a step.
+/// Determines the length of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accuracy {
     /// Order of the series.
     pub order: usize,
-    /// Size of the last term kept, in parts of the largest.
+    /// Size of the last term kept, over the largest.
     pub tolerance: f64,
 }
 
 /// Tolerance of works over that of motion.
 const WORKS: f64 = 1e5;
 
-/// How often a step of the air is shortened: each time to a fifth, until its series converges.
+/// How often a step of the air may be shortened to a fifth, until its series converges.
 const SHORTENINGS: usize = 12;
 
-/// Works of the loads since the start, J, and the air in the chambers, which goes along with them.
+/// Works of the loads since the start, J, and the air in the chambers, which is integrated with them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Works<T> {
-    /// Of `F_A`, of its reaction, of the return chamber on what the piston strikes.
+    /// Work of `F_A`, of its reaction, and of the return chamber on what the piston strikes.
     pub drive: T,
-    /// Of the feed, and of who holds a cylinder of air that no casing is.
+    /// Work of the feed, and of the holder of an air cylinder without a casing.
     pub feed: T,
-    /// Nothing without air.
+    /// Content of the chambers; zero without air.
     pub air: Content<T>,
 }
 
@@ -53,7 +53,7 @@ pub struct Series<T> {
     v: Vec<Vec<T>>,
     psi: Vec<T>,
     works: [Vec<T>; 2],
-    /// Of the air, if there is any.
+    /// Series of the air, if there is any.
     pub air: Option<AirSeries<T>>,
 }
 
@@ -62,7 +62,7 @@ pub fn horner<T: Real>(c: &[T], x: T) -> T {
     c.iter().rev().fold(T::default(), |sum, &c| sum * x + c)
 }
 
-/// The same polynomial about `x`: repeated synthetic division.
+/// The same polynomial about `x`, by repeated synthetic division.
 pub fn shifted<T: Real>(c: &[T], x: T) -> Vec<T> {
     let mut c = c.to_vec();
     for first in 0..c.len() {
@@ -111,7 +111,7 @@ impl<T: Real> Series<T> {
         let feed = &inputs[Input::Feed as usize];
         let nothing = vec![T::default(); model.nodes()];
         let (mut rate, mut load) = (nothing.clone(), model.standing(mode, memory));
-        // Velocities along which the loads work.
+        // Velocities of the points at which the loads act.
         let mut ways: [Vec<T>; 3] = std::array::from_fn(|_| Vec::new());
         for k in 0..order {
             let step = T::from(unit) / T::from((k + 1) as f64);
@@ -125,7 +125,7 @@ impl<T: Real> Series<T> {
                 pressing.push(on_bit);
             }
             if model.scene.impedance > 0.0 {
-                // A line answers the piston's speed; without a casing the struck body feels it too.
+                // A line reacts to the piston's speed; without a casing it also acts on the struck body.
                 let answer = model.line(mode, &series.v[k]);
                 for (row, sign) in [(&mut force, 1.0), (&mut pressing, -1.0)] {
                     row.resize(row.len().max(k + 1), T::default());
@@ -150,7 +150,7 @@ impl<T: Real> Series<T> {
             let driven = product(&force, &ways[0], k) + product(&pressing, &ways[1], k);
             let mut works = [driven, product(feed, &ways[2], k)];
             if series.air.is_some() && model.scene.casing.is_none() {
-                // The cylinder goes with what the piston strikes, and who holds it works on it.
+                // The cylinder follows what the piston strikes, so its holder does work.
                 let held = product(&force, &ways[1], k) + product(&pressing, &ways[1], k);
                 works = [works[0] - held, works[1] + held];
             }
@@ -173,9 +173,8 @@ impl<T: Real> Series<T> {
         sum * T::from(model.scene.rock.viscosity)
     }
 
-    /// Length of the step, in units of time, after which the last two terms are below the
-    /// tolerance; those of works, whose series are products and fall more slowly, below
-    /// [`WORKS`] of it: no event but Q3 hangs on them.
+    /// Length of the step, in units of time, after which the last two terms are below the tolerance. For works, whose
+    /// series are products and fall more slowly, it is [`WORKS`] times larger, since no event but Q3 depends on them.
     pub fn reach(&self, accuracy: Accuracy) -> f64 {
         let last = self.u.len() - 1;
         let until = |tolerance: f64, row: &dyn Fn(usize) -> f64| {
@@ -189,7 +188,8 @@ impl<T: Real> Series<T> {
         let works = WORKS * accuracy.tolerance;
         let motion = until(accuracy.tolerance, &|k| size(&self.u[k]))
             .min(until(accuracy.tolerance, &|k| size(&self.v[k])));
-        // A unit of time says nothing of the air's pace: its terms are measured by the largest within the step.
+        // The unit of time does not fit the air's own rates, so its terms are compared with the largest within the
+        // step.
         let contents = self.air.iter().flat_map(|air| &air.content);
         let motion = contents.fold(motion, |least, row| {
             (0..SHORTENINGS).fold(least, |step, _| {
@@ -218,7 +218,7 @@ impl<T: Real> Series<T> {
         (state, Works { drive, feed, air: air.unwrap_or_default() })
     }
 
-    /// The polynomial of a watched quantity.
+    /// The polynomial of a guarded quantity.
     pub fn quantity(&self, model: &Model<T>, quantity: Quantity) -> Vec<T> {
         let tip = model.tip;
         let mut c: Vec<T> = match quantity {

@@ -1,5 +1,5 @@
-//! The oracles themselves: exact waves against another program's, elwaspatid 2.0.1 (`data/*.py`), and the
-//! reference in extended precision against closed forms.
+//! Tests of the oracles: exact waves against another program's, elwaspatid 2.0.1 (`data/*.py`), and the reference in
+//! extended precision against closed forms.
 
 use oracles::dd::Dd;
 use oracles::linear::Real;
@@ -11,14 +11,14 @@ use serde::Deserialize;
 
 const MODULUS: f64 = 210e9;
 const DENSITY: f64 = 7850.0;
-/// Waves that are constant between fronts are carried without error, but for the rounding of a front's instant,
-/// 1e-10 of the piston's transit, and of a force that is read from the faces' way.
+/// Waves that are constant between fronts have no error but rounding: of a front's instant, 1e-10 of the piston's
+/// transit, and of a force that is computed from the motion of the faces.
 const ROUNDING: f64 = 1e-9;
 
 /// Length and area.
 type Part = [f64; 2];
 
-/// A piston that strikes a bit at rest at 10 m/s.
+/// A piston strikes a bit at rest at 10 m/s.
 fn struck(piston: &[Part], bit: &[Part], rock: f64) -> waves::Scene {
     let section = |&[length, area]: &Part| waves::Section {
         impedance: area * (MODULUS * DENSITY).sqrt(),
@@ -28,7 +28,7 @@ fn struck(piston: &[Part], bit: &[Part], rock: f64) -> waves::Scene {
     waves::Scene { bodies, speed: [10.0, 0.0], ..waves::Scene::unit(rock, 1.0, 1.0) }
 }
 
-/// Force in a section, a part of its length below its top.
+/// Force in a section, at a fraction of its length below its top.
 fn force(of: &Waves, scene: &waves::Scene, [body, section]: [usize; 2], part: f64) -> f64 {
     let [down, up] = of.inside(body, section, part);
     scene.bodies[body][section].impedance * (down - up)
@@ -85,7 +85,7 @@ struct Felt {
     force: f64,
 }
 
-/// A string on rock that does not give: by `F/KR`, which its force follows within `Z/KR`, 1e-5 of a step.
+/// A string on rigid rock. The indentation is `F/KR`; the force follows within `Z/KR`, 1e-5 of a step.
 #[test]
 fn a_blow_goes_down_drawn_strings_as_the_other_program_says() {
     let strings: Vec<Solved> =
@@ -148,7 +148,7 @@ fn small() -> oracles::scene::Scene {
     }
 }
 
-/// A free body under a force of every order up to 4: its mean moves as the integral says, to the digits of a double.
+/// A free body under a force of every order up to 4: its mean motion is the integral, to double precision.
 #[test]
 fn a_free_piston_follows_a_polynomial_force() {
     for fidelity in [Fidelity::Rigid, Fidelity::Elastic, Fidelity::Spline(3)] {
@@ -179,9 +179,9 @@ fn a_free_piston_follows_a_polynomial_force() {
     }
 }
 
-/// Without material damping the balance must leave nothing for it: that holds the works, the stored energies, the
-/// losses of the rock and what retuning puts in, through every mode. What series of works leave out is 1e-23 of a
-/// sum at a step, in some tens of steps.
+/// Without material damping, the balance must leave nothing for it. This checks the works, the stored energies, the
+/// rock's losses and the energy of retuning, through every mode. The series of the works leave out 1e-23 of a sum at
+/// a step, in some tens of steps.
 #[test]
 fn the_balance_leaves_nothing_to_an_undamped_material() {
     let mut scene = small();

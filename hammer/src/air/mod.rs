@@ -1,10 +1,10 @@
 //! The air of a hammer in motion, integrated in windows of its own.
 //!
-//! The air is not linear, the steel is. So the air is expanded together with the piston's mean motion over
-//! a *window* in power series ([`series`]), and what it gives the steel is a force that is a
-//! polynomial of time, under which the steel is exact as under any load. A window begins at an event, at
-//! a port's edge, where a flow passes from one formula to another, or where the last one ended; never at
-//! a host's communication point. Its polynomials hold up to any event inside it.
+//! The steel is linear, the air is not. Over a *window* of time the air is therefore expanded in power series,
+//! together with the piston's mean motion ([`series`]). The steel then feels a force that is a polynomial of
+//! time, under which its motion is exact. A window begins at an event, at a port's edge, where a flow changes
+//! its formula, or where the previous window ended; never at a host's communication point. Its polynomials hold
+//! up to any event inside it.
 
 pub(crate) mod series;
 mod windows;
@@ -16,19 +16,19 @@ use crate::quantities::parameters::Parameters;
 use serde::{Deserialize, Serialize};
 use std::array::from_fn;
 
-/// Of the drive chamber mass and `p V^kappa`, then of the return chamber.
+/// Mass and `p V^kappa` of the drive chamber, then of the return chamber.
 pub type Content = [f64; 4];
 
-/// The piston's positions `x` in its cylinder and `y` over what it strikes, m: those that the volumes of the drive
-/// and of the return chamber follow.
+/// Positions of the piston, m: `x` in its cylinder, which sets the volume of the drive chamber, and `y`
+/// relative to what it strikes, which sets that of the return chamber.
 pub type Places = [f64; 2];
 
-/// Openings through which air flows: of each chamber supply and exhaust, then the leak; and the [`Air::sides`] that each
-/// leads from and to.
+/// Flow paths: supply and exhaust of the drive chamber, of the return chamber, then the leak between both.
+/// `ENDS` are the two [`Air::sides`] that each path connects.
 pub(crate) const PATHS: usize = 5;
 pub(crate) const ENDS: [[usize; 2]; PATHS] = [[0, 2], [2, 1], [0, 3], [3, 1], [2, 3]];
 
-/// What is summed from the start on.
+/// Sums since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct AirSums {
     /// Taken from the supply, kg.
@@ -42,29 +42,29 @@ pub struct AirSums {
 /// Polynomials of the air after the epoch.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Window {
-    /// Its length as it was solved, s; the powers are of the time as a part of it.
+    /// Length as solved, s. The polynomials are in the time divided by it.
     pub length: f64,
     /// The content of the chambers.
     pub content: [Powers; 4],
-    /// Mass from the supply, enthalpy that comes in, and `int P' x` of the forces `P` of the pressures
-    /// alone, summed.
+    /// Mass from the supply, enthalpy that comes in, and the sum of `int P' x` over the forces `P` of the
+    /// pressures.
     pub sums: [Powers; 3],
     /// These forces, `p_d A_d` and `-p_r A_r`, N.
     pub push: [Powers; 2],
     /// The piston's positions at the start.
     pub place: Places,
-    /// How long it holds, s: to its end, or to where a flow passes to another formula.
+    /// How long it holds, s: to its end, or until a flow changes its formula.
     pub reach: f64,
-    /// The path whose flow does, and its formula from there on.
+    /// The path of that flow, and its next formula.
     pub then: Option<(usize, Regime)>,
 }
 
-/// The air at the epoch, and in the window after it.
+/// The air at the epoch, and the window that follows.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Air {
-    /// In the chambers.
+    /// Content of the chambers.
     pub content: Content,
-    /// Ports.
+    /// State of the ports.
     pub openings: Openings,
     /// The formula of each flow.
     pub regimes: [Regime; PATHS],
@@ -74,13 +74,13 @@ pub struct Air {
     pub energy_start: f64,
     /// True while the piston is in the cylinder's end.
     pub shut: bool,
-    /// The piston's positions where the chambers were vented, while they are.
+    /// The piston's positions when the chambers were vented; none while they are not.
     pub vented: Option<Places>,
-    /// What follows; none while the chambers are vented.
+    /// The window that follows; none while the chambers are vented.
     pub window: Option<Window>,
 }
 
-/// Volumes of the chambers with the piston there, m3.
+/// Volumes of the chambers at the piston's positions, m3.
 pub(crate) fn volumes(parameters: &Parameters, [x, y]: Places) -> [f64; 2] {
     let (AirLaw { drive, returning, cylinder, .. }, areas) = (&parameters.air, &parameters.drive);
     [
@@ -95,7 +95,7 @@ pub(crate) fn pressures(content: &Content, volumes: [f64; 2]) -> [f64; 2] {
 }
 
 impl Air {
-    /// At the start, the piston there, with supply and exhaust at these pressures.
+    /// The air at the start, with the ports that are open at these positions.
     pub(crate) fn start(
         parameters: &Parameters,
         places: Places,
@@ -110,7 +110,7 @@ impl Air {
         air
     }
 
-    /// Fills the chambers to these pressures at the supply's temperature.
+    /// Sets the chambers to these pressures, at the supply's temperature.
     fn fill(&mut self, parameters: &Parameters, places: Places, pressures: [f64; 2]) {
         let volumes = volumes(parameters, places);
         self.content = from_fn(|k| {
@@ -119,8 +119,8 @@ impl Air {
         });
     }
 
-    /// The drive is vented, or no longer: either way the chambers are at the exhaust's pressure, those of a drive
-    /// that acts again to fill through their ports; in the cylinder's end they stay as they are.
+    /// Begins or ends venting of the drive. Either way the chambers take the exhaust's pressure; a drive that
+    /// acts again then fills them through their ports. Chambers that stay in the cylinder's end keep their air.
     pub(crate) fn vent(
         &mut self,
         parameters: &Parameters,
@@ -137,8 +137,8 @@ impl Air {
         }
     }
 
-    /// The piston enters the cylinder's end, or leaves it, while the drive is vented or is not. What was
-    /// vented is shut there with the exhaust's pressure, and so it is left.
+    /// The piston enters or leaves the cylinder's end. Vented chambers that are shut there keep the exhaust's
+    /// pressure.
     pub(crate) fn pass_end(
         &mut self,
         parameters: &Parameters,
@@ -154,8 +154,8 @@ impl Air {
         }
     }
 
-    /// The chambers are at this pressure at once, and stay so if they are vented; their energy comes with
-    /// the air.
+    /// Sets both chambers to this pressure at once, and keeps them there if they are vented. The change of
+    /// their energy counts as enthalpy that came in.
     fn refill(&mut self, parameters: &Parameters, places: Places, pressure: f64, vented: bool) {
         let before = self.energy(parameters, places, 0.0);
         self.vented = vented.then_some(places);
@@ -170,9 +170,9 @@ impl Air {
         from_fn(|k| value(&window.content[k], t / window.length))
     }
 
-    /// The sums at `t` after the epoch, where the piston is there. The work `int P x'` is that of the
-    /// polynomials that act on the steel, on the steel's own way: by parts, since of a way that rings the
-    /// place is better known than the speed.
+    /// The sums at `t` after the epoch. The work `int P x'` is that of the polynomial forces on the actual
+    /// motion of the steel. It is integrated by parts, since in a ringing motion the position is known better
+    /// than the speed.
     pub(crate) fn sums_at(&self, places: Places, t: f64) -> AirSums {
         let Some(window) = &self.window else { return self.sums };
         let tau = t / window.length;
@@ -188,7 +188,8 @@ impl Air {
         }
     }
 
-    /// The air that openings connect, at `t` after the epoch, the piston there: supply, exhaust, and both chambers.
+    /// Pressure and temperature on the sides of the flow paths, at `t` after the epoch: supply, exhaust, both
+    /// chambers.
     pub(crate) fn sides(
         &self,
         parameters: &Parameters,
@@ -205,26 +206,25 @@ impl Air {
         [supply, exhaust, side(0), side(1)]
     }
 
-    /// Pressures at `t` after the epoch, where the piston is there, Pa.
+    /// Pressures at `t` after the epoch, Pa.
     pub(crate) fn pressures(&self, parameters: &Parameters, places: Places, t: f64) -> [f64; 2] {
         pressures(&self.content_at(t), volumes(parameters, places))
     }
 
-    /// Inner energy then, J; while the drive is vented, as it was left.
+    /// Internal energy at `t` after the epoch, J; of vented chambers, that when venting began.
     pub(crate) fn energy(&self, parameters: &Parameters, places: Places, t: f64) -> f64 {
         let volumes = volumes(parameters, self.vented.unwrap_or(places));
         let pressures = pressures(&self.content_at(t), volumes);
         (pressures[0] * volumes[0] + pressures[1] * volumes[1]) / (KAPPA - 1.0)
     }
 
-    /// Enthalpy in less out, less work, less what the chambers gained, J: the balance's error.
+    /// Error of the energy balance, J: enthalpy in less enthalpy out, less work, less the chambers' gain.
     pub(crate) fn residual(&self, parameters: &Parameters, places: Places, t: f64) -> f64 {
         let sums = self.sums_at(places, t);
         sums.enthalpy - sums.work - (self.energy(parameters, places, t) - self.energy_start)
     }
 
-    /// Rates of the pressures at `t` after the epoch, Pa/s, and of the mass taken from the supply, kg/s,
-    /// with supply and exhaust at these pressures, the piston there with these speeds.
+    /// Rates at `t` after the epoch: of both pressures, Pa/s, and of the mass taken from the supply, kg/s.
     pub(crate) fn rates(
         &self,
         parameters: &Parameters,
@@ -252,7 +252,7 @@ impl Air {
         [rate(0), rate(1), flows[0][0] + flows[2][0]]
     }
 
-    /// Moves the epoch by `at`, where the piston is there.
+    /// Moves the epoch forward by `at`, where the piston has these positions.
     pub(crate) fn shift(&mut self, places: Places, at: f64) {
         (self.content, self.sums) = (self.content_at(at), self.sums_at(places, at));
         let Some(Window { reach, then, .. }) = self.window.take() else { return };
@@ -282,7 +282,7 @@ impl Air {
     }
 }
 
-/// What both chambers gain by what flows through each path.
+/// What both chambers gain by the flows through the paths.
 pub(crate) fn gains(flows: &[f64; PATHS]) -> [f64; 2] {
     [flows[0] - flows[1] - flows[4], flows[2] - flows[3] + flows[4]]
 }

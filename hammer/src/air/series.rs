@@ -1,9 +1,9 @@
-//! The air of one window and the steel that it pushes, by power series of the time.
+//! Power series in time of the air of one window, and of the steel that it pushes.
 //!
-//! Gas and steel are expanded together, coefficient by coefficient: the coordinates of the steel that the chambers
-//! see give volumes, these and the contents pressures, pressures forces and flows, and those the next coefficient of
-//! coordinates and contents. Nothing is guessed, iterated or rejected: the last coefficients say how far the series
-//! holds ([`Series::length`]).
+//! Gas and steel are expanded together, coefficient by coefficient. Coefficient `k` of the steel's coordinates
+//! gives that of the volumes; volumes and contents give the pressures; pressures give forces and flows; and
+//! these give coefficient `k + 1` of coordinates and contents. Nothing is iterated or rejected: the last
+//! coefficients say how far the series holds ([`Series::length`]).
 
 use super::{Air, ENDS, PATHS, Places};
 use crate::laws::air::{CHOKED_FLOW, Flow, GAS, KAPPA, Opening, Regime, STRAIGHT_SLOPE, heated};
@@ -13,44 +13,46 @@ use crate::numerics::series::{LOW, ORDER, Powers, power, product, quotient};
 use crate::quantities::parameters::Parameters;
 use std::array::from_fn;
 
-/// Longest window, s: of a series that ends.
+/// Longest window, s, where the series would hold longer.
 pub(crate) const LONGEST: f64 = 0.02;
-/// The largest error allowed of a pressure at one instant that is more than that asked of its mean.
+/// Largest error of a pressure at one instant, unless the error asked of its mean is larger.
 const INSTANT: f64 = 1e-4;
-/// A flow stays on its formula up to so many times a pressure's error beyond its bounds.
+/// A flow changes its formula where pressures pass the formula's bounds by so many times their error.
 const BEYOND: f64 = 2.0;
-/// Part of a pressure over which a flow's change is taken.
+/// Step of a numerical derivative by a pressure, over that pressure.
 const STEP: f64 = 1e-6;
 /// Heat of air at constant pressure over its gas constant.
 const HEAT: f64 = KAPPA / (KAPPA - 1.0);
 
-/// Coordinates of the steel, `z' = B z + b f`, and their part in the piston's positions.
+/// Two coordinates of the steel, `z' = B z + b f`, and their share of the piston's positions.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Block {
     pub start: [f64; 2],
     /// `B`, row by row.
     pub matrix: [f64; 4],
-    /// `b` of `F_A` and of the return chamber's force on the bit.
+    /// `b` of the force `F_A` on the piston, and of the return chamber's force on the bit.
     pub pushed: [[f64; 2]; 2],
-    /// What all other loads contribute to `b f`, by powers of the time.
+    /// What the other loads contribute to `b f`: a power series in time.
     pub others: [[f64; LOW]; 2],
-    /// Of `x` and `y`.
+    /// Shares of the coordinates in `x` and in `y`.
     pub parts: [[f64; 2]; 2],
 }
 
-/// Coordinates of the steel that are left out: they follow the forces at once. What a force moves a position by is
-/// shared among the coordinates so that the shares of its speed cancel: those that move have, less what these would.
+/// Coordinates of the steel that are not expanded, since they follow the forces at once (quasi-static). A
+/// force's displacement is divided among all coordinates so that the shares of its speed cancel: the expanded
+/// coordinates take what the others do not.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Left {
-    /// The piston's positions without those that move and without the forces, m, by powers of the time.
+    /// The piston's positions without the expanded coordinates and without the forces, m: a power series in
+    /// time.
     pub still: [[f64; LOW]; 2],
-    /// What each of the forces moves each position by, m/N.
+    /// Compliance: displacement of each position by each of the forces, m/N.
     pub gives: [[f64; 2]; 2],
-    /// Their shares of the speed that each of the forces gives `x` at once, m/(N s), and of that by all other loads, by
-    /// powers of the time, m/s.
+    /// Their share of the speed of `x` that each force gives at once, m/(N s), and of that by the other loads,
+    /// m/s: a power series in time.
     pub speeds: [f64; 2],
     pub others: [f64; LOW],
-    /// How long they may be left out, s.
+    /// How long they may be quasi-static, s.
     pub longest: f64,
 }
 
@@ -58,16 +60,16 @@ pub(crate) struct Left {
 #[derive(Debug)]
 pub(crate) struct Problem<'a> {
     pub parameters: &'a Parameters,
-    /// Coordinates of the steel that move, and what those that are left out give.
+    /// The expanded coordinates, and the quasi-static ones.
     pub blocks: Vec<Block>,
     pub left: Left,
-    /// The piston's positions at the epoch, with all that moves.
+    /// The piston's positions at the epoch.
     pub places: Places,
     /// Pressures of supply and exhaust after the epoch.
     pub outside: [Poly; 2],
 }
 
-/// Air on one side of an opening: pressure, `R T`, and its root's reciprocal.
+/// Air on one side of a flow path: pressure, `R T`, and `1 / sqrt(R T)`.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Side {
     pub(super) pressure: Powers,
@@ -85,7 +87,7 @@ pub(super) struct Gas {
     product: Powers,
     pub(super) mass: Powers,
     pub(super) entropy: Powers,
-    /// `R` times the heat that comes in.
+    /// `R` times the net heat flow into it.
     warmth: Powers,
 }
 
@@ -93,7 +95,7 @@ pub(super) struct Gas {
 #[derive(Clone, Copy, Default)]
 pub(super) struct Stream {
     pub(super) path: usize,
-    /// The sides that it leads from and to as it flows, and the sign of that.
+    /// Upstream and downstream side, and the sign of the flow along the path.
     pub(super) sides: [usize; 2],
     pub(super) sign: f64,
     flow: Flow,
@@ -110,7 +112,7 @@ pub(super) struct Stream {
     rate: Powers,
 }
 
-/// The series of a window, by powers of the time.
+/// The power series of a window.
 #[derive(Default)]
 pub(crate) struct Series {
     pub(super) sides: [Side; 4],
@@ -118,23 +120,23 @@ pub(crate) struct Series {
     pub(super) streams: Vec<Stream>,
     /// The piston's positions.
     pub(super) places: [Powers; 2],
-    /// `F_A`, that of the return chamber on the bit, and those of the pressures alone, N.
+    /// `F_A`, the return chamber's force on the bit, and the two forces of the pressures alone, N.
     pub(super) forces: [Powers; 4],
     /// Mass from the supply, enthalpy that comes in.
     pub(super) sums: [Powers; 2],
 }
 
-/// The error of a pressure or an opening at the end of a window, for this error of what comes of its mean: the mean
-/// of a last power is less by its number.
+/// Error allowed of a pressure or an opening at the end of a window, for the error asked of means over the
+/// window: the mean of the last power `t^k` is `k + 1` times less than its value at the end.
 pub(super) fn instant(error: f64) -> f64 {
     error.max(INSTANT.min(0.25 * ORDER as f64 * error))
 }
 
 impl Air {
-    /// Puts every flow on the formula of the present pressures; one beside a bound keeps what it has.
+    /// Gives every flow the formula of the present pressures. A flow near a bound keeps its formula.
     pub(crate) fn classify(&mut self, parameters: &Parameters, places: Places, outside: [f64; 2]) {
         let sides = self.sides(parameters, places, outside, 0.0);
-        // A passage to another formula is found as well as the pressures are known.
+        // The time of a change of formula is known only as well as the pressures are.
         let margin = BEYOND * instant(parameters.air.error);
         for (regime, ends) in self.regimes.iter_mut().zip(ENDS) {
             let pressures = ends.map(|i| sides[i][0]);
@@ -144,8 +146,8 @@ impl Air {
         }
     }
 
-    /// By how much of itself a content changes in a second for each part by which a pressure does, at most; and for each
-    /// metre by which the piston stands elsewhere, where ports open.
+    /// Largest relative rate of a chamber's content, 1/s, per relative change of a pressure, and per metre of
+    /// the piston's position, where ports are partly open.
     pub(crate) fn haste(
         &self,
         parameters: &Parameters,
@@ -214,7 +216,8 @@ impl Series {
             let speed: f64 = blocks.iter().map(|block| block.along(0, block.rates())).sum();
             let mut forces = series.forces_at(problem, speed, k);
             if problem.left.gives != [[0.0; 2]; 2] {
-                // What little these give changes the forces, of the next order: that is no more.
+                // The displacement by the forces changes the forces in turn. One correction is enough: the next
+                // is of higher order.
                 let given = problem.left.gives.map(|by| by[0] * forces[0] + by[1] * forces[1]);
                 series.places.iter_mut().zip(given).for_each(|(place, by)| place[k] += by);
                 if k == 0 {
@@ -250,7 +253,7 @@ impl Series {
         [force, back, pressures[0] * areas[0], -pressures[1] * areas[1]]
     }
 
-    /// The paths through which air flows.
+    /// Adds a stream for every path through which air can flow.
     fn open(&mut self, air: &Air, problem: &Problem) {
         let law = &problem.parameters.air;
         let [now, beyond] = [0.0, 1.0].map(|by| law.areas(&air.openings, self.places[0][0] + by));
@@ -267,7 +270,7 @@ impl Series {
         }
     }
 
-    /// Coefficient `k` of both chambers' volumes and states.
+    /// Coefficient `k` of both chambers' volumes and of their states.
     fn chambers(&mut self, parameters: &Parameters, k: usize) {
         let drive = &parameters.drive;
         let [x, y] = [0, 1].map(|i| self.places[i][k]);
@@ -289,7 +292,8 @@ impl Series {
         }
     }
 
-    /// The same where the coefficients `k > 0` of the positions are so much more: all of them are linear in it.
+    /// Adds to coefficient `k` of volumes and states what additional displacements change. For `k > 0` all are
+    /// linear in it.
     fn swell(&mut self, parameters: &Parameters, [x, y]: Places, k: usize) {
         let drive = &parameters.drive;
         let more = [drive.area_drive * x, -drive.area_return * y];
@@ -304,7 +308,7 @@ impl Series {
         }
     }
 
-    /// Coefficient `k` of all flows, and `k + 1` of what they fill.
+    /// Coefficient `k` of all flows, and coefficient `k + 1` of the contents.
     fn flows(&mut self, k: usize) {
         let [mut masses, mut heats] = [[0.0; PATHS]; 2];
         for stream in &mut self.streams {
@@ -324,7 +328,7 @@ impl Series {
         self.sums[1][k + 1] = next * HEAT * (heats[0] + heats[2] - heats[1] - heats[3]);
     }
 
-    /// How long the series holds, s: up to where one of its last two terms is the error allowed.
+    /// How long the series holds, s: until one of its last two terms reaches the error allowed.
     pub(super) fn length(&self, air: &Air, problem: &Problem) -> f64 {
         let parameters = problem.parameters;
         let mut length = problem.left.longest;
@@ -353,7 +357,7 @@ impl Series {
 }
 
 impl Block {
-    /// What coordinates add to a position.
+    /// Contribution of the coordinates to a position.
     fn along(&self, place: usize, [p, q]: [f64; 2]) -> f64 {
         self.parts[place][0] * p + self.parts[place][1] * q
     }
@@ -363,7 +367,7 @@ impl Block {
         [b[0] * p + b[1] * q, b[2] * p + b[3] * q]
     }
 
-    /// From coefficient `k` to the next, under coefficient `k` of the forces.
+    /// From coefficient `k` to `k + 1`, with coefficient `k` of the forces.
     fn go_on(&mut self, forces: [f64; 2], k: usize) {
         let rates = self.rates();
         self.start = from_fn(|c| {
@@ -375,7 +379,8 @@ impl Block {
 }
 
 impl Stream {
-    /// Coefficient `k` of the flow from the side `high` to `low`, the piston's position having this one.
+    /// Coefficient `k` of the flow from side `high` to side `low`, with coefficient `k` of the piston's
+    /// position.
     fn flow_at(&mut self, high: &Side, low: &Side, place: f64, k: usize) {
         let factor = (2.0 * HEAT).sqrt();
         self.shape[k] = match self.flow {
@@ -385,7 +390,7 @@ impl Stream {
                 self.ratio[k] = quotient(&low.pressure, &high.pressure, &self.ratio, k);
                 self.bent[k] = power(&self.ratio, 1.0 / KAPPA, &self.bent, k, math::five_sevenths);
                 self.rest[k] = self.bent[k] - self.ratio[k];
-                // Times the higher pressure squared over `R T`, under one root.
+                // The subsonic flow is the square root of this, times the higher pressure over `sqrt(R T)`.
                 self.square[k] = product(&self.bent, &self.rest, k);
                 self.jet[k] = power(&self.square, 0.5, &self.jet, k, f64::sqrt);
                 product(&high.pressure, &self.jet, k)

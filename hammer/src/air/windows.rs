@@ -1,7 +1,7 @@
-//! A window of air: how far a series is used, and its polynomials.
+//! A window of air: its length and its polynomials.
 //!
-//! What acts on the steel is the projection of the forces' series on polynomials of a lower degree over the window,
-//! in Legendre's sense. What it leaves out has neither mean nor first moments over the window.
+//! The force on the steel is a projection of the force's series on Legendre polynomials of lower degree over
+//! the window. The part left out has zero mean and zero first moments over the window.
 
 use super::series::{Problem, Series, instant};
 use super::{Air, ENDS, Window};
@@ -10,19 +10,19 @@ use crate::numerics::poly::Poly;
 use crate::numerics::series::{LOW, ORDER, Powers, product, projections, value};
 use std::array::from_fn;
 
-/// Places of a window at which the bounds of a flow's formula are looked at.
+/// Samples of a window at which the bounds of a flow's formula are checked.
 const LOOKS: usize = 8;
-/// Halvings of an interval in which a function that begins at zero is looked for below it.
+/// Halvings of an interval in search of a negative value of a function that begins at zero.
 const SOON: usize = 20;
-/// The largest error allowed of a force at one instant by what its projection leaves out, over that asked of its mean;
-/// and the part of it for which a projection has fewer powers.
+/// Largest error of a force at one instant by the projection, over the error asked of its mean; and the share
+/// of it that is allowed where a projection of fewer powers is tried.
 const LEFT_OUT: f64 = 10.0;
 const FEWER: f64 = 0.05;
 /// Shortest window, s.
 const SHORTEST: f64 = 1e-12;
 
-/// A window, and the forces on piston and bit. An error is a path whose flow passes a bound of its formula at once,
-/// or none where there is no window.
+/// A window, and the forces on piston and bit. The error is a path whose flow passes a bound of its formula at
+/// once, with that bound; or none where no window exists.
 pub(crate) type Solved = Result<(Window, [Poly; 2]), Option<(usize, usize)>>;
 
 impl Air {
@@ -36,7 +36,7 @@ impl Air {
         let [drive, back] = &series.gas;
         let content = [&drive.mass, &drive.entropy, &back.mass, &back.entropy].map(powers);
         let mut push = [[0.0; ORDER + 1]; 2];
-        // The integral of their slopes times the places.
+        // `int P' x`: the slopes of the forces times the positions.
         let mut moment = [0.0; ORDER + 1];
         for (i, place) in series.places.iter().map(powers).enumerate() {
             push[i][..LOW].copy_from_slice(&forces[2 + i]);
@@ -59,9 +59,8 @@ impl Air {
 }
 
 impl Series {
-    /// The forces' projections over a window of at most a length, and its length: they leave out no more than a part of
-    /// what the pressures push with at either end, where a window that is cut short may be all that is used. (Of the
-    /// drag on a piston over a bit that a load shakes the chambers know little.)
+    /// A length, `longest` at most, and the projected forces over it. At either end the part left out is at
+    /// most the share `allowed` of the pressures' force; both ends count, since a window may be cut short.
     fn projected(&self, longest: f64, allowed: f64) -> Option<(f64, [[f64; LOW]; 4])> {
         let [drag, _, push, back] = self.forces.each_ref().map(|force| force[0].abs());
         let scales = [drag + push + back, back].map(|scale| scale.max(f64::MIN_POSITIVE));
@@ -83,7 +82,7 @@ impl Series {
         None
     }
 
-    /// The first place of a window where a flow passes a bound of its formula: the path, and which bound.
+    /// The first time in a window at which a flow passes a bound of its formula, with the path and the bound.
     fn passage(&self, air: &Air, window: &Window, margin: f64) -> Option<(f64, usize, usize)> {
         let pressures = self.sides.each_ref().map(|side| scaled(&side.pressure, window.length));
         let at = |tau: f64| pressures.each_ref().map(|pressure| value(pressure, tau));
@@ -106,7 +105,7 @@ impl Series {
     }
 }
 
-/// The same series by powers of the time as a part of a window.
+/// The same series, in powers of time over the window's length.
 fn scaled(series: &Powers, length: f64) -> Powers {
     let mut power = 1.0;
     series.map(|c| {
@@ -116,8 +115,8 @@ fn scaled(series: &Powers, length: f64) -> Powers {
     })
 }
 
-/// The first interval at whose end a function of these values at equal steps is above zero by more than the pressures
-/// are known to, or at its peak inside two steps: that of the parabola through three values.
+/// The first interval at whose end a sampled function exceeds `margin`. A peak between samples is estimated by
+/// the parabola through three values.
 fn risen(
     values: &[f64; LOOKS + 1],
     margin: f64,
@@ -141,15 +140,15 @@ fn risen(
     None
 }
 
-/// Where a function passes zero upward between two places; the first, if it is not below zero soon after it.
+/// Where a function crosses zero upward between two places; `first`, if it is nowhere negative close behind it.
 fn root(first: f64, high: f64, function: impl Fn(f64) -> f64) -> f64 {
     let at = |place: f64| [place, function(place)];
-    // From a bound it may fall before it rises.
+    // A function that begins at zero may fall before it rises.
     let nearer = (1..=SOON).map(|k| at(first + math::powi(0.5, k) * (high - first)));
     let below = std::iter::once(at(first)).chain(nearer).find(|[_, value]| *value < 0.0);
     let (Some(mut low), mut high) = (below, at(high)) else { return first };
     for step in 0..100 {
-        // Regula falsi, halved where it keeps one end for long.
+        // Regula falsi; every third step bisects, since regula falsi may keep one end for long.
         let middle = if step % 3 == 2 {
             0.5 * (low[0] + high[0])
         } else {
@@ -179,13 +178,14 @@ mod tests {
     use crate::quantities::air::ATMOSPHERE;
     use crate::quantities::parameters::{Parameters, Source};
 
-    /// A chamber at 20 bar that empties through a choked opening, the piston at rest, in a window of this error: its
-    /// length, and the largest errors of mass and entropy in it. In closed form, with
-    /// `cooled = 1 + (kappa - 1) K t / 2`, they fall as its powers -5 and -7.
+    /// Largest relative error of mass and entropy in a window, and the window's length, for this `air.error`. A
+    /// chamber at 20 bar empties through a choked opening while the piston rests. In closed form, with
+    /// `cooled = 1 + (kappa - 1) K t / 2`, mass and entropy fall as its powers -5 and -7.
     fn emptied(error: f64) -> [f64; 2] {
         let mut parameters = Parameters::default();
         parameters.drive.source = Source::Air;
-        // Its supply is open, with no area, so that it starts at the supply's pressure; nothing else is.
+        // The drive's supply port is open without area, so that the chamber starts at the supply's pressure.
+        // All else is closed.
         let (air, back) = (&mut parameters.air.drive, &mut parameters.air.returning);
         (air.supply, air.exhaust, back.supply, back.exhaust) = (1.0, -1.0, 1.0, -1.0);
         (parameters.air.supply_area, parameters.air.error) = (0.0, error);
@@ -221,8 +221,8 @@ mod tests {
         [window.length, (1..=20).fold(0.0, |most: f64, i| most.max(off(f64::from(i) / 20.0)))]
     }
 
-    /// A window is as long as its error allows: a thousand times the error is the length times that root of a thousand
-    /// which the order is (between those of the last two orders), and the error asked is not exceeded.
+    /// If the error allowed grows a thousandfold, the window grows by the `k`th root of a thousand, `k` being
+    /// the order of one of the last two terms; and the error asked is not exceeded.
     #[test]
     fn a_window_s_length_goes_with_a_root_of_its_error() {
         let [[coarse, off], [fine, fine_off]] = [1e-4, 1e-7].map(emptied);

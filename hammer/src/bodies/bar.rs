@@ -51,9 +51,7 @@ pub struct Section {
 }
 
 impl Bar {
-    /// A body of a scene, on the scene's mesh.
-    ///
-    /// None if its modes cannot be found to working accuracy.
+    /// A body of a scene, on the scene's mesh; none if its modes cannot be computed to working accuracy.
     pub fn of(parameters: &Parameters, body: Body) -> Option<Self> {
         match parameters.is_elastic(body) {
             false => Some(Self::rigid(parameters.mass(body))),
@@ -61,9 +59,8 @@ impl Bar {
         }
     }
 
-    /// What the piston strikes, down to the bit: one body, or as many as loose joints make.
-    ///
-    /// None as above.
+    /// The bodies that the piston strikes, down to the bit: one, or as many as loose joints make. None if their modes
+    /// cannot be computed.
     pub(crate) fn string(parameters: &Parameters) -> Option<Vec<Self>> {
         let loose = parameters.drill.loose();
         if loose == 0 {
@@ -101,7 +98,7 @@ impl Bar {
     /// A rigid body of this mass, with one unknown.
     pub fn rigid(mass: f64) -> Self {
         let a = 1.0 / mass.sqrt();
-        // It has one node and no strain.
+        // A rigid body has one node and no strain.
         let shapes = Shapes::Cosines { angle: vec![0.0], size: 0.0 };
         Self { mass, omega2: vec![0.0], top: vec![a], bottom: vec![a], shapes }
     }
@@ -129,13 +126,13 @@ impl Bar {
         Some(Self { mass, omega2, top, bottom, shapes })
     }
 
-    /// Both ends free: `elements + 1` modes, the first rigid.
+    /// A bar with both ends free: `elements + 1` modes, the first rigid.
     pub fn free(section: Section, elements: usize) -> Self {
         Self::with_angles(section, elements, 0.0, elements + 1)
     }
 
     #[cfg(any(test, feature = "internals"))]
-    /// Lower end clamped: `elements` modes, none rigid.
+    /// A bar with its lower end clamped: `elements` modes, none rigid.
     pub fn clamped(section: Section, elements: usize) -> Self {
         let mut bar = Self::with_angles(section, elements, 0.5, elements);
         bar.bottom.fill(0.0);
@@ -205,8 +202,8 @@ impl Bar {
         nodes
     }
 
-    /// Strains at the middles of the spans, top to bottom, of two fields given by their modal
-    /// coordinates, 1/m times the fields' unit; none for a rigid body.
+    /// Strains at the middles of the spans, top to bottom, of two fields given by their modal coordinates, 1/m times
+    /// the unit of the fields. A rigid body has none.
     pub fn strains(&self, first: &[f64], second: &[f64]) -> Vec<[f64; 2]> {
         match &self.shapes {
             Shapes::Cosines { size, .. } => {
@@ -250,8 +247,7 @@ mod tests {
     const STEEL: Section =
         Section { youngs_modulus: 210e9, density: 7850.0, area: 2.6e-3, length: 0.168 };
 
-    /// `(K - omega^2 M) phi` row by row, over `omega^2 M phi`'s size: rounding of a
-    /// few operations on numbers of the size of K, i.e. a few 1e-16 of `K phi`.
+    /// Residual of `K phi = omega^2 M phi` row by row, over the size of `omega^2 M phi`: a few roundings of `K phi`.
     #[test]
     fn closed_form_modes_satisfy_the_finite_element_equations() {
         for (bar, last) in [(Bar::free(STEEL, 7), 7), (Bar::clamped(STEEL, 7), 6)] {
@@ -286,7 +282,7 @@ mod tests {
             for (found, q) in found.iter().zip([&first, &second]) {
                 let sum: f64 = q.iter().enumerate().map(|(i, q)| q * bar.shape(i, node)).sum();
                 let size: f64 = q.iter().enumerate().map(|(i, q)| (q * bar.top[i]).abs()).sum();
-                // Rounding of a rotation a node; in `shape`, of an angle of up to node pi.
+                // `nodal` rounds one rotation for each node; `shape` rounds an angle of up to pi for each.
                 let bound = (2.0 + 4.0) * (node + 1) as f64 * f64::EPSILON * size;
                 assert!((found - sum).abs() <= bound, "{node}: {found} {sum}");
             }

@@ -1,8 +1,8 @@
-//! A cache with a budget, and that of the free modes of body shapes.
+//! A cache with a budget, used for the free modes of body shapes among others.
 //!
-//! A dense solver takes O(N^3), a sweep over a load has the same bodies in every run, and piston
-//! and bit often have one shape. So the modes of a shape are computed once per process and cached.
-//! The same numbers give the same bits, so results do not depend on the cache.
+//! A dense solver takes O(N^3), a sweep over a load has the same bodies in every run, and piston and bit often have
+//! the same shape. The modes of a shape are therefore computed once per process and cached. The same numbers give the
+//! same bits, so results do not depend on the cache.
 
 use crate::bodies::pencil::{self, Pairs};
 use crate::bodies::spline::Basis;
@@ -13,7 +13,7 @@ use std::sync::{Arc, Mutex};
 /// Sections, degree of the splines, spans.
 pub type Shape = (Sections, usize, usize);
 
-/// Shapes in the cache, the most recently used ones: those of some scenes, with two bodies each.
+/// Number of shapes in the cache, most recently used: those of some scenes, with two bodies each.
 const CAPACITY: usize = 16;
 
 static MODES: Recent<Shape, Pairs> = Recent::new(CAPACITY, 1, |_| 1);
@@ -27,24 +27,24 @@ fn modes_in(known: &Recent<Shape, Pairs>, shape: Shape, basis: &Basis) -> Option
     known.find(shape, |shape| pencil::solve(&shape.0, basis).ok_or(())).ok()
 }
 
-/// Empties the cache: a library that is unloaded leaves nothing behind.
+/// Empties the cache, so that a library that is unloaded leaves nothing behind.
 pub fn forget() {
     MODES.forget();
 }
 
-/// What was made of the most recently used keys.
+/// Values of the most recently used keys.
 pub(crate) struct Recent<K, T> {
     known: Mutex<Known<K, T>>,
-    /// Of how large values together the oldest go, and how many stay even so.
+    /// Total size beyond which the oldest values are dropped, and the number of values that always stay.
     most: usize,
     least: usize,
     size: fn(&T) -> usize,
 }
 
 struct Known<K, T> {
-    /// The oldest first.
+    /// Keys and values, the oldest first.
     values: VecDeque<(K, Arc<T>)>,
-    /// Of all of them.
+    /// Total size.
     size: usize,
 }
 
@@ -54,7 +54,7 @@ impl<K: PartialEq, T> Recent<K, T> {
         Self { known: Mutex::new(known), most, least, size }
     }
 
-    /// That of a key: known, or made now.
+    /// The value of a key: cached, or made now.
     ///
     /// # Errors
     /// As `make`.
@@ -67,10 +67,10 @@ impl<K: PartialEq, T> Recent<K, T> {
         if let Some(value) = self.known.try_lock().ok().and_then(|mut known| known.renew(&key)) {
             return Ok(value);
         }
-        // Made without the lock, which others may need meanwhile.
+        // Made without the lock, which other threads may need meanwhile.
         let value = Arc::new(make(&key)?);
         let Ok(mut known) = self.known.try_lock() else { return Ok(value) };
-        // Another thread may have been faster.
+        // Another thread may have made it meanwhile.
         if let Some(value) = known.renew(&key) {
             return Ok(value);
         }
@@ -91,7 +91,7 @@ impl<K: PartialEq, T> Recent<K, T> {
 }
 
 impl<K: PartialEq, T> Known<K, T> {
-    /// That of a key, which becomes the newest.
+    /// The cached value of a key, which becomes the newest.
     fn renew(&mut self, key: &K) -> Option<Arc<T>> {
         let place = self.values.iter().position(|(other, _)| other == key)?;
         let entry = self.values.remove(place)?;
@@ -128,7 +128,7 @@ mod tests {
         assert!(!Arc::ptr_eq(&one, &modes_of(2e-3, 2)), "the oldest goes first");
     }
 
-    /// True if a number was known; it is made now otherwise.
+    /// Whether a number was cached; it is cached now.
     fn held(known: &Recent<usize, usize>, key: usize) -> bool {
         let mut made = false;
         let make = |key: &usize| {
@@ -144,7 +144,7 @@ mod tests {
         let known = Recent::new(10, 1, |size: &usize| *size);
         let held_of_one = |key| held(&known, key);
         assert!([4, 5, 4].map(held_of_one) == [false, false, true]);
-        // Beside 4, which is newer than 5, there is room for 6.
+        // 4 is newer than 5, so it is 5 that makes room for 6.
         assert!([6, 4, 5].map(held_of_one) == [false, true, false]);
         assert!([20, 20, 4].map(held_of_one) == [false, true, false]);
         assert_eq!(known.find(7, |_| Err(0)), Err(0));
@@ -153,7 +153,7 @@ mod tests {
         assert!(found == [false, false, true, true, false, false], "{found:?}");
     }
 
-    /// What a forked process does if another thread of its parent held the lock.
+    /// A locked cache is not waited for. After a fork, the lock of another thread of the parent is never released.
     #[test]
     fn what_is_locked_is_not_waited_for() {
         let known = Recent::new(10, 1, |size: &usize| *size);

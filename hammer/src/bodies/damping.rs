@@ -1,24 +1,24 @@
 //! Material damping as a share of critical damping.
 //!
-//! Damping in proportion to stiffness, `C = beta K`, damps a body's mode of circular frequency `omega`
-//! by the ratio `zeta = beta omega / 2`. The one that outlasts a cycle of the drive is the piston's
-//! first elastic mode, so that mode's ratio describes a hammer's damping.
+//! Damping in proportion to stiffness, `C = beta K`, damps a body's mode of circular frequency `omega` by the ratio
+//! `zeta = beta omega / 2`. The mode that rings longest is the piston's first elastic mode, whose ratio therefore
+//! describes a hammer's damping.
 
 use crate::bodies::bar::Bar;
 use crate::quantities::parameters::{Fidelity, Parameters};
 use crate::quantities::sections::Body;
 
 impl Parameters {
-    /// Circular frequency of the piston's first elastic mode on the scene's mesh, held by nothing,
-    /// rad/s; `None` if its modes cannot be found.
+    /// Circular frequency of the first elastic mode of the free piston on the scene's mesh, rad/s; `None` if its
+    /// modes cannot be computed.
     pub fn first_elastic_frequency(&self) -> Option<f64> {
         let elastic = Self { fidelity: Fidelity::Elastic, ..*self };
-        // The lowest is the rigid mode.
+        // The first mode is the rigid one.
         Bar::of(&elastic, Body::Piston)?.omega2.get(1).map(|omega2| omega2.sqrt())
     }
 
-    /// `beta = 2 zeta / omega`, s: the `material.damping_time` that damps the piston's first elastic
-    /// mode by the ratio `zeta`; `None` if its modes cannot be found.
+    /// `beta = 2 zeta / omega`, s: the `material.damping_time` that damps the piston's first elastic mode by the
+    /// ratio `zeta`; `None` if its modes cannot be computed.
     ///
     /// ```
     /// let mut p = hammer::Parameters::default();
@@ -29,7 +29,7 @@ impl Parameters {
         self.first_elastic_frequency().map(|omega| 2.0 * ratio / omega)
     }
 
-    /// `zeta = beta omega / 2` of the piston's first elastic mode; `None` if its modes cannot be found.
+    /// `zeta = beta omega / 2` of the piston's first elastic mode; `None` if its modes cannot be computed.
     pub fn damping_ratio(&self) -> Option<f64> {
         self.first_elastic_frequency().map(|omega| 0.5 * self.material.damping_time * omega)
     }

@@ -13,9 +13,9 @@ use crate::quantities::sections::{Body, Sections};
 
 /// Approximate number of cells of the lattice in both bodies together.
 const CELLS: f64 = 2000.0;
-/// Contact force that counts as zero, relative to the first: between rounding and any step.
+/// Share of the first contact force that counts as zero: above rounding, and below the effect of any step.
 const NONE: f64 = 1e-9;
-/// Longest collision, in transits of both bodies.
+/// Longest collision, in transits of a wave through both bodies.
 const LONGEST: usize = 16;
 
 impl Parameters {
@@ -45,7 +45,7 @@ impl Parameters {
     }
 }
 
-/// `c0 T`, m: the distance of a wave until the contact force first vanishes.
+/// `c0 T`, m: the path of a wave until the contact force first vanishes.
 fn collision_length(piston: &Sections, bit: &Sections) -> f64 {
     let cell = (piston.length() + bit.length()) / CELLS;
     let areas = |body: &Sections| -> Vec<f64> {
@@ -95,21 +95,21 @@ mod tests {
         p
     }
 
-    /// Saint-Venant: `2 Lmin/c0` for equal areas, wherever the lengths are cut; for unequal areas,
-    /// the body of lower impedance leaves at its own `2 L/c0`.
+    /// Saint-Venant: for equal areas `T` is `2 Lmin/c0`, wherever the bodies are divided into sections. For unequal
+    /// areas the body of lower impedance leaves after `2 L/c0` of its own length `L`.
     #[test]
     fn a_collision_lasts_as_long_as_waves_make_it() {
         for (piston, bit, expected) in [
-            // One section, cut in two: on the lattice.
+            // Bodies of a single section, divided in two, so that the lattice is used.
             ([(0.1, 2e-3), (0.1, 2e-3)], [(0.2, 2e-3), (0.1, 2e-3)], 0.4),
-            // A slender striker bounces; a stout one keeps pushing until the bit leaves it.
+            // A slender striker bounces off; a stout one pushes until the bit leaves it.
             ([(0.1, 1e-3), (0.1, 1e-3)], [(0.2, 2e-3), (0.1, 2e-3)], 0.4),
             ([(0.1, 3e-3), (0.1, 3e-3)], [(0.2, 2e-3), (0.1, 2e-3)], 0.6),
         ] {
             let p = rigid(&piston, &bit);
             let [a, b] = Body::ALL.map(|body| p.sections(body));
             let found = collision_length(&a, &b);
-            // Two cells: for the position of a step, and for the instant of a wave.
+            // One cell of error in the position of a step, and one in the instant of a wave.
             assert!((found - expected).abs() <= 2.0 * 0.5 / CELLS, "{found} {expected}");
         }
     }
@@ -121,7 +121,7 @@ mod tests {
         let cut = rigid(&[(0.1, 2.6e-3), (0.1, 2.6e-3)], &[(0.3, 2.6e-3)]);
         let (a, b) = (p.meeting_stiffness(), cut.meeting_stiffness());
         assert!((a - b).abs() <= 8.0 * f64::EPSILON * a);
-        // A half period of the reduced mass is 2 Lmin/c0, once KC is taken out.
+        // Without KC, a half period of the reduced mass is 2 Lmin/c0.
         let k = 1.0 / (1.0 / a - 1.0 / p.contact.stiffness);
         let mu = 1.0 / (1.0 / p.piston_mass() + 1.0 / p.bit_mass());
         let half = std::f64::consts::PI * (mu / k).sqrt();

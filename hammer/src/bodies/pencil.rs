@@ -45,12 +45,12 @@ const ROUNDS: usize = 12;
 const SMALL: f64 = 1e-9;
 /// Largest correction in one round; the next round removes its square.
 const STRIDE: f64 = 0.1;
-/// Coupling of two modes that is noise, relative to their `lambda`.
+/// Coupling of two modes that is rounding, relative to their `lambda`.
 const NOISE: f64 = 64.0 * f64::EPSILON;
 
-/// Eigenvalues closer than this count as equal: at the upper end of the spectrum of splines each
-/// belongs to one end of a section, and equal spans have equal ones up to rounding. Their vectors
-/// are any basis of the space that they span.
+/// Eigenvalues closer than this, relatively, count as equal. At the upper end of a spline's spectrum each mode
+/// belongs to one end of a section, and sections with equal spans have equal eigenvalues up to rounding. Their
+/// vectors may be any basis of the space that they span.
 const TWINS: f64 = 1e-13;
 
 /// The free modes of a body; `None` if they cannot be computed to working accuracy, or if interrupted.
@@ -84,7 +84,7 @@ fn sorted(lambda: Vec<f64>, shapes: Vec<Vec<f64>>) -> Option<Pairs> {
     Some(Pairs { lambda, shapes })
 }
 
-/// The quadrature, over the body's volume and length.
+/// Quadrature over the body's volume and length.
 struct Points {
     nodes: Vec<Node>,
     /// Square roots of the weights.
@@ -121,7 +121,7 @@ impl Points {
     /// One round for all modes except the rigid one; returns the largest correction.
     fn refine(&self, shapes: &mut [Vec<f64>]) -> Option<f64> {
         for c in shapes.iter_mut() {
-            // Remove rigid motion: both are as exact as a mean can be.
+            // Remove rigid motion, whose mean is known to rounding.
             let [values, _] = self.fields(c);
             let mean = dot(&values, &self.roots);
             c.iter_mut().for_each(|x| *x -= mean);
@@ -145,7 +145,7 @@ impl Points {
                     } else {
                         pull / gap
                     };
-                    // Equal, coupled eigenvalues: any rotation helps.
+                    // The eigenvalues are equal but coupled: any rotation helps.
                     if angle.is_finite() { angle.clamp(-STRIDE, STRIDE) } else { STRIDE }
                 };
                 let (into_j, into_i) = (mix(lambda[i], lambda[j]), mix(lambda[j], lambda[i]));
@@ -184,7 +184,7 @@ fn dense(points: &Points, size: usize) -> Option<Vec<Vec<f64>>> {
             rigid[j] += lower[(i, j)];
         }
     }
-    // The reflection that takes the rigid mode to the first axis.
+    // A reflection that takes the rigid mode to the first axis.
     let norm = rigid.dot(&rigid).sqrt();
     let mut axis = rigid;
     axis[0] += if axis[0] < 0.0 { -norm } else { norm };

@@ -1,33 +1,32 @@
 //! The mesh that a scene needs for what is read of it, from the width of its sharpest wave front.
 //!
-//! Where the bodies meet, the force rises within `tau = Z/KC`, with `1/Z = 1/Zp + 1/Zb` of the
-//! sections that meet, so the front is `w = c tau` wide. A rock line as stiff as the contact makes
-//! one too: `w = c Zt / (gamma KR)` with the bit's last section; and a chuck, `w = c Z/ks`, with the
-//! sections of bit and casing that meet. (Its viscosity makes jumps, by a part `cs / (Z + cs)` of the
-//! force, which no mesh resolves at once.) At the mesh's shortest wave,
-//! `k = pi/h`, the front's amplitude goes like `1 / (1 + (k w)^2)`. That part is wrong on the mesh,
-//! and rings until damping, `exp(-beta (c k)^2 t / 2)`, has reduced it. The largest force comes
-//! about `t = 12 tau` after the first:
+//! Where the bodies meet, the force rises within `tau = Z/KC`, with `1/Z = 1/Zp + 1/Zb` of the sections that meet, so
+//! the front is `w = c tau` wide. A rock line as stiff as the contact makes a front too: `w = c Zt / (gamma KR)`,
+//! with `Zt` of the bit's last section. So does a chuck: `w = c Z/ks`, with the sections of bit and casing that meet.
+//! (Its viscosity makes jumps of the force, by the share `cs / (Z + cs)`, which no mesh resolves at once.) At the
+//! mesh's shortest wave, `k = pi/h`, the front's amplitude is about `1 / (1 + (k w)^2)`. That part is wrong on the
+//! mesh, and rings until damping, `exp(-beta (c k)^2 t / 2)`, has reduced it. The largest force comes about
+//! `t = 12 tau` after the first:
 //!
 //! ```text
 //! error = exp(-6 beta c w (pi/h)^2) / (1 + (pi w / h)^2)
 //! ```
 //!
-//! The factor 12 is empirical, and on the safe side for splines from degree 3 on, whose dispersion
-//! is far smaller (for linear elements it dominates).
+//! The factor 12 is empirical. It is on the safe side for splines of degree 3 and more, whose dispersion is small;
+//! for linear elements dispersion dominates.
 //!
-//! A rate needs less: it is made by all waves of a blow, and those that are as short as the front carry
-//! little of its energy. On splines of degree 3 with spans of `4 w` the rate of penetration errs by less than
-//! a hundredth (the tip's own gain by up to four), and with finer ones like their power of 3.6. Below a drill
-//! string it is made by what comes through the couplings: the wave of a blow, twice as long as the piston,
-//! for which spans of 0.22 of that are enough. These rules are empirical; the tests of `resolution`
-//! hold their errors over drawn hammers.
+//! A rate needs a coarser mesh: all waves of a blow contribute to it, and those as short as the front carry little
+//! energy. On splines of degree 3 with spans of `4 w` the rate of penetration has an error below a hundredth (the
+//! tip's own advance up to four hundredths), and on finer spans it falls with their power of 3.6. Below a drill
+//! string the rate depends on what the couplings let through of the blow's wave, which is twice as long as the
+//! piston; spans of 0.22 of that length are enough. These rules are empirical; the tests of `resolution` check their
+//! errors over drawn hammers.
 
 use crate::numerics::math;
 use crate::quantities::parameters::{MAX_ELEMENTS, Parameters};
 use crate::quantities::sections::Body;
 
-/// What is read of a scene, for which its mesh is to be fine enough.
+/// What is read of a scene, and decides how fine its mesh must be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reading {
     /// Rates, periods, energies and powers of blows.
@@ -42,7 +41,7 @@ impl Reading {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Rate, Self::Force, Self::Stress];
 
-    /// In one word.
+    /// Its name, one word.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rate => "rate",
@@ -51,12 +50,12 @@ impl Reading {
         }
     }
 
-    /// The one of this name.
+    /// The reading of this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|reading| reading.name() == name)
     }
 
-    /// Relative error that is asked for where none is given.
+    /// Relative error that is asked for by default.
     pub fn usual_error(self) -> f64 {
         match self {
             Self::Rate => 0.01,
@@ -75,7 +74,7 @@ pub struct MeshAdvice {
 }
 
 impl MeshAdvice {
-    /// Spans of one body.
+    /// Number of spans of a body.
     pub fn of(&self, body: Body) -> Option<usize> {
         self.spans.iter().find(|(other, _)| *other == body).map(|(_, spans)| *spans)
     }
@@ -87,22 +86,22 @@ impl MeshAdvice {
     }
 }
 
-/// Where a frame is tied, the largest force comes after waves have run through it and the bit, in which
-/// errors of several fronts add up: as if the front were that much narrower (empirical).
+/// With a tied frame, the largest force comes after waves have run through frame and bit, and errors of several
+/// fronts add up. This empirical factor narrows the front accordingly.
 const SHARPER: f64 = 0.5;
 /// Below this error, the higher degree is the cheaper one.
 const FINE: f64 = 1e-4;
-/// Degrees above and below [`FINE`].
+/// Degree of the splines above and below [`FINE`].
 const DEGREES: [usize; 2] = [5, 7];
-/// The degree that a rate needs, and its error on spans of this many widths of the front, which goes like
-/// this power of the span (all empirical).
+/// For rates: degree of the splines, error on spans of so many widths of the front, and the power of the span with
+/// which it falls (all empirical).
 const RATE_DEGREE: usize = 3;
 const RATE_ERROR: f64 = 0.01;
 const RATE_SPAN: f64 = 4.0;
 const RATE_ORDER: f64 = 3.6;
-/// The same spans under a drill string, over the length of a blow's wave.
+/// For rates under a drill string: longest span over the length of a blow's wave.
 const STRING_SPAN: f64 = 0.22;
-/// A body has this many spans at least, so that its longest waves are resolved whatever the front.
+/// Fewest spans of a body, by which its longest waves are resolved whatever the front.
 const LEAST_SPANS: f64 = 4.0;
 
 impl Parameters {
@@ -117,8 +116,8 @@ impl Parameters {
         (self.wave_speed() * contact.min(rock)).min(self.frame_front())
     }
 
-    /// Relative error of the forces at an impact on the scene's own mesh, by the formula above: that of
-    /// its longest span in piston and bit.
+    /// Relative error of the forces at an impact on the scene's own mesh, by the formula above for the longest span
+    /// of piston and bit.
     pub fn force_error(&self) -> f64 {
         let longest = Body::ALL.map(|body| {
             let nodes = self.sections(body).nodes(self.spans(body));
@@ -133,15 +132,15 @@ impl Parameters {
         self.error_behind(self.front_width(), span)
     }
 
-    /// The same behind a front of some width, m.
+    /// The same error behind a front of this width, m.
     fn error_behind(&self, width: f64, span: f64) -> f64 {
         let k = std::f64::consts::PI / span;
         let damping = 6.0 * self.material.damping_time * self.wave_speed() * width * k * k;
         math::exp(-damping) / (1.0 + (k * width) * (k * width))
     }
 
-    /// Longest span of a body (m) on which fronts of some width (m) are resolved to this error; `None` if
-    /// there is none.
+    /// Longest span of a body (m) on which fronts of this width (m) are resolved to this error; `None` if there is
+    /// none.
     fn span_for(&self, body: Body, width: f64, error: f64) -> Option<f64> {
         let length = self.sections(body).length();
         let (mut fine, mut coarse) = (length / MAX_ELEMENTS as f64, length);
@@ -156,7 +155,7 @@ impl Parameters {
         Some(fine)
     }
 
-    /// Spans of a body that are no longer than this, m; `None` if they are more than [`MAX_ELEMENTS`].
+    /// Least number of spans of a body that are no longer than this, m; `None` if that is above [`MAX_ELEMENTS`].
     fn spans_of(&self, body: Body, longest: f64) -> Option<usize> {
         let sections = self.sections(body);
         let needed = sections.as_slice().iter().map(|s| (s.length / longest).ceil());
@@ -178,8 +177,7 @@ impl Parameters {
         self.mesh_of(RATE_DEGREE, 1.0, spans)
     }
 
-    /// A mesh of so many spans in each body, by the width of the front there: in a frame, this part of the
-    /// one that its tie makes.
+    /// The mesh for a front of this width in each body; in a frame, the front of its own tie, times this factor.
     fn mesh_of(
         &self,
         degree: usize,

@@ -43,12 +43,12 @@ impl Sample {
         std::array::from_fn(|j| if j == 0 { 0.0 } else { weight(j - 1) } - weight(j))
     }
 
-    /// Value of the spline with these coefficients.
+    /// Value of the spline with these coefficients at the point.
     pub fn value(&self, c: &[f64]) -> f64 {
         self.values().iter().zip(&c[self.first..]).map(|(v, c)| v * c).sum()
     }
 
-    /// Its derivative, 1/m of what the coefficients are.
+    /// Its derivative, in the unit of the coefficients over m.
     pub fn slope(&self, c: &[f64]) -> f64 {
         let c = &c[self.first..];
         (0..self.degree).map(|j| self.slope[j] * (c[j + 1] - c[j])).sum()
@@ -58,7 +58,7 @@ impl Sample {
 /// A point of the exact quadrature over a body.
 #[derive(Clone, Copy, Debug)]
 pub struct Node {
-    /// The functions there.
+    /// The functions at the point.
     pub sample: Sample,
     /// Weight of an integral over the volume, m3.
     pub volume: f64,
@@ -100,8 +100,8 @@ impl Basis {
         self.functions
     }
 
-    /// The functions at a distance below the upper face (m); at a step, those of the
-    /// section above it.
+    /// The functions at a distance below the upper face (m). At a step these are the functions of the section above
+    /// it.
     #[cfg(test)]
     pub fn at(&self, distance: f64) -> Sample {
         let bottom = |part: &&Part| distance <= part.top + part.section.length;
@@ -148,7 +148,7 @@ impl Basis {
         (0..part.spans).flat_map(of).collect()
     }
 
-    /// At `x`, 0 to 1, of a span: the recurrence of Cox and de Boor, in units of the span.
+    /// The functions at `x`, 0 to 1, of a span: the recurrence of Cox and de Boor, in units of the span.
     fn sample(&self, part: &Part, span: usize, x: f64) -> Sample {
         let p = self.degree;
         // Knots are repeated at the section's ends.
@@ -177,8 +177,8 @@ impl Basis {
     }
 }
 
-/// Nodes on (0, 1) and weights of the rule of Gauss and Legendre, exact to degree `2 n - 1`:
-/// Newton's method on the Legendre polynomial, from Tricomi's estimate of its zeros.
+/// Nodes on (0, 1) and weights of Gauss and Legendre's rule, exact to degree `2 n - 1`: Newton's method on the
+/// Legendre polynomial, from Tricomi's estimate of its zeros.
 pub fn gauss(n: usize) -> Vec<(f64, f64)> {
     let legendre = |x: f64| {
         let (mut before, mut value) = (1.0, x);
@@ -233,8 +233,8 @@ mod tests {
         }
     }
 
-    /// A polynomial of the degree lies in the space: its coefficients are those that
-    /// interpolate it, and the slope is then its derivative.
+    /// The splines contain every polynomial of their degree. With the coefficients that interpolate one, the slope
+    /// must be its derivative.
     #[test]
     fn slopes_are_derivatives() {
         for degree in 1..=MAX_DEGREE {

@@ -1,9 +1,9 @@
-//! What is assumed where a sheet says nothing: each a number with an error, told in a sentence.
+//! Assumptions for what a sheet does not give: each is a number with an error, told to the user in a sentence.
 //!
-//! The sizes are those of makers' tables. SPM (medium-pressure hammers of 58 to 182 mm) prints pistons of
-//! 5.9 to 11.4 t per cubic metre of the outside diameter cubed, holes 1.1 to 1.5 times and feeds (the
-//! middle of each range) of 86 to 107 kN per metre of the outside diameter. Drillco (Puma 3.1) has a
-//! sleeve of 74 mm outside and 64.09 mm inside.
+//! The sizes are those of makers' tables. SPM (medium-pressure hammers of 58 to 182 mm) prints pistons of 5.9 to 11.4
+//! t per cubic metre of the outside diameter cubed, holes of 1.1 to 1.5 times the outside diameter, and feeds (the
+//! middle of each range) of 86 to 107 kN per metre of it. Drillco (Puma 3.1) has a sleeve of 74 mm outside and 64.09
+//! mm inside.
 
 use super::air::FEED as HELD;
 use super::member::{Fluid, Kind, Point, Row};
@@ -14,11 +14,11 @@ use crate::numerics::display::digits;
 use crate::numerics::math;
 use std::f64::consts::PI;
 
-/// Diameter that fits in a sleeve over its outside diameter, and the part of it that is bore.
+/// Inside over outside diameter of a sleeve, and the range of the bore over the inside diameter.
 const SLEEVE: f64 = 64.09 / 74.0;
 const BORE: [f64; 2] = [0.85, 0.93];
-/// Error of the energy of hammers in proportion to the presets: on such bores Sandvik's of 3.5 to 6 inches have
-/// their published power within as much.
+/// Relative error of the energy of hammers scaled from the presets. With such bores, Sandvik's hammers of 3.5 to 6
+/// inches have their published power within it.
 const EFFECTIVE: f64 = 0.15;
 /// Mass of the piston over the cube of the outside diameter, kg/m3, and its error.
 const PISTON: (f64, f64) = (8000.0, 0.3);
@@ -28,22 +28,22 @@ const HOLE: (f64, f64) = (1.15, 0.08);
 const SPEED: (f64, f64) = (9.5, 0.2);
 /// Feed over outside diameter, N/m.
 const FEED: f64 = 94e3;
-/// Above this pressure a hammer is not driven by air, Pa.
+/// From this pressure on a liquid drives the hammer, Pa.
 const AIR: f64 = 40e5;
 
-/// Pressures where none is given, Pa, and their error.
+/// Pressure of air and of a liquid if none is given, Pa, and relative error.
 const PRESSURE: (f64, f64) = (20e5, 0.35);
 const OF_LIQUID: f64 = 150e5;
-/// Stroke over the presets', and its error; of a liquid's drive hardly anything is known.
+/// Relative error of the stroke over the presets'; of a liquid's drive hardly anything is known.
 const STROKE: (f64, f64) = (0.25, 0.6);
-/// Port over bore: those of the presets have 0.014 to 0.034.
+/// Area of a port over the bore's, and its relative error: the presets have 0.014 to 0.034.
 const PORT: (f64, f64) = (0.024, 0.5);
-/// Errors of air and frequency of hammers in proportion to the presets (`reports/catalogue.md`).
+/// Relative errors of air and frequency of hammers scaled from the presets (`reports/catalogue.md`).
 const SHARE: f64 = 0.1;
 const PACE: f64 = 0.05;
 
 impl Datasheet {
-    /// The outside diameter (m), its error, and what it is from.
+    /// The outside diameter (m), its relative error, and what it follows from.
     pub(super) fn outer(&self) -> Option<(f64, f64, &'static str)> {
         let given = self.get(Quantity::OuterDiameter).map(|od| (od, 0.0, "outside diameter"));
         let of_hole = || Some((self.get(Quantity::Hole)? / HOLE.0, HOLE.1, "hole"));
@@ -59,7 +59,7 @@ impl Datasheet {
         given.or_else(of_hole).or_else(of_mass).or_else(of_energy)
     }
 
-    /// The energy of a blow (J) that is given, or follows from a power and the frequency.
+    /// The energy of a blow (J), given or from power and frequency.
     fn energy(&self) -> Option<f64> {
         let get = |quantity| self.get(quantity);
         let of_liquid = || Some(EFFICIENCY * get(Quantity::Pressure)? * get(Quantity::Flow)?);
@@ -68,25 +68,25 @@ impl Datasheet {
         get(Quantity::BlowEnergy).or_else(of_power)
     }
 
-    /// The hole (m) that suits an outside diameter (m).
+    /// The usual hole (m) for an outside diameter (m).
     pub fn usual_hole(outer: f64) -> f64 {
         HOLE.0 * outer
     }
 
-    /// The hole (m), and what it is assumed from if it is not given.
+    /// The hole (m), and what it follows from if it is not given.
     pub(super) fn hole(&self) -> Option<(f64, Option<&'static str>)> {
         let usual = || self.outer().map(|(outer, _, from)| (Self::usual_hole(outer), Some(from)));
         self.get(Quantity::Hole).map(|hole| (hole, None)).or_else(usual)
     }
 
-    /// What drives it: above 40 bar, or with a flow, a liquid.
+    /// A liquid above 40 bar, or if its flow is given; otherwise air.
     pub(super) fn fluid(&self) -> Fluid {
         let high = self.get(Quantity::Pressure).is_some_and(|pressure| pressure >= AIR);
         if high || self.get(Quantity::Flow).is_some() { Fluid::Liquid } else { Fluid::Air }
     }
 
-    /// The feed (N) where none is given and the size is known: what makers print, and that or what holds an air
-    /// hammer's casing down where that is more.
+    /// Least and largest usual feed (N) if the size is known: what makers print and, of an air hammer, what holds the
+    /// casing down if that is more.
     pub(super) fn usual_feeds(&self) -> Option<[f64; 2]> {
         let outer = self.outer()?.0;
         let printed = FEED * outer;
@@ -96,7 +96,7 @@ impl Datasheet {
         Some([printed, if air { printed.max(held) } else { printed }])
     }
 
-    /// Hammers before anything is known of their blows.
+    /// The distribution of hammers before their blows are considered.
     pub(super) fn kind(&self) -> Result<Kind, DatasheetError> {
         let little = |text: &str| DatasheetError::TooLittle(text.into());
         let (outer, error, _) = self.outer().ok_or_else(|| {
@@ -143,7 +143,7 @@ impl Datasheet {
         Ok(Kind { fluid, middle, wide, table: Table::get()? })
     }
 
-    /// The speed at which pistons strike, where none is given.
+    /// The usual impact speed, if none is given.
     pub(super) fn usual_speed(&self) -> Option<Row> {
         let (given, error) = SPEED;
         let quantity = Quantity::ImpactSpeed;
@@ -151,7 +151,7 @@ impl Datasheet {
         self.get(quantity).is_none().then_some(row)
     }
 
-    /// What is assumed of a blow, a sentence each.
+    /// The assumptions about a blow, a sentence each.
     pub(super) fn of_blows(&self) -> Vec<String> {
         let given = |quantity| self.get(quantity).is_some();
         let air = self.fluid() == Fluid::Air;
@@ -203,7 +203,7 @@ impl Datasheet {
     }
 }
 
-/// Area of a bore, m2.
+/// Area of a circle, m2.
 pub(super) fn area(bore: f64) -> f64 {
     0.25 * PI * bore * bore
 }

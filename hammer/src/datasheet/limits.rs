@@ -1,4 +1,4 @@
-//! What no hammer does, in words of the trade.
+//! What no hammer can do, in words of the trade.
 
 use super::Datasheet;
 use super::assume::area;
@@ -7,18 +7,18 @@ use super::quantity::Quantity;
 use super::sample::Sample;
 use crate::quantities::warnings::FASTEST;
 
-/// Most blows a second: air hammers do 15 to 45, water hammers up to 70.
+/// Most blows per second of an air hammer, and of any: air hammers do 15 to 45, water hammers up to 70.
 const MOST_BY_AIR: f64 = 50.0;
 const MOST: f64 = 75.0;
-/// Part of a hammer's length in which piston and stroke have room; valve and back head have the rest.
+/// Part of a hammer's length for piston and stroke. Valve and back head take the rest.
 const ROOM: f64 = 0.7;
-/// Velocity of the air that makers ask for in the hole, m/s.
+/// Range of the air's velocity in the hole that makers ask for, m/s.
 const FLUSHING: [f64; 2] = [15.0, 30.0];
 /// Density of a piston that fills its bore, kg/m3.
 const STEEL: f64 = 7850.0;
 
 impl Datasheet {
-    /// What is impossible of the hammers that were asked for, a sentence each.
+    /// What is impossible about the sample's hammers, a sentence each.
     pub(super) fn impossible(&self, sample: &Sample) -> Vec<String> {
         let mut list = Vec::new();
         let more = |of: f64, limit: f64| format!("{:.0} % more", 100.0 * (of / limit - 1.0));
@@ -49,7 +49,7 @@ impl Datasheet {
         list
     }
 
-    /// A pipe that does not fit, or air too slow to lift cuttings or so fast that it wears the pipe.
+    /// A pipe that does not fit the hole, or air too slow to lift cuttings or so fast that it wears the pipe.
     fn flushed(&self, sample: &Sample) -> Option<String> {
         let ((hole, _), pipe) = (self.hole()?, self.get(Quantity::Pipe)?);
         if pipe >= hole {
@@ -69,7 +69,7 @@ impl Datasheet {
         })
     }
 
-    /// A stroke for which the hammer is too short.
+    /// Piston and stroke that do not fit the hammer's length.
     fn too_short(&self, sample: &Sample) -> Option<String> {
         let whole = self.get(Quantity::Length)?;
         let height = sample.number(|m| m.blow.height).0;

@@ -1,4 +1,4 @@
-//! One hammer of a sample: what it is, what it does, and how it is moved until it does what a sheet gives.
+//! A hammer of the sample: its unknowns, its blows, and how it is fitted to a sheet.
 
 use super::table::{Scales, Table};
 use super::{Datasheet, EFFICIENCY, Quantity};
@@ -7,30 +7,30 @@ use crate::quantities::air::ATMOSPHERE;
 use nalgebra::{DMatrix, DVector, SVector};
 use std::f64::consts::PI;
 
-/// Unknowns: logarithms of pressure, bore, mass, stroke, port over bore, and of the factors by which energy and
-/// square of the frequency (effectiveness), air, and frequency are off those of hammers in proportion.
+/// Unknowns: logarithms of pressure, bore, mass, stroke and port over bore; and of three factors relative to hammers
+/// scaled from the presets: of energy and square of the frequency (effectiveness), of air, and of frequency.
 pub(super) const COUNT: usize = 8;
 pub(super) type Point = SVector<f64, COUNT>;
-/// A residual of so many errors counts as an outlier: it pulls no harder.
+/// A residual beyond this many standard errors is an outlier, whose pull does not grow.
 const OUTLIER: f64 = 3.0;
-/// Steps in which hammers are moved to what a sheet gives.
+/// Steps in which hammers are fitted to a sheet.
 const STEPS: i32 = 10;
-/// Share of its speed with which a piston of a liquid's drive is thrown back, squared.
+/// Square of the share of its speed with which a liquid's piston rebounds.
 const RETURNED: f64 = 0.16;
-/// Height to which a liquid lifts the piston under pressure, over the stroke, m.
+/// Height to which a liquid lifts the piston under pressure, m, for a stroke of 1.
 pub(super) const LIFT: f64 = 0.03;
 
-/// What drives it.
+/// The fluid that drives it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fluid {
     Air,
-    /// At a constant pressure, in closed form: a piston of mass `m` is lifted over `D` by the force `F`, is braked
-    /// by it and thrown back, with the share `e` of its speed `v` left from the blow before:
+    /// At constant pressure, in closed form. A piston of mass `m` is lifted over `D` by the force `F`, then braked by
+    /// it and thrown back. It keeps the share `e` of its speed `v` from the previous blow:
     /// `m v^2 (1 - e^2) / 2 = 2 F D`, `w^2 = (e v)^2 + 2 F D / m`, period `(2 w + v (1 - e)) m / F`.
     Liquid,
 }
 
-/// What a member does at a pressure, SI.
+/// The blow of a member at a pressure, SI.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Blow {
     pub pressure: f64,
@@ -38,7 +38,7 @@ pub(super) struct Blow {
     pub mass: f64,
     pub energy: f64,
     pub frequency: f64,
-    /// Of free air, or of the liquid.
+    /// Flow of free air, or of the liquid.
     pub flow: f64,
     pub height: f64,
 }
@@ -52,12 +52,12 @@ impl Blow {
         self.energy * self.frequency
     }
 
-    /// Mean driving pressure over the supply's.
+    /// Mean driving pressure over the supply's pressure.
     pub fn effectiveness(&self) -> f64 {
         self.energy / (self.pressure * 0.25 * PI * self.bore * self.bore * self.height)
     }
 
-    /// A number that a sheet may give; `None` of what says nothing of a blow.
+    /// The blow's value of a quantity; `None` for one that is not of a blow.
     pub fn value(&self, of: Quantity) -> Option<f64> {
         match of {
             Quantity::Pressure => Some(self.pressure),
@@ -75,7 +75,7 @@ impl Blow {
     }
 }
 
-/// What hammers are before anything is known of one: of each unknown a logarithm and its error.
+/// The prior distribution of hammers: of each unknown the median's logarithm and its standard error.
 pub(super) struct Kind {
     pub fluid: Fluid,
     pub middle: Point,
@@ -84,12 +84,12 @@ pub(super) struct Kind {
 }
 
 impl Kind {
-    /// The logarithms of a hammer so many errors off the middle.
+    /// The unknowns of a hammer that is `off` the median, in standard errors.
     pub fn logs(&self, off: &Point) -> Point {
         self.middle + self.wide.component_mul(off)
     }
 
-    /// Its blow at a pressure, or at its own.
+    /// Its blow at a pressure; `None`: at its own.
     pub fn blow(&self, off: &Point, pressure: Option<f64>) -> Blow {
         let own: [f64; COUNT] = self.logs(off).map(math::exp).into();
         let [supply, bore, mass, stroke, port, effective, share, pace] = own;
@@ -121,26 +121,26 @@ impl Kind {
         }
     }
 
-    /// What the hammer of a point is built of: `height` is the stroke over the presets', `flow` the area of a port.
+    /// The dimensions of a hammer: `height` is the stroke over the presets', `flow` the area of a port.
     pub fn hammer(&self, off: &Point, pressure: Option<f64>) -> Blow {
         let own: [f64; COUNT] = self.logs(off).map(math::exp).into();
         let [supply, bore, mass, height, port, effective, ..] = own;
-        // What acts better acts on more.
+        // Greater effectiveness becomes a larger area.
         let bore = bore * effective.sqrt();
         let flow = port * 0.25 * PI * bore * bore;
         let pressure = pressure.unwrap_or(supply);
         Blow { pressure, bore, mass, energy: f64::NAN, frequency: f64::NAN, flow, height }
     }
 
-    /// The number of a row.
+    /// The hammer's value for a row.
     pub fn value(&self, row: &Row, off: &Point) -> f64 {
         self.blow(off, row.pressure).value(row.quantity).unwrap_or(row.given)
     }
 
-    /// Moves hammers to what the rows give, each up to its error, which every hammer's own measurements have (`noise`, in
-    /// errors, of a member, a row and a step). By an ensemble smoother (Emerick and Reynolds 2013): rows are taken in
-    /// parts, each twice that before, and all members are moved by one regression on how they differ. So none leaps to
-    /// another hammer that fits as well where the sheet changes a little, as a search of its own for each would.
+    /// Fits hammers to the rows, each to its own noisy measurements (`noise`, in standard errors, of a member, a row
+    /// and a step). This is an ensemble smoother (Emerick and Reynolds 2013): in each step the rows count twice as
+    /// much as in the previous one, and all members are moved by one linear regression. A small change of the sheet
+    /// can therefore not move a member to a distant hammer that fits as well, as separate searches could.
     pub fn move_to(
         &self,
         rows: &[Row],
@@ -149,7 +149,7 @@ impl Kind {
     ) {
         for step in 0..STEPS {
             let inflated = (2f64.powi(STEPS) - 1.0) / 2f64.powi(step);
-            // Unknowns, and how far the rows are off, in errors.
+            // Unknowns, followed by the residuals of the rows in standard errors.
             let states: Vec<DVector<f64>> = members
                 .iter()
                 .map(|off| {
@@ -185,30 +185,30 @@ impl Kind {
     }
 }
 
-/// A number of a sheet.
+/// A number of a sheet, or an assumed one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row {
     pub quantity: Quantity,
     pub given: f64,
-    /// Standard error, as a share of it.
+    /// Relative standard error.
     pub error: f64,
-    /// At another pressure than that which is worked at, Pa.
+    /// Pressure that it belongs to, Pa; `None`: the working pressure.
     pub pressure: Option<f64>,
-    /// Which of several of its quantity.
+    /// Place in the table of air, from 1; 0 of a single number.
     pub series: usize,
-    /// Not given: what pistons do.
+    /// True if it is not given but usual.
     pub assumed: bool,
 }
 
 impl Row {
-    /// Of a number that is given, with its own error.
+    /// A row for a given number, with the usual error of its quantity.
     fn new(quantity: Quantity, given: f64) -> Self {
         let error = quantity.error();
         Self { quantity, given, error, pressure: None, series: 0, assumed: false }
     }
 
-    /// What is left of a residual's weight: beyond an outlier's it pulls no harder (Huber); in a table, of which the
-    /// other rows stand against it, ever less (Cauchy).
+    /// Weight of a residual. The pull of an outlier does not grow (Huber); in a table, where other rows contradict
+    /// it, it falls (Cauchy).
     fn weight(&self, r: f64) -> f64 {
         match self.series {
             0 => (OUTLIER / r).min(1.0),
@@ -218,13 +218,13 @@ impl Row {
 }
 
 impl Datasheet {
-    /// What it gives of the hammer itself.
+    /// Rows for properties of the hammer.
     pub(super) fn of_hammer(&self) -> impl Iterator<Item = Row> + '_ {
         let all = [Quantity::Pressure, Quantity::Bore, Quantity::PistonMass];
         all.into_iter().filter_map(|quantity| Some(Row::new(quantity, self.get(quantity)?)))
     }
 
-    /// What it gives of a blow.
+    /// Rows for properties of the blow.
     pub(super) fn rows(&self) -> Vec<Row> {
         let air = self.fluid() == Fluid::Air;
         let known = self

@@ -1,4 +1,4 @@
-//! What a datasheet may give: the one list of names, units, ranges and errors.
+//! The numbers that a datasheet may give: their names, units, ranges and errors.
 
 use crate::quantities::domain::{Domain, ParameterError};
 
@@ -7,11 +7,11 @@ struct Row {
     quantity: Quantity,
     name: &'static str,
     unit: &'static str,
-    /// Unit in which the trade writes it, and how much of the SI unit that is.
+    /// Unit in which the trade writes it, and its size in the SI unit.
     field: (&'static str, f64),
-    /// Of real hammers.
+    /// Least and largest of real hammers.
     range: [f64; 2],
-    /// Relative error of what a datasheet says; none of what is not fitted.
+    /// Relative standard error of a datasheet's number; none if it is not fitted.
     error: Option<f64>,
     meaning: &'static str,
 }
@@ -36,8 +36,8 @@ macro_rules! list {
     };
 }
 
-// Ranges are those of the smallest and the largest hammers with room to spare; steel strikes steel
-// at some 10 m/s, and yields beyond 25. Errors are what makers' numbers scatter by.
+// Ranges are those of the smallest and the largest hammers, with a margin; pistons strike at some 10 m/s, and steel
+// yields beyond 25. Errors are the scatter of makers' numbers.
 #[rustfmt::skip]
 list! {
     Pressure, "pressure", "Pa", ("bar", 1e5), [1e4, 1e8], Some(0.05), "Supply pressure over that of the exhaust";
@@ -69,7 +69,7 @@ impl Quantity {
         TABLE.iter().map(|row| row.quantity)
     }
 
-    /// Whether it says something of a blow, beside what a hammer is.
+    /// Whether it is a property of a blow, not of the hammer.
     pub(super) fn of_blow(self) -> bool {
         let of_hammer = [Self::Pressure, Self::Bore, Self::PistonMass, Self::Rate];
         self.error().is_finite() && !of_hammer.contains(&self)
@@ -84,17 +84,17 @@ impl Quantity {
         self.row().name
     }
 
-    /// SI unit; `1` of a ratio.
+    /// SI unit; `1` for a ratio.
     pub fn unit(self) -> &'static str {
         self.row().unit
     }
 
-    /// Unit in which the trade writes it, and how much of the SI unit that is.
+    /// Unit in which the trade writes it, and its size in the SI unit.
     pub fn field_unit(self) -> (&'static str, f64) {
         self.row().field
     }
 
-    /// What it is.
+    /// Its meaning.
     pub fn meaning(self) -> &'static str {
         self.row().meaning
     }
@@ -104,12 +104,12 @@ impl Quantity {
         self.row().range
     }
 
-    /// Standard error of what a datasheet says, over the number; infinite of what is not fitted.
+    /// Relative standard error of a datasheet's number; infinite if it is not fitted.
     pub fn error(self) -> f64 {
         self.row().error.unwrap_or(f64::INFINITY)
     }
 
-    /// Refuses what no hammer has.
+    /// Refuses a number that no hammer has.
     ///
     /// # Errors
     /// The number is not in the range of real hammers.

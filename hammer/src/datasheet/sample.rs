@@ -1,4 +1,4 @@
-//! Hammers that meet what a sheet gives, and what they do: of every number the middle and the range.
+//! The sample of hammers that fit a sheet: median and range of everything that follows.
 
 use super::member::{Blow, COUNT, Kind, Point, Row};
 use super::{Datasheet, DatasheetError, Quantity};
@@ -6,28 +6,28 @@ use crate::numerics::math;
 use crate::quantities::warnings::FASTEST;
 use crate::scene::Scene;
 
-/// How many, in pairs that are drawn on opposite sides.
+/// Number of hammers. They are drawn in antithetic pairs.
 const MEMBERS: usize = 240;
-/// Errors of 80 % of a normal distribution.
+/// 80 % of a normal distribution lie within this many standard deviations.
 const WIDE: f64 = 1.2816;
-/// Part of the weights on either side of a place in their order that counts as there.
+/// A quantile is the mean over this part of the weights on either side of it.
 const ABOUT: f64 = 0.03;
-/// How sharply the speed that steel stands cuts.
+/// Steepness with which the weight of hammers falls beyond the speed that steel withstands.
 const SHARP: f64 = 60.0;
-/// Work to the rock over blow energy, its error, and the most: RI 7300's drills have 0.57 to 0.79.
+/// Work to the rock over blow energy, its standard error, and its maximum: RI 7300's drills have 0.57 to 0.79.
 const SHARE: (f64, f64) = (0.68, 0.12);
 const MOST: f64 = 0.95;
-/// Factor of 80 % of what a rock's hardness, and a feed, are about.
+/// Factors of the 80 % ranges of a rock's hardness and of a feed.
 const HARDNESS: f64 = 1.75;
 const FEED: f64 = 1.25;
 
-/// One of them.
+/// A hammer of the sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Member {
     pub blow: Blow,
-    /// Of the share of the sample.
+    /// Its statistical weight.
     pub weight: f64,
-    /// Work to the rock over blow energy, and the stiffness of the rock, N/m.
+    /// Work to the rock over blow energy; stiffness of the rock, N/m.
     pub share: f64,
     pub stiffness: f64,
     pub specific_energy: f64,
@@ -36,22 +36,22 @@ pub(super) struct Member {
     pub rate: f64,
 }
 
-/// All of them.
+/// The sample.
 pub(super) struct Sample {
     pub members: Vec<Member>,
-    /// What the middle hammer is built of.
+    /// Dimensions of the median hammer.
     pub hammer: Blow,
     solved: Vec<(Row, f64)>,
-    /// The speed of the hammers that were asked for, before the limit cuts, m/s.
+    /// Median impact speed before the limit of steel is applied, m/s.
     pub asked_speed: f64,
 }
 
-/// A normal number that belongs to a member and a dimension: the same in every sheet, so that two sheets are
-/// compared member by member, and a sheet that changes a little has an answer that changes a little.
+/// A normal random number of a member and a dimension. It is the same in every sheet, so that two sheets can be
+/// compared member by member, and an answer changes little if its sheet changes little.
 fn drawn(member: usize, dimension: usize) -> f64 {
     let mut state = ((member as u64 / 2 + 1) << 32) | (dimension as u64 + 1);
     let mut uniform = || {
-        // Steele, Lea, Flood 2014: splitmix64.
+        // Generator splitmix64 (Steele, Lea, Flood 2014).
         state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut mixed = state;
         mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -59,12 +59,12 @@ fn drawn(member: usize, dimension: usize) -> f64 {
         ((mixed ^ (mixed >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     };
     uniform();
-    // Twelve uniform numbers have the variance 1.
+    // The sum of twelve uniform numbers has the variance 1.
     let sum: f64 = (0..12).map(|_| uniform() - 0.5).sum();
     if member.is_multiple_of(2) { sum } else { -sum }
 }
 
-/// Dimensions after the unknowns: of all else, and from where on of rows' noise.
+/// Dimensions of random numbers: first the unknowns, then the numbers below; the noise of the rows begins at `ROWS`.
 const ROWS: usize = 100;
 const OF_SHARE: usize = 50;
 const OF_HARDNESS: usize = 51;
@@ -74,7 +74,7 @@ const OF_RATE: usize = 54;
 const OF_STEP: usize = 1 << 20;
 
 impl Sample {
-    /// The hammers of a sheet, in the rock of a scene.
+    /// The hammers that fit a sheet, in the rock of a scene.
     pub fn of(sheet: &Datasheet, scene: &Scene) -> Result<Self, DatasheetError> {
         let (kind, rows) = (sheet.kind()?, sheet.rows());
         let drawn_alike = |member| Point::from_fn(|k, _| drawn(member, k));
@@ -83,7 +83,8 @@ impl Sample {
         let blows: Vec<Blow> = members.iter().map(|off| kind.blow(off, None)).collect();
         let speeds = blows.iter().map(|blow| (blow.speed(), 1.0)).collect();
         let [asked_speed, slow, _] = spread(speeds);
-        // The limit cuts: what strikes faster is no hammer. Where most do, the slowest tenth is left.
+        // Steel does not withstand faster impacts, so faster hammers lose their weight. If most are faster, the
+        // slowest tenth keeps its weight.
         let weight = |blow: &Blow| {
             let over = SHARP * math::ln(blow.speed() / FASTEST.max(slow));
             1.0 / (1.0 + math::exp(over.min(500.0)))
@@ -105,8 +106,8 @@ impl Sample {
         Ok(Self { members: members.collect(), hammer, solved, asked_speed })
     }
 
-    /// Takes the share of the simulated middle hammer for the middle one, and that with which a rate was measured,
-    /// which says the specific energy.
+    /// Replaces the usual share of work to the rock by `now`, that of the simulated median hammer. `measured` is the
+    /// share at which a rate was measured; it determines the specific energy.
     pub fn take_share(&mut self, now: f64, measured: Option<f64>) {
         for member in &mut self.members {
             let share = (member.share * now / SHARE.0).min(MOST);
@@ -116,12 +117,12 @@ impl Sample {
         }
     }
 
-    /// What is given, and what the members have of it.
+    /// The given numbers, and the medians of the sample.
     pub fn solved(&self) -> &[(Row, f64)] {
         &self.solved
     }
 
-    /// Middle of a number, and the ends between which 80 % of it are.
+    /// Median of a number, and the range of 80 %.
     pub fn number(&self, of: impl Fn(&Member) -> f64) -> (f64, [f64; 2]) {
         let [middle, low, high] = spread(self.members.iter().map(|m| (of(m), m.weight)).collect());
         (middle, [low, high])
@@ -129,7 +130,8 @@ impl Sample {
 }
 
 impl Kind {
-    /// The blow of a member at the pressure that is worked at, off its own by as much as the sheet's is.
+    /// The blow of a member at the working pressure. Its pressure differs from that by the same factor as from the
+    /// sheet's.
     fn at(&self, off: &Point, at: f64, sheet: &Datasheet) -> Blow {
         let given = sheet.get(Quantity::Pressure).unwrap_or(at);
         let own = math::exp(self.logs(off)[0]);
@@ -138,7 +140,7 @@ impl Kind {
 }
 
 impl Row {
-    /// How far a member's measurement of it is off, in errors, of each part that is taken of it.
+    /// Measurement error of a row in a member and a step of the smoother, in standard errors.
     fn noise(&self, member: usize, step: i32) -> f64 {
         let row = self.quantity as usize + 32 * self.series;
         drawn(member, ROWS + row + OF_STEP * step as usize)
@@ -160,8 +162,8 @@ impl Member {
         let known = math::ln(p.rock.specific_energy_factor) / WIDE;
         let hardness = if sheet.own_rock { 0.0 } else { math::ln(HARDNESS) / WIDE };
         let area = p.work_per_length() / p.rock.specific_energy;
-        // A rock's specific energy counts the work that the hammer's model gives it: where a measured rate says it,
-        // it is of the middle share.
+        // The specific energy refers to the work that the hammer's model gives to the rock. If a measured rate
+        // determines it, the usual share is used here, and corrected in `take_share`.
         let (drilling, specific_energy) = match sheet.get(Quantity::Rate) {
             Some(rate) => {
                 let rate = rate * about(OF_RATE, Quantity::Rate.error());
@@ -169,7 +171,8 @@ impl Member {
             }
             None => (share, p.rock.specific_energy * about(OF_ENERGY, known)),
         };
-        // What holds the casing down may be more than makers print: then they are the lower end.
+        // The feed that holds the casing down may exceed those that makers print, which are then the lower end of the
+        // range.
         let below = sheet.usual_feeds().filter(|_| drawn(member, OF_FEED) < 0.0);
         let below = below.map_or(0.0, |[printed, usual]| math::ln(usual / printed));
         let usual = scene.inputs.feed_force * about(OF_FEED, (math::ln(FEED) + below) / WIDE);
@@ -185,8 +188,8 @@ impl Member {
     }
 }
 
-/// Of numbers and their weights the middle, and the ends between which 80 % are. Each is the mean about its place in
-/// the order: so it changes by little where numbers and weights do, though some pass each other.
+/// Median and 80 % range of weighted numbers. Each is the mean about its place in the order, so that it changes
+/// little where numbers and weights change little, even if some change places.
 pub fn spread(mut list: Vec<(f64, f64)>) -> [f64; 3] {
     list.sort_by(|a, b| a.0.total_cmp(&b.0));
     let least = list.first().map_or(f64::NAN, |first| first.0);
@@ -209,7 +212,7 @@ const _: () = assert!(COUNT < OF_SHARE && OF_RATE < ROWS);
 mod tests {
     use super::*;
 
-    /// Mean, variance and 80 % of a normal distribution: of 24,000 numbers to four of their standard errors.
+    /// Mean, variance and 80 % range of a normal distribution, to four standard errors of 24,000 numbers.
     #[test]
     fn what_is_drawn_is_normal() {
         let all: Vec<f64> = (0..MEMBERS).flat_map(|m| (0..100).map(move |d| drawn(m, d))).collect();
@@ -221,12 +224,12 @@ mod tests {
             mean.abs() < 1e-12 && (square - 1.0).abs() < 4.0 * (4.0 / count).sqrt(),
             "{square}"
         );
-        // Twelve uniform numbers have 0.2 % more there.
+        // The sum of twelve uniform numbers has 0.2 % more within the range.
         assert!((inside - 0.8).abs() < 0.003 + 4.0 * (0.32 / count).sqrt(), "{inside}");
     }
 
-    /// Of the numbers 0 to 1000 with equal weights, and of the even ones with twice as much and the others with none: each
-    /// place is the mean of those about it, to half of what one number has of the whole.
+    /// The quantiles of the numbers 0 to 1000 with equal weights, and of the even ones with double and the odd ones
+    /// with zero weight, are those of the uniform distribution, to half of one number's share.
     #[test]
     fn a_spread_is_that_of_a_uniform_distribution() {
         let equal: Vec<(f64, f64)> = (0..=1000).map(|k| (f64::from(k), 1.0)).collect();

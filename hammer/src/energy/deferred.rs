@@ -1,8 +1,8 @@
 //! The deferred ledger: works and losses are integrated only when an energy is read.
 //!
-//! The integrals over an interval follow from the states at its two ends. These are stored until an energy is
-//! read, or until they take too much memory. The integrals are then added one by one in order of time, so that
-//! reading an energy changes no bit of a later one.
+//! The integrals over an interval follow from the states at its two ends. These are stored until an energy is read,
+//! or until they take too much memory. The integrals are then added one by one in order of time, so that reading an
+//! energy changes no bit of a later one.
 
 use super::interval::{self, Forms, Interval};
 use super::ledger::Ledger;
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-/// Something to be added to the sums.
+/// A contribution to the sums.
 enum Term {
     Pending(Arc<Interval>, OnceLock<Sums>),
     Known(Sums),
@@ -25,7 +25,7 @@ struct Link {
 }
 
 impl Link {
-    /// What is to be added; `forms` are those at the end of the interval before.
+    /// The contribution. `forms` are those at the end of the previous interval.
     fn sums<'a>(&'a self, forms: &mut Forms<'a>) -> &'a Sums {
         match &self.term {
             Term::Pending(interval, sums) => sums.get_or_init(|| interval.sums(forms)),
@@ -34,7 +34,7 @@ impl Link {
     }
 }
 
-/// A loop: recursion would overflow the stack on a long list.
+/// Drops in a loop, since recursion would overflow the stack on a long list.
 impl Drop for Link {
     fn drop(&mut self) {
         let mut next = self.before.take();
@@ -44,7 +44,7 @@ impl Drop for Link {
     }
 }
 
-/// The ledger up to the epoch: what is evaluated, and what is pending. It is serialised evaluated.
+/// The ledger up to the epoch: an evaluated part and a pending one. It is serialised evaluated.
 #[derive(Clone, Default, Serialize, Deserialize)]
 #[serde(from = "Ledger", into = "Ledger")]
 pub(crate) struct DeferredLedger {
@@ -66,7 +66,7 @@ impl From<DeferredLedger> for Ledger {
     }
 }
 
-/// As it is serialised: a long list must not be printed by recursion either.
+/// As serialised. Recursion would overflow the stack here too.
 impl fmt::Debug for DeferredLedger {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.evaluated().fmt(f)
@@ -86,8 +86,7 @@ impl DeferredLedger {
         self.push(Term::Pending(interval, OnceLock::new()));
     }
 
-    /// Evaluates all that is pending if it is much, or if `all` is asked for. An interrupt loses no integral that is
-    /// done.
+    /// Evaluates everything pending if it is much, or if `all`. Integrals that are finished survive an interrupt.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -100,7 +99,7 @@ impl DeferredLedger {
         Ok(())
     }
 
-    /// Integrates all that is pending. An interrupt loses no integral that is done.
+    /// Integrates everything pending. Integrals that are finished survive an interrupt.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -116,7 +115,7 @@ impl DeferredLedger {
         Ok(())
     }
 
-    /// Adds integrals that are known already.
+    /// Adds known integrals.
     pub fn add(&mut self, sums: Sums) {
         self.push(Term::Known(sums));
     }
@@ -125,7 +124,7 @@ impl DeferredLedger {
         self.last = Some(Arc::new(Link { term, before: self.last.take() }));
     }
 
-    /// What is to be added, in order of time.
+    /// The contributions in order of time.
     fn links(&self) -> Vec<&Link> {
         let mut links = Vec::new();
         let mut link = self.last.as_deref();

@@ -1,4 +1,4 @@
-//! One interval between two events: the states at both its ends, which answer its works, losses and forces.
+//! The interval between two events. Its works, losses and forces follow from the states at both its ends.
 
 use super::sums::Sums;
 use crate::error::Error;
@@ -21,16 +21,16 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Numbers stored in the intervals of all hammers of the process.
 static STORED: AtomicUsize = AtomicUsize::new(0);
-/// Beyond so many of them, 32 MB, each hammer may store [`CROWDED`] only.
+/// Beyond this, 32 MB, each hammer may store only [`CROWDED`].
 const PROCESS: usize = 1 << 22;
-/// Most numbers in the intervals of one hammer, 8 MB: some 120 blows of the reference, so that a run of a second
+/// Most numbers in the intervals of one hammer, 8 MB: some 120 blows of the reference. A run of a second then
 /// integrates nothing that is never read.
 const MOST: usize = 1 << 20;
-/// The same among many hammers: 256 kB, to be integrated from the nearer caches.
+/// The same limit among many hammers: 256 kB, which stay in the processor's caches.
 pub(crate) const CROWDED: usize = 1 << 15;
 
-/// Most numbers that a hammer may store now, in intervals whose integrals or peaks are not yet computed. When
-/// they are computed changes no bit of them.
+/// Most numbers that a hammer may store now, in intervals whose integrals or peaks are not yet computed. The limit
+/// changes no bit of them.
 pub(crate) fn storable() -> usize {
     if STORED.load(Ordering::Relaxed) > PROCESS { CROWDED } else { MOST }
 }
@@ -38,11 +38,11 @@ pub(crate) fn storable() -> usize {
 /// A force `k u + c u'`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Force {
-    /// Which of the tracks beside that of the tip, if it acts on one.
+    /// Index of the track on which it acts, among those beside the tip's; none: the tip's.
     pub other: Option<usize>,
-    /// Which displacement.
+    /// Functional of the displacement `u`.
     pub functional: usize,
-    /// Its polynomial part.
+    /// Polynomial part of the force.
     pub poly: Poly,
     /// `k`, N/m.
     pub stiffness: f64,
@@ -50,11 +50,11 @@ pub(crate) struct Force {
     pub viscosity: f64,
 }
 
-/// A system, where its stretch ends, and the damping form there.
+/// A system, the state at the end of an interval, and the damping form there.
 type End<'a> = (&'a Arc<System>, &'a [f64], f64);
 
-/// Damping forms at the ends of an interval and of the one before. The form of a group that did not change at
-/// the event between them is the same on both its sides.
+/// Damping forms at the ends of this interval and of the previous one. A group that the event between them did not
+/// change has the same form on both sides.
 #[derive(Default)]
 pub(crate) struct Forms<'a> {
     before: Vec<End<'a>>,
@@ -67,7 +67,7 @@ impl<'a> Forms<'a> {
         self.now.clear();
     }
 
-    /// At the start and the end.
+    /// Forms at the start and the end of an interval.
     fn of(&mut self, system: &'a Arc<System>, [start, end]: [&'a [f64]; 2]) -> [f64; 2] {
         let same = |known: &&End| Arc::ptr_eq(known.0, system) && known.1 == start;
         let form = system.damping_form();
@@ -84,21 +84,21 @@ pub(crate) struct Interval {
     graph: Arc<Graph>,
     group: Group,
     system: Arc<System>,
-    /// Where the tip's track begins, then where it ends.
+    /// State of the tip's track at the start, then at the end.
     ends: Vec<f64>,
-    /// Its length, s.
+    /// Length of the interval, s.
     pub span: f64,
     loading: Loading,
-    /// While it flies alone.
+    /// System of the piston, while it flies alone.
     piston: Option<Arc<System>>,
-    /// Groups beside them.
+    /// The other groups.
     others: Vec<Other>,
     ties: Ties,
     spring: Spring,
     rock: Rock,
-    /// True if the bars have damping.
+    /// True if the bars are damped.
     damped: bool,
-    /// Work given to the rock, J: lost on loading, and of the dashpot at the tip.
+    /// Work given to the rock, J: dissipated on loading, and by the dashpot at the tip.
     pub given: [f64; 2],
 }
 
@@ -107,7 +107,7 @@ pub(crate) struct Interval {
 struct Other {
     group: Group,
     system: Arc<System>,
-    /// Where it begins, then where it ends.
+    /// State at the start, then at the end.
     ends: Vec<f64>,
     driven: Driven,
 }
@@ -127,18 +127,18 @@ impl Other {
 /// Loads over an interval, and the polynomial part of its motion.
 #[derive(Debug)]
 enum Loading {
-    /// Constant loads, and parabolas of the tip's track and of a free piston: nearly all intervals, in much less
-    /// memory than polynomials of any degree.
+    /// Constant loads, with parabolas of the tip's track and of a free piston. Nearly all intervals are so, and take
+    /// much less memory than polynomials of any degree.
     Constant { loads: [f64; CHANNELS], translations: [[f64; 3]; 2] },
     /// All others.
     Varying(Box<Polynomials>),
 }
 
-/// Polynomials of time after the start of a stretch.
+/// Polynomials in time from the start of the interval.
 #[derive(Clone, Debug)]
 struct Polynomials {
     loads: [Poly; CHANNELS],
-    /// Of the track that ends at the tip, and of a free piston.
+    /// Motion of the track that ends at the tip, and of a free piston.
     driven: [Driven; 2],
 }
 
@@ -172,8 +172,8 @@ impl Loading {
 }
 
 impl Interval {
-    /// The stretch from the epoch to `span` after it, where `tracks` stand; `form` is the viscous form
-    /// at its start, if known.
+    /// The interval from the epoch to `span` after it, to which `tracks` are rotated. `form` is the viscous form at
+    /// its start, if known.
     pub fn new(motion: &Motion, tracks: &[Track], span: f64, form: Option<f64>) -> Self {
         let (state, model) = (motion.state(), motion.model());
         let anchor = &state.anchors[0];
@@ -221,7 +221,7 @@ impl Interval {
         rock > 0.0 || Tie::REPORTED.into_iter().any(|tie| self.ties.hold(tie))
     }
 
-    /// `F_R`, and the forces of the ties that are reported, if they act.
+    /// `F_R`, then the forces of the reported ties; none where they do not act.
     pub fn forces(&self) -> [Option<Force>; 1 + Tie::REPORTED.len()] {
         let Polynomials { loads, driven: [driven, ..] } = &self.loading.polynomials();
         let force = |displacement, line: Coefficients, sign: f64| {
@@ -271,7 +271,7 @@ impl Interval {
         self.graph.share(self.group, displacement).unwrap_or_default()
     }
 
-    /// Makes the form that takes most of the time of the integrals, once per system.
+    /// Computes the form that takes most of the time of the integrals, once per system.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -279,8 +279,8 @@ impl Interval {
         if self.damped { self.system.prepare_damping_form() } else { Ok(()) }
     }
 
-    /// The integrals; `forms` are those at the end of the interval before, then at the end of this one. Damping of
-    /// the piston in flight is integrated when the flight ends.
+    /// The integrals. `forms` are those at the end of the previous interval, and become those at the end of this one.
+    /// The damping of a flying piston is integrated when its flight ends.
     pub fn sums<'a>(&'a self, forms: &mut Forms<'a>) -> Sums {
         let polynomials = &self.loading.polynomials();
         let main = self.stretch(polynomials);
@@ -293,7 +293,7 @@ impl Interval {
         sums.damping += damping(&self.system, &main, &self.ends);
         self.add_group(self.group, &main, &mut sums);
         if let Some(system) = &self.piston {
-            // Loads on a free body work on its translation only; the oscillation can be left out.
+            // Loads on a free body work on its translation only, so that its oscillation can be left out.
             let still = vec![0.0; 2 * system.blocks()];
             let (start, end, driven) = (&still[..], &still[..], &polynomials.driven[1]);
             let piston = Stretch { system, start, end, driven, ..self.stretch(polynomials) };
@@ -335,8 +335,8 @@ impl Interval {
         [sums.rock, sums.viscous] = self.given;
     }
 
-    /// Work given to the rock, J: lost on loading, and of the dashpot at the tip, whose form at the
-    /// start may be known. It is summed at once, which is cheap, since each blow reports it.
+    /// Work given to the rock, J: dissipated on loading, and by the dashpot at the tip. `form` is the dashpot's form
+    /// at the start, if known. It is integrated at once, which is cheap, since each blow reports it.
     fn rock_work(&self, motion: &Motion, track: &Track, form: Option<f64>) -> [f64; 2] {
         if !self.spring.is_loading() {
             return [0.0; 2];
@@ -357,8 +357,8 @@ impl Interval {
         [lost, viscosity * main.tip_square(tip, &poly.derivative(), form)]
     }
 
-    /// The viscous work as the search for the energy barrier summed it: by series, accurate to its own rounding,
-    /// or by quadratic forms.
+    /// The viscous work exactly as the search for the energy barrier summed it: by series, accurate to its own
+    /// rounding, or by quadratic forms.
     pub fn viscous_of_barrier(&self, by_series: bool) -> f64 {
         if !by_series {
             return self.given[1];
@@ -378,7 +378,7 @@ impl Interval {
         viscosity * stretch.tip_square_by_series(tip, &stretch.drift_rate(tip), 0.0, self.start())
     }
 
-    /// About how many numbers are stored.
+    /// Approximate number of stored numbers.
     pub fn size(&self) -> usize {
         let numbers = |bytes: usize| bytes / size_of::<f64>();
         let slow = |driven: &Driven| numbers(size_of_val(&driven.slow[..]));

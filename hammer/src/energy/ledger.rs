@@ -45,12 +45,12 @@ pub struct Energies {
     pub residual: f64,
 }
 
-/// A residual below this part of the ledger's turnover is rounding: far above the residuals of
-/// random scenes and hard cases (`reports/verification.md`), far below the effect of a wrong term.
+/// A residual below this share of the ledger's turnover is rounding. It is far above the residuals of random scenes
+/// and hard cases (`reports/verification.md`), and far below the effect of a wrong term.
 const BALANCED: f64 = 1e-8;
 
 impl Energies {
-    /// All of them in the order of the fields; the residual is the last.
+    /// All of them, in the order of the fields.
     pub fn values(&self) -> [f64; 12] {
         let Self { drive, gravity, feed, kinetic, strain, contact, .. } = *self;
         let Self { rock_stored, rock_dissipated, viscous, damping, retuned, residual, .. } = *self;
@@ -66,7 +66,7 @@ impl Energies {
         self.values()[..11].iter().map(|x| x.abs()).sum()
     }
 
-    /// Bound on the residual that rounding may cause, J; beyond it some term is wrong.
+    /// Bound on the residual by rounding, J. A larger one shows that some term is wrong.
     pub fn residual_bound(&self) -> f64 {
         BALANCED * self.turnover() + f64::MIN_POSITIVE
     }
@@ -113,7 +113,7 @@ pub(crate) struct Stored {
 }
 
 impl Stored {
-    /// For tracks that stand at `t` after the epoch.
+    /// The energies of tracks that are rotated to `t` after the epoch.
     pub fn of(motion: &Motion, tracks: &[Track], t: f64) -> Self {
         let (mut kinetic, mut strain) = (0.0, 0.0);
         for (index, track) in tracks.iter().enumerate() {
@@ -137,7 +137,7 @@ impl Stored {
         }
     }
 
-    /// At the epoch.
+    /// The energies at the epoch.
     pub fn at_epoch(motion: &Motion) -> Self {
         let mut tracks = motion.tracks().to_vec();
         for track in &mut tracks {
@@ -162,7 +162,7 @@ pub struct Ledger {
 }
 
 impl From<Stored> for Ledger {
-    /// The ledger at the start, with this energy.
+    /// The ledger at the start.
     fn from(start: Stored) -> Self {
         Self { energy_start: start.total(), ..Self::default() }
     }
@@ -199,7 +199,7 @@ impl Ledger {
     }
 }
 
-/// Damping work of the piston in flight since it was last summed, up to where it stands, J.
+/// Damping work of the flying piston since it was last summed, up to its track's instant, J.
 pub(crate) fn damping_in_flight(motion: &Motion, tracks: &[Track]) -> f64 {
     let flown =
         |index: usize| motion.state().anchors[index].form - motion.damping_form(&tracks[index]);

@@ -1,4 +1,5 @@
-//! Works, losses, what is stored and the largest forces: of the intervals between events, computed when they are read.
+//! Works, losses, stored energies and largest forces, integrated over the intervals between events when they are
+//! read.
 
 pub mod deferred;
 pub mod interval;

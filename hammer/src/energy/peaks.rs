@@ -1,6 +1,6 @@
 //! Largest forces over the last communication step.
 //!
-//! They are computed on demand: the intervals of the step are stored, and each is scanned by Taylor windows
+//! They are computed on demand. The intervals of the step are stored, and each is scanned by Taylor windows
 //! ([`crate::search::tracker`]), on which a force is a polynomial.
 
 use crate::allowance::Allowance;
@@ -22,16 +22,16 @@ use std::sync::Arc;
 
 /// The error of a peak corresponds to a displacement of this many guard resolutions.
 const COARSE: f64 = 10.0;
-/// Windows and steps of an interval that count as no work: a collision of a damped hammer needs no more. How many
-/// intervals a step has is limited by the work of its search.
+/// Windows and steps of an interval that cost nothing: a collision of a damped hammer needs no more. The number of
+/// intervals in a step is limited by the search.
 const FREE: usize = 64;
-/// Most work of one communication step beyond [`FREE`], in modal coordinates and [`WINDOW`] of each window: half a
-/// second to a second of one core.
+/// Most work of one communication step beyond [`FREE`], in modal coordinates, with [`WINDOW`] more for each window:
+/// half a second to a second of one core.
 const BUDGET: u64 = 50_000_000;
-/// What a window costs beside its modal vector, in coordinates.
+/// Cost of a window in addition to its modal vector, in coordinates.
 const WINDOW: u64 = 64;
-/// A step by bounds is taken if it is longer than this, in radians of the fastest mode; a window, which is a few
-/// radians long and costs as much as three steps, does better than a shorter one.
+/// Shortest step by bounds, in radians of the fastest mode. A window is a few radians long and costs as much as three
+/// steps, so it is better than shorter steps.
 const SHORT_STEP: f64 = 1.0;
 /// A step costs a window's cost divided by this: a third, rounded up.
 const STEP: u64 = 2;
@@ -44,18 +44,18 @@ impl Peaks {
     /// Peaks that could not be found.
     pub(crate) const UNKNOWN: Self = Self([f64::NAN; 1 + Tie::REPORTED.len()]);
 
-    /// Of `F_R`.
+    /// Largest rock force `F_R`.
     pub fn rock_force(&self) -> f64 {
         self.0[0]
     }
 
-    /// Of the force of a tie, if that is reported.
+    /// Largest force of a tie, if it is reported.
     pub fn tie_force(&self, tie: Tie) -> f64 {
         let ties = Tie::REPORTED.into_iter().zip(&self.0[1..]);
         ties.filter(|(other, _)| *other == tie).fold(0.0, |_, (_, force)| *force)
     }
 
-    /// Of `F_C`.
+    /// Largest contact force `F_C`.
     pub fn contact_force(&self) -> f64 {
         self.tie_force(Tie::Contact)
     }
@@ -65,34 +65,35 @@ impl Peaks {
 #[derive(Clone, Debug)]
 pub struct Pending {
     interval: Arc<Interval>,
-    /// Where the step begins in it, s.
+    /// Start of the communication step in the interval, s.
     start: f64,
     /// Allowed error of a displacement, m.
     resolution: f64,
 }
 
-/// Peaks of the intervals that were searched, and the work of it, which is the same however often they are read.
+/// Peaks of the intervals that were searched, and the work of the search, which does not depend on how often they are
+/// read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Searched {
     peaks: Peaks,
     work: u64,
 }
 
-/// The peaks of the present step so far.
+/// Search for the peaks of the present step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PeakSearch {
     /// Intervals whose peaks are not yet found.
     pending: Vec<Pending>,
     /// Numbers stored in them.
     pub size: usize,
-    /// Of the intervals before.
+    /// Peaks of the intervals before those.
     searched: Searched,
     /// Start of the present step after the epoch, s (0 if before).
     step_start: f64,
 }
 
 impl PeakSearch {
-    /// Continues from [`Self::recorded`].
+    /// Continues a search from [`Self::recorded`].
     pub fn resume(searched: Searched, step_start: f64) -> Self {
         Self { searched, step_start, ..Self::default() }
     }
@@ -102,7 +103,7 @@ impl PeakSearch {
         *self = Self::resume(Searched::default(), motion.state().now);
     }
 
-    /// Stores the interval from the epoch to its next value.
+    /// Stores an interval that starts at the epoch.
     pub fn record(&mut self, motion: &Motion, interval: &Arc<Interval>) {
         if interval.is_pressed() {
             self.size += interval.size();
@@ -111,8 +112,8 @@ impl PeakSearch {
         self.step_start = (self.step_start - interval.span).max(0.0);
     }
 
-    /// Searches the stored intervals if they are many. After an interrupt those that are left are searched at the
-    /// next call.
+    /// Searches the stored intervals if they are many. Intervals that an interrupt leaves are searched at the next
+    /// call.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -136,7 +137,7 @@ impl PeakSearch {
         if self.pending.is_empty() { Ok(()) } else { Err(Error::Cancelled) }
     }
 
-    /// Of the step up to the epoch.
+    /// Peaks of the step up to the epoch.
     pub fn recorded(&self) -> Searched {
         let mut searched = self.searched;
         for pending in &self.pending {
@@ -156,7 +157,7 @@ impl PeakSearch {
     /// [`Error::Overwork`] beyond [`BUDGET`]; [`Error::Cancelled`].
     pub fn now(&self, motion: &Motion) -> Result<Peaks, Error> {
         let mut searched = self.recorded();
-        // Windows go forward from its start, so its end need not be known.
+        // Windows proceed from the start, so that the state at the end is not needed.
         let interval = Interval::new(motion, motion.tracks(), motion.state().now, None);
         Pending::new(motion, Arc::new(interval), self.step_start).fold(&mut searched);
         Error::if_interrupted()?;
@@ -184,8 +185,8 @@ impl Pending {
         }
     }
 
-    /// The larger of `best` and the force's maximum over the interval, from where the track `start` stands. Less of
-    /// it is searched where `work` exceeds [`BUDGET`], the call's [`Allowance`] is spent, or an interrupt comes.
+    /// The larger of `best` and the force's maximum over the interval, from the track `start` on. The search ends
+    /// early if `work` exceeds [`BUDGET`], if the call's [`Allowance`] is spent, or by an interrupt.
     fn peak(&self, force: &Force, start: &Track, mut best: f64, work: &mut u64) -> f64 {
         let (mut track, end) = (start.clone(), self.interval.span);
         let part = Part { track: 0, functional: force.functional, factor: 1.0 };
@@ -249,7 +250,7 @@ impl Searched {
 }
 
 impl Force {
-    /// The polynomial part's first three rates.
+    /// The first three rates of the polynomial part.
     fn rates(&self) -> [Poly; 3] {
         let mut rate = self.poly;
         std::array::from_fn(|_| {
@@ -258,8 +259,8 @@ impl Force {
         })
     }
 
-    /// How long from `t` on, where the track stands, the force is certain to stay below `level`: by its value, its
-    /// rate and a bound on its second derivative up to `end`, s. `bends` are the second and the third rate of the
+    /// How long from `t` on, to which the track is rotated, the force is certain to stay below `level`: by its value,
+    /// its rate and a bound on its second derivative up to `end`, s. `bends` are the second and third rate of the
     /// polynomial part.
     fn step_below(&self, bends: &[Poly], track: &Track, [t, end]: [f64; 2], level: f64) -> f64 {
         let f = &track.system.functionals[self.functional];
@@ -273,7 +274,7 @@ impl Force {
         if room > 0.0 { step_below(room, of(v, a), bound) } else { 0.0 }
     }
 
-    /// Bound on the force from `t` to `end`; `rate` is the polynomial part's.
+    /// Bound on the force from `t` to `end`. `rate` is that of the polynomial part.
     fn ceiling(&self, rate: &Poly, track: &Track, [t, end]: [f64; 2]) -> f64 {
         let f = &track.system.functionals[self.functional];
         let (drift, span) = (largest(rate, [t, end]), end - t);
@@ -283,7 +284,7 @@ impl Force {
             + self.viscosity.abs() * (drift + wave(1))
     }
 
-    /// The force's polynomial on the part `[0, last]` of a window, taken as `[0, 1]`.
+    /// The force's polynomial over the part `[0, last]` of a window, in time over that part.
     fn along(&self, q: &[f64; TAYLOR], h: f64, last: f64) -> [f64; TAYLOR] {
         let mut power = 1.0;
         std::array::from_fn(|k| {
@@ -313,7 +314,7 @@ mod tests {
     use crate::quantities::parameters::{Fidelity, InputValues, Parameters};
     use crate::scene::Scene;
 
-    /// Of a polynomial without a negative coefficient the bound is its value at the end.
+    /// If no coefficient is negative, the bound is the value at the end.
     #[test]
     fn largest_is_the_end_of_what_only_grows() {
         let mut poly = Poly::default();
@@ -323,9 +324,9 @@ mod tests {
         assert!((largest(&poly, [2.0, 5.0]) - end).abs() < 1e-12 * end);
     }
 
-    /// Steps and ceilings by bounds against the force itself, at 40 places of each of its intervals: of a
-    /// casing whose loads grow so fast that they, and not only its waves, are bounded. Rounding is that of a
-    /// sum of modes, less than 1e-12 of the largest force.
+    /// Steps and ceilings are compared with the force itself at 40 instants of each interval. The scene has a casing
+    /// whose loads grow so fast that they, and not only waves, must be bounded. Rounding is that of a sum of modes,
+    /// less than 1e-12 of the largest force.
     #[test]
     fn forces_stay_below_their_bounds() {
         let mut steps = 0;
@@ -375,7 +376,7 @@ mod tests {
         assert!(steps > 300, "{steps}");
     }
 
-    /// One step of 1 s, some 900 intervals.
+    /// A communication step of 1 s, with some 900 intervals.
     fn second() -> Machine {
         let mut machine = Scene::default().machine().expect("a scene");
         machine.advance(1.0).expect("a step");
@@ -389,10 +390,10 @@ mod tests {
             alone.stored().iter().all(|&size| size > 4 * CROWDED),
             "one hammer alone integrates nothing"
         );
-        // Until 32 MB are stored, at 1.5 MB each.
+        // Hammers of 1.5 MB each, until 32 MB are stored.
         let mut others: Vec<Machine> = (0..30).map(|_| second()).collect();
         let last = others.pop().expect("thirty");
-        // The limit is checked between intervals, so that the last one may exceed it.
+        // The limit is checked between intervals, so the last one may exceed it.
         let most = CROWDED + 1000;
         assert!(last.stored().iter().all(|&size| size <= most), "{:?}", last.stored());
         assert_eq!(last.energies(), alone.energies());

@@ -1,4 +1,4 @@
-//! What is summed over time.
+//! Sums over time of works, losses and impulses.
 
 use crate::scene::graph::CHANNELS;
 use serde::{Deserialize, Serialize};
@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 pub struct Sums {
     /// Work of the loads, per channel, J.
     pub work: [f64; CHANNELS],
-    /// Work lost in the bars, J.
+    /// Work dissipated in the bars, J.
     pub damping: f64,
     /// Work of the dashpot at the tip, J.
     pub viscous: f64,
-    /// Work lost in the rock on loading, J.
+    /// Work dissipated in the rock on loading, J.
     pub rock: f64,
     /// Energy put in by changing a parameter, J.
     pub retuned: f64,
@@ -23,7 +23,7 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Adds a stretch.
+    /// Adds the sums of another interval.
     pub fn add(&mut self, other: &Self) {
         for (a, b) in self.work.iter_mut().zip(other.work) {
             *a += b;

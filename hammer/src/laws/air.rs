@@ -1,39 +1,39 @@
 //! The air in two chambers that drives the piston, which opens and closes their ports.
 //!
-//! `x` is the piston's position relative to the bit (in a casing, to the casing): 0 at impact,
-//! negative above; `y` is that over the bit, at which the return chamber ends. With the pressures `p_d`, `p_r` of the chambers and `p_e` of the exhaust
+//! `x` is the piston's position relative to the bit (with a casing, to the casing): 0 at impact, negative above. `y`
+//! is its position relative to the bit in either case; the return chamber ends at the bit. With the pressures `p_d`,
+//! `p_r` of the chambers and `p_e` of the exhaust
 //!
 //! ```text
 //! F_A = (p_d - p_e) A_d - (p_r - p_e) A_r - c x'
 //! V_d = V_d0 + A_d (s + x)               V_r = V_r0 - A_r y
 //! ```
 //!
-//! The return chamber presses on the bit with `(p_r - p_e) A_r`, and the casing carries the rest. So what the gas gives
-//! by its volumes is what the hammer gets, and the drag. Without a casing the cylinder follows the bit and is held from
-//! outside; its holder's work is part of `energy_feed`.
+//! The return chamber presses on the bit with `(p_r - p_e) A_r`, and the casing carries the rest of the reaction. The
+//! work of the gas is therefore the work on the hammer plus the drag's loss. Without a casing the cylinder follows
+//! the bit and is held from outside; the holder's work is part of `energy_feed`.
 //!
-//! A chamber is an adiabatic ideal gas of mass `m` and temperature `T = p V / (m R)`. Its state is `m`
-//! and `S = p V^kappa`, whose rates contain neither the piston's velocity nor that of the volume:
+//! A chamber is an adiabatic ideal gas of mass `m` and temperature `T = p V / (m R)`. Its state is `m` and
+//! `S = p V^kappa`, whose rates contain neither the piston's velocity nor that of the volume:
 //!
 //! ```text
 //! m' = sum flow                          S' = kappa R V^(kappa - 1) sum flow T_upstream
 //! ```
 //!
-//! While no air flows both are constants. The flow from the pressure `p_h` to `p_l` through an opening
-//! `a` is that of an ideal gas through a nozzle,
+//! While no air flows both are constant. The flow from the pressure `p_h` to `p_l` through an opening of area `a` is
+//! that of an ideal gas through a nozzle,
 //!
 //! ```text
 //! a p_h sqrt(2 kappa / ((kappa - 1) R T_h)) sqrt(r^(2/kappa) - r^((kappa + 1)/kappa)),
-//! r = max(p_l / p_h, CHOKED),
+//! r = max(p_l / p_h, CHOKED).
 //! ```
 //!
-//! and beyond `p_l / p_h = `[`STRAIGHT`], where its slope would become infinite, it goes down to zero in
-//! proportion to `1 - p_l / p_h`. So each opening has six [`Regime`]s, in each of which the flow is a
-//! smooth function. A port is open on one side of its edge, in proportion to the travel beyond it up to
-//! the port's height ([`Opening`]).
+//! Above `p_l / p_h = `[`STRAIGHT`] its slope would become infinite at 1, so there it is proportional to
+//! `1 - p_l / p_h`. Each opening thus has six [`Regime`]s, in each of which the flow is a smooth function. A port is
+//! open on one side of its edge, in proportion to the travel beyond it up to the port's height ([`Opening`]).
 //!
-//! In the cylinder's end, where the drive chamber has half its dead volume, its ports are shut: its air throws
-//! the piston back. While the drive is vented nothing else does, and the end begins at `x = -s`, with air at the
+//! In the cylinder's end, where the drive chamber has half its dead volume, its ports are shut, and its air throws
+//! the piston back. While the drive is vented nothing else does; then the end begins at `x = -s`, with air at the
 //! exhaust's pressure. A drive that acts again begins with chambers at that pressure, which fill through their ports.
 
 use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity, opening};
@@ -45,7 +45,7 @@ use serde::{Deserialize, Serialize};
 
 /// Gas constant of air, J/(kg K).
 pub const GAS: f64 = 287.05;
-/// Its ratio of heats, 7/5: of two atoms.
+/// Ratio of specific heats, 7/5, of a diatomic gas.
 pub const KAPPA: f64 = 1.4;
 /// Density of free air, at 0 degrees Celsius and 1.01325e5 Pa, kg/m3.
 pub const FREE_DENSITY: f64 = ATMOSPHERE / (GAS * 273.15);
@@ -63,7 +63,7 @@ pub(crate) const STRAIGHT: f64 = 0.995;
 /// `sqrt(STRAIGHT^(2/kappa) - STRAIGHT^((kappa + 1)/kappa)) / (1 - STRAIGHT)`.
 pub(crate) const STRAIGHT_SLOPE: f64 = 7.539_014_179_480_226;
 
-/// How wide a port is open.
+/// State of a port.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Opening {
     /// Shut.
@@ -75,12 +75,12 @@ pub enum Opening {
     Full,
 }
 
-/// How air flows through an opening: the formula that holds.
+/// The formula of the flow through an opening.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Regime {
-    /// From the second side to the first.
+    /// True if it flows from the second side to the first.
     pub reversed: bool,
-    /// By the ratio of the pressures.
+    /// The formula.
     pub flow: Flow,
 }
 
@@ -100,7 +100,7 @@ pub enum Flow {
 pub type Side = [f64; 2];
 
 impl Regime {
-    /// Of these pressures on both sides.
+    /// The regime for pressures on both sides.
     pub fn of([one, other]: [f64; 2]) -> Self {
         let reversed = other > one;
         let (high, low) = if reversed { (other, one) } else { (one, other) };
@@ -112,8 +112,8 @@ impl Regime {
         Self { reversed, flow }
     }
 
-    /// How far beyond the bounds of the regime these pressures are, as a part of the higher (negative
-    /// within), on the side of the fuller and of the slower flow.
+    /// How far the pressures are beyond the bounds of the regime, over the higher pressure (negative within): first
+    /// the bound towards larger flow, then the other.
     pub fn beyond(self, [one, other]: [f64; 2]) -> [f64; 2] {
         let ratio = if self.reversed { one / other } else { other / one };
         match self.flow {
@@ -123,7 +123,7 @@ impl Regime {
         }
     }
 
-    /// The regime beyond the bound of the fuller (0) or the slower flow (1).
+    /// The regime beyond the first (0) or the second bound (1) of [`Self::beyond`].
     pub fn next(self, bound: usize) -> Self {
         let Self { reversed, flow } = self;
         match (flow, bound) {
@@ -134,7 +134,7 @@ impl Regime {
         }
     }
 
-    /// Flow from the first side to the second through 1 m2, kg/s, and the temperature of its source.
+    /// Flow from the first side to the second through 1 m2, kg/s, and its upstream temperature, K.
     pub fn flow(self, one: Side, other: Side) -> [f64; 2] {
         let ([high, hot], [low, _], sign) =
             if self.reversed { (other, one, -1.0) } else { (one, other, 1.0) };
@@ -145,7 +145,7 @@ impl Regime {
             Flow::Subsonic => {
                 let ratio = low / high;
                 let root = math::five_sevenths(ratio); // To the power 1 / kappa.
-                // The square root of a negative number has no place here, only in a trial.
+                // It can be negative only in an iteration beyond the regime.
                 high * (root * (root - ratio)).max(0.0).sqrt()
             }
         };
@@ -153,10 +153,10 @@ impl Regime {
     }
 }
 
-/// Openings of the four ports: of each chamber supply, then exhaust.
+/// States of the four ports: supply and exhaust of the drive chamber, then of the return chamber.
 pub type Openings = [[Opening; 2]; 2];
 
-/// The way by which `vr` leaves the closed side of a port.
+/// Direction in which `vr` opens a port, and its positions where the port begins to open and is fully open.
 fn edges(law: &AirLaw, chamber: Chamber, port: Port) -> (Direction, f64, f64) {
     let chamber_law = match chamber {
         Chamber::Drive => &law.drive,
@@ -180,7 +180,7 @@ impl Parameters {
 }
 
 impl AirLaw {
-    /// Openings with the piston at `vr`; `shut` in the cylinder's end.
+    /// States of the ports with the piston at `vr`; `shut` in the cylinder's end.
     pub(crate) fn openings(&self, vr: f64, shut: bool) -> Openings {
         Chamber::ALL.map(|chamber| {
             Port::ALL.map(|port| {
@@ -195,7 +195,7 @@ impl AirLaw {
         })
     }
 
-    /// Areas of the ports' openings with the piston at `vr`, and of the leak, m2.
+    /// Areas of the openings of ports and leak with the piston at `vr`, m2.
     pub(crate) fn areas(&self, openings: &Openings, vr: f64) -> [f64; 5] {
         let mut areas = [self.leakage_area; 5];
         for chamber in Chamber::ALL {
@@ -213,8 +213,8 @@ impl AirLaw {
         areas
     }
 
-    /// Where the piston enters the cylinder's end, or leaves it, while it is `shut`; and where it passes the
-    /// end of a port's present opening, unless the drive is vented.
+    /// Guards: the cylinder's end, inside which the piston is if `shut`; and, unless the drive is vented, the ends of
+    /// the ports' present openings.
     pub(crate) fn guards(
         &self,
         openings: &Openings,
@@ -251,7 +251,7 @@ impl AirLaw {
                 }
             }
         }
-        // Levels further away wait until the nearer are passed.
+        // Positions further away are guarded after nearer ones are passed.
         let nearest = |direction: Direction| {
             let ahead = guards.iter().filter(|guard| guard.direction == direction);
             ahead.map(|guard| direction.sign() * guard.level).fold(f64::INFINITY, f64::min)
@@ -263,12 +263,12 @@ impl AirLaw {
         guards
     }
 
-    /// Pressures of both chambers at the start: of the open supply, otherwise of the exhaust.
+    /// Pressures of both chambers at the start: the supply's where its port is open, otherwise the exhaust's.
     pub(crate) fn start(&self, openings: &Openings, supply: f64, exhaust: f64) -> [f64; 2] {
         openings.map(|[of_supply, _]| if of_supply == Opening::Closed { exhaust } else { supply })
     }
 
-    /// The distance of the furthest port, or the cylinder's end, m.
+    /// Largest distance of a port or of the cylinder's end, m.
     pub(crate) fn furthest(&self) -> f64 {
         let Self { drive, returning, cylinder, .. } = self;
         let edges = [drive.supply, drive.exhaust, returning.supply, returning.exhaust];

@@ -5,17 +5,17 @@
 //! | relay | `alpha F0` |
 //! | force | the input `drive_force` |
 //! | pressure | `p_drive A_drive - p_return A_return`, both pressures inputs |
-//! | air | the same, less the exhaust's pressure, of air that flows ([`air`](super::air)) |
+//! | air | the force of the air in the chambers, over the exhaust's pressure ([`air`](super::air)) |
 //!
-//! All but air may have a transmission line at the piston, whose wave the force then is: it adds `-Zd vr'`
-//! (`motion/line.rs`).
+//! All but air may have a transmission line at the piston: the force is then that of the line's wave, to which
+//! `-Zd vr'` is added (`motion/line.rs`).
 //!
-//! The return chamber also presses on the bit, with `(p_return - p_exhaust) anvil_area`, distributed like
-//! the bit's mass (a slow pressure excites no waves); what is fed carries the rest of the drive's reaction where it
-//! is not the bit, so that all forces add up to zero.
+//! The return chamber also presses on the bit, with `(p_return - p_exhaust) anvil_area`, distributed like the bit's
+//! mass (a slow pressure excites no waves). The body that is fed carries the rest of the drive's reaction, unless it
+//! is the bit itself, so that all forces add up to zero.
 //!
-//! The relay is the paper's pressure law, with memory `alpha` and
-//! `vr = up_mean - ub_mean - g0`, the piston's mean position relative to that of what is fed:
+//! The relay is the paper's pressure law, with memory `alpha`. Its position `vr = up_mean - ub_mean - g0` is the
+//! piston's mean displacement relative to that of the body that is fed:
 //!
 //! | mode | guard | direction | next |
 //! |---|---|---|---|
@@ -29,7 +29,7 @@ use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{Drive, Source};
 
 impl Drive {
-    /// `F_A` over time, N.
+    /// `F_A` as a polynomial of time, N.
     pub(crate) fn force(&self, inputs: &Inputs, relay: Relay) -> Poly {
         match self.source {
             Source::Relay => Poly::constant(relay.sign() * self.amplitude),
@@ -41,7 +41,7 @@ impl Drive {
         }
     }
 
-    /// `d F_A / d input`, N per its unit.
+    /// Derivative of `F_A` by an input, N per its unit.
     pub(crate) fn force_per(&self, input: Input) -> f64 {
         match (self.source, input) {
             (Source::Force, Input::DriveForce) => 1.0,
@@ -57,8 +57,8 @@ impl Drive {
         Poly::default().plus(self.area_drive, drive).plus(-self.area_return, back)
     }
 
-    /// The force with which the return chamber presses on the bit, N; of air its window has it. What is fed
-    /// carries the opposite force, where that is not the bit.
+    /// The force of the return chamber on the bit, N; that of air follows from its window. The body that is fed
+    /// carries the opposite force, unless it is the bit.
     pub(crate) fn on_bit(&self, inputs: &Inputs) -> Poly {
         match self.source {
             Source::Relay | Source::Force | Source::Air => Poly::default(),
@@ -68,8 +68,8 @@ impl Drive {
         }
     }
 
-    /// The least and the largest force on the piston, and the largest on the bit, N: with pressures as
-    /// far as ports bring them while the piston is at rest.
+    /// Least and largest force on the piston, and largest force on the bit, N, while the piston is at rest: air
+    /// pressures may be anything between exhaust and supply.
     pub(crate) fn reach(&self, inputs: &Inputs) -> [f64; 3] {
         if self.source != Source::Air {
             let force = |relay| self.force(inputs, relay).at(0.0);
@@ -116,11 +116,11 @@ mod tests {
         assert_eq!(force(Source::Relay, Relay::Return), -reference.amplitude);
         assert_eq!(force(Source::Force, Relay::Return), 300.0);
         let pressed = 2e6 * reference.area_drive - 5e5 * reference.area_return;
-        // Two products and a sum, each rounded.
+        // Two products and a sum are rounded.
         assert!((force(Source::Pressure, Relay::Drive) - pressed).abs() < 1e-12 * pressed);
     }
 
-    /// By a difference over 2^20 Pa or N, in which nothing but a product is rounded.
+    /// By a difference over 2^20 Pa or N, which is exact but for the rounding of a product.
     #[test]
     fn each_input_moves_the_force_by_its_own_slope() {
         let step = 2.0_f64.powi(20);

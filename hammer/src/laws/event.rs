@@ -34,11 +34,11 @@ pub enum RockEvent {
 /// ties, rock, drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Event {
-    /// The bodies of a tie part, or meet: it enters this state. Q11 of the contact.
+    /// A tie enters this state: its bodies part or meet. For the contact, Q11.
     Tie(Tie, TieState),
     /// Q1 to Q8: the rock law changes its mode.
     Rock(RockEvent),
-    /// Q9 and Q10: the relay turns to this direction.
+    /// Q9 and Q10: the relay turns in this direction.
     Relay(Relay),
     /// The piston passes a port of a chamber.
     Port {
@@ -49,25 +49,25 @@ pub enum Event {
         /// True if it opens, false if it closes.
         opens: bool,
     },
-    /// The piston passes where a port of an air chamber is wholly open.
+    /// The piston passes the position where a port of an air chamber is fully open.
     Opening {
         /// The chamber.
         chamber: Chamber,
         /// The port.
         port: Port,
-        /// True if it is wholly open from here on, false if it narrows.
+        /// True if it is fully open from here on, false if it narrows.
         full: bool,
     },
-    /// The bit hangs out so far that the drive is vented, or no longer.
+    /// The drive begins (true) or ceases to be vented, since the bit hangs out.
     Vent(bool),
-    /// The piston enters the end of an air hammer's cylinder, or leaves it.
+    /// The piston enters (true) or leaves the end of an air hammer's cylinder.
     End(bool),
 }
 
 impl Event {
-    /// Q11, where the piston meets what it strikes.
+    /// Q11 when the piston meets what it strikes.
     pub const CLOSING: Self = Self::Tie(Tie::Contact, TieState::Pressed);
-    /// Q11, where it leaves.
+    /// Q11 when it leaves that.
     pub const OPENING: Self = Self::Tie(Tie::Contact, TieState::Open);
 
     /// True of Q11.
@@ -90,8 +90,7 @@ impl Event {
     }
 }
 
-/// The event function's name in the paper, `Q1` to `Q11`; `lift` for lift-off, which the paper
-/// lacks; words for events of chambers.
+/// The event function's name in the paper, `Q1` to `Q11`; other words for events that the paper lacks.
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(match self {
@@ -125,7 +124,7 @@ impl fmt::Display for Event {
     }
 }
 
-/// Bodies of a hammer, by their places from the piston down.
+/// A set of bodies of a hammer, by their places from the piston down.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Bodies(u16);
 
@@ -135,39 +134,39 @@ impl Bodies {
     /// What it strikes: the bit or the shank.
     pub const STRUCK: Self = Self::one(1);
 
-    /// One of them.
+    /// A single body.
     pub const fn one(place: usize) -> Self {
         Self(1 << place)
     }
 
-    /// The first of them.
+    /// The first bodies.
     pub fn first(count: usize) -> Self {
         (0..count).map(Self::one).fold(Self::default(), Self::and)
     }
 
-    /// These and others.
+    /// Union.
     #[must_use]
     pub fn and(self, others: Self) -> Self {
         Self(self.0 | others.0)
     }
 
-    /// These without others.
+    /// Difference.
     #[must_use]
     pub fn without(self, others: Self) -> Self {
         Self(self.0 & !others.0)
     }
 
-    /// True if some body is among both.
+    /// True if the sets intersect.
     pub fn meet(self, others: Self) -> bool {
         self.0 & others.0 != 0
     }
 
-    /// True if all are among others.
+    /// True of a subset.
     pub fn within(self, others: Self) -> bool {
         self.without(others) == Self::default()
     }
 
-    /// True if the body at a place is among them.
+    /// True if the set contains the body at a place.
     pub fn have(self, place: usize) -> bool {
         self.meet(Self::one(place))
     }
@@ -181,25 +180,24 @@ pub enum Displacement {
     /// `x` of a tie: the lower body's upper face relative to the upper body's lower face; of the
     /// contact the gap `g = w2.u + g0`.
     Tie(Tie),
-    /// `vr`: the piston's mean displacement less that of the body from which the drive sees it, less
-    /// `g0`.
+    /// `vr`: the piston's mean displacement less `g0`, relative to the body against which the drive pushes.
     Relative,
-    /// `y`: the piston's mean displacement less that of what it strikes, less `g0`.
+    /// `y`: the piston's mean displacement less `g0`, relative to what it strikes.
     OverStruck,
     /// The upper face of a body.
     Top(usize),
-    /// Mean displacement of bodies.
+    /// Mean displacement of a set of bodies.
     Mean(Bodies),
 }
 
 impl Displacement {
-    /// The piston's mean.
+    /// Mean displacement of the piston.
     pub const PISTON: Self = Self::Mean(Bodies::PISTON);
-    /// The mean of what it strikes.
+    /// Mean displacement of what it strikes.
     pub const STRUCK: Self = Self::Mean(Bodies::STRUCK);
 }
 
-/// The quantity of a guard.
+/// The quantity that a guard watches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quantity {
     /// A displacement, m.
@@ -209,7 +207,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// The displacement, and the order of its derivative.
+    /// The displacement, and the order of its time derivative.
     pub(crate) fn parts(self) -> (Displacement, usize) {
         match self {
             Self::Displacement(d) => (d, 0),

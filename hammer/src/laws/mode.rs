@@ -61,23 +61,23 @@ impl Relay {
 pub enum Tie {
     /// Piston on bit or shank.
     Contact,
-    /// Casing on bit or shank, by its shoulder; by its retaining ring it lifts them.
+    /// Casing on bit or shank, by its shoulder. Its retaining ring lifts them.
     Chuck,
-    /// The casing on the drill string above it.
+    /// Casing on the drill string above it.
     String,
-    /// Rod on rod, from the shank down, from 0.
+    /// Rod on rod, counted from the shank down, from 0.
     Joint(u8),
 }
 
-/// How a tie holds.
+/// State of a tie.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum TieState {
-    /// Not at all.
+    /// It carries no force.
     #[default]
     Open,
     /// Its bodies press on each other.
     Pressed,
-    /// They pull.
+    /// Its bodies pull on each other.
     Pulled,
 }
 
@@ -89,17 +89,17 @@ impl Tie {
     /// Most ties of a scene.
     pub const COUNT: usize = 3 + MAX_RODS;
 
-    /// All.
+    /// All ties.
     pub(crate) fn all() -> impl Iterator<Item = Self> {
         let joints = (0..).take(MAX_RODS).map(Self::Joint);
         [Self::Contact, Self::Chuck, Self::String].into_iter().chain(joints)
     }
 
-    /// Those whose forces are outputs.
+    /// The ties whose forces are outputs.
     pub const REPORTED: [Self; 2] = [Self::Contact, Self::Chuck];
 
-    /// The bodies above (none: the ground) and below it. The piston is body 0, what it strikes body 1,
-    /// rods come below, and `last` is a casing, if there is one.
+    /// The bodies above (none: the ground) and below it. The piston is body 0, what it strikes body 1, and rods
+    /// follow; `last` is the casing, if there is one.
     pub(crate) fn ends(self, last: usize) -> (Option<usize>, usize) {
         match self {
             Self::Contact => (Some(0), 1),
@@ -109,13 +109,13 @@ impl Tie {
         }
     }
 
-    /// True if its dashpot is proportional to its spring like the bodies' own damping, so that the
-    /// modes of what it joins stay real.
+    /// True if its dashpot is proportional to its spring, as the bodies' own damping is. The modes of what it joins
+    /// then stay real.
     pub(crate) fn joins_modes(self) -> bool {
         matches!(self, Self::Joint(_))
     }
 
-    /// Its place among all.
+    /// Its index among all ties.
     pub(crate) const fn index(self) -> usize {
         match self {
             Self::Contact => 0,
@@ -125,7 +125,7 @@ impl Tie {
         }
     }
 
-    /// Writes that it enters a state; of the contact as in the paper.
+    /// Writes the event of entering a state, as the paper does for the contact.
     pub(crate) fn write_event(self, to: TieState, f: &mut fmt::Formatter) -> fmt::Result {
         match (self, to) {
             (Self::Contact, _) => f.write_str("Q11"),
@@ -150,8 +150,8 @@ impl fmt::Display for Tie {
 }
 
 impl Ties {
-    /// The start of a scene without a casing: the piston hangs free, and all rods press. What a scene
-    /// lacks stays so.
+    /// The start of a scene without a casing: the piston hangs free, and all rods press. Ties that a scene lacks keep
+    /// these states.
     pub const START: Self = {
         let mut states = [TieState::Pressed; Tie::COUNT];
         states[Tie::Contact.index()] = TieState::Open;
@@ -159,12 +159,12 @@ impl Ties {
         Self(states)
     };
 
-    /// The state of one.
+    /// The state of a tie.
     pub fn of(&self, tie: Tie) -> TieState {
         self.0.get(tie.index()).copied().unwrap_or_default()
     }
 
-    /// With another state of one.
+    /// The same states but for one tie.
     #[must_use]
     pub fn with(mut self, tie: Tie, state: TieState) -> Self {
         if let Some(slot) = self.0.get_mut(tie.index()) {
@@ -180,7 +180,7 @@ impl Ties {
 }
 
 impl fmt::Display for Ties {
-    /// What is unusual of those below the contact.
+    /// Lists the ties below the contact whose state is unusual.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(match self.of(Tie::Chuck) {
             TieState::Open => "",
@@ -208,7 +208,7 @@ pub enum Chamber {
 }
 
 impl Chamber {
-    /// Both.
+    /// Both chambers.
     pub const ALL: [Self; 2] = [Self::Drive, Self::Return];
 }
 
@@ -231,7 +231,7 @@ pub enum Port {
 }
 
 impl Port {
-    /// Both.
+    /// Both ports.
     pub const ALL: [Self; 2] = [Self::Supply, Self::Exhaust];
 }
 
@@ -247,7 +247,7 @@ impl fmt::Display for Port {
 /// The whole discrete state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Mode {
-    /// How the bodies hold together.
+    /// States of the ties.
     pub ties: Ties,
     /// Bit/rock law.
     pub rock: RockMode,
@@ -258,12 +258,12 @@ pub struct Mode {
 }
 
 impl Mode {
-    /// At the start of a scene without a casing, the relay driving.
+    /// The start of a scene without a casing, with the relay driving.
     pub const fn starting(rock: RockMode) -> Self {
         Self { ties: Ties::START, rock, relay: Relay::Drive, vented: false }
     }
 
-    /// The same with another state of a tie.
+    /// The same mode with another state of one tie.
     #[must_use]
     pub fn with(self, tie: Tie, state: TieState) -> Self {
         Self { ties: self.ties.with(tie, state), ..self }
@@ -276,7 +276,7 @@ impl Mode {
 }
 
 impl fmt::Display for Mode {
-    /// In the words of the paper: `contact closed, rock in DFC, drive driving`.
+    /// Written in the paper's words: `contact closed, rock in DFC, drive driving`.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let contact = if self.closed() { "closed" } else { "open" };
         let rock = match self.rock {

@@ -48,7 +48,7 @@ pub struct Coefficients {
 }
 
 impl Coefficients {
-    /// `F_R` at the tip's displacement and velocity, N; at their rates, its rate, N/s.
+    /// `F_R` at the tip's displacement and velocity, N; its rate, if their rates are given.
     pub(crate) fn force(self, p: f64, v: f64) -> f64 {
         self.stiffness * p + self.viscosity * v
     }
@@ -63,13 +63,13 @@ impl Coefficients {
         self.stiffness * x * v
     }
 
-    /// What the dashpot loses at a velocity, W.
+    /// Power dissipated by the dashpot at a velocity, W.
     pub(crate) fn lost_power(self, v: f64) -> f64 {
         self.viscosity * v * v
     }
 }
 
-/// What acts on the tip.
+/// The spring at the tip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Spring {
     /// Nothing.
@@ -107,18 +107,18 @@ impl Spring {
         Coefficients { stiffness, viscosity }
     }
 
-    /// True if the rock takes work for good.
+    /// True while the rock dissipates elastic work.
     pub(crate) fn is_loading(self) -> bool {
         matches!(self, Self::Loading | Self::Viscous)
     }
 
-    /// Work that unloading returns, of this elastic work.
+    /// The part of this elastic work that unloading returns.
     fn returned(self, rock: &Rock, work: f64) -> f64 {
         if self.is_loading() { work / rock.unloading_ratio } else { work }
     }
 
-    /// `1 - 1/gamma`, the part of the elastic work that unloading does not return; none where the rock is not
-    /// loaded. This form does not cancel where `gamma` is near 1.
+    /// `1 - 1/gamma`, the part of the elastic work that unloading does not return; 0 while the rock is not loaded.
+    /// This form does not cancel where `gamma` is near 1.
     fn lost_part(self, rock: &Rock) -> f64 {
         let gamma = rock.unloading_ratio;
         if self.is_loading() { (gamma - 1.0) / gamma } else { 0.0 }
@@ -138,12 +138,12 @@ impl Spring {
         self.returned(rock, self.stiffness(rock) * p * v)
     }
 
-    /// Rate of the elastic work lost in the rock, W.
+    /// Rate of the elastic work dissipated in the rock, W.
     pub(crate) fn lost_power(self, rock: &Rock, p: f64, v: f64) -> f64 {
         self.lost_part(rock) * self.stiffness(rock) * p * v
     }
 
-    /// Elastic work lost in the rock from `start` to `end`, J.
+    /// Elastic work dissipated in the rock from `start` to `end`, J.
     pub(crate) fn lost_on_loading(self, rock: &Rock, start: f64, end: f64) -> f64 {
         0.5 * self.lost_part(rock) * self.stiffness(rock) * (end - start) * (end + start)
     }
@@ -237,7 +237,7 @@ pub struct Transition {
     pub tip: f64,
 }
 
-/// Roundings of each of the two positions whose difference is a gain.
+/// Roundings of each of the two positions whose difference is the gain.
 const ROUNDED: f64 = 4.0;
 
 impl Memory {
@@ -264,8 +264,8 @@ impl Memory {
                 // Not p - p/gamma, which cancels where gamma is near 1.
                 let unloaded = p * (gamma - 1.0) / gamma;
                 let gain = unloaded - self.unloaded;
-                // A gain below rounding is zero, since the least gain that counts may be zero. The
-                // previous unloading is as uncertain as this one.
+                // A gain below rounding is taken as zero, since the least gain that counts may be zero. The previous
+                // unloading is as uncertain as this one.
                 let rounding = ROUNDED * f64::EPSILON * (unloaded.abs() + self.unloaded.abs());
                 let hidden = rounding + 2.0 * error * (gamma - 1.0) / gamma;
                 self.gain = if gain.abs() <= hidden { 0.0 } else { gain };
@@ -287,8 +287,8 @@ mod tests {
     use super::*;
     use crate::quantities::parameters::Parameters;
 
-    /// Powers are the rates of the energies, and together the power of the elastic force. Central
-    /// differences of parabolas are exact but for rounding, of the energies over the step.
+    /// The powers are the rates of the energies, and add up to the power of the elastic force. Central differences of
+    /// parabolas are exact but for the rounding of the energies, over the step.
     #[test]
     fn powers_are_the_rates_of_energies_and_add_up_to_that_of_the_force() {
         let rock = Parameters::default().rock;
@@ -310,7 +310,7 @@ mod tests {
         }
     }
 
-    /// The same of a tie, whose dashpot takes force times speed.
+    /// The same identities for a tie, whose dashpot dissipates force times speed.
     #[test]
     fn powers_of_a_tie_are_the_rate_of_its_energy_and_the_power_of_its_dashpot() {
         let tie = Coefficients { stiffness: 3e8, viscosity: 4e3 };
@@ -319,7 +319,7 @@ mod tests {
         let rounding = 8.0 * f64::EPSILON * (stored.abs() + tie.stored_energy(x) / h);
         assert!((tie.stored_power(x, v) - stored).abs() <= rounding);
         let dashpot = tie.force(x, v) - tie.force(x, 0.0);
-        // A difference of two forces, each rounded.
+        // The difference of two rounded forces.
         let rounding = 4.0 * f64::EPSILON * tie.force(x, v).abs() * v;
         assert!((tie.lost_power(v) - dashpot * v).abs() <= rounding);
         assert!(tie.lost_power(v) > 0.0);
@@ -339,9 +339,8 @@ mod tests {
         assert!((rock.unloading_ratio * q - (q - t.shift)).abs() < 1e-18);
     }
 
-    /// At `gamma = 1 + d`, `d` a power of two, the gain of a cycle is `p d / (1 + d)` and the way
-    /// back `-d p'`, to two roundings each, while `p - p/gamma` would lose all but `d / 2^-53` of
-    /// them.
+    /// At `gamma = 1 + d`, `d` a power of two, the gain of a cycle is `p d / (1 + d)` and the way back `-d p'`, to
+    /// two roundings each; `p - p/gamma` would lose all but `d / 2^-53` of them.
     #[test]
     fn the_gain_of_a_cycle_keeps_its_digits_where_gamma_is_near_one() {
         let d = 2f64.powi(-40);
@@ -374,8 +373,8 @@ mod tests {
         assert!((turn.tip - (0.7 - turn.shift)).abs() <= f64::EPSILON);
     }
 
-    /// A turn at the position where the tip started forward gains nothing: with a least gain of
-    /// zero, no cycle ends in standstill, however `p - (p - ul)/gamma` is rounded.
+    /// A turn at the position where the tip started forward gains nothing, however `p - (p - ul)/gamma` is rounded.
+    /// Otherwise, with a least gain of zero, no cycle would end in standstill.
     #[test]
     fn no_gain_is_none_however_it_is_rounded() {
         let mut rock = Parameters::default().rock;
@@ -394,8 +393,8 @@ mod tests {
         }
     }
 
-    /// A cycle that ends `1e-17` m short of the previous one gained nothing if its positions are
-    /// uncertain by `6e-18` m each; it lost if they are uncertain by `4e-18` m.
+    /// A cycle that ends `1e-17` m short of the previous one gained nothing if both positions are uncertain by
+    /// `6e-18` m, and lost if they are uncertain by `4e-18` m.
     #[test]
     fn a_gain_that_the_places_errors_hide_is_none() {
         let mut rock = Parameters::default().rock;
@@ -413,9 +412,9 @@ mod tests {
         }
     }
 
-    /// A turn at `p`, a way back to `q` on the unloading line and a turn at `r` on the new loading line:
-    /// the hole deepens by `p (1 - 1/gamma)`, and then by `r (1 - 1/gamma) - (gamma - 1) q`, wherever the
-    /// zero of each line is; to the rounding of the terms.
+    /// The tip turns at `p`, goes back to `q` on the unloading line, and turns at `r` on the new loading line. The
+    /// hole deepens by `p (1 - 1/gamma)`, and then by `r (1 - 1/gamma) - (gamma - 1) q`, wherever the zero of each
+    /// line is, to the rounding of the terms.
     #[test]
     fn a_gain_is_between_two_unloadings_wherever_their_lines_begin() {
         let rock = Parameters::default().rock;

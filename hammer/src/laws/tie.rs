@@ -1,4 +1,4 @@
-//! Ties: one-sided springs, each with a dashpot, between two bodies that stand one above the other.
+//! Ties: one-sided springs, each with a dashpot, between two bodies of which one is above the other.
 //!
 //! | state | force on the lower body, N | stored energy, J | guard | direction | next |
 //! |---|---|---|---|---|---|
@@ -7,11 +7,11 @@
 //! | pressed | `-(k x + c x')` | `k x^2 / 2` | `x` through 0 | rising | open |
 //! | pulled | `-(k (x - travel) + c x')` | `k (x - travel)^2 / 2` | `x` through `travel` | falling | open |
 //!
-//! `x` is the displacement of the lower body's upper face relative to the upper body's lower face, m;
-//! the opposite force acts on the upper body. The dashpot acts while the tie holds, also where that
-//! pulls. In the engine the bodies that a pulled tie separates from the bit are displaced by `travel`,
-//! so that both states that hold are one linear system. Where `chuck.idle_travel` is given, the drive
-//! is vented from there on, `F_A = 0`, and acts again where half of it is left.
+//! `x` is the displacement of the lower body's upper face relative to the upper body's lower face, m; the opposite
+//! force acts on the upper body. The dashpot acts while the tie holds, even where its force is a pull. In the engine
+//! the bodies that a pulled tie separates from the bit are displaced by `travel`, so that pressed and pulled are one
+//! linear system. If `chuck.idle_travel` is given, the drive is vented beyond it, `F_A = 0`, and acts again at half
+//! of it.
 
 use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
 use crate::laws::mode::{Mode, Tie, TieState};
@@ -23,14 +23,14 @@ use crate::quantities::table::name_of;
 /// The law of a tie.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TieLaw {
-    /// While it holds.
+    /// Stiffness and viscosity while it holds.
     pub line: Coefficients,
-    /// From where it is pressed to where it is pulled, m.
+    /// Distance between the pressed and the pulled position, m.
     pub travel: f64,
 }
 
 impl TieLaw {
-    /// How far what is beyond it is displaced in the engine, m.
+    /// Displacement in the engine of the bodies beyond it, m.
     pub fn offset(&self, state: TieState) -> f64 {
         if state == TieState::Pulled { self.travel } else { 0.0 }
     }
@@ -40,7 +40,7 @@ impl TieLaw {
         if state == TieState::Open { Coefficients::default() } else { self.line }
     }
 
-    /// Guards of a tie in a state: none if it holds both ways.
+    /// Guards of a tie in a state; none if it holds both ways.
     pub fn guards(&self, tie: Tie, state: TieState) -> impl Iterator<Item = Guard> + use<> {
         use Direction::{Falling, Rising};
         let guard = |direction, level, to| {
@@ -62,7 +62,7 @@ impl TieLaw {
 }
 
 impl Tie {
-    /// Name of the parameter that is its travel; empty if it has none.
+    /// Name of the parameter of its travel; empty if it has none.
     pub(crate) fn travel_name(self) -> &'static str {
         match self {
             Self::Chuck => name_of(|p| &mut p.chuck.travel),
@@ -72,12 +72,12 @@ impl Tie {
     }
 }
 
-/// How to prevent that a piston runs out of its cylinder.
+/// Advice against a piston that runs out of its cylinder.
 pub(crate) const VENTING: &str = "a bit that hangs out vents the drive if chuck.idle_travel is less than that, \
     and more feed_force holds the casing down";
 
-/// The part of the idle travel at which a vented drive acts again: at the travel itself its first thrust would lift
-/// the casing beyond it at once.
+/// Part of the idle travel at which a vented drive acts again. At the travel itself, its first thrust would at once
+/// lift the casing beyond it.
 const DRIVEN_AGAIN: f64 = 0.5;
 
 impl Parameters {
@@ -93,7 +93,7 @@ impl Parameters {
         })
     }
 
-    /// Width of the front that the tie of a frame makes in what it ties, m; infinite without one.
+    /// Length of the wave front that a frame's tie makes, m; infinite without one.
     pub(crate) fn frame_front(&self) -> f64 {
         if !self.has_casing() {
             return f64::INFINITY;
@@ -130,8 +130,8 @@ mod tests {
     use super::*;
     use crate::laws::mode::RockMode;
 
-    /// Each state that holds is left where its force would change its sign, and entered there from
-    /// between; where nothing is between, nothing is left.
+    /// A state that holds is left where its force would change its sign, and entered there from outside. A tie
+    /// without travel never opens.
     #[test]
     fn a_tie_opens_where_its_spring_is_slack() {
         let line = Coefficients { stiffness: 1e9, viscosity: 0.0 };
@@ -146,7 +146,7 @@ mod tests {
             );
             let outward = leave.direction.sign();
             assert_eq!(law.acting(state).force(outward, 0.0), 1e9 * outward);
-            // From the other side of the same place it is entered.
+            // It is entered at the same position in the opposite direction.
             let at = law.offset(state);
             let enter = law.guards(Tie::Joint(0), TieState::Open).find(|guard| guard.level == at);
             let enter = enter.expect("a way in");
@@ -160,8 +160,7 @@ mod tests {
         assert_eq!(law.acting(TieState::Open).force(-1.0, -1.0), 0.0);
     }
 
-    /// The drive is vented where the bit hangs lower than its idle travel, and not while shoulder or ring
-    /// holds it.
+    /// The drive is vented where the bit hangs lower than its idle travel, unless shoulder or ring holds the bit.
     #[test]
     fn a_bit_that_hangs_lower_than_its_idle_travel_vents_the_drive() {
         let mut p = Parameters::default();

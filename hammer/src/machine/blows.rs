@@ -1,9 +1,8 @@
 //! Blows and collisions, and what each blow drilled.
 //!
-//! A *blow* is the first collision, at least as fast as `blow.minimum_speed`, after the start or
-//! after the piston's mean velocity turned from upward to downward. Everything until the piston has
-//! risen and falls again belongs to it: later collisions of the same fall, slower bounces, and
-//! collisions of the rebounding bit with the rising piston.
+//! A *blow* is the first collision, at least as fast as `blow.minimum_speed`, since the start or since the piston's
+//! mean velocity turned from upward to downward. Everything until the piston has risen and falls again belongs to it:
+//! later collisions of the same fall, slower bounces, and collisions of the rebounding bit with the rising piston.
 
 use crate::laws::air::FREE_DENSITY;
 use crate::laws::event::{Bodies, Displacement};
@@ -22,13 +21,13 @@ pub struct Blow {
     pub speed: f64,
     /// `Mp speed^2 / 2`, J.
     pub energy: f64,
-    /// Time since the blow before, s (0 before the second blow).
+    /// Time since the previous blow, s (0 for the first blow).
     pub period: f64,
-    /// Gain of the tip over the last complete blow period, m.
+    /// Advance of the tip over the last complete blow period, m.
     pub penetration: f64,
     /// `penetration / period`, m/s.
     pub tip_rate: f64,
-    /// Gain of the tip per time from the first blow to the last, m/s.
+    /// Advance of the tip per time from the first blow to the last, m/s.
     pub tip_rate_mean: f64,
     /// Work given to the rock (dissipated and viscous) over the last complete blow period, J.
     pub rock_work: f64,
@@ -59,7 +58,7 @@ pub struct Progress {
     pub collision: Option<Double>,
     /// Work given to the rock since the last blow, J.
     pub given: f64,
-    /// Length of hole that it drilled, each part by the specific energy of its time, m.
+    /// Length of hole drilled since the last blow, m: each part of that work over the specific energy of its time.
     pub advance: f64,
     /// Length of hole drilled since the start, and up to the first blow, m.
     pub drilled: [f64; 2],
@@ -67,7 +66,7 @@ pub struct Progress {
     pub air_mass: f64,
     /// Last opening of the contact.
     pub opened: Option<Double>,
-    /// True if the present fall has had its blow: the piston must rise before the next.
+    /// True if the present fall has had its blow. The piston must rise before the next.
     pub spent: bool,
 }
 
@@ -83,7 +82,7 @@ pub(crate) enum Closing {
 }
 
 impl Progress {
-    /// All instants that it names.
+    /// All instants stored.
     pub(crate) fn instants(&self) -> impl Iterator<Item = Double> + '_ {
         let milestones = self.milestones.iter().flatten().map(|milestone| milestone.time);
         // Before the first blow the last one has no time.
@@ -92,9 +91,9 @@ impl Progress {
         milestones.chain(self.collision).chain(self.opened).chain(last).chain(step)
     }
 
-    /// Records whether the piston rises between the epoch and `at`, where the tracks of all that it touches
-    /// stand. In flight its velocity is a polynomial, and any rise is found; in contact the velocity at `at`
-    /// alone decides.
+    /// Records whether the piston rises between the epoch and `at`, to which the tracks of all that it touches are
+    /// rotated. In flight its velocity is a polynomial, and any rise is found. In contact only the velocity at `at`
+    /// is examined.
     pub(crate) fn note_stretch(&mut self, motion: &Motion, at: f64) {
         if !self.spent {
             return;
@@ -118,7 +117,7 @@ impl Progress {
         }
     }
 
-    /// The contact closes at the epoch, where the tracks stand.
+    /// The contact closes at the epoch, to which the tracks are rotated.
     pub(crate) fn note_closing(&mut self, motion: &Motion) -> Closing {
         let epoch = motion.state().epoch;
         let same = 2.0 * motion.parameters().struck_transits();

@@ -1,28 +1,27 @@
-//! What drives the piston from outside, as a host hands it over: one value for each communication step.
+//! The inputs that drive the piston, exchanged with a host as one value for each communication step.
 //!
-//! A host that holds a value over a step uses it late. `coupling.delay` `d` says how late: the value
-//! belongs to an instant `d` steps before the middle of its step. Over step `n` of length `H` acts,
-//! held,
+//! A host that holds a value over a step uses it late, by `coupling.delay` `d`: the value belongs to an instant `d`
+//! steps before the middle of its step. The value that acts over step `n` of length `H` is therefore extrapolated:
 //!
 //! ```text
 //! p_n + d (p_n - p_(n-1)) H_n / H_(n-1)
 //! ```
 //!
-//! | at a step | acts over it |
+//! | host sets | acts over the step |
 //! |---|---|
 //! | the first value | that value |
-//! | a value repeated, or none set | the last value: there is nothing to extrapolate |
-//! | a value set several times | the last of them |
+//! | the same value, or none | the last value: there is nothing to extrapolate |
+//! | several values | the last of them |
 //! | a value with derivatives | its polynomial, as given |
-//! | after an early return, the same value or none | what acted before the return, as the same step goes on |
-//! | after an early return, another value | that value: a step begins there, with a jump that counts as no error of the exchange |
-//! | a step of size 0 | nothing moves; it counts as no step |
+//! | after an early return, the same value or none | what acted before the return: the same step continues |
+//! | after an early return, another value | that value: a new step begins with a jump, which is not counted as an error of the exchange |
+//! | any value, with a step of size 0 | nothing moves; it does not count as a step |
 //!
-//! `energy_exchange` is the work of what acted, less that of straight lines between the successive
-//! values, each at its instant: what the exchange itself made or lost (the residual energy of a power bond).
-//! No partner knows a value before its communication point, so for a delay below a half the instant is that; but a
-//! line knows its wave ahead.
-//! Within a step the piston counts as moving evenly.
+//! `energy_exchange` is the work of the force that acted, less the work of a force that joins the successive values
+//! by straight lines, each value at its instant. It is the energy that the exchange made or lost (the residual energy
+//! of a power bond). No partner knows a value before its communication point, so for a delay below a half the value's
+//! instant is that point; but the wave of a line is known in advance. Within a step the piston is taken to move at
+//! constant speed.
 
 use super::Machine;
 use crate::error::Error;
@@ -32,20 +31,20 @@ use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{Drive, Source};
 use serde::{Deserialize, Serialize};
 
-/// Values of all inputs; those that do not drive are not used.
+/// Values of all inputs, including those that are not used.
 type Values = [f64; Input::ALL.len()];
 
-/// A part of the drive's work, in a cycle of the piston, that an exchange may make unnoticed.
+/// Share of the drive's work in a cycle of the piston that the exchange may make or lose without a warning.
 const TOLERATED: f64 = 0.01;
-/// Most pieces that wait for the value to compare them with: with a delay of at most two steps, four wait.
+/// Most pieces that wait for the next value: with a delay of at most two steps, four.
 const MOST: usize = 16;
 
-/// A step under one value.
+/// The force over a step, or over a part of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Piece {
-    /// From when until when, s.
+    /// Start and end, s.
     span: [f64; 2],
-    /// The piston's relative position at both, m.
+    /// The piston's relative positions then, m.
     place: [f64; 2],
     /// The force that acted, N, over time from the start.
     force: Poly,
@@ -56,7 +55,7 @@ impl Piece {
         (self.place[1] - self.place[0]) / (self.span[1] - self.span[0])
     }
 
-    /// The work beyond that of a straight line of the force through two points (s, N), between them.
+    /// The work of the force, less that of a straight line through two points (s, N), between these.
     fn beyond(&self, [from, to]: [[f64; 2]; 2]) -> f64 {
         let [begin, end] = [self.span[0].max(from[0]), self.span[1].min(to[0])];
         if end <= begin {
@@ -69,52 +68,52 @@ impl Piece {
     }
 }
 
-/// Sums since the start, and where the present cycle of the piston began.
+/// Sums since the start, and the start of the present cycle of the piston.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Cycle {
-    /// Blows when it began.
+    /// Number of blows when it began.
     blows: u64,
-    /// Cycles before it.
+    /// Number of complete cycles.
     count: u64,
-    /// The drive's work and what the exchange has made by then, J.
+    /// The drive's work and the exchanged energy at its start, J.
     began: [f64; 2],
-    /// The drive's largest work in it, J.
+    /// Largest size of the drive's work in it, J.
     most: f64,
-    /// True where the piston has moved up last.
+    /// True if the piston's last motion was upward.
     rises: bool,
 }
 
 /// The state of the exchange.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Exchange {
-    /// The value that was set last of each input, while it stays a constant.
+    /// Last value set of each input, if it is a constant.
     given: [Option<f64>; Input::ALL.len()],
-    /// Begin and end of the last step, s, and the values at its begin.
+    /// Start and end of the last step, s, and the values at its start.
     last: Option<([f64; 2], Values)>,
-    /// The instant to which the last values belong, s, and the force that they are, N.
+    /// Instant of the last values, s, and their force, N.
     point: Option<[f64; 2]>,
     pieces: Vec<Piece>,
-    /// The drive's work and what the exchange has made, J.
+    /// The drive's work and the exchanged energy, J.
     sums: [f64; 2],
     cycle: Cycle,
-    /// The size of the step in which too much was made, s, and the part of the drive's work.
+    /// Size of the first step whose exchange made too much, s, and its share of the drive's work.
     coarse: Option<[f64; 2]>,
 }
 
 impl Drive {
-    /// The force of these values of its inputs, N.
+    /// Force of these values, N.
     fn of_values(&self, values: &Values) -> f64 {
         Input::ALL.iter().zip(values).fold(0.0, |sum, (input, x)| sum + self.force_per(*input) * x)
     }
 }
 
 impl Exchange {
-    /// With the inputs' values at the start.
+    /// The exchange before the first step, with the inputs' start values.
     pub(crate) fn new(inputs: &Inputs) -> Self {
         Self { given: inputs.0.map(|poly| Some(poly.0[0])), ..Self::default() }
     }
 
-    /// Notes what is set; true if it is what was set before, and may act on as it does.
+    /// Records an input. Returns true if it is the value set before, which may continue to act as it does.
     pub(crate) fn repeats(&mut self, input: Input, poly: &Poly) -> bool {
         let given = &mut self.given[input as usize];
         let before = *given;
@@ -127,7 +126,7 @@ impl Exchange {
         self.given[input as usize].filter(|_| input.drives())
     }
 
-    /// A constant was added to an input.
+    /// Adds a constant to the last value of an input.
     pub(crate) fn shift(&mut self, input: Input, by: f64) {
         self.given[input as usize].iter_mut().for_each(|value| *value += by);
     }
@@ -145,7 +144,7 @@ impl Exchange {
             && self.pieces.len() <= MOST
     }
 
-    /// Adds what lies between the point before and this one.
+    /// Compares the pieces between the previous point and this one with a straight line, and sums the difference.
     fn compare(&mut self, point: [f64; 2]) {
         let Some(before) = self.point.filter(|before| before[0] < point[0]) else {
             self.point = self.point.or(Some(point));
@@ -157,14 +156,14 @@ impl Exchange {
         self.point = Some(point);
     }
 
-    /// Adds a piece, and looks at the cycle that it may end.
+    /// Adds a piece, and evaluates the cycle if the piece ends one.
     fn add(&mut self, piece: Piece, blows: u64) {
         let turned = self.cycle.rises && piece.speed() > 0.0;
         self.cycle.rises = piece.speed() < 0.0 || self.cycle.rises && !turned;
         let length = piece.span[1] - piece.span[0];
         self.sums[0] += piece.speed() * piece.force.integral(length);
         match self.pieces.last_mut() {
-            // The same step goes on after an early return.
+            // After an early return the same step continues.
             Some(last) if self.last.is_some_and(|([begin, _], _)| begin < piece.span[0]) => {
                 (last.span[1], last.place[1]) = (piece.span[1], piece.place[1]);
             }
@@ -178,7 +177,7 @@ impl Exchange {
         if blows == self.cycle.blows && (blows > 0 || !turned) {
             return;
         }
-        // The first cycle is not whole.
+        // The first cycle is incomplete.
         if self.cycle.count > 0 && self.coarse.is_none() && made.abs() > TOLERATED * self.cycle.most
         {
             self.coarse = Some([length, made / self.cycle.most]);
@@ -187,20 +186,20 @@ impl Exchange {
         self.cycle = Cycle { blows, count, began: self.sums, most: 0.0, ..self.cycle };
     }
 
-    /// True within a step that has begun, which an event or an interrupt has ended early.
+    /// True within a step that an event or an interrupt has ended early.
     fn goes_on(&self, now: f64) -> bool {
         self.last.is_some_and(|([begin, end], _)| (begin..end).contains(&now))
     }
 }
 
 impl Machine {
-    /// Energy that the exchange of the drive's inputs has made (positive) or lost since the start, as far as
-    /// their values have come, J.
+    /// Energy that the exchange of the drive's inputs has made (positive) or lost since the start, up to the last
+    /// values, J.
     pub fn exchanged_energy(&self) -> f64 {
         self.exchange.sums[1]
     }
 
-    /// What is said once the exchange has made or lost more than 1 % of the drive's work of a blow.
+    /// The warning after the exchange has made or lost more than 1 % of the drive's work of a cycle.
     pub fn exchange_warning(&self) -> Option<String> {
         let [size, part] = self.exchange.coarse?;
         let delay = self.parameters().drive.delay;
@@ -211,7 +210,7 @@ impl Machine {
             }
             _ => "halve the step, or see whether coupling.delay is the host's (0.5, 1 or 1.5)",
         };
-        // Steps are differences of instants.
+        // The size is a difference of instants, and so rounded.
         let size = format!("{size:.5e}").parse().unwrap_or(size);
         Some(format!(
             "energy_exchange: at steps of {} s with coupling.delay = {} the exchange of the drive's inputs has \
@@ -223,8 +222,8 @@ impl Machine {
         ))
     }
 
-    /// Begins a communication step: puts on the piston what belongs to its middle. Returns the piston's
-    /// relative position, if the step is to be looked at.
+    /// Begins a communication step: replaces the inputs by the values that belong to its middle. Returns the piston's
+    /// relative position if the step's work is compared.
     pub(super) fn begin_exchange(&mut self, to: f64) -> Result<Option<f64>, Error> {
         let (now, drive) = (self.time(), self.parameters().drive);
         if !matches!(drive.source, Source::Force | Source::Pressure) || to <= now {
@@ -237,7 +236,7 @@ impl Machine {
             return Ok(Some(self.relative_place()));
         }
         if goes_on {
-            // A jump, as a valve makes one where the step ended: no straight line leads to it.
+            // A jump, as a valve makes it after an event: no straight line joins it to the last value.
             self.exchange.pieces.clear();
             self.exchange.point = None;
         }
@@ -248,7 +247,7 @@ impl Machine {
             self.extrapolate(&middle)?;
         }
         if drive.impedance > 0.0 {
-            // A line's wave is known before: the middle of a step is looked at when the step is over.
+            // The wave of a line is known in advance, so the step is compared after its end.
             if let Some(([begin, end], before)) = before {
                 let instant = begin + (0.5 - drive.delay) * (end - begin);
                 self.exchange.compare([instant, drive.of_values(&before)]);
@@ -261,7 +260,7 @@ impl Machine {
         Ok(Some(self.relative_place()))
     }
 
-    /// Puts on the piston other values than were given, of those inputs that are constants.
+    /// Replaces the constant inputs by extrapolated values.
     fn extrapolate(&mut self, values: &Values) -> Result<(), Error> {
         let mut polys = Vec::new();
         for input in Input::ALL {
@@ -282,7 +281,8 @@ impl Machine {
         self.kinematics().relative_position
     }
 
-    /// Ends what [`Self::begin_exchange`] began at `from`: with where the piston stood, and what acted.
+    /// Ends the step that [`Self::begin_exchange`] began at `from`, with the piston's position then and the force
+    /// that acted.
     pub(super) fn end_exchange(&mut self, from: f64, begun: Option<(f64, Poly)>) {
         let to = self.time();
         let Some((place, force)) = begun.filter(|_| to > from) else { return };
@@ -290,7 +290,7 @@ impl Machine {
         self.exchange.add(piece, self.counters.blows);
     }
 
-    /// The force of the drive's inputs over time from now on, N.
+    /// Force of the drive's inputs as a polynomial from now on, N.
     pub(super) fn handed_force(&self) -> Poly {
         let (state, drive) = (self.motion.state(), self.parameters().drive);
         let mut sum = Poly::default();

@@ -61,8 +61,8 @@ pub(crate) trait Observer {
         false
     }
 
-    /// True if the step ends before `until` after the epoch, though no event happens there; the
-    /// present is then moved to that instant.
+    /// Ends the step before `until` after the epoch, between events, by moving the present there; returns whether it
+    /// did.
     fn stops_before(&mut self, _: &mut Machine, _until: f64, _to: f64) -> Result<bool, Error> {
         Ok(false)
     }
@@ -153,7 +153,7 @@ impl Machine {
         self.motion.mode()
     }
 
-    /// Parameters, with the tunables as they are now.
+    /// Parameters, with the present tunable values.
     pub fn parameters(&self) -> &Parameters {
         self.motion.parameters()
     }
@@ -182,14 +182,14 @@ impl Machine {
         self.put(&[(input, poly)])
     }
 
-    /// Makes inputs polynomials from now on.
+    /// Replaces inputs by polynomials from now on.
     fn put(&mut self, inputs: &[(Input, Poly)]) -> Result<(), Error> {
         self.move_epoch_to_now()?;
         inputs.iter().for_each(|(input, poly)| self.motion.set_input(*input, *poly));
         self.resume()
     }
 
-    /// Adds a constant to an input from now on.
+    /// Adds a constant to an input.
     pub(crate) fn add_to_input(&mut self, input: Input, constant: f64) -> Result<(), Error> {
         let state = self.motion.state();
         let mut poly = state.inputs.of(input).shifted(state.now);
@@ -229,7 +229,7 @@ impl Machine {
         self.advance_observed(to, &mut ())
     }
 
-    /// [`Self::advance`] with an observer of every event on the way.
+    /// [`Self::advance`], with an observer of every event.
     pub(crate) fn advance_observed(
         &mut self,
         to: f64,
@@ -258,7 +258,7 @@ impl Machine {
         });
         if let Err(error) = &done {
             if self.motion.state().now < 0.0 {
-                // An event came after the step began, so values are read from its instant on.
+                // After an event in this step, outputs are those of the event's instant.
                 self.motion.set_present(0.0, self.motion.state().epoch.value());
             }
             self.failure = Some(error.clone()).filter(|error| !matches!(error, Error::Cancelled));
@@ -271,7 +271,7 @@ impl Machine {
         loop {
             self.ledger.work_off(false)?;
             self.peaks.work_off()?;
-            // The host's name of an event's instant may lie before it.
+            // The host's time of an event may be rounded to before it.
             let target = self.motion.until(to).max(-ROUNDED);
             let reach = self.motion.reach();
             let end = target.min(reach);
@@ -304,7 +304,7 @@ impl Machine {
         }
     }
 
-    /// Performs the long work of a transition, which an interrupt may end, before anything is changed.
+    /// Does the long part of a transition, which an interrupt may end before anything has changed.
     fn prepare(&mut self, event: Event) -> Result<(), Error> {
         self.motion.prepare(event)
     }
@@ -361,8 +361,8 @@ impl Machine {
         self.motion.switch_tie(Tie::Contact, to)
     }
 
-    /// Moves the epoch by `at`, and adds the stretch that ends there to the deferred ledger;
-    /// `goes_on` if the rock's law stays the same.
+    /// Moves the epoch by `at`, and adds the interval before it to the deferred ledger. `goes_on` is true if the
+    /// rock's law stays the same.
     fn move_epoch(&mut self, at: f64, goes_on: bool) -> Result<(), Error> {
         self.search.bring_tip(&mut self.motion, at);
         self.motion.rotate_others_to(at);
@@ -381,8 +381,7 @@ impl Machine {
         self.motion.move_epoch(at, viscous)
     }
 
-    /// Moves the epoch to the present time, by one flow from the last event; the search starts
-    /// again there.
+    /// Moves the epoch to the present time, by one flow from the last event, and restarts the search there.
     fn move_epoch_to_now(&mut self) -> Result<(), Error> {
         self.motion.rewind();
         let now = self.motion.state().now;
@@ -390,7 +389,7 @@ impl Machine {
         self.move_epoch(now, true)
     }
 
-    /// Goes on from the epoch: the air's window, then the search for the next event.
+    /// Continues from the epoch: solves the air's window, then starts the search for the next event.
     fn resume(&mut self) -> Result<(), Error> {
         self.search.work.count_air(self.motion.renew_air()?);
         self.restart_search();
@@ -420,8 +419,8 @@ impl Machine {
 
     /// Continues from a state of a scene with the same parameters and dimensions, bit for bit.
     ///
-    /// The search goes from the last event to the present again: where it finds an event on the way, the
-    /// state was altered, and going on would turn time back.
+    /// The search is repeated from the last event to the present. If it finds an event there, the state was altered,
+    /// since an unaltered one would have ended at that event.
     ///
     /// # Errors
     ///
@@ -439,7 +438,7 @@ impl Machine {
         restored
     }
 
-    /// Takes over a state as it is.
+    /// Replaces the state without checks.
     fn adopt(&mut self, state: &State) -> Result<(), Error> {
         self.motion.restore(&state.parameters, &state.motion, state.counters.basis_changes)?;
         (self.ledger, self.blows) = (state.ledger.clone(), state.blows.clone());
@@ -450,7 +449,7 @@ impl Machine {
         Ok(())
     }
 
-    /// Searches up to the present of a state that was taken over.
+    /// Repeats the search up to the present of a replaced state.
     fn search_again(&mut self) -> Result<(), Error> {
         let (now, reach) = (self.motion.state().now, self.motion.reach());
         if reach < now - ROUNDED {
@@ -484,7 +483,7 @@ impl Machine {
         self.search.budget.paid.get() as f64 / crate::allowance::PER_SECOND as f64
     }
 
-    /// Counts so far.
+    /// The counts.
     pub fn counters(&self) -> Counters {
         let work = &self.search.work;
         Counters {

@@ -37,8 +37,8 @@ pub struct Kinematics {
     pub bit_tip_velocity: f64,
     /// Its second rate, m/s2.
     pub bit_tip_acceleration: f64,
-    /// `vr = up_mean - ub_mean - g0`, m; with a casing, less the casing's displacement instead,
-    /// and with loose joints, less the shank's.
+    /// `vr = up_mean - ub_mean - g0`, m. With a casing it is relative to the casing, and with loose joints to the
+    /// shank.
     pub relative_position: f64,
     /// Its rate, m/s.
     pub relative_velocity: f64,
@@ -74,7 +74,7 @@ pub struct Kinematics {
     pub casing_velocity: f64,
     /// Its second rate, m/s2.
     pub casing_acceleration: f64,
-    /// `y = up_mean - ub_mean - g0`, m: with a casing, too, over what the piston strikes.
+    /// `y = up_mean - ub_mean - g0`, m: relative to what the piston strikes, also with a casing.
     pub over_struck: f64,
     /// Its rate, m/s.
     pub over_struck_rate: f64,
@@ -104,7 +104,7 @@ pub struct Profile {
 }
 
 impl Kinematics {
-    /// At the present instant.
+    /// Motion and forces at the present instant.
     pub(crate) fn of(motion: &Motion) -> Self {
         let (state, graph) = (motion.state(), motion.graph());
         let present = Present::of(motion);
@@ -167,7 +167,7 @@ impl Kinematics {
     }
 }
 
-/// What acts on the bodies at the present instant.
+/// Loads and forces at the present instant.
 struct Present<'a> {
     motion: &'a Motion,
     tracks: Vec<Track>,
@@ -183,9 +183,9 @@ struct Present<'a> {
 #[derive(Clone, Copy, Default)]
 struct Tied {
     x: PointMotion,
-    /// While it holds.
+    /// Stiffness and viscosity, if it holds.
     line: Coefficients,
-    /// The force that pushes its bodies away from each other, N, and its rate.
+    /// Force that pushes its bodies apart, N, and its rate.
     force: [f64; 2],
 }
 
@@ -264,7 +264,7 @@ impl Profile {
         }
     }
 
-    /// At the present instant.
+    /// The profile at the present instant.
     pub(crate) fn of(motion: &Motion) -> Self {
         let (state, graph) = (motion.state(), motion.graph());
         let whole = motion.whole_state();

@@ -18,13 +18,13 @@ use serde::{Deserialize, Serialize};
 /// Dynamic state of a scene, to be stored, serialised and [restored](crate::Machine::restore).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    /// Parameters, with the present values of the tunables.
+    /// Parameters, with the present tunable values.
     pub(crate) parameters: Parameters,
     /// The motion at the last event.
     pub(crate) motion: MotionState,
     /// Sums up to the last event.
     pub(crate) ledger: DeferredLedger,
-    /// Counters, but for the search's work.
+    /// Counters, without the search's work.
     pub(crate) counters: Counters,
     /// Blows and collisions so far.
     pub(crate) blows: Progress,
@@ -34,17 +34,17 @@ pub struct State {
     pub(crate) step_start: f64,
     /// Spacing of recent transitions.
     pub(crate) zeno: ZenoDetector,
-    /// What the host has handed over.
+    /// State of the exchange of inputs with the host.
     pub(crate) exchange: Exchange,
 }
 
 impl State {
-    /// Parameters, with the tunables as they were then.
+    /// Parameters, with the tunable values of that instant.
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
     }
 
-    /// Value of an input then.
+    /// Value of an input at that instant.
     pub(crate) fn input(&self, input: Input) -> f64 {
         let acting = || self.motion.inputs.of(input).at(self.motion.now);
         self.exchange.value(input).unwrap_or_else(acting)
@@ -60,8 +60,8 @@ impl State {
         self
     }
 
-    /// The state as it was at another instant `time` (s) since the last event, which needs no
-    /// motion.
+    /// The state with another present, `time` (s), later than the last event and before the next. The motion needs no
+    /// change.
     #[must_use]
     pub fn looked_at(&self, time: f64) -> Self {
         let mut state = self.clone();
@@ -99,7 +99,7 @@ impl State {
         if !(0.0..=motion.now).contains(&self.step_start) {
             return refuse(CorruptState::Step);
         }
-        // Only a piston that flies alone is left where it was.
+        // Only the anchor of a lone piston may lie before the epoch.
         let elsewhere = |anchor: &Anchor| anchor.at != 0.0 && anchor.group != Group::PISTON;
         if motion.anchors.iter().any(|anchor| anchor.at > 0.0 || elsewhere(anchor)) {
             return refuse(CorruptState::Ahead);
@@ -110,7 +110,7 @@ impl State {
         if motion.anchors.iter().any(strange) {
             return refuse(CorruptState::Coordinates);
         }
-        // A series belongs to varying loads, and is renewed where it ends.
+        // Only varying loads need a series, which is renewed at its end.
         let still = motion.loads.iter().all(|load| load.is_constant());
         let ended = |reach: f64| still || reach <= 0.0 || reach < motion.now;
         if motion.anchors.iter().any(|anchor| anchor.driven.reach.is_some_and(ended)) {
@@ -147,10 +147,10 @@ mod tests {
     use crate::numerics::poly::Poly;
     use crate::quantities::parameters::InputValues;
 
-    /// An alteration, and what it leads to.
+    /// An expected outcome, and an alteration.
     type Case<Outcome, T> = (Outcome, fn(&mut T));
 
-    /// In the flight after its first blow, where a step has begun.
+    /// A state in the flight after the first blow, in the middle of a step.
     fn flying(source: Source) -> State {
         let mut parameters = Parameters::default();
         parameters.drive.source = source;
@@ -173,7 +173,7 @@ mod tests {
         }
     }
 
-    /// What a run cannot have left is refused by its name, and what is just within its bounds is not.
+    /// Alterations that no run can produce are refused by name. Values just within the bounds are accepted.
     #[test]
     fn each_part_of_a_state_is_refused_beyond_its_own_bounds() {
         use CorruptState as Is;
@@ -215,14 +215,14 @@ mod tests {
         }
     }
 
-    /// A load's part that follows slowly, for the coordinate so many after the last.
+    /// Adds a quasi-static series for the coordinate `after` the last one.
     fn slow(state: &mut State, after: isize) {
         let anchor = &mut state.motion.anchors[0];
         let coordinate = anchor.z.len().saturating_add_signed(after);
         anchor.driven.slow.push((coordinate, Poly::default()));
     }
 
-    /// A series up to this instant, s, of a load that varies.
+    /// Adds a series up to this instant, s, of a varying load.
     fn series(state: &mut State, reach: f64) {
         state.motion.loads[0].0[1] = 1.0;
         state.motion.anchors[0].driven.reach = Some(reach);
@@ -260,7 +260,7 @@ mod tests {
             };
             assert_eq!(refused(&aired, alter), expected(is_sound), "air {index}");
         }
-        // Vented by the mode alone; air where none drives, and none where it does.
+        // Vented by the mode alone; with air although nothing uses it; and without air although it drives.
         assert_eq!(refused(&aired, |s| s.motion.mode.vented = true), expected(false));
         assert_eq!(refused(&aired, |s| s.motion.air = None), expected(false));
         let air = aired.motion.air.clone();

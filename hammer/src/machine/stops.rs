@@ -2,12 +2,12 @@
 //!
 //! ```text
 //! blow        the step ends at the event, whose instant is the blow's
-//! position    the step ends at the first double t not before the passage at which the position
-//!             that is read is the level or beyond it
+//! position    the step ends at the first double t, at or after the passage, at which the output
+//!             is at the level or beyond it
 //! ```
 //!
-//! In both cases the state is only read: the motion stays the same, bit for bit. Where steps do not
-//! end, the same events are noted, and the step goes on.
+//! In both cases the state is only read, and the motion stays the same, bit for bit. Where such events do not end
+//! steps, they are only recorded.
 
 use crate::error::Error;
 use crate::laws::event::Displacement;
@@ -18,41 +18,41 @@ use crate::search::tracker::NEAR;
 use crate::search::work::Work;
 use serde::{Deserialize, Serialize};
 
-/// Doubles after a passage that are tried one by one, and how often the step doubles after them.
+/// Number of doubles after a passage that are tried one by one, and of doublings of the step after them.
 const TRIED: [u32; 2] = [16, 40];
 
-/// What ends a step before its time, or is noted in it.
+/// Events that end a step early, or are recorded in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stops {
-    /// False: events are noted, and end no step.
+    /// False: events are recorded only.
     pub ends: bool,
     blows: bool,
-    /// Positions of the piston over the bit, m, and true where it was last found beyond.
+    /// Positions of the piston relative to the bit, m, and true where the piston was last found beyond.
     levels: Vec<(f64, bool)>,
 }
 
-/// Why a step ended, or what happened in it; both where a blow and a passage are at one instant.
+/// Why a step ended, or which events it had. A blow and a passage may be simultaneous.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stop {
     /// A blow.
     pub blow: bool,
-    /// The position that the piston passed, the last of several, by its index.
+    /// Index of the position that the piston passed, the last of several.
     pub position: Option<usize>,
 }
 
 impl Stop {
-    /// True if anything happened.
+    /// True if there was an event.
     pub fn any(self) -> bool {
         self.blow || self.position.is_some()
     }
 }
 
 impl Stops {
-    /// At each blow, if `blows`, and at each passage of one of `positions` (m) from now on.
+    /// Stops at each blow, if `blows`, and at each passage of one of `positions` (m) from now on.
     pub fn new(machine: &Machine, blows: bool, positions: &[f64]) -> Self {
         let now = machine.kinematics();
         let goes = [now.relative_velocity, now.relative_acceleration];
-        // At a position itself the direction of the motion decides the side.
+        // At a position itself, the direction of the motion decides the side.
         let up = goes.into_iter().find(|rate| *rate != 0.0).is_some_and(|rate| rate > 0.0);
         let beyond = |at: f64| now.relative_position > at || now.relative_position == at && up;
         Self { ends: true, blows, levels: positions.iter().map(|&at| (at, beyond(at))).collect() }
@@ -63,8 +63,8 @@ impl Stops {
         self.blows == blows && self.positions().eq(positions.iter().copied())
     }
 
-    /// Corrects the stored sides of the positions after a machine was restored: a side is where the machine has the
-    /// piston, unless that is so near the position that a guard could have missed the passage.
+    /// Corrects the stored sides of the positions after a machine was restored. A side is where the piston is, unless
+    /// it is so near the position that a guard could have missed the passage.
     pub fn settle(&mut self, machine: &Machine) {
         let near = NEAR * machine.motion().resolved(Displacement::Relative);
         let x = machine.kinematics().relative_position;
@@ -81,14 +81,14 @@ impl Stops {
     }
 }
 
-/// Ends a step where its [`Stops`] say so.
+/// Observer that ends a step at its [`Stops`].
 pub(crate) struct Stopper<'a> {
     stops: &'a mut Stops,
     guards: Option<Positions>,
     blows: u64,
-    /// Work of the step's search and its own, which is limited to as much again.
+    /// Work of the search and of its own; it may spend as much again as the search.
     work: Work,
-    /// Why it ended, so far.
+    /// Events so far.
     stop: Stop,
 }
 
@@ -98,12 +98,12 @@ impl<'a> Stopper<'a> {
         Self { stops, guards: None, blows, work, stop: Stop::default() }
     }
 
-    /// The epoch has moved.
+    /// Restarts its search after a move of the epoch.
     pub fn restart(&mut self) {
         self.guards = None;
     }
 
-    /// An event has happened; true if it ends the step.
+    /// Handles an event. Returns true if it ends the step.
     pub fn after(&mut self, machine: &Machine) -> bool {
         self.restart();
         let blows = machine.counters().blows;
@@ -114,7 +114,7 @@ impl<'a> Stopper<'a> {
         self.stops.ends
     }
 
-    /// The step has ended; why.
+    /// Ends the step, and tells why it ended.
     pub fn end(mut self, machine: &Machine) -> Stop {
         if self.stop.any() {
             self.pass_all(machine);
@@ -122,8 +122,8 @@ impl<'a> Stopper<'a> {
         self.stop
     }
 
-    /// Ends the step where the piston passes a position before `until` after the epoch and not
-    /// after `to`: the present is then there.
+    /// Ends the step where the piston passes a position before `until` after the epoch and not after `to`, by moving
+    /// the present there.
     ///
     /// # Errors
     /// Those of [`Machine::advance`].
@@ -156,7 +156,7 @@ impl<'a> Stopper<'a> {
             for tried in 0..TRIED[0] + TRIED[1] {
                 let after = machine.motion.until(end);
                 if after >= until && end < to || end > to {
-                    // An event or the end of the step comes first; the passage is found again after that.
+                    // An event or the end of the step comes first. The passage is found again after it.
                     machine.motion.set_present(now, time);
                     return Ok(false);
                 }
@@ -185,7 +185,7 @@ impl<'a> Stopper<'a> {
         }
     }
 
-    /// Records every position that has been passed.
+    /// Updates the sides of all positions that have been passed.
     fn pass_all(&mut self, machine: &Machine) {
         let x = Kinematics::of(&machine.motion).relative_position;
         for (index, (level, beyond)) in self.stops.levels.iter_mut().enumerate() {

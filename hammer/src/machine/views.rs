@@ -36,8 +36,8 @@ impl Machine {
         Profile::of(&self.motion)
     }
 
-    /// Does the long part of reading energies and impulses now, which an interrupt may end: later
-    /// reads find it done.
+    /// Does the long part of reading energies and impulses, which an interrupt may end. Later reads then take no
+    /// time.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -90,13 +90,12 @@ impl Machine {
         *self.views.ledger.get_or_init(|| self.ledger.evaluated().now(&self.motion))
     }
 
-    /// Largest forces over the last communication step; NaN where [`Self::prepare_peaks`] gives an
-    /// error.
+    /// Largest forces over the last communication step; NaN where [`Self::prepare_peaks`] fails.
     pub fn peaks(&self) -> Peaks {
         self.searched_peaks().unwrap_or(Peaks::UNKNOWN)
     }
 
-    /// Searches these; an interrupt may end that.
+    /// Searches the largest forces. An interrupt may end the search.
     ///
     /// # Errors
     /// [`Error::Cancelled`]; [`Error::Overwork`] if the forces ring too long in one step.
@@ -109,7 +108,7 @@ impl Machine {
             return searched.clone();
         }
         let peaks = self.peaks.now(&self.motion);
-        // An interrupt ends the search early: a later read begins it again.
+        // An interrupt ends the search early. A later read starts it again.
         if peaks == Err(Error::Cancelled) {
             peaks
         } else {
@@ -117,8 +116,8 @@ impl Machine {
         }
     }
 
-    /// The blows of the last communication step in their order, at most the last
-    /// [`MAX_STEP_BLOWS`](crate::MAX_STEP_BLOWS); each as [`blow`](Self::blow) gave it.
+    /// The blows of the last communication step in order, at most the last [`MAX_STEP_BLOWS`](crate::MAX_STEP_BLOWS).
+    /// Each is as [`blow`](Self::blow) was after it.
     pub fn step_blows(&self) -> &VecDeque<Blow> {
         &self.blows.step
     }
@@ -143,19 +142,19 @@ impl Machine {
             && never(Event::Relay(Relay::Drive))
     }
 
-    /// Numbers stored until energies and peaks are read.
+    /// Numbers stored for energies and for peaks that have not been read.
     #[cfg(test)]
     pub(crate) fn stored(&self) -> [usize; 2] {
         [self.ledger.size, self.peaks.size]
     }
 
-    /// A warning about the last blow, if the piston was faster than steel stands.
+    /// A warning if the piston was faster at the last blow than steel withstands.
     pub fn too_fast(&self) -> Option<String> {
         let speed = self.blow().map(|blow| blow.speed);
         speed.filter(|speed| warnings::is_fast(*speed)).map(warnings::fast)
     }
 
-    /// Warnings about this scene, with the inputs that it has now, its last blow, and what was exchanged.
+    /// Warnings about this scene with its present inputs, its last blow, and the exchange with the host.
     pub fn warnings(&self) -> Vec<String> {
         let parameters = self.motion.parameters();
         let inputs = Inputs(Input::ALL.map(|input| Poly::constant(self.input(input))));
@@ -166,7 +165,7 @@ impl Machine {
         list
     }
 
-    /// How far the piston has moved since the start, relative to what the drive sees it from, m.
+    /// How far the piston has moved since the start, relative to the body that the drive pushes against, m.
     pub fn swept(&self) -> f64 {
         self.kinematics().relative_position - self.motion.state().began
     }
@@ -186,12 +185,13 @@ impl Machine {
         [0, 1].map(|i| [pressures[i], rates[i]])
     }
 
-    /// `d applied_drive_force / d input` now, N per its unit, the state being given.
+    /// Present derivative of `applied_drive_force` with respect to an input, N per its unit, at fixed state.
     pub fn force_per(&self, input: Input) -> f64 {
         if self.has_vented_air() { 0.0 } else { self.parameters().drive.force_per(input) }
     }
 
-    /// The same of both chambers' pressures: vented, they are at the exhaust's.
+    /// Present derivative of both chambers' pressures with respect to an input. Vented chambers are at the exhaust's
+    /// pressure.
     pub fn chamber_pressure_per(&self, input: Input) -> f64 {
         f64::from(self.has_vented_air() && input == Input::ExhaustPressure)
     }
@@ -200,7 +200,7 @@ impl Machine {
         self.motion.air().is_some_and(|air| air.vented.is_some())
     }
 
-    /// The air, and the piston's positions and their rates now.
+    /// The air, and the piston's present positions and their rates.
     fn air(&self) -> Option<(&Air, [Places; 2])> {
         let (now, air) = (self.kinematics(), self.motion.air()?);
         let places = [now.relative_position, now.over_struck];

@@ -1,5 +1,4 @@
-//! Zeno detection: transitions that follow each other without end are an error, not an endless
-//! loop.
+//! Zeno detection: an endless sequence of transitions becomes an error, not an endless loop.
 
 use crate::error::{Error, WorkLimit};
 use crate::laws::mode::Mode;
@@ -16,7 +15,7 @@ pub const MAX_BURST: u32 = 20_000;
 /// can make. A chattering contact opens and closes once in `2 pi`.
 pub const SHORTEST_SPACING: f64 = 0.05;
 
-/// Transitions at one instant, and since an instant.
+/// Numbers of transitions at one instant, and in a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ZenoDetector {
     /// Transitions at the present instant.
@@ -28,12 +27,12 @@ pub struct ZenoDetector {
 }
 
 impl ZenoDetector {
-    /// At the start `time`.
+    /// A detector that starts at `time`.
     pub(crate) fn new(time: f64) -> Self {
         Self { simultaneous: 0, burst: 0, burst_start: Double::new(time) }
     }
 
-    /// True if the run would have ended before.
+    /// True of counts that would already have been an error.
     pub(crate) fn is_overrun(&self) -> bool {
         self.simultaneous > MAX_SIMULTANEOUS || self.burst >= MAX_BURST
     }
@@ -80,7 +79,7 @@ mod tests {
     use crate::quantities::inputs::Inputs;
     use crate::quantities::parameters::{InputValues, Parameters};
 
-    /// At one instant, and in nine tenths and eleven tenths of the time that so many transitions must take.
+    /// Transitions at one instant, then in nine tenths and in eleven tenths of the least time for so many.
     #[test]
     fn a_long_run_of_transitions_is_an_error_where_it_took_too_short_a_time() {
         let model = Model::new(&Parameters::default()).expect("a model");

@@ -1,26 +1,27 @@
 //! Means over blows, and their errors.
 //!
-//! Blows of a motion that does not repeat form correlated series, one of each simulation. All are cut
-//! at the same blow, by when they have forgotten their start ([`transient`]); what is left falls into
-//! batches, whose sums are as good as independent. Every mean is a ratio of sums over blows, for
-//! instance the rate of penetration that of drilled lengths `P` and periods `T`:
+//! The blows of a motion that does not repeat are correlated series, one of each simulation. All series are cut
+//! at the same blow, where they have forgotten their start ([`transient`]). The rest is divided into batches,
+//! whose sums are nearly independent. Every mean is a ratio of sums over blows. The rate of penetration, for
+//! instance, is that of drilled lengths `P` and periods `T`:
 //!
 //! ```text
 //! R = sum P / sum T,      error^2 = t^2 sum over B batches of (P_b - R T_b)^2 / (B (B - 1) mean(T_b)^2)
 //! ```
 //!
-//! (the delta method). `t` is Student's: a deviation estimated from few batches holds the truth less
-//! often than a known one, so it is widened until one of it does in 68.3 % of all cases.
+//! (the delta method). `t` is Student's: it widens an error that is estimated from few batches, so that the
+//! true value is within one standard error in 68.3 % of all cases.
 
 /// Numbers of a blow.
 pub const NUMBERS: usize = 15;
-/// Time since the blow before, the tip's gain in it, impact speed and energy; from the blow
-/// before to this one: last speed at which the piston left the bit, largest contact and rock force,
-/// works of drive, gravity and feed, what rock, its viscosity and the bodies took, the length drilled
-/// by specific energy, and the free air taken. SI units.
+/// Time since the blow before, the tip's advance in it, impact speed and energy. Since the blow before: last
+/// speed at which the piston left the bit; largest contact and rock force; works of drive, gravity and feed;
+/// energy dissipated in rock, its viscosity and the bodies; length drilled by specific energy; free air taken.
+/// SI units.
 pub type Numbers = [f64; NUMBERS];
 
-/// Name of a mean, what its sum is over, and the sum below it (none: the number of blows).
+/// Name of a mean, place of its numerator in [`Numbers`], and that of its denominator (none: the number of
+/// blows).
 type Ratio = (&'static str, Option<usize>, Option<usize>);
 #[rustfmt::skip]
 const RATIOS: [Ratio; Averages::COUNT] = [
@@ -67,12 +68,12 @@ impl Averages {
         self.0[0]
     }
 
-    /// The gain of the bit's tip per time, m/s.
+    /// The advance of the bit's tip per time, m/s.
     pub fn tip_rate(&self) -> f64 {
         self.0[1]
     }
 
-    /// One number for both rates, infinity for the others: errors that are wanted of the rates alone.
+    /// This number for both rates and infinity for the others: a wanted error of the rates alone.
     pub fn of_rates(number: f64) -> Self {
         let mut all = [f64::INFINITY; Self::COUNT];
         all[..2].fill(number);
@@ -80,7 +81,7 @@ impl Averages {
     }
 }
 
-/// What series of blows come to.
+/// Means over series of blows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Means {
     /// Means.
@@ -89,17 +90,17 @@ pub struct Means {
     pub error: Averages,
     /// Standard deviations from blow to blow.
     pub spread: Averages,
-    /// Blows that these are of.
+    /// Number of blows.
     pub blows: usize,
 }
 
-/// Batches of all series together, at least: with fewer an error is too small too often where a search
-/// ends by it; and fewest blows of one: of fewer, batches would be as correlated as blows are.
+/// Least number of batches of all series together: an error from fewer is too often too small, and would end
+/// the search too soon. Then the least number of blows in a batch: shorter batches are correlated as blows are.
 const BATCHES: usize = 40;
 const SHORTEST: usize = 4;
 
 impl Means {
-    /// Of series of one length that have forgotten their start some time before their middle.
+    /// Of series of equal length that forget their start before their middle.
     pub fn of(series: &[&[Numbers]]) -> Self {
         let begin = transient(series);
         let settled: Vec<&[Numbers]> = series.iter().map(|list| &list[begin..]).collect();
@@ -115,8 +116,8 @@ impl Means {
         Self { mean, error: Averages::default(), spread, blows: blows.len() }
     }
 
-    /// The largest of the standard errors, each over its mean and over the part of it that is wanted:
-    /// 1 at most where all are reached.
+    /// The largest standard error over the error wanted, both relative to the mean: at most 1 where all are
+    /// reached.
     pub fn error_ratio(&self, wanted: &Averages) -> f64 {
         let all = self.error.0.iter().zip(&self.mean.0).zip(&wanted.0);
         let wanted = all.filter(|(_, wanted)| wanted.is_finite());
@@ -124,9 +125,9 @@ impl Means {
     }
 }
 
-/// What a deviation that is estimated with so many degrees of freedom is to be multiplied by, so that
-/// one of it holds the truth as often as one of a known one: Student's quantile at 84.1 %, by the
-/// expansion in the inverse of the degrees of freedom, to 1e-3 from 4 of them on.
+/// Factor of a deviation that is estimated with so many degrees of freedom, by which the true value is within
+/// one of it in 68.3 % of all cases: Student's quantile at 84.1 %, by its expansion in the inverse of the
+/// degrees of freedom, to 1e-3 from 4 of them on.
 fn student(freedom: f64) -> f64 {
     1.0 + 1.0 / (2.0 * freedom) + 1.0 / (4.0 * freedom * freedom)
 }
@@ -164,13 +165,13 @@ fn errors(series: &[&[Numbers]], (_, above, below): Ratio) -> [f64; 3] {
     [mean, error, spread]
 }
 
-/// The least part of a series that is its start. A drift that is a standard error of what is left can
-/// be seen in no single run, so the series is cut beyond what the test sees.
+/// The least share of a series that counts as its start. A drift as large as the standard error of the rest
+/// cannot be seen in a single run, so the series is cut later than the test suggests.
 const START: f64 = 0.25;
 
-/// Where the transient ends, in blows: a quarter of the series, or where the standard error of what is
-/// left, up to the middle, is the smallest (MSER). Both rates are looked at, each as the mean over all
-/// series: they begin alike, so what they have in common is the start.
+/// Where the transient ends, in blows: at a quarter of the series, or at the blow of its first half after which
+/// the standard error of the rest is smallest (MSER). Both rates are tested, each as the mean over all series,
+/// since the series have their start in common.
 fn transient(series: &[&[Numbers]]) -> usize {
     let count = series.iter().map(|list| list.len()).min().unwrap_or(0);
     let least = [13, 1].map(|above| {
@@ -195,8 +196,8 @@ fn transient(series: &[&[Numbers]]) -> usize {
 mod tests {
     use super::*;
 
-    /// A correlated series whose error is known: `x' = a x + noise` of unit variance has a mean of
-    /// `n` with the variance `1 / (n (1 - a)^2)` for large `n`. The estimate of 40 batches scatters by
+    /// A correlated series whose error is known: the mean of `n` values of `x' = a x + noise` with unit
+    /// variance has the variance `1 / (n (1 - a)^2)` for large `n`. The estimate from 40 batches scatters by
     /// `1 / sqrt(78)` of itself; the bounds are three times that.
     #[test]
     fn the_error_knows_of_the_correlation_between_blows() {
@@ -238,9 +239,8 @@ mod tests {
         blow
     }
 
-    /// 40 batches of four blows whose means are 100 + d and 100 - d in turn: the variance is
-    /// `40 d^2 / 39`, that of their mean a fortieth of it; Student's quantile of 39 degrees of freedom
-    /// is 1.01299.
+    /// 40 batches of four blows, with means of 100 + d and 100 - d in turn. Their variance is `40 d^2 / 39`,
+    /// and that of the whole mean a fortieth of it. Student's quantile for 39 degrees of freedom is 1.01299.
     #[test]
     fn the_error_of_a_mean_of_few_batches_is_student_s() {
         let list: Vec<Numbers> =
@@ -251,8 +251,8 @@ mod tests {
         assert!((error / expected - 1.0).abs() < 1e-4, "{error} {expected}");
     }
 
-    /// A drift of half a unit in the first fifth, under a noise of ten, is seen by no test; what is
-    /// left behind the first quarter has none of it, as noise and period cancel there.
+    /// A drift of half a unit in the first fifth, below a noise of ten, is seen by no test. After the first
+    /// quarter nothing is left of it, and the noise cancels.
     #[test]
     fn a_start_that_no_test_can_see_is_not_in_the_mean() {
         let list: Vec<Numbers> = (0..400)
@@ -266,7 +266,7 @@ mod tests {
         assert_eq!(means.blows, 600);
     }
 
-    /// The hole's rate may take longer to settle than the tip's.
+    /// The hole's rate can take longer to settle than the tip's.
     #[test]
     fn a_start_that_one_of_the_rates_shows_is_cut_off_for_all() {
         let list: Vec<Numbers> = (0..400)

@@ -1,10 +1,9 @@
 //! The long-run response of a hammer, whether it repeats or not.
 //!
-//! Blows are simulated. Where they repeat nearly, the simulation goes on until they repeat to
-//! [`CLOSED`], and the answer is the last ones. Otherwise, several simulations from starts a little
-//! apart, which drift away from each other, are averaged ([`Means`]) until the error asked for is
-//! reached. A motion that repels is never met in this way; where several attract, the answer is the one
-//! that the scene's own start leads to.
+//! Blows are simulated. If they nearly repeat, the simulation goes on until they repeat to [`CLOSED`], and the
+//! answer is the mean of the last ones. Otherwise several simulations, from slightly different starts that
+//! drift apart, are averaged ([`Means`]) until the error asked for is reached. An unstable cycle is never found
+//! in this way. Of several stable motions, the answer is the one that the scene's own start leads to.
 
 use crate::energy::ledger::Energies;
 use crate::error::Error;
@@ -32,7 +31,7 @@ pub struct Steady {
     pub kind: Kind,
     /// Means over blows.
     pub mean: Averages,
-    /// Standard errors of these; 0 of a motion that repeats.
+    /// Standard errors of the means; 0 of a motion that repeats.
     pub error: Averages,
     /// Standard deviations from blow to blow.
     pub spread: Averages,
@@ -42,18 +41,18 @@ pub struct Steady {
     pub reached: bool,
 }
 
-/// How a long-run response is sought.
+/// How to search for a long-run response.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wanted {
-    /// Largest standard error of each mean, over the mean; infinity where any will do.
+    /// Largest standard error of each mean, relative to the mean; infinity where it does not matter.
     pub error: Averages,
     /// Most blows simulated.
     pub blows: usize,
-    /// Without a blow for so long it is stalled, s.
+    /// A hammer that strikes no blow for so long has stalled, s.
     pub limit: f64,
-    /// Most blows after which a motion may repeat; 0: none; [`MOST_REPEATING`] is the same as more.
+    /// Longest cycle that is sought, in blows; 0: none. More than [`MOST_REPEATING`] has no effect.
     pub repeating: usize,
-    /// Threads that simulate; the answer does not depend on it.
+    /// Threads that simulate. The answer does not depend on their number.
     pub threads: usize,
 }
 
@@ -64,36 +63,36 @@ impl Default for Wanted {
     }
 }
 
-/// Simulations that a mean is of, and fewest blows of each: of fewer, errors are known too badly to end by them.
+/// Simulations of a mean, and the fewest blows of each. From fewer, the error is too uncertain to end the
+/// search.
 const MEMBERS: usize = 4;
 const FEWEST: usize = 300;
-/// Blows before a motion that repeats is sought.
+/// Blows before a cycle is sought.
 const SETTLED: usize = 40;
-/// Blows that repeat, beside two rounds of them.
+/// Blows that must repeat, in addition to two rounds of the cycle.
 const WINDOW: usize = 8;
-/// Most blows after which a motion that repeats is seen in the first [`SETTLED`].
+/// The longest cycle that the first [`SETTLED`] blows can show, in blows.
 pub const MOST_REPEATING: usize = (SETTLED - WINDOW) / 2;
-/// By how much a simulation grows at least and at most, before its error is looked at again, and what
-/// is added to the blows that the error so far asks for. A look after every few blows would end where
-/// the error happens to be estimated too small.
+/// Least and largest factor by which simulations grow before the error is looked at again, and a reserve on the
+/// number of blows that the error suggests. More frequent looks would stop where the error happens to be
+/// underestimated.
 const GROWTH: [f64; 3] = [1.5, 4.0, 1.2];
-/// Blows whose speeds and periods differ by this part at most repeat nearly.
+/// Blows nearly repeat if their speeds and periods differ by at most this share.
 const NEAR: f64 = 5e-3;
-/// Blows repeat where these differ by this part at most. Rounding leaves 1e-11 of them; and what is
-/// still to come of a start that fades by a factor `r` a blow is `r / (1 - r)` of it.
+/// Blows repeat if they differ by at most this share. Rounding contributes 1e-11. If the transient decays by a
+/// factor `r` a blow, `r / (1 - r)` of the last difference is still to come.
 const CLOSED: f64 = 1e-9;
-/// Two rounds that differ by less are one that has not closed yet.
+/// Blows that repeat to this share after fewer rounds than to [`CLOSED`] have not settled yet.
 const ALIKE: f64 = 1e-6;
-/// Blows that are simulated beyond those that repeat nearly, for them to repeat; a motion that
-/// forgets its start more slowly is a mean until then.
+/// Further blows in which a motion that nearly repeats may come to repeat; if it takes longer, it is averaged.
 const FOLLOWED: usize = 200;
-/// How much faster each simulation's piston starts than that of the one before, m/s.
+/// How much faster the piston starts in each simulation than in the previous one, m/s.
 const APART: f64 = 0.03;
-/// How often a simulation without blows is asked whether it has stalled, s.
+/// Interval at which a simulation without blows is tested for a stall, s.
 const STEP: f64 = 0.25;
 
-/// The long-run response of a scene. `progress` hears of the number of blows and of the errors so far
-/// ([`Means::error_ratio`]), and ends the search by false.
+/// The long-run response of a scene. `progress` is told the number of blows and the present errors
+/// ([`Means::error_ratio`]); it ends the search by returning false.
 ///
 /// # Errors
 /// Those of the scene and of the engine.
@@ -126,7 +125,7 @@ pub fn steady(
             }
             growth = (GROWTH[2] * ratio * ratio).clamp(GROWTH[0], GROWTH[1]);
         }
-        // One simulation shows a cycle as well as several; these are for a mean.
+        // A single simulation shows a cycle; only a mean needs several.
         let end = if next < fewest { fewest } else { most };
         next = ((growth * next as f64) as usize).min(end);
         if next >= fewest {
@@ -137,8 +136,8 @@ pub fn steady(
     }
 }
 
-/// So many blows of the simulations that are each another one: where a motion forgets how it began
-/// without repeating, all come to the same blows, and several say no more than one.
+/// The first `count` blows of each simulation that differs from the others. Simulations of a stable motion come
+/// to the same blows even before these repeat, and then count as one.
 fn distinct(members: &[Member], count: usize) -> Vec<&[Numbers]> {
     let mut different: Vec<&[Numbers]> = Vec::new();
     for member in members {
@@ -168,7 +167,7 @@ struct Member {
     way: Way,
 }
 
-/// Stops at blows.
+/// Stops the machine at each blow.
 #[derive(Default)]
 struct Way {
     struck: bool,
@@ -201,7 +200,7 @@ impl Member {
         Self { machine, list: Vec::new(), energies, drilled, way: Way::default() }
     }
 
-    /// Simulates up to a number of blows, or until there are no more.
+    /// Simulates up to a number of blows, or until no more follow.
     fn strike(&mut self, count: usize, limit: f64) -> Result<(), Error> {
         let machine = &mut self.machine;
         let (mut last, mut peaks) = (machine.time(), [0.0_f64; 2]);
@@ -255,12 +254,12 @@ fn grow(members: &mut [Member], count: usize, wanted: &Wanted) -> Result<(), Err
     in_threads(members.iter_mut().collect(), wanted.threads, work).into_iter().collect()
 }
 
-/// Whether two blows differ by no more than a part.
+/// Whether speeds and periods of two blows differ by no more than a share.
 fn within(part: f64) -> impl Fn((&Numbers, &Numbers)) -> bool {
     move |(a, b)| [0, 2].iter().all(|k| (a[*k] - b[*k]).abs() <= part * b[*k].abs())
 }
 
-/// The number of blows after which the last ones repeat to a part, if they do.
+/// The length of the shortest cycle to which the last blows repeat, to a share; none if they do not.
 fn repeats(list: &[Numbers], most: usize, part: f64) -> Option<usize> {
     (1..=most.min(MOST_REPEATING)).find(|k| {
         let recent = last(list, WINDOW + 2 * k);
@@ -268,13 +267,13 @@ fn repeats(list: &[Numbers], most: usize, part: f64) -> Option<usize> {
     })
 }
 
-/// Follows a simulation whose blows repeat nearly until they repeat, and tells after how many; none
-/// where they do not come to it.
+/// Continues a simulation whose blows nearly repeat until they repeat. Returns the length of the cycle; none if
+/// they never do.
 fn followed(member: &mut Member, wanted: &Wanted) -> Result<Option<usize>, Error> {
     let end = member.list.len() + FOLLOWED;
     while repeats(&member.list, wanted.repeating, NEAR).is_some() {
         let found = repeats(&member.list, wanted.repeating, CLOSED);
-        // A start that alternates as it fades closes after two rounds sooner than after one.
+        // A transient that alternates in sign closes over two rounds sooner than over one.
         let settled = found == repeats(&member.list, wanted.repeating, ALIKE);
         let count = member.list.len() + 1;
         if found.is_some() && settled {
@@ -291,7 +290,6 @@ fn followed(member: &mut Member, wanted: &Wanted) -> Result<Option<usize>, Error
     Ok(None)
 }
 
-/// The last blows.
 fn last(list: &[Numbers], count: usize) -> &[Numbers] {
     &list[list.len().saturating_sub(count)..]
 }
@@ -314,8 +312,8 @@ mod tests {
         Ok(members)
     }
 
-    /// Two stable motions whose rates differ by 0.15 %: the answer is the one that blows go to, which
-    /// after 400 of them has no more to forget.
+    /// Two stable motions have rates 0.15 % apart. The answer must be the one that the simulation itself comes
+    /// to: after 400 blows its transient is gone.
     #[test]
     fn of_two_motions_close_by_the_answer_is_where_the_blows_go() -> Result<(), Error> {
         let mut scene = rigid();
@@ -327,13 +325,13 @@ mod tests {
         assert_eq!(answer.kind, Kind::Cycle(2));
         let long = &simulated(&scene, 400)?[0].list;
         let rate = Means::exact(last(long, 100)).mean.tip_rate();
-        // Blows that repeat to 1e-9, and what is still to come of the start.
+        // Blows repeat to 1e-9, and the rest of the transient is not larger than ten of these differences.
         assert!((answer.mean.tip_rate() / rate - 1.0).abs() < 1e-8);
         Ok(())
     }
 
-    /// Blows of a speed each: `10 + part` and `10` in turn repeat after one blow to a larger part, and after
-    /// two to any.
+    /// Speeds of `10 + part` and `10` in turn have a cycle of one blow to a larger share, and of two blows to
+    /// any.
     #[test]
     fn blows_repeat_after_as_few_as_they_agree() {
         let part = 1e-6;
@@ -350,8 +348,8 @@ mod tests {
         assert_eq!(repeats(&list, 0, 1.0), None);
     }
 
-    /// Without feed the rigid reference never repeats: simulations that begin a little apart become
-    /// different ones. With feed all come to one cycle, which one simulation shows as well as four.
+    /// Without feed the rigid reference never repeats, and simulations from slightly different starts become
+    /// different. With feed all four come to the same cycle.
     #[test]
     fn simulations_of_a_mean_are_different_ones_or_count_once() -> Result<(), Error> {
         let mut scene = rigid();
@@ -359,7 +357,7 @@ mod tests {
         scene.inputs.feed_force = 0.0;
         let members = simulated(&scene, 60)?;
         assert_eq!(distinct(&members, 60).len(), 4);
-        // From the first blow on, if not by much.
+        // They differ from the first blow on, if only a little.
         assert!(members[1..].iter().all(|other| other.list[0] != members[0].list[0]));
         Ok(())
     }

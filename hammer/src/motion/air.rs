@@ -15,17 +15,17 @@ use crate::quantities::parameters::Parameters;
 use crate::scene::graph::{CHANNELS, Channel};
 use std::array::from_fn;
 
-/// Trials of a window, each with another formula of a flow.
+/// Attempts to solve a window, each with another formula of a flow.
 const TRIALS: u64 = 64;
-/// Steps of the search for the instant at which a pressure outside is zero, and how near they come to it, s.
+/// Steps of the search for a zero of the pressure outside, and the shortest step, s.
 const MARCH: usize = 64;
 const INSTANT: f64 = 1e-9;
-/// Part of the error allowed that the oscillations which the air does not see may make together.
+/// Share of the allowed error that all quasi-static oscillations together may cause.
 const UNSEEN: f64 = 0.2;
-/// One that limits a window to fewer radians of its own is better followed.
+/// An oscillation is expanded, not quasi-static, if it would limit the window to fewer radians of its own.
 const RADIANS: f64 = 3.0;
 
-/// That the air cannot be followed beyond a time, at which the piston is there.
+/// The error that the air cannot be solved beyond a time, with the piston's position there.
 pub(super) fn beyond(parameters: &Parameters, time: f64, [x, y]: Places) -> Error {
     let (air, drive) = (&parameters.air, &parameters.drive);
     let top = -air.cylinder - air.drive.dead_volume / drive.area_drive;
@@ -50,8 +50,8 @@ impl Motion {
         outside(&self.state.inputs).map(|poly| poly.at(t))
     }
 
-    /// Positions of the piston that the chambers see, and their rates, at `t` after the epoch, where `tracks`
-    /// stand.
+    /// Positions of the piston that set the chambers' volumes, and their rates, at `t` after the epoch, to
+    /// which `tracks` are rotated.
     pub(crate) fn in_cylinder(&self, tracks: &[super::Track], t: f64) -> [Places; 2] {
         let of = |displacement| {
             let point = self.point(tracks, displacement, t);
@@ -62,7 +62,8 @@ impl Motion {
         [0, 1].map(|order| [x[order], y[order]])
     }
 
-    /// Changes the air at the epoch: with the parameters, the piston's places, and the exhaust's pressure.
+    /// Changes the air at the epoch. `change` is given the parameters, the piston's positions and the exhaust's
+    /// pressure.
     pub(super) fn change_air(&mut self, change: impl FnOnce(&mut Air, &Parameters, Places, f64)) {
         let ([_, exhaust], [places, _]) = (self.outside(0.0), self.in_cylinder(&self.tracks, 0.0));
         if let Some(air) = &mut self.state.air {
@@ -80,8 +81,8 @@ impl Motion {
         [Channel::Drive, Channel::Anvil].map(acting)
     }
 
-    /// Solves the air of the window that begins at the epoch, unless the chambers are vented, or the answer of a
-    /// line; returns the number of rotations and that of series.
+    /// Solves the window that begins at the epoch, of the air or of a transmission line; none if the chambers
+    /// are vented. Returns the numbers of rotations and of series.
     ///
     /// # Errors
     /// [`Error::Air`], [`Error::Vacuum`].
@@ -115,15 +116,15 @@ impl Motion {
         Err(beyond(&parameters, self.state.epoch.value(), places))
     }
 
-    /// How long after the epoch the pressures of supply and exhaust are certainly above zero, s, and which then is not;
-    /// of pressures that vary, no longer than [`LONGEST`].
+    /// How long after the epoch the pressures of supply and exhaust are positive for certain, s, and which of
+    /// them is not after that. Varying pressures are examined for [`LONGEST`] only.
     pub(super) fn breath(&self) -> (f64, Input) {
         let of = |input: Input| {
             let poly = self.state.inputs.of(input);
             if self.state.air.is_none() || poly.is_constant() {
                 return (f64::INFINITY, input);
             }
-            // No pressure falls faster than at its steepest.
+            // A pressure falls no faster than this.
             let steepest = steepest(poly);
             let mut time = 0.0;
             for _ in 0..MARCH {
@@ -146,13 +147,15 @@ impl Motion {
         self.load(loads);
     }
 
-    /// The coordinates of the steel that the air sees, and what the others give. A fast oscillation that is left out
-    /// shakes a pressure by a part `s` about what it is at rest; in a window that changes
-    /// * the contents by no more than twice what flows by that part in the time of a radian,
-    /// * the piston's speed by twice its force's part over that time, which is `2 s / (omega T)` of what a stroke gives,
-    /// * its own motion, as a spring does, by the part of the force that comes back to it over the window, `h / T`.
+    /// Divides the coordinates of the steel into those that are expanded with the air and those that are
+    /// quasi-static. An oscillation that is left out changes a pressure by at most a share `s`. In a window
+    /// that changes
+    /// * the contents by at most twice what flows by that share in the time of one radian,
+    /// * the piston's speed by at most `2 s / (omega T)` of what a stroke of duration `T` gives,
+    /// * its own motion, as a spring does, by the share `h / T` of the force, over a window of length `h`.
     ///
-    /// The first two of all that are left out are within a part of the error allowed; the third limits the window.
+    /// The first two, summed over all oscillations left out, are kept within [`UNSEEN`] of the allowed error.
+    /// The third limits the window.
     fn visible(&self, air: &Air, [places, speeds]: [Places; 2]) -> (Vec<Block>, Left) {
         let (graph, parameters) = (self.graph(), self.parameters());
         let drive = &parameters.drive;
@@ -197,7 +200,7 @@ impl Motion {
                     blocks.push(moving(block, start, loads, own));
                     continue;
                 }
-                // How far it is from rest, and how far behind loads that change in haste.
+                // Its displacement from equilibrium, and its lag behind forces that change at the rate `haste`.
                 let mut swung = start;
                 for (load, [p, q]) in acting.iter().zip(block.rest) {
                     swung = [swung[0] - load * p, swung[1] - load * q];
@@ -247,13 +250,13 @@ impl Motion {
     }
 }
 
-/// No rate of a polynomial within [`LONGEST`] is larger.
+/// A bound on the rate of a polynomial within [`LONGEST`].
 fn steepest(poly: &Poly) -> f64 {
     let term = |k: usize| k as f64 * poly.0[k].abs() * math::powi(LONGEST, k - 1);
     (1..=poly.degree()).map(term).sum()
 }
 
-/// A block from this start, under all loads but those of the air on its own channels.
+/// A block that is expanded, from this start, under all loads but the air's own.
 fn moving(
     block: &VisibleBlock,
     start: [f64; 2],

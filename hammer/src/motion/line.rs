@@ -1,9 +1,9 @@
-//! A transmission line at the piston: its own answer to the piston's speed, `-Zd x'`.
+//! A transmission line at the piston: its reaction to the piston's speed, `-Zd x'`.
 //!
-//! What a host hands over is the line's wave. The answer acts between the piston's mean and that of what the
-//! drive pushes off from: a casing, or without one what the piston strikes. It changes the speed on which it
-//! hangs, so it is solved in windows of its own: a polynomial that agrees at Gauss's nodes with the speed under
-//! it. The error of a window is below what guards resolve.
+//! The host supplies the incoming wave. The reaction acts between the piston's mean and that of the body that
+//! the drive pushes against: the casing or, without one, what the piston strikes. The reaction changes the
+//! speed on which it depends. It is therefore solved in windows of its own, as a polynomial that agrees with
+//! the speed at Gauss's nodes. The error of a window is below what guards resolve.
 
 use super::state::Line;
 use super::{Motion, start};
@@ -14,23 +14,24 @@ use crate::numerics::poly::Poly;
 use crate::numerics::series::{LOW, NODES, through, value};
 use crate::scene::graph::{CHANNELS, Channel};
 
-/// Trials of a window, each shorter, and replacements of the force that is guessed.
+/// Attempts to solve a window, each shorter, and iterations of each.
 const TRIALS: usize = 64;
 const PASSES: usize = 12;
-/// Part of the length that the error would allow, and how a window may grow and shrink.
+/// Safety factor of the window's length, and its largest growth and shrinkage.
 const SAFETY_FACTOR: f64 = 0.8;
 const GROWTH: f64 = 2.0;
 const SHRINKAGE: f64 = 0.1;
-/// What the highest power of time has of Legendre's polynomial of its degree on the interval from 0 to 1.
+/// Coefficient of the Legendre polynomial of the highest degree in the highest power, on the interval from 0 to
+/// 1, inverted.
 const LAST: f64 = 1.0 / 924.0;
-/// Part of what guards resolve of a speed by which a window may change it; of a scene that is faster than its
-/// lengths let expect, part of the speed.
+/// Allowed error of a window's speed, over what guards resolve; and its least share of the speed, for motions
+/// much faster than the hammer's lengths suggest.
 const ALLOWED: f64 = 0.1;
 const ROUNDED: f64 = 1e-12;
 
 impl Motion {
-    /// Solves the answer of the window that begins at the epoch, if there is a line; returns the number of
-    /// rotations.
+    /// Solves the reaction of the line in the window that begins at the epoch, if there is a line. Returns the
+    /// number of rotations.
     ///
     /// # Errors
     /// [`Error::NotFinite`].
@@ -41,8 +42,8 @@ impl Motion {
         }
         let others = start::loads(parameters, &self.state.inputs, mode, [Poly::default(); 2]);
         let (mut span, mut work, mut growth) = (self.state.line.ahead, 0, GROWTH);
-        // Each trial begins from the motion before it: what one that diverges has put on and taken off again would
-        // leave its rounding.
+        // Each attempt starts from the original motion, since loads that are added and removed leave rounding
+        // errors.
         let (before, [_, [speed, _]]) = (self.clone(), self.in_cylinder(&self.tracks, 0.0));
         for _ in 0..TRIALS {
             let error = self.answer(&before, &others, [span, speed], &mut work);
@@ -52,16 +53,16 @@ impl Motion {
                 self.state.line = Line { reach: Some(span), ahead };
                 return Ok(work);
             }
-            // What has just been too long would be so again.
+            // The window must not grow back to a length that has just failed.
             (span, growth) = (span * change.clamp(SHRINKAGE, SAFETY_FACTOR), 1.0);
         }
         *self = before;
-        // A shorter window errs less: only what is no number does not.
+        // Errors shrink with the window, so only a number that is not finite leads here.
         Err(Error::NotFinite { time: self.state.epoch.value() })
     }
 
-    /// Puts the answer of a window of this length, which begins at this speed, on the hammer, beside the other
-    /// loads; returns its error over that allowed, infinite if force and speed do not agree.
+    /// Solves the reaction over a window of length `span` that begins at `speed`, and adds it to the loads.
+    /// Returns the error over that allowed; infinite if the iteration does not converge.
     fn answer(
         &mut self,
         before: &Self,
@@ -71,10 +72,10 @@ impl Motion {
     ) -> f64 {
         let impedance = self.parameters().drive.impedance;
         let bodies = &self.graph().bodies;
-        // The change of speed by a unit force over the window, if both bodies are free.
+        // Change of speed by a unit force over the window, of two free bodies.
         let moved = span * (1.0 / bodies[0].mass + 1.0 / bodies[self.graph().frame].mass);
         let most = |values: &[f64]| values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        // By powers of the time as a part of the window.
+        // In powers of time over the window's length.
         let mut force = [0.0; LOW];
         force[0] = -impedance * speed;
         for _ in 0..PASSES {
@@ -104,7 +105,7 @@ impl Motion {
             if moved * most(&off) <= allowed {
                 return moved * (LAST * force[LOW - 1]).abs() / (4 * LOW - 2) as f64 / allowed;
             }
-            // Of two free bodies: what is added brakes them too.
+            // Newton's step for two free bodies: a change of the force brakes them, too.
             let mut step = through(&off);
             (1..LOW).for_each(|k| step[k] -= impedance * moved * step[k - 1] / k as f64);
             force.iter_mut().zip(step).for_each(|(force, step)| *force += step);

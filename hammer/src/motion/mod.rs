@@ -48,9 +48,9 @@ pub(crate) struct PointMotion {
 pub struct Motion {
     model: Model,
     state: MotionState,
-    /// Copies that the search moves: an anchor's vector, at or after its instant.
+    /// The tracks that the search rotates: each is an anchor's vector, at or after its instant.
     tracks: Vec<Track>,
-    /// As [`MotionState::is_steady`] of the state.
+    /// [`MotionState::is_steady`] of the state.
     steady: bool,
     basis_changes: u64,
 }
@@ -82,7 +82,7 @@ impl Motion {
         &self.model
     }
 
-    /// Parameters, with the present values of the tunables.
+    /// Parameters, with the present tunable values.
     pub(crate) fn parameters(&self) -> &Parameters {
         &self.model.parameters
     }
@@ -130,7 +130,7 @@ impl Motion {
         self.graph().holding(self.state.mode.ties)
     }
 
-    /// What a displacement lacks in the engine, m.
+    /// Constant offset of a displacement from the one that the engine stores, m.
     pub(crate) fn ahead(&self, displacement: Displacement) -> f64 {
         self.graph().ahead(displacement, &self.state.mode.ties)
     }
@@ -140,7 +140,7 @@ impl Motion {
         self.state.anchors.iter().position(|anchor| anchor.group == Group::PISTON)
     }
 
-    /// The tracks that have neither the tip nor the piston alone.
+    /// The tracks other than that of the tip and that of a lone piston.
     pub(crate) fn others(&self) -> impl Iterator<Item = usize> {
         let anchors = self.state.anchors.iter().enumerate().skip(1);
         anchors.filter(|(_, anchor)| anchor.group != Group::PISTON).map(|(index, _)| index)
@@ -151,7 +151,7 @@ impl Motion {
         Spring::of(self.state.mode.rock)
     }
 
-    /// Its stiffness and viscosity.
+    /// Stiffness and viscosity of the rock law at the tip.
     pub(crate) fn tip_line(&self) -> Coefficients {
         self.spring().coefficients(&self.model.parameters.rock)
     }
@@ -184,7 +184,7 @@ impl Motion {
         reaches.fold(of_air.min(line), f64::min)
     }
 
-    /// A track at its anchor.
+    /// The track of an anchor.
     pub(crate) fn at_anchor(&self, index: usize) -> Track {
         let anchor = &self.state.anchors[index];
         Track { system: self.tracks[index].system.clone(), z: anchor.z.clone(), at: anchor.at }
@@ -200,12 +200,12 @@ impl Motion {
         (0..self.tracks.len()).map(rotated).collect()
     }
 
-    /// The functional of track `index` that is its share of a displacement.
+    /// The functional of track `index` that contributes to a displacement.
     pub(crate) fn share(&self, index: usize, displacement: Displacement) -> Option<usize> {
         self.graph().share(self.state.anchors[index].group, displacement)
     }
 
-    /// The tracks that have a share of a displacement, each with its functional.
+    /// The tracks that contribute to a displacement, each with its functional.
     pub(crate) fn shares(
         &self,
         displacement: Displacement,
@@ -227,7 +227,7 @@ impl Motion {
         system.poly(functional, loads, driven)
     }
 
-    /// A displacement and its rates at `t` after the epoch, where `tracks` stand.
+    /// A displacement and its rates at `t` after the epoch, to which `tracks` are rotated.
     pub(crate) fn point(
         &self,
         tracks: &[Track],
@@ -248,13 +248,13 @@ impl Motion {
         PointMotion { displacement: sum[0], velocity: sum[1], acceleration: sum[2] }
     }
 
-    /// The stretch of track `index` from the epoch to `span` later, where `end` stands.
+    /// The motion of track `index` from the epoch to `span` later, where it is `end`.
     pub(crate) fn stretch<'a>(&'a self, index: usize, end: &'a Track, span: f64) -> Stretch<'a> {
         let anchor = &self.state.anchors[index];
         Stretch::new(end, &anchor.z, span, &self.state.loads, &anchor.driven)
     }
 
-    /// `z.Q z` of a track: the damping work to come, J.
+    /// `z.Q z` of a track, J: the energy that damping will still dissipate.
     pub(crate) fn damping_form(&self, track: &Track) -> f64 {
         if !self.model.is_damped() {
             return 0.0;
@@ -262,7 +262,7 @@ impl Motion {
         track.system.damping_form().of(&track.z)
     }
 
-    /// Displacements and velocities `[q | q']` of a track standing at `t`, in the bodies' modes.
+    /// Displacements and velocities `[q | q']` of a track, rotated to `t`, in the bodies' modes.
     pub(crate) fn body_state(&self, track: &Track, index: usize, t: f64) -> Vec<f64> {
         let system = &track.system;
         let mut y = track.z.clone();
@@ -286,13 +286,12 @@ impl Motion {
         whole
     }
 
-    /// How long after the epoch an instant of the host's is, s.
+    /// Converts the host's time to time after the epoch, s.
     pub(crate) fn until(&self, time: f64) -> f64 {
         self.state.epoch.until(time)
     }
 
-    /// Makes the present `now` after the epoch, which the host calls `time`; the state is not
-    /// changed.
+    /// Sets the present to `now` after the epoch, which the host calls `time`.
     pub(crate) fn set_present(&mut self, now: f64, time: f64) {
         (self.state.now, self.state.time) = (now, time);
     }
@@ -316,8 +315,8 @@ impl Motion {
         self.return_to_anchors(f64::NEG_INFINITY);
     }
 
-    /// Puts back on its anchor each track that is beyond `at`. Only guards whose resolution is absurd,
-    /// those of an altered state, cross before an instant at which another was evaluated.
+    /// Resets each track that is beyond `at` to its anchor. A guard crosses before an instant already evaluated
+    /// only if its resolution is absurd, as in a corrupt state.
     pub(crate) fn return_to_anchors(&mut self, at: f64) {
         for (track, anchor) in self.tracks.iter_mut().zip(&self.state.anchors) {
             if track.at > at + ROUNDED {
@@ -327,7 +326,7 @@ impl Motion {
         }
     }
 
-    /// Rotates all tracks to `at` but that of the tip and a piston alone.
+    /// Rotates to `at` all tracks but that of the tip and that of a lone piston.
     pub(crate) fn rotate_others_to(&mut self, at: f64) {
         let beside = self.tracks.iter_mut().zip(&self.state.anchors).skip(1);
         for (track, _) in beside.filter(|(_, anchor)| anchor.group != Group::PISTON) {
@@ -335,8 +334,8 @@ impl Motion {
         }
     }
 
-    /// Moves the epoch by `at`, where all tracks stand but that of a piston alone; the viscous work of
-    /// the stretch that ends there counts towards the barrier.
+    /// Moves the epoch by `at`, to which all tracks but that of a lone piston are rotated. `viscous` is added
+    /// to the work that counts towards the barrier.
     ///
     /// # Errors
     /// A state that is not finite.
@@ -370,7 +369,7 @@ impl Motion {
                 Some(ref old)
                     if self.state.anchors[index].group != Group::PISTON && !self.is_calm(index) =>
                 {
-                    // The next window of air or line puts loads of its own on it, from where it is.
+                    // The next window of air or line adds its own loads to the ones that remain.
                     let driven = &mut self.state.anchors[index].driven;
                     if !(renewed && driven.shift(at)) {
                         self.restart(index, old, at);
@@ -389,8 +388,8 @@ impl Motion {
         self.state.anchors[index].driven.translation.shift(at);
     }
 
-    /// Splits the motion of a track that stands at the epoch anew into polynomials and oscillation
-    /// under the present loads. The previous loads are `old`, in the time of an epoch `since` ago.
+    /// Splits the motion of a track at the epoch again into polynomials and oscillation, under the present
+    /// loads. The previous loads are `old`, in the time of an epoch `since` ago.
     fn restart(&mut self, index: usize, old: &[Poly; CHANNELS], since: f64) {
         let system = self.tracks[index].system.clone();
         let (track, anchor) = (&mut self.tracks[index], &mut self.state.anchors[index]);
@@ -406,7 +405,7 @@ impl Motion {
         self.reload();
     }
 
-    /// The scene with other tunable parameters, its present system made.
+    /// The scene with other tunable parameters, and with its present system made.
     ///
     /// # Errors
     /// As [`Model::system`].
@@ -421,7 +420,7 @@ impl Motion {
         self.rotate_tip_to(0.0);
         let (state, line) = (self.body_state(&self.tracks[0], 0, 0.0), self.tip_line());
         self.model = tuned;
-        // If the tip feels nothing of it, the basis stays the same and nothing is rounded.
+        // If the tip's spring is unchanged, the basis stays the same and nothing is rounded.
         let is_felt = line != self.tip_line();
         if is_felt { self.enter(0, self.state.anchors[0].group, &state) } else { Ok(()) }
     }
@@ -439,13 +438,13 @@ impl Motion {
         self.load(loads);
     }
 
-    /// Puts other loads on the hammer at the epoch.
+    /// Replaces the loads at the epoch.
     pub(super) fn load(&mut self, loads: [Poly; CHANNELS]) {
         let old = std::mem::replace(&mut self.state.loads, loads);
         if old == self.state.loads {
             return;
         }
-        // Constant loads are taken out and put in again, as they always were.
+        // Under constant loads every track is restarted, even where its own load is the same.
         let is_constant = self.steady && self.state.loads.iter().all(Poly::is_constant);
         for index in 0..self.tracks.len() {
             if self.state.anchors[index].group != Group::PISTON {

@@ -18,18 +18,20 @@ use crate::scene::graph::Group;
 impl Motion {
     /// The scene at its start.
     ///
-    /// The loads have acted for ever: no body oscillates. If they press the bit down (`FS + Mb G > 0`), it is in static equilibrium, in SS. If they lift it, it is in FF, at rest,
-    /// its tip just touching, and strained as in the uniform acceleration that follows. Both cases
-    /// have the same limit where `FS + Mb G` is 0: the shape of a bit that hangs from its shoulder.
-    /// Only the rock law jumps there, because a bit that is not pressed has no force to stand still
-    /// by. Where the loads leave neither rock nor chuck a pressure, nothing is in equilibrium: it is in FF. The origin is the rock surface, where `uu = ul = 0`; the last force at which the tip turned
-    /// upward is the present one. The piston hangs `g0` above the bit's unloaded position; a lifted
-    /// bit raises it as far as it needs room.
+    /// The loads are taken to have acted for ever, so that no body oscillates. If they press the bit down
+    /// (`FS + Mb G > 0`), it is in static equilibrium, in SS. If they lift it, it is in FF: at rest, its tip
+    /// just touching, and strained as in the uniform acceleration that follows. For `FS + Mb G = 0` both cases
+    /// have the same limit, the shape of a bit that hangs from its shoulder; only the mode jumps there. Where
+    /// the loads press neither on the rock nor on the chuck, nothing is in equilibrium, and the bit is in FF.
     ///
-    /// A casing rests on the bit with what it weighs, the feed and the drive's reaction. If these lift
-    /// it, it is at rest where the shoulder just touches, the chuck open, strained as in the
-    /// acceleration that follows; the string's dashpot has not braked it yet. The bit then stands on
-    /// the rock by its own weight, or is in FF if it has none.
+    /// The origin is the rock surface, where `uu = ul = 0`; the last force at which the tip turned upward is
+    /// the present one. The piston hangs `g0` above the bit's unloaded position; a lifted bit raises it as far
+    /// as it must.
+    ///
+    /// A casing rests on the bit with its weight, the feed and the drive's reaction. If these lift it, it is at
+    /// rest with its shoulder just touching and the chuck open, strained as in the acceleration that follows;
+    /// the string's dashpot has not braked it yet. The bit then stands on the rock by its own weight, or is in
+    /// FF if it has none.
     pub(crate) fn new(model: Model, inputs: Inputs, start: f64) -> Result<Self, Error> {
         let (parameters, graph) = (model.parameters, model.graph.clone());
         let gap = parameters.contact.initial_gap;
@@ -71,7 +73,7 @@ impl Motion {
         let groups = graph.groups(&mode).into_iter();
         let mut anchors = groups.map(still).collect::<Result<Vec<_>, _>>()?;
         if rock == RockMode::FreeFlight {
-            // The strain moved the tip off the rock's surface: move it back.
+            // The strain has moved the tip off the rock surface. This moves it back.
             let bit = anchors[0].group;
             let system = model.system(bit, mode)?;
             if let Some(tip) = graph.share(bit, Displacement::Tip) {
@@ -85,7 +87,7 @@ impl Motion {
         let steady = state.is_steady();
         let mut motion = Self { model, state, tracks, steady, basis_changes: 0 };
         if rock == RockMode::Standstill {
-            // The tip stands at the level of its restart, to the last digit.
+            // The tip must stand at the level of its restart to the last digit.
             let tip = motion.point(&motion.tracks, Displacement::Tip, 0.0).displacement;
             let stiffness = Spring::Unloading.coefficients(&parameters.rock).stiffness;
             motion.state.memory.turned = (stiffness * tip).max(0.0);
@@ -105,7 +107,7 @@ impl Motion {
         Ok(motion)
     }
 
-    /// A strained bit may reach beyond the gap: it has lifted the piston.
+    /// Hangs the piston above the bit. A strained bit may reach beyond the gap; then it has lifted the piston.
     fn hang_piston(&mut self) {
         let overlap = |motion: &Self| {
             let gap = Displacement::Tie(Tie::Contact);
@@ -118,8 +120,8 @@ impl Motion {
         }
     }
 
-    /// Puts a frame that nothing carries where the shoulder just touches the bit, at rest. Of its loads
-    /// the feed alone strains it, since the others are distributed like its mass.
+    /// Places a frame that nothing carries at rest, its shoulder just touching the bit. Only the feed strains
+    /// it, since the other loads are distributed like its mass.
     fn lift_frame(&mut self, feed: f64) -> Result<(), Error> {
         let graph = self.model.graph.clone();
         let frame = &graph.bodies[graph.frame];
@@ -131,7 +133,7 @@ impl Motion {
         let modes = state.iter_mut().zip(frame.top.iter().zip(&frame.omega2));
         modes.skip(1).for_each(|(q, (top, omega2))| *q = top * feed / omega2);
         let strain: f64 = frame.bottom.iter().zip(&state).map(|(bottom, q)| bottom * q).sum();
-        // Here the frame's own displacement is 0, if only by a drift that is replaced.
+        // The frame's own displacement is replaced here, so it may be taken as 0.
         let carrier = graph.carrier();
         let carried = carrier.and_then(|edge| self.share(0, Displacement::Tie(edge.tie)));
         let shoulder = carried.map_or(0.0, |bit| self.poly(0, bit).at(0.0));
@@ -154,7 +156,7 @@ fn start_forces(model: &Model, inputs: &Inputs) -> Result<[f64; 2], Error> {
     air.forces(parameters, motion, pressures[1]).ok_or_else(|| beyond(parameters, 0.0, places))
 }
 
-/// The loads' polynomials after the epoch; of air, these forces.
+/// The loads as polynomials after the epoch. `forces` are those of the air.
 pub(super) fn loads(
     parameters: &Parameters,
     inputs: &Inputs,

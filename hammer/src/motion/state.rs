@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 /// A modal vector at an instant not after the last event.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Anchor {
-    /// Bodies and spring.
+    /// Group of bodies that it is of.
     pub group: Group,
     /// Modal vector at `at`.
     pub z: Vec<f64>,
@@ -31,8 +31,7 @@ pub struct Anchor {
 }
 
 impl Anchor {
-    /// An anchor without oscillation at the epoch; `start` is displacement and velocity of the
-    /// translation.
+    /// An anchor without oscillation at the epoch. `start` is displacement and velocity of the translation.
     pub(crate) fn still(
         model: &Model,
         group: Group,
@@ -57,15 +56,15 @@ pub struct Milestone {
     pub hole: Double,
 }
 
-/// Length that the first window may have, s: a guess.
+/// Initial guess of a window's length, s.
 const FIRST: f64 = 1e-4;
 
-/// The window of a line's answer; the answer itself is among the loads.
+/// State of a transmission line's window. The reaction itself is among the loads.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Line {
-    /// How long after the epoch it holds, s; none without a line.
+    /// How long after the epoch the window holds, s; none without a line.
     pub reach: Option<f64>,
-    /// Length that the next window may have, s.
+    /// Length that is tried for the next window, s.
     pub ahead: f64,
 }
 
@@ -76,7 +75,7 @@ impl Default for Line {
 }
 
 impl Line {
-    /// True of a scene whose line acts: a vented drive has none.
+    /// Whether a line acts. It does not while the drive is vented.
     pub(crate) fn acts(parameters: &Parameters, mode: Mode) -> bool {
         let drive = &parameters.drive;
         drive.impedance > 0.0 && !(mode.vented && drive.source.switches())
@@ -107,7 +106,7 @@ pub struct MotionState {
     pub inputs: Inputs,
     /// The air in the chambers, if it drives the piston.
     pub air: Option<Box<Air>>,
-    /// The answer of a transmission line at the piston, which is among the loads.
+    /// State of the transmission line at the piston; its reaction is among the loads.
     pub line: Line,
     /// Load polynomials in time after the epoch.
     pub loads: [Poly; CHANNELS],
@@ -124,7 +123,7 @@ pub struct MotionState {
 }
 
 impl MotionState {
-    /// At the start `time`, on virgin rock.
+    /// The state at the time `time` of the start, on virgin rock.
     pub(crate) fn new(
         mode: Mode,
         time: f64,
@@ -158,7 +157,7 @@ impl MotionState {
         self.loads.iter().all(Poly::is_constant) && self.anchors.iter().all(parabola)
     }
 
-    /// Tracks at its anchors.
+    /// Tracks at the anchors.
     ///
     /// # Errors
     /// Anchors that do not fit the model's dimensions.

@@ -26,16 +26,15 @@ use crate::scene::graph::{Edge, Group};
 use std::cell::OnceCell;
 use std::sync::Arc;
 
-/// Bound on the rounding of a transition. The state goes through two bases, each term with
-/// [`combine::roundings`] (30 for a hundred modes) of half an `eps`, and is evaluated before and
-/// after; entries of the bases are sums themselves, and 190 roundings were observed. The theorem
-/// holds for any value. If it were too low, a guard would be taken again and again at once, which
-/// Zeno detection turns into an error. If it were too high, a guard that starts that far above its
-/// level would be tracked as if it were not above it.
+/// Bound on the rounding of a transition, in half an `eps`. The state goes through two bases, each term with
+/// [`combine::roundings`] (30 for a hundred modes), and is evaluated before and after; entries of the bases are
+/// sums themselves. 190 roundings were observed. The search is correct for any value. A bound that is too low
+/// would let a guard cross again at once, which Zeno detection turns into an error. A bound that is too high
+/// would track a guard that starts so far above its level as if it started at it.
 const LEFT: f64 = 256.0;
 
 impl Motion {
-    /// Makes the systems that a transition leads to; nothing is changed.
+    /// Makes the systems that a transition leads to, and changes nothing else.
     ///
     /// # Errors
     /// As [`Model::system`](crate::modal::model::Model::system).
@@ -46,7 +45,7 @@ impl Motion {
             Event::Rock(event) => {
                 mode.rock = mode.rock.next(event, &self.state.memory, self.rock())
             }
-            // The drive has loads, and no system.
+            // The drive has no system of its own.
             _ => return Ok(()),
         }
         if self.graph().is_loose() {
@@ -66,21 +65,21 @@ impl Motion {
         &self.model.parameters.rock
     }
 
-    /// Q9, Q10.
+    /// Transitions Q9 and Q10.
     pub(crate) fn switch_relay(&mut self) {
         self.state.mode.relay = self.state.mode.relay.turned();
         self.reload();
     }
 
-    /// The piston passes the edge of a port, from which on it is as open as this.
+    /// The piston passes the edge of a port, which is `opening` from there on.
     pub(crate) fn switch_port(&mut self, chamber: Chamber, port: Port, opening: Opening) {
         if let Some(air) = &mut self.state.air {
             air.openings[chamber as usize][port as usize] = opening;
         }
     }
 
-    /// The bit hangs out beyond the idle travel: the drive is vented, its gas at the exhaust's
-    /// pressure. Or it no longer does: the relay drives, the ports are as the piston's place has them.
+    /// Begins or ends venting: the bit hangs out beyond the idle travel, or no longer does. Of a vented drive
+    /// the chambers are at the exhaust's pressure.
     pub(crate) fn switch_vent(&mut self, vented: bool) {
         self.state.mode.vented = vented;
         self.state.mode.relay = Relay::Drive;
@@ -95,7 +94,7 @@ impl Motion {
         });
     }
 
-    /// The bodies of a tie meet, or part; all tracks but that of a piston alone stand at the epoch.
+    /// The bodies of a tie meet or part. All tracks but that of a lone piston are at the epoch.
     pub(crate) fn switch_tie(&mut self, tie: Tie, to: TieState) -> Result<(), Error> {
         let Some(edge) = self.graph().edge(tie).copied() else { return Ok(()) };
         self.rotate_to_epoch(edge.ends);
@@ -108,7 +107,7 @@ impl Motion {
         Ok(())
     }
 
-    /// Moves what is beyond a tie, which now does not hold it.
+    /// Moves the bodies beyond a tie that is open now.
     fn displace_beyond(&mut self, edge: &Edge, by: f64) {
         for index in 0..self.tracks.len() {
             let group = self.state.anchors[index].group;
@@ -119,19 +118,19 @@ impl Motion {
         }
     }
 
-    /// The square root of a group's mass: the coordinate of its translation by 1 m.
+    /// Square root of a group's mass: the coordinate of a translation by 1 m.
     fn root(&self, group: Group) -> f64 {
         self.graph().mass(group.bodies).sqrt()
     }
 
-    /// Puts the bodies on the systems of the present ties; those whose system stays the same are
-    /// left alone.
+    /// Assigns the bodies to the systems of the present ties. A group whose system stays the same is not
+    /// touched.
     fn regroup(&mut self) -> Result<(), Error> {
         let groups = self.graph().groups(&self.state.mode);
         let gone = |index: &usize| !groups.contains(&self.state.anchors[*index].group);
         let from: Vec<Standing> =
             (0..self.tracks.len()).filter(gone).map(|index| self.standing(index)).collect();
-        // What may fail comes first: then nothing is changed.
+        // Everything that may fail comes first, before any change.
         let system = |group: &Group| self.model.system(*group, self.state.mode);
         let systems = groups.iter().map(system).collect::<Result<Vec<_>, _>>()?;
         let most = groups.len();
@@ -157,7 +156,7 @@ impl Motion {
         Ok(())
     }
 
-    /// Q1 to Q8; the tip's track stands at the epoch.
+    /// Transitions Q1 to Q8. The tip's track is at the epoch.
     pub(crate) fn switch_rock(&mut self, event: RockEvent) -> Result<(), Error> {
         let steady = self.is_calm(0);
         let is_turn = matches!(event, RockEvent::DissipativeTurn | RockEvent::Turn);
@@ -190,7 +189,7 @@ impl Motion {
         self.carry(0, group, &[&before], Some(transition))
     }
 
-    /// The tip's displacement at the epoch, and its part that does not oscillate.
+    /// The tip's displacement at the epoch, and the part of it that does not oscillate.
     fn tip(&self, steady: bool) -> [f64; 2] {
         let (track, anchor) = (&self.tracks[0], &self.state.anchors[0]);
         let Some(tip) = self.graph().share(anchor.group, Displacement::Tip) else {
@@ -215,8 +214,8 @@ impl Motion {
         0.5 * f64::EPSILON * combine::roundings(track.z.len()) as f64 * terms
     }
 
-    /// Puts the tip's track on the system of `group` without its static part, which constant loads
-    /// produce before and after.
+    /// Moves the tip's track to the system of `group` without its static part, which constant loads produce
+    /// before and after.
     fn pass(&mut self, group: Group, way: &Passage, moved: Transition) -> Result<(), Error> {
         let system = self.model.system(group, self.state.mode)?;
         let loads = self.state.loads.each_ref().map(|load| load.0[0]);
@@ -248,8 +247,8 @@ impl Motion {
         Standing { group: anchor.group, system, y, bodies: OnceCell::new() }
     }
 
-    /// Puts track `index` on the system of `group`, with the state of its bodies `from`; a
-    /// transition of the rock moves the origin of displacements.
+    /// Moves track `index` to the system of `group`, with the state of its bodies `from`. A transition of the
+    /// rock also moves the origin of displacements.
     fn carry(
         &mut self,
         index: usize,
@@ -273,8 +272,7 @@ impl Motion {
             self.displace(group, &system, -shift, &mut y);
         }
         if let Some(transition) = moved.filter(|_| shift != 0.0) {
-            // For a deep hole and a small force the shift is uncertain by the rounding of the
-            // depth.
+            // For a deep hole and a small force the rounding of the depth makes the shift uncertain.
             if let Some(tip) = self.graph().share(group, Displacement::Tip) {
                 let off = transition.tip - system.displacement(tip, &y);
                 self.displace(group, &system, off, &mut y);
@@ -291,8 +289,8 @@ impl Motion {
         each.for_each(|(mode, root)| system.displace(mode, by * root, y));
     }
 
-    /// Writes to `y` the sum of what each of `from` contributes, directly between the bases; false
-    /// if there is no direct way, and `y` must be computed via the bodies' modes.
+    /// Writes to `y` the sum of the contributions of `from`, converted directly between the bases. Returns
+    /// false if there is no direct conversion; then `y` must be computed through the bodies' modes.
     fn carry_straight(
         &self,
         group: Group,
@@ -312,9 +310,9 @@ impl Motion {
         Ok(true)
     }
 
-    /// Bound on the rounding of a functional at the start of track `index`, of a displacement
-    /// (`order` 0) or a velocity (1): [`LEFT`] roundings, plus the effect of the basis's mismatch,
-    /// of all that the free modes or the system's own modes contribute.
+    /// Bound on the rounding of a functional at the start of track `index`, of a displacement (`order` 0) or a
+    /// velocity (1): [`LEFT`] roundings, plus the effect of the basis's mismatch, of everything that the modes
+    /// contribute.
     pub(crate) fn rounding(&self, index: usize, functional: usize, order: usize) -> f64 {
         let (track, anchor) = (self.at_anchor(index), &self.state.anchors[index]);
         let (system, standing) = (&track.system, self.standing(index));
@@ -341,7 +339,7 @@ impl Motion {
         self.resolved(Displacement::Tie(Tie::Contact))
     }
 
-    /// What rounding and guards resolve of a displacement, m.
+    /// Resolution of a displacement by rounding and guards, m.
     pub(crate) fn resolved(&self, displacement: Displacement) -> f64 {
         let tracks = 0..self.tracks.len();
         let shares = tracks.filter_map(|i| Some((i, self.share(i, displacement)?)));
@@ -349,14 +347,13 @@ impl Motion {
         rounding.max(self.model.resolutions[0])
     }
 
-    /// The uniform translation of each body of a group: its mode, and the square root of its mass.
+    /// The uniform translation of each body of a group: its mode, and the square root of the body's mass.
     fn translations(&self, group: Group) -> impl Iterator<Item = (usize, f64)> + use<'_> {
         let bodies = self.graph().bodies_of(group.bodies);
         bodies.map(|(_, first, body)| (first, body.mass.sqrt()))
     }
 
-    /// Largest amplitude at a body's end (kg^-1/2), and frequency (rad/s), of each free mode of a
-    /// group.
+    /// Of each free mode of a group: largest amplitude at a body's end (kg^-1/2), and frequency (rad/s).
     fn ends(&self, group: Group) -> Vec<[f64; 2]> {
         let modes = self.graph().bodies_of(group.bodies).flat_map(|(_, _, bar)| {
             let ends = bar.top.iter().zip(&bar.bottom).zip(&bar.omega2);
@@ -365,7 +362,7 @@ impl Motion {
         modes.collect()
     }
 
-    /// Puts a track on the system of `group` with `[q | q']` of its bodies at the epoch.
+    /// Puts a group with `[q | q']` of its bodies on its system, at the epoch.
     pub(super) fn enter(
         &mut self,
         index: usize,
@@ -380,8 +377,7 @@ impl Motion {
         Ok(())
     }
 
-    /// Puts a track on a system at the epoch, with the polynomial part of its motion taken out of
-    /// `z`.
+    /// Puts a track on a system at the epoch: takes the polynomial part of the motion out of `z`.
     fn settle(
         &mut self,
         index: usize,
@@ -390,7 +386,7 @@ impl Motion {
         z: Vec<f64>,
         driven: Driven,
     ) {
-        // A parabola among parabolas needs no change.
+        // If the motion was steady and this track is a parabola, it still is; otherwise all tracks are examined.
         let parabolic = driven.is_parabola();
         let anchor = &mut self.state.anchors[index];
         anchor.driven = driven;
@@ -406,7 +402,7 @@ impl Motion {
     }
 }
 
-/// The state of a track at an instant, with what loads contribute.
+/// The state of a track at an instant, including the motion by the loads.
 struct Standing {
     group: Group,
     system: Arc<System>,
@@ -415,7 +411,7 @@ struct Standing {
 }
 
 impl Standing {
-    /// In the bodies' modes, converted once for all groups that take over a part of it.
+    /// The state in the bodies' modes, converted once for all groups that take over a part of it.
     fn bodies(&self) -> &[f64] {
         self.bodies.get_or_init(|| {
             let mut state = vec![0.0; 2 * self.system.modes()];
@@ -432,7 +428,7 @@ mod tests {
     use crate::quantities::inputs::Inputs;
     use crate::quantities::parameters::{InputValues, Parameters};
 
-    /// A scene of unequal bodies whose times are all so many times as long.
+    /// A scene of unequal bodies in which all times are `slow` times as long.
     fn slower(slow: f64) -> Motion {
         let mut p = Parameters::default();
         (p.piston.length, p.piston.initial_velocity) = (0.17, 8.0 / slow);
@@ -447,8 +443,8 @@ mod tests {
         Motion::new(model, Inputs::constant(&inputs), 0.0).expect("a scene")
     }
 
-    /// What rounding does to a displacement does not depend on the unit of time; to a velocity, as a velocity
-    /// does. A power of two scales every number exactly but those of the decompositions.
+    /// A bound on a displacement does not depend on the unit of time; one on a velocity scales with its
+    /// inverse. A factor that is a power of two scales all numbers exactly, except those of the decompositions.
     #[test]
     fn the_bound_on_rounding_has_the_unit_of_what_it_bounds() {
         let (quick, slow) = (slower(1.0), slower(1024.0));

@@ -1,18 +1,18 @@
-//! Products of a matrix, column by column, with a vector (see [`crate::numerics::kernel`]).
+//! Products of a matrix, stored by columns, with a vector (see [`crate::numerics::kernel`]).
 
 use crate::numerics::kernel::{LANES, MOST, vectorised};
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
-/// Groups of sums that fit the registers.
+/// Most groups whose sums fit into the registers.
 const WIDEST: usize = 6;
-/// Columns that are summed before they are added to the rest, so that a term of `n` is rounded
-/// about `BLOCK + n / BLOCK` times, not `n` times.
+/// Columns that are summed before they are added to the rest. A term of `n` is then rounded about `BLOCK + n / BLOCK`
+/// times, not `n` times.
 const BLOCK: usize = 24;
-/// Most vectors of these groups.
+/// Most vectors of as many groups.
 const SUMS: usize = WIDEST * MOST;
 
-/// `out[at..] := sum x_k column_k` for `WIDTH` groups.
+/// `out[at..] := sum x_k column_k`, for `WIDTH` groups.
 #[inline(always)]
 fn combine_with<S: Simd, const WIDTH: usize>(
     simd: S,
@@ -44,34 +44,33 @@ fn combine_with<S: Simd, const WIDTH: usize>(
     S::as_mut_simd_f64s(&mut out[at..at + WIDTH * LANES]).0.copy_from_slice(&sums[..count]);
 }
 
-/// Most roundings of a product of [`combine`], itself included, each of half an `eps`; `n` is the
-/// length of both parts. Sums begin with zeros, which round nothing.
+/// Most roundings in a product of [`combine`], multiplications included, each of half an `eps`; `n` is the length of
+/// both parts. Sums begin with zeros, which round nothing.
 pub fn roundings(n: usize) -> usize {
     let blocks = 2 + n / BLOCK; // Each part may end with one that is not full.
     BLOCK.min(n) + blocks
 }
 
-/// Columns one after the other, each `stride` long, read from `offset`.
+/// Columns, one after the other, each `stride` long and read from `offset`.
 #[derive(Clone, Copy)]
 pub struct Columns<'a> {
-    /// All of them.
+    /// All numbers.
     pub numbers: &'a [f64],
-    /// Length of each.
+    /// Length of a column.
     pub stride: usize,
-    /// Numbers skipped in each.
+    /// Numbers skipped at the start of each.
     pub offset: usize,
 }
 
-/// Numbers of a matrix that stays in the nearer caches, 256 kB. A larger one is read in the order in
-/// which it lies in memory.
+/// Size of a matrix that stays in the nearer caches, 256 kB. A larger one is read in its order in memory.
 const NEAR: usize = 1 << 15;
-/// Rows of a larger one whose sums stay in the nearest cache.
+/// Rows of a larger matrix whose sums stay in the nearest cache.
 const ROWS_AT_ONCE: usize = 512;
 /// Columns that are added to these sums together.
 const TOGETHER: usize = 8;
 
-/// `part += sum x_k column_k` for [`TOGETHER`] columns, in their order; `part` counts as zero where it is
-/// `FRESH`. (Chained iterators, which need no check of bounds.)
+/// `part += sum x_k column_k` for [`TOGETHER`] columns, in their order; `part` counts as zero if `FRESH`. (Chained
+/// iterators need no bounds checks.)
 #[inline(always)]
 fn add_columns<S: Simd, const FRESH: bool>(
     simd: S,
@@ -126,7 +125,7 @@ fn sum_columns<S: Simd>(simd: S, (columns, stride): (&[f64], usize), x: &[f64], 
     }
 }
 
-/// [`combine`] of a matrix larger than [`NEAR`]: the same sums, a few whole columns at a time.
+/// [`combine`] of a matrix larger than [`NEAR`]: the same sums, by a few whole columns at a time.
 #[inline(always)]
 fn combine_far<S: Simd>(simd: S, columns: Columns, x: [&[f64]; 2], out: &mut [f64]) {
     let Columns { numbers, stride, offset } = columns;
@@ -148,16 +147,16 @@ fn combine_far<S: Simd>(simd: S, columns: Columns, x: [&[f64]; 2], out: &mut [f6
 }
 
 vectorised! {
-    /// `out := sum x_k column_k` in the order of the columns, each as long as `out`, which is of whole
-    /// groups: `n` roundings of a term.
+    /// `out := sum x_k column_k` in the order of the columns, each as long as `out`, in whole groups. A term is
+    /// rounded `n` times.
     pub fn combine_in_order(columns: &'a [f64], x: &'a [f64], out: &'a mut [f64]) -> () as CombineInOrder, simd {
         sum_columns(simd, (columns, out.len()), x, out);
     }
 }
 
 vectorised! {
-    /// `out := sum x_k column_k`, in whole groups; `x` in two parts, of the first columns and of the
-    /// last. For the roundings see [`roundings`].
+    /// `out := sum x_k column_k`, in whole groups; `x` is in two parts, for the first and for the last columns. For
+    /// the roundings see [`roundings`].
     pub fn combine(columns: Columns<'a>, x: [&'a [f64]; 2], out: &'a mut [f64]) -> () as Combine, simd {
         if columns.numbers.len() > NEAR {
             return combine_far(simd, columns, x, out);
@@ -182,7 +181,7 @@ vectorised! {
 mod tests {
     use super::*;
 
-    /// The same sums without vectors, in the declared order.
+    /// The same sums without vectors, in the documented order.
     fn by_hand(numbers: &[f64], stride: usize, x: [&[f64]; 2], out: &mut [f64]) {
         let second = &numbers[numbers.len() - x[1].len() * stride..];
         for (r, out) in out.iter_mut().enumerate() {
@@ -198,10 +197,10 @@ mod tests {
 
     #[test]
     fn near_and_far_matrices_are_summed_in_the_declared_order() {
-        // The last is read far, in rows at once and a rest of them.
+        // The last matrix is a large one, with a rest of rows.
         for (rows, [first, second]) in [(16, [3, 30]), (96, [42, 42]), (600, [29, 60])] {
             let number = |k: usize| (k as f64 * 0.7).sin() * (k % 13) as f64;
-            // Three columns between the two parts are not asked for.
+            // Between the two parts are three unused columns.
             let numbers: Vec<f64> = (0..rows * (first + 3 + second)).map(number).collect();
             assert_eq!(numbers.len() > NEAR, rows == 600);
             let x: Vec<f64> = (0..first + second).map(|k| (k as f64 * 1.3).cos()).collect();

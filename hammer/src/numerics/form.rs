@@ -4,24 +4,24 @@ use crate::numerics::kernel::{LANES, MOST, Sums, TILE, across, tile_with, total,
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
-/// A symmetric form `x . m x`, packed: row `i` up to its diagonal, rounded up to whole
-/// lanes, off-diagonal entries doubled. Half the memory, and it stays in the nearest cache.
+/// A symmetric form `x . m x`, packed: row `i` up to its diagonal, rounded up to whole lanes, with off-diagonal
+/// entries doubled. This takes half the memory, and stays in the nearest cache.
 #[derive(Clone, Debug, Default)]
 pub struct Form {
     rows: Vec<f64>,
-    /// In place of the rows, if it has but 2 by 2 blocks: their three entries, of all blocks each.
+    /// The three entries of every block, instead of the rows, if it consists of 2 by 2 blocks.
     blocks: Option<[Vec<f64>; 3]>,
 }
 
 impl Form {
-    /// Zero, of a size that is a multiple of [`LANES`].
+    /// The zero form; its size is a multiple of [`LANES`].
     pub fn zero(size: usize) -> Self {
         Self { rows: vec![0.0; Self::row(size)], blocks: None }
     }
 
     /// Where row `i` begins.
     fn row(i: usize) -> usize {
-        // Of every block before LANES rows, each as long as the block's end.
+        // A block of LANES rows has rows of one length, which ends with the block.
         let (block, rest) = (i / LANES, i % LANES);
         LANES * (block + 1) * (LANES * block / 2 + rest)
     }
@@ -33,7 +33,7 @@ impl Form {
         self.rows[Self::row(i) + k] = if k == i { value } else { 2.0 * value };
     }
 
-    /// From the full matrix, row by row.
+    /// The form of a full matrix, given row by row.
     #[cfg(test)]
     fn new(full: &[f64], size: usize) -> Self {
         let mut form = Self::zero(size);
@@ -43,8 +43,8 @@ impl Form {
         form
     }
 
-    /// The same, all of whose entries but those at `(i, i)` and `(i, i + apart)` are zero: what is zero
-    /// is left out of the sums from now on, which changes no bit of them.
+    /// The same form, which has no nonzero entries but those at `(i, i)` and `(i, i + apart)`. Sums leave out the
+    /// others from now on, which changes no bit of them.
     pub(crate) fn of_blocks(self, apart: usize) -> Self {
         debug_assert!(apart.is_multiple_of(LANES), "both coordinates are in one lane");
         let entries = |[first, second]: [usize; 2]| {
@@ -82,7 +82,7 @@ impl Form {
     }
 }
 
-/// The sums of [`quadratic`] without what is zero.
+/// The sums of [`quadratic`] over a form of blocks.
 fn of_blocks([upper, cross, lower]: &[Vec<f64>; 3], x: &[f64]) -> f64 {
     let (first, second) = x.split_at(upper.len());
     let groups = |x| <[f64]>::chunks_exact(x, LANES);
@@ -103,7 +103,7 @@ fn of_blocks([upper, cross, lower]: &[Vec<f64>; 3], x: &[f64]) -> f64 {
 
 vectorised! {
     fn quadratic(rows: &'a [f64], x: &'a [f64]) -> f64 as Quadratic, simd {
-        // Lane by lane: only the last sum is across the lanes.
+        // Lanes are summed separately, and only added up at the end.
         let (mut sums, mut rest): (Sums<S>, _) = ([simd.splat_f64s(0.0); MOST], rows);
         for (block, values) in x.chunks_exact(LANES).enumerate() {
             // The rows of a block are equally long.
@@ -134,10 +134,10 @@ mod tests {
         let x: Vec<f64> = (0..n).map(|i| (i as f64 * 0.3).cos()).collect();
         let full: f64 =
             (0..n).map(|i| (0..n).map(|k| x[i] * m[i * n + k] * x[k]).sum::<f64>()).sum();
-        // 256 terms of size at most 1, each rounded.
+        // 256 terms of size at most 1 are rounded.
         let form = Form::new(&m, n);
         assert!((form.of(&x) - full).abs() < 256.0 * f64::EPSILON);
-        // Half of the gradient's product with x is the form.
+        // The gradient's product with x is twice the form.
         let gradient = form.gradient(&x);
         let half: f64 = gradient.iter().zip(&x).map(|(g, x)| 0.5 * g * x).sum();
         assert!((half - full).abs() < 256.0 * f64::EPSILON);

@@ -1,4 +1,4 @@
-//! Inner products of many vectors with each other (see [`crate::numerics::kernel`]).
+//! Inner products of all pairs of many vectors (see [`crate::numerics::kernel`]).
 
 use crate::numerics::kernel::{TILE, tile_with, total, vectorised};
 use crate::numerics::vectors::dispatch;
@@ -8,8 +8,8 @@ use pulp::{Simd, WithSimd};
 const STRIP: usize = 16;
 
 vectorised! {
-    /// Inner products of all rows of a matrix with each other, up to the diagonal; rows of `size`,
-    /// whole groups. Incomplete if `stops` says so.
+    /// Inner products of all pairs of rows of a matrix, up to the diagonal. Rows are `size` long, in whole groups.
+    /// The result is incomplete if `stops` returns true.
     pub fn gram(rows: &'a [f64], size: usize, stops: fn() -> bool) -> Vec<f64> as Gram, simd {
         let count = rows.len() / size;
         let mut out = vec![0.0; count * count];

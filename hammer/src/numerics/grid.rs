@@ -5,9 +5,8 @@ use crate::numerics::kernel::vectorised;
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
-/// Points of a [`Grid`]: as many as the widest vectors hold. More would slow every window, fewer
-/// would leave more parts to be scanned; the value minimises the count of work on the reference
-/// hammer.
+/// Points of a [`Grid`]: as many as the widest vectors hold. More would slow every window, fewer would leave more
+/// parts to be scanned; this value needs the least work on the reference hammer.
 pub const GRID: usize = 8;
 
 /// A polynomial at the points `(i + 1) / GRID`.
@@ -19,9 +18,9 @@ pub struct Grid {
     /// Bounds on the third derivative from 0 to each point (the polynomial of absolute
     /// coefficients, which only rises).
     pub third_bound: [f64; GRID],
-    /// Bounds from above on the second derivative from the point before to this one.
+    /// Upper bounds on the second derivative between the previous point and this one.
     pub bend: [f64; GRID],
-    /// The same on the polynomial.
+    /// Upper bounds on the polynomial there.
     pub top: [f64; GRID],
 }
 
@@ -56,7 +55,7 @@ impl Grid {
             let ([left, right], [a, b]) = (ends(&values, i), ends(&seconds, i));
             let drift = simd.mul_f64s(half, *third);
             *bend = simd.add_f64s(simd.max_f64s(a, b), drift);
-            // Between its ends a function lies below the larger by at most dip width^2 / 8.
+            // Between its ends a function exceeds the larger value by at most dip width^2 / 8.
             let dip = simd.max_f64s(simd.sub_f64s(drift, simd.min_f64s(a, b)), zero);
             *top = simd.add_f64s(simd.max_f64s(left, right), simd.mul_f64s(sag, dip));
         }

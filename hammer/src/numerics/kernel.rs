@@ -1,9 +1,9 @@
-//! The loops over modes, on which the engine's speed depends.
+//! The loops over modes, which decide the engine's speed.
 //!
-//! A modal vector is stored as `[first coordinates | second coordinates]`, each padded with zeros
-//! to whole groups of [`LANES`]. Every loop works on such groups, in the widest vectors of the
-//! processor ([`crate::numerics::vectors`]), adds in the same order on all processors, and never
-//! fuses a product with a sum. So the result does not depend on the machine.
+//! A modal vector is stored as `[first coordinates | second coordinates]`, each padded with zeros to whole groups of
+//! [`LANES`]. Every loop works on such groups with the widest vectors of the processor
+//! ([`crate::numerics::vectors`]). Sums are added in the same order on all processors, and products are never fused
+//! with sums, so the result does not depend on the machine.
 
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
@@ -50,11 +50,11 @@ fn dot_with<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
     total::<S>(sums)
 }
 
-/// Rows of a matrix that are processed together: their sums fit the registers.
+/// Rows of a matrix that are processed together, so that their sums fit into the registers.
 pub(crate) const TILE: usize = 4;
 
-/// The products of [`TILE`] rows of `size` numbers with `x`, as [`dot_with`] computes them but not
-/// yet added up.
+/// The products of [`TILE`] rows of `size` numbers with `x`, as [`dot_with`] computes them, but with the lanes of
+/// each sum not yet added up.
 #[inline(always)]
 pub(crate) fn tile_with<S: Simd>(simd: S, rows: &[f64], size: usize, x: &[f64]) -> [Sums<S>; TILE] {
     let row = |k: usize| groups::<S>(&rows[k * size..][..size]);
@@ -79,7 +79,7 @@ pub(crate) fn groups_mut<S: Simd>(x: &mut [f64]) -> std::slice::ChunksExactMut<'
 /// Vector `g` of a group of blocks, rotated.
 #[inline(always)]
 fn turned<S: Simd>(simd: S, e: &[S::f64s], g: usize, x: S::f64s, y: S::f64s) -> (S::f64s, S::f64s) {
-    // Written without closures, which an unoptimised build would call.
+    // Closures would be slow in an unoptimised build.
     let width = LANES / S::F64_LANES;
     let first = simd.mul_f64s(e[g], x);
     let second = simd.mul_f64s(e[2 * width + g], x);
@@ -177,7 +177,7 @@ vectorised! {
 
 /// True if every number is finite; in whole groups.
 pub fn is_finite(y: &[f64]) -> bool {
-    // Zero times a finite number is zero, times any other is NaN.
+    // A finite number times zero is zero; any other is NaN.
     let mut sums = [0.0; LANES];
     for group in y.chunks_exact(LANES) {
         sums.iter_mut().zip(group).for_each(|(sum, y)| *sum += 0.0 * y);
@@ -194,7 +194,7 @@ const ROWS: usize = 4;
 pub struct EvaluationRows(Vec<f64>);
 
 impl EvaluationRows {
-    /// Of two rows and two rows of weights.
+    /// Interleaves two rows and two rows of weights.
     pub fn new(rows: [&[f64]; ROWS]) -> Self {
         let n = rows[0].len() / 2;
         let mut table = Vec::with_capacity(2 * ROWS * n);
@@ -207,7 +207,7 @@ impl EvaluationRows {
     }
 }
 
-/// Columns of `n` numbers in the order in which the loops read them: those of every group together.
+/// Columns of `n` numbers in the order in which the loops read them: group by group.
 pub fn interleaved(columns: &[f64], n: usize) -> Vec<f64> {
     let mut table = Vec::with_capacity(columns.len());
     for group in (0..n).step_by(LANES) {
@@ -216,10 +216,10 @@ pub fn interleaved(columns: &[f64], n: usize) -> Vec<f64> {
     table
 }
 
-/// The sums of [`evaluate`], held in vectors; only of the rows that are asked for.
+/// The sums of [`evaluate`], held in vectors; as many as are asked for.
 type Values<S, const ASKED: usize> = [Sums<S>; ASKED];
 
-/// Adds the products of one group's rows, `[r | s | w | u]`, with `y`, for its vector `g`.
+/// Adds the products of one group's rows, `[r | s | w | u]`, with its vector `g` of `y`.
 #[inline(always)]
 fn see<S: Simd, const ASKED: usize>(
     simd: S,
@@ -287,7 +287,7 @@ vectorised! {
 }
 
 vectorised! {
-    /// The same without the bounds, in little more than half the instructions.
+    /// The same without the bounds, which costs little more than half.
     pub fn rotate_and_evaluate_two(e: &'a [f64], rows: &'a EvaluationRows, y: &'a [f64], out: &'a mut [f64]) -> [f64; 2] as RotateAndEvaluateTwo, simd {
         rotate_and_sum(simd, e, rows, y, out)
     }
@@ -296,7 +296,7 @@ vectorised! {
 /// Powers in the series of [`short`], beyond the first.
 pub const POWERS: usize = 11;
 
-/// A short span as [`short`] takes it: in seconds, and in the series' unit.
+/// A short span, in seconds and in the unit of [`short`]'s series.
 #[derive(Clone, Copy)]
 pub struct Short {
     /// `span`, s.
@@ -333,11 +333,11 @@ fn short_with<S: Simd, const TERMS: usize>(
     }
 }
 
-/// Numbers of powers that [`short`] can use, and the largest `x` for which the first omitted one is
-/// below rounding: `x^(k+2) / (k+2)!` with `k` powers.
+/// Numbers `k` of powers that [`short`] can use, and the largest `x` for which the first omitted one,
+/// `x^(k+2) / (k+2)!`, is below rounding.
 const ENOUGH: [(f64, usize); 5] =
     [(SLIGHT, 3), (0.012, 5), (SHORT, 7), (0.13, 9), (LONGEST, POWERS)];
-/// Up to this size of `x` the shortest series suffices.
+/// Up to this `x` the shortest series suffices.
 const SLIGHT: f64 = 1e-3;
 /// Up to this `x`, [`short`] costs as much as one or two tabulated rotations.
 pub const SHORT: f64 = 0.03;
@@ -378,8 +378,8 @@ pub(crate) use vectorised;
 mod tests {
     use super::*;
 
-    /// The same sums without vectors, in the declared order: equal to the last bit.
-    /// (`tests/vectors.rs` shows over whole runs that all widths give them.)
+    /// The same sums without vectors, in the documented order, are equal to the last bit. (`tests/vectors.rs` checks
+    /// over whole runs that all widths give them.)
     #[test]
     fn sums_are_made_in_the_declared_order() {
         let a: Vec<f64> = (0..48).map(|i| (f64::from(i) * 0.7).sin()).collect();

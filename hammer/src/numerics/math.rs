@@ -30,7 +30,7 @@ pub(crate) fn pow(x: f64, y: f64) -> f64 {
     libm::pow(x, y)
 }
 
-/// `x` to a whole power, by squaring; the compiler's own uses the C library on Windows.
+/// `x` to an integer power, by squaring. The compiler's own function uses the C library on Windows.
 pub(crate) fn powi(mut x: f64, mut exponent: usize) -> f64 {
     let mut product = 1.0;
     loop {
@@ -49,11 +49,11 @@ pub(crate) fn cbrt(x: f64) -> f64 {
     libm::cbrt(x)
 }
 
-/// The `N`-th root of a positive normal number, `N` 5 or 7, within two roundings: the exponent's part,
-/// which is 4 % off, then Halley's iteration, which makes `(N^2 - 1) / 12 e^3` of an error `e`: 3e-4,
-/// 7e-11, nothing.
+/// The `N`-th root of a positive normal number, `N` 5 or 7, within two roundings. The start divides the exponent,
+/// with an error of 4 %; Halley's iteration then turns an error `e` into `(N^2 - 1) / 12 e^3`: 3e-4, 7e-11, and below
+/// rounding.
 pub(crate) fn odd_root<const N: usize>(x: f64) -> f64 {
-    // The bits are the binary logarithm, straight between powers of two and 0.0430 too low on average.
+    // The bits are the binary logarithm, linear between powers of two and on average 0.0430 too low.
     const ONE: u64 = 1.0f64.to_bits();
     let slack = 0.043 * (1u64 << 52) as f64;
     let shift = ONE - ONE / N as u64 - (slack * (1.0 - 1.0 / N as f64)) as u64;
@@ -101,15 +101,15 @@ pub(crate) fn norm(z: Complex64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Each step of Halley's is four roundings of a correction that counts an `N`-th, and one of the
-    /// product; then a power of up to 5 makes as many of it.
+    /// Each step of Halley's is four roundings of a correction, of which an `N`-th counts, and one of the product; a
+    /// power up to 5 multiplies them.
     #[test]
     fn roots_are_those_of_powers() {
         for k in -3000..3000 {
             let x = exp(f64::from(k) * 0.0123);
             for (found, power) in [(two_fifths(x), 0.4), (five_sevenths(x), 5.0 / 7.0)] {
                 let off = found / pow(x, power) - 1.0;
-                // The exponent 5/7 is itself rounded: half a rounding times the logarithm, 37.
+                // The exponent 5/7 is itself rounded, which contributes half a rounding times the logarithm, 37.
                 assert!(off.abs() < 32.0 * f64::EPSILON, "{x}: {off:e}");
             }
         }

@@ -24,7 +24,7 @@ pub fn exponential(b: &Matrix2, t: f64) -> Matrix2 {
     }
     let (sigma, delta) = (b[0], -b[1] * b[2]);
     let x = delta.abs().sqrt() * t;
-    // cos(w t) and sin(w t)/w, or their hyperbolic kin, times exp(sigma t).
+    // exp(sigma t) times cos(w t) and sin(w t)/w, or times the hyperbolic functions.
     let (c, s) = if delta >= 0.0 {
         let decay = exp(sigma * t);
         let (sin, cos) = sin_cos(x);
@@ -32,14 +32,14 @@ pub fn exponential(b: &Matrix2, t: f64) -> Matrix2 {
         (decay * cos, decay * t * sinc)
     } else {
         let (slow, fast) = (exp(sigma * t + x), exp(sigma * t - x));
-        // Below 1 the difference of the two would lose its digits.
+        // Below 1 the difference of the two exponentials would cancel.
         let sinhc = if x < 1.0 { exp(sigma * t) * sinhc(x * x) } else { 0.5 * (slow - fast) / x };
         (0.5 * (slow + fast), t * sinhc)
     };
     [c, b[1] * s, b[2] * s, c]
 }
 
-/// `sinh(x) / x` of a square up to 1: the next term is `1 / 21!`.
+/// `sinh(x) / x` of `x^2` up to 1; the first omitted term is `1 / 21!`.
 fn sinhc(square: f64) -> f64 {
     (1..10).rev().fold(1.0, |sum, k| {
         let k = f64::from(k);
@@ -51,7 +51,7 @@ fn sinhc(square: f64) -> f64 {
 pub fn sylvester(a: &Matrix2, b: &Matrix2, r: Matrix2) -> Matrix2 {
     let turns = |m: &Matrix2| m[1] == -m[2] && m[1] != 0.0;
     if turns(a) && turns(b) {
-        // As complex numbers z' = (sigma - i omega) z: sums of eigenvalues do not cancel.
+        // In complex form z' = (sigma - i omega) z, sums of eigenvalues do not cancel.
         let (la, lb) = (C::new(a[0], -a[1]), C::new(b[0], -b[1]));
         let like = 0.5 * C::new(r[0] - r[3], -(r[1] + r[2]));
         let cross = 0.5 * C::new(r[0] + r[3], -(r[1] - r[2]));

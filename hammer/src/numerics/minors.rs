@@ -4,10 +4,10 @@
 /// Largest order.
 pub const MOST: usize = 6;
 
-/// A matrix of which the first rows and columns are used, as many as its order.
+/// A matrix of which the first `order` rows and columns are used.
 pub type Matrix<T> = [[T; MOST]; MOST];
 
-/// Products and differences of numbers.
+/// A commutative ring.
 pub trait Ring {
     /// The numbers.
     type Number: Copy + Default;
@@ -24,7 +24,7 @@ pub fn determinant<R: Ring>(ring: &R, matrix: &Matrix<R::Number>, order: usize) 
     minor(ring, matrix, all(order), all(order))
 }
 
-/// Cofactors of a row, of order two at least; zero beyond the order.
+/// Cofactors of a row, for order two or more; zero beyond the order.
 pub fn cofactors<R: Ring>(
     ring: &R,
     matrix: &Matrix<R::Number>,
@@ -41,12 +41,12 @@ pub fn cofactors<R: Ring>(
     })
 }
 
-/// The first `order` rows or columns, a bit each.
+/// Mask of the first `order` rows or columns, one bit each.
 fn all(order: usize) -> u8 {
     (1 << order) - 1
 }
 
-/// Determinant of some rows and as many columns, along the first of the rows:
+/// Determinant of some rows and as many columns, expanded along the first of the rows:
 /// `a_0 M_0 - (a_1 M_1 - (a_2 M_2 - ...))`.
 fn minor<R: Ring>(ring: &R, matrix: &Matrix<R::Number>, rows: u8, columns: u8) -> R::Number {
     let row = &matrix[rows.trailing_zeros() as usize % MOST];
@@ -83,8 +83,8 @@ mod tests {
         }
     }
 
-    /// Of Vandermonde's matrix the determinant is the product of all differences; and a matrix times
-    /// its cofactors is its determinant times the unit matrix.
+    /// Vandermonde's determinant is the product of all differences. A matrix times its cofactors is its determinant
+    /// times the unit matrix.
     #[test]
     fn determinants_and_cofactors_are_those_of_vandermonde() {
         let x: [i64; MOST] = [2, -3, 5, 7, -11, 13];

@@ -5,8 +5,8 @@ use crate::numerics::vectors::dispatch;
 use num_complex::Complex64 as C;
 use pulp::{Simd, WithSimd};
 
-/// Position of the unused places of a group: their part of a sum is below its rounding, and its
-/// square does not overflow.
+/// Position of the unused places of a group. Their contribution to a sum is below rounding, and its square does not
+/// overflow.
 const FAR: f64 = 1e60;
 
 /// Pairs of points with associated numbers, stored group by group, one column after the other.
@@ -25,7 +25,7 @@ impl Pairs {
         pairs
     }
 
-    /// Moves pair `i` to the unused position.
+    /// Moves pair `i` to the unused position, where it contributes nothing.
     pub fn banish(&mut self, i: usize) {
         self.set(i, 0, [FAR, 0.0, FAR, 0.0]);
     }
@@ -38,7 +38,7 @@ impl Pairs {
     }
 }
 
-/// A point as an offset from another, so that differences do not cancel.
+/// A point given as an offset from another point, so that differences do not cancel.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
     /// The other point.
@@ -112,7 +112,7 @@ fn complex(lanes: &Lanes) -> C {
     C::new(across(&lanes[0]), across(&lanes[1]))
 }
 
-/// The result of [`weighed`].
+/// Result of [`weighed`].
 #[derive(Clone, Copy, Debug)]
 pub struct Weighed<const WEIGHTS: usize> {
     /// `sum 1 / (s - a) + 1 / (s - b)`.
@@ -122,7 +122,7 @@ pub struct Weighed<const WEIGHTS: usize> {
 }
 
 impl<const WEIGHTS: usize> Weighed<WEIGHTS> {
-    /// The same for any number of weights.
+    /// The same result for any number of weights.
     pub fn list(self) -> (C, Vec<[C; 2]>) {
         (self.poles, self.sums.to_vec())
     }
@@ -141,7 +141,7 @@ fn weighed_with<S: Simd, const WEIGHTS: usize>(
     let (mut poles, mut sums) = (Lanes::default(), [[Lanes::default(); 2]; WEIGHTS]);
     let (base, offset) = (splat(simd, at.base), splat(simd, at.offset));
     let numbers = S::as_simd_f64s(&pairs.numbers).0;
-    // Vector by vector, because the sums of a whole group do not fit the registers.
+    // Vector by vector, because the sums of a whole group do not fit into the registers.
     for g in 0..width {
         let zero = splat(simd, C::default());
         let (mut each, mut parts) = (zero, [[zero; 2]; WEIGHTS]);
@@ -178,7 +178,7 @@ impl<const WEIGHTS: usize> WithSimd for WeighedBy<'_, WEIGHTS> {
     }
 }
 
-/// Sums over pairs of points, with so many weights each, at a point.
+/// Sums over pairs of points at a point, with so many weights for each pair.
 #[inline]
 pub fn weighed<const WEIGHTS: usize>(pairs: &Pairs, at: Point) -> Weighed<WEIGHTS> {
     dispatch(WeighedBy(pairs, at))
@@ -217,7 +217,7 @@ vectorised! {
                 least = simd.min_f64s(least, simd.min_f64s(square(simd, a), square(simd, b)));
             }
         }
-        // The least of all lanes, however many, in whatever order.
+        // The least over all lanes does not depend on their number or order.
         let mut lanes = [f64::INFINITY; LANES];
         S::as_mut_simd_f64s(&mut lanes).0[0] = least;
         lanes.into_iter().fold(f64::INFINITY, f64::min)
@@ -253,7 +253,7 @@ vectorised! {
 mod tests {
     use super::*;
 
-    /// Points near 1, and a point that is none of them.
+    /// Points near 1, and another point.
     fn scene(count: usize) -> (Vec<[C; 2]>, Point) {
         let at = |i: usize| {
             let x = i as f64;
@@ -262,7 +262,7 @@ mod tests {
         ((0..count).map(at).collect(), Point { base: C::new(0.3, 3.0), offset: C::new(0.1, 0.2) })
     }
 
-    /// Some ten roundings of each of 11 terms, which are of size 10 at the most.
+    /// Some ten roundings of each of 11 terms, of size 10 at most.
     const ROUNDED: f64 = 11.0 * 10.0 * 10.0 * f64::EPSILON;
 
     #[test]

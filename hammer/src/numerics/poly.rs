@@ -2,9 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Number of coefficients. An input of order [`crate::MAX_INPUT_ORDER`] moves a rigid body by a
-/// polynomial two degrees higher; a coordinate that is slow compared with its load needs the most
-/// (see `modal/system/response.rs`).
+/// Number of coefficients. An input of order [`crate::MAX_INPUT_ORDER`] moves a rigid body by a polynomial two
+/// degrees higher. A coordinate that is slow compared with its load needs the most (see `modal/system/response.rs`).
 pub const TERMS: usize = 24;
 const _: () = assert!(TERMS >= crate::MAX_INPUT_ORDER + 3);
 
@@ -27,7 +26,7 @@ impl Poly {
         p
     }
 
-    /// From the value and the derivatives at 0.
+    /// The Taylor polynomial with this value and these derivatives at 0.
     pub fn taylor(derivatives: &[f64]) -> Self {
         let mut p = Self::default();
         let mut factorial = 1.0;
@@ -65,7 +64,7 @@ impl Poly {
         derivatives
     }
 
-    /// `self += sum_j factors_j` times derivative `j` of another.
+    /// Adds `sum_j factors_j` times derivative `j` of another polynomial.
     pub fn add_derivatives(&mut self, factors: &[f64], other: &Self) {
         let (degree, mut derivatives, mut factorial) = (other.degree(), other.0, 1.0);
         for (k, c) in derivatives.iter_mut().enumerate().take(degree + 1).skip(2) {
@@ -96,8 +95,8 @@ impl Poly {
         (0..=degree + more).rev().fold(0.0, |sum, k| (sum + product[k] / (k + 1) as f64) * t)
     }
 
-    /// Without the highest powers that are negligible on `[0, t]`: each term below a thousandth of
-    /// a rounding of the largest.
+    /// Drops the highest powers that are negligible on `[0, t]`: those below a thousandth of a rounding of the
+    /// largest term.
     pub fn trimmed(mut self, t: f64) -> Self {
         let sizes = self.scaled(t).0.map(f64::abs);
         let least = f64::EPSILON / 1024.0 * sizes.iter().fold(0.0, |a: f64, &b| a.max(b));
@@ -110,7 +109,7 @@ impl Poly {
         self
     }
 
-    /// The same function of time in units of `t`.
+    /// The same function, of time divided by `t`.
     pub fn scaled(mut self, t: f64) -> Self {
         let mut power = 1.0;
         for c in &mut self.0[1..] {
@@ -129,14 +128,14 @@ impl Poly {
         p
     }
 
-    /// The same function, of a time that starts `t` later.
+    /// The same function, of a time that begins `t` later.
     pub fn shifted(&self, t: f64) -> Self {
         let mut p = *self;
         p.shift(t);
         p
     }
 
-    /// Shifts it to a time that starts `t` later.
+    /// Moves the origin of time to `t` later.
     #[inline]
     pub fn shift(&mut self, t: f64) {
         if !self.is_constant() {
@@ -153,7 +152,7 @@ impl Poly {
         }
     }
 
-    /// Its least value on `[0, to]`.
+    /// Its minimum on `[0, to]`.
     pub fn least(&self, to: f64) -> f64 {
         let ends = self.at(0.0).min(self.at(to));
         if none(&self.0[2..]) {
@@ -162,7 +161,7 @@ impl Poly {
         self.derivative().zeros(to).into_iter().fold(ends, |least, t| least.min(self.at(t)))
     }
 
-    /// Its sign changes on `[0, to]`: there is at most one between two zeros of its derivative.
+    /// Its sign changes on `[0, to]`; between two zeros of its derivative there is at most one.
     fn zeros(&self, to: f64) -> Vec<f64> {
         if self.is_constant() {
             return Vec::new();
@@ -192,7 +191,7 @@ impl Poly {
         none(&self.0[1..])
     }
 
-    /// That of these powers of the time as a part of a span.
+    /// The polynomial with these coefficients in time over a span.
     pub fn of_part(powers: &[f64], span: f64) -> Self {
         let mut poly = Self::default();
         poly.0[..powers.len()].copy_from_slice(powers);
@@ -210,10 +209,10 @@ impl Poly {
 
 /// Nearly all polynomials have at most this many coefficients.
 const LOW: usize = 4;
-/// And nearly all others, those of a gas, have at most these.
+/// Most of the others, those of a gas, have at most this many.
 const MIDDLE: usize = 12;
 
-/// True if all of these are zero. Without a branch, so that it is compiled to vectors.
+/// True if all are zero. It has no branch, so that it is vectorised.
 #[inline]
 fn none(c: &[f64]) -> bool {
     // All bits but the sign.
@@ -224,7 +223,7 @@ fn none(c: &[f64]) -> bool {
 mod tests {
     use super::*;
 
-    /// `(t - 1)^2 (t - 3)^2 - 1/2` and a tilt: its deepest point is near 3, between the ends.
+    /// `(t - 1)^2 (t - 3)^2 - 1/2` plus a slope: its minimum is near 3, between the ends.
     #[test]
     fn the_least_value_may_lie_between_the_ends() {
         // The derivatives at 0 of 8.5 - 24 t + 22 t^2 - 8 t^3 + t^4.

@@ -1,17 +1,15 @@
-//! Eigenvalues and vectors of a diagonal matrix to which a multiple of one dyad is added, `D + k z z'`
-//! with `D >= 0` and `k > 0`.
+//! Eigenvalues and vectors of a diagonal matrix plus a multiple of one dyad, `D + k z z'` with `D >= 0` and `k > 0`.
 //!
-//! The eigenvalues are the zeros of `1 + k sum z_i^2 / (d_i - lambda)`, one between any two neighbours
-//! of `D` and one above. Each is stored as a difference from its nearest `d`, so none is lost in the
-//! rounding of a larger one. The vectors `z_i / (d_i - lambda)` are those of the dyad of which the
-//! computed eigenvalues are exact (Gu and Eisenstat, SIAM J. Matrix Anal. Appl. 15, 1994): orthogonal to
-//! rounding however near two eigenvalues are.
+//! The eigenvalues are the zeros of `1 + k sum z_i^2 / (d_i - lambda)`: one between any two neighbours of `D`, and
+//! one above. Each is stored as a difference from its nearest `d`, so that small ones do not lose digits. The vectors
+//! `z_i / (d_i - lambda)` use the dyad for which the computed eigenvalues are exact (Gu and Eisenstat, SIAM J. Matrix
+//! Anal. Appl. 15, 1994), and so are orthogonal to rounding even if two eigenvalues are close.
 
 use crate::numerics::kernel::norm;
 
-/// Relative difference of values that are equal to rounding.
+/// Relative difference below which values count as equal.
 const EQUAL: f64 = 4.0 * f64::EPSILON;
-/// Steps to a zero: a few are usual, and bisection alone takes a hundred.
+/// Most steps to a zero: a few are usual, and bisection alone takes a hundred.
 const STEPS: usize = 200;
 
 /// Eigenvalues, ascending, each with its vector of norm 1.
@@ -20,7 +18,7 @@ pub fn pairs(d: &[f64], k: f64, z: &[f64]) -> Vec<(f64, Vec<f64>)> {
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|&i, &j| d[i].total_cmp(&d[j]));
     let reach = k * norm(z);
-    // Directions that the dyad moves, one for each value of D, and those that it leaves alone.
+    // Directions that the dyad changes, one for each distinct value of D, and directions that it leaves unchanged.
     let (mut moved, mut left): (Vec<Moved>, Vec<(f64, Direction)>) = (Vec::new(), Vec::new());
     for i in order {
         let mut next = Moved { d: d[i], z: z[i], v: vec![(i, 1.0)] };
@@ -60,10 +58,10 @@ pub fn pairs(d: &[f64], k: f64, z: &[f64]) -> Vec<(f64, Vec<f64>)> {
     list
 }
 
-/// A direction, by its entries that are not zero.
+/// A direction, by its nonzero entries.
 type Direction = Vec<(usize, f64)>;
 
-/// A direction that the dyad moves: its value of `D`, its part of `z`.
+/// A direction that the dyad changes, with its value of `D` and its share of `z`.
 struct Moved {
     d: f64,
     z: f64,
@@ -71,18 +69,19 @@ struct Moved {
 }
 
 impl Moved {
-    /// Of two directions of one value, the one that the dyad moves, and the one that it leaves alone.
+    /// Rotates two directions with the same value of `D` into one that the dyad changes and one that it leaves
+    /// unchanged.
     fn turned(self, other: Self) -> (Self, Direction) {
         let z = (self.z * self.z + other.z * other.z).sqrt();
         let (c, s) = if z > 0.0 { (self.z / z, other.z / z) } else { (1.0, 0.0) };
         let scaled = |v: &Direction, a: f64| v.iter().map(|&(i, x)| (i, a * x)).collect::<Vec<_>>();
-        // They have no entry in common.
+        // The two have no entry in common.
         let mix = |a: f64, b: f64| [scaled(&self.v, a), scaled(&other.v, b)].concat();
         (Self { d: self.d, z, v: mix(c, s) }, mix(-s, c))
     }
 }
 
-/// An eigenvalue: `beyond` the value of `D` that is nearest.
+/// An eigenvalue, stored as `beyond`, its difference from the nearest value of `D`.
 struct Zero {
     nearest: usize,
     beyond: f64,
@@ -94,7 +93,7 @@ impl Zero {
         (all[i].d - all[self.nearest].d) - self.beyond
     }
 
-    /// The zero between value `i` and the next, or above the last.
+    /// The zero between value `i` and the next, or the one above the last.
     fn between(all: &[Moved], k: f64, i: usize) -> Self {
         // `1 + k sum z^2 / (d - lambda)` without the nearest value, and its slope, at `x` beyond it.
         let rest = |nearest: usize, x: f64| {
@@ -116,8 +115,8 @@ impl Zero {
                 if is_low { (i, 0.0, half) } else { (i + 1, -half, 0.0) }
             }
         };
-        // `x rest(x) - k z^2`, which has no pole at the nearest value, has the same zero; it rises
-        // through it above the nearest value, and falls below.
+        // `x rest(x) - k z^2` has the same zero and no pole at the nearest value. If the zero is above that value, it
+        // rises through it, otherwise it falls.
         let (pull, side) = (own(nearest), if high > 0.0 { 1.0 } else { -1.0 });
         let mut x = 0.0;
         for _ in 0..STEPS {
@@ -141,12 +140,12 @@ impl Zero {
     }
 }
 
-/// The part of `z` in direction `i` of which the zeros are exact.
+/// The part of `z` in direction `i` for which the zeros are exact.
 fn exact(all: &[Moved], zeros: &[Zero], i: usize) -> f64 {
     let mut square = 1.0;
     for (j, zero) in zeros.iter().enumerate() {
         let above = -zero.below(all, i);
-        // Each zero beside the value of `D` next to it, on the other side than `i`.
+        // Each zero is paired with its neighbour in `D` on the side away from `i`.
         square *= match j {
             _ if j < i => above / (all[j].d - all[i].d),
             _ if j + 1 < all.len() => above / (all[j + 1].d - all[i].d),
@@ -161,8 +160,8 @@ mod tests {
     use super::*;
     use crate::numerics::kernel::inner_product;
 
-    /// Values that are zero, equal, nearly equal and far apart, and parts of `z` from one to nothing: the
-    /// vectors are orthonormal, and with their values they make up the matrix.
+    /// Values that are zero, equal, nearly equal and far apart, and parts of `z` from one to zero: the vectors are
+    /// orthonormal, and with their values they reproduce the matrix.
     #[test]
     fn the_pairs_are_orthonormal_and_make_up_the_matrix() {
         let mut seed = 1u64;
@@ -189,7 +188,7 @@ mod tests {
             for (i, (_, v)) in pairs.iter().enumerate() {
                 for (j, (_, w)) in pairs.iter().enumerate() {
                     let known = f64::from(u8::from(i == j));
-                    // A rounding for each of the n factors and terms, with a margin.
+                    // One rounding for each of the n factors and terms, with a margin.
                     let bound = 20.0 * n as f64 * f64::EPSILON;
                     assert!((inner_product(v, w) - known).abs() < bound, "{round} {i} {j}");
                 }
@@ -205,7 +204,7 @@ mod tests {
         }
     }
 
-    /// Two masses on a spring: a translation of exactly no frequency, and the known other one.
+    /// Two masses on a spring: a translation of frequency exactly 0, and the known elastic mode.
     #[test]
     fn a_free_pair_translates() {
         let (m, k) = ([3.0f64, 5.0], 7e9);

@@ -1,4 +1,4 @@
-//! Power series up to one order, coefficient by coefficient, and their projection on fewer powers.
+//! Power series up to a fixed order, coefficient by coefficient, and their projection on lower powers.
 
 use std::array::from_fn;
 use std::sync::OnceLock;
@@ -8,11 +8,10 @@ pub const ORDER: usize = 16;
 /// Coefficients of a projection.
 pub const LOW: usize = 7;
 
-/// Coefficients of the powers.
+/// Coefficients of a power series.
 pub type Powers = [f64; ORDER + 1];
 
-/// Places of the interval from 0 to 1 at which a polynomial of that many coefficients is known best: the zeros of
-/// Legendre's polynomial.
+/// Nodes on the interval from 0 to 1 for interpolation by as many coefficients: the zeros of the Legendre polynomial.
 pub const NODES: [f64; LOW] = [
     0.025446043828620757,
     0.12923440720030277,
@@ -23,7 +22,7 @@ pub const NODES: [f64; LOW] = [
     0.9745539561713792,
 ];
 
-/// The polynomial that has these values there, by Newton's divided differences.
+/// The polynomial with these values at the nodes, by Newton's divided differences.
 pub fn through(values: &[f64; LOW]) -> [f64; LOW] {
     let mut differences = *values;
     for order in 1..LOW {
@@ -52,13 +51,13 @@ pub fn product(a: &Powers, b: &Powers, k: usize) -> f64 {
     a[..=k].iter().zip(b[..=k].iter().rev()).map(|(a, b)| a * b).sum()
 }
 
-/// Coefficient `k` of `a / b`, those of `c` below it being known.
+/// Coefficient `k` of `c = a / b`, given those of `c` below it.
 pub fn quotient(a: &Powers, b: &Powers, c: &Powers, k: usize) -> f64 {
     let known: f64 = c[..k].iter().zip(b[1..=k].iter().rev()).map(|(c, b)| c * b).sum();
     (a[k] - known) / b[0]
 }
 
-/// Coefficient `k` of a power of `a`, those of `c` below it being known; the first is this power of a number.
+/// Coefficient `k` of `c = a^exponent`, given those of `c` below it; `first` is this power of a number.
 pub fn power(a: &Powers, exponent: f64, c: &Powers, k: usize, first: fn(f64) -> f64) -> f64 {
     if k == 0 {
         return first(a[0]);
@@ -67,9 +66,10 @@ pub fn power(a: &Powers, exponent: f64, c: &Powers, k: usize, first: fn(f64) -> 
     (0..k).map(term).sum::<f64>() / (k as f64 * a[0])
 }
 
-/// The projections of polynomials on those of a lower degree, over the interval from 0 to 1: power after power less
-/// its part that is orthogonal to all lower ones, which is Legendre's polynomial over its highest coefficient. All keep
-/// as many powers, no more than [`LOW`], and of these none of which no polynomial has more than is `allowed` of it.
+/// Projections of polynomials on lower powers, over the interval from 0 to 1. From the highest power down, the part
+/// is taken out that is orthogonal to all lower powers: the Legendre polynomial over its highest coefficient. All
+/// projections have the same number of coefficients, at most [`LOW`]; a power is also taken out if this changes no
+/// polynomial by more than it is `allowed`.
 pub fn projections<const COUNT: usize>(
     mut all: [Powers; COUNT],
     allowed: [f64; COUNT],
@@ -78,7 +78,7 @@ pub fn projections<const COUNT: usize>(
     let orthogonal = ORTHOGONAL.get_or_init(|| from_fn(legendre));
     let mut left = [0.0; COUNT];
     for k in (1..=ORDER).rev() {
-        // Nowhere in the interval is Legendre's polynomial larger than one.
+        // In the interval the Legendre polynomial is at most one.
         let out: [f64; COUNT] = from_fn(|i| left[i] + (all[i][k] / orthogonal[k][k]).abs());
         if k < LOW {
             if out.iter().zip(allowed).any(|(out, allowed)| *out > allowed) {
@@ -97,7 +97,7 @@ pub fn projections<const COUNT: usize>(
     all.map(|powers| from_fn(|k| powers[k]))
 }
 
-/// Legendre's polynomial of this degree on the interval from 0 to 1: `sum_i (-1)^(j + i) C(j, i) C(j + i, i) t^i`.
+/// The Legendre polynomial of this degree on the interval from 0 to 1: `sum_i (-1)^(j + i) C(j, i) C(j + i, i) t^i`.
 fn legendre(j: usize) -> Powers {
     let choose = |n: usize, m: usize| (0..m).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
     let sign = |i: usize| if (i + j).is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -108,7 +108,7 @@ fn legendre(j: usize) -> Powers {
 mod tests {
     use super::*;
 
-    /// The coefficients of `1 / (1 - t)` and of its powers are binomials, exact in doubles up to their rounding.
+    /// The coefficients of `1 / (1 - t)` and of its powers are binomials, known up to rounding.
     #[test]
     fn products_quotients_and_powers_are_those_of_the_geometric_series() {
         let one: Powers = from_fn(|k| f64::from(u8::from(k == 0)));
@@ -122,8 +122,8 @@ mod tests {
         }
     }
 
-    /// Gauss's nodes: the product of the distances from them is orthogonal to every lower power. A polynomial that
-    /// is known there is that through its values: roundings of coefficients up to 924.
+    /// The product of the distances from the nodes is orthogonal to every lower power, and a polynomial is reproduced
+    /// from its values at the nodes, up to roundings of coefficients up to 924.
     #[test]
     fn a_polynomial_is_known_at_the_nodes() {
         let one: Powers = from_fn(|k| f64::from(u8::from(k == 0)));
@@ -139,8 +139,8 @@ mod tests {
         }
     }
 
-    /// A polynomial of a lower degree is its own projection; what a projection leaves out of a higher power is
-    /// orthogonal to all lower ones. Its coefficients are below 1e4, of some thirty terms.
+    /// A polynomial of low degree is its own projection. What the projection of a higher power leaves out is
+    /// orthogonal to all lower powers. The coefficients are below 1e4, of some thirty terms each.
     #[test]
     fn what_a_projection_leaves_out_is_orthogonal_to_what_it_keeps() {
         for high in 0..=ORDER {

@@ -11,11 +11,11 @@ use std::fmt;
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-/// A kind of vectors.
+/// A set of vector instructions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Vectors {
-    /// One number at a time, or whatever the compiler makes of it.
+    /// One number at a time, unless the compiler vectorises.
     Scalar,
     /// 64-bit ARM, two doubles.
     Neon,
@@ -39,12 +39,12 @@ impl fmt::Display for Vectors {
     }
 }
 
-/// Those of this processor, widest first, then `Scalar`. Without heap memory: unloading a library
-/// that holds this must leave nothing behind.
+/// The sets of this processor, widest first, then `Scalar`. It uses no heap memory, so that a library with it can be
+/// unloaded.
 static PATHS: LazyLock<[Option<(Vectors, Arch)>; MOST]> = LazyLock::new(paths);
-/// Kinds of vectors that one processor can have.
+/// Most sets of one processor.
 const MOST: usize = 3;
-/// Position in [`PATHS`] of the one in use.
+/// Position in [`PATHS`] of the set in use.
 static CHOSEN: AtomicU8 = AtomicU8::new(0);
 
 fn paths() -> [Option<(Vectors, Arch)>; MOST] {
@@ -72,21 +72,21 @@ fn paths() -> [Option<(Vectors, Arch)>; MOST] {
 }
 
 impl Vectors {
-    /// Those that this processor has, widest first; `Scalar` is the last.
+    /// The sets that this processor has, widest first; `Scalar` is the last.
     pub fn available() -> impl Iterator<Item = Self> {
         PATHS.iter().flatten().map(|(vectors, _)| *vectors)
     }
 
-    /// Those in use in this process: the widest, until [`Self::select`] says otherwise.
+    /// The set in use in this process: the widest, unless [`Self::select`] has changed it.
     pub fn in_use() -> Self {
         path().0
     }
 
-    /// Uses these from now on, in the whole process, without effect on any result; false if the
-    /// processor does not have them.
+    /// Uses this set from now on, in the whole process, without effect on any result. Returns false if the processor
+    /// does not have it.
     pub fn select(self) -> bool {
         let found = Self::available().position(|vectors| vectors == self);
-        // At most three entries.
+        // There are at most three entries.
         found.is_some_and(|at| {
             CHOSEN.store(at as u8, Ordering::Relaxed);
             true
@@ -100,7 +100,7 @@ fn path() -> (Vectors, Arch) {
     chosen.unwrap_or((Vectors::Scalar, Arch::Scalar))
 }
 
-/// Runs a loop in the vectors in use.
+/// Runs a loop with the set in use.
 #[inline(always)]
 pub(crate) fn dispatch<Op: WithSimd>(op: Op) -> Op::Output {
     path().1.dispatch(op)

@@ -1,10 +1,10 @@
-//! Complex numbers in twice the digits.
+//! Complex numbers in double-double precision.
 
 use crate::numerics::instant::Double;
 use num_complex::Complex64 as C;
 use std::ops::{Add, Mul, Sub};
 
-/// A complex number in twice the digits.
+/// A complex number in double-double precision.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Wide {
     pub(crate) re: Double,

@@ -1,18 +1,17 @@
 //! Hammers that air drives, with a casing, by the size of the hammer.
 //!
-//! From makers: outer diameter, and air taken at 150, 250 and 350 psi with the power at 24 bar, of Sandvik's
-//! catalogue (*Down the Hole Rock Drilling Tools*, 2023, quoted in `reports/catalogue.md`); the bore, 0.866
-//! of the outer diameter (Drillco, *Puma 3.1 maintenance sheet*); the mass of the piston, like one of that
-//! size in proportion (the same report).
+//! From makers: the outer diameter, the air at 150, 250 and 350 psi and the power at 24 bar are from Sandvik's
+//! catalogue (*Down the Hole Rock Drilling Tools*, 2023, quoted in `reports/catalogue.md`); the bore, 0.866 of the
+//! outer diameter, is from Drillco (*Puma 3.1 maintenance sheet*); the piston is scaled from a published one of about
+//! that size (the same report).
 //!
-//! Assumed, and the same for all four by area: the faces of the piston, its stroke, the ports' places and
-//! height, the dead volumes, an exhaust port of 2.5 times the supply's area. They were chosen among six
-//! such sets, as the one whose frequencies are those published of such hammers, 35 to 45 Hz, and whose
-//! impacts are below 13 m/s. One number of each hammer is fitted: the area of its supply ports, to the air
-//! that it takes at 150 psi. Bodies are uniform, the bit as heavy as the piston; the masses of the casings,
-//! the chuck and the rock (the reference's, by the area of the hole) are assumed too. The feed holds the
-//! casing down at 24 bar; the most that SPM prints for these sizes, for pressures up to 17 bar, is 11.8, 12.3,
-//! 13.5 and 18.1 kN, with which the three larger ones idle part of the time.
+//! Assumed, and scaled by area to all four sizes, are the faces of the piston, its stroke, the ports' places and
+//! height, the dead volumes, and an exhaust port of 2.5 times the supply's area. Of six such sets this one has the
+//! published frequencies, 35 to 45 Hz, and impacts below 13 m/s. One number of each hammer is fitted: the area of its
+//! supply ports, to the air at 150 psi. Bodies are uniform, and the bit is as heavy as the piston; the masses of the
+//! casings, the chuck and the rock (the reference's, by the area of the hole) are assumed too. The feed holds the
+//! casing down at 24 bar. SPM's largest recommended feeds for these sizes, at up to 17 bar, are 11.8, 12.3, 13.5 and
+//! 18.1 kN; with these the three larger hammers idle part of the time at 24 bar.
 
 use super::Preset;
 use super::hammers::DAMPING;
@@ -20,17 +19,17 @@ use crate::quantities::air::{ATMOSPHERE, AirChamber, AirLaw};
 use crate::quantities::parameters::{InputValues, Parameters, Source};
 use crate::quantities::sections::Segment;
 
-/// Width of a wave's front that the contact's stiffness makes, m.
+/// Length of the wave front that the contact's stiffness makes, m.
 const FRONT: f64 = 0.0125;
-/// Supply: 350 psi over the atmosphere, Pa.
+/// Absolute supply pressure, Pa: 350 psi over the atmosphere's.
 const SUPPLY: f64 = 2.413e6 + ATMOSPHERE;
 
-/// Ports of the 4-inch hammer, over the outside diameter squared.
+/// Area of a supply port of the 4-inch hammer, over its outside diameter squared.
 const PORTS: f64 = 2.2e-4 / (0.105 * 0.105);
 /// Mass of the casing over the outside diameter squared, kg/m2: between those of the presets.
 const CASING: f64 = 2500.0;
 
-/// What differs from one to the next.
+/// The numbers in which these hammers differ.
 #[derive(Clone, Copy, Debug)]
 pub struct AirHammer {
     /// Outer diameter, m.
@@ -52,21 +51,21 @@ pub struct AirHammer {
 impl AirHammer {
     /// The bore over the outer diameter.
     pub const BORE: f64 = 0.866;
-    /// The area on which the air drives over the bore's.
+    /// Area of the drive chamber's face over the bore's.
     pub const DRIVE: f64 = 0.92;
 
-    /// One like the presets, with casing and ports in proportion to the area of its outside diameter (m).
+    /// A hammer with casing and ports scaled from the presets by the area of its outside diameter (m).
     pub fn in_proportion(outer: f64, piston: f64, hole: f64, feed: f64) -> Self {
         let [casing, supply] = [CASING, PORTS].map(|part| part * outer * outer);
         Self { outer, piston, casing, supply, hole, feed, stroke: 1.0 }
     }
 
-    /// Holds its cylinder: it has no casing that may rise.
+    /// Holds the cylinder: without a casing, nothing rises.
     pub(crate) fn hold(p: &mut Parameters) {
         (p.casing.mass, p.chuck.idle_travel) = (0.0, 0.0);
     }
 
-    /// Its scene, at the pressure of the presets.
+    /// Its scene, at the presets' pressure.
     pub fn start(&self) -> (Parameters, InputValues) {
         let mut start = Default::default();
         let (parameters, inputs) = &mut start;
@@ -76,7 +75,7 @@ impl AirHammer {
 
     fn build(&self, p: &mut Parameters, inputs: &mut InputValues) {
         let diameter = Self::BORE * self.outer;
-        // To three digits, as one would write it down.
+        // Rounded to three digits, as in a hand-written scene.
         let rounded = |x: f64| format!("{x:.2e}").parse().unwrap_or(x);
         let bore = std::f64::consts::FRAC_PI_4 * diameter * diameter;
         let area: f64 = rounded(0.7 * bore);
@@ -116,7 +115,7 @@ impl AirHammer {
     }
 }
 
-/// Hammers by inches, with their outside and hole in mm.
+/// The presets, with the outside and hole diameters in mm.
 macro_rules! presets {
     ($($name:ident = $text:literal, $inches:literal, $outer:literal, $hole:literal,
        [$piston:literal, $casing:literal, $supply:literal, $feed:literal];)*) => {

@@ -1,16 +1,16 @@
 //! A water hammer of stepped bodies, and a top hammer.
 //!
-//! The rock is the reference's, with stiffness, viscosity and barrier proportional to the hole's area. The mesh
-//! is that on which a rate errs by a hundredth. The damping is assumed: [`DAMPING`] of the piston's first
-//! elastic mode, for a guided body. The reference's damping time damps such modes by 0.02 to 0.1 %, and
-//! such hammers never repeat a blow.
+//! The rock is the reference's, with stiffness, viscosity and barrier in proportion to the hole's area. On the mesh a
+//! rate has an error of a hundredth. The damping is assumed: [`DAMPING`] of the piston's first elastic mode, for a
+//! guided body. With the reference's damping time it would be 0.02 to 0.1 %, and such hammers would never repeat a
+//! blow.
 
 use super::rocks::{Ground, Inserts};
 use crate::bodies::resolution::Reading;
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::quantities::sections::Segment;
 
-/// Damping ratio that is assumed of the piston's first elastic mode, where nothing is known.
+/// Assumed damping ratio of the piston's first elastic mode.
 pub const DAMPING: f64 = 0.005;
 
 /// The dimensions of a hammer.
@@ -23,9 +23,9 @@ struct Hammer<'a> {
     /// Force (N) and stroke (m) of the relay.
     force: f64,
     stroke: f64,
-    /// Feed, N; the reference's where none is known.
+    /// Feed, N; none: the reference's.
     feed: Option<f64>,
-    /// Penalty stiffness that makes wave fronts 6 mm wide, N/m.
+    /// Penalty stiffness, N/m, for wave fronts of 6 mm.
     contact: f64,
 }
 
@@ -49,7 +49,7 @@ impl Hammer<'_> {
         if let Some(mesh) = p.mesh_for(Reading::Rate, usual) {
             mesh.apply(p);
         }
-        // To three digits, so that it is the same number wherever the modes are computed.
+        // Rounded to three digits, so that it does not depend on where the modes are computed.
         let damping =
             p.damping_time_of(DAMPING).and_then(|time| format!("{time:.2e}").parse().ok());
         p.material.damping_time = damping.unwrap_or(p.material.damping_time);
@@ -72,14 +72,13 @@ pub fn water(p: &mut Parameters, inputs: &mut InputValues) {
 
 /// A hydraulic drifter on four rods of 3.66 m, in granite.
 ///
-/// Blow energy, rate of blows and power are those of Atlas Copco's COP 1838: 18 to 19 kW at up to 60 Hz
-/// (Walker, Engineering and Mining Journal, "Hydraulic drills hammer through with new designs, tougher
-/// materials"), so some 310 J; another drifter of this class has been measured at 346 J and 62 Hz. The
-/// rock is [`ROCKS`](super::ROCKS)' granite under nine inserts of 11 mm. Assumed: a piston of the rods'
-/// impedance, as Lundberg 1987 (Int. J. Rock Mech. Min. Sci. 24:213) has it; its speed; the feed; the bit.
-/// The string is the parameters' own, and its damping the reference's: half a per cent of the piston's
-/// first mode, as the other hammers have it, would take `1 - exp(-2 zeta omega L/c)`, 62 %, of the energy
-/// of a wave of that frequency on its way down the rods.
+/// Blow energy, blow rate and power are those of Atlas Copco's COP 1838: 18 to 19 kW at up to 60 Hz (Walker,
+/// Engineering and Mining Journal, "Hydraulic drills hammer through with new designs, tougher materials"), so some
+/// 310 J. Another drifter of this class was measured at 346 J and 62 Hz. The rock is [`ROCKS`](super::ROCKS)' granite
+/// under nine inserts of 11 mm. Assumed are a piston of the rods' impedance, as in Lundberg 1987 (Int. J. Rock Mech.
+/// Min. Sci. 24:213), its speed, the feed and the bit. The string is the default one, and its damping the
+/// reference's: half a per cent of the piston's first mode, as of the other hammers, would take
+/// `1 - exp(-2 zeta omega L/c)`, 62 %, of the energy of such a wave on its way down the rods.
 pub fn top_hammer(p: &mut Parameters, inputs: &mut InputValues) {
     let damping = p.material.damping_time;
     p.drill.rods = 4;

@@ -63,7 +63,7 @@ pub const PRESETS: &[Preset] = &[
 ];
 
 impl Preset {
-    /// What to use in place of a preset that there was.
+    /// What to use instead of a preset that no longer exists.
     pub fn instead_of(name: &str) -> Option<&'static str> {
         match name {
             "granite" | "medium_rock" => {

@@ -1,16 +1,16 @@
 //! Rocks by name, and the rock law's parameters for a bit of many inserts.
 //!
-//! A spherical insert of radius `R` pressed by `p << R` into rock of constant hardness `H` touches it on
-//! the area `2 pi R p`; `n` of them side by side make the straight loading line
+//! A spherical insert of radius `R`, pressed by `p << R` into rock of constant hardness `H`, touches it on the area
+//! `2 pi R p`. With `n` inserts side by side the loading line is straight:
 //!
 //! ```text
 //! F = 2 pi R H n p,      KR = 2 pi R H n,      work = H x volume,  volume = n pi R p^2
 //! ```
 //!
-//! The ratio `gamma` of unloading to loading follows from how fast an insert rebounds. Viscosity and
-//! energy barrier are bounded by the same tests: 1.7e4 N s/m and 0.4 J cannot be told from none there, ten
-//! times as much is excluded. Each insert is given less, [`INSERT_VISCOSITY`] and [`INSERT_BARRIER`], with
-//! which the bits of hammers stand still between blows; it is an assumption.
+//! The ratio `gamma` of unloading to loading follows from the speed at which an insert rebounds. The same tests bound
+//! viscosity and energy barrier: 1.7e4 N s/m and 0.4 J cannot be distinguished from zero, ten times as much is
+//! excluded. Each insert has less, [`INSERT_VISCOSITY`] and [`INSERT_BARRIER`], an assumption with which the bits of
+//! hammers stand still between blows.
 
 use crate::numerics::math;
 use crate::quantities::domain::{Domain, ParameterError};
@@ -18,11 +18,11 @@ use crate::quantities::parameters::{Parameters, Rock};
 use std::f64::consts::PI;
 use thiserror::Error;
 
-/// Diameter of the bit that the reference rock's parameters are taken for, m: that of a 3 inch hammer.
+/// Diameter of the bit to which the reference rock's parameters belong, m: that of a 3-inch hammer.
 pub const REFERENCE_HOLE: f64 = 0.09;
 
 impl Rock {
-    /// Makes rock under a bit like the reference's that under one of another diameter (m), by its area.
+    /// Converts rock under a bit like the reference's to that under a bit of another diameter (m), by area.
     pub(crate) fn spread(&mut self, diameter: f64) {
         let share = (diameter / REFERENCE_HOLE) * (diameter / REFERENCE_HOLE);
         self.stiffness *= share;
@@ -31,14 +31,14 @@ impl Rock {
     }
 }
 
-/// A number of a rock, with what it is known by.
+/// A number of a rock, its range and its source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
     /// The number, SI.
     pub value: f64,
-    /// The least and the largest that the source allows.
+    /// Its least and largest value according to the source.
     pub range: [f64; 2],
-    /// Where it is from, and how it follows from there.
+    /// Its source, and how it follows from that.
     pub source: &'static str,
     /// False of an assumption.
     pub measured: bool,
@@ -57,14 +57,14 @@ pub struct RockType {
     pub strength: [f64; 2],
 }
 
-/// Up to this factor the specific energy is the strength where one rate was not measured.
+/// The specific energy is the strength up to this factor, unless a rate was measured.
 const ABOUT_STRENGTH: f64 = 1.6;
 const OF_STRENGTH: &str = "about the uniaxial compressive strength, up to a factor of 1.6 (Teale 1965, IJRMMS \
     2:57). Two rates of the field, with the power printed for hammers of their sizes, give 182 MJ/m3 (165 mm, \
     granite, 22.5 m/h) and 245 MJ/m3 (175 mm, limestone of 172 to 207 MPa, steered, 13.7 m/h)";
 
 impl RockType {
-    /// Work that breaks a volume of it out of a hole, J/m3.
+    /// Specific energy: the work that breaks out a volume of rock, J/m3.
     pub fn specific_energy(&self) -> Figure {
         let [low, high] = self.strength;
         let (value, inside) = ((low * high).sqrt(), 0.5 * math::ln(high / low));
@@ -74,9 +74,10 @@ impl RockType {
     }
 }
 
-/// The rocks, in the order in which drillers know them to be harder. Hardness is from the deepest penetration `p` of one insert of 8.51 mm: the loading line
-/// that stops the piston at `p` has the stiffness `KR = 2 pi R H`, and the ratio is that of the same
-/// blow's rebound (`reports/measured.md`). Strength is what such rocks have: no test of these two is at hand.
+/// The rocks, in the order of drillers' experience. Hardness is from the deepest penetration `p` of one insert of
+/// 8.51 mm: the loading line that stops the piston at `p` has the stiffness `KR = 2 pi R H`, and the ratio is from
+/// the same blow's rebound (`reports/measured.md`). Strengths are those of such rocks: the two that were tested have
+/// no published test of strength.
 pub const ROCKS: &[RockType] = &[
     RockType {
         name: "st anne limestone",
@@ -119,7 +120,7 @@ pub const ROCKS: &[RockType] = &[
     by_strength("extremely strong, R6", [250e6, 400e6]),
 ];
 
-/// A rock of which the strength is known; its class by the International Society for Rock Mechanics.
+/// A rock of known strength: a class of the International Society for Rock Mechanics.
 const fn by_strength(name: &'static str, strength: [f64; 2]) -> RockType {
     let hardness = Figure {
         value: 2.28e9,
@@ -136,12 +137,12 @@ const fn by_strength(name: &'static str, strength: [f64; 2]) -> RockType {
     RockType { name, hardness, unloading_ratio, strength }
 }
 
-/// Hardness of rocks that are drilled, Pa.
+/// Hardness of rocks that are drilled, Pa: least and largest.
 const HARDNESS: [f64; 2] = [1.3e9, 4e9];
-/// Strengths that rocks have, Pa.
+/// Strengths of rocks, Pa: least and largest.
 const STRENGTHS: [f64; 2] = [1e6, 600e6];
 
-/// What a rock is to any bit, in numbers: what a file of a rock has.
+/// A rock in numbers that do not depend on the bit, as in a rock's file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
     /// Hardness `H`, Pa.
@@ -154,15 +155,15 @@ pub struct Ground {
     pub insert_barrier: f64,
     /// Specific energy, J/m3.
     pub specific_energy: f64,
-    /// Up to which factor that is known.
+    /// Factor of its uncertainty.
     pub specific_energy_factor: f64,
 }
 
-/// A number of a rock's file: its name, its unit, and where it is.
+/// A number in a rock's file: its name, its unit, and its accessor.
 pub type GroundRow = (&'static str, &'static str, fn(&mut Ground) -> &mut f64);
 
 impl Ground {
-    /// What a file of a rock may have.
+    /// All numbers of a rock's file.
     pub const ROWS: [GroundRow; 6] = [
         ("hardness", "Pa", |g| &mut g.hardness),
         ("unloading_ratio", "1", |g| &mut g.unloading_ratio),
@@ -172,11 +173,11 @@ impl Ground {
         ("specific_energy_factor", "1", |g| &mut g.specific_energy_factor),
     ];
 
-    /// The rock of a name or of a word that only one has, of a class ("R5", "very strong"), or of a strength
-    /// ("180 MPa").
+    /// The rock of a name, of a word that only one name has, of a class ("R5", "very strong"), or of a strength ("180
+    /// MPa").
     ///
     /// # Errors
-    /// There is none of it; the names that there are.
+    /// There is no such rock; the names that exist.
     pub fn named(text: &str) -> Result<(Self, Vec<String>), RockError> {
         let kind = RockType::named(text)?;
         Ok((Self::from(&kind), kind.assumptions()))
@@ -195,7 +196,7 @@ impl Ground {
         }
     }
 
-    /// The rock law's parameters under a bit. All else stays the reference's.
+    /// The rock law's parameters under a bit. Other parameters are the reference's.
     ///
     /// # Errors
     /// A number of inserts or a radius that no bit has.
@@ -230,20 +231,20 @@ impl From<&RockType> for Ground {
     }
 }
 
-/// What a bit is to the rock.
+/// The inserts of a bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inserts {
-    /// How many.
+    /// Number of inserts.
     pub count: usize,
-    /// Radius of each one's tip, m.
+    /// Radius of an insert's tip, m.
     pub radius: f64,
 }
 
-/// Of a bit whose inserts are not known: radius of each one's tip (m), and hole that it has to break (m2).
+/// Where a bit's inserts are not known: radius of a tip (m), and area of the hole for each insert (m2).
 const USUAL: (f64, f64) = (7e-3, 8e-4);
 
 impl Inserts {
-    /// Those of a bit for a hole of a diameter (m): one of 7 mm for each 8 cm2, as the 8 on 90 mm.
+    /// The usual inserts of a bit for a hole of this diameter (m): one of 7 mm for each 8 cm2, as 8 on 90 mm.
     ///
     /// # Errors
     /// A diameter that no hole has.
@@ -255,7 +256,7 @@ impl Inserts {
     }
 }
 
-/// What a bit or a rock cannot be.
+/// An error in a bit or a rock.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum RockError {
     /// A rock that is not in the table.
@@ -271,17 +272,17 @@ fn names() -> String {
     names.join("; ")
 }
 
-/// Viscosity (N s/m) and energy barrier (J) that one insert is given: a tenth of what the reference's bit
-/// has. `n` inserts of stiffness `k` under a bit of mass `M` stand still below `2 sqrt(k M / n)` each, 1.1e4
-/// for the 8 of 7 mm under 3.4 kg in granite.
+/// Viscosity (N s/m) and energy barrier (J) of one insert: a tenth of those of the reference's bit. `n` inserts of
+/// stiffness `k` under a bit of mass `M` stand still below `2 sqrt(k M / n)` each, 1.1e4 for 8 of 7 mm under 3.4 kg
+/// in granite.
 const INSERT_VISCOSITY: f64 = 2.5e3;
 const INSERT_BARRIER: f64 = 0.12;
 
 impl RockType {
-    /// The rock of a name, of a word that only one name has, or of a strength; letters may be large or small.
+    /// The rock of a name, of a word that only one name has, or of a strength, in upper or lower case.
     ///
     /// # Errors
-    /// There is none of it; the names that there are.
+    /// There is no such rock; the names that exist.
     pub fn named(name: &str) -> Result<Self, RockError> {
         let wanted = name.trim().to_lowercase();
         if let Some(number) = wanted.strip_suffix("mpa") {
@@ -302,7 +303,7 @@ impl RockType {
         rock.copied().ok_or_else(|| RockError::Unknown(name.into()))
     }
 
-    /// A sentence for each rock that drillers know to be softer, and that is harder in this table.
+    /// A sentence for each rock that drillers know to be softer but that is harder in this table.
     fn against_experience(&self) -> impl Iterator<Item = String> {
         let easier =
             ROCKS.iter().take_while(|rock| rock.name != self.name && rock.hardness.measured);
@@ -324,7 +325,7 @@ impl RockType {
         })
     }
 
-    /// What is assumed where this rock is used, a sentence each.
+    /// The assumptions behind this rock, a sentence each.
     pub fn assumptions(&self) -> Vec<String> {
         let mut list = vec![
             "All inserts act at once, each in rock that the others do not weaken.".into(),
@@ -352,7 +353,7 @@ mod tests {
         Ground::named(name).expect("a rock").0
     }
 
-    /// One insert of the tests has the stiffness that the tests gave, to the three digits of `H`.
+    /// An insert of the tests has the measured stiffness, to the three digits of `H`.
     #[test]
     fn one_insert_has_the_stiffness_of_its_test() {
         for (name, stiffness) in [("St Anne limestone", 1.048e8), ("kuru granite", 8.38e7)] {
@@ -377,7 +378,8 @@ mod tests {
         assert!((work / volume / rock.hardness - 1.0).abs() < 1e-14);
     }
 
-    /// Teale: the specific energy is the strength, up to 1.6; of a class also up to its own ends.
+    /// Teale: the specific energy is the strength, up to a factor of 1.6; of a class the range is wider by that of
+    /// its strength.
     #[test]
     fn the_specific_energy_is_about_the_strength() {
         let known = ground("180 MPa");
@@ -394,7 +396,7 @@ mod tests {
         }
     }
 
-    /// A rock that is read off a hammer is the same under another bit.
+    /// A rock converted to one under a bit and back is the same.
     #[test]
     fn a_rock_under_a_bit_is_read_back() {
         let (rock, bit) = (ground("limestone"), Inserts { count: 9, radius: 7e-3 });
@@ -405,7 +407,7 @@ mod tests {
         }
     }
 
-    /// A word that one rock has is enough; a rock that comes out softer than drillers know says so.
+    /// A word that a single rock has is enough. A rock that is softer in the table than in experience is reported.
     #[test]
     fn a_word_names_a_rock_and_what_is_odd_is_told() {
         assert_eq!(RockType::named(" Granite").expect("a rock").name, "kuru granite");
@@ -417,7 +419,7 @@ mod tests {
         Ground::named(name).expect("a rock").1
     }
 
-    /// 8 inserts of 7 mm on 90 mm, and as many more as the hole is wider: 140 mm has (140 / 90)^2 times 8.
+    /// 8 inserts of 7 mm on 90 mm, and more in proportion to the area: (140 / 90)^2 times 8 on 140 mm.
     #[test]
     fn a_hole_says_how_many_inserts_it_takes() {
         let of_hole = |diameter| Inserts::of_hole(diameter).map(|bit| bit.count);

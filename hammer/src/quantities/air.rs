@@ -1,5 +1,5 @@
-//! The air side of a hammer that [`Source::Air`](crate::Source::Air) drives: its chambers, ports and
-//! the air that it is fed with. The equations are in `laws/air.rs`.
+//! The air side of a hammer with [`Source::Air`](crate::Source::Air): chambers, ports and the air that is supplied.
+//! The equations are in `laws/air.rs`.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ pub const ATMOSPHERE: f64 = 101_325.0;
 /// A chamber beside the piston.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AirChamber {
-    /// Volume with the piston at the end of its way in the chamber, m3.
+    /// Volume with the piston at the end of its travel into the chamber, m3.
     pub dead_volume: f64,
     /// Relative position of the piston at which the supply begins to open, m.
     pub supply: f64,
@@ -32,20 +32,20 @@ pub struct AirLaw {
     pub supply_area: f64,
     /// Area of an exhaust port, wholly open, m2.
     pub exhaust_area: f64,
-    /// Part of a port's area that its jet fills.
+    /// Discharge coefficient: part of a port's area that its jet fills.
     pub discharge: f64,
     /// Opening between the chambers, past the piston, m2.
     pub leakage_area: f64,
     /// Drag of the piston in its cylinder, N s/m.
     pub drag: f64,
-    /// Temperature of the supply, and of what the exhaust sucks in, K.
+    /// Temperature of the supply, and of air that flows in from the exhaust, K.
     pub temperature: f64,
-    /// Error of the gas over a window, relative.
+    /// Relative error of the air in the mean over a window.
     pub error: f64,
 }
 
 impl Default for AirLaw {
-    /// An example for the reference hammer: faces of 1.5e-3 m2, a cylinder of 70 mm.
+    /// An example that suits the reference hammer: faces of 1.5e-3 m2, a cylinder of 70 mm.
     fn default() -> Self {
         Self {
             drive: AirChamber { dead_volume: 6e-5, supply: -0.030, exhaust: -0.020 },

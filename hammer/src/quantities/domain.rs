@@ -40,7 +40,7 @@ impl Domain {
             }
     }
 
-    /// Refuses a number outside, by the name and unit of what it is of.
+    /// Refuses a number outside the domain. `name` and `unit` appear in the error.
     ///
     /// # Errors
     /// It is not finite, or not in the domain.

@@ -1,16 +1,16 @@
 //! The drill string of a top hammer: a shank, which the piston strikes, and rods down to the bit.
 //!
-//! A sleeve joins each rod to what is above it, and covers half its length `Lc` of either; there it
-//! carries the force together with the steel inside. From the top, with a shank of `Ls` and two rods
-//! of `Lr`, the lengths are
+//! A sleeve joins each rod to the shank or rod above it, and covers half of its own length `Lc` of either. There the
+//! sleeve carries the force together with the steel inside. From the top, with a shank of `Ls` and two rods of `Lr`,
+//! the lengths of the sections are
 //!
 //! ```text
 //! Ls - Lc/2,   Lc, Lr - Lc,   Lc, Lr - Lc/2,   the bit's own
 //! ```
 //!
-//! Joints that are screwed tight move as one, so string and bit are one body of these sections. Loose
-//! ones (`laws/tie.rs`) part where the rods' faces meet, in the middle of the sleeve, of which each
-//! rod carries its half: shank, rods, and the last rod with the bit are bodies of their own.
+//! Joints that are screwed tight do not part, so string and bit are one body of these sections. Loose joints
+//! (`laws/tie.rs`) part where the rods' faces meet, in the middle of the sleeve, of which each rod carries one half.
+//! Shank, rods, and the last rod with the bit are then separate bodies.
 
 use crate::quantities::sections::Segment;
 use serde::{Deserialize, Serialize};
@@ -24,7 +24,7 @@ pub struct Drill {
     pub shank: Segment,
     /// Each rod, from face to face.
     pub rod: Segment,
-    /// The sleeve at the upper end of each rod, with the steel inside; of no length: none.
+    /// The sleeve at the upper end of each rod, with the steel inside; length 0: none.
     pub coupling: Segment,
     /// How the joints hold.
     pub joint: Joint,
@@ -35,8 +35,7 @@ pub struct Drill {
 pub struct Joint {
     /// Stiffness `kj` of the faces and of the thread, N/m; 0: screwed tight.
     pub stiffness: f64,
-    /// Way of the lower rod from where the faces press to where the thread pulls, m; 0: the joint
-    /// holds both ways.
+    /// Travel of the lower rod from where the faces press to where the thread pulls, m; 0: the joint holds both ways.
     pub slack: f64,
 }
 

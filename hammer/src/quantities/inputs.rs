@@ -30,20 +30,20 @@ pub enum InputError {
     /// Not a number, or infinite.
     #[error("a value or derivative is not a finite number")]
     NotFinite,
-    /// Beyond what any hammer meets.
+    /// Larger than for any hammer.
     #[error("{what} of {} is not allowed: it must be from -{most:e} to {most:e}", DisplayNumber(*.value))]
     TooLarge {
-        /// Value, or which derivative.
+        /// The value, or the order of the derivative.
         what: &'static str,
-        /// What was given.
+        /// The given value.
         value: f64,
         /// The largest allowed.
         most: f64,
     },
-    /// No air is at such a pressure.
+    /// The pressure of air must be positive.
     #[error("{} Pa is not allowed: it is absolute and must be above 0 when drive.source is Air", DisplayNumber(*.value))]
     NoPressure {
-        /// What was given, Pa.
+        /// The given value, Pa.
         value: f64,
     },
 }
@@ -61,7 +61,7 @@ pub enum Input {
     ReturnPressure,
     /// Pressure of the supply's air, Pa.
     SupplyPressure,
-    /// Pressure that the exhaust's air goes to, Pa.
+    /// Pressure at the exhaust, Pa.
     ExhaustPressure,
 }
 
@@ -76,7 +76,7 @@ impl Input {
         Self::ExhaustPressure,
     ];
 
-    /// True of what the piston is driven by from outside.
+    /// True for the inputs of the drive.
     pub(crate) fn drives(self) -> bool {
         matches!(self, Self::DriveForce | Self::DrivePressure | Self::ReturnPressure)
     }
@@ -91,8 +91,8 @@ impl Input {
         self.row().name
     }
 
-    /// Checks a value, or its derivative of an order from 1 to [`MAX_INPUT_ORDER`]: the value is at
-    /// most a thousand million times its usual size, and each derivative such as takes it there within 1 us.
+    /// Checks a value, or its derivative of an order from 1 to [`MAX_INPUT_ORDER`]. The largest value is a thousand
+    /// million times the usual one; the largest derivative changes the value by as much within 1 us.
     ///
     /// # Errors
     ///
@@ -107,7 +107,7 @@ impl Input {
         }
     }
 
-    /// Checks that a pressure of the air is above 0, where air drives the piston.
+    /// Checks that a pressure of the air is positive, if air drives the piston.
     ///
     /// # Errors
     ///
@@ -181,7 +181,7 @@ impl Inputs {
         Self(Input::ALL.map(|input| Poly::constant(*(input.row().start)(&mut values))))
     }
 
-    /// One of them.
+    /// The polynomial of an input.
     pub fn of(&self, input: Input) -> &Poly {
         &self.0[input as usize]
     }

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// How the bodies are modelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Fidelity {
-    /// One unknown per body; the contact's stiffness gives a collision the duration of waves.
+    /// One unknown per body. The contact's stiffness makes a collision last as long as waves would.
     Rigid,
     /// Bars with consistent mass, in linear elements or splines.
     Elastic,
@@ -26,7 +26,7 @@ pub enum Source {
     Force,
     /// `F_A = p_drive A_drive - p_return A_return`, the pressures inputs.
     Pressure,
-    /// The same, with the pressures of air that flows through ports.
+    /// The pressure source's force, with the pressures of air that flows through ports.
     Air,
 }
 
@@ -138,7 +138,7 @@ pub struct Rock {
     pub standstill_penetration: f64,
     /// Work to break out a unit volume of rock `E_v`, J/m3.
     pub specific_energy: f64,
-    /// How well it is known: it lies from `E_v` over this factor to `E_v` times it.
+    /// Factor of its uncertainty: it lies from `E_v` over this factor to `E_v` times it.
     pub specific_energy_factor: f64,
     /// The path of a bit that turns downward again before it has left the rock.
     pub reloading: Reloading,
@@ -166,7 +166,7 @@ pub struct Casing {
     pub segment: [Segment; MAX_SEGMENTS],
 }
 
-/// The tie of bit and casing, or of two rods.
+/// The tie of bit and casing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChuckLaw {
     /// Stiffness `ks` of shoulder and ring, N/m.
@@ -194,7 +194,7 @@ pub struct Drive {
     pub area_return: f64,
     /// Area of the bit's upper face on which the return chamber's pressure acts, m2.
     pub anvil_area: f64,
-    /// How long before the middle of its step a value from outside belongs, in steps.
+    /// How long before the middle of its step an input value belongs, in steps.
     #[serde(default)]
     pub delay: f64,
     /// Impedance `Zd` of a transmission line at the piston, N s/m; 0: none.
@@ -238,7 +238,7 @@ pub struct Parameters {
     pub gravity: f64,
     /// Which collisions count as blows.
     pub blow: Blows,
-    /// Longest work of one call, about so many seconds of one core.
+    /// Longest work of one call, in seconds of one core, approximately.
     pub work_limit: usize,
 }
 
@@ -304,8 +304,8 @@ impl Default for Parameters {
                 standstill_speed: 1e-3,
                 standstill_penetration: 1e-6,
                 specific_energy: 2e8,
-                // 130 to 310 MJ/m3 where nothing is known of the rock: two field rates with their
-                // hammers' published power give 182 and 245, half as much again either way.
+                // 130 to 310 MJ/m3 for an unknown rock. Two field rates and the published power of their hammers give
+                // 182 and 245; the range is half as much again either way.
                 specific_energy_factor: 1.55,
                 reloading: Reloading::Loading,
             },
@@ -355,12 +355,12 @@ impl Parameters {
         }
     }
 
-    /// True if a body is a mass alone: a casing without sections.
+    /// True if a body is only a mass: a casing without sections.
     pub fn is_lumped(&self, body: Body) -> bool {
         body == Body::Casing && self.casing.segments == 0
     }
 
-    /// The bodies of a scene; the last is the one that is fed, and from which the drive sees the piston.
+    /// The bodies of a scene. The last one is fed, and the drive pushes against it.
     pub fn bodies(&self) -> impl Iterator<Item = Body> {
         Body::ALL.into_iter().chain(self.has_casing().then_some(Body::Casing))
     }
@@ -375,7 +375,7 @@ impl Parameters {
         self.own(body).2.len()
     }
 
-    /// Length (m) that a body has if it is uniform, its elements, and its own sections.
+    /// Length (m) of a body if it is uniform, its elements, and its own sections.
     pub(crate) fn own(&self, body: Body) -> (f64, usize, &[Segment]) {
         let Self { piston, bit, casing, .. } = self;
         let (length, elements, count, list) = match body {
@@ -403,8 +403,8 @@ pub const MAX_ELEMENTS: usize = 400;
 /// Fastest wave of elastic bodies, m/s: diamond's is 1.8e4.
 pub const FASTEST_WAVE: f64 = 2e4;
 
-/// Least stiffness of a loose joint, over a rod's own `E A / L`: a softer one lets no wave through, and 0,
-/// which is a tight joint, is not its limit.
+/// Least stiffness of a loose joint, over a rod's own `E A / L`. A softer one lets no wave through; the limit 0 would
+/// not be the tight joint that 0 stands for.
 pub const SOFTEST_JOINT: f64 = 1e-3;
 
 /// Highest degree of splines.
@@ -420,7 +420,7 @@ mod tests {
         let mut cut = uniform;
         (cut.piston.segments, cut.bit.segments) = (8, 8);
         for body in Body::ALL {
-            // Eight products and sums, each rounded.
+            // Eight products and sums are rounded.
             let close = |a: f64, b: f64| (a - b).abs() <= 16.0 * f64::EPSILON * b;
             assert!(close(cut.sections(body).length(), uniform.sections(body).length()));
             assert!(close(cut.sections(body).mass(7850.0), uniform.sections(body).mass(7850.0)));

@@ -12,8 +12,8 @@ pub struct Quantity {
     pub unit: &'static str,
     /// Display unit, if it differs.
     pub display: Option<&'static str>,
-    /// Least magnitude of a parameter that is not 0, and the greatest: far beyond any hammer, and within what
-    /// sixteen digits keep the balance of.
+    /// Least magnitude of a parameter that is not 0, and the greatest. They are far beyond any hammer, and within
+    /// what sixteen digits can balance.
     pub magnitudes: [f64; 2],
 }
 
@@ -116,7 +116,7 @@ pub const QUANTITIES: &[Quantity] = &[
 pub struct Enumeration {
     /// Name of the type.
     pub name: &'static str,
-    /// What it distinguishes.
+    /// Its meaning.
     pub description: &'static str,
     /// Names and meanings, in the order of their values.
     pub items: &'static [(&'static str, &'static str)],

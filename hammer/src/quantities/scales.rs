@@ -40,9 +40,8 @@ impl Parameters {
         area * (self.material.youngs_modulus * self.material.density).sqrt()
     }
 
-    /// The sections of a body; one of `length` and `cross_section` if it has none of its own. (That of a
-    /// body which is a mass alone is not read.) The bit's are below those of the drill string, if there
-    /// are rods.
+    /// The sections of a body; one of `length` and `cross_section` if it has none of its own. (For a body that is
+    /// only a mass this is not read.) If there are rods, the bit's sections are below those of the drill string.
     pub fn sections(&self, body: Body) -> Sections {
         let (length, _, own) = self.own(body);
         let uniform = [Segment { length, area: self.cross_section }];
@@ -52,14 +51,14 @@ impl Parameters {
         Sections::ending(string.into_iter().flatten().chain(above), last)
     }
 
-    /// Stiffness `E A d / h` of the mesh of degree `d` at the contact, of the stiffer body, N/m:
-    /// that of a linear element as long as the distance of neighbouring spline coefficients.
+    /// Stiffness `E A d / h` of the mesh of degree `d` at the contact, of the stiffer body, N/m. For splines `h / d`
+    /// is the distance of neighbouring coefficients.
     pub fn mesh_stiffness(&self) -> f64 {
         Body::ALL.map(|body| self.end_stiffness(body)).into_iter().fold(0.0, f64::max)
     }
 
-    /// The same of one body, at its end that is tied to the bit, or the bit's upper one; infinite for a
-    /// mass alone.
+    /// The same stiffness of one body, at its end that is tied to the bit (the bit's at its upper end); infinite for
+    /// a body that is only a mass.
     pub(crate) fn end_stiffness(&self, body: Body) -> f64 {
         if self.is_lumped(body) {
             return f64::INFINITY;
@@ -97,10 +96,9 @@ impl Parameters {
         self.rock.specific_energy * area
     }
 
-    /// The length scale of the motion, m: the longest of `g0`; `D1` with a relay, or the furthest
-    /// port of air; the distance at the initial velocity during the waves' transit through
-    /// both bodies; and the rock's yield under the bodies' weight. The piston's length if all of these
-    /// are zero.
+    /// The length scale of the motion, m: the longest of `g0`; `D1` with a relay, or the furthest port of air; the
+    /// distance at the initial velocity while waves cross both bodies; and the rock's yield under the bodies' weight.
+    /// If all of these are zero, the piston's length.
     pub fn travel(&self) -> f64 {
         let stroke = match self.drive.source {
             Source::Relay => self.drive.stroke,
@@ -129,11 +127,10 @@ impl Parameters {
         self.sections(Body::Piston).length() / self.wave_speed() + struck / self.wave_speed()
     }
 
-    /// Resolutions: a guard counts as crossed beyond the first number (m) if it is a displacement,
-    /// beyond the second (m/s) if it is a velocity. The first is a part of the
-    /// [travel](Self::travel); the second is the speed of an oscillation of that amplitude at the
-    /// frequency `2 pi / (T1 + T2)` of the bodies' lowest waves. So the resolution scales with the
-    /// scene's length (bit for bit) and time. The reference has 1e-14 m and 1e-9 m/s.
+    /// Resolutions of guards: a displacement counts as crossed beyond the first number (m), a velocity beyond the
+    /// second (m/s). The first is a share of the [travel](Self::travel); the second is the speed of an oscillation of
+    /// that amplitude at the frequency `2 pi / (T1 + T2)` of the bodies' lowest waves. The resolution thus scales
+    /// with the scene's length (bit for bit) and time. The reference has 1e-14 m and 1e-9 m/s.
     pub fn resolutions(&self) -> [f64; 2] {
         let displacement = RESOLUTION * self.travel();
         [displacement, displacement * std::f64::consts::TAU / self.transits()]

@@ -8,7 +8,7 @@ pub const MAX_SEGMENTS: usize = 8;
 /// Most rods of a drill string.
 pub const MAX_RODS: usize = 8;
 
-/// Most sections of a body: a bit's own, below a shank and rods with the halves of their couplings.
+/// Most sections of a body: a bit's own, and above them a shank and rods with both halves of their couplings.
 pub const MAX_SECTIONS: usize = MAX_SEGMENTS + 1 + 3 * MAX_RODS;
 
 /// A uniform part of a body.
@@ -59,7 +59,7 @@ impl Sections {
         (above.len() < MAX_SECTIONS).then(|| Self::ending(above.iter().copied(), *last))
     }
 
-    /// Those above, of which there must be room for, and the last.
+    /// Sections above, for which there must be room, and a last one.
     pub(crate) fn ending(above: impl Iterator<Item = Segment>, last: Segment) -> Self {
         let (mut list, mut count) = ([last; MAX_SECTIONS], 1);
         for (slot, section) in list[..MAX_SECTIONS - 1].iter_mut().zip(above) {
@@ -103,8 +103,8 @@ impl Sections {
         self.as_slice().iter().all(|s| s.area == area).then_some(area)
     }
 
-    /// `total` spans shared among the sections: one each, then one after the other to the section
-    /// with the longest spans. There are at least as many spans as sections.
+    /// Divides `total` spans among the sections: one each, and every further one to the section with the longest
+    /// spans. There must be at least as many spans as sections.
     pub fn spans(&self, total: usize) -> Vec<usize> {
         let mut spans = vec![1; self.count];
         for _ in self.count..total {
@@ -142,7 +142,7 @@ mod tests {
         assert_eq!(body.spans(12), [6, 2, 4]);
         assert_eq!(body.spans(6), [3, 1, 2]);
         assert_eq!(body.spans(2), [1, 1, 1]);
-        // Even the shortest has one, and the longest span is as short as possible.
+        // Even the shortest section has a span, and the longest span is as short as possible.
         let body = stepped(&[(1e-4, 1.0), (1.0, 2.0), (0.5, 1.0)]);
         assert_eq!(body.spans(31), [1, 20, 10]);
     }

@@ -1,7 +1,7 @@
-//! The table of parameters: one row for each, and the questions it answers.
+//! The table of parameters: a row for each, with everything that is known of it.
 //!
-//! Names, units, domains, start values, refusals and warnings of every interface follow from these
-//! rows. `crate::variables` adds the rows of outputs.
+//! Names, units, domains, start values, refusals and warnings of every interface follow from these rows.
+//! `crate::variables` adds the rows of outputs.
 
 use crate::quantities::domain::{Domain, ParameterError};
 use crate::quantities::parameters::{
@@ -87,11 +87,11 @@ pub struct Parameter {
     pub change: Change,
     /// What reads it.
     pub reader: Reader,
-    /// May also be nearly zero or unbounded, to switch a law off.
+    /// True if it may also be nearly zero or very large, to switch a law off.
     pub switches: bool,
 }
 
-/// Shortest body or section, m: one far below it has modes that no basis of sixteen digits tells apart.
+/// Shortest body or section, m. The modes of much shorter ones cannot be distinguished in double precision.
 const SHORTEST: f64 = 1e-6;
 
 /// Length and area of each of a body's sections.

@@ -1,9 +1,9 @@
-//! What parameters a scene may have: each in its domain, and those that depend on one another.
+//! Which parameters a scene may have: each in its domain, and combinations that fit each other.
 //!
-//! The wave of a blow, `2 Lp` long, must not lose its shape on the way down a drill string. Splines
-//! of degree `d` with consistent mass carry a wave of length `w` on spans `h` too fast by the part
-//! `|B_2d| (k h)^(2 d) / (2 (2 d)!) = zeta(2 d) (h/w)^(2 d)`, with Bernoulli's numbers and `k = 2 pi/w`;
-//! for linear elements the known `(k h)^2 / 24`. Along `L` that is a phase of `2 pi L/w` times as much.
+//! The wave of a blow, `2 Lp` long, must keep its shape on the way down a drill string. On splines of degree `d` with
+//! consistent mass and spans `h`, a wave of length `w` is too fast by the share
+//! `|B_2d| (k h)^(2 d) / (2 (2 d)!) = zeta(2 d) (h/w)^(2 d)`, with Bernoulli's numbers and `k = 2 pi/w`; for linear
+//! elements this is the known `(k h)^2 / 24`. Along `L` the phase error is `2 pi L/w` times as much.
 
 use crate::numerics::display::DisplayNumber;
 use crate::numerics::math;
@@ -16,17 +16,17 @@ use crate::quantities::sections::{Body, Segment};
 use crate::quantities::table::{Change, PARAMETERS, name_of};
 use std::f64::consts::TAU;
 
-/// Phase that the wave of a blow may gain along a string by the mesh, rad.
+/// Largest phase error of a blow's wave along a string, rad.
 const PHASE: f64 = 0.1;
 /// Bound of `zeta(2 d)`: its value at `d = 1`, `pi^2 / 6`.
 const ZETA: f64 = 1.645;
 
 /// Slowest decay of a casing that is braked by a string, 1/s. With a slower one the casing would reach speeds and
-/// distances whose rounding exceeds a resolution, and within a blow it brakes no more than no string.
+/// distances whose rounding exceeds a resolution, while within a blow it is hardly braked.
 const SLOWEST_STRING: f64 = 10.0;
 
-/// Least mass of a casing, over the bit's. The lightest of tied bodies costs its modes a digit for each
-/// decade: down to here every preset keeps the ledger to 1e-10 of what it turns over.
+/// Least mass of a casing, over the bit's. The lightest of tied bodies costs its modes a digit for each decade; down
+/// to here, the ledger of every preset closes to 1e-10 of its turnover.
 const LIGHTEST_CASING: f64 = 1e-4;
 
 impl Parameters {
@@ -87,7 +87,7 @@ impl Parameters {
         Ok(())
     }
 
-    /// Checks that the piston starts where both chambers have a volume.
+    /// Checks that both chambers have a positive volume at the piston's start.
     fn check_cylinder(&self) -> Result<(), ParameterError> {
         let (air, drive) = (&self.air, &self.drive);
         let most = air.cylinder + air.drive.dead_volume / drive.area_drive;
@@ -102,9 +102,9 @@ impl Parameters {
         Err(ParameterError { name, value: self.contact.initial_gap, allowed })
     }
 
-    /// The largest impedance of a line at the piston, N s/m: with it the line brakes the piston and what the drive
-    /// pushes off from as fast as a wave passes the piston. Beyond, a force that is distributed like the mass says
-    /// nothing.
+    /// The largest impedance of a line at the piston, N s/m. With it the line brakes the piston and the body that the
+    /// drive pushes against within the time in which a wave crosses the piston. A force that is distributed like the
+    /// mass cannot represent faster braking.
     pub fn most_impedance(&self) -> f64 {
         let struck = match self.drill.loose() {
             0 => self.bit_mass(),
@@ -119,7 +119,7 @@ impl Parameters {
         1.0 / (transit * (1.0 / self.piston_mass() + 1.0 / frame))
     }
 
-    /// Checks that air has no line beside it, and that a line is slower than waves.
+    /// Checks that a line is not combined with air, and that it is slower than waves.
     fn check_line(&self) -> Result<(), ParameterError> {
         let (value, most) = (self.drive.impedance, self.most_impedance());
         let allowed = match self.drive.source {
@@ -202,7 +202,7 @@ impl Parameters {
         2.0 * self.sections(Body::Piston).length()
     }
 
-    /// Longest span of splines of some degree on which that keeps its shape along the string, m.
+    /// Longest span of splines of this degree on which the wave of a blow keeps its shape along the string, m.
     pub(crate) fn longest_string_span(&self, degree: usize) -> f64 {
         let waves = self.sections(Body::Bit).length() / self.blow_wave();
         self.blow_wave() * math::pow(PHASE / (TAU * ZETA * waves), 0.5 / degree as f64)

@@ -30,13 +30,12 @@ impl fmt::Display for Suspect {
     }
 }
 
-/// A value that differs from the reference hammer's by this factor is probably in another unit.
-/// Units that are confused differ by a thousand (mm and m, kN and N); real hammers and rocks differ
-/// by less.
+/// A value that differs from the reference hammer's by this factor is probably in another unit. Confused units differ
+/// by a thousand (mm and m, kN and N); real hammers and rocks differ by less.
 const SLIP: f64 = 300.0;
-/// The same of a temperature: of degrees and kelvins.
+/// The same factor for a temperature: it separates degrees Celsius from kelvins.
 const WARM: f64 = 2.0;
-/// What is usual where the reference hammer has nothing.
+/// Usual values of quantities that the reference hammer lacks.
 const USUAL: [(&str, f64); 4] = [
     ("drive_force", 5e3),
     ("drive_pressure", 5e6),
@@ -60,12 +59,12 @@ pub fn unlikely(parameters: &Parameters, inputs: &InputValues) -> Vec<String> {
     of_parameters.chain(of_inputs).collect()
 }
 
-/// What is usual of a quantity that the reference hammer has none of.
+/// The usual value of a quantity that the reference hammer lacks.
 fn usual_size(name: &str) -> Option<f64> {
     USUAL.iter().find(|(of, _)| *of == name).map(|(_, size)| *size)
 }
 
-/// The sentence for a value in place of the reference hammer's, or of a usual one.
+/// The warning about a value, compared with the reference hammer's or the usual one.
 fn slip(name: &str, quantity: Quantity, [value, own]: [f64; 2]) -> Option<String> {
     let (own, whose) =
         usual_size(name).map_or((own, "the reference hammer's"), |size| (size, "a usual"));
@@ -84,7 +83,7 @@ fn slip(name: &str, quantity: Quantity, [value, own]: [f64; 2]) -> Option<String
     ))
 }
 
-/// A drive whose inputs are never set, as a sentence.
+/// The warning about a drive whose inputs are never set.
 pub fn starved(source: Source, sets: impl Fn(Input) -> bool) -> Option<String> {
     let reads = |row: &&InputRow| matches!(row.reader, Reader::Drive(s) if s.contains(&source));
     let empty = |row: &&InputRow| *(row.start)(&mut InputValues::default()) == 0.0;
@@ -97,7 +96,7 @@ pub fn starved(source: Source, sets: impl Fn(Input) -> bool) -> Option<String> {
     Some(format!("drive.source is {chosen}, but nothing sets {names}: the piston is not driven"))
 }
 
-/// A feed that does not press the hammer down at the first step, as a sentence.
+/// The warning about a feed that does not press the hammer down at the first step.
 pub fn unfed(force: f64) -> Option<String> {
     (force <= 0.0).then(|| {
         format!(
@@ -108,33 +107,33 @@ pub fn unfed(force: f64) -> Option<String> {
     })
 }
 
-/// Fastest impact that the steel of piston and bit stands for long, m/s.
+/// Fastest impact that the steel of piston and bit withstands for long, m/s.
 pub(crate) const FASTEST: f64 = 13.0;
 
-/// True for an impact that is faster, and not only by rounding of what is given.
+/// True for a faster impact, by more than rounding.
 pub(crate) fn is_fast(speed: f64) -> bool {
     speed > 1.005 * FASTEST
 }
 
-/// The warning of such an impact.
+/// The warning about such an impact.
 pub(crate) fn fast(speed: f64) -> String {
     format!(
         "An impact at {speed:.1} m/s: steel that strikes steel does not last beyond {FASTEST} m/s"
     )
 }
 
-/// A stiffness or viscosity of this many times the bodies' own is out of proportion.
+/// A stiffness or viscosity is out of proportion from this many times the bodies' own.
 const FAR_OFF: f64 = 100.0;
 
 impl Parameters {
-    /// The stiffness or viscosity that exceeds the bodies' own by most, if by [`FAR_OFF`] or more.
-    /// The bodies' own are `E A d / h` of the mesh and the impedance of the section.
+    /// The stiffness or viscosity that exceeds the bodies' own by most, if by [`FAR_OFF`] or more. The bodies' own
+    /// are the mesh's `E A d / h` and the impedance of the section.
     pub(crate) fn suspect(&self) -> Option<Suspect> {
         let (mesh, rock) = (self.mesh_stiffness(), &self.rock);
         let tip = self.sections(Body::Bit).as_slice().iter().map(|s| s.area).fold(0.0, f64::max);
         let unloading = rock.unloading_ratio * rock.stiffness;
         let cased = |x: f64| if self.has_casing() { x } else { 0.0 };
-        // Of the softer body that the chuck ties, and of the string's neighbour.
+        // Compared with the softer of the bodies that the chuck ties.
         let soft = self.end_stiffness(Body::Casing).min(self.end_stiffness(Body::Bit));
         let top = self.sections(Body::Casing).as_slice()[0].area;
         let neighbour = if self.is_elastic(Body::Casing) { top } else { tip };
@@ -161,7 +160,7 @@ impl Parameters {
     }
 }
 
-/// The warning as text; empty for an ordinary hammer.
+/// The warnings about a scene; none for an ordinary hammer.
 pub(crate) fn warnings(parameters: &Parameters) -> Vec<String> {
     let usual = Parameters::default();
     let set = PARAMETERS.iter().filter(|row| row.slot.read(parameters) != row.slot.read(&usual));
@@ -178,7 +177,7 @@ pub(crate) fn warnings(parameters: &Parameters) -> Vec<String> {
     list
 }
 
-/// That a port which opens as the piston rises would be wholly open beyond the end of the cylinder only.
+/// The warning that a port which opens as the piston rises is not fully open before the cylinder's end.
 fn short_cylinder(parameters: &Parameters) -> Option<String> {
     let air = &parameters.air;
     let ports: [(Access, f64, f64); 2] = [
@@ -200,8 +199,8 @@ fn short_cylinder(parameters: &Parameters) -> Option<String> {
     })
 }
 
-/// That the bit's body, on the rock's spring and dashpot, is beyond critical damping: it approaches its
-/// rest from one side, and never turns upward.
+/// The warning that the bit on the rock's spring and dashpot is overdamped: it approaches rest from one side, and
+/// never turns upward.
 fn overdamped(parameters: &Parameters) -> Option<String> {
     let (rock, mass) = (&parameters.rock, parameters.bit_mass());
     let critical = 2.0 * (rock.stiffness * mass).sqrt();
@@ -214,9 +213,9 @@ fn overdamped(parameters: &Parameters) -> Option<String> {
     })
 }
 
-/// That constant loads leave nothing to strike with: a drive too weak for the piston's weight, or a feed
-/// that lifts the hammer. The means of a cycle add up to zero, and the rock can only push: feed, weights
-/// and, without a casing to carry its reaction, the drive must press the bit down.
+/// Warnings that under constant loads the hammer cannot strike: the drive is too weak for the piston's weight, or the
+/// feed lifts the hammer. Over a cycle mean forces balance, and the rock can only push, so feed, weights and, without
+/// a casing that carries its reaction, the drive must press the bit down.
 pub(crate) fn idle(parameters: &Parameters, inputs: &Inputs) -> Vec<String> {
     let Parameters { drive, gravity, .. } = parameters;
     let [lifts, throws, anvil] = drive.reach(inputs);
@@ -245,7 +244,7 @@ pub(crate) fn idle(parameters: &Parameters, inputs: &Inputs) -> Vec<String> {
     list
 }
 
-/// That a tie is stiffer than the mesh where it acts.
+/// The warning that a tie is stiffer than the mesh at its ends.
 fn rattling(tie: &str, stiffness: f64, mesh: f64) -> Option<String> {
     let ratio = stiffness / mesh;
     (ratio > 2.0).then(|| {

@@ -1,14 +1,14 @@
 //! The graph of a hammer: bodies are its nodes, ties its edges.
 //!
 //! ```text
-//!           casing         the frame, if there is one: fed, and pushed back by the drive
-//!             |
-//!  piston - shank - rod - ... - bit      without rods the bit alone; the rock's spring is at its tip
+//!            casing         the frame, if there is one: fed, and pushed back by the drive
+//!              |
+//!   piston - shank - rod - ... - bit      without rods the bit alone; the rock's spring is at its tip
 //! ```
 //!
-//! Bodies that are joined by ties that hold are a *group*: one linear system belongs to it and to the
-//! spring at its tip. As the graph is a tree, a tie inside a group holds, and each tie separates the
-//! bodies *beyond* it from the bit; they are displaced in the engine while it is pulled.
+//! Bodies that are joined by ties that hold form a *group*. One linear system belongs to a group and the spring at
+//! its tip. The graph is a tree, so each tie separates the bodies *beyond* it from the bit; these are displaced in
+//! the engine while the tie is pulled.
 
 use crate::bodies::bar::Bar;
 use crate::error::Error;
@@ -20,7 +20,7 @@ use crate::quantities::parameters::{Parameters, Source};
 use crate::quantities::sections::Body;
 use serde::{Deserialize, Serialize};
 
-/// How many loads there are.
+/// Number of loads.
 pub const CHANNELS: usize = 4;
 
 /// Loads, in the order of a system's channels.
@@ -37,12 +37,12 @@ pub enum Channel {
     Anvil,
 }
 
-/// Where the free modes that two groups share begin in each.
+/// Place of the free modes that two groups share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overlap {
-    /// In the old group.
+    /// First of them in the old group.
     pub from: usize,
-    /// In the new group.
+    /// First of them in the new group.
     pub to: usize,
     /// Their number.
     pub count: usize,
@@ -51,7 +51,7 @@ pub struct Overlap {
 /// Bodies joined by ties that hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Group {
-    /// Which.
+    /// The bodies.
     pub bodies: Bodies,
     /// The spring at the tip, if the bit is among them.
     pub spring: Option<Spring>,
@@ -71,7 +71,7 @@ pub(crate) struct Edge {
     pub upper: Option<usize>,
     /// The body below.
     pub lower: usize,
-    /// Both.
+    /// Both bodies.
     pub ends: Bodies,
     /// All bodies that it separates from the bit.
     pub beyond: Bodies,
@@ -80,23 +80,23 @@ pub(crate) struct Edge {
 /// Bodies and their ties.
 #[derive(Debug)]
 pub struct Graph {
-    /// From the piston down to the bit; then the frame, if there is one beside them.
+    /// From the piston down to the bit, then the frame, if it is another body.
     pub bodies: Vec<Bar>,
     pub(crate) ties: Vec<Edge>,
-    /// The body that is fed and from which the drive sees the piston: the frame, or what is struck.
+    /// The body that is fed and against which the drive pushes: the frame, or what is struck.
     pub frame: usize,
     /// True if air drives the piston.
     aired: bool,
     /// The body of the bit.
     bit: usize,
-    /// The displacements of which groups can have shares, and by which bodies.
+    /// Displacements of which groups have shares, with the bodies that contribute.
     listed: Vec<(Displacement, Bodies)>,
-    /// What works on displacements of which bodies: so much of each channel's load.
+    /// Displacements on which loads do work, with their bodies, and the share of each channel's load.
     pub(crate) loaded: Vec<(Displacement, Bodies, [f64; CHANNELS])>,
 }
 
 impl Graph {
-    /// That of a scene.
+    /// The graph of a scene.
     ///
     /// # Errors
     /// A body whose modes cannot be found; [`Error::Cancelled`].
@@ -134,7 +134,7 @@ impl Graph {
         Ok(graph)
     }
 
-    /// Where loads work.
+    /// Lists where loads do work.
     fn load(&mut self) {
         let (piston, string, frame) = (Bodies::PISTON, self.string(), Bodies::one(self.frame));
         let fed = (Displacement::Top(self.frame), frame, [0.0, 1.0, 0.0, 0.0]);
@@ -154,7 +154,7 @@ impl Graph {
         self.loaded = loaded;
     }
 
-    /// The displacements that anything reads.
+    /// Lists the displacements that are evaluated.
     fn list(&mut self) {
         let frame = Bodies::one(self.frame);
         let ties = self.ties.iter().map(|edge| (Displacement::Tie(edge.tie), edge.ends));
@@ -168,14 +168,14 @@ impl Graph {
         self.listed.extend((self.aired && self.is_framed()).then_some(over));
     }
 
-    /// The displacement that a return chamber of air sees.
+    /// The displacement that sets the volume of the return chamber.
     pub(crate) fn over_struck(&self) -> Displacement {
         if self.is_framed() { Displacement::OverStruck } else { Displacement::Relative }
     }
 
-    /// Adds the works of all loads on one of the [loaded](Self::loaded), each to its channel's. Without a frame
-    /// the cylinder of an air hammer follows what is struck and is held from outside: what its holder does is the
-    /// feed's, so that the drive's is that of the air, less the drag.
+    /// Adds the work of all loads on one of the [loaded](Self::loaded) displacements, each to its channel. Without a
+    /// frame the cylinder of an air hammer follows what is struck and is held from outside. The holder's work is
+    /// counted with the feed's, so that the drive's work is that of the air less the drag's loss.
     pub(crate) fn add_works(
         &self,
         displacement: Displacement,
@@ -193,22 +193,22 @@ impl Graph {
         }
     }
 
-    /// Bit and drill string: what is between the piston and the rock.
+    /// The drill string with the bit: all bodies between piston and rock.
     pub(crate) fn string(&self) -> Bodies {
         Bodies::first(self.bit + 1).without(Bodies::PISTON)
     }
 
-    /// True if a body beside piston and string is fed, and takes the drive's reaction.
+    /// True if there is a frame, which is fed and takes the drive's reaction.
     pub(crate) fn is_framed(&self) -> bool {
         self.frame > 1
     }
 
-    /// The tie by which the string carries a frame.
+    /// The tie by which the drill string above carries a frame.
     pub(crate) fn carrier(&self) -> Option<&Edge> {
         self.ties.iter().find(|edge| self.is_framed() && edge.upper == Some(self.frame))
     }
 
-    /// True of a displacement in which a body beside piston and string has a share.
+    /// True of a displacement to which a frame contributes.
     pub(crate) fn is_of_frame(&self, displacement: Displacement) -> bool {
         let frame = Bodies::one(self.frame);
         let is_theirs =
@@ -216,7 +216,7 @@ impl Graph {
         self.is_framed() && self.listed.iter().any(is_theirs)
     }
 
-    /// True if so many groups are possible that what belongs to pairs of them is not stored.
+    /// True if so many groups are possible that data of pairs of them is not stored.
     pub(crate) fn is_loose(&self) -> bool {
         self.bit > 1
     }
@@ -226,12 +226,12 @@ impl Graph {
         &self.bodies[self.bit]
     }
 
-    /// The tie of a name, if the scene has it.
+    /// A tie, if the scene has it.
     pub(crate) fn edge(&self, tie: Tie) -> Option<&Edge> {
         self.ties.iter().find(|edge| edge.tie == tie)
     }
 
-    /// Those that are joined to one by ties that hold.
+    /// The bodies that ties that hold join to one.
     fn joined_to(&self, body: usize, holds: impl Fn(Tie) -> bool) -> Bodies {
         let mut joined = Bodies::one(body);
         loop {
@@ -256,7 +256,7 @@ impl Graph {
         self.group_of(self.bit, mode)
     }
 
-    /// All groups, from the bit up to the piston, and what is beside them last.
+    /// All groups, from that of the bit up to that of the piston, then those beside.
     pub(crate) fn groups(&self, mode: &Mode) -> Vec<Group> {
         let mut groups: Vec<Group> = Vec::with_capacity(self.bodies.len());
         let upwards = (0..=self.bit).rev().chain(self.bit + 1..self.bodies.len());
@@ -268,7 +268,7 @@ impl Graph {
         groups
     }
 
-    /// True for a mode that such a scene can be in.
+    /// True if a scene with this graph can be in a mode.
     pub(crate) fn admits(&self, mode: &Mode) -> bool {
         let possible = |tie: Tie| match (self.edge(tie), mode.ties.of(tie)) {
             (None, state) => state == Ties::START.of(tie),
@@ -291,8 +291,7 @@ impl Graph {
         self.ties.iter().filter(move |edge| !edge.ends.meet(others))
     }
 
-    /// The bodies of a group from the piston on, each with its place and where its modes begin among
-    /// the group's.
+    /// The bodies of a group from the piston on, each with its place and the place of its modes among the group's.
     pub(crate) fn bodies_of(
         &self,
         bodies: Bodies,
@@ -315,7 +314,7 @@ impl Graph {
         self.bodies_of(bodies).map(|(_, _, bar)| bar.len()).sum()
     }
 
-    /// Their mass, kg.
+    /// Their total mass, kg.
     pub(crate) fn mass(&self, bodies: Bodies) -> f64 {
         self.bodies_of(bodies).fold(0.0, |sum, (_, _, bar)| sum + bar.mass)
     }
@@ -347,19 +346,19 @@ impl Graph {
         self.share_of_listed(group, self.place(displacement)?)
     }
 
-    /// Where a displacement is listed.
+    /// Index of a displacement among the listed ones.
     pub(crate) fn place(&self, displacement: Displacement) -> Option<usize> {
         self.listed.iter().position(|(other, _)| *other == displacement)
     }
 
-    /// [`Self::share`] of the displacement that is listed there.
+    /// [`Self::share`] of a listed displacement, by its index.
     pub(crate) fn share_of_listed(&self, group: Group, place: usize) -> Option<usize> {
         let has = |(_, bodies): &&(Displacement, Bodies)| bodies.meet(group.bodies);
         let (before, rest) = self.listed.split_at(place);
         rest.first().filter(has).map(|_| before.iter().filter(has).count())
     }
 
-    /// The displacements of which a group has a share, in the order of its system's functionals.
+    /// The displacements to which a group contributes, in the order of its system's functionals.
     pub(crate) fn shares(&self, group: Group) -> impl Iterator<Item = Displacement> {
         let has = move |(_, bodies): &&(Displacement, Bodies)| bodies.meet(group.bodies);
         self.listed.iter().filter(has).map(|(displacement, _)| *displacement)
@@ -374,7 +373,7 @@ impl Graph {
         shape
     }
 
-    /// A body's part of that.
+    /// A body's part of [`Self::shape`].
     fn add_shape(&self, displacement: Displacement, body: usize, bar: &Bar, to: &mut Vec<f64>) {
         // The mean is the amplitude of the first mode.
         let (points, sign, mean) = match displacement {
@@ -403,13 +402,13 @@ impl Graph {
         }
     }
 
-    /// How far a body is displaced in the engine, m: by all pulled ties that it is beyond.
+    /// Displacement of a body in the engine by all pulled ties that it is beyond, m.
     pub(crate) fn lifted(&self, body: usize, ties: &Ties) -> f64 {
         let beyond = self.ties.iter().filter(|edge| edge.beyond.have(body));
         beyond.fold(0.0, |sum, edge| sum + edge.law.offset(ties.of(edge.tie)))
     }
 
-    /// What a displacement lacks in the engine, m.
+    /// Constant offset of a displacement from the one in the engine, m.
     pub(crate) fn ahead(&self, displacement: Displacement, ties: &Ties) -> f64 {
         match displacement {
             Displacement::Relative => self.lifted(self.frame, ties) - self.lifted(0, ties),
@@ -420,12 +419,12 @@ impl Graph {
                     |(body, _, bar): (usize, usize, &Bar)| bar.mass * self.lifted(body, ties);
                 -self.bodies_of(bodies).map(moment).sum::<f64>() / self.mass(bodies)
             }
-            // Those of ties are measured from where they close.
+            // Positions of ties are stored relative to where they close.
             Displacement::Tip | Displacement::Tie(_) | Displacement::Top(_) => 0.0,
         }
     }
 
-    /// True of bodies with the bit among them.
+    /// True if the bit is among the bodies.
     pub(crate) fn at_bit(&self, bodies: Bodies) -> bool {
         bodies.have(self.bit)
     }

@@ -5,17 +5,16 @@ use crate::modal::track::Track;
 use crate::search::signal::{Probe, Signal};
 use crate::search::work::Work;
 
-/// A step shorter than this, in radians of the motion, gains less than a Taylor window. The value
-/// minimises the count of work on the reference hammer, and also on one with unequal bars (0.7 and
-/// 1.4 times its lengths, 14 and 27 elements).
+/// Where double steps are shorter than this, in radians of the motion, a Taylor window gains more. This value needs
+/// the least work on the reference hammer, and also on one with unequal bars (0.7 and 1.4 times its lengths, 14 and
+/// 27 elements).
 const SHORT_STEP: f64 = 0.025;
 
-/// A double step is this many tabulated lengths longer than a single step: twice as long.
+/// A double step is this many tabulated lengths beyond a single step, which is twice its length.
 const DOUBLE_STEP: usize = 2;
 
-/// Steps for which a guard's bounds are reused. Any number is safe, because bounds only fall. The
-/// value minimises the count of work on the reference hammer, and is within 0.25 % of the least for
-/// one with unequal bars.
+/// Steps for which a guard's bounds are reused. Any number is safe, because bounds only fall. This value needs the
+/// least work on the reference hammer, and within 0.25 % of the least on one with unequal bars.
 pub(super) const TRUSTED: usize = 6;
 
 /// How far a guard's proof is needed, and the state from which it continues.
@@ -25,12 +24,12 @@ pub(super) struct Ahead {
     pub end: f64,
     /// Nothing after this instant is needed yet, s.
     pub until: f64,
-    /// The guard's value where its own track stands, if the proof continues from there.
+    /// The guard's value at its own track's instant, if the proof continues from there.
     pub probe: Option<Probe>,
     /// For how many steps its bounds have been reused.
     pub age: usize,
-    /// A guard on one track continues on a copy of that track: other guards would move the shared
-    /// one to instants that are not a tabulated length away.
+    /// A copy of the track, for a guard on one track. Other guards rotate the shared track to instants that are not a
+    /// tabulated length away.
     pub own: Option<Track>,
     /// Storage for a modal vector.
     pub spare: Vec<f64>,
@@ -38,8 +37,7 @@ pub(super) struct Ahead {
     buffer: Vec<f64>,
 }
 
-/// The level and length of the tabulated step below a step by curvature; none if a window gains
-/// more.
+/// The level and the length of the tabulated step just below a step by curvature; none if a window gains more.
 #[inline]
 pub(super) fn worthy(step: f64, curvature: f64, amplitude: f64) -> Option<(usize, f64)> {
     let is_worth =
@@ -54,7 +52,7 @@ impl Ahead {
         Self { end, until, probe: None, age: 0, own: None, spare, buffer }
     }
 
-    /// Swaps its own track, if any, with the shared one; a second call swaps back.
+    /// Swaps its own track, if it has one, with the shared one.
     #[inline]
     pub fn exchange(&mut self, shared: &mut Track) {
         if let Some(own) = &mut self.own {
@@ -110,7 +108,7 @@ impl Ahead {
             let Some((short, _)) = worthy(step, here.curvature, here.amplitude) else { break };
             self.age += 1;
             let bounds = (self.age < TRUSTED).then_some(&here);
-            // A guard that is likely to cross before the end gets a shorter step.
+            // A guard that is likely to cross before the end of a double step takes a shorter one.
             let is_far = here.slope * Generator::length(short + DOUBLE_STEP) > level - here.value;
             let mut index = (short + if is_far { DOUBLE_STEP / 2 } else { DOUBLE_STEP }).min(most);
             let (next, length, onward) = loop {
@@ -118,7 +116,7 @@ impl Ahead {
                 work.count_evaluation();
                 let (length, room) = (Generator::length(index), level - next.value);
                 let [back, onward] = steps_below(room, next.slope, m);
-                // A single step is proved from its start alone.
+                // A single step needs no proof from its end.
                 if index <= short || room >= 0.0 && step + back >= length {
                     break (next, length, onward);
                 }
@@ -141,8 +139,8 @@ impl Ahead {
     }
 }
 
-/// For how long a function that is now `room` below a level stays below it, backwards and forwards,
-/// if `m` bounds its second derivative; NaN if it is above the level.
+/// For how long a function, now `room` below a level, stays below it, backwards and forwards, if `m` bounds its
+/// second derivative; NaN if it is above the level.
 #[inline]
 fn steps_below(room: f64, slope: f64, m: f64) -> [f64; 2] {
     let sum = slope.abs() + (slope * slope + 2.0 * m * room).sqrt();

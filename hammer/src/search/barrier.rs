@@ -1,10 +1,9 @@
 //! Q3: when the viscous work of a drilling cycle reaches the energy barrier.
 //!
-//! `psi(t) = psi_0 + CR int p'^2` never falls, so one value below the barrier at `t` proves that
-//! the barrier was not reached before `t`. Steps may therefore be guesses, and one value at the end of what is
-//! searched may do for all of them. The integral is exact
-//! (see [`crate::modal::stretch`]). Under constant loads the viscous form of the state is an upper
-//! bound on the remaining `int p'^2`; if that cannot reach the barrier, nothing is evaluated.
+//! `psi(t) = psi_0 + CR int p'^2` never falls, so a single value below the barrier at `t` proves that the barrier was
+//! not reached before `t`. Steps may therefore be guesses, and a single value at the end of the searched time may
+//! replace all of them. The integral is exact (see [`crate::modal::stretch`]). Under constant loads the viscous form
+//! of the state bounds the remaining `int p'^2`; if that cannot reach the barrier, nothing is evaluated.
 
 use crate::modal::stretch::{LITTLE, Stretch};
 use crate::modal::system::generator::Generator;
@@ -16,17 +15,16 @@ use crate::search::tracker::Work;
 
 /// Factor that covers the rounding of a form, at most 1e-12 of itself.
 const SURELY: f64 = 1.0 - 1e-9;
-/// The work is then summed from series, over at most this many radians of the fastest mode: a
-/// creeping tip might never reach the barrier.
+/// A closed form that would cancel is replaced by a sum of series, over at most this many radians of the fastest
+/// mode: a creeping tip might never reach the barrier.
 const LONGEST: f64 = 4096.0;
 /// First step, in radians of the fastest mode, and the largest growth of the next. Too long a step
 /// is no error; it only widens the bracket of the root.
 const FIRST_STEP: f64 = 8.0;
 const GROWTH: f64 = 4.0;
-/// How far a step aims beyond the instant at which the present power would reach the barrier. Any
-/// value is correct. Steps are rounded down to powers of two, by at most a half, so from 2 on a
-/// step reaches the barrier unless the power falls; the rest allows for a power that falls a
-/// little.
+/// A step aims for this many times the time in which the present power would reach the barrier. Any value is correct.
+/// Steps are rounded down to powers of two, by a half at most, so from 2 on a step reaches the barrier unless the
+/// power falls; the rest allows for a small fall.
 const BEYOND: f64 = 2.1;
 /// Width of a root, relative to its first bracket.
 const SHARP: f64 = 1e-12;
@@ -38,7 +36,7 @@ const NEWTONS: usize = 5;
 /// Bisections before Newton's method.
 const HALVINGS: usize = 20;
 
-/// A form takes as long as an evaluation for so many coordinates.
+/// Cost of a form: evaluations for this many coordinates.
 const FORM: u64 = 16;
 
 /// The search for the barrier along one track.
@@ -54,21 +52,21 @@ pub struct Barrier {
     pub root: Option<f64>,
     cursor: Track,
     step: f64,
-    /// The tip's displacement among the system's functionals.
+    /// Functional of the tip's displacement.
     tip: usize,
-    /// Rate of the polynomial part of that.
+    /// Rate of the polynomial part of the tip's displacement.
     drift: Poly,
     /// Viscous form at the anchor.
     pub form: f64,
-    /// Work done where the cursor stands, J.
+    /// Work up to the cursor's instant, J.
     done: f64,
-    /// True if the work still allowed is so small beside the form that differences of forms would
-    /// cancel, or if they might under varying loads.
+    /// True if differences of forms would cancel, since the work still allowed is small beside them, or if they might
+    /// under varying loads.
     fine: bool,
     /// True if no load that the tip feels varies.
     is_calm: bool,
-    /// True while it waits for the guards' proofs: one value where they end is likely to do for many steps. It is
-    /// dear under varying loads only.
+    /// True while it waits for the guards' proofs, at whose end a single value may replace many steps. It does so
+    /// under varying loads only, where a value is expensive.
     pub waits: bool,
 }
 
@@ -107,8 +105,8 @@ impl Barrier {
         barrier
     }
 
-    /// True if the work up to the track's instant is summed from series; under varying loads only
-    /// where the closed form would cancel, near the start.
+    /// True if the work up to the track's instant is summed from series. Under varying loads that is so only near the
+    /// start, where the closed form would cancel.
     pub(crate) fn sums(&self, track: &Track) -> bool {
         self.fine && track.at * track.system.rate_max <= LONGEST
     }
@@ -137,8 +135,8 @@ impl Barrier {
         [v * v, 2.0 * v * a, 2.0 * (a * a + v * jerk)].map(|rate| self.viscosity * rate)
     }
 
-    /// Extends the proof by one step, or locates the instant; nothing is asked beyond `limit`. Steps begin where the
-    /// last one ended, never at a limit, on which the instant does not depend.
+    /// Extends the proof by one step, or locates the instant; nothing is evaluated beyond `limit`. A step begins
+    /// where the previous one ended, not at a limit, so that the instant does not depend on limits.
     pub(crate) fn extend(&mut self, motion: &Motion, limit: f64, work: &mut Work) {
         let left = self.room - self.done;
         let guess = BEYOND * left / self.powers(&self.cursor)[0];
@@ -201,7 +199,8 @@ impl Barrier {
     }
 }
 
-/// Newton-like steps to the zero of a function, by its first, first two, and all three derivatives.
+/// Steps to the zero of a function by its first, its first two and all three derivatives: Newton's, Halley's and
+/// Householder's.
 fn steps(value: f64, [first, second, third]: [f64; 3]) -> [f64; 3] {
     let newton = -value / first;
     let refined = |third: f64| {
@@ -231,8 +230,8 @@ fn reached([[a, p], [b, q]]: [[f64; 2]; 2]) -> f64 {
 mod tests {
     use super::*;
 
-    /// `(x - r) (1 + b x + c x^2)`, nearly straight around its zero: of the steps from 0 each takes one derivative more
-    /// than the one before, so that its error is of the next power of `r`.
+    /// Steps to the zero of `(x - r) (1 + b x + c x^2)` from 0: with each further derivative the error is of the next
+    /// power of `r`.
     #[test]
     fn each_derivative_brings_the_step_nearer_to_the_zero() {
         let (b, c) = (0.4, 0.3);
@@ -246,7 +245,7 @@ mod tests {
         }
     }
 
-    /// `(x - r) (x^2 + b)`, whose values and slopes at 0 and 1 are given.
+    /// The cubic `(x - r) (x^2 + b)`, by its values and slopes at 0 and 1.
     #[test]
     fn the_cubic_of_two_values_and_slopes_is_followed_to_its_zero() {
         for (r, b) in [(0.1, 0.5), (0.5, 2.0), (0.93, 0.2)] {

@@ -25,7 +25,7 @@ pub(crate) enum Drift {
 pub(crate) struct High {
     /// The polynomial.
     pub poly: Poly,
-    /// Bound on `|p''|` as long as it is valid, if that is not longer than a step may be.
+    /// Bound on `|p''|` while the polynomial is valid; none if that is longer than a step may be.
     bend: Option<f64>,
 }
 
@@ -46,7 +46,7 @@ impl Drift {
         }
     }
 
-    /// The same, valid up to `reach` only.
+    /// The same drift, valid up to `reach` only.
     #[inline]
     pub fn within(mut self, reach: f64) -> Self {
         if let Self::High(high) = &mut self
@@ -89,7 +89,7 @@ impl Drift {
         }
     }
 
-    /// Subtracts a number.
+    /// Subtracts a constant.
     pub fn lower(&mut self, by: f64) {
         match self {
             Self::Still(c) | Self::Parabola([c, ..]) => *c -= by,
@@ -126,7 +126,7 @@ impl Drift {
         q
     }
 
-    /// How long it stays below `-margin`, from `t`; at most `long` if it is of high degree.
+    /// How long it stays below `-margin`, from `t`. For a drift of high degree this is at most `long`.
     pub fn step_below(&self, margin: f64, t: f64, long: f64) -> f64 {
         let [value, rate] = self.at(t);
         let room = -margin - value;
@@ -140,8 +140,8 @@ impl Drift {
         }
     }
 
-    /// Bounds from `t` on, up to `long` if it is of high degree: an upper bound on the second
-    /// derivative, not below zero, and what to add to it for a bound on its absolute value.
+    /// Bounds from `t` on, for a drift of high degree up to `t + long`: an upper bound on the second derivative, not
+    /// below zero, and what to add to it for a bound on its absolute value.
     #[inline]
     pub fn bends(&self, t: f64, long: f64) -> [f64; 2] {
         match self {
@@ -152,7 +152,7 @@ impl Drift {
     }
 }
 
-/// A function of its own, so that its callers are short enough to be inlined.
+/// Not inlined, so that its callers are short enough to be.
 #[inline(never)]
 fn high_at(poly: &Poly, t: f64) -> [f64; 2] {
     poly.derivatives_at(t)
@@ -163,7 +163,7 @@ fn parabola_at(c: &[f64; 3], t: f64) -> [f64; 2] {
 }
 
 impl High {
-    /// Bound on `|p''|` over `span` from `t` on, as far as it is valid.
+    /// Bound on `|p''|` over `span` from `t` on, while the polynomial is valid.
     fn bend(&self, t: f64, span: f64) -> f64 {
         let whole = || curvature(&self.poly.shifted(t).0, self.poly.degree(), span);
         self.bend.unwrap_or_else(whole)
@@ -180,7 +180,7 @@ fn curvature(p: &[f64; TERMS], degree: usize, span: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// One of each kind, whose terms cancel near 0.4.
+    /// Drifts of every kind, whose terms cancel near 0.4.
     fn drifts() -> [Drift; 4] {
         let mut high = Poly::default();
         high.0[..5].copy_from_slice(&[0.3, -1.0, 0.4, 0.7, -0.5]);
@@ -189,8 +189,7 @@ mod tests {
         [still, up, down, Drift::new(high)]
     }
 
-    /// The value differs from the sum of its terms by less than the bound, and by a part of the bound that does not
-    /// vanish.
+    /// The error of a value is less than the bound, but not by orders of magnitude.
     #[test]
     fn a_value_is_known_to_its_bound_on_rounding() {
         for drift in drifts() {
@@ -208,7 +207,7 @@ mod tests {
         }
     }
 
-    /// Between the start of a step and its end the drift is below, and its second derivative within its bounds.
+    /// During a step the drift stays below its margin, and its second derivative within the bounds.
     #[test]
     fn a_drift_is_below_its_margin_for_the_step_and_bends_no_more_than_it_says() {
         let mut looked = 0;
@@ -227,14 +226,14 @@ mod tests {
                     let h = 1e-4;
                     let [before, now, after] =
                         [-h, 0.0, h].map(|d| drift.at(t + part * long + d)[0]);
-                    // The difference quotient errs by some 1e-16 / h^2 and h^2.
+                    // The difference quotient has errors of some 1e-16 / h^2 and h^2.
                     let bend = (before - 2.0 * now + after) / (h * h);
                     assert!(
                         (-rise - fall - 1e-6..=rise + 1e-6).contains(&bend),
                         "{drift:?} {bend}"
                     );
                 }
-                // A parabola is at its margin where its step ends.
+                // A parabola reaches its margin at the end of the step.
                 if let (Drift::Parabola(_), true) = (&drift, 0.0 < step && step < f64::INFINITY) {
                     assert!((drift.at(t + step)[0] + margin).abs() < 1e-12, "{drift:?} {t}");
                     looked += 1;
@@ -244,7 +243,7 @@ mod tests {
         assert!(looked >= 2, "{looked}");
     }
 
-    /// The coefficients of a window are those of the drift from its start, in parts of its length.
+    /// The coefficients of a window reproduce the drift, in time over the window's length.
     #[test]
     fn a_drift_is_expanded_about_the_start_of_a_window() {
         for drift in drifts() {

@@ -30,11 +30,11 @@ use work::{Budget, Work};
 
 /// Events closer than this count as simultaneous, s.
 pub const TIME_RESOLUTION: f64 = 1e-15;
-/// Most consecutive steps of the guard whose proof is the shortest.
+/// Most consecutive steps of the guard that is least far proved.
 const RUN: usize = 64;
 
-/// A falling guard may start above its level by this many estimates of rounding: 78 were observed,
-/// for bodies with masses in the ratio of a million that are slender where they meet.
+/// A falling guard may start above its level by this many times the estimated rounding: 78 were observed, for slender
+/// bodies whose masses differ by a factor of a million.
 const FALLING: f64 = 4096.0;
 
 /// The search for the event that ends the present mode.
@@ -42,7 +42,7 @@ const FALLING: f64 = 4096.0;
 pub(crate) struct Search {
     /// Guards of the present mode, then spare ones whose memory is reused.
     trackers: Vec<(Event, GuardTracker)>,
-    /// How many belong to the present mode.
+    /// Number of guards of the present mode.
     count: usize,
     barrier: Option<Barrier>,
     /// How far each proof extends.
@@ -106,7 +106,8 @@ impl Search {
         self.barrier.as_ref().map(|barrier| barrier.form).filter(|form| *form > 0.0)
     }
 
-    /// True if the barrier's work up to where the tip's track stands was summed from series, and has to be again.
+    /// True if the barrier's work up to the instant of the tip's track comes from series, and must be summed again
+    /// there.
     pub fn sums_series(&mut self, tip: &Track) -> bool {
         let sums = self.barrier.as_ref().is_some_and(|barrier| barrier.sums(tip));
         if sums {
@@ -121,7 +122,7 @@ impl Search {
         self.barrier = None;
     }
 
-    /// Rotates the tip's track to `at`, starting from the copy of the guard that is nearest.
+    /// Rotates the tip's track to `at`, from the nearest of the guards' copies.
     pub fn bring_tip(&mut self, motion: &mut Motion, at: f64) {
         motion.return_to_anchors(at);
         let copies =
@@ -174,7 +175,7 @@ impl Search {
                     break;
                 }
             }
-            // Less than any instant if it is NaN, which no comparison would find.
+            // NaN becomes minus infinity, so that comparisons find it.
             self.known.clear[place] = tracker.clear.max(f64::NEG_INFINITY);
             if tracker.root.is_some() {
                 self.record_root(place);
@@ -210,7 +211,7 @@ impl Search {
         self.budget.check(motion, &self.work, time + horizon)
     }
 
-    /// The same for a second search, which has spent `work` and proved up to `horizon`.
+    /// The same check for a second search, which has spent `work` and is proved up to `horizon`.
     pub fn check_beside(&self, motion: &Motion, work: &Work, horizon: f64) -> Result<(), Error> {
         self.budget.check(motion, work, motion.state().epoch.value() + horizon)
     }
@@ -231,8 +232,8 @@ impl Search {
     }
 }
 
-/// Re-arms a guard that started above zero by rounding only. A falling guard was at zero just before, so for
-/// it a value above the estimated rounding counts as rounding too.
+/// Re-arms a guard that started above zero by rounding only. A falling guard was at zero just before, so it may start
+/// above the estimated rounding.
 fn re_arm(motion: &Motion, tracker: &mut GuardTracker, [value, slope]: [f64; 2]) {
     let Signal { parts, order, .. } = tracker.signal;
     let of = |part: Part| motion.rounding(part.track, part.functional, order);
@@ -252,12 +253,12 @@ struct Known {
     first: Option<(f64, Event)>,
 }
 
-/// The guard whose proof is the shortest.
+/// The guard that is least far proved.
 struct Front {
-    /// Until when it is clear; minus infinity if that is not a number.
+    /// Instant until which it is clear; minus infinity for NaN.
     least: f64,
     place: usize,
-    /// Until when all others are clear.
+    /// Instant until which all others are clear.
     next: f64,
 }
 
@@ -315,8 +316,8 @@ fn signal(motion: &Motion, guard: &Guard) -> Signal {
             drift = [drift[1], 2.0 * drift[2], 0.0];
         }
         drift[0] -= factor * level;
-        // A part in which nothing oscillates is all drift. (Only of what a frame has a share in: a
-        // track that rotates in other steps rounds otherwise.)
+        // A part in which nothing oscillates belongs to the drift. (Only for displacements that involve a frame:
+        // otherwise the track would be rotated in other steps, and round differently.)
         if motion.graph().is_of_frame(displacement) {
             let system = |part: &Part| &motion.tracks()[part.track].system;
             let moves = |part: &Part| !system(part).functionals[part.functional].still;
@@ -339,14 +340,14 @@ mod tests {
     use super::*;
     use crate::laws::mode::Relay;
 
-    /// Events closer than the resolution of time are at one instant, where the contact comes before the rock and
-    /// that before the drive; others are in the order of their times.
+    /// Events closer than the resolution of time are simultaneous, and then contact comes before rock and rock before
+    /// drive. Other events are in the order of time.
     #[test]
     fn of_events_at_one_instant_the_first_in_order_comes_first() {
         let events = [Event::CLOSING, Event::Rock(RockEvent::Touch), Event::Relay(Relay::Drive)];
         for (i, j) in [(0, 1), (0, 2), (1, 2)] {
             for (apart, earlier) in [(0.0, i), (0.5, i), (-0.5, i), (2.0, i), (-2.0, j)] {
-                // The later in order is so many resolutions later, or earlier.
+                // The event that is later in order is this many resolutions later in time, or earlier.
                 let pair = [(1e-3, events[i]), (1e-3 + apart * TIME_RESOLUTION, events[j])];
                 let expected = pair[usize::from(earlier == j)];
                 assert_eq!(first(pair[0], pair[1]), expected, "{pair:?}");

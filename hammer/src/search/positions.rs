@@ -13,13 +13,13 @@ use crate::motion::Motion;
 /// The guards of all positions in the present mode.
 #[derive(Debug)]
 pub(crate) struct Positions {
-    /// Each has tracks of its own, since each proof goes on from another instant.
+    /// Each guard with its own tracks, since proofs proceed at different steps.
     trackers: Vec<(GuardTracker, Vec<Track>)>,
 }
 
 impl Positions {
-    /// Tracks, from `from` after the epoch, where the piston leaves its side of each level. A level
-    /// is a position, m, and whether the piston is beyond it.
+    /// Tracks, from `from` after the epoch, where the piston crosses each level. A level is a position, m, and
+    /// whether the piston is beyond it.
     pub fn start(motion: &Motion, levels: &[(f64, bool)], from: f64) -> Self {
         let mut tracks: Vec<Track> =
             (0..motion.tracks().len()).map(|index| motion.at_anchor(index)).collect();
@@ -38,12 +38,11 @@ impl Positions {
         Self { trackers: levels.iter().map(tracker).collect() }
     }
 
-    /// The first passage up to `until` after the epoch, within the motion's reach: its time and
-    /// level.
+    /// The first passage up to `until` after the epoch, within the motion's reach: its time and level.
     ///
     /// # Errors
     ///
-    /// Those of `check` at the instant up to which there is none.
+    /// Those of `check`, which is given the instant up to which there is no passage.
     pub fn first<E>(
         &mut self,
         motion: &Motion,
@@ -71,7 +70,7 @@ impl Positions {
         Ok(first)
     }
 
-    /// Ignores a level from now on: its guard lies at zero within rounding.
+    /// Ignores a level from now on, since its guard lies at zero within rounding.
     pub fn ignore(&mut self, index: usize) {
         let (tracker, _) = &mut self.trackers[index];
         (tracker.root, tracker.clear) = (None, f64::INFINITY);

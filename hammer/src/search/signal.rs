@@ -10,8 +10,8 @@ use crate::numerics::poly::Poly;
 use crate::search::drift::{Drift, LONG};
 use crate::search::window::{Noise, Window};
 
-/// The remainder is the resolution over this for each of two tracks: an eighth together, with a
-/// margin for the rounding of bounds.
+/// Resolution over the remainder allowed for each of two tracks: an eighth together, with a margin for the rounding
+/// of bounds.
 const REMAINDER: f64 = 17.0;
 
 /// One track's share of a guard.
@@ -38,12 +38,12 @@ pub(crate) struct Probe {
     pub curvature: f64,
 }
 
-/// Threshold of steepness. The assertion in [`crate::search::steep`] limits it; this value
-/// minimises the count of work on the reference hammer.
+/// Threshold of steepness, limited by the assertion in [`crate::search::steep`]. This value needs the least work on
+/// the reference hammer.
 pub(crate) const STEEP: f64 = 2.5;
 
 impl Probe {
-    /// True of what a state that is finite gives, but for numbers near the largest.
+    /// True of a finite state, except for numbers near the largest.
     pub(super) fn is_finite(&self) -> bool {
         (self.value + self.slope + self.amplitude + self.curvature).is_finite()
     }
@@ -113,7 +113,7 @@ impl Signal {
         }
     }
 
-    /// The same, valid up to `reach` only.
+    /// The same signal, valid up to `reach` only.
     #[inline]
     pub(crate) fn within(mut self, reach: f64) -> Self {
         self.reach = reach;
@@ -121,7 +121,7 @@ impl Signal {
         self
     }
 
-    /// True if its drift is not valid any more at `t`.
+    /// True if its drift is no longer valid at `t`.
     #[inline]
     pub(crate) fn ends_before(&self, t: f64) -> bool {
         t >= self.reach
@@ -132,8 +132,8 @@ impl Signal {
         LONG.min(self.reach)
     }
 
-    /// Roundings of a Taylor coefficient, a sum by [`combine::combine`]: multiplied by a factor and
-    /// added to the other track's part, each rounded to half an `eps`.
+    /// Roundings of a Taylor coefficient, each half an `eps`: a sum by [`combine::combine`], a factor, and the
+    /// addition of the other track's part.
     fn series_operations(&self, tracks: &[Track]) -> f64 {
         let parts = self.parts.iter().flatten();
         let longest = parts.fold(0, |n, part| tracks[part.track].z.len().max(n));
@@ -169,8 +169,8 @@ impl Signal {
         step * step * self.amplitude(tracks, 2) > amplitude
     }
 
-    /// Evaluates the signal at `t`, moving its tracks there in one pass each; returns the number of
-    /// rotations too. `spare` is storage for a modal vector.
+    /// Evaluates the signal at `t`, rotating its tracks there in one pass each, and returns the number of rotations
+    /// too. `spare` is storage for a modal vector.
     pub(crate) fn evaluate(
         &self,
         tracks: &mut [Track],
@@ -218,15 +218,15 @@ impl Signal {
         longest.min(self.reach)
     }
 
-    /// One Newton step from a zero of the window's polynomial to the zero of the guard itself; the
-    /// two differ by less than the resolution. The tracks stand at the first.
+    /// One Newton step from a zero of the window's polynomial, to which the tracks are rotated, to the zero of the
+    /// guard. The two differ by less than the resolution.
     pub(crate) fn polish(&self, tracks: &[Track], root: f64) -> f64 {
         let [value, slope] = self.value_and_slope(tracks, root);
         let close = slope > 0.0 && value.abs() <= self.resolution;
         if close { root - value / slope } else { root }
     }
 
-    /// Value and slope at `t`, where the tracks stand.
+    /// Value and slope at `t`, to which the tracks are rotated.
     pub(crate) fn value_and_slope(&self, tracks: &[Track], t: f64) -> [f64; 2] {
         let [mut value, mut slope] = self.drift.at(t);
         for (factor, f, track) in self.each(tracks) {
@@ -257,7 +257,8 @@ impl Signal {
             }
         }
         let h = (10.0 * LONG).min(self.reach).min(longest);
-        // Each track's `a_TAYLOR h^TAYLOR` is at most `allowed`, and `1.03^TAYLOR` is two.
+        // The window is as long as `a_TAYLOR h^TAYLOR <= allowed` permits on each track, with a margin: `1.03^TAYLOR`
+        // is two.
         let growth = if longest < f64::INFINITY {
             let radians = math::root(allowed / amplitude);
             1.03 * std::f64::consts::SQRT_2 * radians * (h / longest)
@@ -314,7 +315,7 @@ impl View<'_> {
     }
 }
 
-/// [`math::root`] is the one of a remainder.
+/// [`math::root`] takes the root of the remainder's order.
 const _: () = assert!(TAYLOR == math::ROOT);
 
 const fn factorial(n: usize) -> f64 {
@@ -334,8 +335,8 @@ mod tests {
     use crate::modal::system::Recipe;
     use std::sync::Arc;
 
-    /// An undamped oscillator `a cos(w t + phase)`, and one of the two decays `exp(-r t)` of an oscillator with
-    /// `r` and `R`, from `-push` on; the functional is their sum.
+    /// An undamped oscillator `a cos(w t + phase)`, and one of the two decays `exp(-r t)` of an oscillator with rates
+    /// `r` and `R`, which begins at `-push`. The functional is their sum.
     fn track([w, a, phase]: [f64; 3], [r, fast, push]: [f64; 3]) -> Track {
         let omega2 = [r * fast, w * w];
         let shape = &[1.0, 0.0];
@@ -359,8 +360,8 @@ mod tests {
         Signal::over(Drift::parabola(drift), [Some(part), None], 0, 1e-9)
     }
 
-    /// Where a decay has fallen so far that the rest of the motion, at its bound, could bring the guard to the
-    /// margin, the step ends; a decay that pushes up, or does not outweigh the rest, gives none.
+    /// A creeping step ends where the rest of the motion, at its bound, could bring the guard to the margin. A decay
+    /// that pushes upward, or that does not outweigh the rest, gives no step.
     #[test]
     fn a_creeping_step_ends_where_the_decay_outweighs_the_rest_no_more() {
         let (r, push, a, margin) = (30.0, 2.0, 0.2, 0.05);
@@ -382,8 +383,8 @@ mod tests {
         assert_eq!(signal.creeping_step(&weak, signal.amplitude(&weak, 0), margin), 0.0);
     }
 
-    /// Of `a cos(w t)` and a parabola: the bend and the zero are those of the closed form; a window is as long as
-    /// `w` of its oscillator lets it be, and no more than an eighth of the resolution off.
+    /// For `a cos(w t)` plus a parabola, second derivative and zero are those of the closed form. A window is as long
+    /// as `w` permits, and its error at most an eighth of the resolution.
     #[test]
     fn bends_zeros_and_windows_are_those_of_the_closed_form() {
         let (w, a, phase) = (2e4, 0.2, 0.3);
@@ -402,18 +403,18 @@ mod tests {
                 let off = (value - exact(x * window.h)).abs();
                 assert!(off <= signal.resolution / 8.0, "{factor} {x}: {off:e}");
             }
-            // The terms grow by `sqrt 2 w h`, but for the margin that is allowed for a power of two.
+            // The terms grow by `sqrt 2 w h`, up to the margin for a power of two.
             let growth = window.modal.growth / (std::f64::consts::SQRT_2 * w * window.h);
             assert!((1.0..1.1).contains(&growth), "{factor}: {growth}");
             assert_eq!(window.modal.amplitude, f64::EPSILON * amplitude);
-            // Its rounding: at least that of a value and its factor, at most that of some ten terms.
+            // Its rounding is at least that of a value and its factor, and at most that of some ten terms.
             let rounding = signal.rounding(&tracks, 0.0, amplitude) - signal.drift.rounding(0.0);
             let roundings = rounding / (f64::EPSILON * amplitude);
             assert!((4.0..20.0).contains(&roundings), "{roundings}");
         }
     }
 
-    /// A Newton step from beside a zero, where the guard rises and is within its resolution; else none.
+    /// A Newton step near a zero where the guard rises and is within its resolution; elsewhere no step.
     #[test]
     fn a_zero_is_polished_where_the_guard_rises_within_its_resolution() {
         for (slope, start, is_polished) in

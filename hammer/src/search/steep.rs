@@ -57,8 +57,8 @@ pub(super) fn crossing(
     found
 }
 
-/// The zero of a guard from its value at `t`, where its tracks stand; they are left near it. None
-/// if the guard is not steep, or cannot be extrapolated that far.
+/// The zero of a guard from its value at `t`, to which its tracks are rotated; they are left near the zero. None if
+/// the guard is not steep, or cannot be extrapolated that far.
 fn rise(
     signal: &Signal,
     tracks: &mut [Track],

@@ -75,24 +75,24 @@ pub struct GuardTracker {
 /// A step proved by one slow decay is taken if it is longer than this, in radians; steps by
 /// curvature rarely are.
 const LONG_STEP: f64 = 2.0;
-/// Part of the resolution at which a guard counts as crossed: the margin allows for rounding, and
-/// the scan reaches it in finitely many steps.
+/// Share of the resolution at which a guard counts as crossed. The rest allows for rounding, and lets the scan arrive
+/// in finitely many steps.
 const CROSSED: f64 = 0.875;
-/// A guard that is more resolutions below zero than this is far from it.
+/// A guard is far from zero if it is more resolutions below it than this.
 pub(crate) const NEAR: f64 = 4.0;
 /// Resolutions below zero that a step from far below approaches.
 const APPROACHED: f64 = 2.0;
-/// Part of the resolution by which a guard may start above zero without having crossed.
+/// Share of the resolution by which a guard may start above zero without having crossed.
 const AMBIGUOUS: f64 = 0.5;
-/// Part of the resolution that a window's remainder may reach, and that its rounding may.
+/// Share of the resolution allowed for a window's remainder, and as much for its rounding.
 const FINE: f64 = 0.125;
-/// Part of the resolution that all other rounding may reach.
+/// Share of the resolution allowed for all other rounding.
 const ROUNDED: f64 = 1.0 / 16.0;
 
 /// Most steps of one scan, which then returns so that its work is counted.
 const LONGEST_SCAN: u64 = 4096;
 
-/// How the scan of a part of a window ends; instants are in parts of the window.
+/// Result of scanning a part of a window. Instants are relative to the window's length.
 enum Scan {
     /// No crossing.
     Clear,
@@ -103,7 +103,7 @@ enum Scan {
 }
 
 impl GuardTracker {
-    /// Starts at `t`.
+    /// A tracker of a guard from `t` on.
     #[inline]
     pub fn new(signal: Signal, t: f64) -> Self {
         let (known, begun, ahead) = (false, false, Ahead::new());
@@ -118,7 +118,7 @@ impl GuardTracker {
         self.ahead.restart();
     }
 
-    /// Needs no proof after `end`, and none yet after `until`.
+    /// Asks for no proof after `end`, and for none yet after `until`.
     #[inline]
     pub(crate) fn limit(&mut self, end: f64, until: f64) {
         (self.ahead.end, self.ahead.until) = (end, until);
@@ -136,7 +136,7 @@ impl GuardTracker {
         self.signal.stays_below(self.signal.resolution, amplitude)
     }
 
-    /// The track of its own, if it has one.
+    /// Its own copy of the track, if it has one.
     pub(crate) fn own(&mut self) -> Option<(usize, &mut Track)> {
         let [Some(part), None] = self.signal.parts else { return None };
         self.ahead.own.as_mut().map(|track| (part.track, track))
@@ -169,7 +169,7 @@ impl GuardTracker {
         }
         let t = self.clear;
         work.evaluations += 1;
-        // A guard that was evaluated once is likely to be evaluated again.
+        // Guards that have been evaluated before are likely to be evaluated again.
         if !self.begun && self.drift_keeps_away(tracks, t, None) {
             return;
         }
@@ -187,7 +187,7 @@ impl GuardTracker {
         self.extend_from(tracks, &here, t, work);
     }
 
-    /// Extends the proof by a long step if drift alone keeps the guard from zero; else returns false.
+    /// Extends the proof by a long step if the drift alone keeps the guard from zero. Otherwise returns false.
     #[inline]
     fn drift_keeps_away(&mut self, tracks: &[Track], t: f64, before: Option<f64>) -> bool {
         let margin = APPROACHED * self.signal.resolution;
@@ -260,8 +260,8 @@ impl GuardTracker {
         }
     }
 
-    /// True if the amplitudes prove that a guard without drift never crosses again, or not for a
-    /// long step, by which they extend the proof.
+    /// True if the amplitudes prove that a guard without drift never crosses again, or extend the proof by a long
+    /// step.
     fn amplitude_decides(&mut self, tracks: &[Track], t: f64, probe: &Probe) -> bool {
         let Some(drift) = self.signal.drift.constant() else { return false };
         let (r, is_far) = (self.signal.resolution, self.is_far(probe.value));
@@ -297,7 +297,7 @@ impl GuardTracker {
         }
     }
 
-    /// Withdraws a crossing at the start, which was rounding: shifts the level to the start value.
+    /// Withdraws a crossing at the start that was rounding, by shifting the level to the start value.
     pub(crate) fn re_arm(&mut self) {
         if let Some([value, _]) = self.beyond.take() {
             self.signal.drift.lower(value);
@@ -305,13 +305,13 @@ impl GuardTracker {
         }
     }
 
-    /// True of a value that is far below zero.
+    /// True if a value is far below zero.
     fn is_far(&self, value: f64) -> bool {
         value < -NEAR * self.signal.resolution
     }
 
-    /// The level that a step may approach: below zero while the guard is far from it, then the
-    /// resolution. None if that is reached.
+    /// The level that a step may approach: some resolutions below zero for a distant guard, otherwise the resolution.
+    /// None if that is reached.
     fn level(&self, value: f64) -> Option<f64> {
         let r = self.signal.resolution;
         if self.is_far(value) {
@@ -339,7 +339,7 @@ impl GuardTracker {
         let Window { h, q, .. } = window;
         let points = grid::on_grid(&q);
         let end = Generator::level_below(h).map_or(1.0, |(_, length)| length / h);
-        // The next window covers what follows.
+        // What follows is left to the next window.
         let leave = back_up(&q, &points, end);
         let far = -NEAR * self.signal.resolution;
         let mut below = (q[0] <= 0.0).then_some(0.0);
@@ -369,7 +369,7 @@ impl GuardTracker {
                 let low = below.or_else(|| low_point(&q, x));
                 let root = low.map_or(0.0, |low| zero_between(&q, low, x));
                 let sharp = self.polish(tracks, t + root * h);
-                // Where a guard only grazes zero, its slope gives no reliable step.
+                // A guard that only grazes zero has no slope that gives a reliable step.
                 let place = (sharp - t) / h;
                 let fits = place >= 0.0 && horner(&q, place).0.abs() <= self.signal.resolution;
                 self.root = Some(if fits { sharp } else { t + root * h });
@@ -382,8 +382,7 @@ impl GuardTracker {
         self.clear = t + h * leave;
     }
 
-    /// The zero of the guard itself beside a zero of the window's polynomial. A track of its own is
-    /// left near it.
+    /// The zero of the guard near a zero of the window's polynomial. A track of its own is left near it.
     fn polish(&mut self, tracks: &mut [Track], root: f64) -> f64 {
         let [Some(part), None] = self.signal.parts else {
             let parts = self.signal.parts.into_iter().flatten();

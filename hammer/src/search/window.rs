@@ -26,8 +26,8 @@ pub(crate) fn step_below(room: f64, slope: f64, m: f64) -> f64 {
     if slope >= 0.0 { 2.0 * room / (slope + root) } else { (root - slope) / m }
 }
 
-/// Until when a function that falls with `slope < 0` at 0 stays below its value there, if it is certain to
-/// be `depth` lower in between and then until that instant; `m` bounds its second derivative.
+/// Until when a function that falls with `slope < 0` at 0 stays below its value there, if it is certain to fall by
+/// `depth` in between; `m` bounds its second derivative.
 pub(crate) fn dip(depth: f64, slope: f64, m: f64) -> Option<f64> {
     let disc = slope * slope - 2.0 * m * depth;
     if slope >= 0.0 || disc <= 0.0 || disc.is_nan() {
@@ -64,7 +64,7 @@ pub struct Window {
 pub struct Noise {
     /// `eps a_0`.
     pub amplitude: f64,
-    /// Roundings of a sum of products over half.
+    /// Roundings of a sum of products, each half an `eps`.
     pub operations: f64,
     /// `y`.
     pub growth: f64,
@@ -95,9 +95,9 @@ impl Window {
         self.noise() + rounding(&self.q)
     }
 
-    /// Halves the window until its rounding is below `fine`, if possible: the rounding of a body
-    /// that moves metres within one window would exceed a guard's resolution. `drift` is the
-    /// rounding of the drift over a window of a given length. Returns the rounding too.
+    /// Halves the window until its rounding is below `fine`, if possible. Otherwise the rounding of a body that moves
+    /// metres in a window would exceed a guard's resolution. `drift` is the rounding of the drift over a window of a
+    /// given length. Returns the rounding too.
     pub(crate) fn shortened(mut self, fine: f64, drift: impl Fn(f64) -> f64) -> (Self, f64) {
         let most = fine.max(2.0 * (drift(0.0) + f64::EPSILON * self.q[0].abs()));
         // No shorter window reduces the modes' rounding enough.
@@ -144,19 +144,19 @@ pub(crate) fn horner(q: &[f64; TAYLOR], x: f64) -> (f64, f64) {
     (value, slope)
 }
 
-/// Where the next window begins: at `end`, or, where the guard is above zero there, before the zero that it rose
-/// through, so that the next window finds it.
+/// Where the next window begins: at `end` or, if the guard is above zero there, before the zero that it rose through,
+/// so that the next window finds it.
 pub(crate) fn back_up(q: &[f64; TAYLOR], grid: &Grid, end: f64) -> f64 {
     if horner(q, end).0 <= 0.0 {
         return end;
     }
-    // A power of two: the division is exact.
+    // The division by a power of two is exact.
     let points = &grid.value[..(end / PART) as usize];
     points.iter().rposition(|&value| value <= 0.0).map_or(end, |i| (i + 1) as f64 * PART)
 }
 
-/// The minimum before `end` of a guard that starts above zero and falls, if it is below zero. By
-/// rounding, a transition may leave its own guard above zero; a later rise is another crossing.
+/// The minimum before `end` of a guard that starts above zero and falls, if it is below zero. By rounding a
+/// transition may leave its own guard above zero; a later rise is another crossing.
 pub(crate) fn low_point(q: &[f64; TAYLOR], end: f64) -> Option<f64> {
     let (mut low, mut high) = (0.0, end);
     if horner(q, low).1 >= 0.0 {
@@ -199,13 +199,13 @@ pub(crate) fn zero_between(q: &[f64; TAYLOR], mut low: f64, mut high: f64) -> f6
     x
 }
 
-/// Evaluations after which [`maximum`] gives up, some milliseconds of work: a flat maximum takes
-/// thousands, but where the bound overflows no halving would end it.
+/// Evaluations after which [`maximum`] gives up, some milliseconds of work. A flat maximum takes thousands; where
+/// bounds overflow, halving would never end.
 pub(crate) const EVALUATIONS: u64 = 1 << 16;
 
-/// The larger of `best` and the maximum of `sum p_k x^k` on `[0, 1]`, to the rounding of its terms:
-/// each part is halved until a bound on its maximum is no larger than the best value. The number of
-/// evaluations too; after [`EVALUATIONS`] the maximum may be larger.
+/// The larger of `best` and the maximum of `sum p_k x^k` on `[0, 1]`, to the rounding of its terms: parts are halved
+/// until a bound on each is no larger than the best value. Returns the number of evaluations too; after
+/// [`EVALUATIONS`] the maximum may be larger.
 pub(crate) fn maximum(p: &[f64; TAYLOR], best: f64) -> (f64, u64) {
     let grid = grid::on_grid(p);
     let best = grid.value.iter().fold(best.max(p[0]), |a, &b| a.max(b));
@@ -236,10 +236,10 @@ impl Maximum<'_> {
     /// Searches between two points `[x, value]`, where the second derivative is at least `-dip`.
     fn between(&mut self, a: [f64; 2], b: [f64; 2], dip: f64) {
         let width = b[0] - a[0];
-        // It lies below the parabola of that curvature through both ends.
+        // The function lies below the parabola of that curvature through both ends.
         let (sag, rise) = (0.125 * dip * width * width, (b[1] - a[1]).abs());
         let top = if rise < 4.0 * sag {
-            // In this order nothing overflows that is smaller than the result.
+            // In this order nothing overflows if the result does not.
             0.5 * (a[1] + b[1]) + sag + rise * (rise / (16.0 * sag))
         } else {
             a[1].max(b[1])
@@ -281,8 +281,8 @@ mod tests {
         assert!(!maximum(&[f64::NAN; TAYLOR], 0.0).0.is_nan());
     }
 
-    /// Squares of its values overflow; in the second one the third derivative does too, so that no
-    /// bound says anything.
+    /// Squares of the values overflow; in the second polynomial the third derivative does too, so that no bound says
+    /// anything.
     #[test]
     fn a_search_for_the_maximum_of_an_enormous_polynomial_ends() {
         let falling = |power: usize, by: f64| {
@@ -299,8 +299,8 @@ mod tests {
         each.into_iter().flat_map(move |slope| each.map(|m| (slope, m)))
     }
 
-    /// A parabola reaches `room` at the end of the step, and nowhere before; where the step is endless it never
-    /// does. The bound is three roundings of its terms.
+    /// A parabola reaches `room` at the end of its step and nowhere before; it never does if the step is infinite.
+    /// The allowance is three roundings of its terms.
     #[test]
     fn a_step_ends_where_its_parabola_first_reaches_the_room() {
         for ((slope, m), room) in slopes().flat_map(|s| [0.0, 1e-3, 0.7].map(|room| (s, room))) {
@@ -317,8 +317,8 @@ mod tests {
         }
     }
 
-    /// Up to the end of its dip a parabola is below zero, and at it `-depth`; without a dip it never is so deep. A
-    /// bound on the curvature is never below zero.
+    /// A parabola is below zero until the end of its dip, and at it `depth` lower than at its start; without a dip it
+    /// never falls so far. A bound on the curvature is never negative.
     #[test]
     fn a_dip_is_where_its_parabola_is_below_the_depth() {
         let cases = slopes().filter(|(_, m)| *m >= 0.0);
@@ -345,7 +345,7 @@ mod tests {
         q
     }
 
-    /// Against exact values in double-double: the error is within the bound, and comes within a fiftieth of it.
+    /// Against exact values in double-double, the error is within the bound, and more than a fiftieth of it.
     #[test]
     fn the_rounding_of_a_value_is_bounded_by_that_of_its_terms() {
         let mut seed = 1u64;
@@ -367,7 +367,7 @@ mod tests {
         assert!((0.02..=1.0).contains(&nearest), "{nearest}");
     }
 
-    /// To the rounding of a value over the slope there.
+    /// Zeros are found to the rounding of a value over the slope.
     #[test]
     fn zeros_and_low_points_of_a_window_are_found() {
         let (rising, falling) = (cubic(1.0), cubic(-1.0));
@@ -387,27 +387,28 @@ mod tests {
         assert_eq!(low_point(&shallow, 1.0), None);
     }
 
-    /// Above zero at its end, a window is left at the point of the grid after which the guard stays above.
+    /// A window that ends above zero is left at the grid point after which the guard stays above.
     #[test]
     fn a_window_is_left_before_a_rise_through_zero() {
         let (rising, falling) = (cubic(1.0), cubic(-1.0));
         let left = |q: &[f64; TAYLOR], end: f64| back_up(q, &grid::on_grid(q), end);
         assert_eq!([left(&rising, 1.0), left(&rising, 0.75)], [0.875, 0.75]);
         assert_eq!([left(&falling, 1.0), left(&falling, 0.75)], [1.0, 0.5]);
-        // Nowhere below: there is no earlier place.
+        // A guard that is nowhere below zero has no earlier place.
         let mut above = [0.0; TAYLOR];
         above[0] = 1.0;
         assert_eq!(left(&above, 0.5), 0.5);
     }
 
-    /// A window whose drift, modes and values each round, of so long a motion that only a part of it is fine.
+    /// Drift, modes and values each contribute to the rounding, over a motion so long that only a part of the window
+    /// is fine enough.
     #[test]
     fn a_window_is_halved_until_its_rounding_is_fine() {
         let drift = |h: f64| 1e-16 + 1e-9 * h;
         let mut q = [0.0; TAYLOR];
         q[..4].copy_from_slice(&[0.3, -9.0, 40.0, 7.0]);
         let modal = |growth| Noise { amplitude: 1e-17, operations: 40.0, growth };
-        // What the rounding of a window of this length must be, by its definition.
+        // The rounding of a window of this length, by its definition.
         let bound = |h: f64, halvings: i32| {
             let y = 3.0 * 0.5f64.powi(halvings);
             let terms: Vec<f64> = (0..4).map(|k| q[k] * 0.5f64.powi(halvings * k as i32)).collect();
@@ -426,7 +427,7 @@ mod tests {
                 assert!((horner(&short.q, x).0 - whole).abs() < 1e-13, "{wanted} {x}");
             }
         }
-        // Where no length is short enough for the modes, or for the value at the start, their part is left out.
+        // Where no window is short enough for the modes or for the value at the start, their rounding is left out.
         let loud = Noise { amplitude: 1e-3, ..modal(3.0) };
         let window = Window { h, q, modal: loud, drift: drift(h) };
         let (short, rounding) = window.shortened(0.05, drift);

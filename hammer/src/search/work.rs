@@ -1,10 +1,11 @@
 //! The work of a search, and how much a communication step may spend.
 //!
-//! A unit is an evaluation of a guard, and costs as many coordinates of the call's [`Allowance`] as
-//! the scene has, and [`BESIDE`]; what air costs depends on no scene ([`AIR`]). The reference hammer
-//! spends about 1e5 units per second of motion.
-//! Chattering (a contact a million times too stiff, a corrupt state) could take minutes or for ever;
-//! it ends with an error that names what chatters and the parameter that is out of proportion.
+//! The unit is an evaluation of a guard. It costs as many coordinates of the call's [`Allowance`] as the scene has,
+//! plus [`BESIDE`]; the cost of air does not depend on the scene ([`AIR`]). The reference hammer spends about 1e5
+//! units per second of motion.
+//!
+//! Chattering (a contact a million times too stiff, a corrupt state) could take minutes or never end. It becomes an
+//! error that names what chatters and the parameter that is out of proportion.
 
 use crate::allowance::Allowance;
 use crate::error::{Error, WorkLimit};
@@ -13,19 +14,18 @@ use crate::laws::mode::Tie;
 use crate::motion::Motion;
 use std::cell::Cell;
 
-/// What a unit costs beside the scene's coordinates, in coordinates.
+/// Constant part of a unit's cost, in coordinates.
 const BESIDE: usize = 20;
-/// Share of transitions in a step's work from which on they are its cause, and of other work.
+/// Transitions are named as the cause if they make up at least this share of a step's work.
 const BUSY: f64 = 0.01;
 const MOST: f64 = 0.5;
 /// Units between two polls of the interrupt: 0.1 ms, or 4 ms on the finest mesh.
 const PAUSE: u64 = 500;
-/// Units of a Taylor window, of a panel of the barrier's series, and of a transition: each takes about as long as so
-/// many evaluations.
+/// Units of a Taylor window, of a panel of the barrier's series, and of a transition.
 const WINDOW: u64 = 16;
 const PANEL: u64 = 2;
 const TRANSITION: u64 = 100;
-/// Coordinates of a series for a window of air.
+/// Cost of an air window's series, in coordinates.
 const AIR: u64 = 12_000;
 
 /// Work done by a search.
@@ -46,7 +46,7 @@ pub struct Work {
 }
 
 impl Work {
-    /// Counts one evaluation a tabulated step ahead.
+    /// Counts one evaluation, a tabulated step ahead.
     #[inline]
     pub(super) fn count_evaluation(&mut self) {
         self.evaluations += 1;
@@ -58,7 +58,7 @@ impl Work {
         self.barrier += PANEL * panels;
     }
 
-    /// Counts what a window of air or of a line took: rotations, and series.
+    /// Counts the rotations and series of a window of air or of a line.
     pub(crate) fn count_air(&mut self, [rotations, series]: [u64; 2]) {
         self.samples += rotations;
         self.air += series;
@@ -69,7 +69,7 @@ impl Work {
     }
 }
 
-/// What can use up the work of a step.
+/// Possible causes of a step that spends its work.
 fn causes() -> impl Iterator<Item = WorkLimit> {
     let others = [WorkLimit::Rock, WorkLimit::Drive, WorkLimit::Loads];
     others.into_iter().chain(Tie::all().map(WorkLimit::Tie))
@@ -80,14 +80,13 @@ fn causes() -> impl Iterator<Item = WorkLimit> {
 pub(crate) struct Budget {
     /// [`Work`] at the start of the step.
     start: Work,
-    /// Coordinates of [`Work`] and of transitions since that are paid for.
+    /// Coordinates of [`Work`] and of transitions in this step that are already paid for.
     pub paid: Cell<u64>,
-    /// What a unit costs, in coordinates.
+    /// Cost of a unit, in coordinates.
     price: u64,
     /// Units of [`Work`] at which the interrupt is polled.
     pause: Cell<u64>,
-    /// Transitions of the rock and the drive, new series for loads that vary, and transitions of each
-    /// tie.
+    /// Transitions of the rock and of the drive, renewals of series under varying loads, and transitions of each tie.
     spent: [u64; 3 + Tie::COUNT],
 }
 
@@ -102,7 +101,7 @@ impl Budget {
         self.pause.set(0);
     }
 
-    /// Counts a transition; `None` where series are renewed because loads vary.
+    /// Counts a transition, or with `None` a renewal of series under varying loads.
     pub fn count(&mut self, event: Option<Event>) {
         let cause = match event {
             Some(Event::Rock(_)) => 0,
@@ -135,7 +134,7 @@ impl Budget {
         Ok(())
     }
 
-    /// Pays for what is not paid for yet; false if that is more than is left.
+    /// Pays for everything not yet paid for. Returns false if that is more than is left.
     pub fn pay(&self, work: &Work) -> bool {
         let units = work.units() - self.start.units() + self.transitions();
         let done = self.price.saturating_mul(units).saturating_add(self.of_air(work));
@@ -153,7 +152,7 @@ impl Budget {
     }
 
     fn refusal(&self, motion: &Motion, time: f64, work: &Work, done: u64) -> Error {
-        // Some of the work is that of the searches after transitions.
+        // Part of the work belongs to the searches that follow transitions.
         let most = causes().zip(self.spent).max_by_key(|(_, spent)| *spent);
         let is_busy = (self.price * self.transitions()) as f64 > BUSY * done as f64;
         let limit = most.filter(|_| is_busy).map_or(WorkLimit::Search, |(cause, _)| cause);
@@ -161,7 +160,7 @@ impl Budget {
         let beside = [(WorkLimit::Barrier, barrier), (WorkLimit::Air, self.of_air(work))];
         let mut beside = beside.into_iter().filter(|(_, spent)| *spent as f64 > MOST * done as f64);
         let limit = beside.next().map_or(limit, |(cause, _)| cause);
-        // Of a hammer under air it is the air's windows that are renewed.
+        // Under air, the renewed series are those of the air's windows.
         let is_air = limit == WorkLimit::Loads && motion.air().is_some();
         let limit = if is_air { WorkLimit::Air } else { limit };
         let parameters = motion.parameters();
@@ -183,7 +182,7 @@ mod tests {
         Motion::new(model, inputs, 0.0).expect("a scene")
     }
 
-    /// What a second allows of a step that began at `start` and has come to `work`.
+    /// Checks a step that began at `start` and has come to `work` against a new allowance of one second.
     fn checked(budget: &Budget, work: &Work) -> Result<(), WorkLimit> {
         let done = Allowance::of_seconds(1).within(|| budget.check(&motion(), work, 0.0));
         done.map_err(|error| match error {
@@ -192,7 +191,7 @@ mod tests {
         })
     }
 
-    /// A million million units are beyond any second.
+    /// A million million units exceed the allowance of a second.
     #[test]
     fn every_kind_of_work_is_paid_for_and_the_most_is_named() {
         let (many, none) = (1 << 40, Work::default());
@@ -206,7 +205,7 @@ mod tests {
             let mut budget = Budget::default();
             budget.begin_step(&motion(), &none);
             assert_eq!(checked(&budget, &work), Err(cause));
-            // What was done before the step is not of it, and what is paid for is not paid for again.
+            // Work before the step does not count, and what is paid for is not paid for again.
             budget.begin_step(&motion(), &work);
             assert_eq!(checked(&budget, &work), Ok(()));
         }

@@ -5,11 +5,11 @@ use crate::quantities::parameters::Parameters;
 use crate::scene::Scene;
 use crate::variables::{Role, Slot, VARIABLES, Variable};
 
-/// A real parameter, start values included, or a constant input: a row of the table.
+/// An argument: a real parameter, start values included, or a constant input.
 #[derive(Clone, Copy)]
 pub struct Argument(&'static Variable);
 
-/// A value smaller than this part of its usual size counts as zero.
+/// A value below this share of its usual size counts as zero.
 const SMALL: f64 = 1e-3;
 
 impl Argument {
@@ -81,7 +81,7 @@ impl Argument {
         if usual > 0.0 { usual } else { 1.0 }
     }
 
-    /// The scale of its changes: its value, or if that is zero its usual size.
+    /// The scale of its changes: its value or, if that is zero, its usual size.
     pub fn scale(self, scene: &Scene) -> f64 {
         let (value, usual) = (self.value(scene).abs(), self.nominal());
         if value > SMALL * usual { value } else { usual }

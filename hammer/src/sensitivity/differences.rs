@@ -11,20 +11,20 @@ use crate::sensitivity::sample::{Change, Sample};
 use std::fmt;
 use std::thread;
 
-/// First step, relative to the argument's scale: about the cube root of a rounding, where rounding
-/// and third derivative contribute alike to the error of a central difference; smaller because
-/// waves make the third derivative large. (At half of it fewer need a third run, 11 % of the work,
-/// and some err by more than a millionth.)
+/// First step, relative to the argument's scale. For a smooth function the best step is about the cube root of a
+/// rounding, where rounding and third derivative contribute alike to the error of a central difference. It is smaller
+/// here, because waves make the third derivative large. (Half of it would save 11 % of the work, but some errors
+/// would exceed a millionth.)
 const STEP: f64 = 2e-6;
 /// Factor from one step to the next.
 const FINER: f64 = 0.125;
-/// Least step: rounding leaves three digits.
+/// Least step: with it rounding leaves three digits.
 const LEAST: f64 = 1e-10;
 /// Relative rounding of a run's numbers.
 const ROUNDING: f64 = 1e-13;
-/// The air's error, at most, in runs whose difference is taken.
+/// Largest `air.error` of runs whose difference is taken.
 const AIR: f64 = 1e-11;
-/// A relative error that is good enough.
+/// A relative error that is small enough.
 const FINE: f64 = 1e-6;
 
 /// Derivatives of a run's numbers by one argument.
@@ -40,8 +40,8 @@ pub struct Derivative {
     pub right: Vec<f64>,
     /// Why the sides may differ; empty at a smooth point.
     pub nonsmooth: Vec<NonSmooth>,
-    /// Least change of the argument that would make two events simultaneous, to first order: the
-    /// derivative is valid up to there, unless an event appears.
+    /// Least change of the argument that would make two events simultaneous, to first order. The derivative holds up
+    /// to there, unless a new event appears.
     pub reach: f64,
     /// The largest step.
     pub step: f64,
@@ -50,24 +50,24 @@ pub struct Derivative {
 /// Why a point is non-smooth. Sides are sides of the argument.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NonSmooth {
-    /// A side has other events, however near.
+    /// However close to the point, one side has other events.
     Events {
         /// Above or below.
         above: bool,
         /// How they differ.
         change: Change,
     },
-    /// A number has a kink though the events are the same: its maximum is at another instant.
+    /// A number has a kink although the events are the same: its maximum jumps to another instant.
     Kink {
         /// Which number.
         index: usize,
     },
-    /// A side has no runs: the argument is at the edge of its domain.
+    /// A side cannot be run: the argument is at the edge of its domain.
     Edge {
         /// Above or below.
         above: bool,
     },
-    /// The events of a side change down to the least step.
+    /// The events of a side still change at the least step.
     Unsettled {
         /// Above or below.
         above: bool,
@@ -92,7 +92,7 @@ impl fmt::Display for NonSmooth {
 ///
 /// # Errors
 ///
-/// What `run` refuses at the scene itself, and any error nearby other than [`Error::Parameter`].
+/// Any error of `run` at the scene itself; nearby, any error other than [`Error::Parameter`].
 pub fn derivatives(
     scene: &Scene,
     by: &[Argument],
@@ -101,7 +101,7 @@ pub fn derivatives(
     Allowance::of_seconds(scene.parameters.work_limit).within(|| differences(scene, by, run))
 }
 
-/// Makes the parameters those of runs whose difference is taken, and returns the relative error of their numbers.
+/// Sets `air.error` for runs whose difference is taken, and returns the relative error of their numbers.
 pub(crate) fn sharpen(parameters: &mut Parameters) -> f64 {
     if parameters.drive.source != Source::Air {
         return ROUNDING;
@@ -118,7 +118,7 @@ fn differences(
     let mut scene = *scene;
     let noise = sharpen(&mut scene.parameters);
     let base = run(&scene)?;
-    // Equal parts, so that an answer does not depend on the number of threads.
+    // Every argument has an equal part, so that an answer does not depend on the number of threads.
     let share = Allowance::left().shared(by.len());
     let one = |argument: &Argument| {
         let value = argument.value(&scene);
@@ -156,7 +156,7 @@ struct Stencil {
 }
 
 impl Stencil {
-    /// `None` if a run is missing or passed other events.
+    /// `None` if a run is missing or had other events.
     fn new<E>(base: &Sample, h: f64, scale: Scale, run: &mut Run<E>) -> Result<Option<Self>, E> {
         let mut take = |x: f64| run(x).map(|sample| sample.filter(|sample| sample.agrees(base)));
         let (Some(high), Some(low)) = (take(h)?, take(-h)?) else { return Ok(None) };
@@ -190,19 +190,19 @@ impl Stencil {
         Ok(Some(stencil))
     }
 
-    /// Error of number `k` that is good enough: a part of the derivative, or, if that is small, of
-    /// the derivative that would change the number by a hundredth as the argument doubles.
+    /// Tolerated error of number `k`: a share of its derivative or, if that is small, of the derivative that would
+    /// change the number by a hundredth while the argument doubles.
     fn tolerance(&self, k: usize, size: f64) -> f64 {
         FINE * self.values[k].abs().max(0.01 * size / self.scale.size) + 4.0 * self.noise(size)
     }
 
-    /// What the error of numbers of a size makes of their derivative.
+    /// Error of a derivative by the rounding of numbers of this size.
     fn noise(&self, size: f64) -> f64 {
         self.scale.noise * size / self.step
     }
 
-    /// The central difference from `-h`, 0 and `h`. If curvature has a single scale, its error is a
-    /// third of the squared bend over the slope; a half is taken. True if that is too much.
+    /// The central difference from `-h`, 0 and `h`. For a function with one length scale its error is a third of the
+    /// squared second difference over the slope; a half is taken. Returns true if that is too much.
     fn second_order(&mut self, k: usize, f: [f64; 3]) -> bool {
         let [below, above] = [(f[1] - f[0]) / self.step, (f[2] - f[1]) / self.step];
         let (value, bend) = (0.5 * (below + above), (above - below).abs());
@@ -214,8 +214,8 @@ impl Stencil {
         bend > 0.0 && cut > self.tolerance(k, size)
     }
 
-    /// The slope of the cubic through `-h`, 0, `h` and `2 h`. It differs from the central
-    /// difference by a third difference, which is taken as the error.
+    /// The slope of the cubic through `-h`, 0, `h` and `2 h`. Its correction of the central difference is taken as
+    /// the error.
     fn third_order(&mut self, k: usize, f: [f64; 4]) {
         let h = self.step;
         let [below, above] = self.sides[k];
@@ -233,7 +233,7 @@ impl Stencil {
         self.coarse |= smooth && third.abs() > self.tolerance(k, size);
     }
 
-    /// Takes each number from the step with the smaller error; a kink bends alike at both.
+    /// Takes each number from the step with the smaller error. A kink must show at both steps.
     fn merge(&mut self, finer: &Self) {
         for k in 0..self.values.len() {
             let [old, new] = [&*self, finer].map(|s| s.sides[k][1] - s.sides[k][0]);
@@ -262,7 +262,7 @@ impl Stencil {
     }
 }
 
-/// Returns the sample at a change of the argument, or none outside the domain.
+/// Returns the sample at a changed argument, or none outside the domain.
 type Run<'a, E> = dyn FnMut(f64) -> Result<Option<Sample>, E> + 'a;
 
 /// Derivatives along one argument.
@@ -298,8 +298,8 @@ struct Side {
 }
 
 impl Side {
-    /// From runs at `h` and `2 h` that passed the same events. If these are not the base's events,
-    /// the base lies on another branch, and its difference from this one is an error.
+    /// The slope from runs at `h` and `2 h` that had the same events. If these are not the base's events, the base
+    /// lies on another branch, and its distance from this one is an error.
     fn new<E>(base: &Sample, scale: f64, noise: f64, run: &mut Run<E>) -> Result<Self, E> {
         let (mut part, above) = (STEP, scale > 0.0);
         let mut why = NonSmooth::Edge { above };
@@ -357,8 +357,8 @@ fn join(base: &Sample, below: Side, above: Side) -> Derivative {
     Derivative { values, errors, left, right, nonsmooth, reach: 0.0, step }
 }
 
-/// Least change of an argument that makes two neighbouring events simultaneous; `slope` is the
-/// derivative of each one's instant.
+/// Least change of an argument that makes two successive events simultaneous; `slope` is the derivative of each one's
+/// time.
 pub(crate) fn reach(events: &[Record], slope: impl Fn(usize) -> f64) -> f64 {
     let pairs = events.windows(2).enumerate().map(|(k, pair)| {
         let interval = (pair[1].time - pair[0].time) + (pair[1].time_rest - pair[0].time_rest);

@@ -1,4 +1,4 @@
-//! What a run returns.
+//! The sample that a run returns for differences.
 
 use crate::error::Error;
 use crate::laws::event::Event;
@@ -13,22 +13,22 @@ pub struct Sample {
     pub values: Vec<f64>,
     /// The events, in their order.
     pub events: Vec<Record>,
-    /// How many events had passed at each instant at which the run was read; may be empty.
+    /// Number of events before each instant at which the run was read; may be empty.
     pub passed: Vec<usize>,
 }
 
 /// The first difference of two sequences of events.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Change {
-    /// Two events change places.
+    /// Two events are in the opposite order.
     Exchanged(Event, Event),
-    /// An event is gone.
+    /// An event is missing.
     Vanishes(Event),
     /// There is a new event.
     Appears(Event),
-    /// Another event takes the place of one.
+    /// An event is replaced by another.
     Replaced(Event, Event),
-    /// An event passes an instant at which the run is read.
+    /// An event moves across an instant at which the run is read.
     AtInstant(Event),
 }
 
@@ -54,7 +54,7 @@ impl Sample {
         Ok(sample)
     }
 
-    /// True if both passed the same events in the same order.
+    /// True if both runs had the same events in the same order.
     pub(crate) fn agrees(&self, other: &Self) -> bool {
         self.change(other).is_none()
     }

@@ -1,4 +1,4 @@
-//! Derivatives over one communication step by a constant added to inputs.
+//! Derivatives of a communication step by constants that are added to inputs.
 
 use crate::allowance::Allowance;
 use crate::error::Error;
@@ -11,7 +11,7 @@ use crate::sensitivity::argument::Argument;
 use crate::sensitivity::differences::{Derivative, Scale, differentiate, sharpen};
 use crate::sensitivity::sample::Sample;
 
-/// Records the state before the first event of a step, which it may end early.
+/// Records the state before the first event of a step; may end the step early.
 struct StartRecorder<'a> {
     /// Boxed, because most steps have no event.
     start: Option<Box<State>>,
@@ -39,9 +39,9 @@ impl Observer for StartRecorder<'_> {
 }
 
 impl Machine {
-    /// [`Machine::advance`] that returns the state at the start of the step, if an event has moved
-    /// the machine since (otherwise it is [`State::looked_at`] that instant), and why `stops` ended
-    /// the step before `to`, if they did.
+    /// [`Machine::advance`] that returns the state at the start of the step if an event has moved the machine since;
+    /// otherwise that state is [`State::looked_at`] the start. Also returns why `stops` ended the step before `to`,
+    /// if they did.
     ///
     /// # Errors
     /// Those of [`Machine::advance`].
@@ -58,11 +58,11 @@ impl Machine {
     }
 }
 
-/// Between events the motion is linear in an input, so steps may be larger by this factor.
+/// Between events the motion is linear in an input, so that steps may be larger by this factor.
 const LINEAR: f64 = 100.0;
 
-/// Derivatives of what `read` returns at the present, by a constant added to each input from
-/// `start`, the start of a step. The machine is left unchanged.
+/// Derivatives of what `read` returns at the present, by a constant added to each input from `start`, the start of a
+/// step. The machine is unchanged afterwards.
 ///
 /// # Errors
 /// Those of [`Machine::restore`] and [`Machine::advance`].
@@ -86,7 +86,7 @@ pub fn over_step(
         Ok(Sample { values, events: machine.take_journal(), passed: Vec::new() })
     };
     let derivatives = || {
-        // Its windows of air begin where the others' do.
+        // Its air windows begin at the same instants as in the other runs.
         let base = run(*first, 0.0)?;
         let by = |input: &Input| {
             let value = present.input(*input).abs();

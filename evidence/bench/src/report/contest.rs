@@ -15,7 +15,7 @@ use serde::Serialize;
 
 /// Communication step of the engine's row, s.
 const STEP: f64 = 1e-3;
-/// Its cycles per round.
+/// Cycles in one round of the engine's row.
 const REPEATS: u32 = 30;
 
 /// One solver at one setting.
@@ -27,22 +27,22 @@ pub struct Point {
     pub setting: String,
     /// CPU time of the cycle, s: fastest round.
     pub cpu: f64,
-    /// Slowest round, s.
+    /// CPU time of the slowest round, s.
     pub slowest: f64,
     /// Preparation that is not in `cpu`, s.
     pub setup: f64,
-    /// Errors and events; none if it failed.
+    /// Errors and events; none if the solver failed.
     pub verdict: Option<Verdict>,
     /// Why it failed.
     pub failure: Option<String>,
 }
 
-/// The hammer that all solve: the stored solutions are its.
+/// The hammer that all solvers solve, for which there are stored solutions.
 fn overdamped() -> Parameters {
     Preset::named("overdamped").expect("a preset").start().0
 }
 
-/// That which air drives: the reference hammer with rigid bodies.
+/// The hammer driven by air: the reference hammer with rigid bodies.
 pub fn aired() -> Parameters {
     let mut parameters = Parameters { fidelity: Fidelity::Rigid, ..Parameters::default() };
     parameters.drive.source = Source::Air;
@@ -52,26 +52,26 @@ pub fn aired() -> Parameters {
 const ADAMS: (&str, &str) = ("CVODE Adams", "adams");
 const ERK: (&str, &str) = ("ARKODE ERK5", "erk");
 
-/// Solves once: what came out, and the CPU time, s.
+/// Solves once. Returns the answer and the CPU time, s.
 type Solve<'a> = Box<dyn FnMut() -> Result<(Answer, f64), String> + 'a>;
 
-/// The field.
+/// All solvers with their settings.
 pub struct Contest<'a> {
     model: &'a Model<f64>,
     record: &'a Record,
     task: &'a Task,
     entries: Vec<(Point, Solve<'a>)>,
-    /// Who was left out, and why.
+    /// Solvers that were left out, and the reasons.
     pub absent: Vec<(&'static str, String)>,
 }
 
 impl<'a> Contest<'a> {
-    /// Nobody yet, in what these describe.
+    /// A contest without solvers.
     pub fn new(model: &'a Model<f64>, record: &'a Record, task: &'a Task) -> Self {
         Self { model, record, task, entries: Vec::new(), absent: Vec::new() }
     }
 
-    /// The engine and its peers, the first `few` settings of each.
+    /// Adds the engine and the other solvers, with the first `few` settings of each.
     pub fn of_steel(mut self, few: usize) -> Result<Self, Failure> {
         let model = self.model;
         self.add_engine(overdamped(), 0.0);
@@ -88,7 +88,7 @@ impl<'a> Contest<'a> {
         Ok(self)
     }
 
-    /// The same of a hammer that air drives.
+    /// The same for a hammer driven by air.
     pub fn of_air(mut self, few: usize) -> Result<Self, Failure> {
         for error in [1e-4, 1e-6, 1e-8, 1e-10].into_iter().take(few) {
             let mut parameters = aired();
@@ -121,7 +121,7 @@ impl<'a> Contest<'a> {
         self.enter(solver, setting, setup, Box::new(solve));
     }
 
-    /// Ours: the systems are decomposed before, as tables and factors of the others are.
+    /// Adds the engine. Its systems are decomposed beforehand, as are the other solvers' tables and factors.
     fn add_engine(&mut self, parameters: Parameters, setting: f64) {
         let task = self.task;
         let (mut warm, setup) = timed(|| {
@@ -174,7 +174,7 @@ impl<'a> Contest<'a> {
         Ok(())
     }
 
-    /// All rounds. What failed once is not tried again.
+    /// Runs all rounds. A solver that has failed is not run again.
     pub fn run(&mut self, rounds: usize) -> Vec<Point> {
         let bar = ProgressBar::new((rounds * self.entries.len()) as u64);
         for _ in 0..rounds {

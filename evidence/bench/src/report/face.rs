@@ -1,5 +1,5 @@
-//! `reports/face-cost.md`: what a call of the FMU costs, beside the engine alone where there is the like. All in CPU time of the thread, so that other
-//! programs take nothing from it but caches.
+//! `reports/face-cost.md`: the cost of a call of the FMU, beside that of the engine alone where it has such a call.
+//! CPU time of the thread is measured, on which other programs act only through the caches.
 
 use crate::{Written, duration, root};
 use bench::Failure;
@@ -16,7 +16,7 @@ use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use support::run::{cargo, run, target};
 
-/// What is measured, in the order of the samples; the engine has the like of the first four.
+/// The rows, in the order of the samples. The engine has calls like the first four.
 const ROWS: [&str; 9] = [
     "`fmi2DoStep` of 1 us without an event",
     "`fmi2DoStep`, and `fmi2GetReal` of all outputs",
@@ -29,9 +29,9 @@ const ROWS: [&str; 9] = [
     "all from dlopen to the end of that step",
 ];
 
-/// Goals, s: what a step may take beyond the engine's, and all up to the end of the first step.
+/// Goals, s: for a step beyond the engine's own time, and for everything up to the end of the first step.
 const GOALS: [f64; 2] = [100e-9, 2e-3];
-/// Between the start and the first blow at 13.7 ms; that no event falls in it is checked.
+/// Start of a stretch without events, s, before the first blow at 13.7 ms. That it has no event is checked.
 const BEGIN: f64 = 2e-3;
 const STEP: f64 = 1e-6;
 const STEPS: usize = 3000;
@@ -51,7 +51,7 @@ struct Row {
 }
 
 impl Row {
-    /// The face's own part of the cost, s.
+    /// The cost beyond the engine's, s.
     fn face(&self) -> Option<f64> {
         self.engine.map(|engine| self.fmu - engine)
     }
@@ -134,7 +134,7 @@ fn text(data: &Data) -> String {
     out
 }
 
-/// Point number `i` of the quiet stretch, s.
+/// Point number `i` of the stretch without events, s.
 fn point(i: usize) -> f64 {
     BEGIN + STEP * i as f64
 }
@@ -146,7 +146,7 @@ fn clock(count: usize, work: impl FnMut(usize)) -> f64 {
     begun.elapsed().as_secs_f64() / count as f64
 }
 
-/// What a host sets and gets at each point, by value reference.
+/// Value references that a host sets and gets at each point.
 struct Ports {
     inputs: Vec<(u32, Input)>,
     starts: Vec<f64>,
@@ -155,7 +155,7 @@ struct Ports {
 }
 
 impl Ports {
-    /// All there are.
+    /// All inputs and outputs.
     fn all() -> Self {
         let (mut inputs, mut outputs, mut starts) = (Vec::new(), Vec::new(), Vec::new());
         let mut events = 0;
@@ -174,7 +174,7 @@ impl Ports {
     }
 }
 
-/// A round of a library's calls, s.
+/// One round of a library's calls, s.
 fn library(path: &Path, ports: &Ports) -> Result<Vec<f64>, Failure> {
     let guid = CString::new(GUID)?;
     let mut marks = vec![ThreadTime::now()];
@@ -221,7 +221,7 @@ fn steps(instance: &Instance, ports: &Ports) -> [f64; 4] {
     [quiet, read, coupled, both]
 }
 
-/// A round of the same on the engine alone, s: the first four rows.
+/// One round of the first four rows on the engine alone, s.
 fn engine(ports: &Ports) -> Result<Vec<f64>, Failure> {
     let mut machine = machine(&Parameters::default());
     machine.advance(BEGIN)?;

@@ -20,7 +20,7 @@ enum Page {
     Speed,
     /// What a call of the FMU costs (a minute)
     Face,
-    /// What users run, by what they do (some minutes beside what is built)
+    /// CPU time of everything that users run (some minutes, besides building)
     Cost,
 }
 
@@ -29,7 +29,7 @@ enum Page {
 struct Arguments {
     /// Which page
     page: Page,
-    /// A round or two, to see that it runs; nothing is written into `reports`
+    /// Only a round or two, as a test; writes nothing into `reports`
     #[arg(long)]
     short: bool,
 }
@@ -40,7 +40,7 @@ pub fn root() -> PathBuf {
     here.ancestors().nth(2).expect("bench is a member of a workspace").to_path_buf()
 }
 
-/// Where working files go.
+/// The folder of working files.
 ///
 /// # Errors
 /// If it cannot be made.
@@ -67,7 +67,7 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
-/// What was measured, as a page, and as JSON for the figure and the front page.
+/// The results as a page, and as JSON for the figure and the front page.
 pub struct Written {
     text: String,
     json: String,
@@ -92,7 +92,7 @@ fn cost(short: bool) -> Result<Written, Failure> {
     if !short {
         run(cargo(&root).args(["lab"]))?;
     }
-    // The short one needs nothing of the project's own.
+    // The short one needs nothing that the project must build.
     let needs = if short { Needs::Demo } else { Needs::Suite };
     let mut command = Environment::prepare(&root, needs)?.command("python");
     command.arg("evidence/bench/cost.py");

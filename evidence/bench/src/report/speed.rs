@@ -31,7 +31,7 @@ struct Data {
 /// # Errors
 /// No reference, or no folder for the C program.
 pub fn page(short: bool) -> Result<Written, Failure> {
-    // Children and threads inherit it.
+    // Child processes and threads inherit the core.
     if let Some(&core) = core_affinity::get_core_ids().unwrap_or_default().last() {
         core_affinity::set_for_current(core);
     }
@@ -58,7 +58,7 @@ fn data(
     Data { processor, rounds, instants, events, points, absent }
 }
 
-/// The part of the page on a hammer that air drives; its reference is made here.
+/// The part of the page about a hammer driven by air, with its own reference.
 fn of_air(short: bool) -> Result<String, Failure> {
     const INSTANTS: [f64; 5] = [10e-3, 20e-3, 30e-3, 40e-3, 50e-3];
     let scene = finite_elements(&aired(), &InputValues::default());
@@ -111,8 +111,7 @@ fn head(data: &Data) -> String {
     )
 }
 
-/// Least CPU time at error `e`: along the envelope of a solver's points, straight in
-/// log-log between two of them.
+/// Least CPU time at error `e`: on the lower envelope of a solver's points, linear in log-log between two of them.
 fn cost(points: &[&Point], e: f64) -> Option<f64> {
     let mut pairs: Vec<(f64, f64)> = points
         .iter()
@@ -120,7 +119,7 @@ fn cost(points: &[&Point], e: f64) -> Option<f64> {
         .filter(|(error, _)| *error < f64::MAX)
         .collect();
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-    // Going to larger errors a point must be cheaper to be worth anything.
+    // A point of larger error belongs to the envelope only if it is cheaper.
     let mut envelope: Vec<(f64, f64)> = Vec::new();
     for pair in pairs {
         if envelope.last().is_none_or(|last| pair.1 < last.1) {

@@ -1,4 +1,4 @@
-//! The air's series about one instant.
+//! Power series of the air about one instant.
 
 use super::{Air, Content, Flow, Formula, GAS, KAPPA, STRAIGHT, Side, Width, choked, jet, side};
 use crate::crossing::{Outcome, Zero, scan};
@@ -6,11 +6,11 @@ use crate::linear::Real;
 use crate::powers::{power, quotient, raised};
 use crate::taylor::product;
 
-/// What a pressure ratio must be beyond a formula's bound before the next one takes over: less than
-/// anything depends on, for both agree there.
+/// A pressure ratio must be beyond a formula's bound by this much before the next formula is used: nothing depends on
+/// less, since both agree there.
 const BEYOND: f64 = 1e-24;
 
-/// Series of a flow's factors; of a formula that has no such factor they stay empty.
+/// Series of a flow's factors. Factors that its formula lacks stay empty.
 #[derive(Clone, Debug, Default)]
 struct Path<T> {
     share: Vec<T>,
@@ -30,18 +30,18 @@ pub struct AirSeries<T> {
     air: Air<T>,
     anvil: f64,
     place: Vec<T>,
-    /// Of `x` and `y`.
+    /// Rates of `x` and `y`.
     speeds: [Vec<T>; 2],
     volumes: [Vec<T>; 2],
     pressures: [Vec<T>; 2],
     temperatures: [Vec<T>; 2],
     paths: [Path<T>; 5],
-    /// Of mass, inner energy, and what was taken.
+    /// Masses, internal energies, and the mass taken from the supply.
     pub content: [Vec<T>; 5],
 }
 
 impl<T: Real> AirSeries<T> {
-    /// About a content.
+    /// The series about a content of the chambers.
     pub fn new(air: Air<T>, anvil: f64, content: &Content<T>) -> Self {
         Self {
             air,
@@ -56,8 +56,8 @@ impl<T: Real> AirSeries<T> {
         }
     }
 
-    /// Coefficients `k` of `x` and `y` and of their rates are there: those of the drive's forces
-    /// on piston and struck body; the content gets its next ones, `step` being the unit of time over `k + 1`.
+    /// Adds coefficient `k` of the positions `x` and `y` and of their rates, and the next one of the content; `step`
+    /// is the unit of time over `k + 1`. Returns the coefficients of the drive's forces on piston and struck body.
     pub fn grow(&mut self, places: [T; 2], speeds: [T; 2], step: T) -> [T; 2] {
         let k = self.place.len();
         self.place.push(places[0]);
@@ -109,12 +109,12 @@ impl<T: Real> AirSeries<T> {
         self.air.forces(self.anvil, pressures, speeds[0], self.outside(1, k))
     }
 
-    /// Pressure of supply or exhaust: coefficient `k`.
+    /// Coefficient `k` of the pressure of supply or exhaust.
     fn outside(&self, which: usize, k: usize) -> T {
         self.air.outside[which].get(k).copied().unwrap_or_default()
     }
 
-    /// Pressure and temperature of a side: coefficient `k`.
+    /// Coefficient `k` of pressure and temperature on a side.
     fn side(&self, side: Side, k: usize) -> [T; 2] {
         let law = &self.air.law;
         match side {
@@ -124,8 +124,8 @@ impl<T: Real> AirSeries<T> {
         }
     }
 
-    /// Coefficient `k` of a flow from its first side to its second, and of its product with the temperature
-    /// upstream; nothing if the path is shut.
+    /// Coefficient `k` of a flow from its first side to its second, and of its product with the upstream temperature;
+    /// none if the path is shut.
     fn flow(&mut self, path: usize, k: usize) -> Option<[T; 2]> {
         let (area, width) = self.air.path(path);
         if area == 0.0 || width == Width::Shut {
@@ -179,7 +179,7 @@ impl<T: Real> AirSeries<T> {
         Some([flow, product(&list.flow, &hot, k)])
     }
 
-    /// Where within `end` a flow first passes to another formula: in units of time, and which.
+    /// When a flow first changes its formula, in units of time up to `end`, with the flow and the new formula.
     pub fn change(&self, end: f64) -> Option<(T, (usize, Flow))> {
         let mut first: Option<(T, (usize, Flow))> = None;
         for path in 0..5 {
@@ -199,7 +199,7 @@ impl<T: Real> AirSeries<T> {
         first
     }
 
-    /// What is negative while a flow keeps its formula, and the formula beyond.
+    /// Functions that are negative while a flow keeps its formula, each with the formula beyond it.
     fn bounds(&self, path: usize) -> Vec<(Vec<T>, Flow)> {
         let flow = self.air.flows[path];
         let [one, other] = self.air.sides(path);

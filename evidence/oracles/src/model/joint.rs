@@ -24,12 +24,12 @@ pub struct Joint<T> {
     pub stiffness: T,
     /// Viscosity `c`, N s/m.
     viscosity: T,
-    /// From where it is pressed to where it is pulled, m.
+    /// Distance from the pressed to the pulled position, m.
     pub travel: T,
 }
 
 impl<T: Real> Joint<T> {
-    /// Those of a scene whose bodies stand on one another so, top to bottom.
+    /// The joints of a scene whose bodies are stacked so, top to bottom.
     pub(super) fn all(scene: &Scene, stack: &[Range<usize>]) -> Vec<Self> {
         let stiffness = T::from(scene.coupling.stiffness);
         let thread =
@@ -48,12 +48,12 @@ impl<T: Real> Joint<T> {
         stack.windows(2).zip(laws).map(between).collect()
     }
 
-    /// `x`, or of velocities its rate.
+    /// `x` of displacements, or `x'` of velocities.
     pub fn apart(&self, u: &[T]) -> T {
         u[self.nodes[1]] - u[self.nodes[0]]
     }
 
-    /// Where it is without force on a side, if it acts there.
+    /// Position without force on a side, if the joint acts there.
     fn level(&self, side: Side) -> Option<T> {
         match side {
             Side::Open => None,
@@ -62,14 +62,14 @@ impl<T: Real> Joint<T> {
         }
     }
 
-    /// What it presses its bodies apart with on a side, N.
+    /// Force that pushes its bodies apart on a side, N.
     fn force(&self, side: Side, u: &[T], v: &[T]) -> T {
         self.level(side).map_or(T::default(), |level| {
             -(self.stiffness * (self.apart(u) - level) + self.viscosity * self.apart(v))
         })
     }
 
-    /// Adds a force that presses its bodies apart.
+    /// Adds a force that pushes its bodies apart.
     fn press(&self, force: T, out: &mut [T]) {
         let [upper, lower] = self.nodes;
         out[lower] = out[lower] + force;
@@ -78,7 +78,7 @@ impl<T: Real> Joint<T> {
 }
 
 impl<T: Real> Model<T> {
-    /// Nodes of the bodies below the piston, each standing on the next.
+    /// Nodes of the bodies below the piston, from the top.
     pub(super) fn stack(&self) -> Vec<Range<usize>> {
         let mut bodies: Vec<_> =
             self.starts.windows(2).skip(1).map(|ends| ends[0]..ends[1]).collect();
@@ -88,22 +88,22 @@ impl<T: Real> Model<T> {
         bodies
     }
 
-    /// The node that the feed acts on: the casing's highest, or without one the struck.
+    /// The node that the feed acts on: the highest of the casing or, without one, of the struck body.
     pub fn fed(&self) -> usize {
         if self.scene.casing.is_some() { self.tip + 1 } else { self.bit }
     }
 
-    /// The joints and where they are in their play.
+    /// The joints and the sides on which they act.
     fn joined(&self, mode: Mode) -> impl Iterator<Item = (&Joint<T>, Side)> {
         self.joints.iter().zip(mode.joints)
     }
 
-    /// What each joint presses its bodies apart with, N.
+    /// Forces by which the joints push their bodies apart, N.
     pub fn joint_forces(&self, mode: Mode, u: &[T], v: &[T]) -> Vec<T> {
         self.joined(mode).map(|(joint, side)| joint.force(side, u, v)).collect()
     }
 
-    /// `k x^2 / 2`, J, `x` from where a joint closed, of all.
+    /// Sum of `k x^2 / 2` over all joints, J, with `x` measured from where each closed.
     pub(super) fn joint_energy(&self, mode: Mode, u: &[T]) -> T {
         let energy = |(joint, side): (&Joint<T>, Side)| {
             let x = joint.apart(u) - joint.level(side)?;
@@ -112,7 +112,7 @@ impl<T: Real> Model<T> {
         self.joined(mode).filter_map(energy).fold(T::default(), |sum, energy| sum + energy)
     }
 
-    /// Adds what joints push with where `u = 0`, N.
+    /// Adds the joints' forces at `u = 0`, N.
     pub(super) fn add_joint_push(&self, mode: Mode, out: &mut [T]) {
         for (joint, side) in self.joined(mode) {
             if let Some(level) = joint.level(side) {
@@ -129,7 +129,7 @@ impl<T: Real> Model<T> {
         }
     }
 
-    /// Stiffness and viscosity of the joints that hold a node, N/m and N s/m.
+    /// Stiffness and viscosity of the joints at a node, N/m and N s/m.
     pub(super) fn held(&self, node: usize) -> [f64; 2] {
         let here = self.joints.iter().filter(|joint| joint.nodes.contains(&node));
         here.fold([0.0; 2], |[k, c], joint| {
@@ -137,7 +137,7 @@ impl<T: Real> Model<T> {
         })
     }
 
-    /// Where bodies meet or part, and where the drive is vented or works again.
+    /// Guards of joints that open or close, and of venting.
     pub(super) fn joint_guards(&self, mode: Mode) -> Vec<Guard<T>> {
         let height = self.scene.resolutions[0];
         let mut list = Vec::new();

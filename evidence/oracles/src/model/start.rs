@@ -1,4 +1,4 @@
-//! Where a hammer starts.
+//! The state in which a hammer starts.
 
 use super::Model;
 use crate::air::Air;
@@ -7,11 +7,10 @@ use crate::linear::Real;
 use crate::scene::Input;
 
 impl<T: Real> Model<T> {
-    /// The piston unstressed, all below it at rest and without oscillation, each body standing on the next
-    /// and the bit on the rock under the dead loads, in SS with `ul = uu = 0`; or, if they lift it, just
-    /// touching in FF, strained as its loads strain it in the uniform acceleration that follows. A casing
-    /// whose loads lift it, or the hammer, is at rest where the shoulder just touches, strained likewise, and
-    /// the bit stands by its own weight, or is in FF if it has none.
+    /// The piston is unstressed. Everything below it is at rest without oscillation, each body on the next and the
+    /// bit on the rock under the dead loads, in SS with `ul = uu = 0`. If the loads lift the bit, it just touches, in
+    /// FF, strained as in the uniform acceleration that follows. A casing that its loads lift is at rest where the
+    /// shoulder just touches, strained likewise; the bit then stands by its own weight, or is in FF if it has none.
     pub fn start(&self) -> (State<T>, Mode, Memory<T>) {
         let n = self.nodes();
         let zero = T::default();
@@ -19,7 +18,7 @@ impl<T: Real> Model<T> {
         let inputs = self.scene.rows();
         let mut mode = Mode::bare(false, Rock::SS);
         mode.joints[..self.joints.len()].fill(Side::Pressed);
-        // The piston hangs free: the drive's reaction lifts a casing.
+        // The piston hangs free, so the drive's reaction lifts a casing.
         let mut dead = self.weight.clone();
         let vr = -T::from(self.scene.gap);
         let forces = match Air::start(&self.scene, vr) {
@@ -45,7 +44,7 @@ impl<T: Real> Model<T> {
         let load = if lifted { load - shoulder } else { load };
         let held = if lifted { load > zero } else { load >= zero };
         if !held {
-            // What accelerates a node is not passed on.
+            // The force that accelerates a node is not transmitted.
             dead.iter_mut().zip(&self.bit_mean).for_each(|(f, &share)| *f = *f - load * share);
         }
         let mut lowest = if held { load / self.rock_stiffness(3) } else { zero };
@@ -59,7 +58,7 @@ impl<T: Real> Model<T> {
                 lowest = u[nodes.start] + carried / self.joints[i - 1].stiffness;
             }
         }
-        // A lifted bit may be longer than the gap has room for: the piston is that much higher.
+        // A lifted bit may be longer than the gap permits; it then raises the piston.
         let gap = self.gap(&u) + T::from(self.scene.gap);
         if gap < zero {
             u[..self.bit].fill(gap);
@@ -76,12 +75,12 @@ impl<T: Real> Model<T> {
         (State { u, v, psi: zero }, mode, memory)
     }
 
-    /// Displacements of a body's nodes, from its `first` on, under forces, its lowest held at `tip`.
+    /// Displacements of a body's nodes, from node `first` on, under forces, with its lowest node held at `tip`.
     fn hanging(&self, first: usize, forces: &[T], tip: T) -> Vec<T> {
         let n = forces.len() - 1;
         let mut u = vec![T::default(); n + 1];
         if n > 0 {
-            // Relative to the tip, which then needs no column.
+            // Relative to the tip, whose column is then not needed.
             u[..n].copy_from_slice(&forces[..n]);
             self.bars.factor(first, n).solve(&mut u[..n]);
         }

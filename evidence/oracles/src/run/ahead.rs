@@ -1,17 +1,16 @@
-//! What a guard that has risen decides, found by looking ahead along the present flow.
+//! Looks ahead along the present flow until a guard that has risen is decided.
 
 use super::{Place, Run};
 use crate::law::Guard;
 use crate::linear::Real;
 use crate::record::{GivenUp, INSTANT};
 
-/// Series for which a guard that has risen is followed beyond an action.
+/// Largest number of series for which a guard that has risen is followed beyond an action.
 const AHEAD: usize = 50;
 
 impl<T: Real> Run<T> {
-    /// What a guard that has risen is about to decide belongs to what acts on it now, not to what an
-    /// action makes of it. True if it crosses; the run stands at the crossing then, after its
-    /// transition.
+    /// A guard that has risen is decided under the loads that raised it, not under those after an action. Returns
+    /// true if it crosses; the run is then at the crossing, after its transition.
     pub(super) fn settle(&mut self) -> Result<bool, GivenUp> {
         let now = self.place.time;
         if self
@@ -26,8 +25,8 @@ impl<T: Real> Run<T> {
         }
     }
 
-    /// The first crossing, of those before `now` and the one that was `found`: a guard that has risen
-    /// before is followed along the present flow, whatever else happens, until it has decided.
+    /// The first of the crossings before `now` and the one that was `found`. A guard that rose before is followed
+    /// along the present flow, whatever else happens, until it is decided.
     pub(super) fn decided(
         &mut self,
         mut found: Option<(Guard<T>, Place<T>)>,
@@ -61,7 +60,7 @@ impl<T: Real> Run<T> {
     }
 }
 
-/// True if a transition comes before another: at one instant, by its rank.
+/// True if a transition comes before another; simultaneous ones are in the order of their ranks.
 pub(super) fn precedes<T: Real>(
     (a, at): &(Guard<T>, Place<T>),
     (b, by): &(Guard<T>, Place<T>),

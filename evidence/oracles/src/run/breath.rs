@@ -1,4 +1,4 @@
-//! A run's air: what it presses with, and how it flows.
+//! The air of a run: its pressures and flows.
 
 use super::Run;
 use crate::air::{Air, Flow, PRESSURES};
@@ -6,14 +6,14 @@ use crate::law::Quantity;
 use crate::linear::Real;
 
 impl<T: Real> Run<T> {
-    /// Where the piston is in the cylinder, and over what it strikes, m.
+    /// Positions of the piston in the cylinder, and relative to what it strikes, m.
     pub(super) fn places(&self) -> [T; 2] {
         let state = &self.place.state;
         let over = self.model.over(&state.u) - T::from(self.model.scene.gap);
         [self.model.quantity(Quantity::Relative, state), over]
     }
 
-    /// The air under the present pressures outside.
+    /// The air under the present outside pressures.
     fn air_now(&self) -> Option<Air<T>> {
         self.air.as_ref().map(|air| air.under(&self.inputs_now()))
     }
@@ -35,7 +35,7 @@ impl<T: Real> Run<T> {
         air.drive(self.model.scene.anvil_area, &self.place.works.air, motion)[0]
     }
 
-    /// Writes what the air's pressures exceed the exhaust's by as the inputs that stand for them.
+    /// Writes the air's pressures above the exhaust's into the inputs that hold them.
     pub(super) fn breathe(&mut self) {
         let Some(air) = self.air_now() else { return };
         let exhaust = air.exhaust();
@@ -44,7 +44,7 @@ impl<T: Real> Run<T> {
         }
     }
 
-    /// A port or the vent has turned: formulas by the present pressures.
+    /// Chooses the flows' formulas by the present pressures, after a port or the vent has changed.
     pub(super) fn flow_anew(&mut self) {
         let pressures = self.pressures();
         self.air = self.air_now();
@@ -52,7 +52,7 @@ impl<T: Real> Run<T> {
         self.breathe();
     }
 
-    /// A flow passes to another formula.
+    /// Changes the formula of a flow.
     pub(super) fn flow_as(&mut self, change: (usize, Flow)) {
         self.air.iter_mut().for_each(|air| air.change(change));
     }

@@ -1,4 +1,4 @@
-//! Energies of a run.
+//! Energy ledger of a run.
 
 use super::Run;
 use crate::law::{Rock, State};
@@ -11,20 +11,20 @@ impl<T: Real> Run<T> {
         parts.iter().fold(T::default(), |sum, &part| sum + part)
     }
 
-    /// Gravity's work from `u = 0`, J.
+    /// Gravity's work since `u = 0`, J.
     pub(super) fn fallen(&self, state: &State<T>) -> T {
         let pairs = self.model.weight.iter().zip(&state.u);
         pairs.fold(T::default(), |sum, (&w, &u)| sum + w * u)
     }
 
-    /// A mode or a tuning ends: what it lost so far.
+    /// Sums up the losses of a mode or tuning that ends.
     pub(super) fn leave(&mut self) {
         let [rock, viscous] = self.losses(&self.place.state);
         self.lost[0] = self.lost[0] + rock;
         self.lost[1] = self.lost[1] + viscous;
     }
 
-    /// Loss of the loading line and of the dashpot since the mode or tuning began.
+    /// Energy dissipated on the loading line and in the dashpot since the mode or tuning began.
     pub(super) fn losses(&self, state: &State<T>) -> [T; 2] {
         let law = &self.model.scene.rock;
         let [from, psi] = self.entered;

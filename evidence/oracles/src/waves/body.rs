@@ -1,24 +1,23 @@
-//! A body: sections end to end, each a pair of delay lines. Where impedance changes from `Z1` to `Z2`
-//! downward, a velocity wave goes on as `2 Z1 / (Z1 + Z2)` of itself and comes back as
-//! `(Z1 - Z2) / (Z1 + Z2)`.
+//! A body: sections end to end, each a pair of delay lines. Where the impedance changes from `Z1` to `Z2` downward, a
+//! velocity wave is transmitted by the factor `2 Z1 / (Z1 + Z2)` and reflected by `(Z1 - Z2) / (Z1 + Z2)`.
 
 use super::Section;
 use super::line::Line;
 
-/// What is sent or comes out during a step, at its beginning and at its end.
+/// A wave at the beginning and at the end of a step, linear between.
 pub type Chord = [f64; 2];
 
-/// A body of one section or more.
+/// A body of one or more sections.
 #[derive(Clone, Debug)]
 pub struct Body {
     sections: Vec<Section>,
-    /// Of each section, downward and upward.
+    /// Lines of each section, downward and upward.
     lines: Vec<[Line; 2]>,
 }
 
 impl Body {
-    /// A bar of some `sections` whose lines are made of each one's transit and of what it holds before
-    /// time 0, downward and upward: moving with a velocity, pressed by a force at its top, and by its
+    /// A bar of some `sections`. Each line follows from the section's transit and from its waves before time 0,
+    /// downward and upward: those of a bar that moves with a velocity, is pressed by a force at its top, and by its
     /// weight in `gravity` below.
     pub fn new(
         sections: &[Section],
@@ -37,18 +36,17 @@ impl Body {
         Self { lines: lines.collect(), sections: sections.to_vec() }
     }
 
-    /// What arrives at the top.
+    /// The wave that arrives at the top.
     pub fn top(&self) -> &Line {
         &self.lines[0][1]
     }
 
-    /// What arrives at the bottom.
+    /// The wave that arrives at the bottom.
     pub fn bottom(&self) -> &Line {
         &self.lines[self.lines.len() - 1][0]
     }
 
-    /// Sends what enters at the top and at the bottom, and passes on what comes out at each step between
-    /// sections.
+    /// Sends waves in at the top and the bottom, and transmits and reflects those inside at each change of section.
     pub fn send(&mut self, time: f64, end: f64, [top, bottom]: [Chord; 2]) {
         let out = |line: &Line| [line.after(time), line.before(end)];
         let steps = self.lines.windows(2).zip(self.sections.windows(2));
@@ -71,7 +69,7 @@ impl Body {
         }
     }
 
-    /// The waves downward and upward in a section, a part of its length below its top.
+    /// The waves downward and upward in a section, at a fraction of its length below its top.
     pub fn inside(&self, time: f64, section: usize, part: f64) -> [f64; 2] {
         let transit = self.sections[section].transit;
         let [down, up] = &self.lines[section];

@@ -5,14 +5,14 @@ use std::collections::VecDeque;
 /// One direction of one bar.
 #[derive(Clone, Debug)]
 pub enum Line {
-    /// Undamped: what was sent comes out as it was, chord by chord.
+    /// Undamped: the output is the input, step by step.
     Sharp(Sharp),
-    /// Damped: what comes out is spread as Kelvin-Voigt damping spreads it.
+    /// Damped: the output is spread as Kelvin-Voigt damping spreads it.
     Spread(Spread),
 }
 
 impl Line {
-    /// Sends a chord.
+    /// Sends a wave that is linear over a step.
     pub fn send(&mut self, time: f64, end: f64, first: f64, last: f64) {
         match self {
             Self::Sharp(line) => line.send(time, end, first, last),
@@ -20,7 +20,7 @@ impl Line {
         }
     }
 
-    /// What comes out just after `time`.
+    /// The output just after `time`.
     pub fn after(&self, time: f64) -> f64 {
         match self {
             Self::Sharp(line) => line.after(time),
@@ -28,7 +28,7 @@ impl Line {
         }
     }
 
-    /// What comes out just before `time`.
+    /// The output just before `time`.
     pub fn before(&self, time: f64) -> f64 {
         match self {
             Self::Sharp(line) => line.before(time),
@@ -36,10 +36,10 @@ impl Line {
         }
     }
 
-    /// What was sent just after `time`, if it has not come out since.
+    /// The input just after `time`, if it has not come out yet.
     ///
     /// # Panics
-    /// If the line is damped: how far its content has spread on the way is not kept.
+    /// If the line is damped, since the spread on the way is not stored.
     pub fn sent(&self, time: f64) -> f64 {
         match self {
             Self::Sharp(line) => line.sent(time),
@@ -48,7 +48,7 @@ impl Line {
     }
 }
 
-/// What was sent during one step: a chord.
+/// A wave that is linear over one step.
 #[derive(Clone, Copy, Debug)]
 struct Chord {
     start: f64,
@@ -56,7 +56,7 @@ struct Chord {
     slope: f64,
 }
 
-/// Chords on their way.
+/// Waves on their way.
 #[derive(Clone, Debug)]
 pub struct Sharp {
     delay: f64,
@@ -65,7 +65,7 @@ pub struct Sharp {
 }
 
 impl Sharp {
-    /// A line whose content, sent before time 0, is `value + slope t`.
+    /// A line whose input before time 0 was `value + slope t`.
     pub fn new(delay: f64, tiny: f64, [value, slope]: [f64; 2]) -> Self {
         let chord = Chord { start: f64::NEG_INFINITY, value, slope };
         Self { delay, tiny, chords: VecDeque::from([chord]) }
@@ -102,29 +102,28 @@ impl Sharp {
 
 /// Rounding of an instant, in cells: time is counted to some 1e8 of them.
 const ROUNDING: f64 = 1e-6;
-/// The spread is followed to so many of its widths: beyond, 1e-7 of it is left.
+/// Width of the kernel, in standard deviations: beyond, 1e-7 of it is cut off.
 const WIDTHS: f64 = 5.5;
 
-/// Averages over cells of one length. Kelvin-Voigt damping attenuates `exp(i w t)` by
-/// `exp(-beta w^2 T / 2)` over a transit `T`, to first order in `beta w`: a convolution
-/// with a Gaussian of variance `beta T`. Averages keep the momentum of the wave, and the
-/// kernel's sum is one.
+/// Averages over cells of equal length. Kelvin-Voigt damping attenuates `exp(i w t)` by `exp(-beta w^2 T / 2)` over a
+/// transit `T`, to first order in `beta w`. This is a convolution with a Gaussian of variance `beta T`. Averages keep
+/// the wave's momentum, since the kernel's sum is one.
 #[derive(Clone, Debug)]
 pub struct Spread {
     cell: f64,
     transit: f64,
     kernel: Vec<f64>,
-    /// Cell number of the first in each list.
+    /// Number of the first cell in each list.
     first: [f64; 2],
     sent: Vec<f64>,
     spread: Vec<f64>,
-    /// Time integral over the cell that is being sent.
+    /// Time integral over the current cell.
     partial: f64,
 }
 
 impl Spread {
-    /// A line of `cells` cells of length `cell`, spread by a variance of `beta T`, whose
-    /// content, sent before time 0, is `value + slope t`.
+    /// A line of `cells` cells of length `cell`, with a variance of `beta T`, whose input before time 0 was
+    /// `value + slope t`.
     ///
     /// # Panics
     /// If the spread is wider than the bar.
@@ -165,7 +164,7 @@ impl Spread {
         self.forget();
     }
 
-    /// Drops what has come out long ago, a few transits at a time.
+    /// Drops old cells, a few transits at a time.
     fn forget(&mut self) {
         let keep = 2 * (self.transit as usize + self.kernel.len());
         if self.sent.len() > 4 * keep {
@@ -187,12 +186,12 @@ impl Spread {
         }
     }
 
-    /// Cells sent by the time of what comes out now.
+    /// Number of cells that have been sent when the present output was sent.
     fn cells(&self, time: f64) -> f64 {
         time / self.cell - self.transit
     }
 
-    /// In cell `index`, by its average and its neighbours'.
+    /// Value within cell `index`, from its average and its neighbours'.
     fn at(&self, time: f64, index: f64) -> f64 {
         let (j, list) = ((index - self.first[1]) as usize, &self.spread);
         list[j] + 0.5 * (list[j + 1] - list[j - 1]) * (self.cells(time) - index - 0.5)
@@ -203,7 +202,7 @@ impl Spread {
 mod tests {
     use super::*;
 
-    /// What comes out of a line of 200 cells of 0.01 after `sent`, cell by cell.
+    /// Output of a line of 200 cells of 0.01 for the input `sent`, cell by cell.
     fn through(beta: f64, sent: impl Fn(usize) -> f64) -> Vec<f64> {
         let mut line = Line::Spread(Spread::new(200, 0.01, beta, [0.0, 0.0]));
         let mut out = Vec::new();
@@ -215,8 +214,8 @@ mod tests {
         out
     }
 
-    /// A sampled Gaussian has the variance asked for to rounding once it is wider than a
-    /// cell; what is cut off beyond 5.5 widths weighs 3e-8.
+    /// Once a sampled Gaussian is wider than a cell, its variance is exact to rounding; the part beyond 5.5 standard
+    /// deviations weighs 3e-8.
     #[test]
     fn a_pulse_comes_a_transit_later_as_wide_as_damping_makes_it() {
         let beta = 0.005;

@@ -1,11 +1,10 @@
 //! Exact waves: the continuum that every mesh approximates, by characteristics.
 //!
-//! Each section of a bar is a pair of delay lines that carry d'Alembert's waves; the contact is a
-//! unilateral junction, rigid or a spring, the rock the five-mode law, the loads uniform
-//! accelerations removed by a falling frame. Undamped, jumps of a wave are followed exactly
-//! from end to end, and between them a wave is a chord a step; damped, it is spread as
-//! Kelvin-Voigt damping spreads it. The error falls with the square of the step. Nothing of
-//! the engine is used.
+//! Each section of a bar is a pair of delay lines that carry d'Alembert's waves. The contact is a one-sided junction,
+//! rigid or a spring; the rock is the law of five modes; the loads are uniform accelerations, removed by a falling
+//! frame. In undamped bars jumps are followed exactly from end to end, and between them a wave is linear in each
+//! step. In damped bars a wave is spread as Kelvin-Voigt damping spreads it. The error falls with the square of the
+//! step. Nothing of the engine is used.
 
 mod body;
 mod line;
@@ -67,7 +66,7 @@ pub struct Waves {
     pub cycles: u64,
 }
 
-/// What may change sign within a step.
+/// Conditions that may change sign within a step.
 struct Step {
     span: f64,
     piston: [f64; 2],
@@ -79,8 +78,7 @@ struct Step {
 }
 
 impl Waves {
-    /// `steps` steps per transit of the piston; a transit of damped bars is a whole number
-    /// of steps.
+    /// `steps` are the steps of one transit of the piston. Each section of damped bars has a whole number of them.
     pub fn new(scene: Scene, steps: u32) -> Self {
         let [tp, _] = scene.transits();
         let tiny = [ROUNDING[0] * tp, ROUNDING[1] * scene.scale()];
@@ -137,9 +135,9 @@ impl Waves {
         self.upper
     }
 
-    /// Waves downward and upward now in a section of piston (0) or bit (1), undamped, a part of its
-    /// length below its top: they move at their sum in the falling frame, and press by their difference
-    /// times the impedance.
+    /// Present waves downward and upward in a section of piston (0) or bit (1), undamped, at a fraction of its length
+    /// below its top. Their sum is the velocity in the falling frame, and their difference times the impedance the
+    /// pressing force.
     pub fn inside(&self, body: usize, section: usize, part: f64) -> [f64; 2] {
         self.bodies[body].inside(self.time, section, part)
     }
@@ -149,7 +147,7 @@ impl Waves {
         self.rock
     }
 
-    /// Steps to the first step's end at or past `until`.
+    /// Steps until the end of a step is at or past `until`.
     pub fn advance(&mut self, until: f64) {
         while self.time < until - self.tiny[0] {
             self.settle();
@@ -172,7 +170,7 @@ impl Waves {
         }
     }
 
-    /// Jumps that are at an end now leave for every end: where they came from is all one.
+    /// Jumps that are now at an end leave it for every end, whatever their origin.
     fn pass_jumps(&mut self) {
         let mut lives = None;
         while let Some(jump) = self.jumps.peek().filter(|j| j.time <= self.time + self.tiny[0]) {
@@ -195,19 +193,19 @@ impl Waves {
         }
     }
 
-    /// Speed at which open faces approach, from the waves that arrive.
+    /// Speed at which open faces approach, by the arriving waves.
     fn approach(&self, piston: f64, bit: f64, frames: [f64; 2]) -> f64 {
         2.0 * (piston - bit) + frames[0] - frames[1] - self.scene.feed / self.scene.ends()[1]
     }
 
-    /// A length that is none.
+    /// A length that counts as zero.
     fn small(&self) -> f64 {
         self.tiny[0] * self.scene.scale()
     }
 
-    /// How late a damped bar yields to a force: its impedance is `Z sqrt(1 + i beta w)`, to
-    /// first order a delay of `beta / 2`. The differential equations of the junctions keep
-    /// that order; what starts with a jump settles in `beta / 2`, which is left out.
+    /// Delay with which a damped bar yields to a force: its impedance is `Z sqrt(1 + i beta w)`, to first order a
+    /// delay of `beta / 2`. The differential equations of the junctions keep that order; transients of `beta / 2`
+    /// after a jump are neglected.
     fn lag(&self) -> f64 {
         0.5 * self.scene.damping
     }
@@ -222,7 +220,7 @@ impl Waves {
         } else if self.scene.penalty.is_infinite() {
             [0.0, self.scene.meeting() * (speed[0] + slope * t)]
         } else {
-            // The faces' overlap d: d' = speed - F / Z, F = KC d, and F late by `lag`.
+            // The faces' overlap d obeys d' = speed - F / Z with F = KC d, and F is delayed by `lag`.
             let decay = self.scene.penalty / self.scene.meeting();
             let ease = 1.0 / (1.0 - self.lag() * decay);
             let drive = [speed[0] * ease, slope * ease];
@@ -253,9 +251,9 @@ impl Waves {
         }
     }
 
-    /// The indentation's rate is `ease` times the drive `2 d + frame`, less `decay` times
-    /// the indentation. Damping delays the viscous force too; that would make the rate jump
-    /// with the mode, and is left out: it shifts a front by `lag` while the rock is viscous.
+    /// The indentation's rate is the first number times `2 d + frame`, less the second times the indentation. Damping
+    /// delays the viscous force too; this would make the rate jump with the mode, and is neglected: it shifts a front
+    /// by `lag` while the rock is viscous.
     fn yielding(&self) -> [f64; 2] {
         let [k, c, _] = self.line();
         let [.., z] = self.scene.ends();
@@ -283,9 +281,9 @@ impl Waves {
         c * t / 6.0 * (square(0.0) + 4.0 * square(0.5 * t) + square(t))
     }
 
-    /// Contact and rock force from now to `t` into the step, each a chord of the force's
-    /// own impulse: the faces' and the tip's way say what that is. Else the means drift from
-    /// the faces, blow after blow, and the relay, which looks at the means, with them.
+    /// Contact and rock force from now to `t` into the step. Each is linear, with the force's own impulse, which
+    /// follows from the motion of faces and tip. Otherwise the means would drift from the faces blow after blow, and
+    /// the relay depends on the means.
     fn chords(&self, step: &Step, t: f64) -> [[f64; 2]; 2] {
         let [.., z] = self.scene.ends();
         let at = |x: [f64; 2]| x[0] + (x[1] - x[0]) * t / step.span;
@@ -300,7 +298,7 @@ impl Waves {
             z * (0.5 * drives * t - reach[1][0] + reach[0][0]),
         ];
         let forces = [ends.map(|e| e[1]), reach.map(|r| self.push(r))];
-        // Over a sliver of a step the way is rounding, and a chord is as good.
+        // In a very short step the motion is rounding, and the end values are as good.
         if t < 0.01 * self.step {
             return forces;
         }
@@ -326,7 +324,7 @@ impl Waves {
         ]
     }
 
-    /// Whether anything has changed sign `t` into the step.
+    /// Whether any condition has changed sign `t` into the step.
     fn signs(&self, step: &Step, t: f64) -> bool {
         let at = |x: [f64; 2]| x[0] + (x[1] - x[0]) * t / step.span;
         let speed = self.approach(at(step.piston), at(step.bit), step.frames.map(at));
@@ -360,7 +358,7 @@ impl Waves {
         contact || rock || relay
     }
 
-    /// The first change of sign up to `end`, or `end`.
+    /// The first change of sign up to `end`, otherwise `end`.
     fn first_event(&self, end: f64) -> f64 {
         let step = self.gather(end);
         if !self.signs(&step, step.span) {
@@ -374,7 +372,7 @@ impl Waves {
         self.time + high
     }
 
-    /// Commits a step in which nothing changes its status.
+    /// Ends a step without changes of sign.
     fn commit(&mut self, end: f64) {
         let step = self.gather(end);
         let (time, span) = (self.time, step.span);
@@ -413,7 +411,7 @@ impl Waves {
         self.contact_peak = self.contact_peak.max(large);
         if let Some(last) = self.collisions.last_mut().filter(|_| self.closed) {
             last.impulse += 0.5 * (force[0] + force[1]) * span;
-            // Faces may stay together without force: rounding is no push.
+            // Faces may stay together without force, which rounding must not hide.
             let felt = 1e3 * self.tiny[1] * self.scene.meeting();
             last.push += if large > felt { span } else { 0.0 };
         }

@@ -1,4 +1,4 @@
-//! What exact waves are told and tell: scenes, modes, collisions, mean motion.
+//! Input and results of exact waves: scenes, modes, collisions, mean motion.
 
 /// A uniform stretch of a bar.
 #[derive(Clone, Copy, Debug)]
@@ -9,7 +9,7 @@ pub struct Section {
     pub transit: f64,
 }
 
-/// What strikes what. SI units, or any consistent ones.
+/// A piston and a bit. SI units, or any consistent ones.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Sections of piston and bit, top to bottom.
@@ -109,7 +109,7 @@ pub enum Rock {
     Still,
 }
 
-/// One spell of contact; `push` is the part of it that carries force.
+/// A collision; `push` is the part of it with force.
 #[derive(Clone, Copy, Debug)]
 pub struct Collision {
     /// First touch.
@@ -124,8 +124,8 @@ pub struct Collision {
     pub speed: f64,
 }
 
-/// A jump on its way: when it is at an end of a section, and for how many more transits it is
-/// followed. Behind that it is smeared over a step.
+/// A jump on its way: when it reaches an end of a section, and for how many more transits it is followed. After those
+/// it is spread over a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Jump {
     pub(super) time: f64,
@@ -154,7 +154,7 @@ pub struct Mean {
 }
 
 impl Mean {
-    /// After `span` under an acceleration that goes from `a` to `b`.
+    /// The mean motion after `span`, with an acceleration that goes linearly from `a` to `b`.
     pub(super) fn after(self, span: f64, [a, b]: [f64; 2]) -> Self {
         let position = self.velocity * span + (2.0 * a + b) * span * span / 6.0;
         let velocity = 0.5 * (a + b) * span;

@@ -4,7 +4,7 @@ use super::scene::Mean;
 use super::{Collision, LIVES, Rock, Waves};
 
 impl Waves {
-    /// Transitions at this instant: contact, rock, relay.
+    /// Performs all transitions at this instant: contact, rock, relay.
     pub(super) fn settle(&mut self) {
         for _ in 0..20 {
             let (piston, bit) =
@@ -34,7 +34,7 @@ impl Waves {
         self.start_jump(LIVES);
     }
 
-    /// The tip's velocity from now on.
+    /// The tip's velocity after this instant.
     fn rate(&self) -> f64 {
         let ([ease, decay], [_, _, origin]) = (self.yielding(), self.line());
         let drive = 2.0 * self.bodies[1].bottom().after(self.time) + self.frame[1];
@@ -75,7 +75,7 @@ impl Waves {
             Rock::Still if rate < -slow - tiny => self.rock = Rock::Backward,
             _ => {}
         }
-        // A viscous force starts or ends at once.
+        // A viscous force begins or ends with a jump.
         if viscosity > 0.0 && (before == Rock::Viscous) != (self.rock == Rock::Viscous) {
             self.start_jump(LIVES);
         }
