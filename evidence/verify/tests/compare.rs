@@ -115,4 +115,5 @@ agree! {
     air_outpaces_the_bodies,
     air_moves_an_event,
     flying_as_the_exhaust_leaps,
+    standing_without_pressure,
 }

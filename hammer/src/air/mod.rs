@@ -95,19 +95,22 @@ pub(crate) fn pressures(content: &Content, volumes: [f64; 2]) -> [f64; 2] {
 }
 
 impl Air {
-    /// The air at the start, with the ports that are open at these positions.
+    /// The air at the start, with the ports that are open at these positions, and the forces then, with the piston at
+    /// `speed`: exactly none of a chamber at the exhaust's pressure.
     pub(crate) fn start(
         parameters: &Parameters,
         places: Places,
         [supply, exhaust]: [f64; 2],
-    ) -> Self {
+        speed: f64,
+    ) -> (Self, [f64; 2]) {
         let law = &parameters.air;
         let shut = places[0] < parameters.cylinder_end(false);
         let openings = law.openings(places[0], shut);
         let mut air = Self { openings, shut, ..Self::default() };
-        air.fill(parameters, places, law.start(&openings, supply, exhaust));
+        let pressures = law.start(&openings, supply, exhaust);
+        air.fill(parameters, places, pressures);
         air.energy_start = air.energy(parameters, places, 0.0);
-        air
+        (air, series::pushes(parameters, pressures, speed, exhaust))
     }
 
     /// Sets the chambers to these pressures, at the supply's temperature.

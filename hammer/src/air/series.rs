@@ -181,14 +181,22 @@ impl Air {
         exhaust: f64,
     ) -> Option<[f64; 2]> {
         let volumes = super::volumes(parameters, places);
-        let drive = &parameters.drive;
-        let [driving, returning] = super::pressures(&self.content, volumes);
-        let beyond = returning - exhaust;
-        let force = (driving - exhaust) * drive.area_drive
-            - beyond * drive.area_return
-            - parameters.air.drag * speeds[0];
-        volumes.iter().all(|v| *v > 0.0).then_some([force, beyond * drive.area_return])
+        let pressures = super::pressures(&self.content, volumes);
+        let forces = pushes(parameters, pressures, speeds[0], exhaust);
+        volumes.iter().all(|v| *v > 0.0).then_some(forces)
     }
+}
+
+/// `F_A` and the force on the bit of chambers at these pressures, the piston at this speed, N.
+pub(super) fn pushes(
+    parameters: &Parameters,
+    [driving, returning]: [f64; 2],
+    speed: f64,
+    exhaust: f64,
+) -> [f64; 2] {
+    let drive = &parameters.drive;
+    let back = (returning - exhaust) * drive.area_return;
+    [(driving - exhaust) * drive.area_drive - back - parameters.air.drag * speed, back]
 }
 
 impl Series {

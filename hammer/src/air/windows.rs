@@ -191,7 +191,7 @@ mod tests {
         (parameters.air.supply_area, parameters.air.error) = (0.0, error);
         let (law, places) = (parameters.air, [-0.01; 2]);
         let pressures = [2e6, ATMOSPHERE];
-        let mut gas = Air::start(&parameters, places, pressures);
+        let (mut gas, _) = Air::start(&parameters, places, pressures, 0.0);
         gas.classify(&parameters, places, pressures);
         let outside = pressures.map(Poly::constant);
         let problem = Problem {

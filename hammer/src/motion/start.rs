@@ -3,7 +3,7 @@
 use super::Motion;
 use super::air::{beyond, outside};
 use super::state::{Anchor, MotionState};
-use crate::air::Air;
+use crate::air::{Air, volumes};
 use crate::error::Error;
 use crate::laws::event::{Bodies, Displacement};
 use crate::laws::mode::{Mode, Relay, RockMode, Tie, TieState};
@@ -98,7 +98,7 @@ impl Motion {
         motion.hang_piston();
         if parameters.drive.source == Source::Air {
             let [places, _] = motion.in_cylinder(&motion.tracks, 0.0);
-            let air = Air::start(&parameters, places, motion.outside(0.0));
+            let (air, _) = Air::start(&parameters, places, motion.outside(0.0), 0.0);
             motion.state.air = Some(Box::new(air));
         }
         let lead = motion.ahead(Displacement::Relative);
@@ -151,9 +151,10 @@ fn start_forces(model: &Model, inputs: &Inputs) -> Result<[f64; 2], Error> {
     }
     let places = [-parameters.contact.initial_gap; 2];
     let pressures = outside(inputs).map(|poly| poly.at(0.0));
-    let air = Air::start(parameters, places, pressures);
-    let motion = [places, [parameters.piston.initial_velocity; 2]];
-    air.forces(parameters, motion, pressures[1]).ok_or_else(|| beyond(parameters, 0.0, places))
+    if !volumes(parameters, places).iter().all(|volume| *volume > 0.0) {
+        return Err(beyond(parameters, 0.0, places));
+    }
+    Ok(Air::start(parameters, places, pressures, parameters.piston.initial_velocity).1)
 }
 
 /// The loads as polynomials after the epoch. `forces` are those of the air.
