@@ -1,4 +1,4 @@
-//! One build of the engine with all changes in it, in a copy of the project.
+//! One build of the engine with all changes, in a copy of the project.
 
 use crate::Problem;
 use crate::changes::{Change, Source};
@@ -8,16 +8,16 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use support::run::{cargo, run, target};
 
-/// What reads the switch, and notes which changes a run comes past if it is asked to.
+/// Code that reads the switch, and records which changes a run passes if asked to.
 const SWITCH: &str = include_str!("switch.rs.in");
 
-/// A copy of the project whose engine has every change that compiles.
+/// A copy of the project whose engine contains every change that compiles.
 pub struct Build {
     root: PathBuf,
     sources: Vec<Source>,
-    /// File and place there of each change; a switch's number is one more than its place here.
+    /// File and index of each change. Its switch is one more than its place in this list.
     switches: Vec<(usize, usize)>,
-    /// Switches whose change does not compile.
+    /// Switches of changes that do not compile.
     pub refused: BTreeSet<usize>,
 }
 
@@ -26,7 +26,7 @@ impl Build {
     ///
     /// # Errors
     ///
-    /// A file that cannot be read or written, or is no Rust.
+    /// A file that cannot be read or written, or that is not Rust.
     pub fn new(project: &Path, parts: &[String]) -> Result<Self, Problem> {
         let root = target(project).join("mutants/tree");
         let listed = Command::new("git")
@@ -83,20 +83,20 @@ impl Build {
         command
     }
 
-    /// The same for the engine alone, with its tests.
+    /// A cargo command for the engine alone, with its tests.
     fn engine(&self, task: &str) -> Command {
         let mut command = self.cargo(task);
         command.args(["--package", "hammer", "--features", "internals"]);
         command
     }
 
-    /// Writes the changed files; leaves out, one round after another, what does not compile.
+    /// Writes the changed files, and removes changes that do not compile until the rest does.
     ///
     /// # Errors
     ///
-    /// An error of the compiler that is at none of the changes.
+    /// An error of the compiler that no change causes.
     pub fn compile(&mut self) -> Result<(), Problem> {
-        // Those that a run before left out: without them nothing is built anew.
+        // Changes that an earlier run removed. Without them, nothing is built again.
         let noted = self.root.with_file_name("refused.txt");
         let text = std::fs::read_to_string(&noted).unwrap_or_default();
         let known: BTreeSet<_> = text.lines().collect();
@@ -135,7 +135,7 @@ impl Build {
         }
     }
 
-    /// The innermost changes at an error's places.
+    /// The innermost changes at the places of an error.
     fn blamed(
         &self,
         message: &Value,
@@ -147,7 +147,7 @@ impl Build {
         }
         let spans = message["spans"].as_array().cloned().unwrap_or_default();
         let innermost = |span: &Value| {
-            // A module whose path is given is named with it.
+            // Modules with a `path` attribute have it in their names.
             let name = span["file_name"].as_str()?.replace("/./", "/");
             let at = usize::try_from(span["byte_start"].as_u64()?).ok()?;
             let inside = places.iter().filter(|(source, _, range)| {
@@ -163,7 +163,7 @@ impl Build {
     ///
     /// # Errors
     ///
-    /// What cargo says.
+    /// Those of cargo.
     pub fn programs(&self) -> Result<Vec<(String, PathBuf)>, Problem> {
         let tests = ["--no-run", "--lib", "--tests"];
         run(self.engine("test").args(tests))?;
@@ -179,14 +179,14 @@ impl Build {
     ///
     /// # Errors
     ///
-    /// What cargo says.
+    /// Those of cargo.
     pub fn comparison(&self) -> Result<PathBuf, Problem> {
         run(self.cargo("build").args(["--package", "verify", "--bin", "compare"]))?;
         Ok(self.root.with_file_name("build").join("debug/compare"))
     }
 }
 
-/// Runs cargo: what it says to machines.
+/// Runs cargo, and returns its messages in JSON.
 fn messages(command: &mut Command) -> Result<(Output, Vec<Value>), Problem> {
     let output = command.arg("--message-format=json").output();
     let output = output.map_err(|error| Problem::file("cargo", error))?;
@@ -195,7 +195,7 @@ fn messages(command: &mut Command) -> Result<(Output, Vec<Value>), Problem> {
     Ok((output, messages))
 }
 
-/// Writes a file, unless it has these bytes: cargo looks at times.
+/// Writes a file unless it is unchanged, since cargo compares times.
 fn write(path: &Path, bytes: &[u8]) -> Result<(), Problem> {
     if std::fs::read(path).is_ok_and(|old| old == bytes) {
         return Ok(());

@@ -1,12 +1,12 @@
-//! The changes of a file of Rust, and the file with all of them, each behind a switch.
+//! The changes of a Rust file, and the file that contains all of them, each with a switch.
 //!
 //! ```text
 //! a + b      (match ((a), (b)) { (l, r) => if on(7) { l - r } else { l + r } })
 //! a && b     (match (a) { l => if l != on(8) { b } else { l } })
 //! ```
 //!
-//! An operand is evaluated once and stands once, so that changes within changes do not multiply.
-//! What must be constant at compile time is left alone, and so is what stands in macros.
+//! An operand is evaluated once and appears once, so that nested changes do not multiply. Expressions that must be
+//! constant at compile time, and macros, are not changed.
 
 use proc_macro2::Span;
 use syn::spanned::Spanned;
@@ -19,11 +19,11 @@ pub struct Change {
     /// The file, from the root.
     pub file: String,
     pub line: usize,
-    /// Column there.
+    /// Its column.
     pub column: usize,
     /// The function that it is in.
     pub function: String,
-    /// What stands for what.
+    /// What is replaced, and by what.
     pub what: String,
 }
 
@@ -34,7 +34,7 @@ impl std::fmt::Display for Change {
     }
 }
 
-/// Where a text goes: what ends at a place comes before what replaces there or begins.
+/// Order of insertions at one place: ends come before replacements and beginnings.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Side {
     End,
@@ -46,20 +46,20 @@ struct Edit {
     at: usize,
     removed: usize,
     side: Side,
-    /// The change, by its place among those of the file.
+    /// Index of the change among those of the file.
     change: usize,
     text: String,
 }
 
 impl Edit {
-    /// Among ends at one place that of the innermost change is first, among beginnings the last.
+    /// At one place, the end of the innermost change comes first, and its beginning last.
     fn key(&self) -> (usize, Side, isize) {
         let order = self.change as isize;
         (self.at, self.side, if self.side == Side::End { -order } else { order })
     }
 }
 
-/// A file, and its changes in the order in which they are met.
+/// A file, and its changes in the order of the text.
 pub struct Source {
     pub file: String,
     text: String,
@@ -68,7 +68,7 @@ pub struct Source {
     functions: Vec<String>,
 }
 
-/// A file with changes in it: its text, and the place of each there.
+/// A file with switched changes: its text, and the place of each change.
 pub struct Rewritten {
     pub text: String,
     /// Change and range of bytes.
@@ -89,7 +89,7 @@ impl Source {
         Ok(source)
     }
 
-    /// The text with those changes that have a switch by this number.
+    /// The text with switches; `switch` gives the number of a change's switch, if it has one.
     pub fn rewrite(&self, switch: impl Fn(usize) -> Option<usize>) -> Rewritten {
         let (mut text, mut from) = (String::with_capacity(4 * self.text.len()), 0);
         let mut places: Vec<(usize, std::ops::Range<usize>)> = Vec::new();
@@ -119,14 +119,14 @@ impl Source {
         self.edits.push(Edit { at, removed, side, change, text: text.to_owned() });
     }
 
-    /// Puts an expression between two texts.
+    /// Puts text before and after an expression.
     fn wrap(&mut self, change: usize, span: Span, before: &str, after: &str) {
         let range = span.byte_range();
         self.edit(change, Side::Begin, range.start, 0, before);
         self.edit(change, Side::End, range.end, 0, after);
     }
 
-    /// Puts another operator for one between two expressions, evaluated before or borrowed.
+    /// Switches between two operators, whose operands are evaluated before, or borrowed.
     fn operator(&mut self, whole: &syn::ExprBinary, by: &str, borrowed: bool) {
         let op = whole.op.span();
         let name = op.source_text().unwrap_or_default();
@@ -138,7 +138,7 @@ impl Source {
         self.edit(change, Side::Instead, range.start, range.len(), &format!("), {and}("));
     }
 
-    /// Puts `||` for `&&`, or the other way round; the second operand stays lazy.
+    /// Switches between `&&` and `||`; the second operand stays lazy.
     fn connective(&mut self, whole: &syn::ExprBinary, by: &str, decided: &str) {
         let op = whole.op.span();
         let name = op.source_text().unwrap_or_default();
@@ -149,7 +149,7 @@ impl Source {
         self.edit(change, Side::Instead, range.start, range.len(), &text);
     }
 
-    /// Changes what is added to a variable, or what it is multiplied by.
+    /// Changes what is added to a variable, or multiplied with it.
     fn operand(&mut self, whole: &syn::ExprBinary, what: &str, by: &str) {
         let change = self.change(whole.op.span(), what.to_owned());
         let after = format!(") {{ r => if ON {{ {by} }} else {{ r }} }})");
@@ -178,7 +178,7 @@ impl Source {
         }
     }
 
-    /// Returns at once, if the type is one of which a value can be told.
+    /// Returns at once with a value of the type, if one can be written down.
     fn returns(&mut self, signature: &Signature, block: &syn::Block) {
         let values: &[&str] = match &signature.output {
             ReturnType::Default => &["()"],
@@ -195,7 +195,7 @@ impl Source {
         }
     }
 
-    /// A function of the engine itself that runs when the engine does.
+    /// A function that belongs to the engine, not to its tests.
     fn function<'a>(
         &mut self,
         attributes: &[Attribute],
@@ -261,7 +261,7 @@ impl<'a> Visit<'a> for Source {
         self.visit_expr(&expression.expr);
     }
 
-    // Constant at compile time, or no expression.
+    // Constants at compile time, and syntax that is not an expression.
     fn visit_item_const(&mut self, _: &'a syn::ItemConst) {}
     fn visit_impl_item_const(&mut self, _: &'a syn::ImplItemConst) {}
     fn visit_item_static(&mut self, _: &'a syn::ItemStatic) {}
@@ -285,7 +285,7 @@ fn last_name(of: &Type) -> Option<String> {
     path.path.segments.last().map(|segment| segment.ident.to_string())
 }
 
-/// True if a condition binds what a pattern has: no expression of its own.
+/// True if a condition contains `let`, which is not an expression.
 fn has_let(whole: &syn::ExprBinary) -> bool {
     [&whole.left, &whole.right].into_iter().any(|side| match &**side {
         Expr::Let(_) => true,
@@ -308,8 +308,8 @@ mod tests {
         }\n\
         #[cfg(test)] mod tests { fn g() -> f64 { 1.0 + 1.0 } }\n";
 
-    /// Each is met once, in the order of the text from outside in; none in constants, patterns,
-    /// macros, tests, nor at what binds.
+    /// Each change is found once, in the order of the text from outside in. Constants, patterns, macros, tests and
+    /// `let` conditions have none.
     #[test]
     fn what_can_be_switched_is_found() {
         let source = Source::read("f.rs", TEXT).expect("Rust");
@@ -322,7 +322,7 @@ mod tests {
         assert!(source.changes.iter().all(|change| change.function == "f"));
     }
 
-    /// With all switches, with some, with none: Rust, and with none the text itself.
+    /// The text with all switches and with some is Rust; with none it is unchanged.
     #[test]
     fn what_is_written_is_rust() {
         let source = Source::read("f.rs", TEXT).expect("Rust");

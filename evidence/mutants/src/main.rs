@@ -1,8 +1,8 @@
-//! Changes of the engine that its tests should notice, each made once.
+//! Changes of the engine that its tests should notice, each tested by itself.
 //!
-//! All are in one build, each behind a switch that a variable of the environment turns: a change
-//! costs the tests that come past it, not a build. Those that no test notices are listed, with the
-//! file `target/mutants/outcomes.txt` of all; evidence/mutants.md says what is known of them.
+//! All changes are in one build, each with a switch that an environment variable sets, so that a change costs only
+//! the tests that reach it and no build. Changes that no test notices are listed; the file
+//! `target/mutants/outcomes.txt` has all results, and evidence/mutants.md says what is known of the changes.
 
 #![forbid(unsafe_code)]
 
@@ -52,23 +52,24 @@ struct Arguments {
     #[arg(default_values = ["air/", "datasheet/", "laws/", "machine/", "modal/", "motion/",
         "numerics/", "search/", "sensitivity/"])]
     parts: Vec<String>,
-    /// Changes tried at a time
+    /// Number of changes tried at a time
     #[arg(long, default_value_t = std::thread::available_parallelism().map_or(1, usize::from))]
     jobs: usize,
-    /// Only every so many-th change
+    /// Only every n-th change
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     every: u32,
     /// Leave out a test that takes longer than this on the unchanged engine, s
     #[arg(long, default_value_t = 20.0)]
     longest: f64,
-    /// Only these programs of tests: `hammer` has the unit tests, `compare` is the comparison of drawn
-    /// scenes with the extended-precision reference
+    /// Only these test programs: `hammer` has the unit tests, `compare` compares drawn scenes with the
+    /// extended-precision reference
     #[arg(long, num_args = 1..)]
     tests: Vec<String>,
-    /// Would these tests be missed: only changes that one of them notices, and whether another does
+    /// Whether these tests would be missed: only changes that one of them notices, and whether another test notices
+    /// them
     #[arg(long, num_args = 1..)]
     missing: Vec<String>,
-    /// Only those changes that target/mutants/outcomes.txt says no test noticed or came past
+    /// Only those changes that no test noticed or reached according to target/mutants/outcomes.txt
     #[arg(long)]
     again: bool,
 }
@@ -112,10 +113,10 @@ fn run(arguments: &Arguments) -> Result<(), Problem> {
     Ok(())
 }
 
-/// The switches of the changes to try.
+/// Switches of the changes to try.
 fn chosen(build: &Build, arguments: &Arguments, outcomes: &Path) -> Vec<usize> {
     let before = std::fs::read_to_string(outcomes).unwrap_or_default();
-    // The last line of each change counts.
+    // The last line of each change is valid.
     let last: BTreeMap<&str, &str> =
         before.lines().filter_map(|line| line.split_once('\t')).collect();
     let is_unnoticed = |of: &str| matches!(last.get(of), Some(&"Survives" | &"Unmet"));
@@ -126,7 +127,7 @@ fn chosen(build: &Build, arguments: &Arguments, outcomes: &Path) -> Vec<usize> {
     switches.filter(left).collect()
 }
 
-/// Tries every change, and writes what became of each as it is known.
+/// Tries every change, and records each result at once.
 fn all(
     build: &Build,
     tests: &[Test],
@@ -165,7 +166,7 @@ fn all(
     Ok(outcomes.into_inner().expect("no panic while locked"))
 }
 
-/// What no other test notices, and how many of each there are in each file.
+/// Lists changes that no other test notices, and the numbers of each result in each file.
 fn report(build: &Build, outcomes: &BTreeMap<usize, Outcome>) {
     let mut counts: BTreeMap<(&str, &str), usize> = BTreeMap::new();
     for (&switch, outcome) in outcomes {

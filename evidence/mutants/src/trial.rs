@@ -1,4 +1,4 @@
-//! Tests on trial: which come past a change, and which notices it.
+//! Runs tests on changes: which tests reach a change, and which notice it.
 
 use crate::Problem;
 use std::collections::HashMap;
@@ -8,16 +8,16 @@ use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-/// Processor time that a test may take of a changed engine, over what it takes of the unchanged one.
+/// Processor time allowed for a test of a changed engine, over that of the unchanged one.
 const PATIENCE: (u32, Duration) = (10, Duration::from_secs(5));
 
-/// Time by the clock for a second of the processor, on a machine that does other work too.
+/// Clock time allowed for a second of processor time, on a machine with other work.
 const BUSY: u32 = 30;
 
-/// The signal of a process that has used up its processor time.
+/// Signal that ends a process after its processor time.
 const SIGXCPU: i32 = 24;
 
-/// Scenes of one comparison, and how many comparisons of each kind there are.
+/// Scenes of one comparison, and number of comparisons of each kind.
 const SCENES: u32 = 40;
 const COMPARISONS: [(&str, u32); 2] = [("mixed", 12), ("air", 3)];
 
@@ -28,9 +28,9 @@ pub struct Test {
     path: PathBuf,
     arguments: Vec<String>,
     time: Duration,
-    /// Whether it is asked if this test would be missed.
+    /// Whether to find out if this test would be missed.
     pub judged: bool,
-    /// The changes that it comes past, ascending.
+    /// The changes that it reaches, ascending.
     met: Vec<usize>,
 }
 
@@ -54,7 +54,7 @@ impl Test {
         COMPARISONS.into_iter().flat_map(all).collect()
     }
 
-    /// The test's process, which may take so much processor time.
+    /// Command of the test's process, with this limit of processor time.
     fn command(&self, folder: &Path, limit: Duration) -> Command {
         let mut command = Command::new("sh");
         command.args(["-c", "ulimit -S -t \"$0\" && exec \"$@\""]);
@@ -64,8 +64,7 @@ impl Test {
         command
     }
 
-    /// The test, if it passes on the unchanged engine within `limit`, with its time and the changes
-    /// that it comes past.
+    /// The test with its time and the changes that it reaches, if it passes on the unchanged engine within `limit`.
     fn tried(mut self, folder: &Path, limit: Duration) -> Result<Option<Self>, Problem> {
         let notes = std::env::temp_dir().join(format!("mutants-{}", std::process::id()));
         let _ = std::fs::remove_file(&notes);
@@ -88,16 +87,16 @@ impl Test {
     }
 }
 
-/// What became of a change.
+/// Result of a change.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// No test comes past it.
+    /// No test reaches it.
     Unmet,
     /// This test fails.
     Caught(String),
-    /// This test does not end.
+    /// This test exceeds its time.
     Endless(String),
-    /// This one fails or does not end, which is judged, and no other does.
+    /// This judged test fails or exceeds its time, and no other test does.
     Alone(String),
     Survives,
 }
@@ -110,7 +109,7 @@ fn names(path: &Path, folder: &Path, ignored: &[&str]) -> Result<Vec<String>, Pr
     Ok(text.lines().filter_map(|line| line.strip_suffix(": test")).map(str::to_owned).collect())
 }
 
-/// Waits for a test: whether it passes, or `None` if it uses up `limit`.
+/// Waits for a test. Returns whether it passes, or `None` if it exceeds `limit`.
 fn wait(mut command: Command, limit: Duration) -> std::io::Result<Option<bool>> {
     let (mut child, until) = (command.spawn()?, Instant::now() + BUSY * limit);
     loop {
@@ -126,7 +125,7 @@ fn wait(mut command: Command, limit: Duration) -> std::io::Result<Option<bool>> 
     Ok(None)
 }
 
-/// Processor time of all processes that were waited for, as Linux tells it.
+/// Processor time of all child processes that have ended, from Linux.
 fn processor_time() -> Result<Duration, Problem> {
     let stat = std::fs::read_to_string("/proc/self/stat");
     let stat = stat.map_err(|error| Problem::file("/proc/self/stat", error))?;
@@ -135,7 +134,7 @@ fn processor_time() -> Result<Duration, Problem> {
     Ok(Duration::from_millis(ticks.filter_map(|ticks| ticks.parse::<u64>().ok()).sum::<u64>() * 10))
 }
 
-/// All tests that pass within `limit`; others are named.
+/// All tests that pass within `limit`. The names of the others are printed.
 ///
 /// # Errors
 ///
@@ -157,7 +156,7 @@ pub fn tests(
     Ok(tests)
 }
 
-/// The comparisons with the reference, whose accounts are made first.
+/// The comparisons with the reference, after making its accounts.
 ///
 /// # Errors
 ///
@@ -174,12 +173,12 @@ pub fn comparisons(path: &Path, folder: &Path) -> Result<Vec<Test>, Problem> {
     Ok(tests)
 }
 
-/// How often each test has failed, by the file of the change: it is likely to fail again there.
+/// How often each test has failed, by the file of the change, where it is likely to fail again.
 #[derive(Default)]
 pub struct Experience(Mutex<HashMap<(String, usize), u32>>);
 
 impl Experience {
-    /// The tests that come past a change, those first that are quick and often fail.
+    /// The tests that reach a change, beginning with those that are fast and often fail.
     fn order<'a>(&self, tests: &'a [Test], file: &str, switch: usize) -> Vec<(usize, &'a Test)> {
         let past = |test: &&Test| test.met.binary_search(&switch).is_ok();
         let mut order: Vec<_> = tests.iter().enumerate().filter(|(_, test)| past(test)).collect();

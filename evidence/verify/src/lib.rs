@@ -1,8 +1,8 @@
-//! The evidence: what the engine is checked against, as rows of one report.
+//! Checks of the engine, as rows of one report.
 //!
-//! Every check is a function that returns [`rows::row::Row`]s. The tests assert them, and
-//! `cargo verify` prints the same rows: nothing is in the report that no test holds. A function that
-//! returns `hammer::Error` passes on what the engine says.
+//! Every check is a function that returns [`rows::row::Row`]s. The tests assert them, and `cargo verify` prints the
+//! same rows, so the report contains nothing that no test asserts. A function that returns `hammer::Error` passes on
+//! the engine's errors.
 
 #![forbid(unsafe_code)]
 

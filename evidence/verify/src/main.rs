@@ -11,13 +11,13 @@ use verify::rows::{catalogue, measured};
 #[derive(Parser)]
 #[command(about = "Checks the engine against everything known, and writes reports/verification.md")]
 struct Arguments {
-    /// Only the page of what others measured
+    /// Only the page of other people's measurements
     #[arg(long)]
     measured: bool,
     /// Only the page of hammers of a catalogue
     #[arg(long)]
     catalogue: bool,
-    /// Only the report's account of drawn scenes, as `cargo compare --keep` last left it
+    /// Only the report's section on drawn scenes, from the results that `cargo compare --keep` stored
     #[arg(long)]
     compared: bool,
     /// Scenes drawn for each property
@@ -74,7 +74,7 @@ fn write(path: PathBuf, text: &str) -> Result<(), Failure> {
     std::fs::write(&path, text).map_err(|source| Failure::File { path, source })
 }
 
-/// What `cargo compare` last wrote, as a section.
+/// The section on the results that `cargo compare` stored.
 fn account(folder: &Path) -> String {
     let mut text = String::new();
     let stored = |name: &str| std::fs::read_to_string(folder.join(name)).ok();
@@ -84,7 +84,7 @@ fn account(folder: &Path) -> String {
     text
 }
 
-/// Puts that section in the place of the one that the report has.
+/// Replaces that section in the report.
 fn compared(report: &Path, folder: &Path) -> Result<(), Failure> {
     let text = std::fs::read_to_string(report)
         .map_err(|source| Failure::File { path: report.into(), source })?;

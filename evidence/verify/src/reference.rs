@@ -12,8 +12,8 @@ pub fn overdamped() -> Parameters {
     Preset::named("overdamped").expect("a preset").start().0
 }
 
-/// The hammer whose solutions are stored, on linear elements, with so many of them per bar: the oracles
-/// have no others.
+/// The hammer with stored solutions, with so many linear elements in each bar. The oracles have no other stored
+/// solutions.
 pub fn hammer(elements: usize) -> Parameters {
     let mut p = overdamped();
     (p.piston.elements, p.bit.elements) = (elements, elements);

@@ -60,7 +60,7 @@ pub const ROWS: &str = "\nA line a test, `cargo test -p verify --test all ...`, 
     | section | test | rows | nearest | reference, source | ours | tolerance |\n\
     |---|---|---|---|---|---|---|\n";
 
-/// A section of rows, in a line.
+/// One line about a section of rows.
 pub fn rows(text: &mut String, section: &Section, rows: &[Row]) {
     let part =
         |r: &Row| if r.difference() == 0.0 { 0.0 } else { r.difference().abs() / r.tolerance };
@@ -82,7 +82,7 @@ pub fn rows(text: &mut String, section: &Section, rows: &[Row]) {
     );
 }
 
-/// What came of a property.
+/// One line about a property.
 pub fn property(text: &mut String, property: &Property, checked: &Checked) {
     let refused: Vec<String> = REFUSALS
         .iter()
@@ -99,7 +99,7 @@ pub fn property(text: &mut String, property: &Property, checked: &Checked) {
     let _ = writeln!(text, "| {} | {} | {refused} | {words} |", property.0, checked.scenes);
 }
 
-/// What came of drawn scenes, as `cargo compare --keep` left it.
+/// Results of drawn scenes that `cargo compare --keep` stored.
 pub fn compared(text: &mut String, kept: Option<Kept>) {
     *text += "\n## Everything together, in extended precision\n\n\
         Scenes drawn with everything that may occur together: any drive, air inside as well \
@@ -120,7 +120,7 @@ pub fn compared(text: &mut String, kept: Option<Kept>) {
     }
 }
 
-/// What drawn hammers reached of the air's error, as `cargo compare --asked --keep` left it.
+/// The study of air's error that `cargo compare --asked --keep` stored.
 pub fn asked(text: &mut String, kept: Option<String>) {
     *text += "\n### What `air.error` is kept to\n\n\
         Drawn hammers under air, bare and cased, rigid and elastic, for each error asked: how far anything that is \

@@ -1,4 +1,4 @@
-//! The engine's scenes told to the oracles, which have words of their own for them.
+//! Translates the engine's scenes and events into the oracles' own terms.
 
 use hammer::parameters::Drill;
 use hammer::{
@@ -8,7 +8,7 @@ use hammer::{
 use oracles::scene::{self, Body, RockLaw};
 use oracles::{law, waves};
 
-/// A body's sections, and the elements of each.
+/// A body's sections, with the number of elements of each.
 fn body(p: &Parameters, part: Part) -> Body {
     let (sections, total) = (p.sections(part), p.spans(part));
     let parts = sections.as_slice().iter().zip(sections.spans(total));
@@ -17,7 +17,7 @@ fn body(p: &Parameters, part: Part) -> Body {
     Body { sections: section.collect(), velocity: 0.0 }
 }
 
-/// The bodies of a drill string with loose joints, cut where its rods' faces meet, in the middle of the
+/// The bodies of a drill string with loose joints, which are divided where its rods' faces meet, in the middle of the
 /// sleeves.
 fn string(p: &Parameters) -> Vec<Body> {
     let Drill { rods, shank, rod, coupling, .. } = p.drill;
@@ -30,7 +30,7 @@ fn string(p: &Parameters) -> Vec<Body> {
         0 => bodies[rods].push(Segment { length: p.bit.length, area: p.cross_section }),
         count => bodies[rods].extend(&p.bit.segment[..count]),
     }
-    // One mesh, of which each body has its part.
+    // One mesh, which is divided among the bodies.
     let mut elements = p.sections(Part::Bit).spans(p.spans(Part::Bit)).into_iter();
     let mut section = |s: &Segment| {
         let elements = elements.next()?;
@@ -48,7 +48,7 @@ pub fn is_loose(p: &Parameters) -> bool {
     p.drill.rods > 0 && p.drill.joint.stiffness > 0.0
 }
 
-/// The finite element hammer of a scene.
+/// The finite element model of a scene.
 pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
     let mut bodies = vec![body(p, Part::Piston)];
     bodies.extend(if is_loose(p) { string(p) } else { vec![body(p, Part::Bit)] });
@@ -64,7 +64,7 @@ pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
         let lengths = [p.piston.length, p.bit.length];
         scene::rigid_meeting(p.contact.stiffness, stretch, lengths)
     } else {
-        // Of stepped rigid bodies it is what the engine says that it means by them.
+        // For stepped rigid bodies, the engine's own value.
         p.meeting_stiffness()
     };
     scene::Scene {
@@ -139,7 +139,7 @@ fn air(p: &Parameters, inputs: &InputValues) -> scene::AirLaw {
     }
 }
 
-/// The rock's part of the parameters.
+/// The rock's parameters.
 pub fn rock_law(p: &Parameters) -> RockLaw {
     RockLaw {
         stiffness: p.rock.stiffness,
@@ -152,7 +152,7 @@ pub fn rock_law(p: &Parameters) -> RockLaw {
     }
 }
 
-/// The continuum of a scene, driven by its relay.
+/// The continuum of a scene driven by its relay.
 pub fn continuum(p: &Parameters, inputs: &InputValues) -> waves::Scene {
     let speed = p.wave_speed();
     let section = |s: &Segment| waves::Section {
@@ -176,12 +176,12 @@ pub fn continuum(p: &Parameters, inputs: &InputValues) -> waves::Scene {
     }
 }
 
-/// That continuum between rigid faces and undamped.
+/// The same continuum undamped and with rigid faces.
 pub fn sharp(p: &Parameters, inputs: &InputValues) -> waves::Scene {
     waves::Scene { damping: 0.0, penalty: f64::INFINITY, ..continuum(p, inputs) }
 }
 
-/// A mode of the engine in a scene.
+/// Translates a mode of the engine.
 pub fn mode(p: &Parameters, mode: Mode) -> law::Mode {
     let rock = match mode.rock {
         RockMode::FreeFlight => law::Rock::FF,
@@ -223,7 +223,7 @@ fn place(chamber: Chamber) -> usize {
     }
 }
 
-/// What a record of the engine's journal says.
+/// Translates an event of the engine's journal.
 pub fn event(record: &Record, cased: bool) -> law::Event {
     use law::Event;
     match record.event {

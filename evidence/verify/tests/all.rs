@@ -1,5 +1,5 @@
-//! All tests of this crate in one program, which is linked once; `cargo test --test all MODULE::` runs a
-//! file's.
+//! All tests of this crate in one program, which is linked once; `cargo test --test all MODULE::` runs those of one
+//! file.
 
 mod compare;
 mod found;

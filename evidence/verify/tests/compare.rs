@@ -1,6 +1,6 @@
-//! Drawn scenes against the extended-precision reference: fresh ones in which everything occurs together,
-//! and those that disagreed once. `COMPARE_SCENES` sets how many; `cargo compare --scenes 5000` is the
-//! long form, and tells a scene that disagrees as `compared.json` stores it.
+//! Drawn scenes against the extended-precision reference: new ones in which everything occurs together, and stored
+//! ones that disagreed once. `COMPARE_SCENES` is the number of new ones; `cargo compare --scenes 5000` is the long
+//! form, and prints a scene that disagrees in the form that `compared.json` stores.
 
 use hammer::Segment;
 use hammer::presets::PRESETS;
@@ -11,7 +11,7 @@ use verify::comparison::tally::{Kind, Tally, tally};
 use verify::drawn::scenes::RandomScene;
 use verify::drawn::stored::scene;
 
-/// How many scenes are wanted, if not as few as the suite has time for.
+/// Number of scenes asked for; none for as few as the suite has time for.
 fn wanted() -> Option<u32> {
     std::env::var("COMPARE_SCENES").ok().and_then(|number| number.parse().ok())
 }
@@ -19,16 +19,16 @@ fn wanted() -> Option<u32> {
 #[test]
 fn scenes_with_everything_agree() {
     let tally: Tally = tally((wanted().unwrap_or(30), 0), Kind::Mixed, |_| (), |_, _| ());
-    // As `cargo compare` counts: what differs by less than a guard resolves is no disagreement.
+    // As in `cargo compare`, a difference below what a guard resolves is no disagreement.
     assert!(tally.failures.is_empty(), "{}\n{}", tally.line(), tally.failures.join("\n"));
-    // Scenes in which nothing could be compared would say nothing.
+    // If nothing could be compared, the test would show nothing.
     assert!(tally.events > tally.scenes as usize, "{}", tally.line());
     assert!(5 * tally.refused < tally.scenes, "{}", tally.line());
 }
 
-/// A blow of every hammer among the presets on its own mesh, bare, in a rigid and in an elastic casing, at
-/// 9 m/s and from a micrometre: 300 us, in which the wave goes through a hammer of a metre and back. The suite takes
-/// one of the three a preset.
+/// A blow of every preset on its own mesh, bare, in a rigid and in an elastic casing, at 9 m/s and from a distance of
+/// 1 um. In 300 us the wave goes through a hammer of a metre and back. The suite runs one of the three for each
+/// preset.
 #[test]
 fn presets_agree_on_the_meshes_that_users_get() {
     for (number, preset) in PRESETS.iter().enumerate() {
@@ -48,23 +48,23 @@ fn presets_agree_on_the_meshes_that_users_get() {
             (parameters.piston.initial_velocity, parameters.contact.initial_gap) = (9.0, 1e-6);
             let case = RandomScene::alone(parameters, inputs, 3e-4);
             let apart = compare(&Account::over(&case, usize::MAX).unwrap()).unwrap();
-            // As everywhere here, what guards do not resolve is no disagreement.
+            // As above, a difference below what guards resolve is no disagreement.
             let agree = apart.none() || apart.is_invisible();
             assert!(agree && apart.events > 4, "{}: {apart:?}", preset.name);
         }
     }
 }
 
-/// The reference integrates the air itself, as mass and energy, by series in the same arithmetic.
+/// The reference integrates the air itself, as mass and energy, by series in extended precision.
 #[test]
 fn drawn_scenes_driven_by_air_agree() {
     let found = tally((wanted().map_or(14, |n| n / 10), 0), Kind::Air, |_| (), |_, _| ());
     assert!(found.failures.is_empty(), "{}", found.failures.join("\n"));
-    // About half are decided in double precision, and few refused.
+    // About half of the scenes are determined in double precision, and few are refused.
     assert!(3 * found.whole > found.scenes && 5 * found.refused < found.scenes, "{}", found.line());
 }
 
-/// A line's answer is in the reference's equation of motion, in the engine a force in windows.
+/// The reaction of a line is in the reference's equation of motion, while the engine has a force in windows.
 #[test]
 fn drawn_scenes_with_a_line_at_the_piston_agree() {
     let found = tally((wanted().map_or(12, |n| n / 10), 0), Kind::Line, |_| (), |_, _| ());
@@ -85,12 +85,12 @@ fn compared(group: &str, excuse: Option<&str>) {
     let others = lists.into_iter().filter(|(name, _)| excuse != Some(name));
     let apart: Vec<_> = others.flat_map(|(_, list)| list).chain(&tally.failures).collect();
     assert!(apart.is_empty(), "{apart:#?}");
-    // A hammer that stands has no event, nor one that flies.
+    // A hammer at rest has no events, nor has one in flight.
     let moves = tally.events > 0 || ["standing", "flying"].iter().any(|way| group.starts_with(way));
     assert!(scenes > 0 && moves && tally.instants > scenes, "{}", tally.line());
 }
 
-/// Declares a test a group of scenes that agree now, but for an excuse that is said.
+/// Declares a test for each group of stored scenes that must agree, except for a stated reason.
 macro_rules! agree {
     ($($name:ident $(or $excuse:ident)?),* $(,)?) => {
         $(#[test] fn $name() {

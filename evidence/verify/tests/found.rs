@@ -1,4 +1,4 @@
-//! Scenes that broke the engine once: found by the properties, shrunk, kept.
+//! Stored scenes that once broke the engine: found by the properties, then shrunk.
 
 use serde_json::Value;
 use verify::drawn::stored::scene;
@@ -14,7 +14,7 @@ fn assert_stored(name: &str) {
     }
 }
 
-/// Declares a test a kept scene.
+/// Declares a test for each stored scene.
 macro_rules! stored {
     ($($name:ident),* $(,)?) => {
         $(#[test] fn $name() { assert_stored(stringify!($name)); })*

@@ -1,4 +1,4 @@
-//! Properties over the whole domain. `PROPTEST_CASES` sets how many scenes are drawn.
+//! Properties over the whole domain. `PROPTEST_CASES` is the number of drawn scenes.
 
 use verify::laws::properties::{Checked, PROPERTIES, check, check_mixed};
 
@@ -18,7 +18,7 @@ fn assert_checked(index: usize, checked: &Checked) {
         PROPERTIES[index].0,
         checked.failures.join("\n")
     );
-    // A property of which most scenes are refused would say nothing.
+    // A property with mostly refused scenes would show nothing.
     let refused: u32 = checked.refused.iter().sum();
     assert!(10 * refused < checked.scenes, "{refused} of {} refused", checked.scenes);
 }

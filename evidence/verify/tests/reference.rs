@@ -1,4 +1,4 @@
-//! The reference hammer in extended precision: what is stored.
+//! The stored solutions of the reference hammer in extended precision.
 
 use hammer::InputValues;
 use oracles::dd::Dd;
@@ -13,7 +13,7 @@ fn the_stored_solutions_are_of_the_reference_hammer() {
         let p = reference::hammer(elements);
         let mut wanted = scene::finite_elements(&p, &InputValues::default());
         let stored = stored(elements).unwrap().scene;
-        // What counts as crossed is stored in round numbers: no crossing is that shallow.
+        // The stored resolution is a round number; no crossing is that shallow.
         for (stored, wanted) in stored.resolutions.iter().zip(wanted.resolutions) {
             assert!((stored - wanted).abs() < 0.1 * wanted, "{stored} {wanted}");
         }

@@ -1,9 +1,9 @@
-//! Rows of the report, each section a test: closed forms, exact waves, published benchmarks, measurements.
+//! The report's rows, one test for each section: closed forms, exact waves, published benchmarks, measurements.
 
 use verify::rows::measured;
 use verify::rows::row::assert_all;
 
-/// Declares a test a section.
+/// Declares a test for each section.
 macro_rules! sections {
     ($($name:ident: $module:ident::$rows:ident),* $(,)?) => {
         $(#[test] fn $name() { assert_all(&verify::rows::$module::$rows().unwrap()); })*
@@ -35,8 +35,8 @@ sections! {
     drawn_strings_carry_a_blow_as_the_characteristics_say: string::characteristics,
 }
 
-/// Depth goes like the square root of a blow's energy on a line of loading; the barrier and the
-/// viscosity take what a stronger blow feels less. Volume goes like the depth squared.
+/// On a line of loading, depth is proportional to the square root of a blow's energy, and volume to the square of
+/// depth. Barrier and viscosity take energy, which a stronger blow feels less.
 #[test]
 fn the_volume_broken_is_in_proportion_to_the_energy_of_the_blow() {
     let [slope, error] = measured::exponent(&measured::blows().unwrap());

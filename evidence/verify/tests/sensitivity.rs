@@ -1,5 +1,5 @@
-//! Derivatives of drawn scenes against differences in extended precision;
-//! `DERIVATIVE_SCENES` sets how many; `cargo compare --derivatives --scenes 1000` is the long form.
+//! Derivatives of drawn scenes against differences in extended precision. `DERIVATIVE_SCENES` is their number;
+//! `cargo compare --derivatives --scenes 1000` is the long form.
 
 use verify::comparison::sensitivity::{GROUPS, tally};
 
@@ -8,11 +8,11 @@ fn derivatives_are_those_of_extended_precision_within_the_errors_that_they_tell(
     let scenes = std::env::var("DERIVATIVE_SCENES").ok().and_then(|n| n.parse().ok()).unwrap_or(30);
     let tally = tally(scenes, 0, |_| ());
     assert!(tally.failures.is_empty(), "{}\n{}", tally.line(), tally.failures.join("\n"));
-    // Scenes in which nothing could be compared would say nothing.
+    // If nothing could be compared, the test would show nothing.
     assert!(tally.compared > 10 * scenes as usize, "{}", tally.line());
     assert!(10 * tally.fine > 9 * tally.compared, "{}", tally.line());
     for (name, held) in GROUPS.iter().zip(&tally.held) {
-        // Each group has enough to say something.
+        // Each group must have enough derivatives.
         assert!(held.compared > scenes as usize, "{name}\n{}", tally.table());
         println!("{}", tally.table());
     }

@@ -1,12 +1,13 @@
-//! Stepped bodies that meet: at a step from impedance `Z1` to `Z2` a force wave passes on `2 Z2 / (Z1 + Z2)` of itself.
+//! Stepped bodies that meet: at a step from impedance `Z1` to `Z2` a force wave is transmitted by the factor
+//! `2 Z2 / (Z1 + Z2)`.
 
 use hammer::{Fidelity, InputValues, Machine, Parameters, Segment, Source};
 
 const CELL: f64 = 0.08;
 const SPEED: f64 = 8.0;
 
-/// The contact's exponential front is `c Z / KC` long, 2.8 mm at most, and the mesh has a ripple that the damping
-/// stills: half a cell behind the front neither is 1e-6 of the force.
+/// The contact's exponential front is `c Z / KC` long, 2.8 mm at most, and damping removes the mesh's ripple: half a
+/// cell behind the front, neither is 1e-6 of the force.
 #[test]
 fn unequal_sections_meet_and_pass_a_step_on_as_the_closed_forms_say() {
     let (a, b, d) = (2e-3, 3e-3, 1e-3);
@@ -18,7 +19,7 @@ fn unequal_sections_meet_and_pass_a_step_on_as_the_closed_forms_say() {
     (p.mesh.degree, p.piston.elements, p.bit.elements) = (5, 120, 120);
     (p.piston.initial_velocity, p.contact.initial_gap) = (SPEED, 1e-4);
     (p.gravity, p.drive.source, p.contact.stiffness) = (0.0, Source::Force, 1e11);
-    // A bit in the air: a pull too weak to be seen, over rock that is not there.
+    // A bit in the air: a negligible pull, over rock of negligible stiffness.
     (p.rock.stiffness, p.rock.viscosity, p.rock.energy_barrier) = (1.0, 0.0, 0.0);
     let inputs = InputValues { feed_force: -1e-9, ..InputValues::default() };
     let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");

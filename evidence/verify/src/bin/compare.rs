@@ -1,7 +1,7 @@
-//! Drawn scenes, the engine beside the extended-precision reference.
+//! Compares the engine with the extended-precision reference on drawn scenes.
 //!
-//! `cargo compare --scenes 5000` prints what disagrees, what differs by the roughness of the engine's
-//! bases alone, what by less than anyone sees, and how near the rest came.
+//! `cargo compare --scenes 5000` prints scenes that disagree, scenes that differ only by the roughness of the
+//! engine's bases or by less than guards resolve, and how near the rest came to the allowed difference.
 
 use clap::Parser;
 use std::path::{Path, PathBuf};
@@ -16,35 +16,35 @@ struct Arguments {
     /// Scenes
     #[arg(long, default_value_t = 5000)]
     scenes: u32,
-    /// Number of the first batch of a hundred: other batches are other scenes
+    /// Number of the first batch of a hundred; other batches have other scenes
     #[arg(long, default_value_t = 0)]
     from: u32,
     /// Which scenes
     #[arg(long, value_enum, default_value_t = Kind::Mixed)]
     kind: Kind,
-    /// These scenes alone, by the names that the others are told by: batch and place in it
+    /// Only these scenes, by the names in the reports: batch and place in it
     #[arg(long, num_args = 1.., value_name = "BATCH.PLACE", conflicts_with_all = ["scenes", "from"])]
     only: Vec<Name>,
-    /// The events of those scenes, the engine's beside the reference's and its perturbed runs'
+    /// Print the events of those scenes: of the engine, the reference and its perturbed runs
     #[arg(long, requires = "only")]
     events: bool,
-    /// Derivatives by parameters, against differences
+    /// Compare derivatives by parameters with differences
     #[arg(long)]
     derivatives: bool,
-    /// How far the air errs over what was asked of it, of this many drawn hammers
+    /// Measure the error of air over the error asked, for this many drawn hammers
     #[arg(long, conflicts_with_all = ["only", "derivatives", "accounts", "kind"])]
     asked: bool,
-    /// Add what came of each batch to reports/verification/compared.json, from where `cargo verify` takes it, or put it
-    /// in the place of what came of it before; write that of derivatives to reports/derivatives.md
+    /// Add the results of each batch to reports/verification/compared.json, from where `cargo verify` takes them, or
+    /// replace its previous results there; write those of derivatives to reports/derivatives.md
     #[arg(long, conflicts_with = "only")]
     keep: bool,
-    /// What the reference says of the scenes, which no change of the engine changes: read from this file, or
-    /// written to it if there is none
+    /// File of the reference's accounts of the scenes, which do not depend on the engine: read if it exists,
+    /// otherwise written
     #[arg(long, conflicts_with_all = ["only", "derivatives", "keep"])]
     accounts: Option<PathBuf>,
 }
 
-/// What the report of derivatives is about.
+/// Head of the report on derivatives.
 const ABOUT: &str = "# How often the errors of derivatives hold
 
 Drawn hammers, each simulated to its end and differentiated by four of its parameters in turn. The true derivative is a
@@ -62,13 +62,13 @@ over 2^-30 the reference's difference is 64 times smaller.
 /// The folder of reports.
 const REPORTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../reports");
 
-/// What came of drawn scenes, in that folder.
+/// Results of drawn scenes, in that folder.
 const COMPARED: &str = "verification/compared.json";
 
-/// What drawn hammers reached of the error asked, there too.
+/// The study of air's error, in that folder.
 const ASKED: &str = "verification/asked.txt";
 
-/// Writes a report, and says why it cannot.
+/// Writes a report, or says why it cannot.
 fn write(name: &str, text: &str) -> ExitCode {
     let path = format!("{REPORTS}/{name}");
     match std::fs::write(&path, text) {
@@ -80,16 +80,16 @@ fn write(name: &str, text: &str) -> ExitCode {
     }
 }
 
-/// What is kept of drawn scenes.
+/// The stored results of drawn scenes.
 fn stored() -> Kept {
     let text = std::fs::read_to_string(format!("{REPORTS}/{COMPARED}")).unwrap_or_default();
     serde_json::from_str(&text).unwrap_or_default()
 }
 
-/// The scenes of a file of accounts, and what the reference says of them.
+/// A file of accounts: which scenes, and what the reference determines of them.
 type Stored = ((u32, u32), Kind, Vec<Account>);
 
-/// Accounts from a file, or for it.
+/// Reads accounts from a file, or writes them to it.
 fn accounts_of(path: &Path, scenes: (u32, u32), kind: Kind) -> Result<Vec<Account>, String> {
     let wrong = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
     if path.exists() {

@@ -1,8 +1,8 @@
-//! The motion of drawn scenes in a line each, to compare one state of the engine with another.
+//! The motion of drawn scenes, one on a line, to compare two versions of the engine.
 //!
-//! `cargo journals > before`, and after a change that must keep every bit `cargo journals | diff before -`.
-//! A line has the scene's name, the number of its events, and a hash of the bits of all event times and
-//! of the positions, velocities and forces at the end.
+//! `cargo journals > before`, and after a change that must keep every bit `cargo journals | diff before -`. A line
+//! has the scene's name, the number of its events, and a hash of the bits of all event times and of the positions,
+//! velocities and forces at the end.
 
 use clap::Parser;
 use verify::comparison::tally::{Kind, drawn};

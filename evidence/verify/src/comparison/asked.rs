@@ -1,12 +1,11 @@
-//! How far the air errs, over the error that it was asked for.
+//! The error that air reaches, over the error that was asked for.
 //!
-//! Drawn hammers under air are solved by the engine for each error asked, and once by the reference in extended
-//! precision. What the two differ by at any instant, over the scale of its kind ([`Scales`]) and over the error asked,
-//! is what was reached; less what rounding alone makes of it, for which the account of the smallest error says enough.
-//! It is measured a second time by what the reference's perturbed runs differ by, of which the air is off by the error
-//! asked, where that is more: a hammer that makes much of a little error is not followed the worse for it.
-//! A blow passes an error on, and so does the next: instants beyond the first event of another kind or order are not
-//! compared.
+//! The engine solves drawn hammers under air for each error asked, and the reference solves them once in extended
+//! precision. The error reached is their largest difference at any instant, over the scale of its kind ([`Scales`])
+//! and over the error asked; the effect of rounding is subtracted, which the account of the smallest error shows. It
+//! is measured a second time over the difference of the reference's perturbed runs, whose air is off by the error
+//! asked, where that is larger: a hammer that amplifies a small error is not solved worse for it. A blow amplifies an
+//! error, and so does the next one, so instants after the first different event are not compared.
 
 use crate::comparison::compare::{ROUNDING, ROUNDING_PER_ENTRY, engine};
 use crate::comparison::known::{Account, FACTOR, Known};
@@ -21,23 +20,24 @@ use std::fmt::Write;
 
 /// Errors asked.
 pub const ASKED: [f64; 8] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11];
-/// Kinds of numbers, as [`OBSERVABLES`] has them.
+/// Kinds of numbers, in the order of [`OBSERVABLES`].
 const KINDS: [&str; 6] = ["places", "speeds", "forces", "energies", "pressures", "mass of air"];
 const GROUPS: [&str; 4] = ["bare, rigid", "bare, elastic", "cased, rigid", "cased, elastic"];
-/// Tells these scenes from those of other uses.
+/// Distinguishes these scenes from those drawn for other uses.
 const STREAM: u8 = 3;
 
-/// Of each kind of number, what one hammer reached over the error asked, and over what perturbed runs make of it.
+/// Error reached by one hammer for each kind of number: over the error asked, and over the effect of that in
+/// perturbed runs.
 type Over = [[f64; 2]; KINDS.len()];
-/// That for each error asked.
+/// The same for each error asked.
 type Reached = [Over; ASKED.len()];
 
-/// What drawn hammers reached.
+/// Errors that drawn hammers reached.
 #[derive(Clone, Debug, Default)]
 pub struct Study {
-    /// By [`GROUPS`].
+    /// By group of [`GROUPS`].
     reached: [Vec<(Name, Reached)>; GROUPS.len()],
-    /// Hammers that were drawn.
+    /// Number of drawn hammers.
     pub drawn: u32,
 }
 
@@ -52,7 +52,7 @@ fn asking(case: &RandomScene, error: f64) -> RandomScene {
     case
 }
 
-/// What a hammer reaches of one error; none where the engine refuses it, or no instant can be compared.
+/// The errors of a hammer for one error asked; none if the engine refuses it, or if no instant can be compared.
 fn of(account: &Account, asked: f64) -> Option<Over> {
     let Account { case, schedule, known } = account;
     let Known { instants, reference, others, until, .. } = known;
@@ -84,7 +84,8 @@ fn of(account: &Account, asked: f64) -> Option<Over> {
 }
 
 impl Study {
-    /// Of so many drawn hammers without a drill string, which a reference follows for minutes: tells what each adds.
+    /// Studies so many drawn hammers, without drill strings, for which the reference would take minutes. Reports
+    /// after each.
     pub fn of(hammers: u32, from: u32, mut tell: impl FnMut(&Self)) {
         let short = airy().prop_filter("string", |drawn| !scene::is_loose(&drawn.parameters));
         let mut study = Self::default();
@@ -104,7 +105,7 @@ impl Study {
         }
     }
 
-    /// As tables: median and worst by the kind of number, and by the kind of hammer.
+    /// Tables of median and worst, by kind of number and by kind of hammer.
     pub fn table(&self) -> String {
         let all: Vec<&(Name, Reached)> = self.reached.iter().flatten().collect();
         let mut text = format!(
@@ -141,7 +142,7 @@ impl Study {
     }
 }
 
-/// The most of all kinds of numbers and errors asked.
+/// The largest over all kinds of numbers and errors asked.
 fn most(reached: &[Over]) -> [f64; 2] {
     let all = reached.as_flattened().iter();
     all.fold([0.0; 2], |most, over| [0, 1].map(|k| f64::max(most[k], over[k])))

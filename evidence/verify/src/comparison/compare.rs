@@ -1,18 +1,18 @@
 //! The engine against the extended-precision reference on any scene and script.
 //!
-//! How far the two may be apart is not chosen: the reference solves the scene again with every
-//! number off by a few units in the last place ([`oracles::perturb`]), and every state that a transition
-//! leaves, every guard off by as much of its own terms ([`oracles::guard_perturbation`]), and with guards
-//! that resolve four times as much and as little as these terms let them; and once more as it is, with guards
-//! that count what the engine's are sure to. What these runs do not agree upon, no arithmetic of double
-//! precision can know; where they take different events the comparison ends. Up to
-//! there the engine must take the same events, and everything that it shows may differ by
-//! [`FACTOR`] times what the perturbed runs do, and by rounding of the largest number of its
-//! kind so far. Of air, which the engine integrates to a stated error, every number is off by as much as
-//! that in these runs.
-//! Of the force at an instant a window may leave out ten times the error, which has no mean over the window; of the rest
-//! three times, as any stated error; of a place once. What drawn hammers need beyond what perturbed runs explain is in
-//! the study of `--asked`.
+//! The allowed difference is not chosen but measured. The reference solves the scene again with every number changed
+//! by a few units in the last place ([`oracles::perturb`]), with every state after a transition and every guard
+//! changed by as much of its own terms ([`oracles::guard_perturbation`]), and with guards of four times and a quarter
+//! of the resolution that these terms permit; and once more unchanged, with guards that count what the engine's
+//! guards certainly count. What these runs disagree about, no arithmetic of double precision can know; where they
+//! have different events the comparison ends. Up to there the engine must have the same events, and each number may
+//! differ by [`FACTOR`] times the difference of the perturbed runs, plus rounding of the largest number of its kind
+//! so far.
+//!
+//! The engine integrates air to a stated error, so in the perturbed runs every number of air is changed by that error
+//! too. A force at one instant may differ by ten times the error, since a window may leave out a part with zero mean;
+//! other numbers by three times, and a position by once the error. The study of `--asked` shows what drawn hammers
+//! need in addition to perturbed runs.
 
 use crate::comparison::bodies;
 use crate::comparison::known::{Account, FACTOR, Known, Trajectory};
@@ -26,18 +26,18 @@ use oracles::law::{Event, Mode};
 use oracles::linear::Real;
 use serde::{Deserialize, Serialize};
 
-/// Rounding granted to each number, over the scale of its kind ([`Scales`]).
+/// Allowed rounding of each number, over the scale of its kind ([`Scales`]).
 pub const ROUNDING: f64 = 256.0 * f64::EPSILON;
-/// Rounding granted for each event before, and for each action, likewise: the state goes through two
-/// products with a basis, each a sum of a few rounded terms, some units in the last place each.
+/// Allowed rounding for each previous event and action: the state goes through two products with a basis, each a sum
+/// of a few rounded terms.
 pub const ROUNDING_PER_ENTRY: f64 = 16.0 * f64::EPSILON;
 
-/// The largest excess of one kind.
+/// The largest difference of one kind.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Worst {
-    /// Of what.
+    /// Name of the number.
     pub what: String,
-    /// When, s.
+    /// Its time, s.
     pub time: f64,
     /// The difference.
     pub error: f64,
@@ -46,7 +46,7 @@ pub struct Worst {
 }
 
 impl Worst {
-    /// The difference over what was allowed.
+    /// The difference over the allowed one.
     pub fn ratio(&self) -> f64 {
         if self.error == 0.0 { 0.0 } else { self.error / self.allowed }
     }
@@ -58,57 +58,57 @@ impl Worst {
     }
 }
 
-/// What came of a comparison.
+/// Result of a comparison.
 #[derive(Clone, Debug, Default)]
 pub struct Differences {
     /// Events compared.
     pub events: usize,
     /// Instants compared.
     pub instants: usize,
-    /// Until when the scene is decided in double precision, s.
+    /// Until when double precision determines the scene, s.
     pub until: f64,
-    /// The worst of the numbers shown.
+    /// The largest difference of a number.
     pub observed: Worst,
-    /// The worst of the events' times.
+    /// The largest difference of an event's time.
     pub timing: Worst,
-    /// An event that is not the reference's.
+    /// The first event that differs from the reference's.
     pub unlike: Option<String>,
-    /// When that was, s.
+    /// Its time, s.
     pub parted: f64,
-    /// From when on a guard that is off by rounding rests at its level, neither beyond its resolution
-    /// nor back, where an input or the end finds it, s.
+    /// From when on a guard rests at its level within rounding, neither beyond its resolution nor back, until an
+    /// input changes or the run ends, s.
     pub rests: f64,
     /// The largest [mismatch](bodies::mismatch) of a basis that was used.
     pub mismatch: f64,
-    /// What exceeds what is allowed, over what bases of that mismatch may make of it: each change of
-    /// basis errs by as much of all that moves.
+    /// The excess over the allowed difference, relative to the possible effect of bases of that mismatch: each change
+    /// of basis has an error of that share of all that moves.
     pub rough: f64,
-    /// The largest difference that exceeds what is allowed, over what the engine's guards resolve
-    /// ([`Scales::resolved`]), each event's and once more.
+    /// The largest excess, relative to the resolution of the engine's guards ([`Scales::resolved`]), once for each
+    /// event and once more.
     pub unresolved: f64,
 }
 
 impl Differences {
-    /// True if everything is within what is allowed.
+    /// True if all differences are allowed.
     pub fn none(&self) -> bool {
         self.unlike.is_none() && self.observed.ratio() <= 1.0 && self.timing.ratio() <= 1.0
     }
 
-    /// True if events differ after a guard has come to rest within rounding of its level, or as it leaves it:
-    /// whether it has crossed, nobody can know.
+    /// True if the first different event follows a guard that rests within rounding of its level, or leaves it:
+    /// whether it has crossed is undetermined.
     pub fn from_guard_at_rest(&self) -> bool {
         self.unlike.is_some() && self.rests <= self.parted
     }
 
-    /// True if what is beyond that is no more than the engine's own measure of its bases explains.
+    /// True if the excess is explained by the engine's own measure of its bases.
     pub fn from_rough_bases(&self) -> bool {
         self.unlike.is_none() && self.rough <= 1.0
     }
 
-    /// True if what is beyond that is less than the engine's guards resolve. By as much an event may be
-    /// off where a guard grazes, and no nearer are events said to be known: 2e-13 of what the bodies
-    /// travel ([`Parameters::resolutions`](hammer::Parameters::resolutions)). What is read of an output
-    /// has nine digits. Nor does it grow unnoticed: all later instants are compared as well.
+    /// True if the excess is less than the engine's guards resolve. Where a guard grazes, an event may differ by as
+    /// much, and events are not claimed to be known more closely: 2e-13 of the bodies' travel
+    /// ([`Parameters::resolutions`](hammer::Parameters::resolutions)); outputs are read to nine digits. It cannot
+    /// grow unnoticed, since all later instants are compared too.
     pub fn is_invisible(&self) -> bool {
         self.unlike.is_none() && self.unresolved <= 1.0
     }
@@ -129,8 +129,8 @@ pub fn compare(account: &Account) -> Result<Differences, Error> {
     Ok(Differences { rests: if at_rest { found.parted } else { *rests }, ..found })
 }
 
-/// The events of the engine, the reference and its perturbed runs beside one another, a line each, with
-/// what is done to the scene before them.
+/// The events of the engine, the reference and its perturbed runs side by side, one on a line, with the actions
+/// before them.
 pub fn beside(account: &Account) -> String {
     let Account { case, schedule, known } = account;
     let Known { reference, others, instants, .. } = known;
@@ -222,7 +222,7 @@ fn judge(
     found
 }
 
-/// What a number of a kind may be off by, over the air's error and the scale of its kind.
+/// Allowed difference of a number of this kind, over the air's error and the scale of its kind.
 fn of_air(kind: usize) -> f64 {
     match kind {
         FORCE => 10.0,
@@ -231,7 +231,7 @@ fn of_air(kind: usize) -> f64 {
     }
 }
 
-/// True if the next two events are at one instant, and taken in the other order.
+/// True if the next two events are simultaneous and in the opposite order.
 fn tied(own: &[(Dd, Event, Mode)], known: &[(Dd, Event, Mode)]) -> bool {
     let ([a, b, ..], [x, y, ..]) = (own, known) else { return false };
     let apart = |p: Dd, q: Dd| (p - q).to_f64().abs();
@@ -240,7 +240,7 @@ fn tied(own: &[(Dd, Event, Mode)], known: &[(Dd, Event, Mode)]) -> bool {
     together && a.1 == y.1 && b.1 == x.1 && b.2 == y.2
 }
 
-/// Events before the last instant compared.
+/// Compares the times of events before the last compared instant.
 fn times(
     (engine, reference, others): (&Trajectory, &Trajectory, &[Trajectory]),
     last: f64,

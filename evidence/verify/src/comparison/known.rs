@@ -1,4 +1,4 @@
-//! What the extended-precision reference knows of a scene and its script, whatever the engine.
+//! What the extended-precision reference determines of a scene and its script, independently of the engine.
 
 use crate::comparison::observables::{Observed, of_reference};
 use crate::drawn::actions::{self, Action};
@@ -17,53 +17,52 @@ use oracles::taylor::Accuracy;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
-/// The reference's series: their last term is a millionth of a double's last digit.
+/// Accuracy of the reference's series: their last term is a millionth of a double's last digit.
 pub(crate) const ACCURACY: Accuracy = Accuracy { order: 36, tolerance: 1e-24 };
-/// Series a run may take; by then each has seen some thousand radians of the fastest motion.
+/// Largest number of series of a run, in which it passes some thousand radians of the fastest motion.
 pub(crate) const PATIENCE: usize = 700;
-/// Perturbed runs. Their numbers are off in drawn directions: that none of four shows a tenth of a
-/// change that is normally distributed has a chance of 4e-5, of two, 6e-3, and many numbers of
-/// many scenes are compared.
+/// Perturbed runs. Their numbers are changed in drawn directions. The chance that four runs all show less than a
+/// tenth of a normally distributed change is 4e-5 (two runs: 6e-3), and many numbers of many scenes are compared.
 const SEEDS: [u64; 4] = [1, 2, 3, 4];
-/// What the perturbed runs resolve, over what can be resolved.
+/// Resolution of the perturbed runs' guards, over the least possible.
 const COARSER: [f64; 4] = [4.0, 0.25, 4.0, 0.25];
-/// What the engine's guards are sure to count, over what they resolve: of an excursion between these they may
-/// do either (`hammer/src/search/tracker.rs`, statements 1 and 2).
+/// Share of the engine's resolution from which a crossing may count; between this and the resolution it may or may
+/// not (`hammer/src/search/tracker.rs`, statements 1 and 2).
 const COUNTED: f64 = 3.0 / 8.0;
 /// Instants compared.
 pub(crate) const INSTANTS: usize = 12;
-/// Multiple of what a change of four units in the last place brings about that is granted: a
-/// state passes through some tens of products a transition, each with a rounding of its own.
+/// Allowed multiple of the effect of a change of four units in the last place: in a transition a state goes through
+/// some tens of products, each rounded.
 pub const FACTOR: f64 = 32.0;
-/// An engine's or a reference's account of a scene.
+/// Solution of a scene by an engine or a reference.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Trajectory {
     pub events: Vec<(Dd, Event, Mode)>,
-    /// Rates of the guards at these, of a reference.
+    /// Rates of the guards at these events, from a reference.
     pub rates: Vec<f64>,
     pub observed: Vec<Observed>,
-    /// Largest [mismatch](crate::comparison::bodies::mismatch) of a basis, of an engine.
+    /// Largest [mismatch](crate::comparison::bodies::mismatch) of a basis, from an engine.
     pub mismatch: f64,
 }
 
-/// What the reference and its perturbed runs say of a scene.
+/// What the reference and its perturbed runs determine of a scene.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Known {
     pub instants: Vec<f64>,
-    /// When inputs are set, s.
+    /// Times at which inputs are set, s.
     set: Vec<f64>,
-    /// The reference's events of which the runs do not agree when they come after that: the guard was at rest
-    /// at its level when the input was set, and which one comes first is as unknown.
+    /// Events of the reference about which the runs disagree after an input was set: the guard was at rest at its
+    /// level then, and the order of such events is undetermined.
     pub vague: BTreeSet<usize>,
     pub reference: Trajectory,
     pub others: Vec<Trajectory>,
-    /// Until when they go and agree, and from when on a guard has not decided, s.
+    /// Until when the runs go and agree, and from when on a guard is undecided, s.
     pub until: f64,
     pub rests: f64,
 }
 
 impl Known {
-    /// Adds what another run says, when it was given up, and from when on it was not decided.
+    /// Adds another run: its solution, when it was given up, and from when on it was undecided.
     fn add(&mut self, (other, given_up, pending): (Trajectory, f64, f64)) {
         self.rests = self.rests.min(pending);
         let own = &self.reference.events;
@@ -82,15 +81,15 @@ impl Known {
     }
 }
 
-/// A draw no longer than the reference's patience, in its words.
+/// A drawn scene, shortened to the reference's patience, and its translation.
 fn exact_scene(case: &RandomScene, patience: usize) -> (RandomScene, Scene) {
     let scene = scene::finite_elements(&case.parameters, &case.inputs);
-    // A unit of its pace a series, to be on the safe side: events take more.
+    // One unit of time for each series, which is conservative, since events take more series.
     let span = patience as f64 * Run::<f64>::new(&scene, ACCURACY).unit_time();
     (case.within(span), scene)
 }
 
-/// The reference's account of a scene and its perturbed runs', `near` events at which it is retuned.
+/// Solutions of the reference and of its perturbed runs. `near` are events at which the scene is retuned.
 fn known(
     scene: &Scene,
     schedule: &Schedule,
@@ -127,7 +126,7 @@ fn known(
     known
 }
 
-/// What is known of a scene and its script.
+/// What is determined of a scene and its script.
 fn known_of(
     case: &RandomScene,
     scene: &Scene,
@@ -143,7 +142,7 @@ fn known_of(
     if case.actions.at_event.is_none() {
         return Ok(solve(schedule, &[]));
     }
-    // How far the event is known at which it is retuned, the scene tells that is not.
+    // The uncertainty of the event at which the scene is retuned is found without retuning.
     let mut before = case.clone();
     before.actions.at_event = None;
     let Known { reference, others, .. } = solve(&before.schedule()?, &[]);
@@ -155,27 +154,27 @@ fn known_of(
     Ok(solve(schedule, &near.collect::<Vec<_>>()))
 }
 
-/// What is known of a scene, with the scene.
+/// A scene with what is determined of it.
 #[derive(Serialize, Deserialize)]
 pub struct Account {
-    /// The scene, as long as the reference follows it.
+    /// The scene, no longer than the reference follows it.
     pub case: RandomScene,
     pub(crate) schedule: Vec<(f64, Action)>,
     pub(crate) known: Known,
 }
 
 impl Account {
-    /// Of a drawn scene.
+    /// The account of a drawn scene.
     ///
     /// # Errors
     /// The engine's, if it refuses the scene before it could be retuned at an event.
     pub fn of(case: &RandomScene) -> Result<Self, Error> {
-        // A wave goes a long way down a drill string, and back.
+        // Waves take a long time down a drill string and back.
         let times = if scene::is_loose(&case.parameters) { 4 } else { 1 };
         Self::over(case, times * PATIENCE)
     }
 
-    /// The same, through so many series of the reference.
+    /// The same with so many series of the reference.
     ///
     /// # Errors
     /// See [`Account::of`].
@@ -187,8 +186,8 @@ impl Account {
     }
 }
 
-/// How many events two sequences have alike. One that comes later after the event before it by a
-/// part 1 / [`FACTOR`] of the time between is another: what is granted would exceed that time.
+/// Length of the common start of two sequences of events. An event is another one if the time since the previous
+/// event differs by a share of 1 / [`FACTOR`], since the allowance would exceed that time.
 fn alike(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)]) -> usize {
     let before = |list: &[(Dd, Event, Mode)], i: usize| {
         i.checked_sub(1).map_or(Dd::default(), |before| list[before].0)
@@ -200,14 +199,14 @@ fn alike(a: &[(Dd, Event, Mode)], b: &[(Dd, Event, Mode)]) -> usize {
     (0..a.len().min(b.len())).take_while(alike).count()
 }
 
-/// True if two events come at such different times since these that they are not the same one.
+/// True if two events come at times since these so different that they are not the same event.
 fn is_another(events: [Dd; 2], since: [Dd; 2]) -> bool {
     let [x, y] = [0, 1].map(|run| (events[run] - since[run]).to_f64());
     let together = hammer::TIME_RESOLUTION + f64::EPSILON * events[0].to_f64();
     FACTOR * ((x - y).abs() - together) > x.max(y)
 }
 
-/// The reference's account, until when it goes, and from when on a guard had not decided.
+/// The reference's solution, until when it goes, and from when on a guard is undecided.
 fn solve(
     mut run: Run<Dd>,
     schedule: &Schedule,

@@ -1,4 +1,4 @@
-//! The engine beside the reference in extended precision, on any scene and script, and its derivatives.
+//! Comparison of the engine and its derivatives with the reference in extended precision, on any scene and script.
 
 pub mod asked;
 pub mod bodies;

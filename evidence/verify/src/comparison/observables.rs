@@ -1,4 +1,4 @@
-//! What engine and reference show of a scene, and what its numbers are rounded by.
+//! The numbers of a scene that engine and reference are compared by, and their rounding.
 
 use crate::comparison::bodies;
 use crate::drawn::scenes::RandomScene;
@@ -10,7 +10,7 @@ use oracles::linear::Real;
 use oracles::record::Sampled;
 use oracles::run::Run;
 
-/// What is compared at an instant; its kind says which numbers it is measured by.
+/// The numbers compared at an instant, each with its kind, which determines its scale.
 pub(crate) const OBSERVABLES: [(&str, usize); 30] = [
     ("piston_position", 0),
     ("bit_position", 0),
@@ -44,35 +44,34 @@ pub(crate) const OBSERVABLES: [(&str, usize); 30] = [
     ("air_mass", 5),
 ];
 
-/// Kinds of numbers: places, forces.
+/// Kinds of numbers: positions, forces.
 pub(crate) const PLACE: usize = 0;
 pub(crate) const FORCE: usize = 2;
 
-/// Where the casing's are among them.
+/// Index of the casing's numbers.
 const CASING: usize = 22;
 
 pub(crate) type Observed = [f64; OBSERVABLES.len()];
 
-/// What numbers are rounded by: the largest of their kind so far, but not less than what
-/// arithmetic starts from. Oscillation is measured from the static shape, which is as far away
-/// as springs and bars yield, and as fast as a load drives a wave; a work is a load times
-/// places whose difference is its way.
+/// Scales of rounding: for each kind the largest number so far, but not less than the arithmetic starts from.
+/// Oscillation is measured from the static shape, whose displacement is the compliance of springs and bars, and whose
+/// speed is that of a load's wave. A work is a load times positions whose difference is the displacement.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scales {
     place: f64,
     speed: f64,
     force: f64,
     energy: f64,
-    /// Of the air: pressure, Pa, mass in both chambers, kg; and to what it or a line's answer
-    /// is known, relative.
+    /// For the air: pressure, Pa, and mass in both chambers, kg; then the relative error of the air or of a line's
+    /// reaction.
     pressure: f64,
     air: f64,
     pub(crate) air_error: f64,
     viscosity: f64,
-    /// Of the springs that hold the bit, N/m, and how far it has been moved, or the casing.
+    /// Stiffness of the springs at the bit, N/m, and the displacement of bit or casing.
     spring: f64,
     bit: f64,
-    /// Of all bodies, kg, and what guards on places (m) and speeds (m/s) resolve.
+    /// Mass of all bodies, kg; resolution of guards on positions (m) and speeds (m/s).
     mass: f64,
     guards: [f64; 2],
 }
@@ -91,14 +90,14 @@ impl Scales {
         let mut viscosity = p.rock.viscosity + p.drive.impedance;
         let mut spring = p.rock.unloading_ratio * p.rock.stiffness + p.meeting_stiffness();
         if p.has_casing() {
-            // As of the rock: the chuck yields, and the lighter of its bodies swings on it.
+            // As for the rock: the chuck yields, and the lighter of its bodies oscillates on it.
             place += load / p.chuck.stiffness;
             speed += load / (p.chuck.stiffness * p.bit_mass().min(p.casing_mass())).sqrt();
             viscosity += p.chuck.viscosity + p.casing.impedance;
             spring += p.chuck.stiffness;
         }
         if is_loose(p) {
-            // Likewise of each joint, on the lightest body that can be.
+            // Likewise for each joint, with the lightest possible body.
             let joint = &p.drill.joint;
             let ends = [p.drill.shank, p.drill.rod].map(|part| part.length * part.area);
             let lightest = p.material.density * ends[0].min(ends[1]);
@@ -114,7 +113,7 @@ impl Scales {
                 let most = case.inputs.supply_pressure.max(case.inputs.exhaust_pressure);
                 (most, bodies::air(p, most), p.air.error)
             }
-            // A line's windows change a speed by less than guards resolve, of which a hammer's are 1e10.
+            // A line's windows change a speed by less than the guards' resolution, 1e-10 of a hammer's speeds.
             _ => (0.0, 0.0, if p.drive.impedance > 0.0 { 1e-10 } else { 0.0 }),
         };
         Self {
@@ -133,7 +132,7 @@ impl Scales {
         }
     }
 
-    /// Takes what is shown into account.
+    /// Includes these numbers in the scales.
     pub(crate) fn grow(&mut self, observables: &Observed) {
         for (value, (_, kind)) in observables.iter().zip(OBSERVABLES) {
             let scale = match kind {
@@ -146,7 +145,7 @@ impl Scales {
             };
             *scale = scale.max(value.abs());
         }
-        // A spring's length is a sum of motions of the bit, each rounded.
+        // A spring's length is a sum of rounded motions of the bit.
         let moved = [observables[1], observables[2], observables[CASING]];
         self.bit = moved.iter().fold(self.bit, |most, x| most.max(x.abs()));
         self.force = self.force.max(self.viscosity * self.speed).max(self.spring * self.bit);
@@ -157,17 +156,17 @@ impl Scales {
         [self.place, self.speed, self.force, self.energy, self.pressure, self.air][kind]
     }
 
-    /// What the engine's guards resolve of a kind: a place, a speed, the force of the springs and
-    /// viscosities by which these act, and what is done on or by them.
+    /// Resolution of the engine's guards for a kind of number: a position, a speed, the force of springs and dashpots
+    /// at these, and the corresponding work.
     pub(crate) fn resolved(&self, kind: usize) -> f64 {
         let [place, speed] = self.guards;
         let energy = self.force * place + self.mass * self.speed * speed;
         let force = self.spring * place + self.viscosity * speed;
-        // Guards resolve nothing of the air.
+        // There are no guards on the air.
         [place, speed, force, energy, 0.0, 0.0][kind]
     }
 
-    /// The kind of number that a guard is which announces this event.
+    /// Kind of number that the guard of this event is on.
     pub(crate) fn kind_of_guard(event: Event) -> usize {
         match event {
             Event::Close | Event::Open | Event::Q1 | Event::Q5 | Event::LiftOff => 0,
@@ -179,18 +178,18 @@ impl Scales {
     }
 }
 
-/// What the reference shows.
+/// The numbers of the reference.
 pub(crate) fn of_reference(run: &Run<Dd>, sample: &Sampled<Dd>) -> Observed {
     exactly(run, sample).map(Real::to_f64)
 }
 
-/// What is compared, in the reference's own numbers.
+/// The numbers of the reference in extended precision.
 pub(crate) fn exactly(run: &Run<Dd>, sample: &Sampled<Dd>) -> [Dd; OBSERVABLES.len()] {
     let (model, state, e) = (&run.model, &sample.state, &sample.energies);
     let mean = |row: &[Dd], x: &[Dd], nodes: std::ops::Range<usize>| {
         nodes.fold(Dd::default(), |sum, i| sum + row[i] * x[i])
     };
-    // A unit of the driving force is shared like the piston's mass, its reaction like the casing's.
+    // A unit of the driving force is distributed like the piston's mass, its reaction like the casing's.
     let piston = |x: &[Dd]| mean(&model.drive, x, 0..model.bit);
     let bit = |x: &[Dd]| mean(&model.bit_mean, x, model.bit..model.tip + 1);
     let casing = |x: &[Dd]| -mean(&model.drive, x, model.tip + 1..model.nodes());
@@ -233,10 +232,10 @@ pub(crate) fn exactly(run: &Run<Dd>, sample: &Sampled<Dd>) -> [Dd; OBSERVABLES.l
     ]
 }
 
-/// How many of [`OBSERVABLES`], the first, are positions, velocities and forces of the motion.
+/// How many of [`OBSERVABLES`], from the first, are positions, velocities and forces of the motion.
 pub(crate) const MOTIONS: usize = 10;
 
-/// These by their names, of outputs and of their derivatives alike.
+/// These numbers by name, for outputs and for their derivatives.
 macro_rules! motions {
     ($of:expr) => {{
         let k = $of;
@@ -256,13 +255,13 @@ macro_rules! motions {
 }
 pub(crate) use motions;
 
-/// What the engine shows now.
+/// The present numbers of the engine.
 pub(crate) fn of_engine(machine: &Machine) -> Observed {
     let (k, e) = (machine.kinematics(), machine.energies());
     let mut observables = [0.0; OBSERVABLES.len()];
     observables[..MOTIONS].copy_from_slice(&motions!(k));
     observables[MOTIONS] = k.applied_drive_force;
-    // All but the residual.
+    // All energies but the residual.
     observables[MOTIONS + 1..CASING].copy_from_slice(&e.values()[..11]);
     let is_air = machine.parameters().drive.source == Source::Air;
     let pressures = machine.chamber_pressures().map(|[p, _]| if is_air { p } else { 0.0 });

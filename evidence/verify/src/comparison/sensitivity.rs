@@ -1,16 +1,15 @@
-//! The engine's derivatives, and the errors that it tells of them, against central differences in
-//! extended precision.
+//! The engine's derivatives and their stated errors, against central differences in extended precision.
 //!
-//! Over a step of `2^-36` of a parameter the reference, in double-double arithmetic, differs by
-//! some twenty digits, and truncation (the square of the step times the radians that the fastest
-//! motion has turned by) is below rounding: the difference is the derivative to all digits that a
-//! double holds, wherever both sides see the same events.
+//! Over a step of `2^-36` of a parameter the difference of two runs of the reference, in double-double arithmetic,
+//! has some twenty digits, and truncation (the square of the step times the radians of the fastest motion) is below
+//! rounding. The difference is therefore the derivative to all digits of a double, if both sides have the same
+//! events.
 //!
-//! What may differ is not chosen: the same difference about a scene whose every number is off by
-//! a few units in the last place says what double precision can know.
+//! The allowed difference is not chosen but measured: the same difference about a scene whose every number is changed
+//! by a few units in the last place shows what double precision can know.
 //!
-//! How often the error that the engine tells holds the true one is counted apart ([`Held`]): of bare
-//! hammers, of those in a casing, of those that are retuned or whose inputs change on the way, and under air.
+//! How often the stated error holds the true one is counted separately ([`Held`]) for bare hammers, those in a
+//! casing, those that are retuned or whose inputs change on the way, and under air.
 
 use crate::comparison::bodies;
 use crate::comparison::compare::ROUNDING;
@@ -33,25 +32,24 @@ use std::fmt::Write;
 
 /// Step of a difference, over the parameter.
 const STEP: f64 = 1.0 / (1u64 << 36) as f64;
-/// What the difference itself is rounded by, over the scale of its kind: `2^-100`, sixteen of the last places of
-/// double-double arithmetic, over the step. (A bit that stands has no speed, and there a derivative of 1e-20.)
+/// Rounding of the difference itself, over the scale of its kind: `2^-100`, sixteen units in the last place of
+/// double-double arithmetic, over the step. (A bit at rest has no speed, and there a derivative of 1e-20.)
 const SHARP: f64 = 1.0 / (1u128 << 64) as f64;
-/// Parameters looked at in a scene: others in the next.
+/// Parameters examined in a scene; the next scene has others.
 const EACH: usize = 4;
 
-/// How often the errors that are told hold.
+/// How often the stated errors hold.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Held {
     /// Derivatives compared.
     pub compared: usize,
-    /// Those whose true error is no larger than the one that is told.
+    /// Derivatives whose true error is at most the stated one.
     pub within: usize,
-    /// Those beyond it whose error is less than rounding makes of what is differentiated: of the
-    /// quantity's size, over the engine's step.
+    /// Other derivatives whose error is below the rounding of the differentiated number, over the engine's step.
     pub rounded: usize,
 }
 
-/// The groups that these are counted in.
+/// The groups that are counted separately.
 pub const GROUPS: [&str; 4] = [
     "bare hammer, left alone",
     "in a casing, left alone",
@@ -59,33 +57,33 @@ pub const GROUPS: [&str; 4] = [
     "driven by air",
 ];
 
-/// What came of many scenes.
+/// Results of many scenes.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     /// Scenes drawn.
     pub scenes: u32,
     /// Derivatives compared.
     pub compared: usize,
-    /// Those of them that are by a section of a body.
+    /// Derivatives by a section of a body.
     pub sections: usize,
-    /// Pairs of a scene and an argument whose two sides see other events.
+    /// Pairs of a scene and an argument whose two sides have different events.
     pub parted: usize,
-    /// Pairs that the engine itself calls non-smooth.
+    /// Pairs that the engine reports as non-smooth.
     pub nonsmooth: usize,
-    /// Derivatives that are right to a millionth of themselves or of the quantity's size.
+    /// Derivatives that are right to a millionth of themselves or of the number's size.
     pub fine: usize,
-    /// Those that differ by no more than the engine's own measure of its bases explains.
+    /// Derivatives whose difference is explained by the engine's own measure of its bases.
     pub rough: usize,
-    /// How often the errors that are told hold, by [`GROUPS`].
+    /// How often the stated errors hold, by [`GROUPS`].
     pub held: [Held; GROUPS.len()],
-    /// The largest difference over what is allowed, of those that hold.
+    /// The largest difference over the allowed one, among those that are allowed.
     pub worst: f64,
-    /// What does not agree.
+    /// The disagreements.
     pub failures: Vec<String>,
 }
 
 impl Tally {
-    /// In a line.
+    /// A summary in one line.
     pub fn line(&self) -> String {
         format!(
             "{} scenes, {} derivatives ({} by sections), {} to a millionth, {} pairs of other \
@@ -102,7 +100,7 @@ impl Tally {
         )
     }
 
-    /// A table of how often the errors that are told hold.
+    /// A table of how often the stated errors hold.
     pub fn table(&self) -> String {
         let mut text = String::from(
             "| scenes | derivatives | within the error told | beyond it, by rounding alone | beyond |\n\
@@ -119,7 +117,7 @@ impl Tally {
     }
 }
 
-/// Rigid bodies meet through a stiffness that the oracle is told in double precision.
+/// False for an argument that changes the stiffness of rigid contacts, which the oracle is given in double precision.
 fn is_told_exactly(p: &Parameters, argument: Argument) -> bool {
     let name = argument.name();
     let meeting = ["material.", "piston.", "bit.", "cross_section", "contact.stiffness"];
@@ -127,13 +125,13 @@ fn is_told_exactly(p: &Parameters, argument: Argument) -> bool {
     p.fidelity == Fidelity::Elastic || start || !meeting.iter().any(|m| name.starts_with(m))
 }
 
-/// A solved scene: what it shows at its end, and its events.
+/// A solved scene: its numbers at the end, and its events.
 struct Solved {
     observables: [Dd; OBSERVABLES.len()],
     events: Vec<(oracles::law::Event, oracles::law::Mode)>,
 }
 
-/// None if the scene is not decided to its end.
+/// None if the scene is not determined to its end.
 fn solve(scene: &Scene, schedule: &Schedule, end: f64) -> Option<Solved> {
     let mut run = Run::<Dd>::new(scene, ACCURACY);
     run.patience = PATIENCE;
@@ -145,8 +143,8 @@ fn solve(scene: &Scene, schedule: &Schedule, end: f64) -> Option<Solved> {
     Some(Solved { observables: exactly(&run, &run.samples[0]), events })
 }
 
-/// Central difference by the logarithm of a parameter, of a scene that is `near` (the drawn one,
-/// or one that is off by rounding). What it is retuned to follows the parameter.
+/// Central difference by the logarithm of a parameter, about a scene that is `near` the drawn one: itself, or one
+/// that is changed by rounding. Retuning follows the parameter.
 fn difference(
     (case, schedule): (&RandomScene, &[(f64, Action)]),
     argument: Argument,
@@ -157,7 +155,7 @@ fn difference(
     let start = Start { parameters: case.parameters, inputs: case.inputs };
     let own = argument.value(&start);
     let ends = [1.0 - STEP, 1.0 + STEP].map(|part| own * part);
-    // What the step came to by rounding: neighbours differ exactly.
+    // The actual step after rounding, since neighbouring numbers differ exactly.
     let step = (ends[1] - ends[0]) / own;
     let side = |value: f64| {
         let Start { parameters, inputs } = argument.at(&start, value);
@@ -174,7 +172,7 @@ fn difference(
     }))
 }
 
-/// Every number off by a few units in the last place, by the same draws on both sides.
+/// Changes every number by a few units in the last place, by the same draws on both sides.
 fn off(scene: &Scene, schedule: &Schedule) -> (Scene, Schedule) {
     let (mut near, done) = perturbed(scene, schedule, 1, &[]);
     near.resolutions = scene.resolutions;
@@ -231,8 +229,8 @@ fn compare(name: &str, case: &RandomScene, first: usize, tally: &mut Tally) -> O
         for k in 0..MOTIONS {
             let (what, kind) = OBSERVABLES[k];
             let estimated = ours.errors[k] * own.abs();
-            // A gap is small beside the places that it lies between: what it is rounded by is a last
-            // place of its kind's scale, over the step.
+            // A gap is small compared with the positions that it is between. Its rounding is a unit in the last place
+            // of its kind's scale, over the step.
             let blurred = f64::EPSILON * scales.of(kind) * own.abs() / ours.step;
             let allowed = FACTOR * ((near[k] - exact[k]).abs() + estimated)
                 + ROUNDING * scales.of(kind)
@@ -245,7 +243,7 @@ fn compare(name: &str, case: &RandomScene, first: usize, tally: &mut Tally) -> O
             held.rounded += usize::from(error > estimated && error <= blurred);
             tally.fine += usize::from(error <= 1e-6 * exact[k].abs().max(scales.of(kind)));
             tally.sections += usize::from(argument.name().contains(".segment["));
-            // A basis that errs in each of its modes moves both ends of the engine's difference.
+            // The error of a basis in each mode changes both ends of the engine's difference.
             let basis = mismatch * scales.of(kind) * own.abs() / ours.step;
             if error <= allowed {
                 tally.worst = tally.worst.max(error / allowed);
@@ -265,16 +263,16 @@ fn compare(name: &str, case: &RandomScene, first: usize, tally: &mut Tally) -> O
     Some(())
 }
 
-/// Compares so many drawn scenes, always the same ones; what disagrees is told at once.
+/// Compares so many drawn scenes, the same in every run. Disagreements are reported at once.
 pub fn tally(scenes: u32, from: u32, mut tell: impl FnMut(&str)) -> Tally {
     let mut tally = Tally::default();
-    // A reference follows a drill string for minutes.
+    // The reference takes minutes for a drill string.
     let short = mixed().prop_filter("string", |drawn| !scene::is_loose(&drawn.parameters));
     for (batch, list) in batches(&short, 2, from, scenes) {
         for (index, drawn) in list.iter().enumerate() {
             let known = tally.failures.len();
             tally.scenes += 1;
-            // A scene that is refused or not decided shows nothing.
+            // A scene that is refused or undetermined shows nothing.
             let _ = compare(
                 &format!("scene {batch}.{index}"),
                 drawn,

@@ -1,4 +1,4 @@
-//! Many drawn scenes compared with the reference, and what came of it.
+//! Comparison of many drawn scenes with the reference, and its results.
 
 use crate::comparison::compare::{Differences, Worst, beside, compare};
 use crate::comparison::known::{Account, INSTANTS};
@@ -16,7 +16,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-/// What came of many scenes.
+/// Results of many scenes.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Tally {
     /// Scenes drawn.
@@ -25,29 +25,29 @@ pub struct Tally {
     pub events: usize,
     /// Instants compared.
     pub instants: usize,
-    /// Scenes that double precision decides to their end.
+    /// Scenes that double precision determines to their end.
     pub whole: u32,
     /// Scenes that the engine refused, for one of [`crate::laws::properties::REFUSALS`].
     pub refused: u32,
-    /// Scenes that differ by no more than the engine's own measure of its bases explains.
+    /// Scenes whose difference is explained by the engine's own measure of its bases.
     pub rough: Vec<String>,
     /// Scenes whose events differ after a guard has come to rest within rounding of its level.
     pub at_rest: Vec<String>,
-    /// Scenes that differ by more than is allowed, and by less than anyone sees.
+    /// Scenes that differ by more than is allowed, but by less than a guard resolves.
     pub unseen: Vec<String>,
-    /// The worst that held, of the numbers shown and of the events' times.
+    /// The largest difference that is allowed, among the numbers and among the events' times.
     pub worst: [Worst; 2],
-    /// Scenes that do not agree, each with what is wrong.
+    /// Scenes that disagree, each with the reason.
     pub failures: Vec<String>,
 }
 
 /// Scenes that one seed draws.
 const BATCH: u32 = 100;
-/// Tells these scenes from those of other uses.
+/// Distinguishes these scenes from those drawn for other uses.
 const STREAM: u8 = 1;
 
-/// So many drawn scenes in numbered batches, from a number on, always the same ones; `stream` tells
-/// one use of them from another.
+/// Drawn scenes in numbered batches from a number on; they are the same in every run. `stream` distinguishes the
+/// uses.
 pub(crate) fn batches(
     strategy: &impl Strategy<Value = RandomScene>,
     stream: u8,
@@ -64,16 +64,16 @@ pub(crate) fn batches(
     })
 }
 
-/// Which scenes are drawn.
+/// Kinds of drawn scenes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize, Deserialize)]
 pub enum Kind {
-    /// Loads stay what they are, but for the relay.
+    /// Loads are constant, but for the relay.
     Still,
-    /// Everything that may occur together, and a script.
+    /// Everything at once, with a script of actions.
     Mixed,
-    /// The same, driven by air.
+    /// The same with air as the drive.
     Air,
-    /// The same but of air, with a line at the piston.
+    /// The same without air, with a line at the piston.
     Line,
 }
 
@@ -88,12 +88,12 @@ impl Kind {
     }
 }
 
-/// So many drawn scenes of a kind, always the same ones.
+/// So many drawn scenes of a kind; they are the same in every run.
 pub fn drawn(kind: Kind, scenes: u32) -> Vec<RandomScene> {
     batches(&kind.strategy(), STREAM, 0, scenes).flat_map(|(_, list)| list).collect()
 }
 
-/// What a drawn scene is called: its batch, and its place in it.
+/// Name of a drawn scene: its batch, and its place in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Name {
     pub(crate) batch: u32,
@@ -119,11 +119,11 @@ impl FromStr for Name {
     }
 }
 
-/// What is kept of drawn scenes, batch by batch.
+/// Stored results of drawn scenes, by batch.
 pub type Kept = BTreeMap<Kind, BTreeMap<u32, Tally>>;
 
-/// Compares so many drawn scenes of a kind, always the same ones, on all cores. What disagrees is told at
-/// once; what came of each batch, when that is done.
+/// Compares so many drawn scenes of a kind on all cores; they are the same in every run. Disagreements are reported
+/// at once, and the results of each batch when it is complete.
 pub fn tally(
     (scenes, from): (u32, u32),
     kind: Kind,
@@ -155,7 +155,7 @@ pub fn tally(
     whole
 }
 
-/// Compares drawn scenes of these names; tells the `events` of each if they are wanted.
+/// Compares drawn scenes of these names; reports the `events` of each if asked.
 pub fn these(names: &[Name], kind: Kind, events: bool, mut tell: impl FnMut(&str)) -> Tally {
     let mut tally = Tally::default();
     let strategy = kind.strategy();
@@ -172,7 +172,7 @@ pub fn these(names: &[Name], kind: Kind, events: bool, mut tell: impl FnMut(&str
     tally
 }
 
-/// The reference's accounts of so many drawn scenes, but for those that the engine refuses.
+/// The reference's accounts of so many drawn scenes, without those that the engine refuses.
 pub fn accounts((scenes, from): (u32, u32), kind: Kind) -> Vec<Account> {
     let strategy = kind.strategy();
     let drawn = batches(&strategy, STREAM, from, scenes).flat_map(|(_, list)| list);
@@ -191,7 +191,7 @@ pub fn against(accounts: &[Account], mut tell: impl FnMut(&str)) -> Tally {
 }
 
 impl Tally {
-    /// Adds what came of others.
+    /// Adds the results of others.
     pub fn join(&mut self, other: Self) {
         self.scenes += other.scenes;
         self.events += other.events;
@@ -213,7 +213,7 @@ impl Tally {
         self.note(name, case, found, tell);
     }
 
-    /// Counts what came of one more scene.
+    /// Counts the results of one more scene.
     fn note(
         &mut self,
         name: &str,
@@ -258,14 +258,14 @@ impl Tally {
             }
             Err(error) => error.to_string(),
         };
-        // As a test stores it.
+        // In the form in which a test stores it.
         let stored = serde_json::to_string(case).unwrap_or_default();
         let text = format!("{name}: {violation}: {stored}");
         tell(&text);
         self.failures.push(text);
     }
 
-    /// In a line.
+    /// A summary in one line.
     pub fn line(&self) -> String {
         format!(
             "{} scenes, {} decided to their end, {} refused, {} events, {} instants: {} disagree, \

@@ -1,6 +1,5 @@
-//! What is done to a drawn scene while it runs: inputs as polynomials of orders 0 to 4, at a few
-//! instants or at every communication point of a master, and retuning at any instant or at an
-//! event.
+//! Actions on a drawn scene while it runs: inputs as polynomials of orders 0 to 4, at a few instants or at every
+//! communication point of a master, and retuning at any instant or at an event.
 
 use hammer::{Error, Input, InputValues, Machine, Parameters, Source};
 use oracles::scene::{self, Schedule};
@@ -10,12 +9,12 @@ use serde::{Deserialize, Serialize};
 /// Factors on the five tunables.
 pub type Factors = [f64; 5];
 
-/// What is done.
+/// An action.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Action {
-    /// An input gets this value and these derivatives.
+    /// Sets an input to this value and these derivatives.
     Set(Input, Vec<f64>),
-    /// The tunables become those of the start times these factors.
+    /// Sets the tunable parameters to their start values times these factors.
     Retune(Factors),
 }
 
@@ -23,7 +22,7 @@ pub enum Action {
 /// and its true derivatives.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Master {
-    /// Which input.
+    /// The input.
     pub input: Input,
     /// Mean and amplitude (N or Pa), and `omega` times the communication step.
     pub wave: [f64; 3],
@@ -33,18 +32,18 @@ pub struct Master {
     pub points: usize,
 }
 
-/// All that is done to a scene; times in parts of its duration.
+/// All actions on a scene. Times are shares of its duration.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Actions {
-    /// At these times.
+    /// Actions at these times.
     pub list: Vec<(f64, Action)>,
-    /// By a master.
+    /// Actions of a master.
     pub master: Option<Master>,
-    /// Factors for retuning at an event, which event (modulo their number) and how long after, s.
+    /// Factors for retuning at an event; which event (modulo their number), and how long after it, s.
     pub at_event: Option<(usize, f64, Factors)>,
 }
 
-/// These with the tunable ones times factors; `gamma - 1` is what is scaled of `gamma`.
+/// Parameters with the tunable ones times factors. For `gamma`, `gamma - 1` is scaled.
 pub fn tuned(p: &Parameters, factors: &Factors) -> Parameters {
     let [stiffness, ratio, viscosity, barrier, amplitude] = *factors;
     let mut tuned = *p;
@@ -70,7 +69,7 @@ impl Master {
 }
 
 impl Actions {
-    /// Largest force that the inputs come to, about, N.
+    /// Largest force of the inputs, approximately, N.
     pub fn force(&self, p: &Parameters) -> f64 {
         let area = p.drive.area_drive.max(p.drive.area_return).max(p.drive.anvil_area);
         let of = |input: &Input, value: f64| match input {
@@ -88,10 +87,10 @@ impl Actions {
 }
 
 impl Actions {
-    /// The actions on a scene at their instants, s, ascending, up to its end.
+    /// The actions with their instants, s, ascending, up to the end of the scene.
     ///
     /// # Errors
-    /// Whatever the engine says on the way to the event that is asked for.
+    /// Those of the engine on the way to the event at which the scene is retuned.
     pub fn schedule(
         &self,
         start: &Parameters,
@@ -113,7 +112,7 @@ impl Actions {
             let mut machine = Machine::new(start, inputs, 0.0)?;
             machine.keep_journal(true);
             follow(&mut machine, start, &schedule, end)?;
-            // None at the start: before it nothing can be retuned.
+            // Not at the start, before which nothing can be retuned.
             let mut journal = machine.take_journal();
             journal.retain(|record| record.time > 0.0);
             if !journal.is_empty() {
@@ -128,7 +127,7 @@ impl Actions {
 }
 
 impl Action {
-    /// Leaves derivatives out from the first on that is steeper than an input may be.
+    /// Drops derivatives from the first one on that is too steep for an input.
     fn keep_to_bounds(&mut self) {
         if let Self::Set(input, derivatives) = self {
             let allowed = derivatives.iter().enumerate();
@@ -138,7 +137,7 @@ impl Action {
     }
 }
 
-/// Does an action to a machine whose scene began with `start`.
+/// Performs an action on a machine whose scene began with `start`.
 pub fn perform(machine: &mut Machine, start: &Parameters, action: &Action) -> Result<(), Error> {
     match action {
         Action::Set(input, derivatives) => machine.set_input(*input, derivatives),
@@ -146,8 +145,8 @@ pub fn perform(machine: &mut Machine, start: &Parameters, action: &Action) -> Re
     }
 }
 
-/// Drives a machine to `end`, doing on the way what is due from where it stands on. At the start that comes
-/// before anything happens there: a guard that rests at its level is watched under what is set.
+/// Advances a machine to `end` and performs the actions that are due. Those at the start come before any event there:
+/// a guard that rests at its level is tracked under the new inputs.
 pub fn follow(
     machine: &mut Machine,
     start: &Parameters,
@@ -164,7 +163,7 @@ pub fn follow(
     machine.advance(end)
 }
 
-/// The same in the oracles' words.
+/// The same actions in the oracles' terms.
 pub fn translated_actions(start: &Parameters, schedule: &[(f64, Action)]) -> Schedule {
     let input = |input: &Input| match input {
         Input::FeedForce => scene::Input::Feed,
@@ -201,7 +200,7 @@ fn input(source: Source) -> impl Strategy<Value = Input> {
     prop_oneof![Just(Input::FeedForce), prop::sample::select(driving)]
 }
 
-/// Size of an input: a force, or the pressure of that force on a thousandth of a square metre.
+/// Size of an input: a force, or the pressure of that force on 1e-3 m2.
 fn size(input: Input, force: f64) -> f64 {
     match input {
         Input::FeedForce | Input::DriveForce => force,
@@ -212,7 +211,7 @@ fn size(input: Input, force: f64) -> f64 {
 fn setting(source: Source, unit: f64) -> impl Strategy<Value = Action> {
     let signed = (0.0..5f64, any::<bool>())
         .prop_map(|(x, s)| if s { -(10f64.powf(x)) } else { 10f64.powf(x) });
-    // An input set once holds to the end, tens of units away: it must not grow without bound.
+    // An input that is set once lasts to the end, tens of units away, and must not grow without bound.
     let rate = (-3.0..-0.5f64).prop_map(move |x| 10f64.powf(x) / unit);
     let terms = prop::collection::vec(-1.0..1f64, 0..5);
     (input(source), signed, rate, terms).prop_map(|(input, force, rate, terms)| {
@@ -226,7 +225,7 @@ fn setting(source: Source, unit: f64) -> impl Strategy<Value = Action> {
     })
 }
 
-/// A pressure outside the chambers of air jumps, and ramps by no more than a part of itself.
+/// An outside pressure of air jumps, or ramps by at most a share of itself.
 fn outside(unit: f64) -> impl Strategy<Value = Action> {
     let supply = (Just(Input::SupplyPressure), 5.0..7f64);
     let exhaust = (Just(Input::ExhaustPressure), 4.0..6f64);
@@ -246,7 +245,7 @@ fn master(source: Source) -> impl Strategy<Value = Master> {
     )
 }
 
-/// What may be done to a scene of this drive and unit of time.
+/// Possible actions on a scene with this drive and unit of time.
 pub fn actions(source: Source, unit: f64) -> impl Strategy<Value = Actions> {
     let of_air = if source == Source::Air { 2 } else { 0 };
     let action = prop_oneof![

@@ -5,19 +5,19 @@ use crate::drawn::draws::{log, or_zero};
 use hammer::{AirChamber, AirLaw, Fidelity, InputValues, Parameters, Source};
 use proptest::prelude::*;
 
-/// What air is drawn by: lengths, areas and volumes in parts of others.
+/// Drawn numbers of an air drive: lengths, areas and volumes over others.
 #[derive(Clone, Debug)]
 pub(crate) struct AirRow {
-    /// Rigid bodies, whose blows the reference follows furthest.
+    /// True for rigid bodies, which the reference can follow for the most blows.
     rigid: bool,
     /// Gap, m; faces over the section, and the return's over the drive's.
     size: (f64, f64, f64),
-    /// Dead volumes over what the face sweeps through the gap; the cylinder's travel beyond it; height of
-    /// the ports; all over the gap.
+    /// Dead volumes over the volume that the face sweeps through the gap; the cylinder's travel beyond the gap, and
+    /// the height of the ports, over the gap.
     shares: [f64; 4],
-    /// Edges over the gap, some of them outside the stroke.
+    /// Edges of the ports over the gap, some of them outside the stroke.
     edges: Vec<f64>,
-    /// Supply, exhaust and leak over the smaller face.
+    /// Areas of supply, exhaust and leak over the smaller face.
     openings: [f64; 3],
     /// Discharge, and drag over the piston's mass, 1/s.
     losses: (f64, f64),
@@ -52,8 +52,8 @@ pub(crate) fn air() -> impl Strategy<Value = AirRow> {
     )
 }
 
-/// Air for a scene, whose gap is wide enough that the bodies do not fill it where the air, the feed and `held`
-/// (N) strain them.
+/// Sets the air of a scene. Its gap is made wide enough that the bodies do not close it when the air, the feed and
+/// `held` (N) strain them.
 pub(crate) fn set_air(
     (p, inputs): (&mut Parameters, &mut InputValues),
     row: AirRow,
@@ -70,7 +70,7 @@ pub(crate) fn set_air(
     p.drive.area_drive = face * p.cross_section;
     p.drive.area_return = ratio * p.drive.area_drive;
     (inputs.supply_pressure, inputs.exhaust_pressure) = (supply, exhaust);
-    // Without a load rounding decides whether the bit stands.
+    // Without a load, rounding would decide whether the bit stands.
     if inputs.feed_force == 0.0 {
         inputs.feed_force = 1.0;
     }

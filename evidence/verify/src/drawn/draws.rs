@@ -12,7 +12,7 @@ pub(crate) fn or_zero(low: f64, high: f64) -> impl Strategy<Value = f64> + Clone
     prop_oneof![1 => Just(0.0), 5 => log(low, high)]
 }
 
-/// Of either sign.
+/// With either sign.
 pub(crate) fn signed(low: f64, high: f64) -> impl Strategy<Value = f64> + Clone {
     (or_zero(low, high), any::<bool>()).prop_map(|(x, s)| if s { -x } else { x })
 }

@@ -1,4 +1,4 @@
-//! Scenes drawn over the whole domain, what is done to them, and those that failed once.
+//! Scenes drawn over the whole domain, actions on them, and stored scenes that failed once.
 
 pub mod actions;
 pub(crate) mod air;

@@ -1,5 +1,4 @@
-//! Scaled scenes, whose motion is the same but for the factor, to the bit: the resolutions of the guards are
-//! parts of the travel and scale with it.
+//! Scaled scenes. Their motion is scaled to the bit, since the guards' resolutions are shares of the travel.
 
 use crate::drawn::scenes::RandomScene;
 
@@ -7,7 +6,7 @@ use crate::drawn::scenes::RandomScene;
 pub fn heavier(case: &RandomScene, a: f64) -> RandomScene {
     let mut d = case.clone();
     let p = &mut d.parameters;
-    // Through the section: density and modulus keep the waves' speed.
+    // Scaling the section leaves density and modulus, and so the wave speed, as they are.
     p.cross_section *= a;
     let segments = p.piston.segment.iter_mut().chain(&mut p.bit.segment);
     let segments = segments.chain(&mut p.casing.segment);

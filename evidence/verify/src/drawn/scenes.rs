@@ -12,7 +12,7 @@ use hammer::{Error, Fidelity, InputValues, MAX_SEGMENTS, Parameters, Reloading, 
 use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// A scene, for how many of its own times it is followed, and where it is cut.
+/// A drawn scene, its duration, and its communication points.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RandomScene {
     /// Parameters.
@@ -21,22 +21,22 @@ pub struct RandomScene {
     pub inputs: InputValues,
     /// Duration, in units of [`RandomScene::unit`].
     pub duration: f64,
-    /// Communication points, in parts of the duration.
+    /// Communication points, as shares of the duration.
     pub cuts: Vec<f64>,
-    /// What is done to it.
+    /// Actions on it.
     #[serde(default)]
     pub actions: Actions,
 }
 
 impl RandomScene {
-    /// A scene that nothing is done to, over so many seconds.
+    /// A scene without actions, over this time, s.
     pub fn alone(parameters: Parameters, inputs: InputValues, duration: f64) -> Self {
         let actions = Actions::default();
         let case = Self { parameters, inputs, duration: 1.0, cuts: Vec::new(), actions };
         Self { duration: duration / case.unit(), ..case }
     }
 
-    /// Largest force of the drive on the piston, and on the bit, before anything is done, N.
+    /// Largest force of the drive on the piston, and on the bit, without actions, N.
     fn pushes(&self) -> [f64; 2] {
         let (p, i) = (&self.parameters, &self.inputs);
         match p.drive.source {
@@ -54,15 +54,15 @@ impl RandomScene {
         }
     }
 
-    /// Largest force on the piston, and on the bit, about, N.
+    /// Largest force on the piston, and on the bit, approximately, N.
     pub fn loads(&self) -> [f64; 2] {
         let [drive, anvil] = self.pushes();
         let done = self.actions.force(&self.parameters);
         [drive + done, anvil + self.inputs.feed_force.abs() + done]
     }
 
-    /// The longer of the wave's way through both bars and back, and a hundredth of the
-    /// time to the first blow: a scene is followed through tens of these.
+    /// The longer of a wave's transit of both bars and back, and a hundredth of the time to the first blow. A scene
+    /// lasts tens of these.
     pub fn unit(&self) -> f64 {
         let p = &self.parameters;
         let scales = p.timescales();
@@ -73,14 +73,14 @@ impl RandomScene {
         waves + 0.02 * flight
     }
 
-    /// The same, followed for no longer than `span`, s.
+    /// The same scene, lasting no longer than `span`, s.
     pub fn within(&self, span: f64) -> Self {
         let short = span / self.unit();
         Self { duration: self.duration.min(short), ..self.clone() }
     }
 
-    /// End of the run, s: no body goes a metre, beyond which rounding of a position comes
-    /// near the resolution of a guard.
+    /// End of the run, s: no body moves a metre, beyond which the rounding of a position comes near the resolution of
+    /// a guard.
     pub fn end(&self) -> f64 {
         let p = &self.parameters;
         let [drive, feed] = self.loads();
@@ -91,7 +91,7 @@ impl RandomScene {
         (self.duration * self.unit()).min(metre)
     }
 
-    /// What is done to it, by the instants, s.
+    /// The actions with their instants, s.
     ///
     /// # Errors
     /// See [`Actions::schedule`].
@@ -104,7 +104,7 @@ fn bodies() -> impl Strategy<Value = (Fidelity, Material, f64, Piston, Bit)> {
     let fidelity = prop_oneof![1 => Just(Fidelity::Rigid), 3 => Just(Fidelity::Elastic)];
     let material = (log(1e9, 1e12), log(1e3, 2e4), or_zero(1e-11, 1e-4)).prop_map(
         |(youngs_modulus, density, damping_time)| Material {
-            // No solid's waves are faster.
+            // Waves in solids are not faster.
             youngs_modulus: youngs_modulus.min(FASTEST_WAVE * FASTEST_WAVE * density),
             density,
             damping_time,
@@ -126,8 +126,8 @@ fn bodies() -> impl Strategy<Value = (Fidelity, Material, f64, Piston, Bit)> {
     (fidelity, material, log(1e-5, 1e-1), piston, bit)
 }
 
-/// Number of a body's sections, none half of the time, and shares of its length and ratios of
-/// its area to the uniform one: steps of up to a hundred, sections of any shortness.
+/// Number of a body's sections, zero half of the time; shares of its length, and ratios of its areas to the uniform
+/// one: steps of up to a hundred, sections of any shortness.
 type Steps = (usize, [[f64; 2]; MAX_SEGMENTS]);
 
 fn steps() -> impl Strategy<Value = Steps> + Clone {
@@ -140,7 +140,7 @@ fn steps() -> impl Strategy<Value = Steps> + Clone {
     })
 }
 
-/// The sections that a body of a length and an area has by its steps.
+/// The sections of a body of this length and area.
 fn sections((count, list): Steps, length: f64, area: f64) -> (usize, [Segment; MAX_SEGMENTS]) {
     (count, list.map(|[share, ratio]| Segment { length: share * length, area: ratio * area }))
 }
@@ -177,7 +177,7 @@ fn drive() -> impl Strategy<Value = Drive> {
 }
 
 prop_compose! {
-    /// Any scene of piston and bit on any mesh, half of them of splines.
+    /// Any scene of piston and bit on any mesh, half of which are of splines.
     pub fn meshed()(
         (fidelity, material, cross_section, piston, bit) in bodies(),
         stiffness in log(1e7, 1e14),
@@ -201,8 +201,7 @@ prop_compose! {
             fidelity, material, cross_section, mesh, piston, bit, contact, rock, drive, gravity,
             ..Parameters::default()
         };
-        // At the start a lifted bit hangs stretched: by a hundredth at most, where no bar is
-        // elastic any more.
+        // At the start a lifted bit is stretched by a hundredth at most, beyond which no bar is elastic.
         let length = parameters.piston.length + parameters.bit.length;
         let most = length.min(100.0) / (100.0 * bodies::compliance(&parameters));
         let feed_force = feed_force.clamp(-most, most);
@@ -213,8 +212,8 @@ prop_compose! {
     }
 }
 
-/// A casing: its mass over the bit's and its string; the chuck, whose idle travel is a part of its
-/// travel; and, if it is elastic, sections, length and elements.
+/// A casing: its mass over the bit's, and its string; the chuck, with the idle travel over its travel; and, if it is
+/// elastic, sections, length and elements.
 type CasingRow = ((f64, f64), (f64, f64, f64, f64), Option<(Steps, f64, usize)>);
 
 fn casing() -> impl Strategy<Value = CasingRow> {
@@ -225,8 +224,8 @@ fn casing() -> impl Strategy<Value = CasingRow> {
     (body, chuck, bar)
 }
 
-/// An elastic casing is no longer than that a thousandth of its modulus carries the `load`, N: a hair that
-/// is compressed by more than its length is no bar, and its start has no digits.
+/// The length of an elastic casing is limited by the strain of its `load`, N, to a thousandth: a very thin casing
+/// would be compressed by more than its length, and its start would have no digits.
 fn set_casing(p: &mut Parameters, load: f64, ((ratio, impedance), chuck, bar): CasingRow) {
     let (stiffness, viscosity, travel, idle) = chuck;
     p.casing = Casing { mass: ratio * p.bit_mass(), ..p.casing };
@@ -242,12 +241,12 @@ fn set_casing(p: &mut Parameters, load: f64, ((ratio, impedance), chuck, bar): C
         let unit = p.casing_mass();
         p.casing.segment.iter_mut().for_each(|part| part.area *= p.casing.mass / unit);
     }
-    // A weaker string than this is refused.
+    // A weaker string is refused.
     let least = 10.0 * p.casing_mass().max(p.casing.mass);
     p.casing.impedance = if impedance > 0.0 { impedance.max(least) } else { 0.0 };
 }
 
-/// A drill string of loose joints, length and ratio of areas of each part.
+/// A drill string of loose joints: number of rods, length and ratio of areas of each part, joint.
 type StringRow = (usize, [(f64, f64); 3], (f64, f64));
 
 fn string() -> impl Strategy<Value = StringRow> {
@@ -259,8 +258,8 @@ fn string() -> impl Strategy<Value = StringRow> {
         .prop_map(|(rods, (shank, rod, sleeve), joint)| (rods, [shank, rod, sleeve], joint))
 }
 
-/// The mesh is as coarse as the engine allows, and no section very short; a short piston is made longer,
-/// whose wave would need a fine one.
+/// The mesh is as coarse as the engine allows, and no section is very short. The wave of a short piston would need a
+/// fine mesh, so a short piston is lengthened.
 fn set_string(p: &mut Parameters, (rods, parts, (stiffness, slack)): StringRow) {
     p.fidelity = Fidelity::Elastic;
     let part = |(length, ratio): (f64, f64)| Segment { length, area: ratio * p.cross_section };
@@ -273,7 +272,7 @@ fn set_string(p: &mut Parameters, (rods, parts, (stiffness, slack)): StringRow) 
     coarsen(p);
 }
 
-/// What is around piston and bit: nothing, a casing, a drill string of loose joints, or both.
+/// Surroundings of piston and bit: nothing, a casing, a drill string of loose joints, or both.
 fn around() -> impl Strategy<Value = (Option<CasingRow>, Option<StringRow>)> {
     prop_oneof![
         3 => Just((None, None)),
@@ -283,27 +282,26 @@ fn around() -> impl Strategy<Value = (Option<CasingRow>, Option<StringRow>)> {
     ]
 }
 
-/// Most that the feed has to spare where it holds a casing or a string down, N.
+/// Largest surplus of the feed that holds a casing or a string down, N.
 const MOST_HELD: f64 = 2e4;
 
-/// Any scene, with everything that may occur together: any drive, rock that is reloaded in either way, a
-/// casing, a drill string, and what is done to it.
+/// Any scene, with everything at once: any drive, rock with either way of reloading, a casing, a drill string, and
+/// actions.
 ///
-/// The feed of a casing or a string is what holds it down, with anything from a newton to 20 kN to spare;
-/// one casing in four has whatever feed there is, and begins lifted where that does not do. On rock that is
-/// reloaded along the unloading line nothing is retuned: a bit at rest stands at the very force at which a
-/// drilling cycle begins, so that retuning the rock begins one at no speed, and rounding decides what
-/// comes next.
+/// The feed holds a casing or a string down, with a surplus from a newton to 20 kN. One casing in four has any feed,
+/// and begins lifted if that is too small. Rock with reloading along the unloading line is not retuned: a bit at rest
+/// has the very force at which a drilling cycle begins, so retuning would begin a cycle at zero speed, and rounding
+/// would decide what follows.
 pub fn mixed() -> impl Strategy<Value = RandomScene> {
     mixed_by(vec![Source::Relay, Source::Force, Source::Pressure, Source::Air])
 }
 
-/// The same, driven by air.
+/// Mixed scenes driven by air.
 pub fn airy() -> impl Strategy<Value = RandomScene> {
     mixed_by(vec![Source::Air])
 }
 
-/// Mixed scenes with a line at the piston, of up to a tenth of the largest impedance: ten times a real hose.
+/// Mixed scenes with a line at the piston, of up to a tenth of the largest impedance, ten times that of a real hose.
 pub fn lined() -> impl Strategy<Value = RandomScene> {
     let drives = mixed_by(vec![Source::Relay, Source::Force, Source::Pressure]);
     (drives, log(1e-4, 0.1)).prop_map(|(mut case, part)| {
@@ -325,7 +323,7 @@ fn mixed_by(sources: Vec<Source>) -> impl Strategy<Value = RandomScene> {
             let (held, air) = last;
             let air = (source == Source::Air).then_some(air);
             let p = &mut case.parameters;
-            // Air comes in when the bodies are what they are.
+            // Air is added when the bodies are known.
             p.drive.source = if air.is_some() { Source::Force } else { source };
             (p.drive.area_drive, p.drive.area_return, p.drive.anvil_area) = areas;
             (case.inputs.drive_pressure, case.inputs.return_pressure) = pressures;
@@ -368,7 +366,7 @@ fn mixed_by(sources: Vec<Source>) -> impl Strategy<Value = RandomScene> {
     )
 }
 
-/// Takes the very short sections out of a drawn drill string, and as many spans as the engine lets it.
+/// Removes very short sections from a drawn drill string, and reduces its spans to the engine's least number.
 fn coarsen(p: &mut Parameters) {
     let (piston, bit) = (&mut p.piston, &mut p.bit);
     for (list, length) in [(&mut piston.segment, piston.length), (&mut bit.segment, bit.length)] {
@@ -382,11 +380,11 @@ fn coarsen(p: &mut Parameters) {
             p.bit.elements = 1;
             p.piston.length *= 1.5;
             p.piston.segment.iter_mut().for_each(|part| part.length *= 1.5);
-            // What is refused for another reason would be made longer for ever.
+            // A piston that is refused for another reason would be lengthened for ever.
             assert!(p.piston.length < 1e6, "{:?}", p.validate());
         }
     }
 }
 
-/// Elements of a drawn drill string: the reference pays for each.
+/// Most elements of a drawn drill string, since the reference's time grows with them.
 const MOST_ELEMENTS: usize = 40;

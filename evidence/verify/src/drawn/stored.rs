@@ -1,10 +1,10 @@
-//! Scenes that failed once, stored as themselves.
+//! Stored scenes that failed once.
 
 use crate::drawn::scenes::RandomScene;
 use hammer::Parameters;
 use serde_json::Value;
 
-/// Writes what is `stored` over the values of the same names.
+/// Overwrites the values of the same names with the `stored` ones.
 fn overlay(value: &mut Value, stored: Value) {
     match (value, stored) {
         (Value::Object(all), Value::Object(stored)) => {
@@ -16,11 +16,10 @@ fn overlay(value: &mut Value, stored: Value) {
     }
 }
 
-/// The scene that an object holds: its parameters are those that the scene had, and younger ones have
-/// their defaults.
+/// The scene of a stored object. Parameters that are newer than the object have their defaults.
 ///
 /// # Panics
-/// If it holds none.
+/// If the object is not a scene.
 pub fn scene(mut object: Value) -> RandomScene {
     let mut all = serde_json::to_value(Parameters::default()).expect("plain data");
     overlay(&mut all, object["parameters"].take());

@@ -1,4 +1,4 @@
-//! What every scene keeps, driven under watch.
+//! Properties that every scene has, checked in monitored runs.
 
 pub mod monitor;
 pub mod properties;

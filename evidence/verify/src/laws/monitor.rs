@@ -1,26 +1,25 @@
-//! A machine driven under watch: bounded work, signs, monotone losses, balanced energy.
+//! Advances a machine and checks it on the way: bounded work, signs, monotone losses, balanced energy.
 
 use crate::comparison::bodies;
 use hammer::RockMode;
 use hammer::{Energies, Error, Input, InputValues, Machine, Parameters};
 
-/// A force may be negative by what a guard may not decide: `k` times the displacement and
-/// `c` times the velocity below which it does not count as crossed.
+/// How negative a force may be where a guard cannot decide: `k` times the displacement and `c` times the velocity
+/// below which a crossing does not count.
 pub fn force_floor(p: &Parameters) -> [f64; 2] {
     let [displacement, velocity] = p.resolutions();
     let rock = &p.rock;
-    // Twice: once for the guard's level, once for the rounding of the state it looks at.
+    // Twice: for the guard's level, and for the rounding of the state.
     [
         2.0 * p.meeting_stiffness() * displacement,
         2.0 * (rock.unloading_ratio * rock.stiffness * displacement + rock.viscosity * velocity),
     ]
 }
 
-/// Rounding of the energy balance. Each event multiplies the state by two bases, rows of
-/// `2 n` products, and each product errs by an eps of the energy in play: what went through
-/// the ledger, each load times the positions whose difference is its way, and each spring's
-/// force times the positions whose difference is its length. The
-/// dashpot's work is a difference of waves `CR / Z` times as large.
+/// Rounding of the energy balance. Each event multiplies the state by two bases, with rows of `2 n` products, and
+/// each product has an error of an eps of the energy in play: the ledger's turnover, each load times the positions
+/// whose difference is its displacement, and each spring's force times the positions whose difference is its length.
+/// The dashpot's work is a difference of waves `CR / Z` times as large.
 pub fn energy_bound(p: &Parameters, events: u64, energies: &Energies, reach: f64) -> f64 {
     let modes = match p.fidelity {
         hammer::Fidelity::Rigid => 2,
@@ -29,8 +28,8 @@ pub fn energy_bound(p: &Parameters, events: u64, energies: &Energies, reach: f64
     let mismatch = 1.0 + p.rock.viscosity / bodies::least_impedance(p);
     let play = energies.turnover() + reach;
     let rounding = 8.0 * modes as f64 * f64::EPSILON * play * mismatch;
-    // And a transition may come late by the resolution of its guard. Where drilling starts
-    // anew, what the tip was off the unloading line it is `gamma` times off the loading line.
+    // A transition may also be late by the resolution of its guard. At the start of drilling, the tip's distance from
+    // the loading line is `gamma` times that from the unloading line.
     let [late, _] = p.resolutions();
     let chuck = if p.has_casing() { p.chuck.stiffness } else { 0.0 };
     let rock = p.rock.unloading_ratio.powi(2) * p.rock.stiffness;
@@ -38,10 +37,10 @@ pub fn energy_bound(p: &Parameters, events: u64, energies: &Energies, reach: f64
     (rounding + springs * late * late) * (events + 1) as f64
 }
 
-/// Why a run under watch was stopped.
+/// Why a monitored run was stopped.
 #[derive(Debug, thiserror::Error)]
 pub enum Violation {
-    /// The engine said so.
+    /// The engine returned an error.
     #[error(transparent)]
     Engine(#[from] Error),
     /// Too much work.
@@ -54,25 +53,25 @@ pub enum Violation {
         /// Allowed.
         allowed: u64,
     },
-    /// Something that must not be.
+    /// A number that must not occur.
     #[error("{what} at t = {time} s: {value:e}, allowed {allowed:e}")]
     Wrong {
-        /// What.
+        /// Its meaning.
         what: &'static str,
         /// When.
         time: f64,
-        /// How much.
+        /// The number.
         value: f64,
-        /// Allowed.
+        /// The allowed number.
         allowed: f64,
     },
 }
 
-/// A machine under watch.
+/// A monitored machine.
 pub struct Monitored {
     /// The machine.
     pub machine: Machine,
-    /// Size of the terms of an input's polynomial, N, whose sum may be far less.
+    /// Size of the terms of an input's polynomial, N; their sum may be much smaller.
     pub terms: f64,
     allowed: u64,
     play: f64,
@@ -90,7 +89,7 @@ impl Monitored {
         Ok(Self { machine, terms: 0.0, allowed, play: 0.0, reach: 0.0, push: 0.0, losses })
     }
 
-    /// Advances by `span` in `slices`, looking after each.
+    /// Advances by `span` in `slices`, and checks after each.
     ///
     /// # Errors
     /// The first violation.
@@ -103,7 +102,7 @@ impl Monitored {
         Ok(())
     }
 
-    /// Looks at the present instant.
+    /// Checks the present instant.
     ///
     /// # Errors
     /// The first violation.
@@ -118,7 +117,7 @@ impl Monitored {
         let wrong = |what, value, allowed| Err(Violation::Wrong { what, time, value, allowed });
         let p = *self.machine.parameters();
         let floor = force_floor(&p);
-        // A guard's value is a sum of amplitudes that may cancel: its own rounding.
+        // The rounding of a guard's value is that of its amplitudes, which may cancel.
         let reach = f64::EPSILON * (k.piston_position.abs() + k.bit_position.abs());
         if k.contact_force < -floor[0] - 64.0 * p.meeting_stiffness() * reach {
             return wrong("contact force", k.contact_force, -floor[0]);
@@ -131,13 +130,13 @@ impl Monitored {
         let load = k.applied_drive_force.abs().max(self.terms) + input(Input::FeedForce);
         let weight = (p.piston_mass() + p.bit_mass()) * p.gravity.abs();
         let way = k.piston_position.abs() + k.bit_position.abs() + p.contact.initial_gap;
-        // The largest observed: what has been in play may be gone.
+        // The largest observed so far, since energy may have left.
         let loads = load + weight;
-        // Oscillation is measured from the static shape, as far away as springs and bars
-        // yield, and the position is their difference.
+        // Oscillation is measured from the static shape, which is displaced by the compliance of springs and bars;
+        // the position is their difference.
         let bars = bodies::compliance(&p);
         let yielded = loads * (1.0 / p.rock.stiffness + 1.0 / p.meeting_stiffness() + bars);
-        // A spring's length is a difference of places, each rounded, measured from the hole.
+        // A spring's length is a difference of rounded positions, measured from the hole.
         let (before, hole) = (self.reach, k.tip_depth);
         let piston = k.piston_position - p.contact.initial_gap - hole;
         self.reach = piston.abs() + (k.bit_position - hole).abs();
@@ -147,8 +146,8 @@ impl Monitored {
         self.play = self.play.max(loads * (way + yielded) + springs + e.turnover());
         let bound = energy_bound(&p, counters.events, &e, self.play);
         let losses = [k.tip_depth, e.rock_dissipated, e.viscous, e.damping];
-        // A hole never fills but by the resolution of the turn that sets its depth.
-        // A tip may creep back at less than the resolution of its turn, all the while.
+        // A hole never becomes shallower, except by the resolution of the turn that sets its depth: a tip may creep
+        // back at less than the resolution of its speed.
         let creep = p.resolutions()[1] * time * self.push;
         let slack = [1e-13 + 8.0 * reach, bound + creep, bound, bound];
         let names = ["hole depth falls", "rock loss falls", "viscous loss falls", "damping falls"];

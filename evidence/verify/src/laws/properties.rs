@@ -1,8 +1,7 @@
-//! Properties that hold for every scene: proptest draws the scene, log-uniformly over the
-//! domain, and a machine under watch must keep them.
+//! Properties of every scene: proptest draws a scene, log-uniformly over the domain, and a monitored machine must keep them.
 //!
-//! The engine may refuse a scene, but only by name and only where this file says so
-//! ([`refusal`]); any other error fails the property.
+//! The engine may refuse a scene, but only by name and only where this file allows it ([`refusal`]); any other error
+//! fails the property.
 
 use crate::comparison::bodies;
 use crate::drawn::scaling::{heavier, larger};
@@ -14,9 +13,8 @@ use proptest::strategy::{BoxedStrategy, Strategy};
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
 use std::cell::Cell;
 
-/// Samples a scene may take: each of its units is some radians of its fastest mode, the
-/// mesh's or the penalty's, and the search takes a few samples per radian; a rattling
-/// contact multiplies that by its events.
+/// Samples that a scene may take. Each unit of its time is some radians of its fastest mode, that of the mesh or of
+/// the penalty, and the search takes a few samples per radian; a chattering contact multiplies this by its events.
 pub fn allowed(case: &RandomScene) -> u64 {
     let p = &case.parameters;
     let (chuck, casing) = tie(p);
@@ -32,12 +30,12 @@ pub fn allowed(case: &RandomScene) -> u64 {
     20_000 + (40.0 * fastest * case.end()) as u64
 }
 
-/// Stiffness of the chuck, N/m, and how the casing yields to a sudden force, 1/kg; 0 without one.
+/// Stiffness of the chuck, N/m, and response of the casing to a sudden force, 1/kg; 0 without one.
 fn tie(p: &Parameters) -> (f64, f64) {
     if p.has_casing() { (p.chuck.stiffness, 1.0 / p.casing_mass()) } else { (0.0, 0.0) }
 }
 
-/// Stiffness of a loose joint, N/m, and how both of its faces yield to a sudden force, 1/kg; 0 without.
+/// Stiffness of a loose joint, N/m, and response of its faces to a sudden force, 1/kg; 0 without one.
 fn joint(p: &Parameters) -> (f64, f64) {
     if !is_loose(p) {
         return (0.0, 0.0);
@@ -45,7 +43,7 @@ fn joint(p: &Parameters) -> (f64, f64) {
     (p.drill.joint.stiffness, 2.0 * bodies::lightest_span(p, Body::Bit))
 }
 
-/// Transitions per second that the scene's fastest spring or dashpot can make.
+/// Transitions per second that the scene's fastest spring or dashpot can cause.
 pub fn fastest_rate(case: &RandomScene) -> f64 {
     let p = &case.parameters;
     let [piston, shoulder] = [(Body::Piston, true), (Body::Bit, false)]
@@ -58,16 +56,16 @@ pub fn fastest_rate(case: &RandomScene) -> f64 {
     let chuck = (stiffness * (shoulder + casing)).sqrt();
     let (stiffness, faces) = joint(p);
     let joint = (stiffness * faces).sqrt();
-    // Two transitions a period.
+    // Two transitions in a period.
     [contact, rock, dashpot, chuck, joint].into_iter().fold(0.0, f64::max) / std::f64::consts::PI
 }
 
-/// Springs and dashpots this fast can make a node chatter within a guard's resolution, 1/s.
+/// Springs and dashpots from this rate on can make a node chatter within a guard's resolution, 1/s.
 const CHATTER: f64 = 1e7;
 
-/// Why an engine's refusal is an honest answer, or nothing: overwork, where a spring or a
-/// dashpot of the scene is fast enough to chatter; piston, bit and casing joined, whose modes three
-/// springs have moved, where these are not found to working accuracy. A cascade never is.
+/// Why the engine may refuse a scene; none if it must not. It may refuse overwork if a spring or dashpot is fast
+/// enough to chatter, and joined bodies whose modes are not found to working accuracy because three springs change
+/// them. It may never refuse a cascade of events.
 pub fn refusal(case: &RandomScene, error: &Error) -> Option<&'static str> {
     match error {
         Error::Overwork { limit: WorkLimit::Transitions, .. } => {
@@ -82,18 +80,18 @@ pub fn refusal(case: &RandomScene, error: &Error) -> Option<&'static str> {
     }
 }
 
-/// Part of the piston's way to where a chamber has no volume, from where on it is refused: its air is more than
-/// a hundred thousand times as dense as at the start.
+/// Share of the piston's way to where a chamber has no volume, from which on the engine may refuse: the air is then
+/// more than a hundred thousand times as dense as at the start.
 const EMPTY: f64 = 1e-6;
 
-/// The refusals that are accepted, in words.
+/// The accepted refusals, in words.
 pub const REFUSALS: [&str; 3] = [
     "overwork, where a node can move at 1e7/s",
     "modes of piston, bit and casing joined not found to working accuracy",
     "a chamber of air left without volume",
 ];
 
-/// How a property ended on a scene.
+/// Result of a property on a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// It holds.
@@ -127,7 +125,7 @@ fn verdict(outcome: Result<(), Broken>) -> Result<Verdict, String> {
     }
 }
 
-/// A machine of a drawn scene, whose errors are refusals where they may be.
+/// Runs machines of a drawn scene. Their errors become refusals where these are accepted.
 struct Run<'a> {
     case: &'a RandomScene,
     machine: Machine,
@@ -149,12 +147,12 @@ impl<'a> Run<'a> {
     }
 }
 
-/// True if air drives it: it is known to its own error, and no scale holds for it.
+/// True if air drives it. Air is known only to its own error, and cannot be scaled.
 fn is_aired(case: &RandomScene) -> bool {
     case.parameters.drive.source == Source::Air
 }
 
-/// Signs, monotone losses, energy and work, looked at in forty slices.
+/// Signs, monotone losses, energy and work, checked in forty slices.
 fn keeps_the_laws(case: &RandomScene) -> Result<(), Broken> {
     if is_aired(case) {
         return Ok(());
@@ -170,7 +168,7 @@ fn keeps_the_laws(case: &RandomScene) -> Result<(), Broken> {
     }
 }
 
-/// The state, bit for bit: also zeros' signs and all that a comparison of floats forgives.
+/// The state as bytes: it distinguishes signs of zeros, and everything that a comparison of floats does not.
 ///
 /// # Panics
 /// If a state cannot be serialised.
@@ -188,7 +186,7 @@ fn slices_alike(case: &RandomScene) -> Result<(), Broken> {
     one.to(case.end())?;
     for cut in &case.cuts {
         many.to(cut * case.end())?;
-        // Looking must not disturb.
+        // Reading outputs must change nothing.
         many.machine.kinematics();
         many.machine.energies();
         many.machine.peaks();
@@ -197,8 +195,8 @@ fn slices_alike(case: &RandomScene) -> Result<(), Broken> {
     alike(&bits(&mut one.machine), &bits(&mut many.machine))
 }
 
-/// A state saved at a cut, written out and read back, continues bit for bit; in a fresh
-/// machine, and in one that has gone on.
+/// A state saved at a cut, serialised and read again, continues bit for bit, both in a new machine and in one that
+/// has gone on.
 fn restores(case: &RandomScene) -> Result<(), Broken> {
     let (mut run, end) = (Run::new(case)?, case.end());
     let state = run.to(case.cuts[0] * end)?.machine.state();
@@ -214,21 +212,21 @@ fn restores(case: &RandomScene) -> Result<(), Broken> {
     alike(&bits(&mut run.to(end)?.machine), &straight)
 }
 
-/// A scene of masses, stiffnesses, viscosities and forces times a power of four makes the
-/// same motion bit for bit: masses enter by their square roots.
+/// With masses, stiffnesses, viscosities and forces times a power of four, the motion is the same bit for bit (masses
+/// enter by their square roots).
 fn heavier_alike(case: &RandomScene) -> Result<(), Broken> {
     let factor = 4f64.powi((case.cuts[0] * 12.0) as i32 - 6);
     moves_alike(case, &heavier(case, factor), 1.0)
 }
 
-/// A scene of displacements, velocities and forces times a power of two makes that motion,
-/// bit for bit: resolutions are parts of the travel.
+/// With displacements, velocities and forces times a power of two, the motion is that much larger, bit for bit:
+/// resolutions are shares of the travel.
 fn larger_alike(case: &RandomScene) -> Result<(), Broken> {
     let factor = 2f64.powi((case.cuts[0] * 12.0) as i32 - 6);
     let mut case = case.clone();
     let travel = |case: &RandomScene| case.parameters.travel();
     if travel(&larger(&case, 2.0)) != 2.0 * travel(&case) {
-        // Its parameters hold no length but the bodies', which stay as they are.
+        // Its parameters have no length but those of the bodies, which stay.
         case.parameters.contact.initial_gap = 1e-3 * travel(&case);
     }
     moves_alike(&case, &larger(&case, factor), factor)
@@ -279,26 +277,26 @@ pub const PROPERTIES: [Property; 5] = [
     ),
 ];
 
-/// What came of a property's scenes.
+/// Results of a property.
 #[derive(Clone, Debug, Default)]
 pub struct Checked {
     /// Scenes drawn.
     pub scenes: u32,
-    /// How many were refused, for each of the [`REFUSALS`].
+    /// Number of refused scenes, for each of the [`REFUSALS`].
     pub refused: [u32; REFUSALS.len()],
-    /// The smallest failing scene of each batch that has one, and what is wrong with it.
+    /// The smallest failing scene of each batch with a failure, and the reason.
     pub failures: Vec<String>,
 }
 
-/// Scenes that one seed draws. A failure ends its batch, not the others.
+/// Scenes that one seed draws. A failure ends only its batch.
 const BATCH: u32 = 100;
 
-/// Draws `cases` scenes for a property, on any mesh, always the same ones.
+/// Draws `cases` scenes for a property, on any mesh; they are the same in every run.
 pub fn check(property: &Property, cases: u32) -> Checked {
     check_on(property, cases, || meshed().boxed())
 }
 
-/// The same of scenes in which everything occurs together; what is done to them is not.
+/// The same with scenes that combine everything, but without actions.
 pub fn check_mixed(property: &Property, cases: u32) -> Checked {
     check_on(property, cases, || mixed().boxed())
 }

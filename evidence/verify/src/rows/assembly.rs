@@ -1,5 +1,5 @@
-//! Published benchmarks of another code, at the level of the bars' assembly: its scenes
-//! have a clamped bar and a mass on a spring, which a hammer has not.
+//! Published benchmarks of another code, at the level of assembled bars: their scenes have a clamped bar and a mass
+//! on a spring, which a hammer lacks.
 
 use crate::rows::row::{Row, Rows};
 use hammer::Error;
@@ -23,7 +23,7 @@ struct Impact {
 }
 
 impl Impact {
-    /// At rest in contact but for the velocities in `body_state`, `[q | q']`.
+    /// In contact and at rest, except for the velocities in `body_state`, `[q | q']`.
     fn new(
         omega2: &[f64],
         gap: Vec<f64>,
@@ -42,13 +42,13 @@ impl Impact {
         Ok(Self { systems, gap, stiffness, closed: true, body_state, time: 0.0 })
     }
 
-    /// State a time after the last transition.
+    /// The state some time after the last transition.
     fn ahead(&self, span: f64) -> Vec<f64> {
         let system = &self.systems[usize::from(self.closed)];
         let n = system.blocks();
         let mut y = vec![0.0; 2 * n];
         system.to_modal(&self.body_state, &mut y);
-        // The rotation holds translations still: they are carried here.
+        // The rotation does not move translations, so they are added here.
         let (position, speed) = (y[0], y[n]);
         system.rotate(span, &mut y);
         if system.rigid {
@@ -63,7 +63,7 @@ impl Impact {
         shape.iter().zip(body_state).map(|(a, b)| a * b).sum()
     }
 
-    /// The first opening or closing up to `to`, looked for every `step` and bisected.
+    /// The first opening or closing up to `to`, searched at every `step` and then bisected.
     fn next(&self, to: f64, step: f64) -> Option<f64> {
         let wrong = |t: f64| (self.along(&self.gap, &self.ahead(t)) > 0.0) == self.closed;
         let mut t = 0.0;
@@ -94,7 +94,7 @@ impl Impact {
 /// SDNL111: a bar strikes an identical one that is clamped at its far end.
 ///
 /// # Errors
-/// Whatever the decomposition says.
+/// Those of the decomposition.
 pub fn clamped_bar() -> Result<Vec<Row>, Error> {
     let (elements, length, speed) = (80, 1.0, 1.0);
     let section = Section { youngs_modulus: 2e11, density: 7800.0, area: 1e-3, length };
@@ -112,7 +112,7 @@ pub fn clamped_bar() -> Result<Vec<Row>, Error> {
     let mut rows = Rows::new(format!("SDNL111, {elements} elements"), ASTER, why);
     let face: Vec<f64> =
         striker.bottom.iter().copied().chain(std::iter::repeat_n(0.0, held.len())).collect();
-    // The manual's axis points the other way.
+    // The manual's axis has the opposite direction.
     let exact = [1.00000e-4, 1.94968e-4, 9.4968e-5, -1.0063e-5, -2.10063e-4];
     let names =
         ["u at 0.2 ms, m", "u at 0.4 ms, m", "u at 0.6 ms, m", "u at 0.8 ms, m", "u at 1.0 ms, m"];
@@ -129,18 +129,17 @@ pub fn clamped_bar() -> Result<Vec<Row>, Error> {
     Ok(rows.list)
 }
 
-/// SDND101: a mass on a spring strikes a stop. Motion is harmonic, `w2` in contact and `w1`
-/// out of it, and every transition is at the stop's face, where the spring is slack:
-/// contact lasts `pi / w2`, the force is `K v / w2 sin(w2 t)`, its impulse `2 K v / w2^2`,
-/// the mass leaves at the speed at which it came, is back after `pi / w1`, and pushes most
-/// half a contact later.
+/// SDND101: a mass on a spring strikes a stop. The motion is harmonic, with `w2` in contact and `w1` out of contact,
+/// and every transition is at the stop's face, where the spring is slack. Contact lasts `pi / w2`, the force is
+/// `K v / w2 sin(w2 t)` and its impulse `2 K v / w2^2`. The mass leaves with the speed of its arrival, is back after
+/// `pi / w1`, and its force is largest half a contact later.
 ///
 /// # Errors
-/// Whatever the decomposition says.
+/// Those of the decomposition.
 pub fn mass_and_stop() -> Result<Vec<Row>, Error> {
     let (mass, spring, stop, speed): (f64, f64, f64, f64) = (100.0, 1e4, 1e6, 1.0);
     let body = Bar::rigid(mass);
-    // A coordinate that grows into the stop; its gap is its negative.
+    // The coordinate is positive inside the stop, so the gap is its negative.
     let gap: Vec<f64> = body.bottom.iter().map(|x| -x).collect();
     let mut impact =
         Impact::new(&[spring / mass], gap.clone(), stop, vec![0.0, speed * mass.sqrt()])?;
@@ -150,7 +149,7 @@ pub fn mass_and_stop() -> Result<Vec<Row>, Error> {
     let end = impact.next(2.0 * half, 0.02 * half).unwrap_or(f64::NAN);
     let force = |impact: &Impact, t: f64| -stop * impact.along(&gap, &impact.ahead(t));
     let peak = force(&impact, 0.5 * end);
-    // Momentum: what the stop and the spring have given.
+    // Momentum given by stop and spring.
     let gained = impact.along(&gap, &impact.ahead(end)[1..]) + speed;
     let impulse = mass * gained * stop / (spring + stop);
     impact.transit(end);

@@ -10,18 +10,18 @@ const FEED: f64 = 5e3;
 
 const WAVES: &str = "the mesh's error, quintic splines of 8 mm on a front of 1 cm: 1e-4";
 
-/// The bit leaves the shoulder, and the lower end of an elastic casing is free. A wave of release
-/// goes up, behind which the casing moves at `FS / Z`; a string of impedance `Zs` reflects
-/// `(Z - Zs) / (Z + Zs)` of it. So the mean velocity grows by `FS / Z` in the first `L / c`, and by
-/// `(Z - Zs) / (Z + Zs)` times as much in each of the next two: by nothing if the string has the
-/// casing's own impedance.
+/// Waves in the casing after the bit leaves the shoulder, when the lower end of an elastic casing is free. A wave of
+/// release goes up, behind which the casing moves at `FS / Z`; a string of impedance `Zs` reflects
+/// `(Z - Zs) / (Z + Zs)` of it. The mean velocity therefore grows by `FS / Z` in the first `L / c`, and by
+/// `(Z - Zs) / (Z + Zs)` times as much in each of the next two: by nothing if the string has the casing's own
+/// impedance.
 ///
 /// # Errors
-/// Whatever the engine says.
+/// Those of the engine.
 pub fn waves() -> Result<Vec<Row>, Error> {
     let mut list = Vec::new();
     for ratio in [0.0, 0.3, 1.0, 4.0] {
-        // A casing of 1 m, at rest under the feed alone, and a bit that a piston drives away.
+        // A casing of 1 m, at rest under the feed, and a bit that a piston drives away.
         let mut p = Parameters { fidelity: Fidelity::Elastic, ..Parameters::default() };
         p.casing.mass = 10.0 * p.bit_mass();
         (p.gravity, p.drive.source, p.mesh.degree) = (0.0, Source::Force, 5);

@@ -9,10 +9,10 @@ use oracles::waves::{Scene, Waves};
 const FRONT: &str = "front spread (c t h2/8)^(1/3) by dispersion, plus Z/(2 KC); force: its steepest rate times that";
 /// Elements per bar of length `Lp`, for the engine's rows.
 const ELEMENTS: usize = 80;
-/// Steps a transit of the exact waves.
+/// Steps of the exact waves in one transit.
 const STEPS: u32 = 1000;
 
-/// Engine quantities of a strike, in units of `Lp`, `c0`, `Z` and the striking speed.
+/// The engine's results of a blow, in units of `Lp`, `c0`, `Z` and the impact speed.
 #[derive(Clone, Copy, Debug)]
 pub struct Struck {
     /// `eta`: energy kept by the rock over the piston's.
@@ -25,7 +25,7 @@ pub struct Struck {
     pub piston: f64,
     /// Mean velocity of the bit at the end.
     pub bit: f64,
-    /// From the first closing to the opening of the longest flight.
+    /// Time from the first closing to the start of the longest flight.
     pub first: f64,
     /// End of the longest flight.
     pub second: f64,
@@ -33,7 +33,7 @@ pub struct Struck {
     pub impulse: f64,
 }
 
-/// Follows a bare scene for `until` transits after the strike.
+/// Simulates a bare scene for `until` transits after the impact.
 pub fn strike(p: &Parameters, until: f64) -> Result<Struck, Error> {
     let mut m = Machine::new(p, &mesh::no_inputs(), 0.0)?;
     m.keep_journal(true);
@@ -69,7 +69,7 @@ fn bars_scene(bit: f64, elements: usize) -> Parameters {
     let mut p = mesh::bare(elements);
     p.bit.length *= bit;
     p.bit.elements = (bit * elements as f64).round() as usize;
-    // The softest rock: over the collision it pushes back by 1e-9 of the contact force.
+    // Very soft rock: its force during the collision is 1e-9 of the contact force.
     p.rock.stiffness = 1.0;
     p
 }
@@ -84,7 +84,7 @@ fn saint_venant(bit: f64) -> Result<Vec<Row>, Error> {
     let spread = mesh::spread(&p, exact.push);
     let mut rows =
         Rows::new(format!("two bars, Lb/Lp = {bit}, {ELEMENTS} elements"), source, FRONT);
-    // Force ends where the front is back; faces of unequal bars stay together after.
+    // The force ends when the front is back; the faces of unequal bars stay together afterwards.
     rows.add("impulse / (Mp v0)", exact.impulse, ours.impulse, 0.5 * spread);
     rows.add("striker's mean velocity / v0", exact.after[0], ours.piston, 0.5 * spread);
     rows.add("bar's mean velocity / v0", exact.after[1], ours.bit, 0.5 * spread / bit);
@@ -94,10 +94,10 @@ fn saint_venant(bit: f64) -> Result<Vec<Row>, Error> {
     Ok(rows.list)
 }
 
-/// Length of a bit so heavy that it stands as a wall: it yields by 1e-7 of the spring.
+/// Length of a bit so heavy that it acts as a wall: it moves by 1e-7 of the spring's compression.
 const WALL: f64 = 1e7;
 
-/// A free bar strikes a spring: the penalty itself, on a bit like a wall.
+/// A free bar strikes a spring: the penalty itself, on a bit that acts as a wall.
 fn spring_scene(k: f64, elements: usize) -> Parameters {
     let mut p = mesh::bare(elements);
     p.bit.length = WALL * p.piston.length;
@@ -106,16 +106,16 @@ fn spring_scene(k: f64, elements: usize) -> Parameters {
     p
 }
 
-/// A free bar against the table.
+/// A free bar against the published table.
 fn on_spring([k, peak, time]: [f64; 3]) -> Result<Vec<Row>, Error> {
     let source = "d'Alembert, table";
     let ours = strike(&spring_scene(k, ELEMENTS), time + 1.0)?;
-    // The spring itself is the penalty here: it delays nothing.
+    // The spring is the penalty itself, which here delays nothing.
     let late = (time / (8.0 * (ELEMENTS * ELEMENTS) as f64)).cbrt();
     let mut rows =
         Rows::new(format!("bar on a spring, k = {k}, {ELEMENTS} elements"), source, FRONT);
     rows.add("peak force / (Z v0)", peak, ours.contact_peak, 2.0 * k * late);
-    // The force ends at its own rate; a front of height 2 may come twice before.
+    // The force falls to zero at its own rate; before that a front of height 2 may come twice.
     rows.add("contact time / T1", time, ours.first, 2.0 * late);
     Ok(rows.list)
 }
@@ -131,7 +131,7 @@ fn pulse(b: f64) -> Result<Vec<Row>, Error> {
     p.rock.stiffness = 0.5 * b * mesh::stretch(&p) / p.piston.length;
     let ours = strike(&p, long + 6.0)?;
     let mut rows = Rows::new(format!("one pulse, b = {b}, 40 elements"), source, FRONT);
-    // Power at the tip: at most Z v0^2, 2 in units of the energy a transit.
+    // Power at the tip is at most Z v0^2, 2 in units of the energy in a transit.
     rows.add("energy kept by the rock, eta", exact, ours.share, 2.0 * mesh::spread(&p, long + 2.0));
     Ok(rows.list)
 }
@@ -152,12 +152,12 @@ fn blow([kappa, gamma, share, peak, speed, second]: [f64; 6]) -> Result<Vec<Row>
     let ours = strike(&p, second + 2.5)?;
     let (early, late) = (mesh::spread(&p, 4.0), mesh::spread(&p, second));
     let mut rows = Rows::new(format!("{name}, {ELEMENTS} elements"), source, FRONT);
-    // Power into the rock at the peak: F v with v below v0.
+    // Power into the rock at the peak is F v, with v below v0.
     rows.add("energy kept by the rock, eta", share, ours.share, 2.0 * peak * late);
     rows.add("peak rock force / (Z v0)", peak, ours.peak, kappa * early);
-    // Two collisions, each begun and ended by a front of force 1/2 or less.
+    // Two collisions, each with a front of force 1/2 or less at its start and end.
     rows.add("piston after / v0", speed, ours.piston, 2.0 * late);
-    // Momenta off by a front, over the flight, at the speed of closing.
+    // Momenta have an error of a front; divided by the speed of closing, it is that of the flight.
     let mut waves = Waves::new(Scene::unit(kappa, gamma, 1.0), STEPS);
     waves.advance(second + 2.5);
     let closing = 2.0 * waves.collisions[1].impulse;

@@ -1,16 +1,16 @@
-//! Whole cycles of the reference hammer against the continuum: exact waves in damped bars
-//! that meet through the same spring, from rest to the stationary cycle.
+//! Whole cycles of the reference hammer against exact waves in damped bars that meet through the same spring, from
+//! rest to the stationary cycle.
 
 use crate::rows::mesh::remaining;
 use crate::rows::row::{Row, Rows};
 use hammer::{Error, Event, InputValues, Machine, Parameters, Record, Relay};
 use oracles::waves::{Scene, Waves};
 
-/// Cycles followed: by then each repeats the one before to 1e-4 ms.
+/// Number of cycles: in the last ones, each repeats the previous one to 1e-4 ms.
 const CYCLES: usize = 15;
-/// Steps a transit of the exact waves, and the coarser ones that tell their error.
+/// Steps of the exact waves in one transit, and coarser ones that show their error.
 const STEPS: [u32; 2] = [300, 200];
-/// A hammer from rest.
+/// The cycles of a hammer from rest.
 #[derive(Clone, Debug)]
 struct Cycles {
     /// Periods of the relay, s.
@@ -19,7 +19,7 @@ struct Cycles {
     tip_rate: f64,
     /// Relative mean speed at the last impact, m/s.
     speed: f64,
-    /// From the first closing to the last opening of each collision of the last cycle, s.
+    /// Time from the first closing to the last opening of each collision in the last cycle, s.
     collisions: Vec<f64>,
 }
 
@@ -27,7 +27,7 @@ fn differences(x: &[f64]) -> Vec<f64> {
     x.windows(2).map(|p| p[1] - p[0]).collect()
 }
 
-/// Durations of collisions: spells of contact closer than `apart` are one, s.
+/// Durations of collisions, s: contacts closer than `longest_gap` belong to one collision.
 pub fn collisions(spells: &[[f64; 2]], longest_gap: f64) -> Vec<f64> {
     let mut merged: Vec<[f64; 2]> = Vec::new();
     for &[start, end] in spells {
@@ -39,7 +39,7 @@ pub fn collisions(spells: &[[f64; 2]], longest_gap: f64) -> Vec<f64> {
     merged.iter().map(|s| s[1] - s[0]).collect()
 }
 
-/// Spells of contact in a journal that starts open, s.
+/// Times of contact in a journal that starts open, s.
 pub fn spells(journal: &[Record]) -> Vec<[f64; 2]> {
     let times: Vec<f64> = journal.iter().filter(|r| r.event.is_contact()).map(|r| r.time).collect();
     times.chunks_exact(2).map(|c| [c[0], c[1]]).collect()
@@ -49,12 +49,12 @@ fn collision_gap(p: &Parameters) -> f64 {
     2.0 * (p.timescales().piston_transit + p.timescales().bit_transit)
 }
 
-/// From the last impact but a hair on, and long enough for its rebound.
+/// Start of a time span from just before the last impact to after its rebound.
 fn last_cycle(p: &Parameters, returns: &[f64]) -> f64 {
     returns[CYCLES] - 0.1 * p.timescales().pressure
 }
 
-/// Time that the cycles take, s.
+/// Duration of the cycles, s.
 fn span(p: &Parameters) -> f64 {
     (CYCLES as f64 + 0.7) * 4.7 * p.timescales().pressure
 }
@@ -97,7 +97,7 @@ fn engine(elements: usize) -> Result<Cycles, Error> {
     })
 }
 
-/// What is compared, in ms, mm/s and m/s.
+/// The compared numbers, in ms, mm/s and m/s.
 fn values(c: &Cycles) -> Vec<(&'static str, f64)> {
     let names = ["period 1, ms", "period 2, ms", "period 3, ms", "period 4, ms", "period 5, ms"];
     let mut list: Vec<_> = names.into_iter().zip(c.periods.iter().map(|p| 1e3 * p)).collect();
@@ -140,12 +140,12 @@ pub fn rows() -> Result<Vec<Row>, Error> {
     Ok(list)
 }
 
-/// What the exact waves leave out of the damping (see [`Waves`]), on the tip rate, mm/s.
+/// Error of the tip rate by the part of damping that the exact waves neglect (see [`Waves`]), mm/s.
 fn late_front(c: &Cycles) -> f64 {
     1e3 * 0.5 * Parameters::default().material.damping_time * c.speed / c.periods[CYCLES - 1]
 }
 
-/// The printed continuum: what meshes of degree 7 converge to.
+/// The printed values of the continuum, to which meshes of degree 7 converge.
 fn printed(ours: &Cycles, rough: &Cycles) -> Vec<Row> {
     let why = "half a unit of the last digit printed; twice the change of the exact waves from 200 to 300 steps per transit, for their error falls with the steps; the waves' damping is of first order in beta, 6e-6 a transit, and a blow has four; tip rate: a front late by beta / 2 too";
     let mut rows = Rows::new("exact waves, stationary", "the model's description", why);

@@ -12,19 +12,19 @@ struct Rebound {
     speed: f64,
     period: f64,
     restitution: f64,
-    /// How far `vr` strays from rigid contact while the piston turns, m.
+    /// Deviation of `vr` from that of rigid contact while the piston turns, m.
     stray: f64,
-    /// Change of the speed since the blow before, m/s.
+    /// Change of the speed since the previous blow, m/s.
     change: f64,
 }
 
-/// The `blows`-th switch of the relay and the blow that follows at once; `slide` is the
-/// time in which the bit stops.
+/// The `blows`-th switch of the relay, and the blow that follows at once. `slide` is the time constant with which the
+/// bit stops.
 fn rebound(p: &Parameters, blows: usize, slide: f64) -> Result<Rebound, Error> {
     let mut m = Machine::new(p, &mesh::no_inputs(), 0.0)?;
     m.keep_journal(true);
     let t3 = p.timescales().pressure;
-    // No cycle is longer than five T3 at the restitutions met here, nor a blow than one.
+    // At these restitutions no cycle is longer than five T3, and no blow longer than one.
     m.advance(5.0 * t3 * blows as f64)?;
     let journal = m.take_journal();
     let switches: Vec<f64> =
@@ -40,7 +40,7 @@ fn rebound(p: &Parameters, blows: usize, slide: f64) -> Result<Rebound, Error> {
         Ok(m.kinematics().relative_velocity)
     };
     let (speed, before) = (relative(start)?, relative(b)?);
-    // The bit has stopped in its dashpot after thirty of its times.
+    // After thirty time constants the bit has stopped in its dashpot.
     let left = -relative(opening + 30.0 * slide)?;
     Ok(Rebound {
         speed,
@@ -61,7 +61,7 @@ fn relay_rows(name: &str, p: &Parameters, blows: usize, slide: f64) -> Result<Ve
     let a = stroke / (t3 * t3);
     let back = (e * e * speed * speed + 2.0 * a * stroke).sqrt();
     let period = (2.0 * back + (1.0 - e) * speed) / a;
-    // Energy of a cycle: (1 - e^2) M v^2 / 2 = 2 F0 D1, each end off by F0 d.
+    // Energy of a cycle: (1 - e^2) M v^2 / 2 = 2 F0 D1, with an error of F0 d at each end.
     let relative = r.stray / stroke / (1.0 - e * e) + r.change / speed;
     let case = format!("relay, fixed bit, {name}, measured e = {e:.4}");
     let mut rows = Rows::new(case, "closed form", RELAY);
@@ -79,10 +79,10 @@ fn relay_rows(name: &str, p: &Parameters, blows: usize, slide: f64) -> Result<Ve
 /// Closed form 5: a viscous piston against a wall.
 ///
 /// # Errors
-/// Whatever the engine says.
+/// Those of the engine.
 pub fn relay_viscous() -> Result<Vec<Row>, Error> {
     let mut rows = Vec::new();
-    // The bit a wall, the piston so viscous that a blow takes much of its energy.
+    // The bit is a wall, and the piston so viscous that a blow takes much of its energy.
     for beta in [1e-6, 1e-5, 4e-5] {
         let mut p = mesh::bare(8);
         p.piston.initial_velocity = 0.0;
@@ -99,7 +99,7 @@ pub fn relay_viscous() -> Result<Vec<Row>, Error> {
 /// Closed form 5 at `e` near 0: equal rigid masses, the bit in a dashpot.
 ///
 /// # Errors
-/// Whatever the engine says.
+/// Those of the engine.
 pub fn relay_dead() -> Result<Vec<Row>, Error> {
     let mut p = mesh::bare(1);
     p.fidelity = Fidelity::Rigid;
@@ -123,12 +123,12 @@ fn blow(m: &Machine) -> Blow {
 const PRINTED: &str = "half a unit of the last digit printed";
 const MODEL: &str = "two independent solvers (the model's description)";
 
-/// The response of a hammer from rest as it is printed.
+/// The published response of a hammer from rest.
 struct Printed {
     name: &'static str,
-    /// From rest, ms, and a unit of the last digit: some are cut where they might be rounded.
+    /// First periods from rest, ms, and a unit of their last digit, since some are truncated rather than rounded.
     first_periods: (&'static [f64], f64),
-    /// Settled: what, the number, and half a unit of its last digit.
+    /// Settled numbers: name, value, and half a unit of the last digit.
     settled: &'static [(&'static str, f64, f64)],
 }
 
@@ -167,8 +167,8 @@ const OVERDAMPED: Printed = Printed {
     ],
 };
 
-/// First periods, and the settled cycle; the machine in the middle of a flight, and the journal of two
-/// settled cycles.
+/// First periods, and the settled cycle, with the machine in the middle of a flight and the journal of two settled
+/// cycles.
 fn respond(
     p: &Parameters,
     printed: &Printed,
@@ -189,7 +189,7 @@ fn respond(
     while m.counters().blows < 30 {
         m.advance(m.time() + 0.01)?;
     }
-    // From the middle of a flight on, two whole cycles.
+    // Two whole cycles from the middle of a flight.
     m.take_journal();
     let (contacts, period) = (m.counters().contacts, blow(&m).period);
     m.advance(m.time() + 2.0 * period)?;
@@ -215,8 +215,8 @@ fn respond(
     Ok((m, journal))
 }
 
-/// The rock's modes from one blow to the next, and how long each lasts, s; those that the printed list,
-/// which is sampled, does not tell are left out.
+/// The rock's modes from one blow to the next, and their durations, s. Those too short for the published list, which
+/// is sampled, are left out.
 fn modes(journal: &[Record]) -> Vec<(char, f64)> {
     let letter = |record: &Record| match record.mode.rock {
         RockMode::FreeFlight => 'F',
@@ -244,7 +244,7 @@ fn modes(journal: &[Record]) -> Vec<(char, f64)> {
 /// The reference hammer and its overdamped variant, from rest and in their stationary cycles.
 ///
 /// # Errors
-/// Whatever the engine says.
+/// Those of the engine.
 pub fn stationary() -> Result<Vec<Row>, Error> {
     let (p, mut list) = (Parameters::default(), Vec::new());
     let (m, journal) = respond(&p, &REFERENCE, &mut list)?;
@@ -275,17 +275,17 @@ pub fn stationary() -> Result<Vec<Row>, Error> {
     Ok(list)
 }
 
-/// What the bit goes through from one blow to the next: D DFC, C FC, B BC, F FF, S SS. The printed list
-/// begins with a B and a D of the mesh's precursor.
+/// The bit's modes from one blow to the next: D DFC, C FC, B BC, F FF, S SS. The published list begins with an
+/// additional B and D, a precursor of its mesh.
 const SEQUENCE: &str = "CBFDCBDBFDCBDBFDBDBDBS";
-/// Shorter spells are not in the printed list, s.
+/// The published list lacks shorter modes, s.
 const SAMPLED: f64 = 10e-6;
 const SAMPLED_WHY: &str = "spells of less than 10 us are left out; half a unit of the last digit";
 
-/// The first impact from rest: free fall, the relay on the way.
+/// The first impact from rest: free fall, with the relay on the way.
 ///
 /// # Errors
-/// Whatever the engine says.
+/// Those of the engine.
 pub fn first_impact() -> Result<Vec<Row>, Error> {
     let (p, inputs) = (Parameters::default(), InputValues::default());
     let mut m = Machine::new(&p, &inputs, 0.0)?;
@@ -295,7 +295,7 @@ pub fn first_impact() -> Result<Vec<Row>, Error> {
     let time = |event| journal.iter().find(|r| r.event == event).map_or(f64::NAN, |r| r.time);
     let (push, turn) = (p.drive.amplitude / p.piston_mass(), time(Event::Relay(Relay::Return)));
     let (fall, brake) = (p.gravity + push, p.gravity - push);
-    // The bit's face stands lower than where the relay turns: the rest of the way is braked.
+    // The bit's face is lower than where the relay turns, so the rest of the way is braked.
     let mean = resting(&p, [0.5, 1.0 / 3.0]);
     let v = fall * turn;
     let left = p.contact.initial_gap + resting(&p, [1.0, 0.5]) - 0.5 * fall * turn * turn;
@@ -309,9 +309,9 @@ pub fn first_impact() -> Result<Vec<Row>, Error> {
     Ok(rows.list)
 }
 
-/// How far a preloaded bit stands below its unstressed place: on the rock, and by so much
-/// of its own shortening under feed and weight. Its face has all of the one and half of the
-/// other; its mean a half and a third: splines hold a parabola.
+/// How far a preloaded bit is below its unstressed position: by the rock's indentation, and by a share of its own
+/// shortening under feed and weight. Its face has all of the former and half of the latter; its mean has a half and a
+/// third, since splines represent a parabola.
 fn resting(p: &Parameters, [by_feed, by_weight]: [f64; 2]) -> f64 {
     let (feed, weight) = (InputValues::default().feed_force, p.bit_mass() * p.gravity);
     (feed + weight) / (p.rock.unloading_ratio * p.rock.stiffness)

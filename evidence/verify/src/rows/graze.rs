@@ -1,11 +1,11 @@
-//! Grazes: what is just reached, and just missed, by closed forms. Within rounding of a level either answer is
-//! right and nothing is said.
+//! Grazes in closed form: levels that are just reached, and just missed. Within rounding of a level both answers are
+//! right, and none is tested.
 
 use super::mesh;
 use super::row::{Row, Rows};
 use hammer::{Error, Event, Fidelity, Input, InputValues, Machine, Parameters, RockEvent, Source};
 
-/// Q2: the tip turns while viscous work is done. Q3: the barrier is reached.
+/// Q2: the tip turns while viscous work is done. Then Q3: the barrier is reached.
 const TURN: Event = Event::Rock(RockEvent::DissipativeTurn);
 const BARRIER: Event = Event::Rock(RockEvent::Barrier);
 const WHY: &str = "none: a thousand times the resolution of a guard on either side, but for the picometre, a hundred times";
@@ -16,7 +16,7 @@ fn weightless(gap: f64) -> Parameters {
     p
 }
 
-/// True if a piston touches that is thrown at the bit and braked so that it turns `excess` beyond touching.
+/// True if the piston touches the bit. It is thrown and braked so that it would turn `excess` beyond touching.
 fn touches(excess: f64) -> Result<bool, Error> {
     let mut p = weightless(1e-3);
     let brake = 1000.0;
@@ -28,8 +28,8 @@ fn touches(excess: f64) -> Result<bool, Error> {
     Ok(m.counters().contacts > 0)
 }
 
-/// True if the rigid bit begins a drilling cycle that leaves the rock and is brought back to it, by a feed that
-/// turns at quarters of the way, a dyadic one, or later by `stretch` (s).
+/// True if the rigid bit begins a drilling cycle. It leaves the rock and is brought back by a feed that changes sign
+/// at quarters of the time, a dyadic number, or later by `stretch` (s).
 fn drills(stretch: f64) -> Result<bool, Error> {
     let (pull, quarter) = (100.0, 1.0 / 1024.0);
     let p = Parameters { fidelity: Fidelity::Rigid, ..weightless(1.0) };
@@ -43,7 +43,8 @@ fn drills(stretch: f64) -> Result<bool, Error> {
     Ok(m.counters().rock_cycles > 0)
 }
 
-/// A rigid hammer whose first blow is one smooth drilling cycle: the first of turn and barrier.
+/// The first blow of a rigid hammer, in a single smooth drilling cycle: which of turn and barrier comes first, and
+/// when.
 fn first(barrier: f64) -> Result<(Option<Event>, f64), Error> {
     let mut p = mesh::bare(1);
     p.fidelity = Fidelity::Rigid;
@@ -61,10 +62,10 @@ fn first(barrier: f64) -> Result<(Option<Event>, f64), Error> {
     Ok((None, f64::NAN))
 }
 
-/// All grazes: 1 for what is to happen, 0 for what is not.
+/// All grazes: 1 for an event that must happen, 0 for one that must not.
 ///
 /// # Errors
-/// Whatever the engine says.
+/// Those of the engine.
 pub fn rows() -> Result<Vec<Row>, Error> {
     let mut rows = Rows::new("grazes", "closed form", WHY);
     let mut add = |what: &str, wanted: bool, found: bool| {
@@ -78,7 +79,7 @@ pub fn rows() -> Result<Vec<Row>, Error> {
         );
     }
     add("a piston turns a picometre before it: touches", false, touches(-1e-12)?);
-    // Half a microsecond more of pull or push: 0.06 mm/s.
+    // Half a microsecond more of pulling or pushing makes 0.06 mm/s.
     add("a bit is brought back with 0.06 mm/s to spare: drills", true, drills(1e-6)?);
     add("a bit is turned just before the rock: drills", false, drills(-1e-6)?);
     let (_, full) = first(1e12)?;

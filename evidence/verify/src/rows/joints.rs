@@ -9,8 +9,8 @@ use std::f64::consts::PI;
 
 const AREA: f64 = 1.4e-3;
 
-/// A piston that nothing drives, a shank, and one rod that ends in 0.5 m of bit: all of one section, on
-/// rock that hardly holds them, in spans of `h`.
+/// A free piston, a shank, and one rod that ends in 0.5 m of bit, all of one section, on very soft rock, with spans
+/// of `h`.
 fn bars([piston, shank, rod]: [f64; 3], joint: Joint, h: f64) -> Parameters {
     let mut p = mesh::bare(1);
     let part = |length| Segment { length, area: AREA };
@@ -32,16 +32,15 @@ fn last(m: &mut Machine, event: Event) -> f64 {
 
 /// Rate of the wave's force over time squared, N/s2.
 const RATE: f64 = 4e12;
-/// Spans of the waves' mesh, m.
+/// Spans of the mesh for waves, m.
 const FINE: f64 = 0.01;
 const KINKS: &str = "what is faster than w = 2 c/h, which quintic splines carry: of a jump of the force's second derivative its part 1/w^2, and of the faces' place twice that over Z w; of its kink where the joint closes, 1/(pi w) of the change of slope; damping makes t^2 of the wave t^2 + beta t0 on its way of t0";
 
-/// A pulse of the feed that pulls opens the joint by half its slack, and a wave of compression closes it;
-/// or a wave of tension opens it, until the thread pulls. Before that all comes back. Without slack a
-/// joint only yields.
+/// A wave at a joint that is open by half its slack, which a wave of compression closes or a wave of tension opens
+/// until the thread pulls. Before that it is fully reflected. A joint without slack only yields.
 ///
 /// # Errors
-/// Whatever the engine says.
+/// Those of the engine.
 pub fn waves() -> Result<Vec<Row>, Error> {
     let (stiffness, pulse, opened) = (1.2e9, 1.2e-4, 0.5e-4);
     let mut list = Vec::new();
@@ -55,7 +54,7 @@ pub fn waves() -> Result<Vec<Row>, Error> {
         p.material.damping_time = 2e-9;
         let (z, c) = (p.impedance_of(AREA), p.wave_speed());
         let joint = Loose { impedance: z, stiffness };
-        // -top 16 (t (T - t)/T^2)^2, whose integral is -8/15 T top.
+        // The pull is -top 16 (t (T - t)/T^2)^2, whose integral is -8/15 T top.
         let fourth = 16.0 / f64::powi(pulse, 4) * 0.5 * opened * z / (8.0 / 15.0 * pulse);
         let pull = [0.0, 0.0, -2.0 * pulse * pulse, 12.0 * pulse, -24.0].map(|x| fourth * x);
         let mut m = Machine::new(&p, &mesh::no_inputs(), 0.0)?;
@@ -96,11 +95,11 @@ pub fn waves() -> Result<Vec<Row>, Error> {
 
 const TAIL: &str = "contact and joint, of 1e-5 s both, are late in the pulse by (1 + x + x^2/2) exp(-x) of it, x = 20 since its end; and rounding";
 
-/// A blow's pulse comes back from the free end as tension. The slack takes its part of the momentum and
-/// leaves it in the rod, and the rest goes up into the shank.
+/// The pulse of a blow comes back from the free end as tension. The slack leaves its share of the momentum in the
+/// rod, and the rest goes up into the shank.
 ///
 /// # Errors
-/// Whatever the engine says.
+/// Those of the engine.
 pub fn momentum_trapped() -> Result<Vec<Row>, Error> {
     let mut list = Vec::new();
     for slack in [0.0, 4e-4, 1e-2] {
@@ -109,7 +108,7 @@ pub fn momentum_trapped() -> Result<Vec<Row>, Error> {
         let mut p = bars([0.25, 2.0, 1.0], Joint { stiffness, slack }, 2.0 * FINE);
         (p.contact.stiffness, p.material.damping_time) = (stiffness, 1e-7);
         let mut m = Machine::new(&p, &mesh::no_inputs(), 0.0)?;
-        // To the free end and back, and two transits of the piston.
+        // The time to the free end and back, and two transits of the piston.
         m.advance(mesh::strike() + (2.0 + 2.0 + 0.5) / p.wave_speed() + 20e-5)?;
         let k = m.kinematics();
         let masses = [0.25, 2.0, 1.0].map(|length| p.material.density * AREA * length);

@@ -1,23 +1,23 @@
-//! Measured by others: one insert struck once on two rocks, and the energy of crushed volume.
+//! Measurements by others: one insert struck once on two rocks, and the energy of crushed volume.
 //!
-//! A cylindrical piston strikes a cylindrical bit with one spherical insert on rock (Yang 2025,
-//! Int. J. Rock Mech. Min. Sci. 191:106125, St Anne limestone; Yang 2026, Kuru granite). Of the
-//! rock `KR` alone is fitted, to the largest penetration alone; what else was measured is held
-//! out. No viscosity and no barrier: on one insert a tenth of the reference's cannot be told from
-//! none. The unloading ratio moves nothing before the turn, and decides the rebound.
+//! A cylindrical piston strikes a cylindrical bit with one spherical insert on rock (Yang 2025, Int. J. Rock Mech.
+//! Min. Sci. 191:106125, St Anne limestone; Yang 2026, Kuru granite). Only the rock's `KR` is fitted, and only to the
+//! largest penetration; all other measurements are held out. Viscosity and barrier are zero, since for one insert a
+//! tenth of the reference's has no visible effect. The unloading ratio has no effect before the turn, and determines
+//! the rebound.
 
 use crate::rows::mesh;
 use crate::rows::row::{Row, Rows};
 use hammer::{Error, InputValues, Machine, Parameters, Segment};
 use std::fmt::Write as _;
 
-/// A measured blow. Numbers were read off figures, to about a tenth.
+/// A measured blow. Numbers were read from figures, to about a tenth.
 pub struct Test {
     /// Rock and source.
     pub name: &'static str,
     /// Impact speed, m/s.
     pub speed: f64,
-    /// Largest penetration, m, and the range over blows.
+    /// Largest penetration, m, and its range over blows.
     pub penetration: [f64; 3],
     /// End of loading after the strike, s.
     pub loading: f64,
@@ -25,7 +25,7 @@ pub struct Test {
     pub indentation: f64,
     /// Rebound of the bit, m/s.
     pub rebound: f64,
-    /// Unloading ratio for the held-out rebound: within what the rocks' unloading shows.
+    /// Unloading ratio for the held-out rebound, within the range of the rocks' unloading.
     pub ratio: f64,
 }
 
@@ -51,10 +51,10 @@ pub const TESTS: [Test; 2] = [
     },
 ];
 
-/// Windows of the penetration, parts of the largest, over which the indentation speed is a slope.
+/// Windows of the penetration, over its largest value, in which the indentation speed is a slope.
 pub const WINDOWS: [[f64; 2]; 3] = [[0.1, 0.9], [0.2, 0.6], [0.3, 0.7]];
 
-/// What the engine says of a blow.
+/// The engine's results of a blow.
 #[derive(Clone, Copy, Debug)]
 pub struct Found {
     /// Largest penetration, m.
@@ -63,13 +63,13 @@ pub struct Found {
     pub loading: f64,
     /// Slopes of the penetration over the windows, m/s.
     pub slopes: [f64; WINDOWS.len()],
-    /// Largest mean velocity of the bit upwards: as it leaves the rock, m/s.
+    /// Largest upward mean velocity of the bit, as it leaves the rock, m/s.
     pub rebound: f64,
     /// Largest rock force, N.
     pub force: f64,
 }
 
-/// Step in which the penetration is sampled, and how long, s.
+/// Sampling step of the penetration, s, and duration, s.
 const STEP: f64 = 0.5e-6;
 const SPAN: f64 = 1e-3;
 
@@ -88,7 +88,7 @@ fn scene(speed: f64, stiffness: f64, ratio: f64) -> Parameters {
     p
 }
 
-/// One blow of the rig on rock of this stiffness (N/m) and unloading ratio.
+/// One blow of the test rig on rock of this stiffness (N/m) and unloading ratio.
 pub fn strike(speed: f64, stiffness: f64, ratio: f64) -> Result<Found, Error> {
     let p = scene(speed, stiffness, ratio);
     let mut m = Machine::new(&p, &mesh::no_inputs(), 0.0)?;
@@ -111,8 +111,8 @@ pub fn strike(speed: f64, stiffness: f64, ratio: f64) -> Result<Found, Error> {
 }
 
 impl Test {
-    /// Loading stiffness (N/m) at which the largest penetration is the measured one, by secants in
-    /// logarithms: the penetration falls about as `KR^(-1/2)`.
+    /// Loading stiffness (N/m) at which the largest penetration is the measured one, by secants in logarithms. The
+    /// penetration falls about as `KR^(-1/2)`.
     pub fn stiffness(&self) -> Result<f64, Error> {
         let off = |k: f64| -> Result<f64, Error> {
             Ok((strike(self.speed, k, self.ratio)?.penetration / self.penetration[0]).ln())
@@ -150,8 +150,8 @@ pub fn rows() -> Result<Vec<Row>, Error> {
     Ok(list)
 }
 
-/// Blow energies (J) and permanent penetrations of a blow (m) of the reference hammer, settled, at
-/// parts of its driving force.
+/// Blow energies (J) and permanent penetration of a blow (m) of the settled reference hammer, at fractions of its
+/// driving force.
 pub fn blows() -> Result<Vec<[f64; 2]>, Error> {
     let one = |part: f64| {
         let mut p = Parameters::default();

@@ -1,15 +1,14 @@
-//! How far a mesh, the penalty and the damping may move a wave front.
+//! By how much mesh, penalty and damping may displace a wave front.
 //!
-//! Consistent mass on elements of size `h` disperses: `omega = c k (1 + (k h)^2 / 24)`. A
-//! step that has run a time `t` is then the Airy function's integral, of width
-//! `(c t h^2 / 8)^(1/3)`. Kelvin-Voigt damping spreads it by `c sqrt(beta t)`, the penalty
-//! delays it by `Z / (2 KC)`. Their sum is how well an instant is known; a force is known
-//! to that, times its steepest rate.
+//! Consistent mass on elements of size `h` is dispersive: `omega = c k (1 + (k h)^2 / 24)`. A step that has run for a
+//! time `t` is then the integral of an Airy function, of width `(c t h^2 / 8)^(1/3)`. Kelvin-Voigt damping spreads it
+//! by `c sqrt(beta t)`, and the penalty delays it by `Z / (2 KC)`. The sum of these is the tolerance of an instant;
+//! that of a force is the same times its steepest rate.
 
 use hammer::{InputValues, Parameters};
 
-/// A piston that strikes with `speed` from a gap that it crosses at once; no load, rock
-/// that neither damps nor stands still.
+/// A piston that strikes with `speed`, from a gap that it crosses at once. There are no loads, and the rock has
+/// neither viscosity nor standstill.
 pub fn bare(elements: usize) -> Parameters {
     let mut p = Parameters::default();
     p.mesh.degree = 1;
@@ -27,7 +26,7 @@ pub fn bare(elements: usize) -> Parameters {
     p
 }
 
-/// Strike of the closed forms, m/s; all of them are linear in it.
+/// Impact speed of the closed forms, m/s, in which all of them are linear.
 pub const SPEED: f64 = 10.0;
 /// Gap before it, m.
 pub const GAP: f64 = 1e-6;
@@ -37,7 +36,7 @@ pub fn strike() -> f64 {
     GAP / SPEED
 }
 
-/// The stiffest penalty that does not rattle: twice the element's `E A / h`.
+/// The stiffest penalty without chattering: twice the element's `E A / h`.
 pub fn soften_contact(p: &mut Parameters) {
     let h = p.piston.length / p.piston.elements as f64;
     p.contact.stiffness = 2.0 * stretch(p) / h;
@@ -53,7 +52,7 @@ pub fn no_inputs() -> InputValues {
     InputValues { feed_force: 0.0, ..Default::default() }
 }
 
-/// Spread of a front after `transits` piston transits, in transits.
+/// Spread of a front after this many piston transits, in transits.
 pub fn spread(p: &Parameters, transits: f64) -> f64 {
     let transit = p.timescales().piston_transit;
     let n = p.piston.elements as f64;
@@ -63,8 +62,8 @@ pub fn spread(p: &Parameters, transits: f64) -> f64 {
     airy + damping + penalty
 }
 
-/// How far a value may be from its limit, by its changes over three meshes, each twice as fine as the one
-/// before.
+/// Largest remaining distance of a value from its limit, by its changes over three meshes, each twice as fine as the
+/// previous one.
 pub fn remaining([quarter, half, full]: [f64; 3]) -> f64 {
     let ratio = 2f64.powf(2.0 / 3.0);
     (full - half).abs().max((half - quarter).abs() / ratio) / (ratio - 1.0)

@@ -1,15 +1,15 @@
-//! How errors fall with the size of the elements, and why.
+//! How errors fall with the size of the elements.
 //!
-//! Consistent mass disperses, `omega = c k (1 + (k h)^2 / 24)`, so a front that has run a
-//! time `t` is as wide as `(c t h^2 / 8)^(1/3)`, an Airy function's integral. Hence
+//! Consistent mass is dispersive, `omega = c k (1 + (k h)^2 / 24)`. A front that has run for a time `t` is therefore
+//! the integral of an Airy function, of width `(c t h^2 / 8)^(1/3)`. Hence
 //!
-//! * what is read at a front, or switched by one (an opening, a turn of the tip, and all
-//!   that follows from it), errs by the front's width: order 2/3;
-//! * what integrates over a front errs by the third moment of the Airy function, the first
-//!   and second being zero: order 2.
+//! * a number that is read at a front, or an event that a front causes (an opening, a turn of the
+//!   tip, and all that follows from it), has an error of the front's width: order 2/3;
+//! * an integral over a front has an error of the third moment of the Airy function, as the first
+//!   and second are zero: order 2.
 //!
-//! Damping of `beta` spreads a front by `c sqrt(beta t)`: with `beta` and `KC` kept the front has a width of its own,
-//! the mesh resolves it, and the order is 2.
+//! Damping of `beta` spreads a front by `c sqrt(beta t)`. With `beta` and `KC` fixed the front has its own width, the
+//! mesh resolves it, and the order is 2.
 
 use crate::rows::closed::{self, Struck};
 use crate::rows::mesh::{self, remaining};
@@ -18,7 +18,7 @@ use hammer::{Error, Parameters};
 use oracles::closed::BLOWS;
 use oracles::waves::{Scene, Waves};
 
-/// Steps a transit of the exact waves.
+/// Steps of the exact waves in one transit.
 const STEPS: u32 = 1000;
 
 /// The blow of the studies: `kappa` 0.3, `gamma` 5.
@@ -33,7 +33,7 @@ fn blow_scene(blow: [f64; 6], elements: usize) -> Parameters {
     p
 }
 
-/// Exact waves of the blow, and when its longest flight ends.
+/// Exact waves of the blow, and the time when its longest flight ends.
 fn exact(blow: [f64; 6]) -> (Waves, f64) {
     let ([kappa, gamma, .., second], [damping, penalty]) = (blow, FIXED);
     let scene = Scene { damping, penalty, ..Scene::unit(kappa, gamma, 1.0) };
@@ -61,13 +61,13 @@ const QUANTITIES: [&str; 5] = [
     "peak contact force / (Z v0)",
 ];
 
-/// `beta / T1` and `KC Lp / (E A)` of the fronts of a width of their own: 0.05 T1 a transit
-/// by damping, 0.025 T1 by the contact.
+/// `beta / T1` and `KC Lp / (E A)` of the fronts with a fixed width: 0.05 T1 in a transit by damping, 0.025 T1 by the
+/// contact.
 const FIXED: [f64; 2] = [0.0025, 20.0];
 
 const RESOLVED: &str = "the larger of the changes from 40 to 80 elements, and from 20 to 40 over 2^(2/3), over 2^(2/3) - 1, the slowest order that a front has; exact waves: beta / T1 squared a transit";
 
-/// Every blow of the fourth closed form with a front that the mesh resolves.
+/// All blows of closed form 4, with a front that the mesh resolves.
 pub fn resolved_blows() -> Result<Vec<Row>, Error> {
     let mut list = Vec::new();
     for blow in BLOWS {
@@ -93,12 +93,12 @@ pub fn resolved_blows() -> Result<Vec<Row>, Error> {
 
 const WHY: &str = "half the way to the next power of the expansion, in h^(2/3)";
 
-/// Elements per bar to which orders are fitted.
+/// Elements per bar from which orders are computed.
 const MESHES: [usize; 4] = [20, 40, 80, 160];
 const ORDER: f64 = 2.0;
 
-/// Observed orders: at least the expected one, within [`WHY`]'s reason; what falls faster is counted as expected. Each
-/// is the slope of a line through the logarithms.
+/// Observed orders, each the slope of a line through the logarithms. They must be at least the expected ones, up to
+/// the tolerance of [`WHY`]; a higher order counts as the expected one.
 pub fn rows() -> Result<Vec<Row>, Error> {
     let exact = exact(BLOW);
     let level = |n| Ok(errors(&closed::strike(&blow_scene(BLOW, n), BLOW[5] + 2.5)?, &exact));

@@ -1,26 +1,26 @@
-//! A row of the report: what is compared with what, and how closely it must agree.
+//! A row of the report: two compared numbers, and how closely they must agree.
 
 /// One comparison.
 #[derive(Clone, Debug)]
 pub struct Row {
     /// The scene.
     pub case: String,
-    /// What is compared.
+    /// The compared quantity.
     pub quantity: String,
-    /// The value to be met.
+    /// The reference value.
     pub reference: f64,
-    /// Where it comes from.
+    /// Its source.
     pub source: &'static str,
-    /// What the project's code gives.
+    /// The engine's value.
     pub ours: f64,
     /// Largest difference allowed.
     pub tolerance: f64,
-    /// Where the tolerance comes from.
+    /// Reason of the tolerance.
     pub why: &'static str,
 }
 
 impl Row {
-    /// Ours less the reference.
+    /// The engine's value less the reference.
     pub fn difference(&self) -> f64 {
         self.ours - self.reference
     }
@@ -34,7 +34,7 @@ impl Row {
 /// Panics with every row that does not hold.
 ///
 /// # Panics
-/// If one does not, or if there is none.
+/// If a row does not hold, or if there is none.
 pub fn assert_all(rows: &[Row]) {
     assert!(!rows.is_empty(), "no row was made");
     let failed: Vec<String> = rows
@@ -65,7 +65,7 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// No row yet.
+    /// An empty list.
     pub fn new(case: impl Into<String>, source: &'static str, why: &'static str) -> Self {
         Self { case: case.into(), source, why, list: Vec::new() }
     }

@@ -1,9 +1,8 @@
-//! What the shape of a piston does: Lundberg's efficiency, and stepped bodies by characteristics.
+//! Effect of a piston's shape: Lundberg's efficiency, and stepped bodies by characteristics.
 //!
-//! Efficiency is the work that the wave of one blow does on a line of loading, over the
-//! piston's energy, in a bit so long that nothing of it returns before it is over. A uniform
-//! piston reaches 0.8145 (Lundberg 1973, Int. J. Rock Mech. Min. Sci. 10:381), a wave that
-//! grows exponentially tends to 1 (Lundberg and Collet 2010, Int. J. Impact Eng. 37:901).
+//! Efficiency is the work of a blow's wave on a line of loading, over the piston's energy, in a bit so long that no
+//! reflection returns before the end. A uniform piston reaches 0.8145 (Lundberg 1973, Int. J. Rock Mech. Min. Sci.
+//! 10:381); a wave that grows exponentially tends to 1 (Lundberg and Collet 2010, Int. J. Impact Eng. 37:901).
 
 use crate::rows::mesh::{self, SPEED};
 use crate::rows::row::{Row, Rows};
@@ -12,15 +11,14 @@ use hammer::{Error, Machine, Parameters, Segment};
 use oracles::closed::BEST_PULSE;
 use oracles::waves::Waves;
 
-/// Spans a piston, and lengths of the bit over the piston's.
+/// Spans of a piston; length of the bit over the piston's.
 const SPANS: usize = 32;
 const ROD: f64 = 3.0;
 /// `KC Lp / (E A)`: the contact's front is half a span wide.
 const CONTACT: f64 = 64.0;
 const FRONT: &str = "twice the front's delay Z/(2 KC) over T1: power at the tip is at most Z v0^2, 2 in units of the energy a transit";
 
-/// A piston of equal lengths with these areas, over the bit's, on a long bit and a line of
-/// loading.
+/// A piston of sections of equal length with these areas, over the bit's, on a long bit and a line of loading.
 fn scene(shape: &[f64], b: f64) -> Parameters {
     let mut p = mesh::bare(SPANS);
     let length = p.piston.length;
@@ -36,12 +34,12 @@ fn scene(shape: &[f64], b: f64) -> Parameters {
     p
 }
 
-/// The wave is at the tip after the bit's transit; what the tip throws back comes again after three.
+/// The wave arrives at the tip after one transit of the bit; its reflection returns there after three.
 fn end(p: &Parameters) -> f64 {
     mesh::strike() + 3.0 * p.timescales().bit_transit
 }
 
-/// The line of loading holds `F^2 / (2 KR)` where the force is largest: over the piston's energy.
+/// The line of loading stores `F^2 / (2 KR)` at the largest force, here over the piston's energy.
 fn held(p: &Parameters, largest: f64) -> f64 {
     largest.powi(2) / p.rock.stiffness / (p.piston_mass() * SPEED * SPEED)
 }
@@ -53,19 +51,19 @@ fn efficiency(p: &Parameters) -> Result<f64, Error> {
     Ok(held(p, m.peaks().rock_force()))
 }
 
-/// That of the exact waves, which are constant between fronts: a step a section.
+/// The efficiency of exact waves, which are constant between fronts, with one step in each section.
 fn exact(p: &Parameters) -> f64 {
     let mut waves = Waves::new(sharp(p, &mesh::no_inputs()), p.piston.segments as u32);
     waves.advance(end(p));
     held(p, waves.peak)
 }
 
-/// Areas that grow upward by a factor a section, over the bit's: the lowest is the first.
+/// Areas that grow upward by a factor from section to section, over the bit's; the lowest is the first.
 fn growing(sections: usize, factor: f64, lowest: f64) -> Vec<f64> {
     (0..sections).rev().map(|k| lowest * factor.powi(k as i32)).collect()
 }
 
-/// Lundberg's efficiency of a uniform piston and of pistons whose wave grows.
+/// Lundberg's efficiency of a uniform piston, and of pistons with a growing wave.
 pub fn efficiencies() -> Result<Vec<Row>, Error> {
     let [best, share] = BEST_PULSE;
     let delay = 0.5 / CONTACT;
@@ -84,14 +82,14 @@ pub fn efficiencies() -> Result<Vec<Row>, Error> {
     Ok(list)
 }
 
-/// What elwaspatid's characteristics give (`oracles/data/stepped_impact.py`).
+/// Results of elwaspatid's characteristics (`oracles/data/stepped_impact.py`).
 #[derive(serde::Deserialize)]
 struct Stepped {
     plateaus: Vec<Plateau>,
     impulse: f64,
 }
 
-/// A stretch of constant contact force, N, from the strike on, s.
+/// A time of constant contact force, N, in s after the impact.
 #[derive(serde::Deserialize)]
 struct Plateau {
     from: f64,

@@ -1,7 +1,7 @@
 //! Drill strings: the wave of a blow down shank, rods and couplings, against characteristics.
 //!
-//! The contact's penalty is soft enough for the mesh: its front, `1 - exp(-t KC/Z)` with
-//! `1/Z = 1/Zp + 1/Zs`, is the only one that there is, and all later steps have its shape.
+//! The contact's penalty is soft enough for the mesh. Its front, `1 - exp(-t KC/Z)` with `1/Z = 1/Zp + 1/Zs`, is the
+//! only one; all later steps have its shape.
 
 use crate::rows::mesh::{self, SPEED};
 use crate::rows::row::{Row, Rows};
@@ -9,25 +9,24 @@ use hammer::parameters::Drill;
 use hammer::{Body, Error, Machine, Parameters, Segment};
 use serde::Deserialize;
 
-/// How a wave is resolved.
+/// A wave front and its resolution.
 #[derive(Clone, Copy)]
 struct Front {
     /// Its width, `c Z/KC`, m.
     width: f64,
-    /// Spans to that.
+    /// Spans in that width.
     spans: f64,
     /// Damping time, s.
     damping: f64,
 }
 
 impl Front {
-    /// Width over which damping has spread it after a time, `c sqrt(beta t)`, over its own.
+    /// Width over which damping spreads it in a time, `c sqrt(beta t)`, over its own width.
     fn spread(&self, p: &Parameters, time: f64) -> f64 {
         p.wave_speed() * (self.damping * time).sqrt() / self.width
     }
 
-    /// What the mesh leaves of it at its shortest wave, `k = pi/h`: the front's own part of that,
-    /// damped since.
+    /// Amplitude of the front at the mesh's shortest wave, `k = pi/h`, after damping.
     fn ripple(&self, p: &Parameters, time: f64) -> f64 {
         let phase = std::f64::consts::PI * self.spans;
         let rate = p.wave_speed() * phase / self.width;
@@ -35,7 +34,7 @@ impl Front {
     }
 }
 
-/// A piston that strikes a string at rest, rock that is only a spring, no loads.
+/// A piston strikes a string at rest on elastic rock, without loads.
 fn scene(piston: Segment, drill: Drill, bit: Segment, front: Front) -> Parameters {
     let mut p = mesh::bare(1);
     (p.mesh.degree, p.material.damping_time) = (5, front.damping);
@@ -52,8 +51,8 @@ fn scene(piston: Segment, drill: Drill, bit: Segment, front: Front) -> Parameter
     p
 }
 
-/// The span about the middle of a rod (from 1), between its sleeves, and the distance of the span's own
-/// middle from the struck face, m.
+/// The span in the middle of a rod (from 1), between its sleeves, and the distance of its middle from the struck
+/// face, m.
 fn station(p: &Parameters, rod: usize) -> (usize, f64) {
     let Drill { rods, shank, rod: part, coupling, .. } = p.drill;
     let last = if rod == rods { 0.25 } else { 0.0 };
@@ -63,7 +62,7 @@ fn station(p: &Parameters, rod: usize) -> (usize, f64) {
     (span, 0.5 * (nodes[span] + nodes[span + 1]))
 }
 
-/// Compression there, N; at the tip where there is no such rod.
+/// Compression there, N; for a rod that does not exist, at the tip.
 fn force(m: &Machine, rod: usize) -> f64 {
     match rod {
         0 => m.kinematics().rock_force,
@@ -73,7 +72,7 @@ fn force(m: &Machine, rod: usize) -> f64 {
     }
 }
 
-/// A string that characteristics have solved (`oracles/data/strings.py`), lengths in m, areas in m2.
+/// A string solved by characteristics (`oracles/data/strings.py`), lengths in m, areas in m2.
 #[derive(Deserialize)]
 struct Solved {
     rods: usize,
@@ -85,8 +84,8 @@ struct Solved {
     felt: Vec<Spell>,
 }
 
-/// A spell of constant compression, N, in the middle of a rod, or at the tip, of number 0: its middle, s
-/// from the strike, and the time from there to the steps about it, s.
+/// A time of constant compression, N, in the middle of a rod, or at the tip (rod 0): its middle, s after the impact,
+/// and the distance in time to the steps before and after, s.
 #[derive(Deserialize)]
 struct Spell {
     rod: usize,
@@ -108,13 +107,13 @@ fn steps_left(p: &Parameters, spell: &Spell) -> f64 {
     most * (left + FINE.ripple(p, spell.time))
 }
 
-/// Compression in the rods and at the tip of drawn strings on rock that does not give.
+/// Compression in the rods and at the tip of drawn strings on rigid rock.
 ///
 /// # Errors
-/// Whatever the engine says.
+/// Those of the engine.
 ///
 /// # Panics
-/// The committed numbers cannot be read.
+/// The stored numbers cannot be read.
 pub fn characteristics() -> Result<Vec<Row>, Error> {
     let strings: Vec<Solved> = serde_json::from_str(CHARACTERISTICS).expect("committed numbers");
     let mut list = Vec::new();
@@ -124,7 +123,7 @@ pub fn characteristics() -> Result<Vec<Row>, Error> {
         let drill =
             Drill { rods: solved.rods, shank, rod, coupling, ..Parameters::default().drill };
         let mut p = scene(part(solved.piston), drill, part(solved.bit), FINE);
-        // As stiff as the mesh can tell: its front is as wide as the contact's.
+        // As stiff as the mesh can resolve: its front is as wide as the contact's.
         p.rock.stiffness = p.material.youngs_modulus * solved.bit[1] / FINE.width;
         p.rock.unloading_ratio = 1.0 + 1e-6;
         let mut m = Machine::new(&p, &mesh::no_inputs(), 0.0)?;
