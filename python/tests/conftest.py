@@ -6,6 +6,7 @@ from types import FrameType
 from typing import Any
 
 import pytest
+from dth_hammer.cli import main
 from interrupting import Interrupts, interrupted
 
 Handler = Callable[[int, FrameType | None], Any]
@@ -29,3 +30,17 @@ def ctrl_c(handles: Callable[[int, Handler], None]) -> Interrupts:
     """Ctrl-C that is heard, also where a shell runs the tests in its background and ignores it."""
     handles(signal.SIGINT, signal.default_int_handler)
     return interrupted
+
+
+@pytest.fixture
+def cli(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    """Runs a command and returns what it prints, or the line in which it says why it cannot."""
+
+    def run(*words: object, code: int = 0) -> str:
+        capsys.readouterr()
+        assert main([*map(str, words)]) == code
+        said = capsys.readouterr()
+        assert not code or len(said.err.strip().splitlines()) == 1
+        return said.err if code else said.out
+
+    return run

@@ -1,12 +1,12 @@
 """Hammers of catalogues: what is printed of them goes in, a rate with its range comes out."""
 
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from dth_hammer import Datasheet, HammerWarning, from_datasheet, simulate
-from dth_hammer.cli import main
 from lxml import html
 
 SANDVIK = {
@@ -87,14 +87,12 @@ def test_air_and_turns_are_told_of_a_hole_and_its_pipe() -> None:
     assert value(sheet, "advance per turn") == pytest.approx(turn, rel=1e-12)
 
 
-def test_one_command_makes_a_page_of_a_hammer(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_one_command_makes_a_page_of_a_hammer(tmp_path: Path, cli: Callable[..., str]) -> None:
     page, scene = tmp_path / "r.html", tmp_path / "s.json"
     options = [part for n, v in SANDVIK.items() for part in (f"--{n.replace('_', '-')}", v)]
-    files = ["--report", str(page), "-o", str(scene)]
-    assert main(["datasheet", *options, "--rock", "granite", "--sn", "300 MPa,1e7,8", *files]) == 0
-    assert "rate of penetration: " in capsys.readouterr().out.splitlines()[0]
+    options += ["--rock", "granite", "--sn", "300 MPa,1e7,8"]
+    said = cli("datasheet", *options, "--report", page, "-o", scene)
+    assert "rate of penetration: " in said.splitlines()[0]
     content = html.fromstring(page.read_text(encoding="utf-8"))
     rows = {
         cells[0]: cells[1:]

@@ -7,6 +7,7 @@ import struct
 import subprocess
 import sys
 import zipfile
+from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
 from xml.etree import ElementTree
@@ -25,29 +26,25 @@ from scipy.io import loadmat
 QUICK = ["--until", "150 ms"]
 
 
-def test_run_writes_the_table_and_the_figure(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_run_writes_the_table_and_the_figure(tmp_path: Path, cli: Callable[..., str]) -> None:
     table, plot = tmp_path / "out.parquet", tmp_path / "out.png"
     command = ["run", "--rock", "granite", *QUICK, "--set", "rock.stiffness=2e9", "--quiet"]
-    assert main([*command, "-o", str(table), "--plot", str(plot)]) == 0
-    assert "blow_speed [m/s]" in capsys.readouterr().out
+    assert "blow_speed [m/s]" in cli(*command, "-o", table, "--plot", plot)
     frame = pd.read_parquet(table)
     assert frame.attrs["parameters"]["rock.stiffness"] == 2e9
     assert frame.index[-1] == pytest.approx(0.15)
     assert mpimg.imread(plot).shape[0] > 500
 
 
-def test_sweep_takes_lists_and_ranges(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_sweep_takes_lists_and_ranges(tmp_path: Path, cli: Callable[..., str]) -> None:
     table = tmp_path / "out.csv"
     command = ["sweep", *QUICK, "--over", "feed_force=3:5 kN:3", "--over", "rock.viscosity=0,1e5"]
-    assert main([*command, "--quiet", "-o", str(table)]) == 0
+    heads, *lines = cli(*command, "--quiet", "-o", table).splitlines()
     assert len(pd.read_csv(table)) == 6
-    heads, *lines = capsys.readouterr().out.splitlines()
     assert "feed_force [kN]" in heads
     # Its own file is a table of hammers too, in an order of its own.
-    assert main(["sweep", *QUICK, "--quiet", "--rows", str(table)]) == 0
-    assert sorted(capsys.readouterr().out.splitlines()[1:7]) == sorted(lines[:6])
+    again = cli("sweep", *QUICK, "--quiet", "--rows", table).splitlines()
+    assert sorted(again[1:7]) == sorted(lines[:6])
 
 
 @pytest.mark.parametrize(
@@ -71,22 +68,19 @@ def test_tables_are_read_as_people_have_them(text: str, refused: str, tmp_path: 
 
 
 def test_a_scene_s_file_is_a_hammer_of_every_command(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, cli: Callable[..., str]
 ) -> None:
-    sheet, rock = tmp_path / "hammer.json", ["--rock", "granite"]
-    given = ["--power", "20kW", "--frequency", "30Hz", "--hole", "140mm", "-o", str(sheet)]
-    assert main(["datasheet", *given]) == 0
+    sheet = tmp_path / "hammer.json"
+    cli("datasheet", "--power", "20kW", "--frequency", "30Hz", "--hole", "140mm", "-o", sheet)
     # A mark at its begin, as Windows' Notepad writes it.
     sheet.write_text(sheet.read_text(encoding="utf-8"), encoding="utf-8-sig")
-    assert main(["run", str(sheet), *rock, "--until", "50 ms", "--quiet"]) == 0
+    cli("run", sheet, "--rock", "granite", "--until", "50 ms", "--quiet")
     found = numbers_of(str(sheet), rock="granite")
     assert found["rock.stiffness"] == dth_rock("granite", hole=0.14)["rock.stiffness"]
-    assert main(["mesh", str(sheet)]) == 0
+    cli("mesh", sheet)
     twice = tmp_path / "twice.json"
     twice.write_text('{"start_values": {"gravity": 1, "gravity": 2}}', encoding="utf-8")
-    capsys.readouterr()
-    assert main(["run", str(twice)]) == 2
-    assert "twice.json says gravity twice" in capsys.readouterr().err
+    assert "twice.json says gravity twice" in cli("run", twice, code=2)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no terminal to open")
@@ -122,7 +116,9 @@ def test_long_work_shows_how_far_it_is_on_a_terminal_and_nothing_in_a_pipe(
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no such devices")
-def test_a_stream_that_takes_nothing_is_told_in_a_line(tmp_path: Path) -> None:
+def test_a_stream_that_takes_nothing_is_told_in_a_line(
+    tmp_path: Path, cli: Callable[..., str]
+) -> None:
     command = f"{sys.executable} -m dth_hammer.cli info"
     for stream, code, said in ((" >/dev/full", 2, "cannot write: No space"), (" >&-", 0, "")):
         done = subprocess.run(command + stream, shell=True, capture_output=True, text=True)  # noqa: PLW1510
@@ -132,19 +128,19 @@ def test_a_stream_that_takes_nothing_is_told_in_a_line(tmp_path: Path) -> None:
     quick = f"{sys.executable} -m dth_hammer.cli run --quiet --set fidelity=Rigid --until 0.3"
     ascii_ = os.environ | {"PYTHONIOENCODING": "ascii"}
     assert subprocess.run(quick, shell=True, env=ascii_, check=True, capture_output=True)
-    assert main([]) == 0
-    assert main(["rnu"]) == 2
-    assert main(["fmu", "-o", str(tmp_path)]) == 0
+    cli()
+    cli("rnu", code=2)
+    cli("fmu", "-o", tmp_path)
     assert load(tmp_path / "dth_hammer_fmi3.fmu").fmi == 3
 
 
 def test_means_of_many_hammers_come_from_a_file_and_only_what_is_missing_is_sought(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, cli: Callable[..., str]
 ) -> None:
     rows, table = tmp_path / "rows.csv", tmp_path / "means.csv"
     rows.write_text("feed_force,gravity\n4 kN,9.81\n5000,9.81\n", encoding="utf-8")
     command = ["steady", "--set", "fidelity=Rigid", "--quiet"]
-    assert main([*command, "--rows", str(rows), "-o", str(table)]) == 0
+    cli(*command, "--rows", rows, "-o", table)
     # In the file they stand as they came to an end.
     assert sorted(pd.read_csv(table)["feed_force"]) == [4e3, 5e3]
     # A cycle of its own: a row that was known is not sought again.
@@ -152,32 +148,27 @@ def test_means_of_many_hammers_come_from_a_file_and_only_what_is_missing_is_soug
     table.write_text(known, encoding="utf-8")
     with rows.open("a", encoding="utf-8") as file:
         file.write("6 kN,9.81\n")
-    assert main([*command, "--rows", str(rows), "-o", str(table)]) == 0
+    cli(*command, "--rows", rows, "-o", table)
     assert pd.read_csv(table)["kind"].tolist() == ["known", "known", "cycle"]
-    capsys.readouterr()
-    assert main([*command, "--over", "feed_force=4e3:6e3:2", "--units", "rop=m/h"]) == 0
-    heads, first, *_ = capsys.readouterr().out.splitlines()
+    over = cli(*command, "--over", "feed_force=4e3:6e3:2", "--units", "rop=m/h")
+    heads, first, *_ = over.splitlines()
     assert "rop_error [m/h]" in heads
     assert "cycle" in first
     for options, message in (
-        (["--rows", str(rows), "--over", "gravity=0"], "not both"),
+        (["--rows", rows, "--over", "gravity=0"], "not both"),
         (["--rows", "nowhere.csv"], "nowhere.csv cannot be read"),
-        (["--rows", str(rows), "-o", "x.csv", "--units", "us"], "keeps SI units"),
+        (["--rows", rows, "-o", "x.csv", "--units", "us"], "keeps SI units"),
     ):
-        assert main([*command, *options]) == 2
-        assert message in capsys.readouterr().err
+        assert message in cli(*command, *options, code=2)
 
 
-def test_info_tells_units_domains_and_presets(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["info"]) == 0
-    text = capsys.readouterr().out
+def test_info_tells_units_domains_and_presets(cli: Callable[..., str]) -> None:
+    text = cli("info")
     assert "preset air_4_inch" in text
     assert "rock: stiffness" in text
     assert "bit_stress[i]" in text
-    assert main(["info", "parameters"]) == 0
-    assert "fidelity = Elastic" in capsys.readouterr().out
-    assert main(["info", "rock.unloading_ratio"]) == 0
-    assert "tunable parameter" in capsys.readouterr().out
+    assert "fidelity = Elastic" in cli("info", "parameters")
+    assert "tunable parameter" in cli("info", "rock.unloading_ratio")
 
 
 @pytest.mark.parametrize(
@@ -212,34 +203,32 @@ def test_info_tells_units_domains_and_presets(capsys: pytest.CaptureFixture[str]
         (["optimise", "--goal", "rpo", "--free", "feed_force=1:2"], "no mean is called"),
         (["optimise", "--free", "feed_force=1:"], "feed_force"),
         (["waves", "-o", "x.foo"], "must end in .parquet, .csv, .xlsx or .mat"),
+        (["report", __file__], "is not JSON"),
+        (["report", "none.json"], "cannot be read"),
+        (["report", "-o", "x.pdf"], "must end in .html or .htm"),
+        (["report", "--units", "roman"], "no system of units"),
+        (["configure", "-o", "my.csv"], "must end in"),
+        (["datasheet"], "nothing is given"),
+        (["life", "--sn", "200 MPa,1e7"], "is not STRENGTH,CYCLES,SLOPE"),
     ],
 )
 def test_mistakes_are_told_in_a_line_before_anything_runs(
-    arguments: list[str],
-    message: str,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    arguments: list[str], message: str, cli: Callable[..., str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if not any("=" in word and "piston" in word for word in arguments):
         monkeypatch.setattr(Hammer, "run", None)
         monkeypatch.setattr("dth_hammer.study.sweeping.parts_of", None)
-    assert main(arguments) == 2
-    error = capsys.readouterr().err
-    assert message in error
-    assert len(error.strip().splitlines()) == 1
+    assert message in cli(*arguments, code=2)
 
 
-def test_units_of_the_field_are_shown_and_written(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_units_of_the_field_are_shown_and_written(tmp_path: Path, cli: Callable[..., str]) -> None:
     table = tmp_path / "out.csv"
-    command = ["run", *QUICK, "--quiet", "--units", "us", "--units", "rop=m/h", "-o", str(table)]
-    assert main(command) == 0
-    said = capsys.readouterr().out
+    command = ["run", *QUICK, "--quiet"]
+    said = cli(*command, "--units", "us", "--units", "rop=m/h", "-o", table)
     assert "rop [m/h]" in said
     assert "blow_energy [ft.lbf]" in said
     plain = tmp_path / "plain.csv"
-    assert main([*command[:4], "-o", str(plain)]) == 0
+    cli(*command, "-o", plain)
     one, two = pd.read_csv(table)["rop"], pd.read_csv(plain)["rop"]
     assert one.iloc[-1] == pytest.approx(3600 * two.iloc[-1], rel=1e-12)
 
@@ -259,10 +248,12 @@ def cells(path: Path) -> list[list[str]]:
     return rows
 
 
-def test_excel_and_matlab_get_the_numbers_of_the_table(tmp_path: Path) -> None:
+def test_excel_and_matlab_get_the_numbers_of_the_table(
+    tmp_path: Path, cli: Callable[..., str]
+) -> None:
     command = ["run", "--until", "100 ms", "--quiet", "--set", "hole.diameter=90 mm", "-o"]
     for name in ("out.csv", "out.xlsx", "out.mat"):
-        assert main([*command, str(tmp_path / name)]) == 0
+        cli(*command, tmp_path / name)
     table = pd.read_csv(tmp_path / "out.csv")
     head, *rows = cells(tmp_path / "out.xlsx")
     assert head == [*table]
@@ -280,41 +271,36 @@ def test_excel_and_matlab_get_the_numbers_of_the_table(tmp_path: Path) -> None:
     assert [*read["rock_mode"]] == [*table["rock_mode"]]
     assert read["units"]["rop"] == "m/s"
     for name in ("sweep.xlsx", "sweep.mat"):  # It could not be read back and added to.
-        assert main(["sweep", "--over", "feed_force=1", "-o", str(tmp_path / name)]) == 2
+        cli("sweep", "--over", "feed_force=1", "-o", tmp_path / name, code=2)
 
 
 def test_a_rock_is_calibrated_from_what_was_measured(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, cli: Callable[..., str]
 ) -> None:
     truth = 1.5e8
     mean = steady({"fidelity": "Rigid", "rock.stiffness": truth}).mean
     table = tmp_path / "rock.csv"
-    command = ["calibrate", "--set", "fidelity=Rigid", "--quiet", "-o", str(table)]
+    command = ["calibrate", "--set", "fidelity=Rigid", "--quiet", "-o", table]
     command += ["--free", "rock.stiffness=50 MN/m:400 MN/m", "--units", "rock.stiffness=MN/m"]
     rate = f"{1e3 * mean['tip_rate']:.6f} mm/s:{1e3 * 0.01 * mean['tip_rate']:.6f} mm/s"
     ratio = ",".join(str(f * mean["rebound_ratio"]) for f in (0.99, 1.0, 1.01))
     command += ["--measured", f"tip_rate={rate}", "--measured", f"rebound_ratio={ratio}"]
-    assert main(command) == 0
+    said = cli(*command)
     found = pd.read_csv(table, index_col=0)
     value, low, high, _, error, unit = found.loc["rock.stiffness"]
     assert low < 1e-6 * truth < high
     # Measured without noise: what is off is roughness, which is in the error.
     assert abs(value - 1e-6 * truth) < 2.0 * error < 0.1 * value
     assert unit == "MN/m"
-    said = capsys.readouterr().out
     assert "chi-square" in said
     assert "1 degrees of freedom" in said
 
 
-def test_the_best_feed_is_found_by_a_command(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_best_feed_is_found_by_a_command(tmp_path: Path, cli: Callable[..., str]) -> None:
     table = tmp_path / "designs.csv"
     command = ["optimise", "--set", "fidelity=Rigid", "--free", "feed_force=1 kN:10 kN"]
     command += ["--goal", "tip_rate", "--limit", "tip_rate=:40 mm/s", "--starts", "2"]
-    command += ["--units", "tip_rate=mm/s", "-o", str(table)]
-    assert main(command) == 0
-    said = capsys.readouterr().out
+    said = cli(*command, "--units", "tip_rate=mm/s", "-o", table)
     (rate,) = (float(line.split()[1]) for line in said.splitlines() if line.startswith("tip_rate"))
     # The rate rises with the feed: the limit holds it back. Steps end at 0.5 % of the bounds, which
     # is 0.04 mm/s.
@@ -380,12 +366,11 @@ def test_a_plain_install_is_told_all_that_a_command_lacks_at_once(
     packages: str,
     extras: str,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    cli: Callable[..., str],
 ) -> None:
     monkeypatch.setattr("dth_hammer.extras.importlib.util.find_spec", lambda _: None)
-    assert main(arguments.split()) == 2
     expected = f"dth-hammer: this needs {packages}: pip install 'dth-hammer[{extras}]'\n"
-    assert capsys.readouterr().err == expected
+    assert cli(*arguments.split(), code=2) == expected
 
 
 def test_an_extra_brings_the_packages_that_are_said_to_be_in_it() -> None:

@@ -8,7 +8,6 @@ import fmpy
 import numpy as np
 import pytest
 from dth_hammer import VARIABLES, DomainError, DthHammerError, simulate
-from dth_hammer.cli import main
 from dth_hammer.errors import FmuNotFoundError
 from dth_hammer.fmu import configure, find, load
 from fmpy.validation import validate_fmu
@@ -86,14 +85,11 @@ def test_a_wrong_scene_writes_nothing(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command(tmp_path: Path, cli: Callable[..., str]) -> None:
     file = tmp_path / "my.fmu"
     words = [f"--set={name}={value}" for name, value in SCENE.items()]
-    assert main(["configure", "-o", str(file), *words]) == 0
-    assert "5 start values" in capsys.readouterr().out
+    assert "5 start values" in cli("configure", "-o", file, *words)
     assert outputs(file) == pytest.approx(expected(), rel=1e-9)
-    assert main(["configure", "-o", str(tmp_path / "my.csv"), *words]) == 2
-    assert "must end in" in capsys.readouterr().err
 
 
 EVENTS = {"event.positions": 2, "event.position[1]": "-30 mm", "event.blow": "false"}
@@ -153,13 +149,10 @@ def test_events_out_of_their_range_are_refused(
     assert not list(tmp_path.iterdir())
 
 
-def test_arrays_are_in_a_variant_of_fmi_3_alone(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_arrays_are_in_a_variant_of_fmi_3_alone(tmp_path: Path, cli: Callable[..., str]) -> None:
     file, two = tmp_path / "arrays.fmu", tmp_path / "two.fmu"
-    words = ["--fmi", "3", "--arrays", "--set=feed_force=6e3"]
-    assert main(["configure", "-o", str(file), *words]) == 0
-    assert "1 start values, 14 more outputs" in capsys.readouterr().out
+    said = cli("configure", "-o", file, "--fmi", "3", "--arrays", "--set=feed_force=6e3")
+    assert "1 start values, 14 more outputs" in said
     assert validate_fmu(str(file)) == []
     plain, found = (
         {v.name: v for v in fmpy.read_model_description(path).modelVariables}
@@ -173,13 +166,9 @@ def test_arrays_are_in_a_variant_of_fmi_3_alone(
     stress = fmpy.simulate_fmu(str(two), stop_time=0.05, output=["piston_stress"])["piston_stress"]
     assert stress.shape[1] == 7
     assert np.abs(stress).max() > 1e6
-    for words, why in (
-        (["--fmi", "3", "--fmu", str(file)], "has arrays already"),
-        ([], "they are of FMI 3.0"),
-    ):
-        out = str(tmp_path / "out.fmu")
-        assert main(["configure", *words, "--arrays", "-o", out]) == 2
-        assert why in capsys.readouterr().err
+    again = ["configure", "--arrays", "-o", tmp_path / "out.fmu"]
+    assert "has arrays already" in cli(*again, "--fmi", "3", "--fmu", file, code=2)
+    assert "they are of FMI 3.0" in cli(*again, code=2)
 
 
 BIG = 300_000_000
@@ -231,7 +220,7 @@ def twice(path: Path) -> None:
 def test_an_archive_that_would_hurt_is_refused_by_its_directory_alone(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    cli: Callable[..., str],
     write: Callable[[Path], None],
     why: str,
 ) -> None:
@@ -246,5 +235,5 @@ def test_an_archive_that_would_hurt_is_refused_by_its_directory_alone(
         monkeypatch.setattr(ZipFile, method, unpacked)
     with pytest.raises(FmuNotFoundError, match=why):
         load(file)
-    assert main(["configure", "--fmu", str(file), "-o", str(tmp_path / "out.fmu")]) == 2
-    assert "evil.fmu is not a readable FMU" in capsys.readouterr().err
+    said = cli("configure", "--fmu", file, "-o", tmp_path / "out.fmu", code=2)
+    assert "evil.fmu is not a readable FMU" in said

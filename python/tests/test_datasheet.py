@@ -1,6 +1,7 @@
 """From a datasheet to a hammer that strikes as it says."""
 
 import json
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -13,7 +14,6 @@ from dth_hammer import (
     from_datasheet,
     simulate,
 )
-from dth_hammer.cli import main
 
 
 def strikes(sheet: Datasheet, until: float) -> tuple[float, float]:
@@ -103,24 +103,17 @@ def test_what_contradicts_is_told_with_its_size() -> None:
     assert "contradictions:" in str(sheet)
 
 
-def test_the_command_line_solves_the_same(
-    capsys: pytest.CaptureFixture[str], tmp_path: Any
-) -> None:
+def test_the_command_line_solves_the_same(cli: Callable[..., str], tmp_path: Any) -> None:
     given = {"piston_mass": "8.6 kg", "blow_energy": "400 J", "frequency": "1800 bpm"}
     scene = tmp_path / "hammer.json"
     options = [part for n, v in given.items() for part in (f"--{n.replace('_', '-')}", v)]
-    command = ["datasheet", *options, "-o", str(scene)]
-    assert main(command) == 0
     sheet = from_datasheet(**given)
-    assert str(sheet) in capsys.readouterr().out
-    assert main(["run", "--until", "100 ms", "--quiet"]) == 0
-    assert main(["datasheet"]) == 2
-    assert "nothing is given" in capsys.readouterr().err
+    assert str(sheet) in cli("datasheet", *options, "-o", scene)
     written = json.loads(scene.read_text(encoding="utf-8"))["start_values"]
     assert written == pytest.approx(dict(sheet.parameters), rel=1e-15)
 
 
-def test_ratios_are_known_where_rates_are_not(capsys: pytest.CaptureFixture[str]) -> None:
+def test_ratios_are_known_where_rates_are_not(cli: Callable[..., str]) -> None:
     sheet = {"od": "124 mm", "pressure": "24 bar", "power": "31.7 kW", "hole": "140 mm"}
     here = from_datasheet(**sheet, rock="granite")
     there = here.but(at="30 bar")
@@ -132,5 +125,5 @@ def test_ratios_are_known_where_rates_are_not(capsys: pytest.CaptureFixture[str]
     back = compare(here, there).loc["rate of penetration", "ratio"]
     assert ratio * back == pytest.approx(1.0, rel=1e-3)
     text = "od=124mm,pressure=24bar,power=31.7kW,hole=140mm"
-    assert main(["compare", text, "at=30bar", "--rock", "granite"]) == 0
-    assert f"rate of penetration: {ratio:.3g} times" in capsys.readouterr().out
+    said = cli("compare", text, "at=30bar", "--rock", "granite")
+    assert f"rate of penetration: {ratio:.3g} times" in said

@@ -1,5 +1,6 @@
 """A drilling log to the rock's specific energy over depth."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,6 @@ from dth_hammer import (
     specific_energy,
     steady,
 )
-from dth_hammer.cli import main
 from dth_hammer.study.drilling import HEARD, _heard
 
 SHEET = {"od": "124 mm", "pressure": "24 bar", "power": "31.7 kW", "hole": "140 mm"}
@@ -63,9 +63,7 @@ def test_a_frequency_that_is_heard_moves_the_power_as_the_hammers_go_together() 
         _heard(pace, pace, np.log([60.0]))
 
 
-def test_logs_are_read_as_rigs_write_them(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_logs_are_read_as_rigs_write_them(tmp_path: Path, cli: Callable[..., str]) -> None:
     sheet = from_datasheet(**SHEET)
     plain = {"depth": [10.0, 11.0], "rop": [5e-3, 6e-3], "pressure": [24e5, 20e5]}
     expected = specific_energy(sheet, pd.DataFrame(plain))
@@ -82,8 +80,7 @@ def test_logs_are_read_as_rigs_write_them(
             found = specific_energy(sheet, log)
         assert found.to_numpy() == pytest.approx(expected.to_numpy(), rel=1e-12)
     text = ",".join(f"{name}={value}" for name, value in SHEET.items())
-    assert main(["log", str(german), "--sheet", text]) == 0
-    assert "specific_energy [MJ/m3]" in capsys.readouterr().out
+    assert "specific_energy [MJ/m3]" in cli("log", german, "--sheet", text)
     with pytest.raises(DomainError, match="there is no pressure, but depth, rop"):
         specific_energy(sheet, pd.DataFrame({"depth": [1], "rop": [1]}))
     with pytest.raises(DomainError, match="rop is given in m/s"):

@@ -1,5 +1,8 @@
 """Long-run responses and trends: against longer simulations, known lines, and each other."""
 
+from collections.abc import Callable
+from pathlib import Path
+
 import numpy as np
 import pytest
 from dth_hammer import (
@@ -9,7 +12,6 @@ from dth_hammer import (
     steady,
     trend,
 )
-from dth_hammer.cli import main
 from dth_hammer.errors import DomainError, UnknownNameError
 from dth_hammer.models.hydraulic import Water, WaterDrive
 from dth_hammer.scene.hammers import numbers_of
@@ -204,14 +206,10 @@ def test_wrong_names_and_widths_are_told() -> None:
         steady(error=0.0)
 
 
-def test_the_commands_tell_means_and_trends(
-    capsys: pytest.CaptureFixture[str], tmp_path: pytest.TempPathFactory
-) -> None:
-    assert main(["steady", "--set", "fidelity=Rigid", "--quiet", "--units", "rop=mm/s"]) == 0
-    message = capsys.readouterr().out
+def test_the_commands_tell_means_and_trends(cli: Callable[..., str], tmp_path: Path) -> None:
+    hammer = ["--set", "fidelity=Rigid", "--quiet"]
+    message = cli("steady", *hammer, "--units", "rop=mm/s")
     assert message.startswith("cycle, 1 blows")
     assert "mm/s" in message
-    figure = f"{tmp_path}/tornado.png"
-    hammer = ["--set", "fidelity=Rigid", "--quiet", "--plot", figure]
-    assert main(["trend", *hammer, "--over", "feed_force=0.1", "--outputs", "rop"]) == 0
-    assert "feed_force" in capsys.readouterr().out
+    drawn = ["--outputs", "rop", "--plot", tmp_path / "tornado.png"]
+    assert "feed_force" in cli("trend", *hammer, "--over", "feed_force=0.1", *drawn)

@@ -122,21 +122,6 @@ def test_a_wrong_scene_is_refused_in_words(tmp_path: Path, content: Any, message
         Scene.read(write(tmp_path, content))
 
 
-def test_mistakes_are_told_in_a_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    broken = tmp_path / "broken.json"
-    broken.write_text("{", encoding="utf-8")
-    for arguments, message in (
-        ([str(broken)], "is not JSON"),
-        ([str(tmp_path / "none.json")], "cannot be read"),
-        ([str(write(tmp_path, {})), "-o", "x.pdf"], "must end in .html or .htm"),
-        ([str(write(tmp_path, {})), "--units", "roman"], "no system of units"),
-    ):
-        assert main(["report", *arguments]) == 2
-        error = capsys.readouterr().err.strip()
-        assert message in error
-        assert len(error.splitlines()) == 1
-
-
 def test_a_trend_is_the_slope_between_responses_on_both_sides(tmp_path: Path) -> None:
     values: dict[str, Any] = {**GIVEN, "fidelity": "Rigid"}
     scene = write(tmp_path, SCENE | {"start_values": values, "until": 0.2})

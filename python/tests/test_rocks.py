@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,6 @@ from dth_hammer import (
     simulate,
     steady,
 )
-from dth_hammer.cli import main
 from dth_hammer.run.summary import displayed
 
 HOLE = {"hole.diameter": 0.09, "rock.specific_energy": 399e6}
@@ -73,7 +73,9 @@ def test_a_rock_carries_the_range_of_its_rate() -> None:
         assert found["rock.specific_energy_factor"] == pytest.approx(factor, rel=1e-6)
 
 
-def test_a_rock_goes_beside_any_hammer_under_its_own_bit(tmp_path: Path) -> None:
+def test_a_rock_goes_beside_any_hammer_under_its_own_bit(
+    tmp_path: Path, cli: Callable[..., str]
+) -> None:
     hole = PRESETS["air_5_inch"].values["hole.diameter"]
     expected = rock("granite", hole=hole)
     assert Scene(preset="air_5_inch", rock="granite").numbers.items() >= expected.items()
@@ -83,9 +85,7 @@ def test_a_rock_goes_beside_any_hammer_under_its_own_bit(tmp_path: Path) -> None
     assert own.numbers["rock.stiffness"] == rock("granite", hole="180 mm")["rock.stiffness"]
     # Read and written: the same under another bit.
     file = tmp_path / "quarry.json"
-    assert (
-        main(["run", "--rock", "R5", "--until", "0.1", "--quiet", "--write-rock", str(file)]) == 0
-    )
+    cli("run", "--rock", "R5", "--until", "0.1", "--quiet", "--write-rock", file)
     (tmp_path / "scene.json").write_text(json.dumps({"rock": file.name, "until": 0.1}), "utf-8")
     again = Scene.read(tmp_path / "scene.json")
     assert again.numbers == pytest.approx(Scene(rock="R5").numbers, rel=1e-12)
@@ -128,19 +128,16 @@ def test_no_such_rock_or_bit(name: str, inserts: int, radius: float | str, messa
         rock(name, inserts=inserts, insert_radius=radius)
 
 
-def test_rocks_on_the_command_line(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["rock"]) == 0
-    printed = capsys.readouterr().out
+def test_rocks_on_the_command_line(cli: Callable[..., str]) -> None:
+    printed = cli("rock")
     assert "Yang 2025" in printed
     assert "assumed: about the uniaxial compressive strength" in printed
     assert "hardness: 1.57 GPa (1.29 to 4.04)" in printed
     assert "specific energy: 158.1 MJ/m3" in printed
-    assert main(["rock", "granite"]) == 0
-    assert "Yang 2025" not in capsys.readouterr().out
-    bit = ["--inserts", "8", "--insert-radius", "7 mm"]
-    assert main(["rock", "kuru granite", *bit]) == 0
+    assert "Yang 2025" not in cli("rock", "granite")
     number = rock("kuru granite", inserts=8, insert_radius=7e-3)["rock.stiffness"]
-    assert f"--set rock.stiffness={number:.6g}" in capsys.readouterr().out
+    under = cli("rock", "kuru granite", "--inserts", "8", "--insert-radius", "7 mm")
+    assert f"--set rock.stiffness={number:.6g}" in under
 
 
 def test_a_damping_ratio_is_that_of_the_first_elastic_mode() -> None:
@@ -201,13 +198,11 @@ def test_the_work_of_all_blows_is_the_ledger_s(run: Run) -> None:
 
 
 def test_the_rate_of_the_hole_is_shown_first(
-    run: Run, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    run: Run, cli: Callable[..., str], tmp_path: Path
 ) -> None:
     assert run.blows["rop"].iloc[-1] == run["rop"].iloc[-1] > 0.0
-    command = ["run", "--until", "800 ms", "--quiet"]
-    sets = [part for n, v in HOLE.items() for part in ("--set", f"{n}={v}")]
-    assert main([*command, *sets]) == 0
-    printed = capsys.readouterr().out
+    sets = [f"--set={name}={value}" for name, value in HOLE.items()]
+    printed = cli("run", "--until", "800 ms", "--quiet", *sets)
     assert "rop [m/h]" in printed
     mean = run.summary().loc["rate of penetration", "mean"]
     for factor, unit in ((3600, "m/h"), (60, "m/min")):

@@ -1,5 +1,6 @@
 """One file of SSP 1.0: the hammer and what drives it; hosts run it in tests/python."""
 
+from collections.abc import Callable
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -7,7 +8,6 @@ import container
 import fmpy
 import pytest
 from dth_hammer import PRESETS, VARIABLES, DomainError, DthHammerError, HammerWarning
-from dth_hammer.cli import main
 from dth_hammer.errors import FmuNotFoundError
 from dth_hammer.fmu import find, write_system
 from fmpy.ssp.ssd import get_connections, read_ssd
@@ -129,10 +129,8 @@ def test_a_drive_that_the_hammer_does_not_read_is_a_warning(drive: Path, tmp_pat
         write_system({}, tmp_path / "one.ssp", {"drive": drive})
 
 
-def test_the_command(drive: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["system", f"--partner=drive={drive}", "--step=20 us"]
-    scene = [f"--set={name}={value}" for name, value in SCENE.items()]
-    assert main([*words, *scene, "-o", str(tmp_path / "one.ssp")]) == 0
-    assert "drive.supply_pressure -> hammer.supply_pressure" in capsys.readouterr().out
-    assert main([*words, *scene, "-o", str(tmp_path / "one.zip")]) == 2
-    assert "must end in .ssp" in capsys.readouterr().err
+def test_the_command(drive: Path, tmp_path: Path, cli: Callable[..., str]) -> None:
+    words = ["system", f"--partner=drive={drive}", "--step=20 us", "--set=drive.source=Air"]
+    said = cli(*words, "-o", tmp_path / "one.ssp")
+    assert "drive.supply_pressure -> hammer.supply_pressure" in said
+    assert "must end in .ssp" in cli(*words, "-o", tmp_path / "one.zip", code=2)

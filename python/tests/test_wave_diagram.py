@@ -1,5 +1,6 @@
 """Stress and velocity along the bars, against closed forms and balances."""
 
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
@@ -18,7 +19,6 @@ from dth_hammer import (
     simulate,
     waves,
 )
-from dth_hammer.cli import main
 from dth_hammer.run.diagram import Waves
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import QuadMesh
@@ -179,11 +179,10 @@ def test_the_words_of_the_diagram_stand_apart_and_in_order() -> None:
     assert all(below.y1 <= above.y0 for below, above in pairwise(boxes))
 
 
-def test_the_command_draws_and_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_draws_and_writes(tmp_path: Path, cli: Callable[..., str]) -> None:
     plot, table = tmp_path / "waves.png", tmp_path / "waves.parquet"
     quick = ["waves", "--elements", "10", "10", "--until", "30 ms"]
-    assert main([*quick, "--plot", str(plot), "-o", str(table)]) == 0
-    assert "MPa" in capsys.readouterr().out
+    assert "MPa" in cli(*quick, "--plot", plot, "-o", table)
     assert mpimg.imread(plot).shape[0] > 500
     stress = pd.read_parquet(table)["stress"]
     assert stress.min() < -1e8
