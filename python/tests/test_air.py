@@ -1,19 +1,14 @@
 """A hammer that air drives goes through what any other does: figures, sweep, calibration, life."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from dth_hammer import (
     Hammer,
     RefusedError,
-    Scene,
     SNCurve,
     calibrate,
-    figures,
     from_datasheet,
     life,
-    report,
     steady,
 )
 
@@ -25,19 +20,6 @@ SHEET = {
     "pressure": "350 psi",
     "air_flow": "16.9 m3/min",
 }
-
-
-def test_the_indicator_diagram_has_both_pressures_and_the_drive_s_work() -> None:
-    cycle = figures.settled_cycle({}, "0.5 s", preset=PRESET)
-    pressures, force = figures.indicator(cycle).axes
-    assert [line.get_label() for line in pressures.lines] == ["drive chamber", "return chamber"]
-    for line in pressures.lines:
-        bars = np.asarray(line.get_ydata())
-        # From the exhaust up to a little above the supply, where a chamber is compressed.
-        assert 1.0 < bars.min() < bars.max() < 1.1 * 25.2
-    work = steady(preset=PRESET)["energy_drive"]
-    # The title's number is rounded to 1 J, and the loop's is a sum of trapezia.
-    assert float(force.get_title(loc="left").split()[0]) == pytest.approx(work, rel=5e-3)
 
 
 def test_a_sweep_over_the_supply_has_its_air() -> None:
@@ -57,13 +39,6 @@ def test_ports_are_found_from_the_air_that_is_measured() -> None:
     # Four standard errors: the air grows with the ports, and is said to be known to 0.5 %.
     area = float(found.parameters["air.supply_area"])
     assert area == pytest.approx(2.4e-4, rel=0.03)
-
-
-def test_an_air_hammer_has_a_report_with_its_air(tmp_path: Path) -> None:
-    scene = Scene("x", "", PRESET, {}, {}, 0.5)
-    text = report(scene, tmp_path / "page.html").read_text(encoding="utf-8")
-    assert "Indicator diagram" in text
-    assert "free air" in text
 
 
 def test_an_air_hammer_has_a_life() -> None:

@@ -8,7 +8,6 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Callable
-from importlib import metadata
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -18,7 +17,6 @@ import pytest
 from dth_hammer import DomainError, Hammer, outputs, steady, sweep
 from dth_hammer import rock as dth_rock
 from dth_hammer.cli import main
-from dth_hammer.extras import EXTRAS
 from dth_hammer.fmu import load
 from dth_hammer.scene.hammers import numbers_of
 from scipy.io import loadmat
@@ -371,10 +369,3 @@ def test_a_plain_install_is_told_all_that_a_command_lacks_at_once(
     monkeypatch.setattr("dth_hammer.extras.importlib.util.find_spec", lambda _: None)
     expected = f"dth-hammer: this needs {packages}: pip install 'dth-hammer[{extras}]'\n"
     assert cli(*arguments.split(), code=2) == expected
-
-
-def test_an_extra_brings_the_packages_that_are_said_to_be_in_it() -> None:
-    lines = metadata.requires("dth-hammer") or []
-    for package, extra in EXTRAS.items():
-        own = [line for line in lines if re.match(rf"{package}\b", line)]
-        assert any(re.search(rf"extra == .{extra}.", line) for line in own), package

@@ -63,19 +63,12 @@ def test_a_source_without_its_inputs() -> None:
 
 
 class Constant:
-    """A partner that has pressures, and no state."""
+    """A partner that has pressures."""
 
     def outputs(self) -> dict[str, float]:
         return {"drive_pressure": 1e6}
 
-    def slopes(self, *_: float) -> dict[str, float]:
-        return {}
-
     def advance(self, *_: object) -> None: ...
-
-    def save(self) -> None: ...
-
-    def restore(self, _: None) -> None: ...
 
 
 def test_nothing_is_said_where_nothing_is_wrong() -> None:

@@ -19,6 +19,7 @@ from pathlib import Path
 
 import blocks
 import pytest
+from programs import ran
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
@@ -57,7 +58,7 @@ def clean(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     (folder / "pins.txt").write_text(pins, encoding="utf-8")
     subprocess.run([sys.executable, "-m", "venv", folder / "venv"], check=True)
     for command in blocks.commands(install_block().code):
-        run(folder, command, ROOT)
+        ran(command, ROOT, environment(folder))
     yield folder
     shutil.rmtree(folder / "venv")
 
@@ -77,35 +78,26 @@ def environment(folder: Path | None) -> dict[str, str]:
     }
 
 
-def run(folder: Path | None, command: str, where: Path) -> str:
-    """What a command of a user's prints."""
-    done = subprocess.run(
-        command,
-        shell=True,
-        cwd=where,
-        env=environment(folder),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
-    return done.stdout
+def with_examples(folder: Path) -> None:
+    """Puts into a folder what a checkout has beside its pages."""
+    for example in (ROOT / "examples").glob("*.py"):
+        shutil.copy(example, folder)
+    (folder / "dist").symlink_to(ROOT / "dist", target_is_directory=True)
 
 
 def run_page(clean: Path | None, page: Path, folder: Path) -> list[blocks.Block]:
     """A page's blocks, run in an empty folder with the examples in it."""
-    for example in (ROOT / "examples").glob("*.py"):
-        shutil.copy(example, folder)
-    (folder / "dist").symlink_to(ROOT / "dist", target_is_directory=True)
+    with_examples(folder)
     out = folder / "blocks.json"
     runner = shlex.join(["python", str(blocks.__file__), str(page), str(out), f"cargo={ROOT}"])
-    run(clean, runner, folder)
+    ran(runner, folder, environment(clean))
     return [blocks.Block(**row) for row in json.loads(out.read_text(encoding="utf-8"))]
 
 
 @pytest.mark.weekly
 def test_the_package_is_the_wheel_s_and_brings_its_fmu(clean: Path, tmp_path: Path) -> None:
-    message = run(clean, "python -c 'import dth_hammer; print(dth_hammer.fmu.find())'", tmp_path)
+    where = "python -c 'import dth_hammer; print(dth_hammer.fmu.find())'"
+    message = ran(where, tmp_path, environment(clean))
     assert Path(message.strip()).is_relative_to((clean / "venv").resolve())
 
 
@@ -180,14 +172,7 @@ def test_a_cargo_command_that_is_named_is_there(command: str) -> None:
     # Its options are those of the program: a word that it does not know stops clap.
     options = [o for o in command.split()[2:] if o.startswith("--")]
     if word in aliases and "xtask" in aliases[word] and word != "suite":
-        done = subprocess.run(
-            ["cargo", word, *options, "--help"],
-            cwd=ROOT,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert done.returncode == 0, done.stderr
+        assert ran(["cargo", word, *options, "--help"], ROOT)
 
 
 def recipes() -> list[blocks.Block]:
@@ -207,18 +192,8 @@ def test_a_recipe_for_another_host_runs(recipe: blocks.Block, tmp_path: Path) ->
             pytest.skip(f"{host} has no wheel for this Python and platform")
     if "import system" in recipe.code and not sysconfig.get_config_var("Py_ENABLE_SHARED"):
         pytest.skip("the drive is an FMU in Python, which needs Python as a shared library")
-    for example in (ROOT / "examples").glob("*.py"):
-        shutil.copy(example, tmp_path)
-    (tmp_path / "dist").symlink_to(ROOT / "dist", target_is_directory=True)
+    with_examples(tmp_path)
     (tmp_path / recipe.title).write_text(recipe.code, encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, recipe.title],
-        cwd=tmp_path,
-        env=os.environ | {"TMPDIR": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
     assert "blow_count" in recipe.code
-    assert done.stdout.strip()
+    said = ran([sys.executable, recipe.title], tmp_path, os.environ | {"TMPDIR": str(tmp_path)})
+    assert said.strip()

@@ -3,11 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-import pandas as pd
 import pytest
-from dth_hammer import DomainError, HammerWarning, Record, Run, UnknownNameError, simulate
-from dth_hammer.run.records import simulated
+from dth_hammer import DomainError, HammerWarning, Run, UnknownNameError, simulate
 
 #: Small meshes: what is shown here does not depend on them.
 SMALL = {"piston.elements": 4, "bit.elements": 4, "contact.stiffness": 2e10}
@@ -69,23 +66,6 @@ def test_what_has_no_derivative_says_so() -> None:
         simulate({"piston.segments": 2}, until=1e-3, gradient=["piston.length"])
     with pytest.raises(DomainError, match=r"no derivative .*piston\.segment\[3\]\.area"):
         simulate({**SHAPE, "piston.segments": 2}, 0.01, gradient=["piston.segment[3].area"])
-
-
-def pulse(samples: float | np.ndarray, blow: int, error: float) -> Record:
-    """The contact force over the first impact of a blow, to be filled or as it was seen."""
-    times = np.linspace(2e-6, 1.2e-4, 60)
-    return Record("contact_force", pd.Series(samples, index=times), error, blow)
-
-
-def test_a_sample_has_the_derivative_that_differences_of_records_tend_to() -> None:
-    name, start = "rock.stiffness", 1.2e8
-    blank = pulse(0.0, 3, 1.0)
-    _, slopes = simulated(blank, SMALL, [name])
-    step = 1e-6 * start
-    low, high = (simulated(blank, {**SMALL, name: start + w * step})[0] for w in (-1.0, 1.0))
-    differences = (high - low) / (2.0 * step)
-    # Rounding of the instants, 1e-13 s, at 1e10 N/s, and curvature: 1e-4 of the largest.
-    assert np.abs(slopes[:, 0] - differences).max() < 1e-3 * np.abs(differences).max()
 
 
 def test_derivatives_of_a_motion_that_does_not_settle_are_not_told() -> None:

@@ -17,7 +17,6 @@ from dth_hammer.models.hydraulic import Water, WaterDrive
 from dth_hammer.scene.hammers import numbers_of
 from dth_hammer.study.motions import drawn
 from dth_hammer.study.trends import line, sobol
-from interrupting import Interrupts
 
 RIGID = {"fidelity": "Rigid"}
 #: Rock so stiff and viscous, with `overdamped`, that blows alternate.
@@ -154,12 +153,6 @@ def test_a_coupled_model_has_the_mean_of_its_own_blows() -> None:
     hammer = drives[0].hammer
     assert hammer.closed
     assert found["blow_frequency"] > 5.0
-
-
-@pytest.mark.filterwarnings("ignore:.*creeps in the rock")
-def test_ctrl_c_ends_a_search(ctrl_c: Interrupts) -> None:
-    with ctrl_c(1.0):
-        steady({"feed_force": 0.0}, preset="overdamped", error=1e-6, blows=10_000_000)
 
 
 def test_a_line_is_fitted_with_the_errors_that_its_scatter_makes() -> None:

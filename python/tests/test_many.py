@@ -74,8 +74,6 @@ def test_rows_may_be_a_list_or_a_frame_and_tell_why_there_is_none() -> None:
 def test_what_is_asked_wrongly_is_told() -> None:
     with pytest.raises(DomainError, match="the same in each"):
         steady([{"feed_force": 1.0}, {"gravity": 0.0}])
-    with pytest.raises(DomainError, match="call steady for each"):
-        steady(GRID, starts=2)  # type: ignore[call-overload]
     with pytest.raises(DomainError, match="for many hammers: give lists or rows"):
         steady(RIGID, workers=2)  # type: ignore[call-overload]
     with pytest.raises(DomainError, match="is not parameters by name, a preset"):

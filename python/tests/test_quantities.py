@@ -174,23 +174,25 @@ class TestInputsOverTime:
         three = self.depth(pd.Series([5e3, 8e3], index=["0 s", "100 ms"]))
         assert one == two == three
 
-    def test_instants_must_rise(self) -> None:
-        with pytest.raises(DomainError, match=r"index of feed_force must rise, but 0\.1 s"):
-            self.depth(pd.Series([5e3, 8e3], index=[0.1, 0.0]))
-
-    def test_dates_are_none(self) -> None:
-        dates = pd.to_datetime(["2020-01-01", "2020-01-02"])
-        with pytest.raises(DomainError, match="not dates"):
-            self.depth(pd.Series([5e3, 8e3], index=dates))
+    @pytest.mark.parametrize(
+        ("value", "index", "message"),
+        [
+            (8e3, [0.1, 0.0], r"index of feed_force must rise, but 0\.1 s"),
+            (8e3, pd.to_datetime(["2020-01-01", "2020-01-02"]), "not dates"),
+            (float("nan"), [0.0, 0.1], "feed_force"),
+            (None, [0.0, 0.1], "feed_force"),
+            ("much", [0.0, 0.1], "feed_force"),
+        ],
+    )
+    def test_every_instant_and_value_is_looked_at(
+        self, value: object, index: object, message: str
+    ) -> None:
+        with pytest.raises(DomainError, match=message):
+            self.depth(pd.Series([5e3, value], index=index, dtype=object))  # type: ignore[call-overload]
 
     def test_an_input_must_be_an_input(self) -> None:
         with pytest.raises(DomainError, match=r"piston\.length is fixed"):
             simulate(until=0.01, inputs={"piston.length": 0.2})
-
-    @pytest.mark.parametrize("value", [float("nan"), None, "much"])
-    def test_every_value_is_looked_at(self, value: object) -> None:
-        with pytest.raises(DomainError, match="feed_force"):
-            self.depth(pd.Series([5e3, value], index=[0.0, 0.1], dtype=object))
 
     @staticmethod
     def depth(feed: pd.Series) -> float:

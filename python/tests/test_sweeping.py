@@ -30,7 +30,7 @@ from dth_hammer.errors import LostWorkerError, OutputError
 from dth_hammer.scene import quantities
 from dth_hammer.study.store import Store
 from interrupting import Interrupts
-from sweeps import UNTIL, begun, forbidden_runs, written
+from programs import UNTIL, begun, forbidden_runs, written
 
 GRID = {"feed_force": [4e3, 5e3], "rock.stiffness": ["100 kN/mm", "200 kN/mm"]}
 
@@ -72,9 +72,9 @@ def test_a_stopped_sweep_goes_on_where_it_was(
     ran: list[int] = []
     add = Store.add
 
-    def counted(store: Store, table: pd.DataFrame, key: str) -> None:
+    def counted(store: Store, table: pd.DataFrame) -> None:
         ran.append(len(table))
-        add(store, table, key)
+        add(store, table)
 
     monkeypatch.setattr(Store, "add", counted)
     rest = sweep(GRID, UNTIL, workers=1, out=out)
