@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from .commands import COMMANDS
-from .errors import DthHammerError, FmuNotFoundError, HammerWarning, UnknownNameError
+from .errors import DthHammerError, HammerWarning, UnknownNameError
 from .extras import need_all
 
 #: Exit code that shells use for an interrupted program.
@@ -56,16 +56,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as stop:
         print(f"\ndth-hammer: {str(stop) or 'stopped'}", file=sys.stderr)
         return INTERRUPTED
-    except OSError as error:
-        if isinstance(error, DthHammerError):
-            print(f"dth-hammer: {error}", file=sys.stderr)
-        else:
-            # A disk that is full: Python must not complain again at exit.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            print(f"dth-hammer: cannot write: {error.strerror}", file=sys.stderr)
-        return 2
     except DthHammerError as error:
         print(f"dth-hammer: {error}", file=sys.stderr)
+        return 2
+    except OSError as error:
+        # A disk that is full: Python must not complain again at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        print(f"dth-hammer: cannot write: {error.strerror}", file=sys.stderr)
         return 2
     return 0
 
@@ -125,14 +122,9 @@ class _Version(argparse.Action):
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         from . import __version__  # noqa: PLC0415
-        from .fmu.package import load  # noqa: PLC0415
+        from .fmu.package import provenance  # noqa: PLC0415
 
-        try:
-            package = load()
-            fmu = f"FMU {package.version}, {package.path}"
-        except FmuNotFoundError as error:
-            fmu = str(error)
-        print(f"dth-hammer {__version__}\n{fmu}")
+        print(f"dth-hammer {__version__}\n{provenance()}")
         parser.exit()
 
 

@@ -1,11 +1,8 @@
 """Checks the arguments of public functions against their annotations."""
 
-import builtins
-import contextlib
 import functools
 import inspect
 import numbers
-import sys
 import types
 from collections.abc import Callable, Iterable, Mapping, Sized
 from datetime import timedelta
@@ -14,13 +11,6 @@ from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 from .errors import DomainError, UnknownNameError
 
 Made = TypeVar("Made", bound=Callable[..., Any])
-
-
-class _Names(dict[str, Any]):
-    """Names of a module; what it imports for a type checker alone may be anything."""
-
-    def __missing__(self, name: str) -> Any:
-        return getattr(builtins, name, Any)
 
 
 def typed(**remedies: str) -> Callable[[Made], Made]:
@@ -61,14 +51,8 @@ def typed(**remedies: str) -> Callable[[Made], Made]:
 
 def hints_of(function: Callable[..., Any]) -> dict[str, Any]:
     """Returns the annotations of the arguments."""
-    signature, module = inspect.signature(function), sys.modules[function.__module__]
-    names, hints = _Names(vars(module)), dict.fromkeys(signature.parameters, Any)
-    for name, parameter in signature.parameters.items():
-        # An attribute of what a type checker alone imports is not there.
-        with contextlib.suppress(AttributeError):
-            hint = parameter.annotation if name != "self" else Any
-            hints[name] = eval(hint, {}, names) if isinstance(hint, str) else hint
-    return hints
+    parameters = inspect.signature(function, eval_str=True).parameters
+    return {n: Any if p.annotation is p.empty else p.annotation for n, p in parameters.items()}
 
 
 def _wrong(value: Any, hint: Any, name: str) -> str:

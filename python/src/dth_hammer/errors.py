@@ -37,25 +37,9 @@ class TooFewBlowsError(DthHammerError, ValueError):
 class InterruptedSweepError(KeyboardInterrupt):
     """The user stopped a sweep; the message says what is saved and how to continue."""
 
-    def __init__(self, done: int, total: int, path: object) -> None:
-        self.done, self.total = done, total
-        super().__init__(resuming(done, total, path) if path else f"stopped; {NOTHING_STORED}")
-
 
 class LostWorkerError(DthHammerError, RuntimeError):
     """A worker or scheduler of a sweep ended early; the message says what is saved."""
-
-    def __init__(self, why: str, done: int = 0, total: int = 0, path: object = None) -> None:
-        self.why, self.done, self.total = why, done, total
-        super().__init__(f"{why}; {resuming(done, total, path) if path else NOTHING_STORED}")
-
-
-NOTHING_STORED = "nothing is kept: give a file to keep runs in"
-
-
-def resuming(done: int, total: int, path: object) -> str:
-    """How many rows of a sweep are saved, and how to continue."""
-    return f"{done} of {total} runs are kept beside {path}: the same call goes on from there"
 
 
 class HammerWarning(UserWarning):
@@ -66,7 +50,6 @@ class HammerWarning(UserWarning):
 MOST = 12
 #: Former names in saved scenes (of a dotted name its first part), and what replaces each.
 GONE = {
-    "Chambers": "the chambers are those of Air now (drive.source = Air, parameters air.*)",
     "chambers": "the chambers are those of Air now (drive.source = Air, parameters air.*)",
     "hole_depth": "it is tip_depth now; the depth of the hole is drilled_length",
 }
@@ -77,7 +60,7 @@ class UnknownNameError(DthHammerError, LookupError):
 
     def __init__(self, what: str, name: object, known: Iterable[str]) -> None:
         name, candidates = str(name), list(known)
-        gone = GONE.get(name.partition(".")[0])
+        gone = GONE.get(name.partition(".")[0].lower())
         self.name, self.nearest = name, None if gone else nearest(name, candidates)
         hint = f"; did you mean {self.nearest!r}?" if self.nearest else ""
         hint = f"; {gone}" if gone else hint

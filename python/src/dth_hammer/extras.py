@@ -2,22 +2,12 @@
 
 import importlib
 import importlib.util
+import re
 from collections.abc import Iterable
+from importlib import metadata
 from typing import Any
 
 from .errors import MissingError
-
-#: The extra that brings each optional package.
-EXTRAS = {
-    "matplotlib": "plot",
-    "scipy": "fit",
-    "xlsxwriter": "excel",
-    "pyarrow": "sweep",
-    "tqdm": "sweep",
-    "cloudpickle": "sweep",
-    "rainflow": "life",
-    "fmpy": "fmi",
-}
 
 
 def need(module: str) -> Any:
@@ -44,7 +34,14 @@ def bar(shown: bool, each: Any = None, **named: Any) -> Any:
 
 
 def _missing(packages: list[str]) -> MissingError:
-    extras = sorted({EXTRAS[name] for name in packages})
+    extras = sorted({_extra(name) for name in packages})
     names = " and ".join([", ".join(packages[:-1]), packages[-1]] if packages[1:] else packages)
     text = f"this needs {names}: pip install 'dth-hammer[{','.join(extras)}]'"
     return MissingError(text, name=packages[0])
+
+
+def _extra(package: str) -> str:
+    """The extra that brings an optional package, as this package's metadata has it."""
+    lines = metadata.requires("dth-hammer") or []
+    found = (re.match(rf"{package}\b.*extra == .(\w+)", line) for line in lines)
+    return next(match[1] for match in found if match)

@@ -44,13 +44,11 @@ def check(path: str | Path, kinds: Iterable[str] = TABLES) -> Path:
             pass
         if not there:
             path.unlink()
-        # A file is written beside its name and then takes it: the folder must allow that.
-        if not os.access(path.parent, os.W_OK):
-            raise OutputError(f"cannot write into {path.parent}")
-    except OutputError:
-        raise
     except OSError as error:
         raise OutputError(f"{path} cannot be written: {error.strerror or error}") from None
+    # A file is written beside its name and then takes it: the folder must allow that.
+    if not os.access(path.parent, os.W_OK):
+        raise OutputError(f"cannot write into {path.parent}")
     return path
 
 

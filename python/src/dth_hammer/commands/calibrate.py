@@ -4,8 +4,6 @@ import argparse
 from collections.abc import Sequence
 from typing import Any
 
-import pandas as pd
-
 from .. import outputs
 from ..scene.variables import VARIABLES
 from ..study.calibration import calibrate
@@ -57,7 +55,7 @@ def run(options: argparse.Namespace) -> None:
     """Fits, writes the parameters, and prints them beside what was measured."""
     given = CALL.given(options)
     units = {name: VARIABLES.settable(name).unit for name in given["free"]}
-    common.by_name(pd.DataFrame(index=pd.Index([*units])), units, options.units)
+    common.check_units(options.units, units)
     found = calibrate(**given)
     common.keep_rock(options, found.hammer)
     fitted = common.by_name(found.to_frame(), units, options.units)

@@ -2,15 +2,14 @@
 
 import argparse
 import json
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
-from .. import _native, outputs
+from .. import _native
 from ..errors import DomainError
-from ..scene.datasheet import Datasheet, from_datasheet
+from ..scene.datasheet import from_datasheet
 from . import common
-from .options import SN, UNITS, WRITE_ROCK, Call, Written, assignments
+from .options import SN, UNITS, WRITE_ROCK, Call, Written, assignments, file
 
 EXAMPLES = {
     "od": ', as "124 mm"',
@@ -44,18 +43,8 @@ CALL = Call(
 
 
 ALSO = (
-    Written(
-        "-o --out",
-        type=Path,
-        help="scene to write: .json, for run and report",
-        check=lambda path: outputs.check(path, (".json",)),
-    ),
-    Written(
-        "--report",
-        type=Path,
-        help="HTML page about the hammer to write",
-        check=lambda path: outputs.check(path, (".html", ".htm")),
-    ),
+    file("-o --out", "scene to write: .json, for run and report", ".json"),
+    file("--report", "HTML page about the hammer to write", ".html", ".htm"),
     Written("--title", default="", help="name of the hammer on the page"),
     Written("--customer", default="", help="whom the page is for"),
     UNITS,
@@ -73,22 +62,14 @@ def run(options: argparse.Namespace) -> None:
     print(sheet)
     common.keep_rock(options, sheet.parameters)
     if options.out:
-        scene = {"description": _words(given), "start_values": dict(sheet.parameters)}
+        words = ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in given.items())
+        scene = {"description": words, "start_values": dict(sheet.parameters)}
         options.out.write_text(json.dumps(scene, indent=2) + "\n", encoding="utf-8")
     if options.report:
-        _report(options.report, sheet, options)
+        from ..figures.page import report  # noqa: PLC0415
 
-
-def _words(given: Mapping[str, Any]) -> str:
-    """Returns the given data as one line."""
-    return ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in given.items())
-
-
-def _report(page: Path, sheet: Datasheet, options: argparse.Namespace) -> None:
-    from ..figures.page import report  # noqa: PLC0415
-
-    curve = SN.read(options.sn) if options.sn else None
-    units = common.printed_units(options.units)
-    who = {"title": options.title, "customer": options.customer}
-    report(sheet, page, units=units, curve=curve, progress=True, **who)
-    print(f"{page}: {page.stat().st_size / 1e6:.1f} MB")
+        curve = SN.read(options.sn) if options.sn else None
+        who = {"title": options.title, "customer": options.customer, "curve": curve}
+        units = common.printed_units(options.units)
+        page = report(sheet, options.report, units=units, progress=True, **who)
+        print(f"{page}: {page.stat().st_size / 1e6:.1f} MB")

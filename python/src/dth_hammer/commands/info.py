@@ -3,8 +3,7 @@
 import argparse
 import re
 
-from ..errors import FmuNotFoundError
-from ..fmu.package import load
+from ..fmu.package import load, provenance
 from ..scene.variables import PRESETS, VARIABLES, Variable, model
 from .options import Call, Written
 
@@ -17,7 +16,7 @@ ALSO = (Written("name", nargs="?", help="a variable, or a group: rock, air, outp
 def run(options: argparse.Namespace) -> None:
     """Prints presets and groups, or the variables of one group, or one."""
     if not options.name:
-        print(f"{model()}\n{_fmu(options)}\n")
+        print(f"{model()}\n{provenance(**CALL.given(options))}\n")
         for preset in PRESETS.values():
             print(f"preset {preset.name}: {preset.description}")
             print("".join(f"    {k} = {v:g}\n" for k, v in preset.values.items()), end="")
@@ -42,14 +41,6 @@ def _groups() -> dict[str, list[Variable]]:
         first, dot, _ = variable.name.partition(".")
         groups.setdefault(first if dot else f"{variable.causality}s", []).append(variable)
     return groups
-
-
-def _fmu(options: argparse.Namespace) -> str:
-    try:
-        package = load(**CALL.given(options))
-        return f"{package.name} {package.version}\n{package.path}"
-    except FmuNotFoundError as error:
-        return str(error)
 
 
 def _start(variable: Variable) -> str:

@@ -34,7 +34,7 @@ def run(options: argparse.Namespace) -> None:
     given = CALL.given(options)
     goal = {options.goal: unit(named(options.goal))}
     units = {name: VARIABLES.settable(name).unit for name in given["free"]} | goal
-    common.by_name(pd.DataFrame(index=pd.Index([*units])), units, options.units)
+    common.check_units(options.units, units)
     found = optimise(**given)
     if options.out:
         outputs.write(found.history, options.out, index=False)

@@ -226,13 +226,20 @@ UNITS = Written(
     help=f"units of tables: {', '.join(quantities.SYSTEMS)}, NAME=UNIT, or several: us,rop=m/h",
     check=units,
 )
+
+
+def file(flags: str, of: str, *kinds: str) -> Written:
+    """A file of one of these kinds."""
+    return Written(flags, type=Path, help=of, check=lambda path: outputs.check(path, kinds))
+
+
+def table(of: str) -> Written:
+    """The file of a table."""
+    return file("-o --out", f"{of}: {outputs.either()}", *outputs.TABLES)
+
+
 #: The rock of the hammer, to be used again.
-WRITE_ROCK = Written(
-    "--write-rock",
-    type=Path,
-    help="file to write the rock to, for --rock",
-    check=lambda path: outputs.check(path, (".json",)),
-)
+WRITE_ROCK = file("--write-rock", "file to write the rock to, for --rock", ".json")
 #: Many hammers.
 MANY = (
     Written(
@@ -248,12 +255,6 @@ MANY = (
         help="CSV or Parquet file with a hammer a row, a parameter a column",
     ),
 )
-
-
-def table(of: str) -> Written:
-    """The file of a table."""
-    text = f"{of}: {outputs.either()}"
-    return Written("-o --out", type=Path, help=text, check=outputs.check)
 
 
 def figure(of: str) -> Written:

@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> None:
         read = ["rop", "rop_error", "blow_frequency", "blow_energy"]
         common.tell_many(options, table, [*grid, "kind", "blows", *read], base)
         return
-    common.by_name(pd.DataFrame(index=pd.Index(MEANS)), units, options.units)
+    common.check_units(options.units, units)
     asked.pop("out", None)
     found = steady(**asked)
     common.keep_rock(options, found.parameters)

@@ -7,6 +7,7 @@ from html import escape
 
 import pandas as pd
 
+from .. import _native
 from ..run.run import Run
 from ..scene.band import ranged, sentence, to_digits
 from ..scene.datasheet import Datasheet
@@ -120,11 +121,7 @@ def _rows(
 
 def sections(given: Mapping[str, float], body: str) -> list[tuple[float, float]]:
     """Length and diameter of each section of a body, mm: of full sections with its areas."""
-    count = int(given[f"{body}.segments"])
-    parts = [
-        (given[f"{body}.segment[{k}].length"], given[f"{body}.segment[{k}].area"])
-        for k in range(1, count + 1)
-    ] or [(given[f"{body}.length"], given["cross_section"])]
+    parts = _native.bodies(given)[body]["sections"]
     return [(1e3 * length, 2e3 * math.sqrt(area / math.pi)) for length, area in parts]
 
 

@@ -1,5 +1,6 @@
 """A run as one self-contained HTML page: `report`."""
 
+import functools
 from collections.abc import Callable, Iterable
 from html import escape
 from pathlib import Path
@@ -105,8 +106,10 @@ def report(
     numbers = convert(numbers, units, skip_missing=True)
     warnings = [*(sheet.contradictions if sheet else ()), *run.warnings]
     simulated = f"{run.model}; {run.time[-1]:g} s simulated."
+    settled = functools.cache(lambda: figures.settled_cycle(scene))
+    image = "" if scene.inputs else _loop(settled)
     body = [
-        front(run, numbers, sheet, who=(title, customer), image=_loop(scene)),
+        front(run, numbers, sheet, who=(title, customer), image=image),
         '<section class="appendix">',
         f"<p>{escape(scene.description)}</p>" if scene.description else "",
         *[f'<p class="warning">{escape(text)}</p>' for text in warnings],
@@ -115,7 +118,7 @@ def report(
         *_summary(run),
         "<h2>The last blow</h2>",
         _settled(run, units),
-        *_drawn(_figures(scene, run, lives, record), progress=progress),
+        *_drawn(_figures(scene, run, lives, record, settled), progress=progress),
         *_life(lives),
         *_dependence(scene, by, progress=progress),
         "<h2>Blow by blow</h2>",
@@ -161,13 +164,11 @@ def _waves(scene: Scene) -> Waves | None:
         return None
 
 
-def _loop(scene: Scene) -> str:
-    """The sheet's figure; nothing of a run that inputs act on, or that has too few blows."""
-    if scene.inputs:
-        return ""
+def _loop(settled: Callable[[], Run]) -> str:
+    """The sheet's figure; nothing of a run that has too few blows."""
     try:
         caption = "Rock force against penetration of the last cycle"
-        return answers.image(figures.rock_cycles(figures.settled_cycle(scene)), caption)
+        return answers.image(figures.rock_cycles(settled()), caption)
     except TooFewBlowsError:
         return ""
 
@@ -240,7 +241,11 @@ def _life(lives: Life | str | None) -> list[str]:
 
 
 def _figures(
-    scene: Scene, run: Run, lives: Life | str | None, record: Waves | None
+    scene: Scene,
+    run: Run,
+    lives: Life | str | None,
+    record: Waves | None,
+    settled: Callable[[], Run],
 ) -> list[Drawing]:
     """Returns title, caption and drawing function of each figure."""
     drawn: list[Drawing] = [
@@ -254,13 +259,6 @@ def _figures(
     if scene.inputs:
         # What follows repeats a run that nothing acts on.
         return drawn
-    cycle: list[Run] = []
-
-    def settled() -> Run:
-        if not cycle:
-            cycle.append(figures.settled_cycle(scene))
-        return cycle[0]
-
     drawn += [
         (
             "The last cycle",

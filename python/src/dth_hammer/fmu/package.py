@@ -134,3 +134,12 @@ def load(fmu: str | Path | Package | None = None, *, fmi: int = 2) -> Package:
     path = find(fmu, fmi=fmi)
     status = path.stat()
     return _load(path, (status.st_mtime_ns, status.st_size))
+
+
+def provenance(fmu: str | Path | Package | None = None, *, fmi: int = 2) -> str:
+    """Name, version and path of the FMU that `load` reads, or why there is none."""
+    try:
+        package = load(fmu, fmi=fmi)
+    except FmuNotFoundError as error:
+        return str(error)
+    return f"{package.name} {package.version}\n{package.path}"

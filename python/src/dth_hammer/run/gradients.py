@@ -67,10 +67,8 @@ def derivatives(numbers: Mapping[str, float], by: Sequence[str], again: Again) -
     )
 
 
-def smooth(
-    found: Derivatives, rows: Array, at: Mapping[str, float]
-) -> tuple[Derivatives, list[str]]:
-    """Returns the meaningful derivatives, and a sentence for each doubtful one.
+def doubts(found: Derivatives, rows: Array, at: Mapping[str, float]) -> list[str]:
+    """Makes NaN of derivatives that mean nothing, and says in a sentence what is doubtful.
 
     A motion that does not settle multiplies a small change by ten and more a blow: its derivatives
     grow without bound, and hold for next to nothing.
@@ -94,7 +92,7 @@ def smooth(
         elif found.reach[k] < NARROW * scale:
             part = found.reach[k] / scale
             texts.append(f"derivatives by {name} hold for {part:.1g} of it at most; {meant}")
-    return found, texts
+    return texts
 
 
 def differentiable(names: Iterable[str]) -> list[str]:

@@ -43,6 +43,9 @@ class Record:
     blow: int | None = 1
 
     def __post_init__(self) -> None:
+        known = [v.name for v in VARIABLES.of("output")]
+        if self.signal not in known:
+            raise UnknownNameError("signal with derivatives", self.signal, known)
         try:
             times, values, errors = self.times, self.values, self.errors
         except (TypeError, ValueError) as error:
@@ -73,14 +76,6 @@ class Record:
         """A standard error each."""
         given = np.asarray(self.error, dtype=float)
         return np.full(len(self.samples), float(given)) if given.ndim == 0 else given
-
-
-def check(records: Sequence[Record]) -> None:
-    """Raises unless the record is of a number over time."""
-    known = [v.name for v in VARIABLES.of("output")]
-    for record in records:
-        if record.signal not in known:
-            raise UnknownNameError("signal with derivatives", record.signal, known)
 
 
 def simulated(

@@ -22,7 +22,7 @@ from ..scene.scene import Scene
 from ..scene.signals import Function, Signal, instants_of, signals_of
 from ..scene.variables import STEP, VARIABLES, Array, Variable, model, numbers, whole
 from . import answers
-from .gradients import derivatives, derivatives_in, smooth, with_derivatives
+from .gradients import derivatives, derivatives_in, doubts, with_derivatives
 from .hammer import Hammer
 from .summary import summary
 
@@ -126,11 +126,26 @@ class Run(answers.Answer):
         return replace(self, frame=frame, notes={**self.notes, **notes})
 
     def summary(self, since: float | str | None = None) -> pd.DataFrame:
-        """Mean and spread (standard deviation) over blows: `dth_hammer.run.summary.summary`.
+        """Mean and spread (standard deviation) over blows, and the range of the rate.
+
+        With the periods ``T``, penetrations ``P``, energies ``W`` of the blows and the works ``R``
+        given to the rock between each and the next, all from the engine's own table of blows::
+
+            frequency = n / sum T              tip's gain per time = sum P / sum T
+            power of the blows = sum W / sum T     power to the rock = sum R / sum T
+            share to the rock = sum R / sum W
+            rate of penetration = 4 sum R / (pi D^2 E_v sum T)
+
+        The work of feed and gravity goes to the rock too, so that the share may exceed 1.
 
         Args:
             since: the first instant that counts, s or text with a unit; the middle of the run if
                 not given, so that the way from rest to the settled blow is left out.
+
+        Returns:
+            A row a quantity; columns ``mean``, ``low`` and ``high`` (what the specific energy's
+            range makes of the rate; none of what does not depend on it), ``spread`` (blow by blow;
+            none of a power or a frequency) and ``unit`` (SI).
 
         Raises:
             TooFewBlowsError: fewer than two complete blow periods.
@@ -234,7 +249,7 @@ def simulate(
             return _again(start, signals, instants, [*chosen], control=control, changed=changed)
 
         found = derivatives(start, by, again)
-        found, texts = smooth(found, rows, {name: whole(start)[name] for name in by})
+        texts = doubts(found, rows, {name: whole(start)[name] for name in by})
         for text in texts:
             warn(text)
         warnings += tuple(texts)

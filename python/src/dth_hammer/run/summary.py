@@ -20,33 +20,15 @@ def summary(
     factor: float = 1.0,
     air: float = 0.0,
 ) -> pd.DataFrame:
-    """Mean and spread (standard deviation) over the blows of a run, and the range of the rate.
-
-    With the periods ``T``, penetrations ``P``, energies ``W`` of the blows and the works ``R``
-    given to the rock between each and the next, all from the engine's own table of blows::
-
-        frequency = n / sum T              tip's gain per time = sum P / sum T
-        power of the blows = sum W / sum T     power to the rock = sum R / sum T
-        share to the rock = sum R / sum W      rate of penetration = 4 sum R / (pi D^2 E_v sum T)
-
-    The work of feed and gravity goes to the rock too, so that the share may exceed 1.
+    """The summary of `Run.summary`, of a table of blows in SI units.
 
     Args:
-        table: the blows of a run, in SI units.
+        table: the blows of a run.
         rock_work: given to the rock since the blow before each, J.
         end: of the run, s.
-        since: the first instant that counts, s or text with a unit; the middle of the run if not
-            given.
+        since: the first instant that counts, s or text with a unit.
         factor: up to which the rock's specific energy is known, and with it the rate.
         air: free air that the hammer takes, m3/s; 0 of one that takes none.
-
-    Returns:
-        A row a quantity; columns ``mean``, ``low`` and ``high`` (what the specific energy's range
-        makes of the rate; none of what does not depend on it), ``spread`` (blow by blow; none of
-        a power or a frequency) and ``unit`` (SI).
-
-    Raises:
-        TooFewBlowsError: fewer than two complete blow periods.
     """
     begin = end / 2 if since is None else quantities.seconds(since, "since")
     if begin < 0.0:

@@ -62,16 +62,13 @@ STANDARD = (Fraction("14.7") * PSI / 101_325) * Fraction("273.15") / Fraction("5
 OTHERS: Mapping[str, tuple[Any, int, int, int]] = {
     "min": (60, 0, 0, 1),
     "h": (3600, 0, 0, 1),
-    "hr": (3600, 0, 0, 1),
     "t": (1000, 0, 1, 0),
     "in": ("0.0254", 1, 0, 0),
-    "inch": ("0.0254", 1, 0, 0),
     "ft": ("0.3048", 1, 0, 0),
     "lb": (POUND, 0, 1, 0),
     "lbf": (POUND * GRAVITY, 1, 1, -2),
     "kgf": (GRAVITY, 1, 1, -2),
     "psi": (PSI, -1, 1, -2),
-    "blow": (1, 0, 0, 0),
     "blows": (1, 0, 0, 0),
     "bpm": (Fraction(1, 60), 0, 0, -1),
     "cfm": (CFM, 3, 0, -1),
@@ -79,15 +76,14 @@ OTHERS: Mapping[str, tuple[Any, int, int, int]] = {
     "hp": (550 * Fraction("0.3048") * POUND * GRAVITY, 2, 1, -3),
     "rpm": (Fraction(1, 60), 0, 0, -1),
     "r": (1, 0, 0, 0),
-    "rev": (1, 0, 0, 0),
-    "turns": (1, 0, 0, 0),
 }
 #: Words of the trade, however they are written, by those of the tables.
 TRADE: Mapping[str, str] = {
     **{name.lower(): name for name in ("psi", "bar", "cfm", "bpm", "kN", "kW", "kPa", "kg", "Hz")},
-    **{name: name for name in ("hp", "rpm", "lb", "lbf", "blows", "rev", "mm", "in", "ft")},
+    **{name: name for name in ("hp", "rpm", "lb", "lbf", "blows", "r", "mm", "in", "ft", "h")},
     **{"psig": "psi", "barg": "bar", "scfm": "scfm", "lbs": "lb", "inches": "in", "feet": "ft"},
     **{"nm": "N.m", "fph": "ft/h", '"': "in", "″": "in", "%": "%", "percent": "%"},
+    **{"inch": "in", "hr": "h", "blow": "blows", "rev": "r", "turns": "r"},
 }
 #: Ambiguous units, and what to write instead.
 ASKED: Mapping[str, str] = {

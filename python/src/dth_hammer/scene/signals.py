@@ -70,16 +70,17 @@ def _signal(name: str, signal: Signal) -> Function:
     variable = VARIABLES.settable(name)
     if not variable.tunable:
         raise DomainError(f"{name} is fixed: it cannot vary over time")
-    if hasattr(signal, "index") and hasattr(signal, "to_numpy"):
-        instants = instants_in(name, signal)
-        values = np.array([variable.number(v) for v in quantities.alike(signal, name)])
-        return lambda t: float(np.interp(t, instants, values))
+    if points := points_in(name, signal):
+        return lambda t: float(np.interp(t, *points))
     if callable(signal):
         return lambda t: variable.number(signal(t))
     number = variable.number(signal)
     return lambda _: number
 
 
-def instants_in(name: str, series: Any) -> Array:
-    """The instants of an input that is a Series, s."""
-    return _rising(series.index, f"the index of {name}")
+def points_in(name: str, signal: Signal) -> tuple[Array, Array] | None:
+    """Instants (s) and values of an input that is a Series; None of another."""
+    if not (hasattr(signal, "index") and hasattr(signal, "to_numpy")):
+        return None
+    instants, number = _rising(signal.index, f"the index of {name}"), VARIABLES[name].number
+    return instants, np.array([number(value) for value in quantities.alike(signal, name)])

@@ -71,8 +71,9 @@ class Variable:
 
     def number(self, value: Value) -> float:
         """The value in the declared unit, checked against the declared domain."""
-        number = self._label(value) if self.labels and isinstance(value, str) else None
-        if number is None:
+        if self.labels and isinstance(value, str):
+            number = self._label(value)
+        else:
             number = quantities.read(value, self.unit, self.name)
         if not math.isfinite(number):
             raise DomainError(f"{self.name} must be finite, not {number}")
@@ -109,8 +110,8 @@ class Variable:
             return f"above {below:g}" if above else f"at least {low:g}"
         return "any number" if high is None else f"at most {high:g}"
 
-    def _label(self, text: str) -> float | None:
-        """The value of an enumeration's label; None for a number."""
+    def _label(self, text: str) -> float:
+        """The value of an enumeration's label, or a number as it is."""
         for value, label in self.labels.items():
             if text.strip() == label:
                 return float(value)

@@ -203,11 +203,6 @@ def calibrate(
         measured, free, numbers_of(hammer, preset, rock), records, Wanted(error=error)
     )
     problem.progress = progress
-    return fitted(problem, loss, seed)
-
-
-def fitted(problem: Problem, loss: str = "linear", seed: int = 1) -> Calibration:
-    """Returns the best fit, and what the likelihood leaves."""
     problem.note(problem.start[None])
     problem.spread(FIRST * len(problem.names), seed)
     emulator, members = _weighed(problem, loss, seed)

@@ -13,7 +13,7 @@ from ..run.hammer import Hammer
 from ..run.run import play
 from ..scene import quantities
 from ..scene.band import sides
-from ..scene.signals import Signal, instants_in, instants_of, signals_of
+from ..scene.signals import Signal, instants_of, points_in, signals_of
 from ..scene.variables import STEP, VARIABLES, model
 from .longrun import KIND, Steady, Wanted, answered
 from .store import RUN
@@ -72,8 +72,8 @@ class Case:
 
 def _data(name: str, signal: Signal) -> Any:
     """Returns an input (a number or a Series) as numbers."""
-    if hasattr(signal, "index") and hasattr(signal, "to_numpy"):
-        return [instants_in(name, signal).tolist(), [VARIABLES[name].number(v) for v in signal]]
+    if points := points_in(name, signal):
+        return [part.tolist() for part in points]
     return VARIABLES.settable(name).number(signal)
 
 

@@ -153,7 +153,9 @@ class Problem:
         row.steady, row.nominal, row.goal = found[0], float(goals[0]), float(goals.mean())
         row.cost = self.sign * row.goal
         if len(goals) > 1:
-            row.error = scatter(offsets, goals)
+            # By what a plane leaves.
+            *_, left = fitted(np.column_stack([np.ones(len(goals)), offsets]), goals)
+            row.error = left / float(np.sqrt(len(goals)))
         row.passed = np.array(
             [
                 way * (np.mean([of(answer) for answer in found]) / size - edge)
@@ -172,7 +174,7 @@ class Problem:
         ends = [[r for r in self.compared() if r.start == k] for k in starts]
         if not all(ends):
             return False
-        found = [min(rows, key=_cost) for rows in ends]
+        found = [min(rows, key=lambda row: row.cost) for rows in ends]
         goals = [row.goal for row in found]
         errors = np.nan_to_num([row.error for row in found])
         return bool(
@@ -185,7 +187,7 @@ class Problem:
         if not rows:
             why = next((row.refused for row in self.rows if row.refused), "the limits")
             raise RefusedError(f"none of {len(self.rows)} designs satisfies {why}")
-        return min(rows, key=_cost)
+        return min(rows, key=lambda row: row.cost)
 
     def cost(self, row: Row) -> float:
         """Returns the cost to minimise, scaled by the cost of its starting point."""
@@ -196,16 +198,6 @@ class Problem:
             return row.cost / scale
         worst = max(known, default=0.0)
         return (worst + WORSE * max(worst - min(known, default=0.0), 0.1 * abs(worst))) / scale
-
-
-def _cost(row: Row) -> float:
-    return row.cost
-
-
-def scatter(offsets: Array, goals: Array) -> float:
-    """Standard error of a mean over the tolerance: by what a plane leaves."""
-    *_, left = fitted(np.column_stack([np.ones(len(goals)), offsets]), goals)
-    return left / float(np.sqrt(len(goals)))
 
 
 #: Name, measure, side, size, and limit over its size.

@@ -179,12 +179,9 @@ class Wanted:
     blows: int = int(DEFAULTS["blows"])
     #: Without a blow for so long it is stalled, s.
     limit: float = DEFAULTS["limit"]
-    #: Most blows after which a motion may repeat; 0: none.
-    repeating: int = int(DEFAULTS["repeating"])
 
     def __post_init__(self) -> None:
         bounds = [("blows", self.blows, FEWEST, 1e7), ("limit", self.limit, 1e-3, 1e4)]
-        bounds += [("repeating", self.repeating, 0, 16)]
         bounds += [(f"error of {name}", error, 1e-6, 1.0) for name, error in self.by_mean.items()]
         for name, value, low, high in bounds:
             if not low <= quantities.read(value, "1", name) <= high:
@@ -204,8 +201,8 @@ class Wanted:
 
     @property
     def ways(self) -> tuple[list[float], int, float, int]:
-        """The same as the engine takes it."""
-        return self.errors, self.blows, self.limit, self.repeating
+        """The same as the engine takes it, with the most blows after which a motion may repeat."""
+        return self.errors, self.blows, self.limit, int(DEFAULTS["repeating"])
 
 
 def responses(
@@ -220,20 +217,17 @@ def finished(
     points: Sequence[Mapping[str, float]],
     wanted: Wanted,
     *,
-    threads: int | None = None,
     progress: bool = False,
     stopped: Callable[[], bool] = lambda: False,
 ) -> Iterator[tuple[int, Steady | str]]:
     """Yields the long-run responses of many hammers as they finish; text says why one is refused.
-
-    Threads are as many as cores if nobody says.
 
     Ctrl-C ends all, and so does ``stopped``: a thread that is not the main one hears of no signal.
     """
     scenes = [[*point.items()] for point in points]
     if not scenes:
         return
-    batch = _native.Batch.steady(scenes, wanted.ways, threads or cores())
+    batch = _native.Batch.steady(scenes, wanted.ways, cores())
     bar, done = Bar(progress, len(scenes)), 0
     with closing(bar):
         try:

@@ -8,7 +8,7 @@ import numpy as np
 from .. import _native
 from ..errors import DomainError, RefusedError, warn
 from ..run.gradients import differentiable
-from ..run.records import Record, check, simulated
+from ..run.records import Record, simulated
 from ..scene.quantities import alike, read
 from ..scene.variables import VARIABLES, Array, Value, whole
 from .longrun import Wanted, named, responses, unit
@@ -120,7 +120,6 @@ def problem_of(
     wanted: Wanted,
 ) -> Problem:
     """Checks the arguments."""
-    check(records)
     rows = {name: _measured(name, numbers) for name, numbers in measured.items()}
     means = {name: row for name, row in rows.items() if row is not None}
     names = differentiable(free)

@@ -7,7 +7,7 @@ population that begins all over the bounds is led to the likelihood in steps (te
 differences of its members), so that it finds every mode, wherever a search would have ended.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,8 +16,14 @@ from ..extras import need
 from ..scene.variables import Array
 from .trends import sobol
 
-#: What large residuals may count, as in `scipy.optimize.least_squares`.
-LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
+#: What squared residuals may count, as in `scipy.optimize.least_squares`.
+LOSSES: Mapping[str, Callable[[Array], Any]] = {
+    "linear": lambda z: z,
+    "soft_l1": lambda z: 2.0 * (np.sqrt(1.0 + z) - 1.0),
+    "huber": lambda z: np.where(z <= 1.0, z, 2.0 * np.sqrt(np.maximum(z, 1.0)) - 1.0),
+    "cauchy": np.log1p,
+    "arctan": np.arctan,
+}
 #: Most hammers that an emulator is made of: the nearest to what was measured.
 MOST = 150
 #: Bounds of the lengths over those of the parameters, and of the nugget over the variance.
@@ -29,17 +35,6 @@ MEMBERS, MOVES, LAST_MOVES, KEPT = 512, 4, 16, 0.5
 VALLEY, SHARE = 2.0, 0.05
 #: Better members that a member is compared with, the nearest.
 NEAR = 8
-
-
-def rho(squares: Array, loss: str) -> Any:
-    """What squared residuals count, as in `scipy.optimize.least_squares`."""
-    if loss == "soft_l1":
-        return 2.0 * (np.sqrt(1.0 + squares) - 1.0)
-    if loss == "huber":
-        return np.where(squares <= 1.0, squares, 2.0 * np.sqrt(np.maximum(squares, 1.0)) - 1.0)
-    if loss == "cauchy":
-        return np.log1p(squares)
-    return np.arctan(squares) if loss == "arctan" else squares
 
 
 class _Process:
@@ -108,11 +103,11 @@ class Emulator:
     ) -> None:
         self.low, self.wide = bounds[0], bounds[1] - bounds[0]
         means, samples = groups
-        self.loss, self.means = loss, means
+        self.rho, self.means = LOSSES[loss], means
         places, known = self._placed(logs), np.isfinite(found).all(axis=1)
         self.all, self.known = places, known
         places, found = places[known], found[known]
-        near = np.argsort(np.sum(rho(found**2, "cauchy"), axis=1))[:MOST]
+        near = np.argsort(np.sum(np.log1p(found**2), axis=1))[:MOST]
         places, found = places[near], found[near]
         terms = np.column_stack([np.ones(len(places)), places])
         self.plane, *_ = np.linalg.lstsq(terms, found, rcond=None)
@@ -149,10 +144,10 @@ class Emulator:
         matrix = np.eye(self.means) + self.correlation * own[:, :, None] * own[:, None, :]
         root = np.linalg.cholesky(matrix)
         white = np.linalg.solve(root, off[:, : self.means, None])[:, :, 0]
-        total = -0.5 * np.sum(rho(white**2, self.loss), axis=1)
+        total = -0.5 * np.sum(self.rho(white**2), axis=1)
         total -= np.sum(np.log(np.diagonal(root, axis1=1, axis2=2)), axis=1)
         rest = 1.0 + sizes[:, self.means :] ** 2
-        squares = rho(off[:, self.means :] ** 2 / rest, self.loss)
+        squares = self.rho(off[:, self.means :] ** 2 / rest)
         total -= 0.5 * np.sum(squares + np.log(rest), axis=1)
         nearest = np.argmin(np.sum((places[:, None] - self.all[None]) ** 2, axis=2), axis=1)
         inside = ((places >= 0.0) & (places <= 1.0)).all(axis=1) & np.asarray(self.known)[nearest]

@@ -83,10 +83,10 @@ class Store:
                     )
         return table
 
-    def add(self, table: pd.DataFrame, key: str = RUN) -> None:
+    def add(self, table: pd.DataFrame) -> None:
         """Stores rows as a new part."""
         self.parts.mkdir(exist_ok=True)
-        outputs.write(table, self.parts / f"{table[key].iloc[0]}.parquet", index=False)
+        outputs.write(table, self.parts / f"{table[RUN].iloc[0]}.parquet", index=False)
 
     def finish(self) -> None:
         """Merges all rows into one file, including those of other grids and sweeps."""

@@ -12,13 +12,7 @@ import numpy as np
 import pandas as pd
 
 from ..contract import typed
-from ..errors import (
-    DomainError,
-    InterruptedSweepError,
-    LostWorkerError,
-    UnknownNameError,
-    warn,
-)
+from ..errors import DomainError, InterruptedSweepError, LostWorkerError, UnknownNameError, warn
 from ..extras import bar
 from ..run.hammer import Hammer
 from ..scene import quantities
@@ -226,16 +220,23 @@ def _run(
                 passing = [row.pop(PASSING, False) for row in rows]
                 tables.append(pd.DataFrame(rows))
                 if store and not all(passing):
-                    store.add(tables[-1][~np.array(passing)], RUN)
+                    store.add(tables[-1][~np.array(passing)])
         except (KeyboardInterrupt, LostWorkerError) as error:
-            # Count what is stored: a part may have been complete when the stop came.
-            found = store.rows() if store else done
-            count = int(found[RUN].isin(runs).sum()) if len(found) else 0
-            state = (count, len(runs), store and store.path)
             if isinstance(error, LostWorkerError):
-                raise LostWorkerError(error.why, *state) from None
-            raise InterruptedSweepError(*state) from None
+                raise LostWorkerError(f"{error}; {_kept(runs, store)}") from None
+            raise InterruptedSweepError(f"stopped; {_kept(runs, store)}") from None
     return tables
+
+
+def _kept(runs: Mapping[str, Job], store: Store | None) -> str:
+    """What is stored of these runs, and how to go on."""
+    if store is None:
+        return "nothing is kept: give a file to keep runs in"
+    # Counted anew: a part may have been complete when the stop came.
+    found = store.rows()
+    count = int(found[RUN].isin(runs).sum()) if len(found) else 0
+    beside = f"runs are kept beside {store.path}"
+    return f"{count} of {len(runs)} {beside}: the same call goes on from there"
 
 
 def _whole(

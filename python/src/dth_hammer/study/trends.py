@@ -7,7 +7,7 @@ widths, in logarithms, with what it leaves.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -255,16 +255,6 @@ def _table(names: Sequence[str], by: Sequence[str], lines: Sequence[Line]) -> pd
     return pd.DataFrame(rows, index=pd.MultiIndex.from_product([names, by], names=["output", "by"]))
 
 
-def effects(found: Trend, output: str) -> Iterator[tuple[str, float, float]]:
-    """By parameter, per cent of an output that its width changes, and the error; widest first."""
-    part = found.table.loc[output]
-    scale = 100.0 * found.widths.reindex(part.index)
-    order = (part["elasticity"] * scale).abs().sort_values(ascending=False).index
-    for name in order:
-        row = part.loc[name]
-        yield str(name), float(row["elasticity"] * scale[name]), float(row["error"] * scale[name])
-
-
 def tornado(found: Trend) -> Figure:
     """A panel for each output: bars of what each parameter changes of it over its width."""
     styled = need("dth_hammer.figures.style").styled
@@ -274,17 +264,19 @@ def tornado(found: Trend) -> Figure:
     with styled(7.5, height * len(outputs)) as chart:
         axes: Any = chart.subplots(len(outputs), 1, squeeze=False)[:, 0]
         for axis, output in zip(axes, outputs, strict=True):
-            names, sizes, errors = zip(*effects(found, output), strict=True)
-            places = np.arange(len(names))[::-1]
+            # Per cent of the output that each width changes, and its error, the widest first.
+            part = found.table.loc[output].mul(100.0 * found.widths, axis=0)
+            part = part.sort_values("elasticity", key=abs, ascending=False)
+            sizes, places = part["elasticity"], np.arange(len(part))[::-1]
             for way, colour in ((1.0, "#0072b2"), (-1.0, "#e69f00")):
                 label = "more of it" if way > 0 else "less of it"
-                axis.barh(places, way * np.array(sizes), color=colour, height=0.6, label=label)
+                axis.barh(places, way * sizes, color=colour, height=0.6, label=label)
             axis.errorbar(
-                sizes, places, xerr=2.0 * np.array(errors), fmt="none", ecolor="#222222", lw=1.2
+                sizes, places, xerr=2.0 * part["error"], fmt="none", ecolor="#222222", lw=1.2
             )
             rough = 100.0 * float(found.roughness[output])
             axis.axvspan(-rough, rough, color="#999999", alpha=0.3, lw=0, label="roughness")
-            labels = [f"{n} ±{100 * found.widths[n]:g} %" for n in names]
+            labels = [f"{n} ±{100 * found.widths[n]:g} %" for n in part.index]
             axis.set_yticks(places, labels)
             axis.axvline(0.0, color="#222222", lw=0.8)
             axis.set_title(output, fontsize="medium", loc="left")
