@@ -1,12 +1,8 @@
 """The guide in a browser, from a disk and from a server; skipped where there is no chromium."""
 
 import contextlib
-import functools
-import http.server
 import importlib
 import re
-import shutil
-import threading
 from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
@@ -15,10 +11,10 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
+from browsing import chromium, served
 from playwright.sync_api import Browser, TimeoutError, expect, sync_playwright
 
 ROOT = Path(__file__).parents[2]
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 #: What a page loads by itself, from elsewhere.
 ELSEWHERE = re.compile(r"<(?:script|link|img|iframe)\b[^>]*(?:src|href)=\"(https?:[^\"]*)")
 
@@ -72,9 +68,7 @@ def test_nothing_but_links_to_read_leads_elsewhere(site: Path) -> None:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
-    path = next((found for name in BROWSERS if (found := shutil.which(name))), None)
-    if path is None:
-        pytest.skip("no browser: apt install chromium")
+    path = chromium()
     with sync_playwright() as playwright:
         opened = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
         yield opened
@@ -83,20 +77,8 @@ def browser() -> Iterator[Browser]:
 
 @pytest.fixture(scope="module")
 def server(site: Path) -> Iterator[str]:
-    """The site's address over http."""
-    handler = functools.partial(Silent, directory=str(site))
-    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as listening:
-        thread = threading.Thread(target=listening.serve_forever, daemon=True)
-        thread.start()
-        yield f"http://127.0.0.1:{listening.server_address[1]}"
-        listening.shutdown()
-        thread.join()
-
-
-class Silent(http.server.SimpleHTTPRequestHandler):
-    """Serves, and says nothing."""
-
-    def log_message(self, *_: object) -> None: ...
+    with served(site) as home:
+        yield home
 
 
 @pytest.mark.parametrize("way", ["disk", "server"])

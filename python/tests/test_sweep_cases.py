@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from dth_hammer import PRESETS, DomainError, Hammer, Scene, simulate, sweep
 from dth_hammer.study.store import Store
-from programs import UNTIL, forbidden_runs
+from sweeps import UNTIL, forbidden_runs
 
 
 def harder_when_deeper(hammer: Hammer) -> None:

@@ -30,7 +30,7 @@ from dth_hammer.errors import LostWorkerError, OutputError
 from dth_hammer.scene import quantities
 from dth_hammer.study.store import Store
 from interrupting import Interrupts
-from programs import UNTIL, begun, forbidden_runs, written
+from sweeps import UNTIL, begun, forbidden_runs, written
 
 GRID = {"feed_force": [4e3, 5e3], "rock.stiffness": ["100 kN/mm", "200 kN/mm"]}
 

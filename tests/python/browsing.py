@@ -4,16 +4,32 @@ from __future__ import annotations
 
 import re
 import shutil
+import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
 import pytest
 from fmu import Instance, Package
 from playwright.sync_api import Browser, Page, Route, sync_playwright
-from test_page import BROWSERS, QUIET
 
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+# What a machine without network, sound, or a user of its own needs.
+QUIET = (
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--hide-scrollbars",
+)
 PAGE = Path(__file__).parents[2] / "dist" / "lab" / "index.html"
 DESK, PHONE = (1280, 900), (390, 844)
 # As the page looks at a scene: see lab/worker.js.
@@ -23,11 +39,37 @@ OF_BLOW += ["tip_rate", "air_flow"]
 OPEN = Callable[..., Page]
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
+def chromium() -> str:
+    """The browser; a test is skipped where there is none."""
     path = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if path is None:
         pytest.skip("no browser: apt install chromium")
+    return path
+
+
+class Silent(SimpleHTTPRequestHandler):
+    """Serves, and says nothing."""
+
+    def log_message(self, *_: object) -> None: ...
+
+
+@contextmanager
+def served(folder: Path) -> Iterator[str]:
+    """The address of a folder over http."""
+    handler = partial(Silent, directory=str(folder))
+    with ThreadingHTTPServer(("127.0.0.1", 0), handler) as listening:
+        thread = threading.Thread(target=listening.serve_forever, daemon=True)
+        thread.start()
+        try:
+            yield f"http://127.0.0.1:{listening.server_port}"
+        finally:
+            listening.shutdown()
+            thread.join()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    path = chromium()
     if not PAGE.is_file():
         pytest.skip("dist/lab/index.html is not built: `cargo lab` says what is missing")
     with sync_playwright() as playwright:
@@ -84,6 +126,11 @@ def wait(page: Page, condition: str) -> None:
 def settled(page: Page) -> Page:
     wait(page, "laboratory.settled || laboratory.failure")
     return page
+
+
+def choose(page: Page, preset: str) -> Page:
+    page.get_by_label("Preset").select_option(preset)
+    return settled(page)
 
 
 def blows(package: Package, values: dict[str, float]) -> list[dict[str, float]]:

@@ -8,12 +8,11 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-import fmpy
 import pytest
 from browsing import browser, opened
 from figure import Record
 from fmu import Package
-from hosting import END, PEAKS, SCENE, STEP, Trajectory
+from hosting import END, PEAKS, STEP, Trajectory, simulated
 from reference import Stationary, stationary
 
 # Fixtures of the tests of the laboratory.
@@ -81,14 +80,7 @@ def outputs(package: Package) -> list[str]:
 
 @pytest.fixture(scope="session")
 def expected(fmu_path: Path, outputs: list[str]) -> Trajectory:
-    result = fmpy.simulate_fmu(
-        str(fmu_path),
-        stop_time=END,
-        step_size=STEP,
-        output_interval=STEP,
-        start_values=SCENE,
-        output=outputs,
-    )
-    assert len(result) == round(END / STEP) + 1
+    result = simulated(fmu_path, outputs)
+    assert len(result["time"]) == round(END / STEP) + 1
     assert result["blow_count"][-1] >= 1
     return {name: result[name] for name in outputs}

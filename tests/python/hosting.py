@@ -5,7 +5,10 @@ from __future__ import annotations
 import sys
 import sysconfig
 from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
+import fmpy
 import numpy as np
 import pytest
 
@@ -22,6 +25,15 @@ in_python = pytest.mark.skipif(
     sys.platform != "win32" and not sysconfig.get_config_var("Py_ENABLE_SHARED"),
     reason="the drive is an FMU in Python, which needs Python as a shared library",
 )
+
+
+def simulated(
+    fmu: Path, outputs: Sequence[str], *, step: float = STEP, **more: Any
+) -> Mapping[str, np.ndarray]:
+    """What fmpy finds of an FMU in the scene, or of what is said otherwise: time and outputs."""
+    ways: dict[str, Any] = {"stop_time": END, "start_values": SCENE, "output": outputs, **more}
+    result = fmpy.simulate_fmu(str(fmu), step_size=step, output_interval=step, **ways)
+    return {name: result[name] for name in ("time", *outputs)}
 
 
 def assert_same(found: Trajectory, expected: Trajectory) -> None:

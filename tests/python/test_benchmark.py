@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import re
-import subprocess
 import sys
 from pathlib import Path
 from zipfile import ZipFile
@@ -12,6 +11,7 @@ from zipfile import ZipFile
 import fmpy
 import pytest
 from fmpy.validation import validate_fmu
+from programs import ran
 
 pytestmark = pytest.mark.usefixtures("scratch")
 
@@ -22,10 +22,7 @@ ZIG = Path(sys.prefix).with_name("venv-cross") / "bin" / "python"
 
 
 def tell(program: str, *arguments: str | Path) -> str:
-    command = [sys.executable, HOSTS / program, *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    return ran([sys.executable, HOSTS / program, *arguments])
 
 
 def test_instants_are_in_closed_form() -> None:

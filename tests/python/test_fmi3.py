@@ -14,7 +14,7 @@ from dth_hammer.fmu import write_system
 from fmpy.validation import validate_fmu
 from fmu import Package
 from fmu_manipulation_toolbox.assembly import Assembly
-from hosting import END, SCENE, STEP, Trajectory, in_python
+from hosting import END, STEP, in_python, simulated
 from lxml import etree
 
 
@@ -40,19 +40,6 @@ def either(request: pytest.FixtureRequest, fmu_path: Path, three_path: Path) -> 
 def read(path: Path, name: str) -> bytes:
     with ZipFile(path) as archive:
         return archive.read(name)
-
-
-def simulated(path: Path, outputs: list[str], **more: object) -> Trajectory:
-    result = fmpy.simulate_fmu(
-        str(path),
-        stop_time=END,
-        step_size=STEP,
-        output_interval=STEP,
-        start_values=SCENE,
-        output=outputs,
-        **more,
-    )
-    return {name: result[name] for name in ["time", *outputs]}
 
 
 def test_fmpy_finds_nothing_wrong(three_path: Path) -> None:
@@ -103,13 +90,8 @@ def test_a_system_of_ssp_2_in_fmucontainer_is_the_loop_in_python(
     # The file itself has no ports: its components' outputs are what there is to see.
     assembly.root.auto_output = True
     assembly.make_fmu(fmi_version=3)
-    found = fmpy.simulate_fmu(
-        str(file.with_suffix(".fmu")),
-        stop_time=end,
-        step_size=1e-3,
-        output_interval=1e-3,
-        output=names,
-    )
+    made = file.with_suffix(".fmu")
+    found = simulated(made, names, step=step, stop_time=end, start_values={})
     expected = [*container.run_loop(end, step, at_once=True, names=names).values()]
     assert expected[3] >= 2
     # Sums of the step are rounded otherwise, which the air passes on as far as its error.

@@ -11,7 +11,6 @@ import json
 import os
 import re
 import shutil
-import subprocess
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -24,11 +23,12 @@ import pytest
 from cofmupy import Coordinator
 from fmpy.validation import validate_fmu
 from fmu import Instance, Package
-from hosting import END, SCENE, STEP, Trajectory, assert_same
+from hosting import END, SCENE, STEP, Trajectory, assert_same, simulated
 from lxml import etree
 from pathsim import Connection, Simulation
 from pathsim.blocks import Constant
 from pathsim_fmi import CoSimulationFMU
+from programs import ran
 from sofirpy import simulate
 
 pytestmark = pytest.mark.usefixtures("scratch")
@@ -110,22 +110,18 @@ def test_cofmupy(fmu_path: Path, tmp_path: Path, outputs: list[str], expected: T
         assert list(recorded["hammer", name]) == [row[outputs.index(name)] for row in rows[1:]]
 
 
-def run(*command: str | Path, env: Mapping[str, str] | None = None) -> str:
-    """What a program prints that ends well."""
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env=env)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout + done.stderr
-
-
 def program(name: str, *arguments: str) -> str:
     """What a program of the environment prints."""
-    return run(Path(sys.executable).with_name(name), *arguments)
+    return ran([Path(sys.executable).with_name(name), *arguments])
 
 
 def test_fmutool_finds_the_fmu_compliant(fmu_path: Path) -> None:
     message = program("fmutool", "-input", str(fmu_path), "-check")
     assert "seems to be compliant with FMI-2.0" in message
     assert "No semantic error against the FMI-2 standard" in message
+
+
+FED = {"feed_force": SCENE["feed_force"]}
 
 
 def contain(folder: Path, plan: Mapping[str, object], fmi: int = 2) -> Path:
@@ -151,15 +147,7 @@ def test_fmucontainer(
     shutil.copy(fmu_path, tmp_path)
     start = [[fmu_path.name, name, value] for name, value in SCENE.items()]
     plan = {"step_size": STEP, "fmu": [fmu_path.name], "start": start}
-    result = fmpy.simulate_fmu(
-        str(contain(tmp_path, plan)),
-        stop_time=END,
-        step_size=STEP,
-        output_interval=STEP,
-        start_values={"feed_force": SCENE["feed_force"]},
-        output=outputs,
-    )
-    assert_same({name: result[name] for name in outputs}, expected)
+    assert_same(simulated(contain(tmp_path, plan), outputs, start_values=FED), expected)
 
 
 def test_fmucontainer_sees_each_blow_of_fmi_3(fmu_path: Path, tmp_path: Path) -> None:
@@ -168,14 +156,8 @@ def test_fmucontainer_sees_each_blow_of_fmi_3(fmu_path: Path, tmp_path: Path) ->
     shutil.copy(three, tmp_path)
     start = [[three.name, name, value] for name, value in SCENE.items()]
     plan = {"step_size": STEP, "fmu": [three.name], "start": start}
-    result = fmpy.simulate_fmu(
-        str(contain(tmp_path, plan, fmi=3)),
-        stop_time=0.25,
-        step_size=STEP,
-        output_interval=STEP,
-        start_values={"feed_force": SCENE["feed_force"]},
-        output=["event_kind", "blow_count"],
-    )
+    made, outputs = contain(tmp_path, plan, fmi=3), ["event_kind", "blow_count"]
+    result = simulated(made, outputs, stop_time=0.25, start_values=FED)
     assert sum(result["event_kind"] == 1) == result["blow_count"][-1] >= 5
 
 
@@ -214,14 +196,8 @@ def test_fmucontainer_with_a_qfmu_controller(
             [valve.name, "y1", "feed_force_chosen"],
         ],
     }
-    result = fmpy.simulate_fmu(
-        str(contain(tmp_path, plan)),
-        stop_time=PEER_END,
-        step_size=PEER_STEP,
-        output_interval=PEER_STEP,
-        output=list(loop),
-    )
-    assert_same({name: result[name] for name in loop}, loop)
+    made, ways = contain(tmp_path, plan), {"stop_time": PEER_END, "start_values": {}}
+    assert_same(simulated(made, list(loop), step=PEER_STEP, **ways), loop)
 
 
 def coupled(package: Package, valve: Path) -> Trajectory:
@@ -229,8 +205,7 @@ def coupled(package: Package, valve: Path) -> Trajectory:
     names = ["piston_position", "bit_position", "tip_depth", "blow_penetration", "blow_count"]
     with Package(valve) as peer:
         found: dict[str, list[float]] = {name: [] for name in [*names, "feed_force_chosen"]}
-        feed = {"feed_force": SCENE["feed_force"]}
-        with Instance(package, feed) as hammer, Instance(peer) as controller:
+        with Instance(package, FED) as hammer, Instance(peer) as controller:
             for step in range(round(PEER_END / PEER_STEP) + 1):
                 if step > 0:
                     controller.set("u1", hammer.get("blow_penetration"))
@@ -253,7 +228,7 @@ def importer() -> Path:
     target = ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / "importer"
     manifest = ROOT / "tests" / "importer" / "Cargo.toml"
     options = ["--quiet", "--locked", "--manifest-path", manifest, "--target-dir", target]
-    run(os.environ.get("CARGO", "cargo"), "build", *options)
+    ran([os.environ.get("CARGO", "cargo"), "build", *options])
     return target / "debug" / "importer"
 
 
@@ -261,7 +236,7 @@ def imported(importer: Path, fmu: Path, folder: Path) -> pd.DataFrame:
     """The table that the crate fmi-rs makes of the scene, with the times to the nearest of ours."""
     rows = folder / "rows.csv"
     starts = [f"{name}={value!r}" for name, value in SCENE.items()]
-    run(importer, fmu, repr(STEP), repr(END), rows, *starts)
+    ran([importer, fmu, repr(STEP), repr(END), rows, *starts])
     return pd.read_csv(rows)
 
 
@@ -295,8 +270,8 @@ def test_fmi_rs_with_events_of_fmi_3(
 
 def test_fmi_rs_keeps_the_events_of_the_benchmark(importer: Path, tmp_path: Path) -> None:
     rows = tmp_path / "rows.csv"
-    run(importer, BENCHMARK / "unit" / "thrown_fmi3.fmu", "0.001", "0.021", rows)
-    assert "| 11 of 11 | 11 of 11 |" in run(sys.executable, BENCHMARK / "score.py", rows)
+    ran([importer, BENCHMARK / "unit" / "thrown_fmi3.fmu", "0.001", "0.021", rows])
+    assert "| 11 of 11 | 11 of 11 |" in ran([sys.executable, BENCHMARK / "score.py", rows])
 
 
 def test_fmuloader(fmu_path: Path, outputs: list[str], expected: Trajectory) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -13,6 +12,7 @@ import pytest
 from fmpy import read_model_description, simulate_fmu
 from fmpy.model_description import ModelDescription, ScalarVariable
 from fmu import Instance, Package
+from programs import ran
 
 # Type and variability; all are parameters.
 PARAMETERS = {
@@ -194,13 +194,6 @@ def test_a_state_goes_on_in_the_next_process(
         expected = [float(value).hex() for value in hammer.read(package.names("output"))]
     file = tmp_path / "state"
     file.write_bytes(bytes(data))
-    demo = Path(__file__).parents[2] / "demo"
-    done = subprocess.run(
-        [sys.executable, "-c", GO_ON, str(fmu_path), str(file)],
-        capture_output=True,
-        text=True,
-        check=False,
-        env=os.environ | {"PYTHONPATH": str(demo)},
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.strip() == str(expected)
+    demo = {"PYTHONPATH": str(Path(__file__).parents[2] / "demo")}
+    said = ran([sys.executable, "-c", GO_ON, fmu_path, file], env=os.environ | demo)
+    assert said.strip() == str(expected)

@@ -5,17 +5,13 @@ from __future__ import annotations
 import json
 import re
 import struct
-import threading
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from browsing import BLOWS, DESK, OPEN, PAGE, PHONE, blows, settled, wait
+from browsing import BLOWS, DESK, OPEN, PAGE, PHONE, blows, choose, served, settled, wait
 from dth_hammer import VARIABLES, Hammer, HammerWarning, from_datasheet
 from fmu import Instance, Package
 from PIL import Image
@@ -157,8 +153,7 @@ def test_every_preset_is_the_fmus(opened: OPEN, package: Package) -> None:
     presets = {name: text for name, text in presets.items() if "start_values" in text}
     assert sorted(found) == sorted([*(name.replace("_", " ") for name in presets), "your own"])
     for name, preset in presets.items():
-        page.get_by_label("Preset").select_option(name)
-        settled(page)
+        choose(page, name)
         assert page.evaluate("scene.changed") == preset["start_values"]
         expected = blows(package, preset["start_values"])
         assert page.evaluate("laboratory.blows") == expected
@@ -340,8 +335,7 @@ def test_axe_finds_nothing(opened: OPEN, size: tuple[int, int], scheme: str, pre
     """Contrast, names of controls, headings, landmarks; with a change told."""
     page = opened(size=size, color_scheme=scheme)
     page.get_by_role("button", name="Pause").click()
-    page.get_by_label("Preset").select_option(preset)
-    settled(page)
+    choose(page, preset)
     assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
     results = Axe().run(page)
     assert results.response["violations"] == []
@@ -368,15 +362,6 @@ def test_all_is_painted_and_nothing_sticks_out(
 
 
 def test_it_runs_from_a_web_server(opened: OPEN, package: Package) -> None:
-    class Quiet(SimpleHTTPRequestHandler):
-        def log_message(self, *_: Any) -> None:
-            pass
-
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=PAGE.parent))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    try:
-        page = opened(home=f"http://127.0.0.1:{server.server_port}/index.html")
+    with served(PAGE.parent) as home:
+        page = opened(home=f"{home}/index.html")
         assert page.evaluate("laboratory.blows.at(-1)") == blows(package, {})[-1]
-    finally:
-        server.shutdown()
-        server.server_close()

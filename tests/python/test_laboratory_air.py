@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from browsing import OPEN, settled
+from browsing import OPEN, choose, settled
 from fmu import Instance, Package
 from playwright.sync_api import Page, expect
 from test_laboratory_casing import column
@@ -15,8 +15,7 @@ CHAMBERS = ["drive_chamber_pressure", "return_chamber_pressure"]
 def of_air(opened: OPEN) -> Page:
     page = opened()
     page.get_by_role("button", name="Pause").click()
-    page.get_by_label("Preset").select_option("air_4_inch")
-    return settled(page)
+    return choose(page, "air_4_inch")
 
 
 def loops(page: Page) -> list[list[np.ndarray]]:

@@ -9,6 +9,7 @@ import warnings
 from itertools import pairwise
 
 import numpy as np
+import pandas as pd
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from browsing import OPEN, PHONE, wait
@@ -56,6 +57,12 @@ def answer(page: Page, which: str = "values") -> Steady:
         # Some bounce, and their means have the errors that the page leaves them.
         warnings.simplefilter("ignore", HammerWarning)
         return steady(values, error=ways["error"], blows=ways["blows"])
+
+
+def share(mean: pd.Series) -> float:
+    """Per cent of what is put into a blow that the rock takes."""
+    put = mean["energy_drive"] + mean["energy_feed"] + mean["energy_gravity"]
+    return float(100 * (mean["energy_rock_dissipated"] + mean["energy_viscous"]) / put)
 
 
 def close(found: float, expected: float, part: float = 1e-9) -> None:
@@ -216,19 +223,13 @@ def test_rods_take_their_share_and_a_hammer_down_the_hole_has_none(opened: OPEN)
         numbers = numbers_at(page, at)
         page.evaluate("explorable.loose = { ...explorable.answer.values, ...LOOSE }")
         for name, which in (("tight", "answer.values"), ("loose", "loose")):
-            mean = answer(page, which).mean
-            put = mean["energy_drive"] + mean["energy_feed"] + mean["energy_gravity"]
-            taken = mean["energy_rock_dissipated"] + mean["energy_viscous"]
-            close(numbers[name], 100 * taken / put)
+            close(numbers[name], share(answer(page, which).mean))
         rows.append([numbers[name] for name in ("rods", "tight", "loose", "down")])
         given = whole(page.evaluate("explorable.answer.values"))
         bit = sum(given[f"bit.segment[{k}].length"] for k in (1, 2))
         rod = numbers["rods"] * given["drill.rod.length"]
         close(numbers["long"], given["drill.shank.length"] + rod + bit)
-        mean = answer(page, "hammer").mean
-        put = mean["energy_drive"] + mean["energy_feed"] + mean["energy_gravity"]
-        taken = mean["energy_rock_dissipated"] + mean["energy_viscous"]
-        assert numbers["down"] == pytest.approx(100 * taken / put, rel=0.02)
+        assert numbers["down"] == pytest.approx(share(answer(page, "hammer").mean), rel=0.02)
     rods, tight, loose, down = np.array(rows).T
     assert [*rods] == [1, 3, 6]
     # The means' own errors are below two of a hundred parts.

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browsing import OPEN, PHONE, blows, settled, wait
+from browsing import OPEN, PHONE, blows, choose, settled, wait
 from dth_hammer import Hammer
 from fmu import Instance, Package
 from playwright.sync_api import Page, expect
@@ -227,8 +227,7 @@ def test_a_setting_that_cannot_be_is_a_gap_in_the_curve(opened: OPEN) -> None:
 
 def test_what_was_before_is_shown_beside_it(opened: OPEN, package: Package) -> None:
     page = opened()
-    page.get_by_label("Preset").select_option("overdamped")
-    settled(page)
+    choose(page, "overdamped")
     start, other = blows(package, {})[-1], page.evaluate("laboratory.blows.at(-1)")
     change = 100 * (other["blow_energy"] / start["blow_energy"] - 1)
     difference = page.inner_text("#was-energy").split()[0].replace(MINUS, "-")
@@ -243,10 +242,8 @@ def test_what_was_before_is_shown_beside_it(opened: OPEN, package: Package) -> N
 def test_a_is_kept_and_swapped_with_b(opened: OPEN) -> None:
     page = opened()
     page.get_by_role("button", name="Keep as A").click()
-    page.get_by_label("Preset").select_option("overdamped")
-    settled(page)
-    page.get_by_label("Preset").select_option("long_bit")
-    settled(page)
+    choose(page, "overdamped")
+    choose(page, "long_bit")
     assert page.evaluate("past.ghost().link") == ""
     page.get_by_role("button", name="Swap with A").click()
     settled(page)

@@ -11,23 +11,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from browsing import QUIET, chromium
 from fmpy import read_model_description
 from fmu import Package
 from PIL import Image
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-# What a machine without network, sound, or a user of its own needs.
-QUIET = (
-    "--headless",
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--hide-scrollbars",
-)
 # Written into the page itself, to be read from its text.
 PROBE = """
 <script>
@@ -54,14 +42,6 @@ addEventListener("load", () => {
 
 
 @pytest.fixture(scope="module")
-def browser() -> str:
-    found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
-    if found is None:
-        pytest.skip("no browser: apt install chromium")
-    return found
-
-
-@pytest.fixture(scope="module")
 def page(package: Package, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy with the probe, beside a copy of the picture that it shows."""
     folder = tmp_path_factory.mktemp("page")
@@ -73,10 +53,10 @@ def page(package: Package, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return copy
 
 
-def browse(browser: str, page: Path, width: int, *more: str) -> str:
+def browse(page: Path, width: int, *more: str) -> str:
     """What the browser prints."""
     profile = page.parent / f"profile-{width}"
-    command = [browser, *QUIET, f"--user-data-dir={profile}", f"--window-size={width},2000"]
+    command = [chromium(), *QUIET, f"--user-data-dir={profile}", f"--window-size={width},2000"]
     done = subprocess.run(
         [*command, *more, page.as_uri()], capture_output=True, text=True, check=False, timeout=120
     )
@@ -85,10 +65,8 @@ def browse(browser: str, page: Path, width: int, *more: str) -> str:
 
 
 @pytest.mark.parametrize("width", [1200, 500])
-def test_everything_is_there_and_nothing_sticks_out(
-    browser: str, page: Path, fmu_path: Path, width: int
-) -> None:
-    text = browse(browser, page, width, "--dump-dom")
+def test_everything_is_there_and_nothing_sticks_out(page: Path, fmu_path: Path, width: int) -> None:
+    text = browse(page, width, "--dump-dom")
     found = re.search(r'<pre id="probe">(.*?)</pre>', text, re.DOTALL)
     assert found is not None, text[-2000:]
     layout = json.loads(unescape(found.group(1)))
@@ -102,9 +80,9 @@ def test_everything_is_there_and_nothing_sticks_out(
     assert layout["marks"] is None
 
 
-def test_the_page_is_painted(browser: str, page: Path, tmp_path: Path) -> None:
+def test_the_page_is_painted(page: Path, tmp_path: Path) -> None:
     picture = tmp_path / "page.png"
-    browse(browser, page, 1200, f"--screenshot={picture}")
+    browse(page, 1200, f"--screenshot={picture}")
     pixels = np.asarray(Image.open(picture).convert("L"), dtype=float)
     assert pixels.shape == (2000, 1200)
     # Text covers some of every stretch that is as high as a heading with the gap around it.

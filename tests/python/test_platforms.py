@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import subprocess
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from zipfile import ZipFile
 
 import pytest
 from fmpy import read_model_description
+from programs import ran
 
 SOURCES = Path(__file__).parents[1] / "platforms"
 ZIG = Path(sys.prefix).with_name("venv-cross") / "bin" / "python"
@@ -69,9 +69,7 @@ def needs(program: str, package: str) -> str:
 
 
 def build(*command: str | Path) -> None:
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    assert not done.stderr, done.stderr
+    assert ran(command) == ""
 
 
 @pytest.fixture(scope="module", params=STANDARDS)
@@ -117,15 +115,7 @@ def run(
     scalars = [v for v in outputs if v.type == standard.real and not v.dimensions]
     references = [str(v.valueReference) for v in scalars]
     arguments = [folder / library, description.guid, str(STEP), str(STEPS), *references]
-    done = subprocess.run(
-        [*command, *arguments],
-        capture_output=True,
-        text=True,
-        check=False,
-        env=os.environ | environment,
-    )
-    assert done.returncode == 0, done.stderr
-    lines = done.stdout.split("\n")[:-1]
+    lines = ran([*command, *arguments], env=os.environ | environment).split("\n")[:-1]
     assert len(lines) == standard.rows
     assert all(len(line.split()) == len(references) for line in lines)
     return lines

@@ -1,8 +1,8 @@
-"""What tests of sweeps, and of other programs, share."""
+"""What tests of sweeps share."""
 
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -18,23 +18,6 @@ def forbidden_runs() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("dth_hammer.study.sweeping.parts_of", None)
         yield
-
-
-def ran(
-    command: Sequence[str | Path] | str, folder: Path, env: dict[str, str] | None = None
-) -> str:
-    """What a user's program prints, which must end well."""
-    done = subprocess.run(
-        command,
-        shell=isinstance(command, str),
-        cwd=folder,
-        env=env,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, f"{command}\n{done.stdout}{done.stderr}"
-    return done.stdout
 
 
 def begun(folder: Path, *arguments: str) -> subprocess.Popen[str]:
