@@ -1,12 +1,13 @@
 """The command line, `dth-hammer`: subcommands are listed in `dth_hammer.commands`."""
 
 import argparse
+import functools
 import importlib
 import io
 import os
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from .commands import COMMANDS
@@ -43,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options = _parser().parse_args(given) if given else None
         with warnings.catch_warnings():
             warnings.simplefilter("always", HammerWarning)
-            warnings.showwarning = _Teller()
+            warnings.showwarning = _teller()
             if options is not None:
                 need_all(_packages(options))
                 _check(options)
@@ -128,17 +129,14 @@ class _Version(argparse.Action):
         parser.exit()
 
 
-class _Teller:
-    """Prints each warning once, as one line."""
+def _teller() -> Callable[..., None]:
+    """What prints each warning once, as one line."""
 
-    def __init__(self) -> None:
-        self.printed: set[str] = set()
+    @functools.cache
+    def tell(text: str) -> None:
+        print(f"dth-hammer: warning: {text}", file=sys.stderr)
 
-    def __call__(self, message: Warning | str, *_: object, **__: object) -> None:
-        text = str(message)
-        if text not in self.printed:
-            self.printed.add(text)
-            print(f"dth-hammer: warning: {text}", file=sys.stderr)
+    return lambda message, *_, **__: tell(str(message))
 
 
 if __name__ == "__main__":

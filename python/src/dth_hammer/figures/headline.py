@@ -11,6 +11,7 @@ from ..run.diagram import Waves
 from ..run.run import Run
 from ..scene.band import band
 from ..scene.datasheet import Datasheet
+from ..scene.quantities import told
 from ..study.fatigue import Life
 
 #: What a bit turns.
@@ -20,19 +21,10 @@ SUMMARISED = (
     *("rate of penetration", "frequency", "blow energy", "impact speed", "power of the blows"),
     *("work to the rock over blow energy", "power to the rock", "free air"),
 )
-#: Units in which a number is shown where the field has another than the table's.
+#: Units in which a number is shown, where not as any is told.
 SHOWN: Mapping[str, str] = {
-    "rate of penetration": "m/h",
-    "frequency": "1/min",
-    "power of the blows": "kW",
-    "power to the rock": "kW",
-    "driving force": "kN",
-    "bore": "mm",
-    "height where the piston turns": "mm",
-    "advance per turn": "mm",
-    TURNS: "1/min",
-    "free air": "m3/min",
-    "oil or water taken": "l/min",
+    **{"frequency": "1/min", TURNS: "1/min", "oil or water taken": "l/min"},
+    "life of what breaks first": "h",
 }
 #: What a datasheet finds that a run does not have.
 FOUND = (
@@ -63,15 +55,8 @@ def headline(
         {name: row[:3] for name, row in rows.items()}, index=["value", "least", "largest"]
     )
     units = {name: row[3] for name, row in rows.items()}
-    display = {
-        name: SHOWN.get(name) or ("MPa" if unit == "Pa" else "kN" if unit == "N" else "")
-        for name, unit in units.items()
-    }
-    display["life of what breaks first"] = "h"
-    table.attrs = {
-        "units": Fixed(units),
-        "display_units": Fixed({name: unit for name, unit in display.items() if unit}),
-    }
+    display = {name: SHOWN.get(name) or told(name, unit)[1] for name, unit in units.items()}
+    table.attrs = {"units": Fixed(units), "display_units": Fixed(display)}
     return table
 
 

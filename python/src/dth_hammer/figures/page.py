@@ -18,7 +18,7 @@ from ..run.gradients import differentiable
 from ..run.run import Run, simulate
 from ..run.summary import HEADS, displayed
 from ..scene.band import interval, ranged, sentence, to_digits
-from ..scene.datasheet import TRADE, Datasheet
+from ..scene.datasheet import Datasheet
 from ..scene.hammers import Hammerlike, Rocklike, scene_of
 from ..scene.mesh import ELASTIC, FIDELITY
 from ..scene.quantities import Units, convert
@@ -198,14 +198,7 @@ def _given(sheet: Datasheet | None) -> list[str]:
     """Tabulates what the datasheet says and what the hammer achieves."""
     if sheet is None:
         return []
-    rows = []
-    for name, given, own, _, at in sheet.compared:
-        unit, size = TRADE[name]
-        numbers = [_number(given / size), _number(own / size)]
-        # Adding zero makes -0.0 positive.
-        off = round(100 * (own / given - 1), 1) + 0.0
-        where = f" at {1e-5 * at:.3g} bar" if at else ""
-        rows.append([name.replace("_", " ") + where, *numbers, unit, f"{off:+.1f} %"])
+    rows = [[name.replace("_", " "), *cells] for name, *cells in sheet.told()]
     heads = ["of the datasheet", "given", "of this hammer", "unit", "off"]
     return ["<h2>What was given</h2>", _table(heads, rows)]
 

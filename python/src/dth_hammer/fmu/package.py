@@ -52,8 +52,8 @@ MOST_ENTRIES = 1000
 MOST_BYTES = 100_000_000
 
 
-def inspect(archive: zipfile.ZipFile) -> list[str]:
-    """The names in an archive, after a look at its directory alone: nothing is unpacked.
+def inspect(archive: zipfile.ZipFile) -> None:
+    """Looks at an archive's directory alone: nothing is unpacked.
 
     Raises:
         BadZipFile: it has too many entries, would unpack to too much, or to outside a folder.
@@ -72,7 +72,6 @@ def inspect(archive: zipfile.ZipFile) -> list[str]:
             raise zipfile.BadZipFile(f"it would unpack {name!r} outside its folder")
     if len({*names}) < len(names):
         raise zipfile.BadZipFile("it has two entries of one name")
-    return names
 
 
 class Package:
@@ -82,7 +81,7 @@ class Package:
         self.path = path
         try:
             with zipfile.ZipFile(path) as archive:
-                self._names = inspect(archive)
+                inspect(archive)
                 self.text = archive.read(DESCRIPTION)
             root = ET.fromstring(self.text)
         except (zipfile.BadZipFile, OSError, KeyError, ET.ParseError) as error:
@@ -100,12 +99,6 @@ class Package:
     def description(self) -> ET.Element:
         """Its model description, as a tree of one's own."""
         return ET.fromstring(self.text)
-
-    @property
-    def platforms(self) -> list[str]:
-        """What its libraries are compiled for, in the standard's words."""
-        parts = (name.split("/") for name in self._names)
-        return sorted({p[1] for p in parts if p[0] == "binaries" and len(p) > 2})
 
     def __repr__(self) -> str:
         return f"<Package {self.path} {self.version}>"

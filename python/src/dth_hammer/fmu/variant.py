@@ -92,9 +92,12 @@ def configure(
     Hammer(given, quiet=True).close()
     if unknown := [name for name in given if name not in rows]:
         raise DthHammerError(f"{package.path.name} is of an older version: it has no {unknown[0]}")
-    text = _identify(root, package, {**given, **beside}, arrays=arrays)
-    _start(root, {**given, **beside})
-    _write(package, out, root, text, {**given, **beside})
+    values = {**given, **beside}
+    text = _identify(root, package, values, arrays=arrays)
+    for name, number in values.items():
+        node = rows[name][1]
+        node.set("start", _written(node.tag, number))
+    _write(package, out, root, text, values)
     return added
 
 
@@ -129,11 +132,7 @@ def _beside(root: ET.Element) -> list[Variable]:
 
 
 def _identify(
-    root: ET.Element,
-    package: Package,
-    given: Mapping[str, float],
-    *,
-    arrays: bool,
+    root: ET.Element, package: Package, given: Mapping[str, float], *, arrays: bool
 ) -> str:
     """Signs the GUID, which every host hands over, and returns the text it stands for."""
     identity = IDENTITY[package.fmi]
@@ -201,12 +200,6 @@ def _rows(root: ET.Element) -> dict[str, tuple[int, ET.Element]]:
         )
         for node in nodes
     }
-
-
-def _start(root: ET.Element, given: Mapping[str, float]) -> None:
-    for name, (_, node) in _rows(root).items():
-        if name in given:
-            node.set("start", _written(node.tag, given[name]))
 
 
 def _written(kind: str, number: float) -> str:

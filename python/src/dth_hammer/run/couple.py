@@ -209,13 +209,6 @@ class Coupling:
         inputs = (given.get(name, np.nan) for name in self._names)
         self._exchanged.append((self.hammer.time, *self._now(), *inputs))
 
-    def _before(self) -> tuple[float, dict[str, float]] | None:
-        """Instant and values of the last exchange, if there was one."""
-        if not self._exchanged:
-            return None
-        time, _, _, *inputs = self._exchanged[-1]
-        return time, dict(zip(self._names, inputs, strict=True))
-
     @property
     def history(self) -> pd.DataFrame:
         """What was exchanged at the start of each step, by time: the piston's motion and inputs.
@@ -246,9 +239,9 @@ class Coupling:
 
     def _attempt(self, size: float, tolerance: float) -> None:
         hammer, partner = self.hammer, cast(Restorable, self.partner)
-        before, state, last = hammer.save(), partner.save(), self._before()
+        before, state = hammer.save(), partner.save()
         while True:
-            error = self._error(last, self._exchange(size)) / tolerance
+            error = self._error(self._exchange(size)) / tolerance
             factor = 0.9 * max(error, 1e-6) ** -0.5
             if error <= 1.0 or size <= self.smallest:
                 break
@@ -262,18 +255,17 @@ class Coupling:
         grown = size * min(2.0, max(0.2, factor))
         self._step = min(self.largest, max(self.smallest, grown))
 
-    def _error(
-        self, last: tuple[float, dict[str, float]] | None, given: Mapping[str, float]
-    ) -> float:
+    def _error(self, given: Mapping[str, float]) -> float:
         """How far the middle of a step was off, by what came at its end."""
         begun, after = self._exchanged[-1][0], self.partner.outputs()
-        size = self._end - begun
+        time, _, _, *inputs = self._exchanged[-2 if len(self._exchanged) > 1 else -1]
+        before, size = dict(zip(self._names, inputs, strict=True)), self._end - begun
 
         def off(name: str) -> float:
             rise = after[name] - given[name]
-            if last is None or begun <= last[0]:
+            if begun <= time:
                 return 0.5 * rise
-            slope = (given[name] - last[1].get(name, given[name])) / (begun - last[0])
+            slope = (given[name] - before.get(name, given[name])) / (begun - time)
             return 0.5 * (rise - slope * size)
 
         return max(abs(off(name)) for name in given)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -244,10 +245,7 @@ def simulate(
     frame = _frame(rows, [*chosen.values()], instants)
     by = [*dict.fromkeys(gradient)]
     if by:
-
-        def again(changed: Mapping[str, float]) -> tuple[Array, Hammer]:
-            return _again(start, signals, instants, [*chosen], control=control, changed=changed)
-
+        again = partial(_again, start, signals, instants, [*chosen], control=control)
         found = derivatives(start, by, again)
         texts = doubts(found, rows, {name: whole(start)[name] for name in by})
         for text in texts:
@@ -294,9 +292,9 @@ def _again(
     signals: Mapping[str, Function],
     instants: Array,
     names: Sequence[str],
+    changed: Mapping[str, float],
     *,
     control: Callable[[Hammer], None] | None,
-    changed: Mapping[str, float],
 ) -> tuple[Array, Hammer]:
     """Repeats a run with one number changed slightly; an input over time is shifted throughout."""
 

@@ -7,7 +7,7 @@ import pandas as pd
 
 from ..errors import DomainError, TooFewBlowsError
 from ..scene import quantities
-from ..scene.band import interval
+from ..scene.band import beside, interval
 from ..scene.variables import Array
 
 
@@ -70,10 +70,7 @@ def summary(
         index=[name for name, *_ in rows],
         columns=["mean", "spread", "unit"],
     )
-    rate = found["mean"].where(found.index == "rate of penetration")
-    found.insert(1, "low", rate / factor)
-    found.insert(2, "high", rate * factor)
-    return found
+    return beside(found, "mean", factor, "rate of penetration")
 
 
 #: What the columns of a displayed summary are.
@@ -84,7 +81,7 @@ def displayed(table: pd.DataFrame) -> list[tuple[str, str, str, str, str]]:
     """The rows of a summary as text, in the units of the field: name, mean, range, spread, unit."""
     rows: list[tuple[str, str, str, str, str]] = []
     for name, (mean, low, high, spread, si) in table.iterrows():
-        for factor, named in FIELD.get((si, str(name)), FIELD.get(si, ((1.0, si),))):
+        for factor, named in (quantities.told(str(name), si), *MORE.get(str(name), ())):
             sides = "" if math.isnan(low) else interval(factor * low, factor * high)
             value, wide = _digits(factor * mean, factor * spread)
             rows.append((str(name), value, sides, wide, "" if named == "1" else named))
@@ -103,15 +100,8 @@ def _digits(mean: float, spread: float) -> tuple[str, str]:
     return number, f"± {wide}" if float(wide) else f"< {least}"
 
 
-#: Factors and units in which a unit is shown, or that of one quantity.
-FIELD: dict[str | tuple[str, str], tuple[tuple[float, str], ...]] = {
-    "s": ((1e3, "ms"),),
-    "m": ((1e3, "mm"),),
-    "W": ((1e-3, "kW"),),
-    "m3/s": ((60.0, "m3/min"),),
-    ("m/s", "tip's gain per time"): ((1e3, "mm/s"),),
-    ("m/s", "rate of penetration"): ((3600.0, "m/h"), (60.0, "m/min")),
-}
+#: Factors and units in which a quantity is shown besides.
+MORE = {"rate of penetration": ((60.0, "m/min"),)}
 
 
 def readable(table: pd.DataFrame) -> str:

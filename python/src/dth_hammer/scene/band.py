@@ -42,18 +42,14 @@ def with_band(rate: float, parameters: Mapping[str, Value]) -> str:
     return f"{PER_HOUR * rate:.3g} m/h ({interval(low, high)})"
 
 
-def beside(table: pd.DataFrame, column: str, parameters: Mapping[str, Value]) -> pd.DataFrame:
-    """A table of outputs with columns ``low`` and ``high`` behind one: the range of its rate.
+def beside(table: pd.DataFrame, column: str, wide: float, rate: str = "rop") -> pd.DataFrame:
+    """A table with columns ``low`` and ``high`` behind one: the range of the rate among its rows.
 
-    It is NaN for every other output.
+    It is NaN for every other row.
     """
-    sides = [
-        band(value, parameters) if name == "rop" else (np.nan, np.nan)
-        for name, value in table[column].items()
-    ]
-    at = [*table.columns].index(column) + 1
-    for k, (name, side) in enumerate(zip(("low", "high"), zip(*sides, strict=True), strict=False)):
-        table.insert(at + k, name, side)
+    known, at = table[column].where(table.index == rate), [*table].index(column) + 1
+    table.insert(at, "low", known / wide)
+    table.insert(at + 1, "high", known * wide)
     return table
 
 

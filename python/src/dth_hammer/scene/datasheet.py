@@ -4,8 +4,7 @@ see `hammer::datasheet`; here are units and tables.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,7 +15,7 @@ from .. import _native
 from ..contract import typed
 from ..errors import DomainError, warn
 from . import quantities, rocks
-from .band import PER_HOUR, ranged, to_digits
+from .band import ranged, to_digits
 from .variables import VARIABLES, Value, numbers
 
 
@@ -52,27 +51,28 @@ class Datasheet:
         ]
         rows = [f"{name}: {text}" for name, text in self.readable().items()] + [""] + rows
         rows += ["given, and of this hammer:"]
-        for name, given, own, _, at in self.compared:
-            unit, size = TRADE[name]
-            off = f"{100 * (own / given - 1):+.1f} %"
-            where = f" at {1e-5 * at:g} bar" if at else ""
-            rows.append(
-                f"  {name}{where}: {given / size:.4g} {unit}, {own / size:.4g} {unit} ({off})"
-            )
+        for name, given, own, unit, off in self.told():
+            rows.append(f"  {name}: {given} {unit}, {own} {unit} ({off})")
         rows += ["assumed:", *(f"  {text}" for text in self.assumed)]
         if self.contradictions:
             rows += ["contradictions:", *(f"  {text}" for text in self.contradictions)]
         return "\n".join(rows)
 
+    def told(self) -> Iterator[tuple[str, str, str, str, str]]:
+        """Yields name, number given, that of the hammers, the trade's unit, how far it is off."""
+        for name, given, own, _, at in self.compared:
+            unit, size = TRADE[name]
+            # Adding zero makes -0.0 positive.
+            off = round(100 * (own / given - 1), 1) + 0.0
+            where = f" at {1e-5 * at:.3g} bar" if at else ""
+            yield name + where, f"{given / size:.4g}", f"{own / size:.4g}", unit, f"{off:+.1f} %"
+
     def readable(self) -> dict[str, str]:
         """Returns the results in field units with their ranges, the rate first."""
         rows = []
         for name, number, si in self.found:
-            factor, unit = FIELD.get(si, (1.0, si))
-            if name.startswith("rate"):
-                factor, unit = PER_HOUR, "m/h"
-            elif name.startswith("rotation"):
-                factor, unit = 60.0, "turns/min"
+            turns = name.startswith("rotation")
+            factor, unit = (60.0, "turns/min") if turns else quantities.told(name, si)
             low, high = (factor * side for side in self.ranges[name])
             sides = ranged(low, high)
             wide = f" ({sides})" if sides else ""
@@ -195,9 +195,6 @@ def from_datasheet(
         for name, value in arguments.items()
         if value is not None
     }
-    for name, number in given.items():
-        if not math.isfinite(number):
-            raise DomainError(f"{name} = {number:g} is not finite")
     solved = _native.datasheet(given, rock is not None, own, table, worked)
     if solved["contradictions"]:
         warn(" ".join(solved["contradictions"]))
@@ -258,13 +255,4 @@ UNITS: Mapping[str, str] = {row[0]: row[1] for row in _native.datasheet_numbers(
 #: The units of the trade, and how many of the SI unit each is.
 TRADE: Mapping[str, tuple[str, float]] = {
     row[0]: (row[2], row[3]) for row in _native.datasheet_numbers()
-}
-#: Factor and unit in which a number of an SI unit is told.
-FIELD: Mapping[str, tuple[float, str]] = {
-    "W": (1e-3, "kW"),
-    "N": (1e-3, "kN"),
-    "m": (1e3, "mm"),
-    "J/m3": (1e-6, "MJ/m3"),
-    "Pa": (1e-6, "MPa"),
-    "m3/s": (60.0, "m3/min"),
 }

@@ -140,6 +140,11 @@ OIL_FIELD: Mapping[str, str] = {
     "kg/m3": "lb/ft3",
     "m3/min": "cfm",
 }
+#: The unit in which a number is told, by its unit in the table, or by its name.
+TOLD: Mapping[str, str] = {
+    **{"s": "ms", "m": "mm", "N": "kN", "W": "kW", "Pa": "MPa", "J/m3": "MJ/m3", "m3/s": "m3/min"},
+    **{"rate of penetration": "m/h", "tip's gain per time": "mm/s"},
+}
 SYSTEMS = ("si", "metric", "us")
 #: A system, or a unit by column.
 Units = str | Mapping[str, str]
@@ -270,6 +275,12 @@ def with_units(table: pd.DataFrame) -> pd.DataFrame:
     headed = table.set_axis([heading(str(name)) for name in table], axis=1)
     index = table.index.name
     return headed if index is None else headed.rename_axis(index=heading(str(index)))
+
+
+def told(name: str, unit: str) -> tuple[float, str]:
+    """Factor and unit in which a number of a name and a declared unit is told."""
+    own = TOLD.get(name) or TOLD.get(unit, unit)
+    return float(1 / _factor(own, unit, name)), own
 
 
 def known(unit: str) -> str:

@@ -89,6 +89,9 @@ class Scene:
         path = Path(path)
         content = outputs.read_object(path, KEYS, "part of a scene")
         values, inputs = (_object(content, key, path) for key in ("start_values", "inputs"))
+        rock = content.get("rock")
+        if rock is not None and rock.endswith(".json"):
+            rock = str(path.parent / rock)
         return cls(
             title=path.stem,
             description=str(content.get("description", "")),
@@ -96,13 +99,8 @@ class Scene:
             parameters=values,
             inputs={name: _signal(name, value) for name, value in inputs.items()},
             until=content.get("until"),
-            rock=_rock(content.get("rock"), path),
+            rock=rock,
         )
-
-
-def _rock(name: str | None, path: Path) -> str | None:
-    """A rock of a scene; a file of one lies beside the scene."""
-    return str(path.parent / name) if name is not None and name.endswith(".json") else name
 
 
 def _object(content: Mapping[str, Any], key: str, path: Path) -> dict[str, Any]:

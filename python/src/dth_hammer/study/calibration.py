@@ -24,7 +24,7 @@ from ..errors import DomainError, RefusedError, warn
 from ..extras import need
 from ..run import answers
 from ..run.records import Record
-from ..scene.band import beside
+from ..scene.band import beside, factor
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of
 from ..scene.variables import Array
 from .longrun import Steady, Wanted, named, responses, unit
@@ -317,7 +317,7 @@ def _tables(problem: Problem, logs: Array, rough: Array, off: Array) -> list[pd.
     parts = zip(np.split(np.column_stack([*columns.values()]), ends), indices, strict=True)
     tables = [pd.DataFrame(part, index, [*columns]) for part, index in parts]
     tables[0]["unit"] = [unit(named(name)) for name in problem.means]
-    tables[0] = beside(tables[0], "found", problem.numbers(logs))
+    tables[0] = beside(tables[0], "found", factor(problem.numbers(logs)))
     return tables
 
 

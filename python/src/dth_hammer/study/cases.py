@@ -15,7 +15,7 @@ from ..scene import quantities
 from ..scene.band import sides
 from ..scene.signals import Signal, instants_of, points_in, signals_of
 from ..scene.variables import STEP, VARIABLES, model
-from .longrun import KIND, Steady, Wanted, answered
+from .longrun import KIND, Wanted, answered
 from .store import RUN
 
 #: Columns beside parameters and outputs: what tells runs apart, how long one is, of which
@@ -111,15 +111,10 @@ class Job:
             return self.result([], f"{type(error).__name__}: {error}", []) | {PASSING: True}
 
     def row(self, values: Sequence[float], refused: str, warnings: Sequence[str]) -> Row:
-        """The row of what the engine answers."""
-        if isinstance(self.until, Wanted):
-            return self.answer(refused or answered(values, self.numbers, warnings))
-        return self.result(values, refused, warnings)
-
-    def answer(self, found: Steady | str) -> Row:
-        """The row of a long-run response, or why there is none."""
-        if isinstance(found, str):
-            return self.result([], found, [])
+        """The row of what the engine answers, or why it does not."""
+        if refused or not isinstance(self.until, Wanted):
+            return self.result(values, refused, warnings)
+        found = answered(values, self.numbers, warnings)
         row = self.result([math.nan] * len(self.names), "", found.warnings)
         means = [name for name in self.names if name in found.outputs.index]
         row |= {KIND: found.kind, "blows": found.blows, "reached": float(found.reached)}

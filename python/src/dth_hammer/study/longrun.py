@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,7 @@ from ..errors import DomainError, RefusedError, UnknownNameError
 from ..extras import bar
 from ..run import answers
 from ..scene import quantities
-from ..scene.band import beside, in_words
+from ..scene.band import beside, factor, in_words
 from ..scene.variables import VARIABLES, Array, Value, whole
 
 if TYPE_CHECKING:
@@ -228,8 +228,8 @@ def finished(
     if not scenes:
         return
     batch = _native.Batch.steady(scenes, wanted.ways, cores())
-    bar, done = Bar(progress, len(scenes)), 0
-    with closing(bar):
+    done = 0
+    with telling(progress, len(scenes)) as tell:
         try:
             while done < len(scenes):
                 for index, values, refused, warnings in batch.take(1, PART) or ():
@@ -237,7 +237,7 @@ def finished(
                     yield index, refused or answered(values, points[index], warnings)
                 if stopped():
                     raise KeyboardInterrupt
-                bar.tell(*batch.progress(), done)
+                tell(*batch.progress(), done)
         finally:
             batch.stop()
 
@@ -267,28 +267,23 @@ def answered(
 def tabled(parts: Array, given: Mapping[str, float]) -> pd.DataFrame:
     """Returns means, errors and spreads as a table of outputs."""
     columns = dict(zip(("mean", "error", "spread"), parts, strict=True))
-    frame = beside(pd.DataFrame(columns, index=pd.Index(MEANS, name="output")), "mean", given)
+    frame = pd.DataFrame(columns, index=pd.Index(MEANS, name="output"))
+    frame = beside(frame, "mean", factor(given))
     frame["unit"] = [unit(name) for name in MEANS]
     return frame
 
 
-class Bar:
-    """A progress bar, if it is wanted."""
+@contextmanager
+def telling(shown: bool, total: int = 1) -> Iterator[Callable[..., None]]:
+    """A progress bar, if it is wanted, as what is told blows so far and error over that wanted."""
+    many = {"total": total, "unit": "hammer"}
+    with bar(shown, **(many if total > 1 else {"unit": "blow"})) or nullcontext() as drawn:
 
-    def __init__(self, shown: bool, total: int = 1) -> None:
-        self._total = total
-        many = {"total": total, "unit": "hammer"}
-        self._bar = bar(shown, **(many if total > 1 else {"unit": "blow"}))
+        def tell(blows: int, error_ratio: float, done: int = 0) -> None:
+            if drawn is not None:
+                drawn.n = done if total > 1 else blows
+                known = np.isfinite(error_ratio)
+                text = f"{error_ratio:.2g} times the one wanted" if known else "not yet known"
+                drawn.set_postfix_str(f"error {text}")
 
-    def tell(self, blows: int, error_ratio: float, done: int = 0) -> None:
-        """Blows so far, and the error over the one wanted."""
-        if self._bar is not None:
-            self._bar.n = done if self._total > 1 else blows
-            known = np.isfinite(error_ratio)
-            text = f"{error_ratio:.2g} times the one wanted" if known else "not yet known"
-            self._bar.set_postfix_str(f"error {text}")
-
-    def close(self) -> None:
-        """Removes the bar."""
-        if self._bar is not None:
-            self._bar.close()
+        yield tell

@@ -1,11 +1,13 @@
 """What a hammer is judged by: means of its long-run response, and what follows from these."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 
 from .. import _native
 from ..errors import UnknownNameError
+from ..scene.mesh import BODIES
 from ..scene.quantities import read
 from ..scene.variables import whole
 from . import longrun
@@ -13,29 +15,16 @@ from .fatigue import largest_stress
 from .longrun import MEANS, Steady
 
 
-def _mass(body: str) -> Callable[[Steady], float]:
-    def mass(found: Steady) -> float:
-        parts = np.array(_native.bodies(dict(found.parameters))[body]["sections"])
-        return float(whole(found.parameters)["material.density"] * np.prod(parts, axis=1).sum())
-
-    return mass
-
-
-def _stress(body: str) -> Callable[[Steady], float]:
-    return lambda found: largest_stress(found, body)
-
-
-def _power(found: Steady) -> float:
-    return found["blow_energy"] * found["blow_frequency"]
+def _mass(found: Steady, body: str) -> float:
+    parts = np.array(_native.bodies(dict(found.parameters))[body]["sections"])
+    return float(whole(found.parameters)["material.density"] * np.prod(parts, axis=1).sum())
 
 
 #: Beside the means, by name: unit and value.
 OTHERS: Mapping[str, tuple[str, Callable[[Steady], float]]] = {
-    "power": ("W", _power),
-    "piston_mass": ("kg", _mass("piston")),
-    "bit_mass": ("kg", _mass("bit")),
-    "piston_stress": ("Pa", _stress("piston")),
-    "bit_stress": ("Pa", _stress("bit")),
+    "power": ("W", lambda found: found["blow_energy"] * found["blow_frequency"]),
+    **{f"{body}_mass": ("kg", partial(_mass, body=body)) for body in BODIES},
+    **{f"{body}_stress": ("Pa", partial(largest_stress, body=body)) for body in BODIES},
 }
 
 

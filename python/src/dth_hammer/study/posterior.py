@@ -173,18 +173,13 @@ def population(of: Callable[[Array], Array], low: Array, high: Array, seed: int)
 
 def _step(values: Array, most: float) -> float:
     """How far to go so that a part of the members still counts."""
+    values = values[np.isfinite(values)]
 
-    def keeps(step: float) -> bool:
+    def left(step: float) -> float:
         weights = np.exp(step * (values - values.max()))
-        return bool(weights.sum() ** 2 / np.sum(weights**2) >= KEPT * np.isfinite(values).sum())
+        return float(weights.sum() ** 2 / np.sum(weights**2) - KEPT * len(values))
 
-    if keeps(most):
-        return most
-    low, high = 0.0, most
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if keeps(middle) else (low, middle)
-    return high
+    return most if left(most) >= 0.0 else float(need("scipy.optimize").brentq(left, 0.0, most))
 
 
 def _moved(

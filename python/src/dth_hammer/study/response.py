@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
-from contextlib import closing
 from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +17,7 @@ from ..scene.hammers import Hammerlike, Rocklike, numbers_of, scene_of
 from ..scene.signals import Signal, signals_of
 from ..scene.variables import STEP
 from .cases import Case
-from .longrun import Bar, Steady, Wanted, responses
+from .longrun import Steady, Wanted, responses, telling
 from .motions import drawn, met
 from .stepped import Acts, Stepped, moved
 from .sweeping import Grid, several, table_of
@@ -151,8 +150,8 @@ def steady(
             raise DomainError("starts are drawn of hammers without inputs, control or partner only")
         size = STEP if step is None else quantities.duration(step, "step")
         acts = Acts(signals_of(signals), deepcopy(control), partner, size)
-        with closing(Bar(progress)) as bar:
-            return moved(given, wanted, acts, bar.tell)
+        with telling(progress) as tell:
+            return moved(given, wanted, acts, tell)
     if step is not None:
         raise DomainError("a step changes nothing without inputs over time, control or a partner")
     (found,) = responses([given], wanted, progress=progress)

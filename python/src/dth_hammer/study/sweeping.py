@@ -1,7 +1,6 @@
 """Many runs over a grid of parameters; resumable; one row per run."""
 
 import itertools
-import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing, nullcontext
@@ -256,16 +255,11 @@ def _whole(
             # A parameter that only other cases set has its start value here.
             table[name] = table[name].fillna(VARIABLES[name].start)
     for name in names:
-        variable = VARIABLES[name] if name in VARIABLES else None  # noqa: SIM401, get raises
         kind: Any = LONG.get(name, float)
-        if variable:
-            kind = "boolean" if variable.kind == "Boolean" else kind
-            kind = "Int64" if variable.counts else kind
-        if kind is str:
-            continue
-        # New rows and rows read from a file mark missing values differently.
-        numbers = [math.nan if pd.isna(v) else float(v) for v in table[name]]
-        table[name] = pd.Series(numbers, dtype=float).astype(kind)
+        if name in VARIABLES:
+            kind = "boolean" if VARIABLES[name].kind == "Boolean" else kind
+            kind = "Int64" if VARIABLES[name].counts else kind
+        table[name] = table[name].astype(kind if kind is str else float).astype(kind)
     return table
 
 

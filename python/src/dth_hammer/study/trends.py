@@ -19,7 +19,7 @@ from ..errors import DomainError, RefusedError, warn
 from ..extras import need
 from ..run import answers
 from ..run.gradients import differentiable
-from ..scene.band import beside, in_words, sides, with_sides
+from ..scene.band import beside, factor, in_words, sides, with_sides
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of
 from ..scene.variables import Array, whole
 from .longrun import Steady, Wanted, named, responses
@@ -170,7 +170,7 @@ def trend(
         ),
         widths=pd.Series(dict(wide), name="width", dtype=float),
         middle=beside(
-            pd.DataFrame({"mean": [fit.value for fit in lines]}, pd.Index(names)), "mean", given
+            pd.DataFrame({"mean": [fit.value for fit in lines]}, names), "mean", factor(given)
         ),
         points=frame,
         refused=refused,
