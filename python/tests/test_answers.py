@@ -105,12 +105,15 @@ def test_each_answer_tells_the_range_of_its_rate(fit: Calibration, best: Optimum
     wide = {"rock.specific_energy_factor": 1.3}
     trends = trend(RIGID | wide, {"feed_force": 0.02}, ["blow_energy", "rop"], points=8)
     default = VARIABLES["rock.specific_energy_factor"].start
+    assert [*trends.points] == ["feed_force", "blow_energy", "rop", "rop_low", "rop_high"]
+    sides = {"rop_low": "low", "rop_high": "high"}
     rates = [
+        *((row.rename(sides), "rop", 1.3, trends) for _, row in trends.points.iterrows()),
         (trends.middle.loc["rop"], "mean", 1.3, trends),
         (steady(RIGID | wide).outputs.loc["rop"], "mean", 1.3, steady(RIGID | wide)),
         (fit.residuals.loc["rop"], "found", default, fit),
         (best.steady.outputs.loc["rop"], "mean", default, best),
-        (best.history.iloc[0].rename({"rop_low": "low", "rop_high": "high"}), "rop", default, best),
+        (best.history.iloc[0].rename(sides), "rop", default, best),
     ]
     for row, column, factor, answer in rates:
         assert row["low"] == pytest.approx(row[column] / factor)

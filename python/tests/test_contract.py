@@ -1,7 +1,6 @@
 """What is wrong is told: every public function raises errors of this package, and no others."""
 
 import inspect
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -121,6 +120,7 @@ def test_every_public_name_is_tried_or_an_answer(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("quick")
+@pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("name", sorted({*dth.__all__} - ANSWERS))
 def test_wrong_arguments_are_told(name: str, tmp_path: Path) -> None:
     function, right = next((f, r) for f, r in functions(tmp_path).items() if f.__name__ == name)
@@ -133,14 +133,12 @@ def test_wrong_arguments_are_told(name: str, tmp_path: Path) -> None:
     refused = 0
     for argument in {*inspect.signature(function).parameters} - OTHERS:
         for value in WRONG:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                try:
-                    function(**{**right, argument: value})
-                except DthHammerError:
-                    refused += 1
-                except Exception as error:
-                    raise AssertionError(f"{name}({argument}={value!r})") from error
+            try:
+                function(**{**right, argument: value})
+            except DthHammerError:
+                refused += 1
+            except Exception as error:
+                raise AssertionError(f"{name}({argument}={value!r})") from error
     # Not all values are wrong for every argument, and most are for one.
     assert refused > len(WRONG) // 2
 

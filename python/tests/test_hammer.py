@@ -15,7 +15,6 @@ import pytest
 from dth_hammer import (
     DomainError,
     Hammer,
-    HammerWarning,
     RefusedError,
     Snapshot,
     simulate,
@@ -329,13 +328,6 @@ def test_a_forked_child_uses_what_was_free_and_is_told_of_what_was_not() -> None
     assert used.startswith("busy: a thread used this object while the process was forked")
     assert taken == stopped
     assert taken.startswith("this batch belongs to the process that began it")
-
-
-def test_a_hammer_that_cannot_drill_is_warned_of() -> None:
-    with pytest.warns(HammerWarning, match="feed_force = -50000.0 N lifts the hammer off the rock"):
-        Hammer({"feed_force": "-50 kN"}).close()
-    with pytest.warns(HammerWarning, match="a piston at rest stays at rest"):
-        Hammer({"drive.amplitude": 10.0}).close()
 
 
 def test_a_state_that_allows_calls_more_work_than_its_reader_is_refused() -> None:

@@ -180,14 +180,6 @@ def test_the_trend_over_the_rock_is_the_published_one() -> None:
     assert "roughness" in found._repr_html_()
 
 
-def test_the_points_of_a_trend_tell_the_range_of_their_rates() -> None:
-    hammer = {"fidelity": "Rigid", "rock.specific_energy_factor": 1.2}
-    points = trend(hammer, {"feed_force": 0.05}, ["rop", "blow_energy"], points=8).points
-    assert [*points] == ["feed_force", "rop", "rop_low", "rop_high", "blow_energy"]
-    assert points["rop_low"].to_numpy() == pytest.approx(points["rop"].to_numpy() / 1.2)
-    assert points["rop_high"].to_numpy() == pytest.approx(points["rop"].to_numpy() * 1.2)
-
-
 def test_wrong_names_and_widths_are_told() -> None:
     with pytest.raises(UnknownNameError, match="rop"):
         trend(None, {"rock.stiffness": 0.1}, ["ropp"])
