@@ -1,5 +1,5 @@
-//! The program exports what the loaded library calls of the sanitizer and the fuzzer, but not its own
-//! copy of the FMI functions, which would stand in place of the library's.
+//! The program exports the symbols of the sanitizer and the fuzzer that the loaded library calls. It must not export
+//! its own copy of the FMI functions, which would replace the library's.
 
 fn main() {
     let map = concat!(env!("CARGO_MANIFEST_DIR"), "/exports.map");

@@ -1,5 +1,4 @@
-//! What no host should do, and some do. Nothing may crash, hang, or disturb a
-//! sane instance beside.
+//! Calls that no host should make, but some do. Nothing may crash, hang, or disturb another, correct instance.
 
 mod abuser;
 mod support;
@@ -17,14 +16,14 @@ use support::host::{Host, vr};
 use support::library::{ERROR, Library, Log, OK};
 use support::three::Three;
 
-/// How many calls are made: fewer under valgrind, more every week.
+/// Environment variable with the number of calls: fewer under valgrind, more every week.
 const CALLS: &str = "DTH_ABUSE_CALLS";
 
 fn calls() -> usize {
     std::env::var(CALLS).ok().and_then(|calls| calls.parse().ok()).unwrap_or(12_000)
 }
 
-/// Makes so many calls, and a step of 1 ms at every 200th: how many steps.
+/// Makes so many calls, with a step of 1 ms at every 200th. Returns the number of steps.
 fn among(calls: usize, mut act: impl FnMut(), mut step: impl FnMut(f64)) -> u32 {
     let mut steps = 0;
     for call in 0..calls {
@@ -88,7 +87,7 @@ fn real_outputs() -> impl Iterator<Item = &'static str> {
     VARIABLES.iter().filter(|v| matches!(v.role, Role::Output(_))).map(|v| v.name)
 }
 
-/// What runs give one after the other, and each on a thread of its own.
+/// Compares runs one after the other with the same runs on a thread each.
 fn alone_and_together(run: impl Fn(usize) -> Vec<u64> + Sync) {
     let (run, alone): (&(dyn Fn(usize) -> Vec<u64> + Sync), Vec<_>) =
         (&run, (0..8).map(&run).collect());
@@ -130,7 +129,7 @@ fn threads_give_bitwise_what_one_thread_gives_in_either_standard() {
 fn too_much_work_ends_in_an_error_that_leaves_the_instance_safe() {
     let library = Library::load();
     let host = Host::new(&library);
-    // A contact a million times stiffer than the splines that meet chatters where a force presses.
+    // A contact a million times stiffer than its splines chatters when a force presses.
     let counts = [("piston.elements", 4), ("bit.elements", 4), ("mesh.degree", 7)];
     for (name, count) in counts.into_iter().chain([("work_limit", 1), ("drive.source", 2)]) {
         host.set_int(name, count);
@@ -144,9 +143,9 @@ fn too_much_work_ends_in_an_error_that_leaves_the_instance_safe() {
     dog.about_to("fmi2DoStep of a contact that chatters".into());
     assert_eq!(library.step(host.handle, 0.0, 1.0), ERROR);
     let line = host.only_error();
-    // It chatters against the rock, too; the parameter that is at fault is named.
+    // It chatters against the rock too; the error names the parameter that causes it.
     assert!(line.contains("contact.stiffness = 1e17 is 1.1e6 times"), "{line}");
-    // After it, all can be read, no step is made, and the instance can be used again.
+    // Afterwards everything can be read, no step can be made, and the instance can be reset.
     for (reference, variable) in (0u32..).zip(VARIABLES.iter()) {
         let mut number = [0];
         let read = match variable.role {
@@ -206,8 +205,8 @@ fn memory_is_clean_under_valgrind() {
     assert!(String::from_utf8_lossy(&output.stdout).contains("1 passed"));
 }
 
-/// glibc's own checks of every block that is freed; since 2.34 they are in a library of their own, and
-/// the variable alone does nothing.
+/// Runs with glibc's checks of every freed block. Since 2.34 they are in a library of their own; the variable alone
+/// has no effect.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 #[test]
 fn the_heap_is_whole_under_the_checks_of_glibc() {

@@ -1,4 +1,4 @@
-//! A hammer that air drives, through the C functions: pressures, what it takes and gives.
+//! A hammer driven by air through the C functions: pressures, flows and work.
 
 use crate::support::host::{Host, vr};
 use crate::support::library::{ERROR, Library, OK};
@@ -9,13 +9,13 @@ use dth_hammer::events::Extra;
 /// `drive.source = Air`.
 const AIR: i32 = 4;
 
-/// What a host of either standard does here.
+/// A host of either standard.
 trait Driver {
     fn value(&self, name: &str) -> f64;
     fn advance(&self, from: f64, to: f64);
-    /// Makes an input a value that changes at a rate from now on.
+    /// Sets an input to a value that changes at a rate.
     fn ramp(&self, name: &str, ramp: (f64, f64));
-    /// A step that must fail: until when the motion is known, and why it ends.
+    /// Makes a step that must fail. Returns until when the motion is known, and the reason.
     fn fails(&self, from: f64, to: f64) -> (f64, String);
 }
 
@@ -60,7 +60,7 @@ impl Driver for Three<'_> {
     fn fails(&self, from: f64, to: f64) -> (f64, String) {
         self.lines();
         let (mut status, mut ended) = self.try_step(from, to - from);
-        // A step may end at a blow before.
+        // A step may end early at a blow.
         while status == OK && ended.event {
             self.event(|_, _| {});
             (status, ended) = self.try_step(ended.time, to - ended.time);
@@ -103,9 +103,9 @@ fn three<'a>(library: &'a Library, (fidelity, values): &(i32, Vec<(&str, f64)>))
     host
 }
 
-/// A chamber at rest that a supply of constant pressure fills through a choked opening: the flow is
-/// `C_d A sqrt(kappa / (R T)) (2 / (kappa + 1))^3 p_s`, so the mass follows the pressure over the step as
-/// it follows time, and the chamber's pressure `kappa R T` over its volume times as fast.
+/// A chamber at rest that a supply of constant pressure fills through a choked opening. The flow is
+/// `C_d A sqrt(kappa / (R T)) (2 / (kappa + 1))^3 p_s`, so the mass taken is proportional to the pressure during the
+/// step as it is to time, and the chamber's pressure is `kappa R T` over its volume times as much.
 #[test]
 fn what_is_taken_follows_the_supply_as_in_closed_form() {
     let library = Library::load();
@@ -133,8 +133,8 @@ fn what_is_taken_follows_the_supply_as_in_closed_form() {
     host.step(1e-3, size);
     let compressed = 1.4 * 287.05 * temperature / volume;
     assert!(start + compressed * flow * supply * size < 0.5 * supply, "still choked");
-    // What grows in proportion to time is a series that ends; a difference of a linear function keeps seven digits and
-    // more.
+    // A quantity proportional to time is a finite series; a difference of a linear function keeps at least seven
+    // digits.
     let close = |found: f64, expected: f64, error: f64| {
         assert!((found / expected - 1.0).abs() < error, "{found} for {expected}");
     };
@@ -149,7 +149,7 @@ fn what_is_taken_follows_the_supply_as_in_closed_form() {
     close(slopes[0], flow * size, 1e-6);
     close(slopes[1], compressed * flow * size, 1e-6);
     host.take_log();
-    // And is refused by name where a host has taken a parameter for an input.
+    // A parameter in place of an input is refused by name.
     let parameter = [vr("air.supply_area")];
     let status = library.directional_by(host.handle, &of, &parameter, &[1.0], &mut slopes);
     assert_eq!(status, ERROR);
@@ -157,7 +157,7 @@ fn what_is_taken_follows_the_supply_as_in_closed_form() {
     assert!(line.starts_with("air.supply_area cannot be set"), "{line}");
 }
 
-/// The exhaust's pressure rises: that of vented chambers does too, and nothing drives the piston.
+/// If the exhaust's pressure rises, so does that of vented chambers, and nothing drives the piston.
 #[test]
 fn vented_chambers_follow_the_exhaust() {
     let library = Library::load();
@@ -183,8 +183,8 @@ fn vented_chambers_follow_the_exhaust() {
     assert_eq!((host.get("applied_drive_force"), host.get("air_mass")), (0.0, taken));
 }
 
-/// A rate that carries a pressure to zero within a step ends it there, by the input's name; what is shown then is the
-/// motion up to that instant: two nanoseconds before, where no step ends yet, everything is within 1e-5 of it.
+/// A rate that would carry a pressure to zero within a step ends the step there, with the input's name. The outputs
+/// are then those of that instant: two nanoseconds earlier, where a step can still end, all are within 1e-5 of them.
 #[test]
 fn a_pressure_that_falls_to_zero_ends_the_step_by_name_and_what_was_before_can_be_read() {
     let library = Library::load();

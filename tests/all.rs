@@ -1,5 +1,5 @@
-//! All tests of this crate in one program, which is linked once; `cargo test --test all MODULE::` runs a
-//! file's. Apart are those that need a process of their own (`[[test]]` in `Cargo.toml`).
+//! All tests of this crate in one program, which is linked once; `cargo test --test all MODULE::` runs those of one
+//! file. Tests that need a process of their own are separate (`[[test]]` in `Cargo.toml`).
 
 mod abuser;
 mod air;

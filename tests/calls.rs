@@ -1,4 +1,4 @@
-//! What the contract says of calls and their order, through the C symbols.
+//! Rules of the standard about calls and their order, tested through the C symbols.
 
 use crate::support::host::{Host, vr};
 use crate::support::library::{Callbacks, ERROR, Handle, Library, Log, OK};
@@ -76,7 +76,7 @@ fn every_parameter_out_of_its_domain_is_refused_by_name_value_and_range() {
             Some(Domain::Between(low, high)) => (high + 1.0, format!("{low} to {high}")),
             Some(Domain::Any) | None => continue,
         };
-        // A section is read where there is one.
+        // A section is read only if it exists.
         if let Some((body, _)) = variable.name.split_once(".segment[") {
             host.set_int(&format!("{body}.segments"), 8);
         }
@@ -228,7 +228,7 @@ fn log_categories_can_be_switched_while_running() {
     let mut time = 0.0;
     let mut categories = |host: &Host| {
         host.take_log();
-        // Long enough for a blow, so for something to tell.
+        // Long enough for a blow, so that there is something to log.
         host.step(time, 0.05);
         time += 0.05;
         let mut found: Vec<String> = host.take_log().into_iter().map(|line| line.1).collect();
@@ -319,9 +319,8 @@ fn the_status_family_answers() {
     assert!(host.only_error().starts_with("fmi2CancelStep has nothing to cancel: no other thread"));
 }
 
-/// As ctypes, Julia and Java take it: the logger's text is a format for which nothing is passed, and
-/// what a host or a user has written stands in it letter by letter. (The collector of these tests
-/// refuses a format that asks for an argument.)
+/// ctypes, Julia and Java pass the logger's text as a format without arguments. Text from a host or a user must
+/// appear in it unchanged. (The collector of these tests refuses a format that asks for an argument.)
 #[test]
 fn what_looks_like_a_format_is_logged_as_it_was_written() {
     let library = Library::load();

@@ -1,13 +1,13 @@
-//! A step that another thread ends.
+//! Cancelling a step from another thread.
 
 use crate::support::host::{Host, vr};
 use crate::support::library::{ERROR, Handle, Library, OK};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// From the call to the end of the step.
+/// Longest time from the call to the end of the step.
 const PROMPT: Duration = Duration::from_millis(50);
-/// As well on a machine that does other work.
+/// Number of tries, since the machine may do other work.
 const TRIES: usize = 10;
 
 /// A host's handle, for a second thread.
@@ -42,7 +42,7 @@ fn a_step_of_minutes_ends_at_once_and_the_instance_can_be_used_again() {
     assert!(fastest < PROMPT, "{fastest:?}");
 }
 
-/// Calls `cancel` until it finds work to end, or `work` is over: whether it ended for that.
+/// Calls `cancel` until it finds work to cancel, or `work` is over. Returns whether it was cancelled.
 fn raced(host: &Host, work: impl FnOnce() -> i32 + Send) -> bool {
     let mut cancelled = false;
     let status = thread::scope(|scope| {
@@ -60,7 +60,7 @@ fn raced(host: &Host, work: impl FnOnce() -> i32 + Send) -> bool {
     status == ERROR
 }
 
-/// On 400 elements a body a scene is made in a tenth of a second.
+/// With 400 elements in each body, making a scene takes a tenth of a second.
 #[test]
 fn initialization_and_derivatives_end_too_and_can_be_asked_for_again() {
     let library = Library::load();
@@ -68,7 +68,7 @@ fn initialization_and_derivatives_end_too_and_can_be_asked_for_again() {
     let initialize: fn(&Library, Handle) -> i32 =
         |library, of| library.plain("fmi2ExitInitializationMode", of);
     for (work, shortest) in [(directional, 0.4), (initialize, 0.5)] {
-        // Each of its own length: other systems than those that are known.
+        // Each with another length, so that no system is cached.
         let ends = |time: usize| {
             let host = Host::new(&library);
             host.set_int("piston.elements", 400);
@@ -95,7 +95,7 @@ fn the_first_read_of_an_energy_ends_too_and_can_be_repeated() {
         host.set_int("bit.elements", 400);
         host.set("piston.length", 0.15 + 1e-3 * time as f64);
         host.start(0.0);
-        // Over the first blow.
+        // A step over the first blow.
         host.step(0.0, 0.0145);
         let (instance, energy) = (host.handle, [vr("energy_damping")]);
         let read = || library.get_reals(instance, &energy, &mut [0.0]);

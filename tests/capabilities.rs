@@ -1,4 +1,4 @@
-//! Each capability that the description claims is used here.
+//! Uses each capability that the description claims.
 
 use crate::support::host::{Host, vr};
 use crate::support::library::{ERROR, Handle, Library, OK};
@@ -97,7 +97,7 @@ fn output_derivatives_are_those_of_the_outputs() {
         assert_eq!(status, ERROR, "{name} {order}");
         host.only_error();
     }
-    // An order that is not known is 0, says the standard.
+    // The standard demands 0 for a derivative that is not known.
     for variable in VARIABLES.iter().filter(|variable| matches!(variable.role, Role::Output(_))) {
         for order in [3, 4, 17, i32::MAX] {
             assert_eq!(host.derivative(variable.name, order), 0.0, "{} {order}", variable.name);
@@ -114,7 +114,7 @@ fn jet(host: &Host) -> Jet {
     outputs.map(|variable| of(variable.name)).collect()
 }
 
-/// Five jets `SPACING` apart, the middle one at `at`; `None` if something happens meanwhile.
+/// Five jets `SPACING` apart, the middle one at `at`; `None` if an event is between them.
 fn stencil(host: &Host, time: &mut f64, at: f64) -> Option<[Jet; 5]> {
     let mut events = Vec::new();
     let jets = std::array::from_fn(|k| {
@@ -127,9 +127,9 @@ fn stencil(host: &Host, time: &mut f64, at: f64) -> Option<[Jet; 5]> {
     (events[0] == events[4]).then_some(jets)
 }
 
-/// Between the stencil's points, s. The fastest mode of an element of 8.4 mm has 2.1e6 rad/s, an
-/// energy twice that: the formula of fourth order leaves (4.2e6 * 1e-8)^4 / 30 = 1e-7 of an
-/// amplitude; rounding of a displacement of 0.1 m to 1e-17 leaves 1e-9 m/s.
+/// Spacing of the stencil's points, s. The fastest mode of an element of 8.4 mm has 2.1e6 rad/s, and an energy twice
+/// that: the formula of fourth order has an error of (4.2e6 * 1e-8)^4 / 30 = 1e-7 of an amplitude; rounding of a
+/// displacement of 0.1 m to 1e-17 contributes 1e-9 m/s.
 const SPACING: f64 = 1e-8;
 
 /// Hammers by three drives, with inputs that change.
@@ -171,8 +171,8 @@ fn every_output_derivative_is_that_of_its_output() {
         assert!(stencils.len() >= 8, "{} of {source}", stencils.len());
         assert!(host.get("blow_count") >= 1.0 && host.get("rock_cycle_count") >= 1.0);
         for (index, (name, output)) in outputs.iter().enumerate() {
-            // Of the last step each, not of time; errors, which have no rate; and what changes only where a
-            // value is handed over.
+            // Outputs that belong to the last step; errors, which have no rate; and outputs that change only when a
+            // value is passed.
             let of_steps = name.ends_with("_peak") || *name == "energy_exchange";
             if of_steps || name.ends_with("residual") {
                 continue;
@@ -200,7 +200,7 @@ fn every_output_derivative_is_that_of_its_output() {
     }
 }
 
-/// Runs on from a state with inputs and parameters pending, in three instances.
+/// Continues from a state with pending inputs and parameters, in three instances.
 #[test]
 fn a_state_goes_on_bit_for_bit_wherever_it_is_restored() {
     let library = Library::load();

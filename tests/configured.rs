@@ -1,4 +1,4 @@
-//! FMUs that start with other values than the plain one: their GUID tells the library.
+//! FMUs with other start values than the general one, which the library learns from their GUID.
 
 use crate::support::host::{Host, vr};
 use crate::support::library::{Handle, Library, OK};
@@ -14,7 +14,7 @@ const SCENE: [(&str, f64); 6] = [
     ("return_pressure", 2e5),
 ];
 
-/// The GUID of the FMU that starts with these values.
+/// The GUID of the FMU with these start values.
 fn guid(values: &[(&str, f64)]) -> String {
     let mut list: Vec<(u32, f64)> = values.iter().map(|(name, value)| (vr(name), *value)).collect();
     list.sort_by_key(|(reference, _)| *reference);

@@ -1,4 +1,4 @@
-//! A drive from outside through both standards: the same numbers as in the engine, and what is reported.
+//! An outside drive through both standards: the same numbers as from the engine, and the warnings.
 
 use crate::support::host::{Host, vr};
 use crate::support::library::{ERROR, Handle, Library, OK};
@@ -6,7 +6,7 @@ use crate::support::three::{Three, extra};
 use hammer::{Fidelity, Input, InputValues, Machine, Parameters, Source};
 
 const STEP: f64 = 1e-4;
-/// Oil of 75 kN/mm, trapped; how long, in steps.
+/// Stiffness of trapped oil, 75 kN/mm; duration in steps.
 const STIFFNESS: f64 = 7.5e7;
 const STEPS: u32 = 60;
 const SCENE: [(&str, f64); 3] =
@@ -47,11 +47,11 @@ fn start_three(library: &Library, events: bool) -> Three<'_> {
     host
 }
 
-/// Volume over area: where the piston is, from the start on.
+/// The swept volume over the area: the piston's position since the start.
 const SWEPT: &str = "relative_position";
 
-/// Repeated values, getters between, a state and back, event mode with early returns: none of it changes a
-/// bit of what the engine does.
+/// Repeated values, calls of getters, restoring a state, event mode with early returns: none of these changes a bit
+/// of the engine's results.
 #[test]
 fn both_standards_extrapolate_as_the_engine() {
     let (library, expected) = (Library::load(), by_engine());
@@ -95,14 +95,14 @@ fn both_standards_extrapolate_as_the_engine() {
             }
             found.extend(READ.map(|name| host.get(vr(name))));
         }
-        // After an early return the end of a step is a sum, and so off by a rounding of its time.
+        // After an early return the end of a step is a sum, and so has a rounding error.
         let close = |(a, b): (&f64, &f64)| (a - b).abs() <= if events { 1e-9 } else { 0.0 };
         assert!(found.iter().zip(&expected).all(close), "{events}");
         assert_eq!(early > 0, events);
     }
 }
 
-/// Reset and start anew: nothing is left of what was handed over.
+/// After a reset and a new start, nothing is left of the earlier exchange.
 #[test]
 fn a_reset_forgets_what_was_handed_over() {
     let library = Library::load();
@@ -121,7 +121,7 @@ fn a_reset_forgets_what_was_handed_over() {
     SCENE.iter().for_each(|(name, value)| host.set(name, *value));
     host.start(0.0);
     assert_eq!(run(&host), first);
-    // The delay is tunable: from the next step on.
+    // The delay is tunable, with effect from the next step.
     let held = start_two(&library);
     held.set("coupling.delay", 0.0);
     assert_ne!(run(&held), first);
@@ -131,8 +131,8 @@ fn a_reset_forgets_what_was_handed_over() {
     assert_eq!(log, "coupling.delay = 2.5 is not allowed: it must be 0 to 2");
 }
 
-/// One line, once, where the exchange makes more than a hundredth of a cycle's work, with step, delay and
-/// remedy; one of an impact that steel does not stand, whatever drives; one of a feed that does not press.
+/// Each warning is given once: of an exchange that makes more than a hundredth of a cycle's work, with step, delay
+/// and remedy; of an impact that steel does not withstand, with any drive; and of a feed that does not press.
 #[test]
 fn what_a_step_shows_is_told_once() {
     let library = Library::load();
@@ -164,11 +164,11 @@ fn what_a_step_shows_is_told_once() {
     assert_eq!(reported, [1, 1], "{log:?}");
 }
 
-/// A host whose clock counts from 1970: the same motion, blows on its clock.
+/// A host whose clock counts from 1970 gets the same motion, with blows on its clock.
 #[test]
 fn a_run_that_starts_years_on_is_that_from_zero() {
     let library = Library::load();
-    // Whole numbers of 2^-10 s, which both clocks have.
+    // Multiples of 2^-10 s, which both clocks represent exactly.
     let (step, start) = (2f64.powi(-10), 1.7e9);
     let read = |from: f64| {
         let host = Host::new(&library);
@@ -183,6 +183,6 @@ fn a_run_that_starts_years_on_is_that_from_zero() {
     };
     let ((here, blow), (there, late)) = (read(0.0), read(start));
     assert_eq!(here, there);
-    // A double's spacing there.
+    // The spacing of doubles at that time.
     assert!((late - start - blow).abs() <= 2.4e-7 && blow > 0.01, "{late} {blow}");
 }

@@ -19,14 +19,14 @@ fn outputs() -> (Vec<u32>, Vec<f64>) {
 /// `drive.source = Air`.
 const AIR: i32 = 4;
 
-/// What an element of a description lists as dependencies; `None` stands for everything.
+/// The dependencies that an element of a description lists; `None` stands for all.
 fn listed(text: &str, element: &str) -> Option<Vec<u32>> {
     let rest = text.split(element).nth(1).unwrap_or_else(|| panic!("{element} is not there"));
     let list = rest.split("/>").next()?.split(" dependencies=\"").nth(1)?.split('"').next()?;
     Some(list.split_whitespace().map(|number| number.parse().unwrap()).collect())
 }
 
-/// The value references of what an output depends on at a communication point.
+/// Value references of the inputs on which an output depends at a communication point.
 fn dependencies(reference: u32) -> Vec<u32> {
     let list = listed(MODEL_DESCRIPTION, &format!("<Unknown index=\"{}\"", reference + 1));
     list.expect("no output depends on everything").iter().map(|index| index - 1).collect()
@@ -49,19 +49,19 @@ fn set(host: &Host, reference: u32, value: f64) {
     assert_eq!(host.library.set_reals(host.handle, &[reference], &[value]), OK);
 }
 
-/// Of a window of the air.
+/// Error of an air window.
 const AIR_ERROR: f64 = 1e-11;
 
-/// Every output by every input and every tunable parameter, where the state is given: what setting it
-/// changes at once, and nothing where the description says so. The scenes are those in which some
-/// input acts, read in flight and within a blow.
+/// Every output by every input and every tunable parameter, at fixed state: the derivative is the immediate effect of
+/// setting the known, and zero where the description lists no dependency. In each scene some input acts; it is read
+/// in flight and during a blow.
 #[test]
 fn at_a_communication_point_an_output_follows_only_what_the_description_says() {
     let library = Library::load();
     let (of, nominal) = outputs();
     let mut followed = Vec::new();
-    // Forces about the weight of a tonne on the piston: a blow within 20 ms. At the end, a hammer that
-    // hangs out of its casing, so that its air is vented.
+    // Forces of about the weight of a tonne on the piston, so that a blow comes within 20 ms. The last hammer hangs
+    // out of its casing, so that its air is vented.
     let hung = [("casing.mass", 30.0), ("chuck.idle_travel", 0.02), ("feed_force", -1e3)];
     for (source, values) in [
         (1, &[][..]),
@@ -73,7 +73,7 @@ fn at_a_communication_point_an_output_follows_only_what_the_description_says() {
         let host = Host::new(&library);
         host.set_int("drive.source", source);
         host.set("air.error", AIR_ERROR);
-        // Unequal areas: what presses on both faces alike does not cancel.
+        // With unequal areas, equal pressures on both faces do not cancel.
         host.set("drive.area_return", 0.8 * host.get("drive.area_drive"));
         values.iter().for_each(|(name, value)| host.set(name, *value));
         host.start(0.0);
@@ -85,7 +85,7 @@ fn at_a_communication_point_an_output_follows_only_what_the_description_says() {
             time += 1e-3;
         }
         assert_eq!(vented(), is_hung);
-        // A vented piston has no way to fly.
+        // A vented piston does not fly.
         for size in [0.004, if is_hung { 0.001 } else { 0.05 }] {
             host.step(time, size);
             time += size;
@@ -101,10 +101,10 @@ fn at_a_communication_point_an_output_follows_only_what_the_description_says() {
                 for k in 0..of.len() {
                     let (name, slope) = (VARIABLES[of[k] as usize].name, found[k]);
                     let difference = (high[k] - low[k]) / (2.0 * step);
-                    // The load's static part moves from one sum to another: some hundred roundings
-                    // of what a double of the output's usual size, or of the energies', holds. The
-                    // air begins another window, whose force is a polynomial through its nodes: what it is
-                    // there is known less exactly than what the window ends with, which the error is of.
+                    // The load's static part moves from one sum to another, which makes some hundred roundings of a
+                    // number of the output's usual size, or of the energies'. The air begins another window, whose
+                    // force is a polynomial through its nodes: inside a window it is less exact than at its end, for
+                    // which the error is stated.
                     let size = low[k].abs().max(nominal[k]).max(1.0);
                     let relative = if source == AIR { 1e4 * AIR_ERROR } else { 1e-12 };
                     let allowed = relative * size / step;
@@ -124,7 +124,7 @@ fn at_a_communication_point_an_output_follows_only_what_the_description_says() {
             assert!(derivative(&host, &of, vr("rock.stiffness")).iter().all(|slope| *slope == 0.0));
         }
     }
-    // Nothing is listed in vain.
+    // Every listed dependency has an effect.
     for output in of {
         for input in dependencies(output) {
             assert!(followed.contains(&(output, input)), "{output} by {input}");
@@ -132,8 +132,8 @@ fn at_a_communication_point_an_output_follows_only_what_the_description_says() {
     }
 }
 
-/// Every output by every real parameter and input in initialization mode, against what a host sees that
-/// sets the known a little lower and higher.
+/// Every output by every real parameter and input in initialization mode, against differences of a known that is set
+/// a little lower and higher.
 fn before_the_start<'a>(library: &'a Library, source: i32) -> Host<'a> {
     let (of, _) = outputs();
     let host = Host::new(library);
@@ -158,13 +158,13 @@ fn before_the_start<'a>(library: &'a Library, source: i32) -> Host<'a> {
             set(&host, by, own);
             (status == OK).then_some(values)
         };
-        // At the edge of its domain there is one side.
+        // At the edge of its domain only one side exists.
         let sides = [at(own - step), at(own + step)];
         let span = step * sides.iter().flatten().count() as f64;
         let [low, high] = sides.map(|side| side.unwrap_or_else(|| base.clone()));
         if span == 0.0 {
-            // Alone in its domain are a casing's mass without a casing, a line's impedance without a line, and 0
-            // of what is at least 1 where it is not 0.
+            // Values whose neighbours are not allowed: a casing's mass of 0, a line's impedance of 0, and 0 for a
+            // number that must otherwise be at least 1.
             let alone = ["casing.mass", "drive.impedance", "drill.joint.stiffness"];
             assert!(alone.contains(&row.name), "{}", row.name);
             assert!(found.iter().all(|slope| *slope == 0.0), "{}", row.name);
@@ -172,8 +172,8 @@ fn before_the_start<'a>(library: &'a Library, source: i32) -> Host<'a> {
         }
         for k in 0..of.len() {
             let difference = (high[k] - low[k]) / span;
-            // Curvature: 1e-4 of one side, less of two; and some roundings of the value, or of the air
-            // what it is known to, as above.
+            // Curvature is 1e-4 with one side and less with two. Rounding is some units of the value; for air it is
+            // its error, as above.
             let rounding = if source == AIR { 1e4 * AIR_ERROR } else { 1e-12 };
             let allowed = 1e-3 * difference.abs() + rounding * base[k].abs().max(1.0) / step;
             let name = VARIABLES[of[k] as usize].name;
@@ -203,7 +203,7 @@ fn before_the_start_outputs_follow_parameters_and_inputs() {
         before_the_start(&library, source);
     }
     let host = before_the_start(&library, 1);
-    // Statics: rock and shoulder carry the feed, the piston hangs as far up as the gap is wide.
+    // Statics: rock and shoulder carry the feed, and the piston hangs above the bit by the gap.
     for (output, by, slope) in [
         ("rock_force", "feed_force", 1.0),
         ("relative_position", "contact.initial_gap", -1.0),
@@ -222,7 +222,7 @@ fn what_cannot_change_or_is_no_output_is_refused() {
     let host = Host::running(&library, &[]);
     let (h, [feed, output]) = (host.handle, ["feed_force", "bit_position"].map(vr));
     let mut slope = [0.0];
-    // Nothing asked for, nothing done.
+    // Without unknowns and knowns nothing happens.
     assert_eq!(library.directional(h), OK);
     for (unknown, known, by) in [
         (output, vr("piston.elements"), 1.0),
@@ -266,8 +266,9 @@ fn check_adjoint(host: &Three, of: &[u32], by: &[u32], scalars: usize) {
     assert!(size > 0.0 && (one - other).abs() <= 1e-12 * size, "{one} and {other}");
 }
 
-/// Of all float outputs, arrays too, by all that a host may set or that passes: each pair is answered, in
-/// initialization mode and after it, as FMI 2.0 does where it has both; what is not 0 is declared.
+/// All float outputs, including arrays, by everything that a host may set, and by time. Each pair is answered in
+/// initialization mode and after it, as in FMI 2.0 where that has both; nonzero derivatives are declared as
+/// dependencies.
 #[test]
 fn every_pair_of_fmi_3_is_answered_and_declared() {
     let library = Library::load();
@@ -326,12 +327,12 @@ fn every_pair_of_fmi_3_is_answered_and_declared() {
         same.plain("fmi2ExitInitializationMode");
         host.step(0.0, 0.03);
         same.step(0.0, 0.03);
-        // The relay follows nothing at once.
+        // Nothing depends on the relay at once.
         assert_eq!(pairs(&inputs, "Output") > 0, source == 3);
     }
 }
 
-/// A call with 800 equal knowns makes the runs of one, and sums as many directions.
+/// A call with 800 equal knowns makes the runs of a single one, and sums as many directions.
 #[test]
 fn equal_knowns_are_differentiated_once() {
     let library = Library::load();
@@ -343,7 +344,7 @@ fn equal_knowns_are_differentiated_once() {
     let knowns = vec![feed; 800];
     let (by, mut slope) = (vec![1.0; knowns.len()], [0.0]);
     let status = library.directional_by(host.handle, &[force], &knowns, &by, &mut slope);
-    // As many runs as knowns would take minutes; statics have the slope 1.
+    // As many runs as knowns would take minutes. In statics the slope is 1.
     assert_eq!(status, OK);
     assert!((slope[0] - 800.0).abs() < 1e-4, "{slope:?}");
 }

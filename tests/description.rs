@@ -1,11 +1,11 @@
-//! The description: the interface that hosts were promised. What the library exports and takes is checked where it is
+//! The description: the interface that hosts rely on. The library's exports and imports are checked when it is
 //! packaged.
 
 use dth_hammer::{GUID, MODEL_DESCRIPTION, MODEL_DESCRIPTION_3, TOKEN, description, description3};
 use hammer::variables::{Role, VARIABLES};
 use std::collections::BTreeSet;
 
-/// Names that hosts were promised: more may come, none may go.
+/// Names that hosts rely on: more may be added, none may be removed.
 const PROMISED: &str = "
     fidelity material.youngs_modulus material.density material.damping_time cross_section
     piston.length bit.length piston.elements bit.elements contact.stiffness contact.initial_gap
@@ -90,8 +90,8 @@ fn a_declared_minimum_is_allowed_itself() {
     assert!(found > 20, "{found}");
 }
 
-/// What importers of some years die of: an initial unknown that leaves out its dependencies, and a
-/// description of an enumeration type.
+/// Importers of past years crash if an initial unknown lacks its dependencies, or if an enumeration type has a
+/// description.
 #[test]
 fn initial_unknowns_write_out_on_what_they_depend() {
     for (text, row) in [(MODEL_DESCRIPTION, "<Unknown "), (MODEL_DESCRIPTION_3, "<InitialUnknown ")]

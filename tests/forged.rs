@@ -1,5 +1,5 @@
-//! States that somebody has changed, and given the right checksum, are read and stepped. How much work
-//! a step may take is counted in the engine's own test, `altered`.
+//! States that were changed and given the right checksum are read and stepped. The engine's own test, `altered`,
+//! counts how much work a step may take.
 
 use crate::abuser::forger::{
     HEADER, PRESENT, SPAN, forge, honest, honest_three, receive, receive_three, sealed,
@@ -18,7 +18,7 @@ fn a_step_that_began_ages_ago_is_refused() {
     let bytes = honest(&library, &STRUCTURES[0]);
     let other = Host::new(&library);
     assert_eq!(receive(&other, &bytes), [OK, OK], "as it was written");
-    // Each number of the state in turn, as far in the past as a step could not begin.
+    // Sets each number of the state in turn to a time at which a step could not have begun.
     let mut refused = 0;
     for at in HEADER..bytes.len() - 8 {
         let mut forged = bytes.clone();
@@ -42,7 +42,7 @@ fn nothing_forged_holds_who_reads_it() {
     assert!(taken > 20, "only {taken} were so much as taken");
 }
 
-/// Half of the changes where FMI 3.0 keeps its own: positions, lengths, slopes, what ends steps.
+/// Half of the changes are in the part of FMI 3.0: positions, lengths, slopes, events that end steps.
 #[test]
 fn nothing_forged_holds_a_host_of_fmi_3_either() {
     let library = Library::load();
@@ -56,7 +56,7 @@ fn nothing_forged_holds_a_host_of_fmi_3_either() {
     let mut taken = 0;
     for draw in 0..100 {
         let other = Three::new(&library, true, true);
-        // Behind the positions are about as many numbers again.
+        // After the positions, about as many other numbers.
         let own = events..events + 8 * 2 * MAX_POSITIONS + 32;
         let places = if draw % 2 == 0 { own } else { HEADER..bytes.len() - 8 };
         let forged = forge(&mut rng, &bytes, places);
@@ -65,8 +65,8 @@ fn nothing_forged_holds_a_host_of_fmi_3_either() {
     assert!(taken > 20, "only {taken} were so much as taken");
 }
 
-/// A length is written in as many bytes as it needs, behind the eight positions: room for 2^60 numbers
-/// would end the program, not the call.
+/// A length is encoded in as many bytes as it needs, after the eight positions. Allocating room for 2^60 numbers
+/// would end the program, not only the call.
 #[test]
 fn arrays_longer_than_a_host_can_ask_for_are_refused() {
     let library = Library::load();
@@ -85,8 +85,8 @@ fn arrays_longer_than_a_host_can_ask_for_are_refused() {
     }
 }
 
-/// Where the piston is tells on which side of a position it is: a stored side that says otherwise would report
-/// a passage that is none, or hide one. Positions that are not the parameters' are refused.
+/// The piston's position determines its side of each monitored position. A stored side that contradicts it would
+/// report a false passage, or hide one. Positions that differ from the parameters are refused.
 #[test]
 fn a_forged_side_of_a_position_changes_no_event() {
     let library = Library::load();
@@ -122,7 +122,7 @@ fn a_forged_side_of_a_position_changes_no_event() {
     assert_eq!(Three::new(&library, true, true).adopt(&sealed(forged)), [ERROR, ERROR]);
 }
 
-/// A forged state could otherwise hold its reader for as long as it says itself: in whatever place it says so.
+/// A changed state could otherwise occupy its reader as long as it wants, by a limit stored anywhere in it.
 #[test]
 fn a_state_that_allows_more_work_than_its_reader_is_refused() {
     let library = Library::load();

@@ -15,7 +15,7 @@ use support::three::Three;
 /// A child that takes longer hangs.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Makes scenes that were never seen, steps them, and takes and frees states.
+/// Makes new scenes, steps them, and takes and frees states.
 fn work(library: &Library, first: u32, done: &AtomicBool) {
     for number in first.. {
         let host = Host::running(library, &[("rock.stiffness", 1e8 + f64::from(number))]);
@@ -31,15 +31,15 @@ fn work(library: &Library, first: u32, done: &AtomicBool) {
     }
 }
 
-/// Forks; how the child ended, which does `work` and exits with its result.
+/// Forks a child, which does `work` and exits with its result. Returns how it ended.
 fn child(work: impl FnOnce() -> bool) -> Option<i32> {
-    // SAFETY: the child uses the system's allocator, which may be used after a fork, and what is
-    // tested; it exits without going back into the test.
+    // SAFETY: the child uses the system's allocator, which may be used after a fork, and the code under test; it
+    // exits without returning into the test.
     let child = unsafe { libc::fork() };
     assert!(child >= 0, "no fork");
     if child == 0 {
         let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(work));
-        // SAFETY: exit as a program does, with what libraries do at their end.
+        // SAFETY: exits as a program does, including what libraries do at their end.
         unsafe { libc::exit(if matches!(done, Ok(true)) { 0 } else { 1 }) };
     }
     let (begun, mut status) = (Instant::now(), 0);

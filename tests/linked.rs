@@ -1,4 +1,4 @@
-//! The library as a part of a program, instead of loaded by one.
+//! The library as part of a program, instead of loaded by it.
 
 #![allow(unsafe_code, reason = "calls C")]
 
@@ -20,11 +20,11 @@ unsafe extern "C" {
     fn fmi2FreeInstance(instance: *mut c_void);
 }
 
-/// There is no library to keep loaded then.
+/// Then there is no library to keep loaded.
 #[test]
 fn an_instance_lives_and_is_freed_where_the_library_is_linked_into_the_program() {
     let guid = CString::new(GUID).unwrap();
-    // SAFETY: as FMI 2.0 has it; the strings live until the call returns.
+    // SAFETY: as FMI 2.0 demands; the strings live until the call returns.
     unsafe {
         let name = c"a hammer".as_ptr();
         let instance = fmi2Instantiate(name, 1, guid.as_ptr(), null(), null(), 0, 0);

@@ -1,4 +1,4 @@
-//! A process that may take little memory.
+//! A process with limited memory.
 
 #![cfg(target_os = "linux")]
 #![allow(unsafe_code, reason = "forks and sets a limit")]
@@ -11,7 +11,7 @@ use support::three::{Three, extra};
 
 const MEGABYTE: u64 = 1_000_000;
 
-/// The address space that this process takes, bytes.
+/// Address space that this process uses, bytes.
 fn taken() -> u64 {
     let text = std::fs::read_to_string("/proc/self/statm").expect("Linux");
     let pages: u64 = text.split(' ').next().and_then(|n| n.parse().ok()).expect("a size");
@@ -19,16 +19,16 @@ fn taken() -> u64 {
     pages * u64::try_from(unsafe { libc::sysconf(libc::_SC_PAGESIZE) }).expect("a page's size")
 }
 
-/// How a child ended that may take so many bytes more, and did `work`: its status.
+/// Status of a child that may use so many more bytes for `work`.
 fn with_at_most(bytes: u64, work: impl FnOnce()) -> i32 {
-    // SAFETY: the child uses the system's allocator, which may be used after a fork, and what is
-    // tested; it exits without going back into the test.
+    // SAFETY: the child uses the system's allocator, which may be used after a fork, and the code under test; it
+    // exits without returning into the test.
     let child = unsafe { libc::fork() };
     assert!(child >= 0, "no fork");
     if child == 0 {
         let most = taken() + bytes;
         let limit = libc::rlimit { rlim_cur: most, rlim_max: most };
-        // SAFETY: of this child alone.
+        // SAFETY: limits only this child.
         let set = unsafe { libc::setrlimit(libc::RLIMIT_AS, &raw const limit) };
         let done = std::panic::catch_unwind(std::panic::AssertUnwindSafe(work));
         // SAFETY: ends the child.
@@ -40,7 +40,7 @@ fn with_at_most(bytes: u64, work: impl FnOnce()) -> i32 {
     status
 }
 
-/// A hammer on meshes of so many elements, about to be initialised.
+/// A hammer on meshes with so many elements, before initialization.
 fn fine(library: &Library, elements: i32) -> Host<'_> {
     let host = Host::new(library);
     host.set_int("piston.elements", elements);
@@ -67,7 +67,7 @@ fn a_scene_that_does_not_fit_is_refused_by_name() {
     assert_eq!(ended, 0, "the child's status");
 }
 
-/// However much is allowed: refused, or what is needed is there.
+/// With any limit, a scene is refused or has the memory it needs.
 #[test]
 fn no_limit_aborts() {
     let library = Library::load();
@@ -87,7 +87,7 @@ fn no_limit_aborts() {
     }
 }
 
-/// 800 arrays of 10,000 numbers take 64 MB: what there is no room for is refused before it is read.
+/// 800 arrays of 10,000 numbers take 64 MB. A read without room for them is refused before it computes them.
 #[test]
 fn arrays_without_room_are_refused_before_they_are_read() {
     let library = Library::load();

@@ -1,11 +1,11 @@
-//! The state machine of FMI 3.0 co-simulation: which call is allowed in which mode, and what a host
-//! that goes back finds.
+//! The state machine of FMI 3.0 co-simulation: which call is allowed in which mode, and what a host finds after
+//! restoring a state.
 
 use crate::support::host::vr;
 use crate::support::library::{ERROR, Handle, Library, OK};
 use crate::support::three::{Ended, Three, extra};
 
-/// The modes, as messages name them, and how a host comes to each.
+/// The modes, by their names in messages, with the calls that lead to each.
 const MODES: [(&str, &[&str]); 6] = [
     ("before initialization", &[]),
     ("in configuration mode", &["EnterConfigurationMode"]),
@@ -15,8 +15,8 @@ const MODES: [(&str, &[&str]); 6] = [
     ("after termination", &["EnterInitializationMode", "ExitInitializationMode", "Terminate"]),
 ];
 
-/// Where FMI 3.0 (sections 2.3 and 4.2, state machine of co-simulation) allows a call, mode by mode
-/// in the order above. No structural parameter is tunable, so there is no reconfiguration mode.
+/// Calls that FMI 3.0 allows (sections 2.3 and 4.2, state machine of co-simulation) in each of the modes above. No
+/// structural parameter is tunable, so there is no reconfiguration mode.
 const ALLOWED: [(&str, [u8; 6]); 19] = [
     ("EnterConfigurationMode", [1, 0, 0, 0, 0, 0]),
     ("ExitConfigurationMode", [0, 1, 0, 0, 0, 0]),
@@ -39,7 +39,7 @@ const ALLOWED: [(&str, [u8; 6]); 19] = [
     ("Reset", [1, 1, 1, 1, 1, 1]),
 ];
 
-/// One of these calls: an input, a tunable, fixed and structural parameters are what is set.
+/// Makes one of these calls. Setters set an input, a tunable, a fixed or a structural parameter.
 fn call(host: &Three, name: &str) -> i32 {
     if let Some((function, variable)) = name.split_once(' ') {
         return host.access(function, &[vr(variable)], &mut [1.3e8]);
@@ -77,7 +77,7 @@ fn each_call_is_allowed_in_the_modes_of_the_standard_and_no_other() {
                 let function = name.split(' ').next().unwrap();
                 let mine = line.starts_with(&format!("fmi3{function}"))
                     && line.ends_with(&format!("is not allowed {words}"));
-                // What is set is named, not the call.
+                // The error names the variable, not the call.
                 assert!(
                     mine || name.starts_with("Set") && line.contains("cannot be set"),
                     "{line}"
@@ -87,10 +87,10 @@ fn each_call_is_allowed_in_the_modes_of_the_standard_and_no_other() {
     }
 }
 
-/// How each step of a run ends, and what happened there.
+/// How each step of a run ends, and its event.
 type Ends = Vec<(Ended, Option<[f64; 2]>)>;
 
-/// What a run comes to from here: its ends, and the bits of the last.
+/// The rest of a run: the ends of its steps, and the final bits.
 fn rest(host: &Three, mut point: f64) -> (Ends, Vec<u64>) {
     const END: f64 = 0.25;
     let mut ends = Ends::new();
@@ -132,14 +132,14 @@ fn a_host_that_goes_back_meets_the_same_events_to_the_bit() {
         expected.0.len() > 10 && expected.0.iter().any(|(_, events)| *events == Some([1.0, 0.0]))
     );
 
-    // Back from the end, though another feed was tried meanwhile.
+    // Restores the state from the end, after another feed was tried.
     assert_eq!(host.restore(between), OK);
     host.set("Float64", vr("feed_force"), 9e3);
     assert_ne!(rest(&host, middle.time), expected);
     assert_eq!(host.restore(between), OK);
     assert_eq!(rest(&host, middle.time), expected);
 
-    // Back into the event mode in which the other state was taken.
+    // Restores the state that was taken in event mode.
     assert_eq!(host.restore(handling), OK);
     assert_eq!(host.happened(), happened);
     assert_eq!(host.try_step(first.time, 1e-4).0, ERROR);
@@ -153,7 +153,7 @@ fn a_host_that_goes_back_meets_the_same_events_to_the_bit() {
     }
 }
 
-/// As before initialization, whatever was done: mode, events, passages, lengths and slopes.
+/// After a reset, everything is as before initialization: mode, events, passages, lengths and slopes.
 #[test]
 fn a_reset_out_of_any_mode_is_a_new_instance() {
     let library = Library::load();

@@ -1,5 +1,5 @@
-//! The FMU, by its own start values but for `overdamped`, against extended precision: what the
-//! comparison of the engine alone would not see is a face that reads or names something wrongly.
+//! The FMU with its own start values, except for `overdamped`, against extended precision. It finds errors of the
+//! face that a comparison of the engine alone would miss.
 
 use crate::support::host::{Host, vr};
 use crate::support::library::{Library, OK};
@@ -34,8 +34,8 @@ fn two_blows_are_the_oracles() {
     for state in &reference.states {
         host.step(time, state.time - time);
         time = state.time;
-        // What the engine is held to, in parts of 1 mm and 1 m/s: a hundred times more from the second
-        // blow on, for each touch of the rock multiplies rounding. A force errs by its law times that.
+        // The engine's tolerance in 1 mm and 1 m/s. It is a hundred times larger from the second blow on, since each
+        // touch of the rock multiplies rounding. The error of a force is its law times that.
         let unit = if host.get("blow_count") > 1.0 { 1e-7 } else { 1e-9 };
         let rock = &reference.scene.rock;
         let push = rock.ratio * rock.stiffness * 1e-3 + rock.viscosity;
@@ -55,8 +55,8 @@ fn two_blows_are_the_oracles() {
         let events = reference.events.iter().filter(|event| event.time <= time).count();
         assert_eq!(host.get("event_count"), events as f64, "at {time} s");
     }
-    // A blow is the first closing after a fall: the bit's rebounds follow within a millisecond of it. Its
-    // time errs as every event's does, by the resolution of a velocity guard over the smallest slope.
+    // A blow is the first closing after a fall; the bit's rebounds follow within a millisecond. The error of its time
+    // is that of every event: the resolution of a velocity guard over the smallest slope.
     let mut closings = reference.events.iter().filter(|event| event.event == Event::Close);
     let second = closings.find(|event| event.time > 50e-3).expect("a second blow");
     assert_eq!(host.get("blow_count"), 2.0);

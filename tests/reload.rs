@@ -6,7 +6,7 @@ use crate::support::library::{ERROR, Library, OK};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A copy of the library that no other test has open.
+/// A copy of the library that only this test opens.
 struct Copy(PathBuf);
 
 impl Copy {
@@ -16,7 +16,7 @@ impl Copy {
         Self(path)
     }
 
-    /// Whether the system holds the library in memory; only Linux tells.
+    /// Whether the system has the library in memory; only Linux tells.
     fn is_loaded(&self) -> Option<bool> {
         let maps = fs::read_to_string("/proc/self/maps").ok()?;
         Some(maps.contains(self.0.file_name().unwrap().to_str().unwrap()))
@@ -35,7 +35,7 @@ impl Drop for Copy {
     }
 }
 
-/// What fmi4c does, and with it ecos: it closes and opens the library at each instantiation.
+/// fmi4c, and so ecos, closes and opens the library at each instantiation.
 #[test]
 fn instances_outlive_the_loads_that_made_them() {
     let copy = Copy::new("outlive");
@@ -63,7 +63,7 @@ fn instances_outlive_the_loads_that_made_them() {
 fn the_library_goes_with_its_last_instance() {
     let copy = Copy::new("goes");
     let library = Library::load_from(copy.as_ref());
-    // Nothing refused may keep it either.
+    // A refused instance must not keep it loaded either.
     assert_eq!(library.instantiate(Some("x"), 1, Some("wrong"), None, None, false).0, 0);
     let hosts: Vec<Host> = (0..3).map(|_| Host::running(&library, &[])).collect();
     hosts[1].step(0.0, 0.05);
@@ -80,7 +80,7 @@ fn the_reference_is_found_though_file_and_folder_are_gone() {
     let one = Host::new(&first).detach();
     drop(first);
     assert_ne!(copy.is_loaded(), Some(false));
-    // Whatever name it is opened by: here, one that the system has in memory.
+    // It may be opened by any name, here by one that the system has in memory.
     let library = Library::load_from(copy.as_ref());
     one.attach(&library).start(0.0);
 }
@@ -99,7 +99,7 @@ fn a_handle_taken_for_a_pointer_does_no_harm() {
             library.peek(handle, word);
         }
     }
-    // Passed where a pointer to it belongs, it is what was meant.
+    // A handle that is passed instead of a pointer to it has the intended effect.
     assert_eq!(library.free_state_by_value(host.handle, state), OK);
     assert_eq!(library.set_state(host.handle, state), ERROR, "it is freed");
     assert_eq!(library.free_state_by_value(host.handle, state), OK, "and free as null is");

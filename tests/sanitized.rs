@@ -1,5 +1,4 @@
-//! Hosts in C, made with the sanitizers of their compiler: what they hand over and take back is their
-//! own, and the library leaves nothing behind.
+//! Hosts in C, compiled with sanitizers. Memory stays with the side that owns it, and the library leaks nothing.
 
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))]
 
@@ -14,7 +13,7 @@ const STEPS: usize = 60;
 const SIZE: f64 = 1e-3;
 const NAMES: [&str; 3] = ["piston_position", "rock_impulse", "energy_residual"];
 
-/// What a host of `tests/platforms` prints; `None` where the sanitizers are not installed.
+/// Output of a host in `tests/platforms`; `None` if the sanitizers are not installed.
 fn printed(source: &str, token: &str) -> Option<Vec<String>> {
     let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("sanitized-{source}"));
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/platforms").join(source);

@@ -1,4 +1,4 @@
-//! The FMI 3.0 face, by its C symbols: it is the hammer of FMI 2.0, and tells of events.
+//! The FMI 3.0 face by its C symbols: the same hammer as in FMI 2.0, with events.
 
 use crate::support::host::{Host, vr};
 use crate::support::library::{ERROR, Handle, Library, OK};
@@ -20,7 +20,7 @@ const NAMES: [&str; 8] = [
     "blow_time",
 ];
 
-/// FMI 2.0 in steps of `size`: the instants of blows as it tells them, and the bits at the end.
+/// FMI 2.0 in steps of `size`: the instants of blows as reported, and the bits at the end.
 fn two(library: &Library, size: f64) -> (Vec<u64>, Vec<u64>) {
     let host = Host::running(library, &[]);
     let (mut blows, mut point) = (Vec::new(), 0.0);
@@ -36,13 +36,13 @@ fn two(library: &Library, size: f64) -> (Vec<u64>, Vec<u64>) {
     (blows, host.fingerprint())
 }
 
-/// The next of the points that lie `size` apart.
+/// The next point of a grid with this spacing.
 fn point_after(point: f64, size: f64) -> f64 {
     let after = (0..).map(|step| f64::from(step) * size).find(|next| *next > point);
     after.unwrap_or(END).min(END)
 }
 
-/// FMI 3.0 in steps of `size` with events: their instants, what happened, and relative positions.
+/// FMI 3.0 in steps of `size` with events: their instants, kinds, and relative positions.
 fn three(host: &Three, size: f64) -> Vec<(f64, [i32; 2], f64)> {
     let (mut point, mut events) = (0.0, Vec::new());
     while point < END {
@@ -104,8 +104,8 @@ fn a_host_without_events_or_early_return_gets_whole_steps() {
     }
 }
 
-/// Steps end where the piston passes a position. Without early return the same passages are told at the end of the step
-/// in which they fall, those that go back within it too, and they move nothing.
+/// Steps end where the piston passes a position. Without early return the same passages are reported at the end of
+/// their step, even those that go back within it, and they do not change the motion.
 #[test]
 fn passages_are_told_without_early_return_too() {
     const LEVELS: [f64; 2] = [-0.005, -0.03];
@@ -124,11 +124,11 @@ fn passages_are_told_without_early_return_too() {
     assert_eq!(end, same);
     assert_eq!(end, two(&library, 1e-3).1, "nothing moves by it");
     for (time, [kind, position], x) in &ending {
-        // 10 m/s for some units of the last place of the time.
+        // At 10 m/s, some units in the last place of the time.
         let off = x - LEVELS[*position as usize - 1];
         assert!(*kind == 2 && off.abs() < 1e-14, "{x} at {time} s is {off} m off");
     }
-    // Of all passages up to a communication point the last is told there.
+    // At a communication point, the last of its step's passages is reported.
     let mut last: Vec<(f64, i32)> = Vec::new();
     for (time, [_, position], _) in ending {
         let point = point_after(time.next_down(), 0.013);
@@ -149,7 +149,7 @@ fn blows_need_not_end_a_step() {
     assert_eq!(three(&host, 0.05), []);
 }
 
-/// The relay of the hammer, by a host: two positions, and a force that it sets.
+/// The hammer's relay, in a host: two monitored positions, and a force that it sets.
 #[test]
 fn a_relay_outside_in_steps_of_50_ms_is_the_relay_inside() {
     let library = Library::load();
@@ -218,7 +218,7 @@ fn waves_are_arrays_as_long_as_the_host_has_said_before() {
     assert_eq!(host.access("SetUInt64", &[stations], &mut [0_u64]), ERROR);
     let range = "waves.stations = 0 is not allowed: it must be 1 to 10000";
     assert_eq!(host.only_error(), range);
-    // As many as elements: then each is at the middle of its own.
+    // As many stations as elements, so that each is at the middle of its element.
     let count = Parameters::default().piston.elements;
     host.set("UInt64", stations, count as u64);
     assert_eq!(host.enter_initialization(0.0), ERROR);
@@ -237,7 +237,7 @@ fn waves_are_arrays_as_long_as_the_host_has_said_before() {
     assert!(host.only_error().starts_with("nValues = "));
 }
 
-/// More than three blows in one step: their arrays are what the engine tells one by one.
+/// With more than three blows in a step, the arrays contain what the engine reports blow by blow.
 #[test]
 fn blows_of_a_step_are_arrays_and_too_short_ones_have_the_last() {
     let library = Library::load();
@@ -265,7 +265,7 @@ fn blows_of_a_step_are_arrays_and_too_short_ones_have_the_last() {
     }
 }
 
-/// The default hammer, in the engine itself.
+/// The default hammer in the engine.
 fn hammer() -> Machine {
     Machine::new(&Parameters::default(), &InputValues::default(), 0.0).unwrap()
 }
@@ -324,7 +324,7 @@ fn each_function_refuses_what_is_no_handle_and_survives_null_pointers() {
     three.start(true);
     let mut refused = 0;
     for name in symbols() {
-        // These take no instance, or give nothing back.
+        // Functions without an instance, or without a result.
         let other = ["GetVersion", "GetTypesPlatform", "Instantiate", "FreeInstance"];
         if other.iter().any(|begin| name[4..].starts_with(begin)) {
             continue;
@@ -337,7 +337,7 @@ fn each_function_refuses_what_is_no_handle_and_survives_null_pointers() {
             let status = library.with_nothing(&name, handle);
             assert!([OK, ERROR].contains(&status), "{name}: {status}");
         }
-        // A handle of one standard in a function of the other may have changed its phase.
+        // The handle of one standard in a function of the other may have changed its phase.
         three.calls(&["Reset"]);
         three.start(true);
     }

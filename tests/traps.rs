@@ -1,5 +1,5 @@
-//! Hosts whose floating point is not Rust's: exceptions that end the program, other rounding,
-//! small numbers flushed to zero. Such are made by Delphi, `gfortran -ffpe-trap` and debug builds.
+//! Hosts with other floating-point settings than Rust's: exceptions that end the program, other rounding, small
+//! numbers flushed to zero. Delphi, `gfortran -ffpe-trap` and debug builds make such hosts.
 
 #![cfg(target_arch = "x86_64")]
 #![allow(unsafe_code, reason = "sets the processor's control register")]
@@ -11,7 +11,7 @@ use support::host::Host;
 use support::library::Library;
 use support::three::Three;
 
-/// As a program starts: all masked, to nearest.
+/// Settings at the start of a program: all exceptions masked, rounding to nearest.
 const PLAIN: u32 = 0x1f80;
 const FLAGS: u32 = 0x3f;
 const EXCEPTIONS: [(&str, u32); 6] = [
@@ -31,12 +31,11 @@ fn control() -> u32 {
 }
 
 fn set_control(value: u32) {
-    // SAFETY: no number is calculated before the settings are those of Rust again, but in the
-    // library, whose part it is.
+    // SAFETY: until the settings are Rust's again, only the library computes, and it must cope with them.
     unsafe { asm!("ldmxcsr [{}]", in(reg) &raw const value) };
 }
 
-/// A call from a host with these settings, which must be the same afterwards.
+/// Makes a call with these settings, which must be the same afterwards.
 fn under(settings: u32, call: impl FnOnce()) {
     set_control(settings);
     call();
@@ -75,7 +74,7 @@ fn whatever_the_hosts_floating_point_is_the_bits_are_the_same_and_nothing_ends_t
     for elastic in [false, true] {
         let expected = run(&library, PLAIN, elastic);
         for (name, mask) in EXCEPTIONS {
-            // Dies of the signal where one gets through.
+            // An exception that gets through would end this program.
             assert_eq!(run(&library, PLAIN & !mask, elastic), expected, "{name} unmasked");
         }
         for (name, bits) in [("downward", 1 << 13), ("upward", 1 << 14), ("flushed", 0x8040)] {
@@ -84,7 +83,7 @@ fn whatever_the_hosts_floating_point_is_the_bits_are_the_same_and_nothing_ends_t
     }
 }
 
-/// The same of FMI 3.0, with events: the bits at the end of each step.
+/// The same in FMI 3.0, with events: the bits at the end of each step.
 fn run_three(library: &Library, settings: u32) -> Vec<u64> {
     let mut made = None;
     under(settings, || made = Some(Three::new(library, true, true)));

@@ -1,11 +1,11 @@
-//! What is allowed but likely not meant is told once, as a warning in the log.
+//! Settings that are allowed but probably not intended are logged once, as a warning.
 
 use crate::support::host::Host;
 use crate::support::library::{Library, OK};
 
 const WARNING: i32 = 1;
 
-/// The warnings since the last call; nothing else may have been logged.
+/// The warnings since the last call. Nothing else may have been logged.
 fn warnings(host: &Host) -> Vec<String> {
     let log = host.take_log();
     assert!(log.iter().all(|line| (line.0, &*line.1) == (WARNING, "logStatusWarning")), "{log:?}");
@@ -21,7 +21,7 @@ fn an_input_that_the_source_ignores() {
     host.set("drive_pressure", 2e6);
     host.step(0.0, 1e-3);
     assert!(warnings(&host).is_empty(), "once");
-    // Set on the way, to what it is, and to something.
+    // An input is set during the run, to its own value and to another.
     host.set("drive_force", 0.0);
     host.step(1e-3, 1e-3);
     assert!(warnings(&host).is_empty());
@@ -44,11 +44,11 @@ fn a_source_that_gets_nothing() {
     with.set("return_pressure", 1e5);
     for host in [&without, &with, &late] {
         host.start(0.0);
-        // A step of no size asks nothing of the drive.
+        // A step of size 0 needs no drive.
         host.step(0.0, 0.0);
         assert!(warnings(host).is_empty());
     }
-    // Masters hand inputs over before the first step, not before.
+    // Masters set inputs only just before the first step.
     late.set("drive_pressure", 1e6);
     for (host, expected) in [(&without, &[log][..]), (&with, &[]), (&late, &[])] {
         host.step(0.0, 1e-3);
@@ -71,7 +71,7 @@ fn a_value_in_another_unit() {
         let text = format!("{name} = {log}: is the unit right?");
         assert!(warnings(&host).contains(&text), "{text}");
     }
-    // A law switched off.
+    // Laws that are switched off.
     let host = Host::running(&library, &[("rock.energy_barrier", 1e9), ("gravity", 0.0)]);
     host.step(0.0, 1e-3);
     assert!(warnings(&host).is_empty());

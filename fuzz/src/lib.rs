@@ -1,4 +1,4 @@
-//! Hosts gone mad, whose draws are the bytes of a fuzzer. They are those of the tests.
+//! The random hosts of the tests, with the bytes of a fuzzer as random numbers.
 
 #[path = "../../tests/abuser/mod.rs"]
 pub mod abuser;
@@ -18,7 +18,7 @@ pub static LIBRARY: LazyLock<Library> = LazyLock::new(|| {
     Library::load_from(&beside.with_file_name("deps").join(beside.file_name().expect("a name")))
 });
 
-/// Draws from bytes, then zeros.
+/// Random numbers from bytes, followed by zeros.
 #[derive(Clone)]
 pub struct Draws {
     bytes: Rc<[u8]>,
@@ -26,12 +26,12 @@ pub struct Draws {
 }
 
 impl Draws {
-    /// From these.
+    /// Random numbers from these bytes.
     pub fn new(bytes: &[u8]) -> Self {
         Self { bytes: bytes.into(), at: Rc::default() }
     }
 
-    /// True if zeros follow.
+    /// True if only zeros follow.
     pub fn are_over(&self) -> bool {
         self.at.get() >= self.bytes.len()
     }
@@ -46,7 +46,7 @@ impl TryRng for Draws {
     type Error = Infallible;
 
     fn try_next_u32(&mut self) -> Result<u32, Infallible> {
-        // The last byte is the highest: it decides which of a few is drawn.
+        // The highest byte is the last one: it decides among a few choices.
         Ok(u32::from_le_bytes(self.take()))
     }
 

@@ -1,4 +1,4 @@
-//! The .fmu: a zip whose bytes depend on its content alone.
+//! The .fmu: a zip whose bytes depend only on its content.
 
 use crate::{About, Failure};
 use std::fs;
@@ -25,7 +25,7 @@ impl File {
 /// Writes the archive and returns its size in bytes.
 pub fn write(output: &Path, mut files: Vec<File>) -> Result<usize, Failure> {
     files.sort_by(|a, b| a.path.cmp(&b.path));
-    // Zip's oldest instant: the time of packaging would make every archive another.
+    // The oldest time of a zip: with the time of packaging, every archive would differ.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
         .last_modified_time(DateTime::default())
@@ -33,8 +33,8 @@ pub fn write(output: &Path, mut files: Vec<File>) -> Result<usize, Failure> {
     let mut writer = ZipWriter::new(std::io::Cursor::new(Vec::new()));
     for file in &files {
         let executable = file.path.starts_with("binaries/");
-        // Hosts unpack the library for every simulation: stored, that takes half the time, and a
-        // wheel packs it all the same.
+        // Hosts unpack the library for every simulation, which takes half the time if it is not compressed; a wheel
+        // compresses it anyway.
         let library = options.unix_permissions(0o755).compression_method(CompressionMethod::Stored);
         let options = if executable { library } else { options };
         writer.start_file(&file.path, options)?;
@@ -44,7 +44,7 @@ pub fn write(output: &Path, mut files: Vec<File>) -> Result<usize, Failure> {
     if let Some(folder) = output.parent() {
         fs::create_dir_all(folder).about(folder)?;
     }
-    // A host may have the old archive open: replace it whole.
+    // A host may have the old archive open, so the file is replaced as a whole.
     let partial = output.with_extension("fmu.partial");
     fs::write(&partial, &bytes).about(&partial)?;
     fs::rename(&partial, output).about(output)?;

@@ -1,4 +1,4 @@
-//! A shared library, and how the cargo that runs this program builds it.
+//! Builds a shared library with the cargo that runs this program.
 
 use crate::archive::File;
 use crate::{About, Failure, Standard};
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::{env, fs};
 
-/// One line of `cargo build --message-format=json`, as far as it matters here.
+/// A line of `cargo build --message-format=json`, with the fields that are used.
 #[derive(Deserialize)]
 struct Message {
     reason: String,
@@ -33,7 +33,7 @@ pub fn cargo(root: &Path) -> Command {
     command
 }
 
-/// What a program prints.
+/// Output of a program.
 pub fn output(command: &mut Command) -> Result<Vec<u8>, Failure> {
     let program = format!("{command:?}");
     let fail = |reason: String| Failure::Program { program: program.clone(), reason };
@@ -47,18 +47,18 @@ pub fn output(command: &mut Command) -> Result<Vec<u8>, Failure> {
 
 /// A shared library for some machine.
 pub struct Binary {
-    /// Where it is in an archive of FMI 2.0.
+    /// Its path in an archive of FMI 2.0.
     pub place: String,
     /// Its folders in an archive of FMI 3.0: processor and system.
     pub folders: Vec<String>,
-    /// What runs it.
+    /// The machine that it runs on.
     pub runs_on: String,
     /// Content.
     pub bytes: Vec<u8>,
 }
 
 impl Binary {
-    /// Where it is in the archive of a standard.
+    /// Its paths in the archive of a standard.
     pub fn places(&self, standard: Standard) -> Vec<String> {
         let name = self.place.rsplit('/').next().unwrap_or_default();
         match standard {
@@ -75,8 +75,7 @@ impl Binary {
     }
 }
 
-/// Has the given cargo build the library, in the profile made for it and with `flags` for the
-/// compiler, and reads it.
+/// Builds the library with this cargo, in its own profile and with `flags` for the compiler, and reads it.
 pub fn compile(mut cargo: Command, flags: &[String], extension: &str) -> Result<Vec<u8>, Failure> {
     let flags = [flags, &anonymous()?].concat();
     cargo.env("CARGO_ENCODED_RUSTFLAGS", flags.join("\u{1f}"));
@@ -84,7 +83,7 @@ pub fn compile(mut cargo: Command, flags: &[String], extension: &str) -> Result<
     made(cargo, extension)
 }
 
-/// The library that a build by cargo makes.
+/// Builds a library with cargo, and reads it.
 pub fn made(mut cargo: Command, extension: &str) -> Result<Vec<u8>, Failure> {
     cargo.arg("--message-format=json-render-diagnostics");
     let program = format!("{cargo:?}");
@@ -94,8 +93,8 @@ pub fn made(mut cargo: Command, extension: &str) -> Result<Vec<u8>, Failure> {
     fs::read(&path).about(&path)
 }
 
-/// Flags that keep the folders of this machine out of the library: a message of a panic names
-/// its source file, of the standard library too where its sources are installed.
+/// Flags that keep this machine's folders out of the library. A panic's message names its source file, including
+/// files of the standard library if its sources are installed.
 fn anonymous() -> Result<Vec<String>, Failure> {
     let home = env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| Some(env::home_dir()?.join(".cargo"))).unwrap_or_default();

@@ -1,9 +1,8 @@
-//! `cargo fmu --all-platforms`: the library for machines that this one is not.
+//! `cargo fmu --all-platforms`: the library for other machines.
 //!
-//! Linux is linked by zig, which knows the symbols of every glibc; it comes from PyPI.
-//! Windows is linked by mingw-w64. Rust's standard library for Windows and aarch64 is built
-//! here, from the sources that Debian's package of it brings: a rustup toolchain may have
-//! no way to fetch them.
+//! zig links for Linux, since it knows the symbols of every glibc; it comes from PyPI. mingw-w64 links for Windows.
+//! Rust's standard library for Windows and aarch64 is built here, from the sources in Debian's package, since a
+//! rustup toolchain may be unable to fetch it.
 
 use crate::binary::{Binary, cargo, compile, output};
 use crate::licenses::{self, License};
@@ -20,21 +19,21 @@ use support::toolchain::{BROWSER, Toolchain, browser_lacks, has_browser_library,
 /// The glibc of the oldest Linux still seen at companies (RHEL 7).
 const OLDEST_GLIBC: inspect::Version = (2, 17);
 
-/// A machine that a library is made for.
+/// A platform that a library is built for.
 pub struct Platform {
-    /// What Rust calls it.
+    /// Its name in Rust.
     pub triple: &'static str,
     /// Folders of `binaries/`: in FMI 2.0, in FMI 3.0.
     folders: [&'static str; 2],
-    /// Of the file's name.
+    /// Extension of the library.
     extension: &'static str,
     linker: Linker,
-    /// Whether Rust's standard library for it is to be built.
+    /// Whether Rust's standard library must be built for it.
     build_library: bool,
     runs_on: &'static str,
 }
 
-/// What links.
+/// The linker.
 enum Linker {
     /// Zig, for this target.
     Zig(&'static str),
@@ -42,7 +41,7 @@ enum Linker {
     Program(&'static str),
 }
 
-/// Linux on x86-64, for old systems too.
+/// Linux on x86-64, including old systems.
 pub const LINUX: Platform = Platform {
     triple: "x86_64-unknown-linux-gnu",
     folders: ["linux64", "x86_64-linux"],
@@ -62,8 +61,8 @@ pub const WINDOWS: Platform = Platform {
     runs_on: "Windows 10 or newer on x86-64",
 };
 
-/// Linux on 64-bit ARM. FMI 2.0 has no folder for it: hosts that run there (fmpy, the crate
-/// fmi) look in `linux64`, so it can only be in a file of its own.
+/// Linux on 64-bit ARM. FMI 2.0 has no folder for it, and hosts there (fmpy, the crate fmi) look in `linux64`, so it
+/// needs a file of its own.
 pub const AARCH64: Platform = Platform {
     triple: "aarch64-unknown-linux-gnu",
     folders: ["linux64", "aarch64-linux"],
@@ -73,20 +72,20 @@ pub const AARCH64: Platform = Platform {
     runs_on: "Linux on aarch64 with glibc 2.17 or newer",
 };
 
-/// macOS, both of its processors in one file; built there only, for the linker is Apple's.
+/// macOS, with both of its processors in one file. It is built only there, since the linker is Apple's.
 pub const MACOS: [&str; 2] = ["aarch64-apple-darwin", "x86_64-apple-darwin"];
 /// Its oldest version that has both processors.
 const OLDEST_MACOS: &str = "11.0";
 const MACOS_PLACE: &str = "binaries/darwin64/dth_hammer.dylib";
 
-/// The library for macOS from its bytes.
+/// The library for macOS.
 pub fn macos_binary(bytes: Vec<u8>) -> Binary {
     let runs_on = format!("macOS {OLDEST_MACOS} or newer on arm64 and x86-64");
     let folders = vec!["aarch64-darwin".into(), "x86_64-darwin".into()];
     Binary { place: MACOS_PLACE.into(), folders, runs_on, bytes }
 }
 
-/// Builds the library for macOS, on macOS, for the targets that `rustup target add` brings.
+/// Builds the library for macOS, on macOS, with the targets of `rustup target add`.
 pub fn build_for_macos(root: &Path) -> Result<Binary, Failure> {
     let folder = target(root).join("universal");
     fs::create_dir_all(&folder).about(&folder)?;
@@ -104,7 +103,7 @@ pub fn build_for_macos(root: &Path) -> Result<Binary, Failure> {
     Ok(macos_binary(fs::read(&whole).about(&whole)?))
 }
 
-/// All that is needed to build for other machines.
+/// Everything needed to build for other machines.
 pub struct Workshop {
     root: PathBuf,
     zig: PathBuf,
@@ -112,7 +111,7 @@ pub struct Workshop {
 }
 
 impl Workshop {
-    /// Finds or installs what is needed.
+    /// Finds or installs everything needed.
     pub fn open(root: &Path) -> Result<Self, Failure> {
         if !cfg!(all(target_os = "linux", target_arch = "x86_64")) {
             return Err(Failure::Missing("that takes Linux on x86-64".into()));
@@ -126,8 +125,8 @@ impl Workshop {
         Ok(Self { root: root.into(), zig, toolchain })
     }
 
-    /// The library for a browser: by the toolchain in use if it has the standard library for
-    /// that, else as for the other machines.
+    /// The library for a browser, by the toolchain in use if it has the standard library for that, otherwise as for
+    /// other machines.
     pub fn build_for_browser(root: &Path) -> Result<Vec<u8>, Failure> {
         let name = BROWSER.to_uppercase().replace('-', "_");
         if let Some(how) = browser_lacks() {
@@ -142,8 +141,8 @@ impl Workshop {
             command.env("CARGO_TARGET_DIR", target(root).join("cross"));
             command.env(format!("CARGO_TARGET_{name}_LINKER"), linker);
         }
-        // Vectors of two numbers, which every browser has; a table, for functions that the page
-        // hands to the library.
+        // Vectors of two numbers, which every browser has, and a table for functions that the page passes to the
+        // library.
         let mut flags = vec!["-Ctarget-feature=+simd128".to_owned()];
         flags.extend(["--export-table", "--growable-table"].map(|f| format!("-Clink-arg={f}")));
         command.env("CARGO_BUILD_TARGET", BROWSER);
@@ -160,7 +159,7 @@ impl Workshop {
         if platform.build_library {
             command = self.toolchain.command(&self.root);
             command.arg("-Zbuild-std=std,panic_unwind");
-            // Another compiler: in one folder, each would build anew after the other.
+            // This is another compiler; in a common folder, each would rebuild everything after the other.
             command.env("CARGO_TARGET_DIR", target(&self.root).join("cross"));
         }
         link_by(&mut command, platform, &linker);
@@ -175,7 +174,7 @@ impl Workshop {
         Ok(Binary { place, folders, runs_on, bytes })
     }
 
-    /// The licences of all that is in the libraries for these machines.
+    /// The licences of everything in the libraries for these platforms.
     pub fn licenses(&self, platforms: &[Platform]) -> Result<Vec<License>, Failure> {
         let mut more = Vec::new();
         for platform in platforms {
@@ -196,8 +195,8 @@ impl Workshop {
     }
 }
 
-/// Has cargo link for every glibc since 2.17, if this is Linux and a Python has zig; returns what then
-/// is in the library besides.
+/// Makes cargo link for every glibc since 2.17, if this is Linux and a Python has zig. Returns the licence of what
+/// zig adds to the library.
 pub fn link_for_old_linux(root: &Path, cargo: &mut Command) -> Result<Option<License>, Failure> {
     let here = |platform: &Platform| {
         platform.triple.strip_prefix(env::consts::ARCH) == Some("-unknown-linux-gnu")
@@ -227,7 +226,7 @@ fn link_by(cargo: &mut Command, platform: &Platform, linker: &Path) {
     cargo.env("CARGO_BUILD_TARGET", platform.triple);
 }
 
-/// What zig links into a library for Linux.
+/// The licence of the code that zig links into a library for Linux.
 fn license_of_zig(python: &Path) -> Result<License, Failure> {
     let mut command = Command::new(python);
     let folder = output(command.args(["-c", "import ziglang; print(*ziglang.__path__)"]))?;
@@ -240,8 +239,8 @@ fn zig_linker(root: &Path, python: &Path, triple: &str) -> Result<PathBuf, Failu
     zig_program(root, python, triple, &format!("cc -target {triple}"), 0)
 }
 
-/// A program that calls zig as a linker, without its first arguments (rustc tells LLVM's linker
-/// its kind, `-flavor wasm`). Its caches are kept with all that is built.
+/// A program that calls zig as a linker, without the first arguments (rustc passes `-flavor wasm` to LLVM's linker).
+/// Its caches are in the target folder.
 fn zig_program(
     root: &Path,
     python: &Path,

@@ -41,13 +41,13 @@ pub fn write(standard: Standard, libraries: &[Binary], licenses: &[License]) -> 
         ("@PLATFORMS@", rows(libraries.iter().flat_map(platform))),
         ("@LICENSES@", rows(licenses.iter().map(|l| vec![text(&l.name), text(&l.terms)]))),
     ];
-    // Lines of one standard begin with its mark.
+    // Lines of only one standard begin with its mark.
     let lines = TEMPLATE.lines().filter(|line| !line.starts_with(other));
     let page: String = lines.flat_map(|l| [l.strip_prefix(mark).unwrap_or(l), "\n"]).collect();
     marks.iter().fold(page, |page, (mark, value)| page.replace(mark, value))
 }
 
-/// A cell of the table, finished HTML.
+/// A cell of the table, as HTML.
 type Cell = String;
 
 fn rows(rows: impl IntoIterator<Item = Vec<Cell>>) -> String {

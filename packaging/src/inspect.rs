@@ -1,4 +1,4 @@
-//! Reads a finished shared library: what it offers, and what it needs of the machine.
+//! Reads a finished shared library: what it exports and what it needs.
 
 use crate::Failure;
 use dth_hammer::symbols;
@@ -6,13 +6,12 @@ use object::read::elf::{ElfFile64, Sym};
 use object::{BinaryFormat, Endianness, Object, ObjectSymbol};
 use std::collections::BTreeSet;
 
-/// The C library's differ in the last bits between machines: none may be used.
+/// Functions of the C library whose last bits differ between machines, and which must not be used.
 const ELEMENTARY: [&str; 12] = [
     "sin", "cos", "tan", "sincos", "exp", "exp2", "expm1", "log", "log2", "pow", "hypot", "_hypot",
 ];
 
-/// What every 64-bit Windows has, since Windows 10; names that begin with the last are more
-/// of the system's.
+/// Libraries of every 64-bit Windows since Windows 10; the last is a prefix of further system libraries.
 const WINDOWS: [&str; 7] = [
     "kernel32.dll",
     "ntdll.dll",
@@ -23,14 +22,14 @@ const WINDOWS: [&str; 7] = [
     "api-ms-win-core-",
 ];
 
-/// What every Linux with glibc has; the name of the loader begins with the last.
+/// Libraries of every Linux with glibc; the last is a prefix of the loader's name.
 const LINUX: [&str; 6] =
     ["libc.so.6", "libm.so.6", "libpthread.so.0", "libdl.so.2", "libgcc_s.so.1", "ld-linux-"];
 
 /// A version of glibc.
 pub type Version = (u32, u32);
 
-/// Holds a library to what is promised of every one, and finds the glibc that it needs.
+/// Checks what every library must fulfil, and finds the glibc that it needs.
 pub fn check(name: &str, bytes: &[u8]) -> Result<Option<Version>, Failure> {
     let unfit = |reason: String| Failure::Unfit { name: name.into(), reason };
     let file = object::File::parse(bytes)?;
@@ -81,7 +80,7 @@ fn pe_exports(file: &object::File) -> Result<BTreeSet<String>, Failure> {
     Ok(file.exports()?.iter().map(name).collect())
 }
 
-/// The newest glibc that a symbol is bound to, and that symbol.
+/// The newest glibc version of a symbol, and that symbol.
 fn glibc(bytes: &[u8], allowed: &[&str]) -> Result<Option<(Version, String)>, String> {
     let found = versioned(bytes).map_err(|error| error.to_string())?;
     let mut newest = None;
@@ -94,7 +93,7 @@ fn glibc(bytes: &[u8], allowed: &[&str]) -> Result<Option<(Version, String)>, St
     Ok(newest)
 }
 
-/// Symbols that a version is asked for: name, version, library.
+/// Symbols with a required version: name, version, library.
 fn versioned(bytes: &[u8]) -> object::Result<Vec<(String, String, String)>> {
     let file = ElfFile64::<Endianness>::parse(bytes)?;
     let (endian, sections) = (file.endian(), file.elf_section_table());
@@ -112,7 +111,7 @@ fn versioned(bytes: &[u8]) -> object::Result<Vec<(String, String, String)>> {
     Ok(found)
 }
 
-/// `GLIBC_2.17` as numbers; nothing for other names, `GCC_3.0` for one.
+/// `GLIBC_2.17` as numbers; none for other names such as `GCC_3.0`.
 fn version_of(name: &str) -> Option<Version> {
     let mut parts = name.strip_prefix("GLIBC_")?.split('.').map(str::parse);
     Some((parts.next()?.ok()?, parts.next()?.ok()?))
@@ -122,7 +121,7 @@ fn version_of(name: &str) -> Option<Version> {
 mod tests {
     use super::*;
 
-    /// This test, a program that is no FMU.
+    /// This test's own program, which is not an FMU.
     fn program() -> Vec<u8> {
         std::fs::read(std::env::current_exe().unwrap()).unwrap()
     }

@@ -1,7 +1,7 @@
-//! `cargo lab`: the laboratory, one page with the engine in it.
+//! `cargo lab`: the laboratory, one page that contains the engine.
 //!
-//! The engine is the FMU's own library, compiled to WebAssembly: the page calls the same C
-//! functions as any host, and takes names, units and start values from the same description.
+//! The engine is the FMU's own library, compiled to WebAssembly. The page calls the same C functions as any host, and
+//! takes names, units and start values from the same description.
 
 use crate::licenses::{self, License};
 use crate::{About, Failure, presets, tell};
@@ -44,7 +44,7 @@ fn engine(_: &Path) -> Result<Vec<u8>, Failure> {
     Err(Failure::Missing("the laboratory is built on Linux or macOS".into()))
 }
 
-/// The page with everything in it: it loads nothing.
+/// The complete page, which loads nothing else.
 fn page(folder: &Path, engine: &[u8], terms: &str) -> Result<String, Failure> {
     let read = |name: &str| {
         let path = folder.join(name);
@@ -76,7 +76,7 @@ fn page(folder: &Path, engine: &[u8], terms: &str) -> Result<String, Failure> {
         ("@WORKER@", &worker),
         ("@LICENCES@", terms),
     ] {
-        // It would end the element that the text stands in.
+        // `</` would end the element that contains the text.
         let text = if mark == "@LICENCES@" { &text.replace("</", "< /") } else { text };
         if text.contains("</script") {
             let reason = format!("what stands for {mark} ends a script");
@@ -87,7 +87,7 @@ fn page(folder: &Path, engine: &[u8], terms: &str) -> Result<String, Failure> {
     Ok(page)
 }
 
-/// The words of the page by language, as JSON: a file each.
+/// The words of the page in each language, as JSON; each language has a file.
 fn texts(folder: &Path) -> Result<String, Failure> {
     let mut languages = serde_json::Map::new();
     for entry in fs::read_dir(folder).about(folder)? {
@@ -112,24 +112,24 @@ fn choices() -> Result<String, Failure> {
     Ok(serde_json::to_string(&rows.chain([rock]).collect::<Vec<_>>())?)
 }
 
-/// An element with its text, whose hash is added to those that the page's policy lets through.
+/// An element with its text, whose hash is added to those that the page's policy permits.
 fn inline(element: &str, text: &str, hashes: &mut String) -> String {
     let text = format!("\n{text}\n");
     *hashes += &format!(" 'sha256-{}'", STANDARD.encode(Sha256::digest(&text)));
     format!("<{element}>{text}</{element}>")
 }
 
-/// What stands in a line between its two ends.
+/// The part of a line between two texts.
 fn between<'a>(line: &'a str, begin: &str, end: &str) -> Option<&'a str> {
     line.trim().strip_prefix(begin)?.strip_suffix(end)
 }
 
-/// The licences of all that is in the page, as text.
+/// The licences of everything in the page, as text.
 fn terms(root: &Path) -> Result<String, Failure> {
     Ok(licenses::text(&parts(root)?))
 }
 
-/// The licences of all that is in the page.
+/// The licences of everything in the page.
 pub fn parts(root: &Path) -> Result<Vec<License>, Failure> {
     let plots = root.join("lab/vendor/LICENSE-uPlot.txt");
     let more = vec![licenses::foreign("uPlot", "MIT", &plots)?];

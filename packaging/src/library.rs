@@ -9,7 +9,7 @@ use dth_hammer::MODEL_IDENTIFIER;
 use std::env;
 use std::path::Path;
 
-/// What the machine that this runs on is called in the names of folders: in FMI 2.0, in FMI 3.0.
+/// Folder names of this machine in FMI 2.0 and in FMI 3.0.
 const PLATFORM: [&str; 2] = if cfg!(target_os = "windows") {
     ["win64", "windows"]
 } else if cfg!(target_os = "macos") {
@@ -18,8 +18,8 @@ const PLATFORM: [&str; 2] = if cfg!(target_os = "windows") {
     ["linux64", "linux"]
 };
 
-/// Builds the library for this machine, on Linux for old ones too if zig is there; and what others have
-/// in it.
+/// Builds the library for this machine (on Linux also for old systems, if zig is there), and returns the licences of
+/// linked code of others.
 pub fn build(root: &Path) -> Result<(Binary, Vec<License>), Failure> {
     let extension = env::consts::DLL_EXTENSION;
     let mut command = cargo(root);
@@ -39,11 +39,11 @@ pub fn build(root: &Path) -> Result<(Binary, Vec<License>), Failure> {
     Ok((library, of_linker.into_iter().collect()))
 }
 
-/// The library that cargo has made with this program: in the same profile, of the same engine.
+/// The library that cargo has built together with this program, in the same profile.
 pub fn quick(root: &Path) -> Result<Binary, Failure> {
     let mut command = cargo(root);
     command.args(["build", "--locked", "--quiet", "--profile", QUICK]);
-    // With the features that both ask for, or it would be made anew.
+    // The same features as for that build, or the library would be built again.
     command.args(["--package", "packaging", "--package", "dth-fmu"]);
     of_this_machine(made(command, env::consts::DLL_EXTENSION)?)
 }
@@ -59,7 +59,7 @@ fn of_this_machine(bytes: Vec<u8>) -> Result<Binary, Failure> {
     Ok(Binary { place, folders, runs_on, bytes })
 }
 
-/// Fails if a library tells where it was built.
+/// Fails if a library contains the folder in which it was built.
 fn anonymous(library: &Binary) -> Result<(), Failure> {
     let here = [env::home_dir(), Some(crate::root()), Some("registry/src".into())];
     for folder in here.into_iter().flatten() {

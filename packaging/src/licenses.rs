@@ -8,10 +8,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use support::run::target;
 
-/// Where the archive has all texts: the place that FMI names.
+/// Path of the licences in the archive, as FMI defines it.
 pub const PLACE: &str = "documentation/licenses/license.txt";
 
-/// What is linked into the FMU's library, and into a wheel with its native module.
+/// Packages of the FMU's library, and of a wheel with its native module.
 pub const FMU: [&str; 1] = ["dth-fmu"];
 const WHEEL: [&str; 2] = ["dth-fmu", "dth-native"];
 
@@ -41,7 +41,7 @@ struct Package {
     manifest_path: PathBuf,
 }
 
-/// Notes for `wheels.py` what a wheel of this machine has in it, and all licences of that.
+/// Writes down for `wheels.py` the contents of a wheel of this machine, and their licences.
 pub fn note_wheel(root: &Path) -> Result<(), Failure> {
     let licenses = collect(root, &WHEEL, &[&host(root)?], Vec::new())?;
     let folder = target(root).join("wheel");
@@ -54,7 +54,7 @@ pub fn note_wheel(root: &Path) -> Result<(), Failure> {
     write("contents.json", serde_json::to_string(&licenses)?)
 }
 
-/// The licences of what of these packages is linked for the given targets, and of what else is, sorted by name.
+/// The licences of everything in these packages for the given targets, and of `others`, sorted by name.
 pub fn collect(
     root: &Path,
     packages: &[&str],
@@ -82,9 +82,8 @@ pub fn collect(
     Ok(licenses)
 }
 
-/// Packages with their versions that are compiled into these: their normal dependencies with the
-/// features that they ask for. Procedural macros and build scripts' dependencies run in
-/// the compiler, and those of tests are in nothing that is shipped.
+/// Packages with their versions that are compiled into these: their normal dependencies with their features.
+/// Procedural macros and dependencies of build scripts run in the compiler, and those of tests are not shipped.
 fn linked(root: &Path, packages: &[&str], triple: &str) -> Result<BTreeSet<String>, Failure> {
     let mut command = cargo(root);
     command.args(["tree", "--locked", "--edges", "normal,no-proc-macro"]);
@@ -94,7 +93,7 @@ fn linked(root: &Path, packages: &[&str], triple: &str) -> Result<BTreeSet<Strin
     Ok(String::from_utf8_lossy(&text).lines().map(words).collect())
 }
 
-/// All terms and texts as one file; a text that several packages share stands once.
+/// All licences as one file. A text that several packages share appears once.
 pub fn text(licenses: &[License]) -> String {
     let mut shared: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     let mut list = String::new();
@@ -110,13 +109,13 @@ pub fn text(licenses: &[License]) -> String {
     list + &shared.into_iter().map(section).collect::<String>()
 }
 
-/// The licence of something that is no package of cargo's, with its text if that is there.
+/// The licence of something that is not a cargo package, with its text if that exists.
 pub fn foreign(name: &str, terms: &str, text: &Path) -> Result<License, Failure> {
     let texts = if text.is_file() { vec![read(text)?] } else { Vec::new() };
     Ok(License { name: name.into(), terms: terms.into(), texts })
 }
 
-/// The machine's target triple: other platforms' packages are not linked.
+/// The machine's target triple: packages of other platforms are not linked.
 pub fn host(root: &Path) -> Result<String, Failure> {
     let mut command = cargo(root);
     let text = output(command.args(["--version", "--verbose"]))?;
@@ -134,7 +133,7 @@ fn license(root: &Path, package: &Package) -> Result<License, Failure> {
     Ok(License { name, terms, texts })
 }
 
-/// A text with the line ends of Unix, so that equal texts are equal.
+/// A text with Unix line ends, so that equal texts compare equal.
 fn read(path: &Path) -> Result<String, Failure> {
     let bytes = fs::read(path).about(path)?;
     Ok(String::from_utf8_lossy(&bytes).replace("\r\n", "\n").trim_end().to_owned())

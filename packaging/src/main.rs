@@ -32,7 +32,7 @@ pub enum Failure {
     /// A file cannot be read or written.
     #[error("{path}: {source}")]
     File {
-        /// Which.
+        /// Its path.
         path: PathBuf,
         /// Why.
         source: io::Error,
@@ -54,7 +54,7 @@ pub enum Failure {
     /// A library cannot be read.
     #[error("library: {0}")]
     Library(#[from] object::read::Error),
-    /// A library is not what it should be.
+    /// A library does not fulfil what it must.
     #[error("{name} is not fit to be shipped: {reason}")]
     Unfit {
         /// Its place in the archive.
@@ -68,14 +68,14 @@ pub enum Failure {
     /// The Python environment could not be made.
     #[error(transparent)]
     Environment(#[from] support::run::Failure),
-    /// The committed description is not that of the sources.
+    /// The committed description differs from that of the sources.
     #[error("{0} is stale: refresh it with `cargo describe`")]
     Stale(PathBuf),
 }
 
 /// Remembers which file an error is about.
 pub trait About<T> {
-    /// The same, with the path in its error.
+    /// Adds the path to the error.
     fn about(self, path: &Path) -> Result<T, Failure>;
 }
 
@@ -97,14 +97,14 @@ struct Arguments {
 enum Task {
     /// Build the shared library and write the .fmu
     Fmu {
-        /// File to write; that for FMI 3.0, whose name has `_fmi3` behind, is beside it
+        /// File to write; the file for FMI 3.0 is beside it, with `_fmi3` appended to its name
         #[arg(long, default_value_os_t = root().join("dist/dth_hammer.fmu"))]
         output: PathBuf,
         /// Linux with any glibc since 2.17 and Windows in one file, and one for Linux on
         /// aarch64 beside it
         #[arg(long, conflicts_with = "quick")]
         all_platforms: bool,
-        /// For this machine alone, in a third of the time and as the tests take it: some per cent slower
+        /// Only for this machine, in a third of the time and as the tests use it: some per cent slower
         #[arg(long)]
         quick: bool,
     },
@@ -113,20 +113,20 @@ enum Task {
         /// File to write
         #[arg(long, default_value_os_t = root().join("dist/lab/index.html"))]
         output: PathBuf,
-        /// Where something is missing, say so and succeed
+        /// If something is missing, say so and succeed
         #[arg(long)]
         if_possible: bool,
     },
     /// Write an .fmu for each platform that this machine can build for, and one for all
     #[cfg(unix)]
     Release {
-        /// Folder to write to; a `dth_hammer-macos-universal2.fmu` there goes into the one for all
+        /// Folder to write to; a `dth_hammer-macos-universal2.fmu` in it is included in the archive for all platforms
         #[arg(long, default_value_os_t = root().join("dist/release"))]
         folder: PathBuf,
     },
     /// Refresh the committed copies of the model descriptions
     Describe {
-        /// Only tell whether they are fresh
+        /// Only check whether they are up to date
         #[arg(long)]
         check: bool,
     },
@@ -141,7 +141,7 @@ pub enum Standard {
     Three,
 }
 
-/// Ports that belong together, and where the icon is.
+/// Ports that belong together, and the icon's place.
 const TERMINALS: &str = include_str!("../terminalsAndIcons.xml");
 /// Piston, bit and rock.
 const ICON: &[u8] = include_bytes!("../icon.png");
@@ -176,7 +176,7 @@ fn of_three(output: &Path) -> PathBuf {
     output.with_file_name(format!("{stem}_fmi3.fmu"))
 }
 
-/// One line of progress.
+/// Prints a line of progress.
 fn tell(what: &str, details: &str) {
     eprintln!("{what:>12} {details}");
 }
@@ -254,7 +254,7 @@ fn write(
         Standard::Two => dth_hammer::MODEL_DESCRIPTION,
         Standard::Three => dth_hammer::MODEL_DESCRIPTION_3,
     };
-    // FMI 2.0.4 takes terminals as FMI 3.0 has them; hosts of before know `model.png` alone.
+    // FMI 2.0.4 takes terminals from FMI 3.0; earlier hosts know only `model.png`.
     let icon = "terminalsAndIcons/icon.png";
     let page = document::write(standard, libraries, licenses);
     let mut files = vec![

@@ -65,7 +65,7 @@ pub fn files() -> Result<Vec<File>, Failure> {
     Ok(files)
 }
 
-/// All of them by name, as one text.
+/// All presets by name, as one text.
 pub fn all() -> Result<String, Failure> {
     let contents: BTreeMap<_, _> = PRESETS.iter().map(|p| (p.name, content(p))).collect();
     Ok(serde_json::to_string(&contents)?)
@@ -77,7 +77,7 @@ mod tests {
     use quick_xml::Reader;
     use quick_xml::events::{BytesStart, Event};
 
-    /// What a reader of the XML finds is what the JSON has.
+    /// The XML has the same numbers as the JSON.
     #[test]
     fn a_preset_is_the_same_in_both_forms() {
         for preset in PRESETS {

@@ -1,7 +1,7 @@
-//! `cargo ship`: an .fmu of each standard for each platform, and one for all.
+//! `cargo ship`: an .fmu of each standard for each platform, and one for all platforms.
 //!
-//! On Linux on x86-64 those for Linux and Windows, on macOS that for macOS. The wheels, the
-//! bill of materials and the hashes are made from them by `release.py`.
+//! On Linux on x86-64 these are for Linux and Windows, on macOS for macOS. `release.py` makes the wheels, the bill of
+//! materials and the hashes from them.
 
 use crate::binary::Binary;
 use crate::cross::{self, AARCH64, LINUX, MACOS, WINDOWS, Workshop};
@@ -16,10 +16,10 @@ use std::time::Instant;
 use support::run::target;
 use zip::ZipArchive;
 
-/// What macOS is called in names of files: one library has the code of both processors.
+/// Name of macOS in file names; one library has the code of both processors.
 const OF_MACOS: &str = "macos-universal2";
 
-/// What an .fmu is made of, for the bill of materials.
+/// Components of an .fmu, for the bill of materials.
 #[derive(Serialize)]
 struct Contents {
     file: String,
@@ -31,14 +31,14 @@ impl Contents {
         Self { file: file.into(), parts: licenses.to_vec() }
     }
 
-    /// Of the archives of both standards.
+    /// Contents of the archives of both standards.
     fn of_both(file: &str, licenses: &[License]) -> [Self; 2] {
         let three = crate::of_three(Path::new(file));
         [Self::of(file, licenses), Self::of(&three.to_string_lossy(), licenses)]
     }
 }
 
-/// Writes all that this machine can build.
+/// Writes all archives that this machine can build.
 pub fn write(root: &Path, folder: &Path) -> Result<(), Failure> {
     fs::create_dir_all(folder).about(folder)?;
     licenses::note_wheel(root)?;
@@ -47,7 +47,7 @@ pub fn write(root: &Path, folder: &Path) -> Result<(), Failure> {
     fs::write(&list, serde_json::to_string_pretty(&made)?).about(&list)
 }
 
-/// What the laboratory is called beside them.
+/// File name of the laboratory.
 const LABORATORY: &str = "dth-hammer-laboratory.html";
 
 fn macos(root: &Path, folder: &Path) -> Result<Vec<Contents>, Failure> {

@@ -1,11 +1,11 @@
-//! What a module of Python is linked with: nothing of Python itself. And what tells this engine from
-//! another of the same version.
+//! Linker flags of a Python module, which links no part of Python itself, and a hash that identifies the engine among
+//! builds of the same version.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-/// What the numbers of a run follow from: the engine and how it is called.
+/// Sources that determine the numbers of a run: the engine, and the code that calls it.
 const SOURCES: [&str; 2] = ["../../hammer/src", "src"];
 
 fn main() -> io::Result<()> {
@@ -19,7 +19,7 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-/// Takes in the files below a folder, in order of their names.
+/// Hashes the files below a folder, in the order of their names.
 fn hash(folder: &Path, hasher: &mut DefaultHasher) -> io::Result<()> {
     let paths = fs::read_dir(folder)?.map(|entry| Ok(entry?.path()));
     let mut paths: Vec<PathBuf> = paths.collect::<io::Result<_>>()?;

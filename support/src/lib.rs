@@ -1,4 +1,4 @@
-//! What the project's commands share: the Python environment, and running other programs.
+//! Code that the project's commands share: the Python environment, and running other programs.
 
 #![forbid(unsafe_code)]
 

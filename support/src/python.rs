@@ -13,30 +13,30 @@ const OLDEST: u32 = 10;
 /// The hashes of all pinned packages; `requirements/hashes.py` writes it.
 const HASHES: &str = "hashes.txt";
 
-/// Set where one who runs beside others finds the environment of the suite as it is.
+/// Environment variable of a run beside others: the suite's environment is complete, and must not be changed.
 pub const PREPARED: &str = "DTH_PREPARED";
 
-/// What a task wants installed.
+/// What a task needs installed.
 #[derive(Clone, Copy)]
 pub enum Needs {
-    /// To pack the wheel; nothing of the others.
+    /// Packing the wheel.
     Wheel,
     /// To run and plot.
     Demo,
-    /// To test as well: all of the demo's, and more.
+    /// Also testing: everything of the demo, and more.
     Suite,
-    /// To build the user guide as well.
+    /// Also building the user guide.
     Guide,
-    /// To link for other machines than this one; nothing of the above.
+    /// Linking for other machines; nothing of the above.
     Cross,
-    /// To make wheels and the bill of materials of a release; nothing of the above.
+    /// Making wheels and the bill of materials of a release; nothing of the above.
     Release,
 }
 
 impl Needs {
-    /// Files of pinned versions; of two needs, the smaller one's begin the larger one's.
+    /// Files of pinned versions. Those of a smaller need come first in those of a larger one.
     fn files(self) -> &'static [&'static str] {
-        // Those of the guide last: the suite builds it too, but runs none of its pages.
+        // Those of the guide come last: the suite builds the guide too, but runs none of its pages.
         let all = &["demo.txt", "suite.txt", "python.txt", "hosts.txt", "guide.txt", "pages.txt"];
         match self {
             Self::Demo => &all[..1],
@@ -66,7 +66,7 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// Makes the environment, or finds it as an earlier run left it.
+    /// Makes the environment, or reuses it.
     pub fn prepare(root: &Path, needs: Needs) -> Result<Self, Failure> {
         let folder = target(root).join(needs.folder());
         let environment = Self { root: root.to_path_buf(), folder };
@@ -75,8 +75,8 @@ impl Environment {
         }
         let python = Python::find()?;
         let pins = format!("# Python {}\n{}", python.version, environment.pins(needs)?);
-        // The stamp holds the pins themselves: equal text means equal packages. The
-        // suite's pins begin with the demo's, so either may be found where it has been.
+        // The stamp is the text of the pins: equal texts mean equal packages. The suite's pins begin with the demo's,
+        // so either serves the demo.
         let stamp = environment.folder.join("pins.txt");
         let installed = fs::read_to_string(&stamp).unwrap_or_default();
         if installed.starts_with(&pins) {
@@ -92,8 +92,8 @@ impl Environment {
         Ok(environment)
     }
 
-    /// A Python that has zig, and zig's version: that of the environment for other machines if it is
-    /// there, else one on the path.
+    /// A Python with zig, and zig's version: that of the environment for other machines if it exists, otherwise one
+    /// on the path.
     #[must_use]
     pub fn with_zig(root: &Path) -> Option<(PathBuf, String)> {
         let folder = target(root).join(Needs::Cross.folder());
@@ -108,7 +108,7 @@ impl Environment {
         })
     }
 
-    /// Where a program of the environment is.
+    /// Path of a program of the environment.
     pub fn program(&self, program: &str) -> PathBuf {
         self.folder.join(if cfg!(windows) { "Scripts" } else { "bin" }).join(program)
     }
@@ -134,7 +134,7 @@ impl Environment {
 
     fn create(&self, python: &Python) -> Result<(), Failure> {
         let mut command = Command::new(&python.program);
-        // A half-made environment, or one of a Python since removed, is no base.
+        // An incomplete environment, or one whose Python was removed, cannot be reused.
         command.args(["-m", "venv", "--clear"]).arg(&self.folder);
         run_quietly("Creating the Python environment", &mut command)
     }
@@ -152,8 +152,8 @@ impl Environment {
         run_quietly("Installing the pinned Python packages", &mut command)
     }
 
-    /// The project's own package, as a link to its sources; its native module is built anew where
-    /// they have changed.
+    /// Installs the project's own package as a link to its sources; its native module is rebuilt if they have
+    /// changed.
     fn install_own(&self, needs: Needs) -> Result<(), Failure> {
         if !matches!(needs, Needs::Suite | Needs::Guide) {
             return Ok(());
@@ -171,9 +171,9 @@ impl Environment {
     }
 }
 
-/// Each pin with its hashes behind it, or the pin that has none.
+/// Each pin followed by its hashes, or an error with the pin that has none.
 fn with_hashes(pins: &str, known: &str) -> Result<String, String> {
-    // As the index spells a name.
+    // Spelled as in the package index.
     let plain = |pin: &str| pin.trim().to_lowercase().replace(['_', '.'], "-");
     let known: HashMap<String, &str> = known
         .lines()
@@ -188,14 +188,14 @@ fn with_hashes(pins: &str, known: &str) -> Result<String, String> {
     pins.lines().filter(|pin| !pin.starts_with('#')).map(line).collect()
 }
 
-/// What an environment is made with.
+/// The Python that makes an environment.
 struct Python {
     program: String,
     version: String,
 }
 
 impl Python {
-    /// The first Python on the path that is new enough; `PYTHON` goes before all.
+    /// `PYTHON`, or the first Python on the path that is new enough.
     fn find() -> Result<Self, Failure> {
         let candidates = match std::env::var("PYTHON") {
             Ok(python) => vec![python],

@@ -1,4 +1,4 @@
-//! Other programs: run, watched, and their failures told.
+//! Runs other programs, and reports their failures.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use std::ffi::OsStr;
@@ -18,7 +18,7 @@ pub enum Failure {
         /// Why not.
         source: io::Error,
     },
-    /// The program ended with a failure, and has said why itself.
+    /// The program has failed, and has said why itself.
     #[error("{program} failed: {status}")]
     Status {
         /// Its name.
@@ -40,7 +40,7 @@ pub enum Failure {
     /// Something to install first.
     #[error("cannot build {0}")]
     Missing(String),
-    /// Some of the suite's stages failed; each has said why.
+    /// Some stages of the suite failed; each has said why.
     #[error("failed:{0}")]
     Stages(String),
     /// No Python to make an environment with.
@@ -53,7 +53,7 @@ pub enum Failure {
     },
 }
 
-/// Where cargo builds, and what the project installs is kept.
+/// Folder of cargo's builds and of the project's environments.
 pub fn target(root: &Path) -> PathBuf {
     root.join(std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from))
 }
@@ -65,7 +65,7 @@ pub fn cargo(root: &Path) -> Command {
     command
 }
 
-/// A task of cargo's that must leave `Cargo.lock` as it is.
+/// A cargo command that must not change `Cargo.lock`.
 pub fn locked(root: &Path, task: &str) -> Command {
     let mut command = cargo(root);
     command.args([task, "--locked"]);
@@ -86,7 +86,7 @@ pub fn run(command: &mut Command) -> Result<(), Failure> {
     if status.success() { Ok(()) } else { Err(Failure::Status { program, status }) }
 }
 
-/// The one line that a program prints; nothing if it is not there or fails.
+/// The one line that a program prints; none if the program is missing or fails.
 pub fn answer(command: &mut Command) -> Option<String> {
     let output = command.output().ok().filter(|output| output.status.success())?;
     Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())

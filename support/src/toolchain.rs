@@ -1,11 +1,11 @@
-//! A Rust that can build for a machine that this one is not.
+//! A Rust toolchain that can build for other machines.
 
 use crate::run::{answer, cargo};
 use std::env;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// A browser. It is none of FMI's platforms: what is built for it goes into a page.
+/// A browser. It is not a platform of FMI: the library for it is put into a page.
 pub const BROWSER: &str = "wasm32-unknown-unknown";
 
 /// A Rust that has the sources of its standard library.
@@ -15,7 +15,7 @@ pub struct Toolchain {
 }
 
 impl Toolchain {
-    /// The one in use if it has the sources, else Debian's.
+    /// The toolchain in use if it has the sources, otherwise Debian's.
     #[must_use]
     pub fn find() -> Option<Self> {
         let here = cargo(Path::new(".")).get_program().into();
@@ -36,10 +36,10 @@ impl Toolchain {
     pub fn command(&self, root: &Path) -> Command {
         let mut command = Command::new(&self.cargo);
         command.current_dir(root).env("RUSTC", &self.rustc);
-        // The sources of the standard library are for its own compiler: nothing unstable
-        // is used but their build.
+        // The sources of the standard library may be built only by its own compiler; no other unstable feature is
+        // used.
         command.env("RUSTC_BOOTSTRAP", "1");
-        // That of the cargo that runs us, with another compiler's libraries.
+        // The path of the running cargo's libraries, which belong to another compiler.
         command.env_remove("LD_LIBRARY_PATH");
         command
     }
@@ -57,7 +57,7 @@ fn sysroot(rustc: &mut Command) -> Option<PathBuf> {
     answer(rustc.args(["--print", "sysroot"])).map(PathBuf::from)
 }
 
-/// What to install before anything can be built for a browser; none if nothing is missing.
+/// What must be installed to build for a browser; none if nothing is missing.
 #[must_use]
 pub fn browser_lacks() -> Option<String> {
     if cfg!(not(unix)) {
@@ -67,7 +67,7 @@ pub fn browser_lacks() -> Option<String> {
     (!able).then(|| to_install(false, true) + ", or `rustup target add wasm32-unknown-unknown`")
 }
 
-/// What to install for other machines, of the sources of Rust and a linker for Windows.
+/// What must be installed for other machines: the sources of Rust, or a linker for Windows.
 #[must_use]
 pub fn to_install(rust: bool, mingw: bool) -> String {
     let mut packages = Vec::new();

@@ -1,4 +1,4 @@
-//! States that somebody has changed, and given the right checksum; and hosts that take them.
+//! States that were changed and given the right checksum, and hosts that read them.
 
 use super::{Stopwatch, Structure};
 use crate::support::host::{Host, vr};
@@ -13,23 +13,23 @@ use std::time::Duration;
 /// Where the payload begins: magic, version, length, checksum, GUID.
 pub const HEADER: usize = 4 + 4 + 8 + 4 + 36;
 const CHECKSUM: Range<usize> = 16..20;
-/// The present of an honest state, s.
+/// Present time of the unchanged state, s.
 pub const PRESENT: f64 = 0.02 + 1.25e-3;
-/// What is stepped on from there, s.
+/// Time span of the steps after it, s.
 pub const SPAN: f64 = 0.02;
-/// What works longer hangs: before, such a reader searched for ever.
+/// Longer work counts as a hang: readers of such states once searched for ever.
 const PATIENCE: Duration = Duration::from_secs(300);
-/// More steps of FMI 3.0 that end at events than any motion of that span has.
+/// Steps of FMI 3.0 that end at events: more than any motion has in that span.
 const MOST_ENDS: usize = 1000;
 
-/// The same with the checksum of what it holds.
+/// The same bytes with the right checksum.
 pub fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     let sum = crc32fast::hash(&bytes[HEADER..]);
     bytes[CHECKSUM].copy_from_slice(&sum.to_le_bytes());
     bytes
 }
 
-/// An honest state with one to three changes in `places`, sealed.
+/// An unchanged state with one to three random changes in `places`, and the right checksum.
 pub fn forge(rng: &mut dyn Rng, honest: &[u8], places: Range<usize>) -> Vec<u8> {
     const CRAZY: [f64; 9] = [0.0, -1.0, 1e300, -1e300, f64::NAN, f64::INFINITY, 1e-300, 1e6, 1e9];
     let mut forged = honest.to_vec();
@@ -47,7 +47,7 @@ pub fn forge(rng: &mut dyn Rng, honest: &[u8], places: Range<usize>) -> Vec<u8> 
     sealed(forged)
 }
 
-/// A state of this structure in flight, 1 ms into a step, as bytes.
+/// The bytes of a state of this structure in flight, 1 ms into a step.
 pub fn honest(library: &Library, structure: &Structure) -> Vec<u8> {
     let host = Host::new(library);
     host.set_int("drive.source", structure.source);
@@ -63,15 +63,15 @@ pub fn honest(library: &Library, structure: &Structure) -> Vec<u8> {
     bytes
 }
 
-/// The same of FMI 3.0 with all positions that a host may watch, and where in it these begin. A
-/// coarse mesh: what is forged is the face's part.
+/// The same for FMI 3.0, with all positions that a host may monitor, and the place of these in it. The mesh is
+/// coarse, since only the face's part is changed.
 pub fn honest_three(library: &Library) -> (Vec<u8>, usize) {
     let host = Three::new(library, true, true);
     let position = |index: usize| -0.0123 - 1e-3 * index as f64;
     for name in ["piston.elements", "bit.elements"] {
         host.set("Int32", vr(name), 3_i32);
     }
-    // What takes this long takes ten times as long under a sanitizer.
+    // The limit is low, since a sanitizer makes everything ten times slower.
     host.set("Int32", vr("work_limit"), 2_i32);
     host.set("Int32", extra("event.positions"), MAX_POSITIONS as i32);
     for index in 0..MAX_POSITIONS {
@@ -86,7 +86,7 @@ pub fn honest_three(library: &Library) -> (Vec<u8>, usize) {
     (bytes, at.expect("the first position"))
 }
 
-/// Steps of FMI 3.0 that end at events; the status of the last.
+/// Makes steps of FMI 3.0 that end at events. Returns the last status.
 fn step_to(host: &Three, mut point: f64, target: f64) -> i32 {
     for _ in 0..MOST_ENDS {
         let (status, ended) = host.try_step(point, target - point);
@@ -102,8 +102,8 @@ fn step_to(host: &Three, mut point: f64, target: f64) -> i32 {
     panic!("{MOST_ENDS} events up to {point} s");
 }
 
-/// Takes a state from bytes, reads all there is and steps on, which goes well or ends in an error
-/// that says why; how the state was received.
+/// Reads a state from bytes, then all variables, and makes steps, which succeed or end in an error with a reason.
+/// Returns how the state was received.
 pub fn receive(host: &Host, bytes: &[u8]) -> [i32; 2] {
     let (library, begun) = (host.library, Stopwatch::start());
     let mut state = Handle(0);
@@ -128,14 +128,14 @@ pub fn receive(host: &Host, bytes: &[u8]) -> [i32; 2] {
     received
 }
 
-/// The same by FMI 3.0, in steps that end at events.
+/// The same with FMI 3.0, in steps that end at events.
 pub fn receive_three(host: &Three, bytes: &[u8]) -> [i32; 2] {
     let begun = Stopwatch::start();
     let received = host.adopt(bytes);
     if received == [OK, OK] {
         let extras = Extra::all().map(Extra::reference);
         for reference in (0..VARIABLES.len() as u32).chain(extras) {
-            // Of arrays too, which are refused for want of room once they are computed.
+            // Also of arrays, which are computed and then refused for lack of room.
             for call in ["GetFloat64", "GetInt32", "GetInt64", "GetUInt64", "GetBoolean"] {
                 host.access(call, &[reference], &mut [0_u64]);
             }
@@ -151,7 +151,7 @@ pub fn receive_three(host: &Three, bytes: &[u8]) -> [i32; 2] {
     received
 }
 
-/// There are none.
+/// Checks that the log has no internal error.
 fn internal_errors<'a>(mut log: impl Iterator<Item = &'a str>) {
     assert_eq!(log.find(|line| line.starts_with("internal error")), None);
 }

@@ -1,4 +1,4 @@
-//! Hosts gone mad, of both standards, and a watchdog over them.
+//! Random hosts of both standards, and a watchdog for them.
 
 #![allow(dead_code, reason = "each test uses its part")]
 
@@ -13,7 +13,7 @@ use hammer::variables::{Role, VARIABLES};
 use rand::{Rng, RngExt};
 pub use watchdog::{Stopwatch, Watchdog};
 
-/// A host gone mad: it keeps handles, live and stale, and calls at random.
+/// A random host: it keeps handles, live and stale, and makes random calls.
 pub struct Abuser<'a> {
     library: &'a Library,
     log: &'a Log,
@@ -41,17 +41,17 @@ const CRAZY: [f64; 12] = [
     f64::NEG_INFINITY,
 ];
 
-/// Bodies and meshes that take little time: most of it is to go into calls, not into physics.
+/// Bodies and meshes that need little time, so that most of it is spent in calls.
 #[derive(Clone, Copy)]
 pub struct Structure {
-    /// The drive's source, as the number of its item: a relay, pressures from outside, air.
+    /// The drive's source, as the number of its item: a relay, outside pressures, air.
     pub source: i32,
     pub counts: &'static [(&'static str, i32)],
     pub reals: &'static [(&'static str, f64)],
 }
 
 const COARSE: &[(&str, i32)] = &[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 2)];
-/// Of which the bit soon hangs on the ring, so that the drive is vented.
+/// The bit of these soon hangs on the ring, so that the drive is vented.
 const CASED: &[(&str, f64)] = &[
     ("casing.mass", 40.0),
     ("casing.impedance", 4e3),
@@ -59,8 +59,8 @@ const CASED: &[(&str, f64)] = &[
     ("chuck.idle_travel", 1e-3),
 ];
 
-/// Piston and bit; in a casing whose bit hangs on the ring after some blows, and vents the drive; at a
-/// string whose joints part and pull at each blow; by pressures that are exchanged at steps; by air, in a casing.
+/// Piston and bit; a casing whose bit hangs on the ring after some blows and vents the drive; a string whose joints
+/// part and pull at each blow; pressures that are exchanged at steps; air in a casing.
 pub const STRUCTURES: [Structure; 5] = [
     Structure { source: 1, counts: COARSE, reals: &[] },
     Structure { source: 1, counts: COARSE, reals: CASED },
@@ -89,7 +89,7 @@ pub const STRUCTURES: [Structure; 5] = [
     Structure { source: 4, counts: COARSE, reals: CASED },
 ];
 
-/// References and values of what is set by name.
+/// References and values of variables by name.
 pub fn split<T: Copy>(named: &[(&str, T)]) -> (Vec<u32>, Vec<T>) {
     named.iter().map(|(name, value)| (vr(name), *value)).unzip()
 }
@@ -98,7 +98,7 @@ fn pick<T: Copy>(rng: &mut dyn Rng, from: &[T]) -> T {
     from[rng.random_range(0..from.len())]
 }
 
-/// Mostly one of these states, live or stale; sometimes nothing, or nonsense.
+/// Mostly one of these states, live or stale; sometimes null, or an invalid handle.
 fn state(rng: &mut dyn Rng, states: &[Handle]) -> Handle {
     match rng.random_range(0..8) {
         0 => Handle(0),
@@ -115,8 +115,7 @@ fn value(rng: &mut dyn Rng) -> f64 {
     }
 }
 
-/// The size of a step from nothing to 3 ms, or a crazy one: beyond a second a step is legal, and
-/// costs what it costs.
+/// A step size from nothing to 3 ms, or an absurd one. A step of more than a second is legal but slow.
 fn step_size(rng: &mut dyn Rng) -> f64 {
     match rng.random_range(0..10) {
         0 => Some(value(rng)).filter(|v| !(1.0..=1e3).contains(v)).unwrap_or(-1.0),
@@ -126,7 +125,7 @@ fn step_size(rng: &mut dyn Rng) -> f64 {
 }
 
 impl<'a> Abuser<'a> {
-    /// An abuser with one instance; what is drawn settles all that follows.
+    /// A random host with one instance. The random numbers determine everything that follows.
     pub fn new(library: &'a Library, log: &'a Log, rng: impl Rng + 'static) -> Self {
         let first = library.instantiate(Some("x"), 1, Some(GUID), None, None, false);
         Self {
@@ -146,7 +145,7 @@ impl<'a> Abuser<'a> {
         pick(&mut self.rng, from)
     }
 
-    /// Mostly an instance, live or stale; sometimes nothing, or nonsense.
+    /// Mostly an instance, live or stale; sometimes null, or an invalid handle.
     fn instance(&mut self) -> Handle {
         match self.rng.random_range(0..40) {
             0 => Handle(0),
@@ -186,12 +185,12 @@ impl<'a> Abuser<'a> {
                 0 => 10_f64.powf(self.rng.random_range(-6.0..6.0)),
                 _ => self.rng.random_range(0.5..2.0),
             };
-            // What is off by default is on.
+            // A parameter that is zero by default is given the factor itself.
             return (reference, if start == 0.0 { factor } else { start * factor });
         }
     }
 
-    /// What is not as it is by default, to tell why a call hangs.
+    /// The variables that differ from their defaults, to find out why a call hangs.
     fn scene(&self, h: Handle) -> String {
         let (parameters, mut inputs) =
             (hammer::Parameters::default(), hammer::InputValues::default());
@@ -216,7 +215,7 @@ impl<'a> Abuser<'a> {
         self.accepted += usize::from(status == OK);
     }
 
-    /// One call.
+    /// Makes one call.
     pub fn act(&mut self, dog: &Watchdog) {
         let h = self.instance();
         let choice = self.rng.random_range(0..30);
@@ -260,7 +259,7 @@ impl<'a> Abuser<'a> {
         }
         self.instances.push(handle);
         self.live.push(handle);
-        // Few at a time, so that calls meet instances in all phases.
+        // Only a few instances at a time, so that calls meet them in all phases.
         if self.live.len() > 4 {
             let oldest = self.live.remove(0);
             self.library.free(oldest);
@@ -439,7 +438,7 @@ impl<'a> Abuser<'a> {
         self.library.null_arrays(name, h, count)
     }
 
-    /// Frees what still lives.
+    /// Frees all live handles.
     pub fn clean_up(&mut self) {
         let helper = self.library.instantiate(Some("x"), 1, Some(GUID), None, None, false);
         for mut state in std::mem::take(&mut self.held) {

@@ -1,4 +1,4 @@
-//! A host of FMI 3.0 gone mad.
+//! A random host of FMI 3.0.
 
 use super::{STRUCTURES, Structure, Watchdog, pick, split, state, step_size, value};
 use crate::support::host::vr;
@@ -9,9 +9,9 @@ use dth_hammer::symbols;
 use hammer::variables::VARIABLES;
 use rand::{Rng, RngExt};
 
-/// Instances at one time, so that calls meet them in all phases.
+/// Number of instances, few enough that calls meet them in all phases.
 const INSTANCES: usize = 4;
-/// Calls that take the instance alone.
+/// Calls whose only argument is the instance.
 const PLAIN: [&str; 8] = [
     "EnterEventMode",
     "EnterStepMode",
@@ -25,7 +25,7 @@ const PLAIN: [&str; 8] = [
 /// Getters and setters by the types that variables have.
 const KINDS: [&str; 5] = ["Float64", "Int32", "UInt64", "Boolean", "Clock"];
 
-/// A host gone mad: it keeps instances in all phases, and states, live and stale.
+/// A random host: it keeps instances in all phases, and states, live and stale.
 pub struct ThreeAbuser<'a> {
     library: &'a Library,
     rng: Box<dyn Rng>,
@@ -36,7 +36,7 @@ pub struct ThreeAbuser<'a> {
 }
 
 impl<'a> ThreeAbuser<'a> {
-    /// With one instance; what is drawn settles all that follows.
+    /// A random host with one instance. The random numbers determine everything that follows.
     pub fn new(library: &'a Library, rng: impl Rng + 'static) -> Self {
         let (hosts, states) = (vec![Three::new(library, true, true)], vec![Handle(0)]);
         Self { library, rng: Box::new(rng), hosts, states, held: Vec::new(), accepted: 0 }
@@ -51,7 +51,7 @@ impl<'a> ThreeAbuser<'a> {
         }
     }
 
-    /// One call.
+    /// Makes one call.
     pub fn act(&mut self, dog: &Watchdog) {
         let (at, choice) =
             (self.rng.random_range(0..self.hosts.len()), self.rng.random_range(0..24));
@@ -161,7 +161,7 @@ impl<'a> ThreeAbuser<'a> {
         status
     }
 
-    /// A function with null pointers and zeros behind the instance.
+    /// Calls a function with null pointers and zeros after the instance.
     fn nothing(&mut self, at: usize) -> i32 {
         let other = ["GetVersion", "Instantiate", "FreeInstance"];
         let takes = |name: &String| !other.iter().any(|begin| name[4..].starts_with(begin));
@@ -171,7 +171,7 @@ impl<'a> ThreeAbuser<'a> {
         self.library.with_nothing(name, self.hosts[at].handle)
     }
 
-    /// Frees what still lives.
+    /// Frees all live handles.
     pub fn clean_up(&mut self) {
         let helper = Three::new(self.library, false, false);
         for mut state in std::mem::take(&mut self.held) {

@@ -1,4 +1,4 @@
-//! What ends a test whose call hangs.
+//! Ends a test whose call hangs.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -7,23 +7,23 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use std::{fs, io, thread};
 
-/// No single call may work longer, nor stand still so long.
+/// Longest work of a single call, and longest time without work.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// How many times as slow a program is here, if it is.
+/// Environment variable: how many times slower a program is here.
 pub const SLOWER: &str = "DTH_SLOWER";
-/// What works has at least this part of a core, however many others want it.
+/// Least share of a core that a working thread has, however many others want it.
 const LEAST: u32 = 1000;
 
-/// What one thread has worked since some instant, which does not depend on what else runs.
+/// Measures the work of one thread, which does not depend on what else runs.
 #[derive(Clone)]
 pub struct Stopwatch {
     begun: Instant,
-    /// Where the system tells it, and what it told.
+    /// File in which the system reports it, and its start value.
     source: Option<(PathBuf, Duration)>,
 }
 
 impl Stopwatch {
-    /// Of this thread, from now on.
+    /// Starts for this thread.
     pub fn start() -> Self {
         let own = fs::read_link("/proc/thread-self").ok();
         let source = own.and_then(|own| {
@@ -34,7 +34,7 @@ impl Stopwatch {
         Self { begun: Instant::now(), source }
     }
 
-    /// The work; the time where the system does not tell it.
+    /// The work; the clock time where the system does not report work.
     pub fn worked(&self) -> Duration {
         let source = self.source.as_ref();
         let since = source.and_then(|(stat, before)| worked(stat)?.checked_sub(*before));
@@ -55,7 +55,7 @@ fn worked(stat: &Path) -> Option<Duration> {
     Some(Duration::from_millis(10 * ticks))
 }
 
-/// Ends the program if a call of this thread hangs: nothing else could.
+/// Ends the program if a call of this thread hangs, since nothing else could end it.
 pub struct Watchdog {
     present: Arc<Mutex<(Stopwatch, String)>>,
     done: Arc<AtomicBool>,
@@ -73,7 +73,7 @@ impl Watchdog {
                 thread::sleep(Duration::from_millis(200));
                 let (since, call) = watched.lock().unwrap().clone();
                 if since.is_hanging(patience) {
-                    // Not by a macro: what those print is kept until a test ends.
+                    // Not by a macro, whose output would be kept until the test ends.
                     let _ = writeln!(io::stderr(), "this call hangs: {call}");
                     std::process::exit(101);
                 }

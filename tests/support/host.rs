@@ -1,4 +1,4 @@
-//! A well-behaved host: one instance, addressed by names.
+//! A correct host: one instance, with variables by name.
 
 #![allow(dead_code, reason = "each test uses its part")]
 
@@ -12,7 +12,7 @@ pub fn vr(name: &str) -> u32 {
     position.unwrap_or_else(|| panic!("no variable {name}")) as u32
 }
 
-/// One instance and what it has logged.
+/// An instance, and its log.
 pub struct Host<'a> {
     pub library: &'a Library,
     pub handle: Handle,
@@ -30,7 +30,7 @@ impl<'a> Host<'a> {
         Self::made(library, GUID, logging)
     }
 
-    /// An instance of the description with this GUID.
+    /// An instance of the FMU with this GUID.
     pub fn of_guid(library: &'a Library, guid: &str) -> Self {
         Self::made(library, guid, false)
     }
@@ -44,7 +44,7 @@ impl<'a> Host<'a> {
         Self { library, handle, log }
     }
 
-    /// An instance that is ready to step, with these real parameters or inputs.
+    /// An instance that is ready to step, with these real values.
     pub fn running(library: &'a Library, values: &[(&str, f64)]) -> Self {
         let host = Self::new(library);
         for (name, value) in values {
@@ -61,7 +61,7 @@ impl<'a> Host<'a> {
         self.plain("fmi2ExitInitializationMode");
     }
 
-    /// A call that takes the instance alone and must succeed.
+    /// Calls a function whose only argument is the instance, which must succeed.
     pub fn plain(&self, call: &str) {
         let status = self.library.plain(call, self.handle);
         assert_eq!(status, OK, "{call}: {:?}", self.take_log());
@@ -106,7 +106,7 @@ impl<'a> Host<'a> {
         value[0]
     }
 
-    /// Several bits of the state: equal only if the trajectories are.
+    /// Bits of some outputs, which are equal only if the trajectories are.
     pub fn fingerprint(&self) -> Vec<u64> {
         const NAMES: [&str; 8] = [
             "piston_position",
@@ -121,7 +121,7 @@ impl<'a> Host<'a> {
         NAMES.iter().map(|name| self.get(name).to_bits()).collect()
     }
 
-    /// Steps, and must succeed.
+    /// Makes a step, which must succeed.
     pub fn step(&self, point: f64, size: f64) {
         let status = self.library.step(self.handle, point, size);
         assert_eq!(status, OK, "{point} + {size}: {:?}", self.take_log());
@@ -142,21 +142,21 @@ impl<'a> Host<'a> {
     }
 }
 
-/// An instance without the library that made it.
+/// An instance, detached from the library that made it.
 pub struct Detached {
     pub handle: Handle,
     log: Box<Log>,
 }
 
 impl Detached {
-    /// Through another load of the library.
+    /// Attaches it to another load of the library.
     pub fn attach<'a>(self, library: &'a Library) -> Host<'a> {
         Host { library, handle: self.handle, log: self.log }
     }
 }
 
 impl Host<'_> {
-    /// Leaves the instance to itself.
+    /// Detaches the instance, which stays alive.
     pub fn detach(mut self) -> Detached {
         let log = std::mem::take(&mut self.log);
         let handle = std::mem::replace(&mut self.handle, Handle(0));

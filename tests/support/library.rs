@@ -1,8 +1,7 @@
-//! The C functions of the shared library: the only unsafe code of the tests.
+//! The C functions of the shared library; the only unsafe code of the tests.
 //!
-//! Each method passes on pointers that Rust references or slices give, so the
-//! contract of the C side is kept; `Option` and `Raw` stand for the null and
-//! dangling pointers that the contract allows.
+//! Each method passes pointers of Rust references or slices, so the C side's contract is kept. `Option` and `Raw`
+//! stand for the null and dangling pointers that the contract allows.
 
 #![allow(unsafe_code, dead_code, reason = "calls C; each test uses its part")]
 
@@ -35,7 +34,7 @@ pub struct Callbacks {
 }
 
 impl Callbacks {
-    /// Nothing but a logger.
+    /// Only a logger.
     pub fn logging(log: &Log) -> Self {
         Self {
             logger: collect as *const c_void,
@@ -44,7 +43,7 @@ impl Callbacks {
         }
     }
 
-    /// Nothing at all.
+    /// No callbacks.
     pub fn none() -> Self {
         Self {
             logger: null(),
@@ -56,8 +55,8 @@ impl Callbacks {
     }
 }
 
-/// The logger is variadic in C, but this FMU passes nothing after the format, so that a function
-/// of five arguments receives all of it: what `printf` makes of a format without arguments.
+/// The logger is variadic in C, but this FMU passes nothing after the format. A function of five arguments therefore
+/// receives everything, and expands the format as `printf` does without arguments.
 extern "C" fn collect(
     log: *const Log,
     _name: *const c_char,
@@ -82,7 +81,7 @@ pub struct Library(pub(super) Loaded);
 macro_rules! c {
     ($library:expr, $name:expr, ($($argument:expr => $kind:ty),*) -> $result:ty) => {{
         type Function = unsafe extern "C" fn($($kind),*) -> $result;
-        // SAFETY: the name has this signature in FMI 2.0, and see the head of this file.
+        // SAFETY: the name has this signature in FMI 2.0; for pointers see the head of this file.
         unsafe {
             let function = $library.0.get::<Function>($name).expect("exported");
             function($($argument),*)
@@ -106,7 +105,7 @@ pub(super) fn text(text: Option<&str>) -> (Option<CString>, *const c_char) {
 }
 
 impl Library {
-    /// Where cargo has put the library that belongs to this test.
+    /// Path of the library that cargo built for this test.
     pub fn path() -> PathBuf {
         let name =
             format!("{}dth_hammer{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
@@ -120,20 +119,20 @@ impl Library {
         Self::load_from(&Self::path())
     }
 
-    /// Loads a copy of the library, which is another library to the system.
+    /// Loads a copy of the library, which the system treats as another library.
     pub fn load_from(path: &Path) -> Self {
         // SAFETY: our own library; it has no initialisers.
         Self(unsafe { Loaded::new(path) }.expect("cargo builds it with this test"))
     }
 
-    /// A word behind a handle, as a host reads it that takes the handle for a pointer.
+    /// A word behind a handle, as read by a host that takes the handle for a pointer.
     pub fn peek(&self, handle: Handle, word: usize) -> usize {
         let place = std::ptr::with_exposed_provenance::<usize>(handle.0);
-        // SAFETY: what is tested: some words behind a handle can be read while it lives.
+        // SAFETY: this is under test: some words behind a live handle can be read.
         unsafe { place.add(word).read() }
     }
 
-    /// `fmi2FreeFMUstate` of a host that passes the handle instead of a pointer to it.
+    /// `fmi2FreeFMUstate` by a host that passes the handle instead of a pointer to it.
     pub fn free_state_by_value(&self, h: Handle, state: Handle) -> i32 {
         c!(self, b"fmi2FreeFMUstate", (pointer(h) => Pointer, pointer(state) => Pointer) -> i32)
     }
@@ -172,7 +171,7 @@ impl Library {
         c!(self, b"fmi2FreeInstance", (pointer(h) => Pointer) -> ());
     }
 
-    /// A function that takes the instance alone.
+    /// A function whose only argument is the instance.
     pub fn plain(&self, name: &str, h: Handle) -> i32 {
         const NAMES: [&str; 5] = [
             "fmi2EnterInitializationMode",
@@ -238,7 +237,7 @@ impl Library {
             vr.len() => usize, values.as_ptr() => *const i32) -> i32)
     }
 
-    /// A getter or setter with null arrays of `count`: they may only be looked at if it is 0.
+    /// A getter or setter with null arrays of `count`, which it may read only if `count` is 0.
     pub fn null_arrays(&self, name: &str, h: Handle, count: usize) -> i32 {
         const NAMES: [&str; 8] = [
             "fmi2GetReal",
@@ -355,7 +354,7 @@ impl Library {
         let mut value = c"".as_ptr();
         let status = c!(self, b"fmi2GetStringStatus", (
             pointer(h) => Pointer, kind => i32, &raw mut value => *mut *const c_char) -> i32);
-        // SAFETY: the initial text or what the library lends.
+        // SAFETY: either the initial text or a text of the library.
         (status, unsafe { CStr::from_ptr(value) }.to_string_lossy().into_owned())
     }
 }

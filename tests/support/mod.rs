@@ -1,4 +1,4 @@
-//! The FMU as its hosts see it.
+//! The FMU as hosts see it.
 
 pub mod host;
 pub mod library;

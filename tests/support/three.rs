@@ -1,4 +1,4 @@
-//! A well-behaved host of FMI 3.0, by value references; and the C functions behind it.
+//! A correct host of FMI 3.0, with variables by value reference, and the C functions that it uses.
 
 #![allow(unsafe_code, dead_code, reason = "calls C; each test uses its part")]
 
@@ -28,7 +28,7 @@ pub struct Ended {
     pub time: f64,
 }
 
-/// One instance and what it has logged.
+/// An instance, and its log.
 pub struct Three<'a> {
     pub library: &'a Library,
     pub handle: Handle,
@@ -36,8 +36,8 @@ pub struct Three<'a> {
 }
 
 impl<'a> Three<'a> {
-    /// An instance with arrays, before initialization, that logs errors and warnings; whether the host
-    /// handles events, and early returns.
+    /// An instance with arrays, before initialization, that logs errors and warnings. `events` and `early` say
+    /// whether the host handles events and early returns.
     pub fn new(library: &'a Library, events: bool, early: bool) -> Self {
         let host = Self::silent(library, &format!("{TOKEN}{ARRAYS}"), [events, early]);
         let names = ["logStatusError", "logStatusWarning"].map(|name| text(Some(name)));
@@ -75,7 +75,7 @@ impl<'a> Three<'a> {
         Handle(made.addr())
     }
 
-    /// The line logged where an instance is refused, by this token.
+    /// The line that is logged when an instance with this token is refused.
     pub fn refused(library: &Library, token: &str) -> String {
         let log = Lines::default();
         let made = Self::made(library, "InstantiateCoSimulation", token, [false; 2], (1, &log));
@@ -83,7 +83,7 @@ impl<'a> Three<'a> {
         log.into_inner().unwrap().remove(0).1
     }
 
-    /// A call that takes the instance alone.
+    /// Calls a function whose only argument is the instance.
     pub fn plain(&self, call: &str) -> i32 {
         let call = format!("fmi3{call}");
         c!(self.library, call.as_bytes(), (pointer(self.handle) => Pointer) -> i32)
@@ -113,7 +113,7 @@ impl<'a> Three<'a> {
         }
     }
 
-    /// `fmi3UpdateDiscreteStates`, which needs no second turn.
+    /// `fmi3UpdateDiscreteStates`, which need not be repeated.
     pub fn update(&self) {
         assert_eq!(self.try_update(), OK, "{:?}", self.log.lock());
     }
@@ -140,15 +140,14 @@ impl<'a> Three<'a> {
         (status, Ended { event: event != 0, early: early != 0, time })
     }
 
-    /// Steps, and must succeed.
+    /// Makes a step, which must succeed.
     pub fn step(&self, point: f64, size: f64) -> Ended {
         let (status, ended) = self.try_step(point, size);
         assert_eq!(status, OK, "{:?}", self.log.lock());
         ended
     }
 
-    /// Handles an event: what happened, a blow and a position by its number, and what `work` does
-    /// meanwhile.
+    /// Handles an event. `work` is given the blow and the number of the position.
     pub fn event(&self, work: impl FnOnce(&Self, [f64; 2])) {
         self.calls(&["EnterEventMode"]);
         work(self, self.happened().unwrap());
@@ -163,7 +162,7 @@ impl<'a> Three<'a> {
         (self.access("GetFloat64", &references, &mut values) == OK).then_some(values)
     }
 
-    /// A getter or setter of `T` by the name of its type.
+    /// A getter or setter for `T`, by the name of its type.
     pub fn access<T>(&self, call: &str, vr: &[u32], values: &mut [T]) -> i32 {
         let call = format!("fmi3{call}");
         c!(self.library, call.as_bytes(), (pointer(self.handle) => Pointer,
@@ -185,7 +184,7 @@ impl<'a> Three<'a> {
         value[0]
     }
 
-    /// As the host of FMI 2.0 has it.
+    /// As the host of FMI 2.0 does.
     pub fn fingerprint(&self, names: &[&str]) -> Vec<u64> {
         names.iter().map(|name| self.get(vr(name)).to_bits()).collect()
     }
@@ -272,8 +271,8 @@ impl<'a> Three<'a> {
 }
 
 impl Library {
-    /// A function that takes an instance and returns a status, with null pointers and zeros
-    /// behind the instance: as many as the longest takes.
+    /// A function that takes an instance and returns a status, called with null pointers and zeros after the
+    /// instance, as many as the longest function takes.
     pub fn with_nothing(&self, name: &str, me: Handle) -> i32 {
         c!(self, name.as_bytes(), (pointer(me) => Pointer, 0 => usize, 0 => usize, 0 => usize,
             0 => usize, 0 => usize, 0 => usize, 0 => usize, 0 => usize, 0.0 => f64, 0.0 => f64,

@@ -1,7 +1,7 @@
 //! The project's own commands, as cargo aliases.
 //!
-//! Each builds what it needs, Python included, under cargo's target folder: a machine with Rust
-//! and Python 3.10 is enough. Each says which stage it is at and how long that usually takes.
+//! Each builds what it needs, Python included, under cargo's target folder: a machine with Rust and Python 3.10 is
+//! enough. Each prints its stages and how long they usually take.
 
 mod suite;
 
@@ -13,9 +13,9 @@ use support::python::{Environment, Needs};
 use support::run::{Failure, cargo, locked, run, target};
 use support::toolchain::browser_lacks;
 
-/// A workspace of its own.
+/// The importer is a workspace of its own.
 const IMPORTER: &str = "tests/importer/Cargo.toml";
-/// Another, built with a sanitizer.
+/// The fuzzer is another, built with a sanitizer.
 const FUZZ: &str = "fuzz/Cargo.toml";
 
 #[derive(Parser)]

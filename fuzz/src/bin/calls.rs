@@ -1,4 +1,4 @@
-//! Any calls of either standard, in any order: none crashes, hangs or panics.
+//! Arbitrary calls of either standard, in any order: none crashes, hangs or panics.
 
 #![no_main]
 

@@ -1,5 +1,5 @@
-//! Any changes to a state of either standard: it is refused, or read and stepped without a crash, a
-//! hang or a panic.
+//! Arbitrary changes to a state of either standard: the state is refused, or read and stepped without a crash, a hang
+//! or a panic.
 
 #![no_main]
 

@@ -1,5 +1,5 @@
-//! Many hammers on as many threads as one likes, each from its start to the same instant, or to its
-//! long-run response.
+//! Many hammers on any number of threads, each simulated from its start to the same instant, or to its long-run
+//! response.
 
 use crate::failure::{Failure, refused};
 use crate::interrupt::PAUSE;
@@ -20,34 +20,34 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// What a run gives: its place in the table, values (none if it was refused), why it was refused
-/// (empty if it was not), and what is doubtful in it.
+/// Result of a run: its place in the table, values (none if it was refused), the reason of a refusal (otherwise
+/// empty), and warnings.
 type Outcome = (usize, Vec<f64>, String, Vec<String>);
 
 /// Longest wait for results, s.
 const LONGEST: f64 = 1e6;
 
-/// What is done with each.
+/// The task for each hammer.
 enum Job {
-    /// A run up to an instant, and what is read there.
+    /// A run up to an instant, and the values read there.
     Run(f64, Vec<Pick>),
     /// The long-run response.
     Steady(Wanted),
 }
 
-/// What the threads share.
+/// Data that the threads share.
 struct Plan {
     scenes: Vec<(Scene, Vec<String>)>,
     job: Job,
-    /// Blows so far of the response that was followed last, and its [`Means::error_ratio`].
+    /// Blows so far of the response that reported last, and its [`Means::error_ratio`].
     progress: Mutex<(usize, f64)>,
-    /// The first that no thread has taken.
+    /// The next scene that no thread has taken.
     next: AtomicUsize,
     interrupt: Interrupt,
 }
 
 impl Plan {
-    /// Takes scene after scene, until there is none or the batch is stopped.
+    /// Takes scenes until none is left or the batch is stopped.
     fn work(&self, done: &Sender<Outcome>) {
         loop {
             let index = self.next.fetch_add(1, Ordering::Relaxed);
@@ -55,7 +55,7 @@ impl Plan {
             let (mut values, mut noted) = (Vec::new(), Vec::new());
             let run = || guarded(|| self.run(scene, names, &mut values, &mut noted));
             let result = self.interrupt.watch(run);
-            // The run that was under way has no result.
+            // The interrupted run has no result.
             if self.interrupt.is_set() {
                 return;
             }
@@ -107,7 +107,7 @@ impl Plan {
 /// Means, their errors, spreads from blow to blow, and the number of blows.
 type Statistics = (Vec<f64>, Vec<f64>, Vec<f64>, usize);
 
-/// How long-run responses are sought unless one says otherwise.
+/// Defaults of the search for a long-run response.
 #[pyfunction]
 pub fn wanted() -> HashMap<&'static str, f64> {
     let Wanted { error, blows, limit, repeating, .. } = Wanted::default();
@@ -115,8 +115,8 @@ pub fn wanted() -> HashMap<&'static str, f64> {
     [("error", error.rop()), ("blows", blows), ("limit", limit), ("repeating", repeating)].into()
 }
 
-/// Means of blows that were simulated elsewhere, a row each as [`Numbers`] has them, their errors and
-/// spreads; and of how many they are. `exact`: they are those of a cycle.
+/// Means, errors and spreads of blows that were simulated elsewhere, each a row of [`Numbers`], and the number of
+/// blows used. `exact`: they are the blows of a cycle.
 #[pyfunction]
 #[expect(clippy::needless_pass_by_value, reason = "Python hands it over")]
 #[pyo3(signature = (blows, exact=false))]
@@ -133,14 +133,14 @@ pub fn means(blows: PyReadonlyArray2<'_, f64>, exact: bool) -> PyResult<Statisti
     Ok((mean.0.to_vec(), error.0.to_vec(), spread.0.to_vec(), blows))
 }
 
-/// What has come and was not taken yet.
+/// Results that have arrived but were not taken yet.
 struct Inbox {
     receiver: Receiver<Outcome>,
     rows: Vec<Outcome>,
     crew: Vec<JoinHandle<()>>,
 }
 
-/// Runs under way; stopped when it is dropped.
+/// Runs in progress, which are stopped when it is dropped.
 #[pyclass(frozen, module = "dth_hammer._native")]
 pub struct Batch {
     plan: Arc<Plan>,
@@ -149,7 +149,7 @@ pub struct Batch {
 
 #[pymethods]
 impl Batch {
-    /// Begins to run hammers, each made from numbers by name, on some threads.
+    /// Starts to run hammers, each given by numbers by name, on some threads.
     #[new]
     fn new(
         py: Python<'_>,
@@ -161,8 +161,8 @@ impl Batch {
         Self::begin(py, scenes, Job::Run(until, selection.picks.clone()), threads)
     }
 
-    /// Begins to seek long-run responses: the largest error of each mean, most blows, longest time
-    /// without a blow (s), and most blows after which they may repeat.
+    /// Starts to search long-run responses, with the largest error of each mean, most blows, longest time without a
+    /// blow (s), and longest cycle in blows.
     #[staticmethod]
     fn steady(
         py: Python<'_>,
@@ -182,14 +182,14 @@ impl Batch {
         Self::begin(py, scenes, Job::Steady(wanted), threads)
     }
 
-    /// Blows so far of the response that was followed last, and its error over the one wanted.
+    /// Blows so far of the response that reported last, and its error over the one wanted.
     fn progress(&self) -> PyResult<(usize, f64)> {
         self.at_home()?;
         Ok(*self.plan.progress.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Waits for so many results, or for some seconds: no more than as many, and None when all were
-    /// taken. Ctrl-C is heard, and what has come meanwhile is not lost.
+    /// Waits for so many results, or for some seconds. Returns at most so many, and None after all have been taken.
+    /// Ctrl-C is noticed, and results that have arrived meanwhile are kept.
     #[pyo3(signature = (most, seconds=None))]
     fn take(
         &self,
@@ -218,7 +218,7 @@ impl Batch {
         }
     }
 
-    /// Ends the runs under way; what had come before.
+    /// Ends the runs, and returns the results that have arrived.
     fn stop(&self, py: Python<'_>) -> PyResult<Vec<Outcome>> {
         self.at_home()?;
         self.plan.interrupt.set();
@@ -276,7 +276,7 @@ impl Batch {
 }
 
 impl Inbox {
-    /// Waits a little for one more; false if no more will come.
+    /// Waits a short time for one more result; false if there will be none.
     fn receive(&mut self) -> bool {
         match self.receiver.recv_timeout(PAUSE) {
             Ok(outcome) => self.rows.push(outcome),
@@ -286,10 +286,10 @@ impl Inbox {
         true
     }
 
-    /// Waits for the threads, which have been interrupted; what had come and was not taken.
+    /// Waits for the interrupted threads, and returns the results that were not taken.
     fn end(&mut self) -> Vec<Outcome> {
         for thread in self.crew.drain(..) {
-            // It catches what panics on the way.
+            // The thread catches its own panics.
             let _ = thread.join();
         }
         self.rows.extend(self.receiver.try_iter());
@@ -305,7 +305,7 @@ impl Drop for Batch {
             self.plan.interrupt.set();
             Python::attach(|py| py.detach(|| inbox.end()));
         } else {
-            // Of threads that a fork left behind there is nothing to join or to detach.
+            // In a forked process the threads do not exist, so they cannot be joined.
             inbox.crew.drain(..).for_each(std::mem::forget);
         }
     }

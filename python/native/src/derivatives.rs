@@ -1,4 +1,4 @@
-//! Derivatives of what a run of Python's gives, by differences of it.
+//! Derivatives of the results of a Python function, by differences of its runs.
 
 use crate::failure::{Failure, refused};
 use crate::interrupt::interruptible;
@@ -18,11 +18,11 @@ fn named(names: &[String]) -> PyResult<Vec<Argument>> {
     names.iter().map(|name| Argument::named(name).ok_or_else(|| refusal(name))).collect()
 }
 
-/// Derivatives, their errors, how far each holds, and why one may hold on a side only.
+/// Derivatives, their errors, how far they hold, and why a derivative may hold on one side only.
 type Row<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, f64, Vec<String>);
 
-/// Derivatives of a run by arguments, a row each. `run` is given numbers that change, and answers
-/// with an array and the machine, made with a journal, at the run's end.
+/// Derivatives of a run by arguments, one in a row. `run` is called with the changed numbers, and returns an array
+/// and the machine, which records a journal, at the run's end.
 #[pyfunction]
 pub fn derivatives<'py>(
     py: Python<'py>,
@@ -35,10 +35,10 @@ pub fn derivatives<'py>(
     let sample = |at: &Scene| {
         let changed = by.iter().filter(|argument| argument.value(at) != argument.value(&scene));
         let changed: HashMap<&str, f64> = changed.map(|a| (a.name(), a.value(at))).collect();
-        // What is out of its domain is the engine's to refuse: derivatives know of edges.
+        // The engine refuses values outside the domain, so that derivatives know its edges.
         at.parameters.validate()?;
         let ended = Error::Cancelled;
-        // What another run has raised ends those to come.
+        // After one run has raised an exception, no further run is started.
         if raised.lock().is_ok_and(|known| known.is_some()) {
             return Err(ended);
         }
@@ -60,7 +60,7 @@ pub fn derivatives<'py>(
     Ok(found?.into_iter().map(row).collect())
 }
 
-/// What a run of Python's gives.
+/// Converts the result of a Python run.
 fn converted(run: &Bound<'_, PyAny>, changed: HashMap<&str, f64>) -> PyResult<Sample> {
     let answer = run.call1((changed,))?;
     let (values, machine): (PyReadonlyArray1<'_, f64>, Bound<'_, Machine>) = answer.extract()?;

@@ -12,11 +12,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::HashMap;
 
-/// Name, unit, unit of the trade and how many of the SI unit that is, range of real hammers, what makers' numbers
-/// scatter by, meaning.
+/// Name, unit, unit of the trade and its size in the SI unit, range of real hammers, scatter of makers' numbers,
+/// meaning.
 type Number = (&'static str, &'static str, &'static str, f64, [f64; 2], f64, &'static str);
 
-/// Of each number that a datasheet may give.
+/// Every number that a datasheet may give.
 #[pyfunction]
 pub fn datasheet_numbers() -> Vec<Number> {
     let row = |quantity: Quantity| {
@@ -33,14 +33,14 @@ pub fn usual_hole(od: f64) -> f64 {
     Datasheet::usual_hole(od)
 }
 
-/// Of numbers and their weights the middle, and the ends between which 80 % are.
+/// Median of weighted numbers, and the ends of the range of 80 %.
 #[pyfunction]
 pub fn spread(values: Vec<f64>, weights: Vec<f64>) -> [f64; 3] {
     hammer::datasheet::spread(values.into_iter().zip(weights).collect())
 }
 
-/// The hammer that fits a datasheet best, in the rock and with the feed of these numbers: its numbers,
-/// what was given beside what it gives, what it gives else, what was assumed, what contradicts.
+/// The hammer of a datasheet, in the rock and with the feed of these numbers: its numbers, the given numbers beside
+/// its own, what follows, the assumptions, and the contradictions.
 #[pyfunction]
 pub fn datasheet<'py>(
     py: Python<'py>,
@@ -89,7 +89,7 @@ pub fn datasheet<'py>(
 /// A number of a rock: name, value, least, largest, unit, source, whether it was measured.
 type Row = (&'static str, f64, f64, f64, &'static str, &'static str, bool);
 
-/// The rocks: name, and what is known of it.
+/// The rocks with their numbers.
 #[pyfunction]
 pub fn rocks() -> Vec<(&'static str, Vec<Row>)> {
     let row = |name, unit, figure: &Figure| {
@@ -109,7 +109,7 @@ pub fn rocks() -> Vec<(&'static str, Vec<Row>)> {
 /// Numbers by name.
 type Named = Vec<(&'static str, f64)>;
 
-/// Inserts of a bit by the hole's diameter (m): how many, and the radius of each one's tip (m).
+/// Usual inserts of a bit for a hole of this diameter (m): their number, and the radius of a tip (m).
 #[pyfunction]
 pub fn inserts(hole: f64) -> PyResult<(usize, f64)> {
     let bit = Inserts::of_hole(hole).map_err(message)?;
@@ -120,7 +120,7 @@ fn message(error: RockError) -> PyErr {
     refused(error.to_string())
 }
 
-/// A rock by its name, class or strength: the numbers of its file, and what is assumed in them.
+/// A rock by its name, class or strength: the numbers of its file, and the assumptions in them.
 #[pyfunction]
 pub fn ground(name: &str) -> PyResult<(Named, Vec<String>)> {
     let (mut rock, assumed) = Ground::named(name).map_err(message)?;
@@ -131,7 +131,7 @@ fn named(rock: &mut Ground) -> Named {
     Ground::ROWS.iter().map(|(name, _, at)| (*name, *at(rock))).collect()
 }
 
-/// The rock law's parameters of such numbers under a bit of inserts.
+/// The rock law's parameters of such a rock under a bit with inserts.
 #[pyfunction]
 pub fn ground_under(numbers: HashMap<String, f64>, inserts: usize, radius: f64) -> PyResult<Named> {
     let bit = Inserts { count: inserts, radius };
@@ -142,7 +142,7 @@ pub fn ground_under(numbers: HashMap<String, f64>, inserts: usize, radius: f64) 
     let rock = rock.under(&bit).map_err(message)?;
     let parameters = hammer::Parameters { rock, ..Default::default() };
     parameters.validate().map_err(Failure::from)?;
-    // What a rock has a hand in: all that changes with another one.
+    // Another rock, which shows all parameters that depend on the rock.
     let mut other = Ground::of(&parameters.rock, &bit);
     for (_, _, at) in Ground::ROWS {
         *at(&mut other) = 2.0 * *at(&mut other) + 1.0;
@@ -156,7 +156,7 @@ pub fn ground_under(numbers: HashMap<String, f64>, inserts: usize, radius: f64) 
     Ok(own.filter(|(_, now, then)| now != then).map(|(name, now, _)| (name, now)).collect())
 }
 
-/// The rock of a scene's numbers, as its file has it.
+/// The rock of a scene, as the numbers of its file.
 #[pyfunction]
 pub fn ground_of(numbers: HashMap<String, f64>) -> PyResult<Named> {
     let p = scene_of(&numbers)?.parameters;
@@ -164,7 +164,7 @@ pub fn ground_of(numbers: HashMap<String, f64>) -> PyResult<Named> {
     Ok(named(&mut rock))
 }
 
-/// `beta = 2 zeta / omega` of the piston's first elastic mode, s, and the ratio that it has now.
+/// `beta = 2 zeta / omega` of the piston's first elastic mode, s, and its present ratio.
 #[pyfunction]
 pub fn damping(numbers: HashMap<String, f64>, ratio: f64) -> PyResult<(f64, f64)> {
     let parameters = scene_of(&numbers)?.parameters;

@@ -1,4 +1,4 @@
-//! What goes wrong, as exceptions of Python.
+//! Errors as Python exceptions.
 
 use pyo3::PyErr;
 use std::any::Any;
@@ -7,16 +7,16 @@ pyo3::import_exception!(dth_hammer.errors, DomainError);
 pyo3::import_exception!(dth_hammer.errors, RefusedError);
 pyo3::import_exception!(dth_hammer.errors, UnknownNameError);
 
-/// Why a call is refused; made an exception when the interpreter is held again.
+/// Why a call failed. It becomes an exception when the interpreter is held again.
 pub enum Failure {
-    /// What the engine says.
+    /// An error of the engine.
     Refused(String),
-    /// What Python raised meanwhile: `KeyboardInterrupt`.
+    /// An exception that Python raised meanwhile, such as `KeyboardInterrupt`.
     Python(PyErr),
 }
 
 impl Failure {
-    /// What a caught panic says of itself.
+    /// The message of a caught panic.
     pub fn of_panic(payload: &(dyn Any + Send)) -> Self {
         let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
         let text = text.or_else(|| payload.downcast_ref::<String>().cloned()).unwrap_or_default();
@@ -27,7 +27,7 @@ impl Failure {
         Self::Refused(text.to_owned())
     }
 
-    /// After a panic on the same object.
+    /// The error of calls after a panic of the same object.
     pub fn broken() -> Self {
         Self::Refused("an internal error has ended this hammer: make another".into())
     }
@@ -48,7 +48,7 @@ impl From<Failure> for PyErr {
     }
 }
 
-/// An argument that makes no sense.
+/// The exception for an invalid argument.
 pub fn refused(text: impl Into<String>) -> PyErr {
     DomainError::new_err(text.into())
 }

@@ -7,26 +7,26 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How often Python is asked for signals.
+/// How often Python is asked about signals.
 pub const PAUSE: Duration = Duration::from_millis(20);
 
-/// When Python is asked next, and what a signal's handler has raised.
+/// Time of the next question to Python, and the exception that a signal's handler has raised.
 type Heard = (Instant, Option<PyErr>);
 
-/// Does long work of the engine while other threads of Python run. A signal whose handler raises ends
-/// it, and what was raised is the failure then; so does what ends the work that this is a part of.
+/// Does long work of the engine while other Python threads run. An exception from a signal's handler ends it, and
+/// becomes its failure; so does whatever ends the enclosing work.
 ///
 /// # Errors
-/// What the work fails with.
+/// Those of the work.
 pub fn interruptible<T: Send>(
     py: Python<'_>,
     work: impl FnOnce() -> Result<T, Failure> + Send,
 ) -> Result<T, Failure> {
     let heard = Arc::new(Mutex::new((Instant::now() + PAUSE, None)));
     let (asked, own, whole) = (heard.clone(), thread::current().id(), Interrupt::present());
-    // Another thread that listens would take the turn of the one that may hear.
+    // Another thread that waits here could take the turn of the only thread that handles signals.
     let interrupt = Interrupt::asking(move || {
-        // In a signal's handler that does work of the engine itself, it is being asked already.
+        // The lock is held if a signal's handler itself does work of the engine.
         let mut turn = asked.try_lock();
         let raised = turn.as_mut().is_ok_and(|heard| thread::current().id() == own && asks(heard));
         drop(turn);
@@ -37,7 +37,7 @@ pub fn interruptible<T: Send>(
     raised.map_or(done, |error| Err(Failure::Python(error)))
 }
 
-/// True once a signal's handler has raised.
+/// True after a signal's handler has raised an exception.
 fn asks((next, raised): &mut Heard) -> bool {
     if raised.is_none() && Instant::now() >= *next {
         *raised = Python::attach(|py| py.check_signals()).err();

@@ -1,8 +1,7 @@
-//! The engine as a native module of Python, `dth_hammer._native`: a face as thin as the others.
+//! The engine as a native Python module, `dth_hammer._native`.
 //!
-//! Every object may be used from any thread, by the rule of `turn.rs`; other threads of Python run
-//! while the engine works. What the engine refuses, and a panic too, is an
-//! exception of `dth_hammer.errors`.
+//! Every object may be used from any thread, by the rules of `turn.rs`; other Python threads run while the engine
+//! works. Errors of the engine, and panics, become exceptions of `dth_hammer.errors`.
 
 mod batch;
 mod derivatives;
@@ -43,27 +42,27 @@ mod _native {
         turn::forked,
     };
 
-    /// What tells this engine from another of the same version: a hash of its sources.
+    /// A hash of the engine's sources, which distinguishes builds of the same version.
     #[pymodule_export]
     const ENGINE: &str = env!("DTH_ENGINE");
 
-    /// Without its exceptions nothing here may be called.
+    /// Loads the exceptions, which every call needs.
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         let errors = module.py().import("dth_hammer.errors")?;
         for name in ["DomainError", "RefusedError", "UnknownNameError"] {
             errors.getattr(name)?;
         }
-        // The hole of the reference's rock and the advance of a hole per turn of the bit that makers
-        // recommend, m; the communication step and the duration that are proposed, s.
+        // Diameter of the reference rock's hole, and advance of a hole per turn of the bit that makers recommend, m;
+        // default communication step and duration, s.
         let (hole, turn) = (hammer::presets::REFERENCE_HOLE, hammer::datasheet::TURN);
         for (name, number) in
             [("REFERENCE_HOLE", hole), ("TURN", turn), ("STEP", STEP_SIZE), ("UNTIL", STOP_TIME)]
         {
             module.add(name, number)?;
         }
-        // What derivatives can be by, names of means and of a blow's columns, what there is along the
-        // bodies, numbers of a rock's file and their units, what a mesh may be for and its usual error.
+        // Possible arguments of derivatives, names of means and of a blow's columns, values along the bodies, numbers
+        // of a rock's file with their units, purposes of a mesh with their usual errors.
         module.add("ARGUMENTS", Argument::all().map(Argument::name).collect::<Vec<_>>())?;
         module.add("MEANS", Averages::names().collect::<Vec<_>>())?;
         let blow = OF_BLOW.iter().map(|figure| figure.output).chain(["rock_work"]);

@@ -1,4 +1,4 @@
-//! The hammer as an object of Python.
+//! The hammer as a Python object.
 
 use crate::failure::{Failure, refused};
 use crate::interrupt::interruptible;
@@ -18,14 +18,14 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 /// A table of numbers.
 pub type Table<'py> = Bound<'py, PyArray2<f64>>;
 
-/// A hammer in motion, made from numbers by name; what is not given is the reference hammer's.
+/// A hammer in motion, made from numbers by name. The others are those of the reference hammer.
 #[pyclass(frozen, module = "dth_hammer._native")]
 pub struct Machine {
     session: Turn<Session>,
 }
 
 impl Machine {
-    /// Works on the session, and lets other threads run meanwhile.
+    /// Works on the session, while other threads run.
     fn long<T: Send>(
         &self,
         py: Python<'_>,
@@ -35,7 +35,7 @@ impl Machine {
         Ok(interruptible(py, turn.attempt(work))?)
     }
 
-    /// The same for what takes less time than to let other threads run.
+    /// The same for work that takes less time than letting other threads run.
     fn short<T: Send>(
         &self,
         py: Python<'_>,
@@ -51,12 +51,12 @@ impl Machine {
     }
 }
 
-/// Makes a failure of a panic.
+/// Turns a panic into a failure.
 pub fn guarded<T>(work: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload| Err(Failure::of_panic(&*payload)))
 }
 
-/// What can be set while a hammer runs.
+/// A quantity that can be set while a hammer runs.
 enum Settable {
     Input(Input),
     /// A tunable parameter, by its row.
@@ -81,14 +81,14 @@ fn settable(name: &str) -> PyResult<Settable> {
     }
 }
 
-/// What is set at each point of a run.
+/// Values that are set at each point of a run.
 struct Signal {
     what: Settable,
-    /// At the start, then at each instant.
+    /// Values at the start, then at each instant.
     values: Vec<f64>,
 }
 
-/// What a run has come to: rows of what was read, and of blows.
+/// Recorded rows of a run: of what was read, and of blows.
 #[derive(Default)]
 struct Record {
     rows: Vec<f64>,
@@ -96,7 +96,7 @@ struct Record {
 }
 
 impl Record {
-    /// All blows, a row each.
+    /// All blows, one in a row.
     fn blows(py: Python<'_>, values: Vec<f64>) -> PyResult<Table<'_>> {
         table(py, values.len() / BLOW_WIDTH, BLOW_WIDTH, values)
     }
@@ -131,7 +131,7 @@ impl Machine {
         self.short(py, |session| Ok(session.machine.time()))
     }
 
-    /// What the engine finds doubtful in the scene.
+    /// Warnings of the engine about the scene.
     fn warnings(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         self.short(py, |session| Ok(session.machine.warnings()))
     }
@@ -167,7 +167,7 @@ impl Machine {
         })
     }
 
-    /// One communication step up to an instant, or to what ends it before: the instant reached.
+    /// One communication step up to an instant, or to the event that ends it. Returns the instant reached.
     fn advance(&self, py: Python<'_>, to: f64) -> PyResult<f64> {
         self.long(py, |session| {
             session.advance(to)?;
@@ -175,7 +175,7 @@ impl Machine {
         })
     }
 
-    /// Ends steps from now on where the piston passes one of these positions, m, and at blows.
+    /// From now on, ends steps where the piston passes one of these positions, m, and at blows.
     fn stop_at(&self, py: Python<'_>, positions: Vec<f64>, blows: bool) -> PyResult<()> {
         if let Some(wrong) = positions.iter().find(|at| !at.is_finite()) {
             return Err(refused(format!("a position must be finite, not {wrong}")));
@@ -188,7 +188,7 @@ impl Machine {
         })
     }
 
-    /// Values now, all as numbers: an enumeration's from 1.
+    /// Present values as numbers; those of enumerations count from 1.
     fn read(&self, py: Python<'_>, selection: &Selection) -> PyResult<Vec<f64>> {
         self.short(py, |session| {
             let mut values = Vec::with_capacity(selection.picks.len());
@@ -204,7 +204,7 @@ impl Machine {
         rate.ok_or_else(|| refused(format!("{name} is not an output, so it has no rate")))
     }
 
-    /// All blows of the last step, a row each.
+    /// All blows of the last step, one in a row.
     fn step_blows<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         let none = Selection { picks: Vec::new() };
         let record = self.short(py, |session| {
@@ -214,9 +214,9 @@ impl Machine {
         Record::blows(py, record.blows)
     }
 
-    /// Steps from instant to instant and reads at each: rows of what was selected, and all blows.
-    /// A signal has its value at the start and at each instant; between two it is a straight line
-    /// if it is an input, and held if it is a parameter.
+    /// Steps from instant to instant and reads at each. Returns rows of the selected values, and all blows. A signal
+    /// has given values at the start and at each instant; between these, an input is a straight line, and a parameter
+    /// constant.
     fn run<'py>(
         &self,
         py: Python<'py>,
@@ -247,7 +247,7 @@ impl Machine {
         self.short(py, |session| Ok(Snapshot::of(session)))
     }
 
-    /// Goes back, or on, to a state of a hammer of the same make.
+    /// Goes to a state, earlier or later, of the same hammer.
     fn restore(&self, py: Python<'_>, snapshot: &Snapshot) -> PyResult<()> {
         self.short(py, |session| session.resume(&snapshot.state, &snapshot.pending))
     }
@@ -262,7 +262,7 @@ fn signal(name: &str, values: &PyReadonlyArray1<'_, f64>, points: usize) -> PyRe
 }
 
 impl Signal {
-    /// Sets it for the step to the instant `k`.
+    /// Sets the values for the step to the instant `k`.
     fn set(&self, session: &mut Session, k: usize, to: f64) {
         let (value, end, size) = (self.values[k], self.values[k + 1], to - session.machine.time());
         match self.what {

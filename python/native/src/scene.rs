@@ -1,4 +1,4 @@
-//! Parameters and start values of inputs by name, and what follows from them alone.
+//! Parameters and start values of inputs by name, and everything that follows from them without a run.
 
 use crate::failure::{Failure, refused};
 use crate::table::row;
@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use std::collections::HashMap;
 
-/// The reference hammer with these numbers laid over it.
+/// The reference hammer with these numbers changed.
 pub fn scene_of(numbers: &HashMap<String, f64>) -> PyResult<Scene> {
     let mut scene = Scene::default();
     for (name, value) in numbers {
@@ -24,7 +24,7 @@ pub fn scene_of(numbers: &HashMap<String, f64>) -> PyResult<Scene> {
     Ok(scene)
 }
 
-/// The parameters of a scene that the engine does not refuse.
+/// The parameters of a scene, checked.
 fn checked(numbers: &HashMap<String, f64>) -> PyResult<Parameters> {
     let parameters = scene_of(numbers)?.parameters;
     parameters.validate().map_err(Failure::from)?;
@@ -34,7 +34,7 @@ fn checked(numbers: &HashMap<String, f64>) -> PyResult<Parameters> {
 /// A body of a hammer, a mapping in Python.
 #[derive(IntoPyObject)]
 struct Shape<'py> {
-    /// Whether it carries waves.
+    /// True if it is elastic.
     elastic: bool,
     /// Lengths (m) and areas (m2) of its sections, from top to bottom.
     sections: Vec<(f64, f64)>,
@@ -55,14 +55,14 @@ pub fn bodies(py: Python<'_>, numbers: HashMap<String, f64>) -> PyResult<Bound<'
     parameters.bodies().map(|body| (body.name(), shape(body))).into_py_dict(py)
 }
 
-/// Relative error of the forces at an impact on a scene's own mesh, by the engine's rule.
+/// Relative error of the forces at an impact on the scene's own mesh, by the engine's formula.
 #[pyfunction]
 pub fn force_error(numbers: HashMap<String, f64>) -> PyResult<f64> {
     Ok(checked(&numbers)?.force_error())
 }
 
-/// Width of the sharpest front (m), and degree and spans of piston, bit and a casing of sections on which
-/// what is read errs by no more than `error`, if there is such a mesh.
+/// Width of the sharpest front (m), and degree and spans of piston, bit and a casing of sections for a relative error
+/// of at most `error`, if there is such a mesh.
 #[pyfunction]
 pub fn mesh(
     numbers: HashMap<String, f64>,
@@ -78,7 +78,7 @@ pub fn mesh(
     Ok((parameters.front_width(), list))
 }
 
-/// Names of all that a hammer has along its bodies.
+/// Names of all values along the bodies of a hammer.
 #[pyfunction]
 pub fn wave_names(numbers: HashMap<String, f64>) -> PyResult<Vec<String>> {
     let parameters = checked(&numbers)?;
@@ -91,7 +91,7 @@ pub fn wave_names(numbers: HashMap<String, f64>) -> PyResult<Vec<String>> {
     Ok(ALONG.iter().flat_map(members).collect())
 }
 
-/// Of what has these names, what a scene does not read, and a sentence that says why.
+/// Those of these names that a scene does not read, each with a sentence that says why.
 #[pyfunction]
 pub fn unread(
     numbers: HashMap<String, f64>,
@@ -106,7 +106,7 @@ pub fn unread(
     Ok(found)
 }
 
-/// What is doubtful of a scene whose numbers with these names were set, and of its drive once it runs.
+/// Warnings about a scene whose numbers with these names were set, and about its drive once it runs.
 #[pyfunction]
 pub fn diagnostics(
     numbers: HashMap<String, f64>,
@@ -116,7 +116,7 @@ pub fn diagnostics(
     Ok(warnings(&scene_of(&numbers)?, &names, runs))
 }
 
-/// The same of a scene.
+/// The same for a scene.
 pub fn warnings(scene: &Scene, names: &[String], runs: bool) -> Vec<String> {
     let (parameters, inputs) = (&scene.parameters, &scene.inputs);
     let unread = names.iter().filter_map(|name| row(name).ok()?.1.unread(parameters));

@@ -1,4 +1,4 @@
-//! A machine and what was set on it since the last step.
+//! A machine, and everything that was set on it since the last step.
 
 use crate::failure::Failure;
 use crate::table::Pick;
@@ -11,14 +11,14 @@ use serde::{Deserialize, Serialize};
 /// A value and derivatives of an input.
 type Polynomial = [f64; MAX_INPUT_ORDER + 1];
 
-/// What was set since the last step. Values and derivatives come apart, in any order: what was
-/// set last of each is handed over as one polynomial.
+/// Everything that was set since the last step. Values and derivatives come separately, in any order; the last ones
+/// are passed to the engine together, as one polynomial.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Pending {
-    /// With the tunables as they were set.
+    /// Parameters, with the tunable values that were set.
     pub parameters: Parameters,
     inputs: [Option<Polynomial>; Input::ALL.len()],
-    /// Where steps end before their time, if anywhere.
+    /// Events that end steps early, if any.
     pub stops: Option<Stops>,
 }
 
@@ -26,15 +26,15 @@ pub struct Pending {
 pub struct Session {
     pub machine: Machine,
     pub pending: Pending,
-    /// Values along the bodies, if they were asked for since the last step.
+    /// Values along the bodies, if they were read since the last step.
     profile: Option<Profile>,
     handed: bool,
-    /// True if a tunable parameter may be another than the machine's.
+    /// True if a tunable parameter may differ from the machine's.
     retunes: bool,
 }
 
 impl Session {
-    /// At time 0.
+    /// A session at time 0.
     pub fn new(scene: &Scene, journal: bool) -> Result<Self, Failure> {
         let mut machine = scene.machine()?;
         machine.keep_journal(journal);
@@ -43,7 +43,7 @@ impl Session {
         Ok(Self { machine, pending, profile: None, handed: true, retunes: false })
     }
 
-    /// Continues from elsewhere; a state may not allow calls more work than this machine does.
+    /// Continues from another state, which must not allow calls more work than this machine does.
     pub fn resume(&mut self, state: &hammer::State, pending: &Pending) -> Result<(), Failure> {
         let [allowed, wanted] =
             [self.machine.parameters(), state.parameters()].map(|p| p.work_limit);
@@ -84,7 +84,7 @@ impl Session {
         }
     }
 
-    /// Steps to an instant, or to what ends the step before.
+    /// Steps to an instant, or to an event that ends the step.
     pub fn advance(&mut self, to: f64) -> Result<(), Failure> {
         if self.retunes {
             self.machine.retune(&self.pending.parameters)?;
@@ -100,7 +100,7 @@ impl Session {
         Ok(done?)
     }
 
-    /// Gives the machine the inputs that were set.
+    /// Passes the inputs that were set to the machine.
     fn hand_over(&mut self) -> Result<(), Failure> {
         if std::mem::replace(&mut self.handed, true) {
             return Ok(());
@@ -113,7 +113,7 @@ impl Session {
         Ok(())
     }
 
-    /// Values now, in the order of the picks.
+    /// Present values, in the order of the picks.
     pub fn read(&mut self, picks: &[Pick], into: &mut Vec<f64>) -> Result<(), Failure> {
         self.hand_over()?;
         for pick in picks {
@@ -134,7 +134,7 @@ impl Session {
                 let set = self.pending.inputs[*input as usize];
                 set.map_or_else(|| machine.input(*input), |poly| poly[0])
             }
-            // Nothing is nothing: a force of -0 N reads as one that pulls.
+            // -0 becomes 0, since a force of -0 N would look like tension.
             Role::Output(output) => {
                 if let Some(prepare) = output.prepare {
                     prepare(machine)?;

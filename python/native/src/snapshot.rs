@@ -1,4 +1,4 @@
-//! A hammer's whole state: kept in memory, or as bytes that say of themselves if they are whole.
+//! The complete state of a hammer, in memory or as bytes with a checksum.
 
 use crate::failure::{RefusedError, refused};
 use crate::session::{Pending, Session};
@@ -7,10 +7,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use serde::{Deserialize, Serialize};
 
-/// First bytes: what it is, and of which version of this package.
+/// First bytes: the kind of data and the version of this package.
 const MAGIC: &[u8] = concat!("dth-hammer ", env!("CARGO_PKG_VERSION"), "\n").as_bytes();
 
-/// The state of a hammer at an instant, for any hammer of the same make.
+/// The state of a hammer at an instant, for any hammer with the same parameters.
 #[pyclass(frozen, module = "dth_hammer._native")]
 #[derive(Serialize, Deserialize)]
 pub struct Snapshot {

@@ -1,4 +1,4 @@
-//! The table of quantities for Python, and what is picked from it to be read.
+//! The table of quantities for Python, and selections from it.
 
 use crate::failure::UnknownNameError;
 use hammer::families::{ALONG, OF_BLOW};
@@ -10,15 +10,15 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::collections::HashMap;
 
-/// Columns of a blow: those of [`OF_BLOW`], and the work given to the rock since the blow before.
+/// Columns of a blow: those of [`OF_BLOW`], and the work given to the rock since the previous blow.
 pub const BLOW_WIDTH: usize = OF_BLOW.len() + 1;
 
-/// A row of them.
+/// The columns of a blow.
 pub fn of_blow(blow: &Blow) -> impl Iterator<Item = f64> {
     OF_BLOW.iter().map(|figure| (figure.value)(blow)).chain([blow.rock_work])
 }
 
-/// The row of a name, whatever it is.
+/// The row of a name, of any kind.
 pub fn row(name: &str) -> PyResult<(usize, &'static Variable)> {
     let found = VARIABLES.iter().enumerate().find(|(_, variable)| variable.name == name);
     found.ok_or_else(|| {
@@ -27,7 +27,7 @@ pub fn row(name: &str) -> PyResult<(usize, &'static Variable)> {
     })
 }
 
-/// What is read of a machine.
+/// A value that is read of a machine.
 #[derive(Clone, Copy)]
 pub enum Pick {
     /// A row of the table.
@@ -113,7 +113,7 @@ fn described<'py>(py: Python<'py>, position: usize, v: &Variable) -> PyResult<Bo
     row.set_item("variability", variability)?;
     match v.domain() {
         Some(Domain::AtLeast(low)) => row.set_item("minimum", low)?,
-        // A minimum is allowed itself: the least number that is.
+        // A minimum is itself allowed, so it is the least allowed number.
         Some(Domain::Above(low)) => row.set_item("minimum", low.next_up())?,
         Some(Domain::Between(low, high)) => {
             row.set_item("minimum", low)?;
@@ -146,7 +146,7 @@ pub fn presets() -> Vec<(&'static str, &'static str, HashMap<&'static str, f64>)
     PRESETS.iter().map(|p| (p.name, p.description, numbers(p))).collect()
 }
 
-/// What to use in place of a preset that there was.
+/// What to use instead of a preset that no longer exists.
 #[pyfunction]
 pub fn instead_of(name: &str) -> Option<&'static str> {
     Preset::instead_of(name)

@@ -1,10 +1,10 @@
-//! Who uses an object, and who waits for it.
+//! Access to an object by one call at a time.
 //!
-//! One call at a time uses an object. A call that finds it in use
-//! * waits, if another thread uses it, and hears signals meanwhile;
-//! * is refused, if its own thread does: it comes from a signal's handler, or from a function that
+//! A call that finds the object in use
+//! * waits, if another thread uses it, and handles signals meanwhile;
+//! * is refused, if its own thread uses it: it comes from a signal's handler, or from a function that
 //!   the engine calls, and would wait for itself;
-//! * is refused, if the thread that used it was left behind by a fork.
+//! * is refused, if the thread that used it does not exist in this forked process.
 
 use crate::failure::Failure;
 use crate::interrupt::PAUSE;
@@ -15,26 +15,26 @@ use std::sync::{Mutex, MutexGuard};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// How often a call that waits looks again: from the shortest time to the longest.
+/// Shortest and longest interval at which a waiting call looks again.
 const LOOKS: [Duration; 2] = [Duration::from_micros(20), Duration::from_millis(1)];
 
-/// Forks that led to this process.
+/// Number of forks that led to this process.
 static FORKS: AtomicU32 = AtomicU32::new(0);
-/// Threads so far that used an object.
+/// Number of threads that have used an object.
 static THREADS: AtomicU32 = AtomicU32::new(0);
 
 thread_local! {
-    /// This thread's number, from 1; a forked process begins with the one of the thread that forked.
+    /// This thread's number, from 1. In a forked process it is first that of the thread that forked.
     static NUMBER: u32 = THREADS.fetch_add(1, Ordering::Relaxed) + 1;
 }
 
-/// Tells objects in use from those that a fork has left behind; Python calls it in the child.
+/// Called by Python in the child of a fork: distinguishes objects in use from those that a missing thread was using.
 #[pyfunction]
 pub fn forked() {
     FORKS.fetch_add(1, Ordering::Relaxed);
 }
 
-/// This thread of this process.
+/// Identifies this thread of this process.
 fn present() -> u64 {
     (u64::from(FORKS.load(Ordering::Relaxed)) << 32) | u64::from(NUMBER.with(|number| *number))
 }
@@ -44,9 +44,9 @@ pub struct Turn<T> {
     inner: Mutex<T>,
     /// True after a panic.
     broken: AtomicBool,
-    /// Who uses it, if anybody.
+    /// The thread that uses it, if any.
     user: AtomicU64,
-    /// Forks that led to the process that made it.
+    /// Forks that led to the process that created it.
     forks: u32,
 }
 
@@ -57,7 +57,7 @@ pub struct Use<'a, T> {
 }
 
 impl<T: Send> Use<'_, T> {
-    /// Work on it, for any thread to do: a panic is a failure, and the last thing that is done to it.
+    /// Does work on the object, on any thread. A panic becomes a failure, after which the object cannot be used.
     pub fn attempt<R>(
         &mut self,
         work: impl FnOnce(&mut T) -> Result<R, Failure> + Send,
@@ -85,17 +85,17 @@ impl<T: Send> Turn<T> {
         Self { inner: Mutex::new(object), broken, user, forks }
     }
 
-    /// Whether this is the process that made it; threads of it are in no other.
+    /// Whether this process created it; the object's threads exist in no other.
     pub fn is_at_home(&self) -> bool {
         self.forks == FORKS.load(Ordering::Relaxed)
     }
 
-    /// The object itself, of which there is no other user.
+    /// The object itself, which has no other user.
     pub fn get_mut(&mut self) -> Option<&mut T> {
         self.inner.get_mut().ok()
     }
 
-    /// Begins to use it, if nobody does.
+    /// Begins to use it, if it is free.
     ///
     /// # Errors
     /// An earlier call has panicked.
@@ -108,10 +108,10 @@ impl<T: Send> Turn<T> {
         Ok(Some(Use { object, turn: self }))
     }
 
-    /// Begins to use it, once nobody does.
+    /// Begins to use it as soon as it is free.
     ///
     /// # Errors
-    /// It would wait for ever, a signal's handler raised, or an earlier call has panicked.
+    /// It would wait for ever, a signal's handler raised an exception, or an earlier call has panicked.
     pub fn begin(&self, py: Python<'_>) -> Result<Use<'_, T>, Failure> {
         let (mut look, mut asked) = (LOOKS[0], Instant::now());
         loop {

@@ -1,11 +1,10 @@
-//! Validates and simulates an FMU of either standard by the crate `fmi-rs`, and writes all real
+//! Validates and simulates an FMU of either standard with the crate `fmi-rs`, and writes all real
 //! outputs as a table.
 //!
 //!     importer FILE STEP STOP ROWS.csv [NAME=VALUE ...]
 //!
-//! About half way the state goes through a file into another instance; the table must not show it. In FMI
-//! 3.0 events are handled and steps may end early: each event is a row, once before it is handled and
-//! once after.
+//! About half way the state is passed through a file to another instance, which must not show in the table. In FMI
+//! 3.0 events are handled and steps may end early. Each event has two rows, before and after it is handled.
 
 #![allow(clippy::arc_with_non_send_sync, reason = "fmi-rs wants its recorder in one")]
 
@@ -19,7 +18,7 @@ use std::sync::Arc;
 
 type Outcome<T = ()> = Result<T, Box<dyn Error>>;
 
-/// What is to be done.
+/// The task.
 struct Task {
     /// The unpacked archive.
     folder: PathBuf,
@@ -29,7 +28,7 @@ struct Task {
     rows: PathBuf,
 }
 
-/// Half of it, and the file in which the state is handed over.
+/// Half of the simulation, and the file with the state.
 struct Half<'a> {
     start: f64,
     stop: f64,
@@ -40,7 +39,7 @@ struct Half<'a> {
 
 impl Task {
     fn halves(&self) -> [Half<'_>; 2] {
-        // fmi-rs 0.3.4 takes no duration whose quotient by the step is off a whole number by a rounding.
+        // fmi-rs 0.3.4 accepts only a duration whose quotient by the step is an exact integer.
         let fits = |span: f64| (span / self.step).fract() < f64::EPSILON;
         let steps = (0.5 * self.stop / self.step).round();
         let middles = (0..steps as u32).map(|less| (steps - f64::from(less)) * self.step);
