@@ -146,8 +146,10 @@ impl Environment {
         let text = with_hashes(pins, &known).map_err(Failure::NoHash)?;
         fs::write(&list, text).map_err(|source| Failure::File { path: list.clone(), source })?;
         let mut command = self.command("python");
+        // What is imported is compiled then, a part of it.
         let options = ["--disable-pip-version-check", "--no-deps", "--require-hashes"];
-        command.args(["-m", "pip", "install", "--only-binary", ":all:"]).args(options);
+        command.args(["-m", "pip", "install", "--no-compile", "--only-binary", ":all:"]);
+        command.args(options);
         command.arg("--requirement").arg(list);
         run_quietly("Installing the pinned Python packages", &mut command)
     }

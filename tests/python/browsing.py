@@ -37,6 +37,11 @@ LOOK, BLOWS, LONGEST = 1e-3, 30, 4.0
 OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop"]
 OF_BLOW += ["tip_rate", "air_flow"]
 OPEN = Callable[..., Page]
+# Ten pictures a second: at sixty, a page that plays has software paint for half of a core.
+SELDOM = """
+const drawn = requestAnimationFrame;
+window.requestAnimationFrame = (draw) => setTimeout(() => drawn(draw), 100);
+"""
 
 
 def chromium() -> str:
@@ -97,6 +102,7 @@ def opened(browser: Browser) -> Iterator[OPEN]:
     ) -> Page:
         context = browser.new_context(viewport={"width": size[0], "height": size[1]}, **more)
         contexts.append(context)
+        context.add_init_script(SELDOM)
         server = home.rsplit("/", 1)[0]
         own = re.compile(rf"^(?!{re.escape(server)}|blob:|data:)")
         context.route(own, refuse)

@@ -181,7 +181,8 @@ impl Build {
     ///
     /// Those of cargo.
     pub fn comparison(&self) -> Result<PathBuf, Problem> {
-        run(self.cargo("build").args(["--package", "verify", "--bin", "compare"]))?;
+        let program = ["--package", "verify", "--features", "programs", "--bin", "compare"];
+        run(self.cargo("build").args(program))?;
         Ok(self.root.with_file_name("build").join("debug/compare"))
     }
 }

@@ -1,6 +1,6 @@
 //! Writes `evidence/oracles/data/reference_<elements>.json`, the oracle of the state errors.
 //!
-//! `cargo run --release -p verify --bin make-reference [elements ...]`
+//! `cargo run --release -p verify --features programs --bin make-reference [elements ...]`
 
 use hammer::InputValues;
 use oracles::reference::{INSTANTS, MESHES, path, record};
