@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from axe_playwright_python.sync_playwright import Axe
 from fmu import Instance, Package
 from playwright.sync_api import Browser, Page, Route, sync_playwright
 
@@ -137,6 +138,15 @@ def settled(page: Page) -> Page:
 def choose(page: Page, preset: str) -> Page:
     page.get_by_label("Preset").select_option(preset)
     return settled(page)
+
+
+def fits_a_phone(page: Page) -> None:
+    """All of what is explained is on a phone's screen, and axe finds nothing."""
+    size = "[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
+    width, height = page.evaluate(size)
+    assert width <= PHONE[0]
+    assert height <= PHONE[1]
+    assert Axe().run(page).response["violations"] == []
 
 
 def blows(package: Package, values: dict[str, float]) -> list[dict[str, float]]:

@@ -330,16 +330,16 @@ def test_every_control_is_reached_by_the_keyboard(opened: OPEN) -> None:
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
-@pytest.mark.parametrize("preset", ["overdamped", "air_4_inch"])
-def test_axe_finds_nothing(opened: OPEN, size: tuple[int, int], scheme: str, preset: str) -> None:
+def test_axe_finds_nothing(opened: OPEN, size: tuple[int, int], scheme: str) -> None:
     """Contrast, names of controls, headings, landmarks; with a change told."""
     page = opened(size=size, color_scheme=scheme)
     page.get_by_role("button", name="Pause").click()
-    choose(page, preset)
-    assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
-    results = Axe().run(page)
-    assert results.response["violations"] == []
-    assert "color-contrast" in {rule["id"] for rule in results.response["passes"]}
+    for preset in ("overdamped", "air_4_inch"):
+        choose(page, preset)
+        assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
+        results = Axe().run(page)
+        assert results.response["violations"] == []
+        assert "color-contrast" in {rule["id"] for rule in results.response["passes"]}
 
 
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])

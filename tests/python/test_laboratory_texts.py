@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from browsing import OPEN, PHONE, wait
+from browsing import OPEN, PHONE, fits_a_phone, wait
 from playwright.sync_api import Page, expect
 
 LAB = Path(__file__).parents[2] / "lab"
@@ -54,8 +54,10 @@ def explained(opened: OPEN, number: int = 1, **more: object) -> Page:
 
 
 @pytest.mark.parametrize("language", OTHERS)
-def test_no_word_of_the_explanation_is_left_in_english(opened: OPEN, language: str) -> None:
-    page = explained(opened, locale=language)
+def test_no_word_of_the_explanation_is_left_in_english_and_all_fits_a_phone(
+    opened: OPEN, language: str
+) -> None:
+    page = explained(opened, locale=language, size=PHONE)
     texts = TEXTS[language]
     assert page.evaluate("document.documentElement.lang") == language
     # Every text that is asked for, written or drawn, on each screen and at both ends of its handle.
@@ -66,6 +68,7 @@ def test_no_word_of_the_explanation_is_left_in_english(opened: OPEN, language: s
     for number in range(8):
         page.evaluate(f"explorable.go({number})")
         wait(page, "explorable.settled")
+        fits_a_phone(page)
         page.evaluate("explorable.move(0)")
         wait(page, "explorable.settled")
         assert page.inner_text("#screen-title").startswith(texts["screen_step"].split("{")[0])
