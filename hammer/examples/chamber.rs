@@ -1,18 +1,17 @@
-//! A hammer driven by a chamber of one's own: the pressure is a force that the piston's
-//! position makes, set as a polynomial of time from step to step.
+//! A hammer driven by a custom chamber. Its pressure is a force that depends on the piston's position,
+//! set from step to step as a polynomial of time.
 //!
 //! `cargo run --release -p hammer --example chamber`
 
 use hammer::{Input, InputValues, Machine, Parameters, Source};
 
-/// Communication step, s: the force is a straight line over it.
+/// Communication step, s. The force is linear over it.
 const STEP: f64 = 2e-5;
-/// Pressure in the chamber at rest, times its area, N; and the piston's stroke that doubles it, m.
+/// Pressure in the chamber at rest, times its area, N; and the stroke of the piston that doubles it, m.
 const FORCE: f64 = 1500.0;
 const DEPTH: f64 = 0.08;
 
-/// Force on the piston and its rate: adiabatic compression (exponent 1.4) of what is above it
-/// on the way up, full supply on the way down.
+/// Force on the piston and its rate: adiabatic compression (exponent 1.4) on the way up, full supply on the way down.
 fn chamber(position: f64, velocity: f64) -> [f64; 2] {
     let room = (DEPTH + position).max(0.1 * DEPTH);
     let force = FORCE * (DEPTH / room).powf(1.4);

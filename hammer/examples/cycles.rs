@@ -1,10 +1,8 @@
-//! Settled cycles of the reference hammer, for a profiler: 12 blows to settle, then as many
-//! cycles as the first argument says, in communication steps of 1 ms; or `count`, which counts the
-//! instructions of a cycle by valgrind: `cargo work-per-cycle`.
+//! Settled cycles of the reference hammer, for a profiler: 12 blows to settle, then as many cycles as the first argument says, in communication steps of 1 ms. With `count` it counts the instructions of a cycle by valgrind: `cargo work-per-cycle`.
 //!
-//! Further arguments: `energies` asks for the energies at every step; `rigid`, or a number of
-//! elements per bar, is of other bodies; `air` drives the piston by air; `preset=NAME` is another
-//! hammer; `AVX2` and the like are the vectors.
+//! Further arguments: `energies` reads the energies at every step; `rigid`, or a number of elements per bar, changes
+//! the bodies; `air` drives the piston by air; `preset=NAME` is another hammer; `AVX2` and the like choose the
+//! vectors.
 
 mod callgrind;
 

@@ -1,7 +1,4 @@
-//! What a scene costs before its cycle settles, for a profiler: two blows of the reference hammer
-//! and its energies, with as many elements a bar as the first argument says, as often as the second
-//! one says (once), each time with a hundredth more feed. From the second time on the decompositions
-//! are those of the first. A third argument is the degree of the bodies' splines (1).
+//! Cost of a scene before its cycle settles, for a profiler: two blows of the reference hammer and its energies. The first argument is the number of elements per bar, the second one how often this is done (1), each time with a hundredth more feed; from the second time on the decompositions are cached. A third argument is the degree of the bodies' splines (1).
 //!
 //! ```text
 //! cargo build --release -p hammer --example first_blows

@@ -1,8 +1,4 @@
-//! Many hammers side by side: `fleet 1000 1` moves so many of them in turn, 1 ms each, for so many
-//! seconds, then the same one after another; prints the CPU times, and the memory of an instance
-//! beyond what all share. A third word, `in turn` or `one after another`, is for a profiler: only
-//! that is done. `fleet count` counts the instructions of both by valgrind. Linux only: it reads
-//! `/proc`.
+//! Many hammers side by side. `fleet 1000 1` moves 1000 hammers in turn by 1 ms each, for 1 s, then the same hammers one after another. It prints the CPU times, and the memory of an instance beyond what all share. A third word, `in turn` or `one after another`, does only that, for a profiler. `fleet count` counts the instructions of both by valgrind. Linux only, since it reads `/proc`.
 
 mod callgrind;
 
@@ -12,7 +8,7 @@ use hammer::{InputValues, Machine, Parameters, Vectors};
 /// Communication step, s.
 const STEP: f64 = 1e-3;
 
-/// The first number of the line of a file that starts so.
+/// First number in the line of a file that starts with this text.
 fn read(file: &str, start: &str) -> f64 {
     let text = std::fs::read_to_string(file).unwrap_or_default();
     let line = text.lines().find_map(|line| line.strip_prefix(start));
@@ -29,14 +25,14 @@ fn cpu() -> f64 {
     1e-9 * read("/proc/thread-self/schedstat", "")
 }
 
-/// Hammer `i`, under a feed force of its own.
+/// Hammer `i`, with its own feed force.
 fn hammer(i: u32) -> Result<Machine, hammer::Error> {
     let mut inputs = InputValues::default();
     inputs.feed_force += f64::from(i);
     Machine::new(&Parameters::default(), &inputs, 0.0)
 }
 
-/// In turn, a step each; calls `done` while all are there.
+/// Moves the hammers in turn, a step each. Calls `done` while all of them exist.
 fn in_turn(count: u32, steps: u32, done: impl FnOnce()) -> Result<(), hammer::Error> {
     let mut all = (0..count).map(hammer).collect::<Result<Vec<_>, _>>()?;
     for k in 1..=steps {
@@ -46,7 +42,7 @@ fn in_turn(count: u32, steps: u32, done: impl FnOnce()) -> Result<(), hammer::Er
     Ok(())
 }
 
-/// One after another.
+/// Moves the hammers one after another.
 fn after_another(count: u32, steps: u32) -> Result<(), hammer::Error> {
     (0..count).try_for_each(|i| {
         let mut machine = hammer(i)?;
@@ -60,7 +56,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if word(0) == "count" {
         for way in ["in turn", "one after another"] {
             let seconds = ["1".to_owned(), way.to_owned()];
-            // Those that come when the process has already much to integrate.
+            // Counts hammers that are added when the process already stores many integrals.
             let (few, many) = (instructions(40, &seconds)?, instructions(80, &seconds)?);
             println!(
                 "{way}: {:.1} million instructions a hammer",
@@ -77,7 +73,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "one after another" => return Ok(after_another(count, steps)?),
         _ => {}
     }
-    // What all share is made once.
+    // Makes shared data beforehand.
     after_another(1, steps)?;
     let (before, begun, mut grown) = (resident(), cpu(), 0.0);
     in_turn(count, steps, || grown = resident() - before)?;

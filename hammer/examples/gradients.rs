@@ -7,8 +7,7 @@ use hammer::sensitivity::{Argument, Sample, derivatives};
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let count = std::env::args().nth(1).map_or(Ok(0), |text| text.parse())?;
     let scene = Scene::default();
-    // A relay reads no air, and without a casing there is none; what is left is in the order of
-    // the table.
+    // A relay reads no air, and there is no casing. The other arguments are in the order of the table.
     let absent = |a: &Argument| ["air.", "casing."].iter().any(|part| a.name().starts_with(part));
     let read = |a: &Argument| a.is_read(&scene.parameters) && !absent(a);
     let by: Vec<Argument> = Argument::all().filter(read).take(count).collect();

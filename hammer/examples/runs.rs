@@ -1,14 +1,11 @@
-//! What people wait for, for a profiler: `runs 20 rock` makes 20 runs of 1 s, each in another rock;
-//! `runs count rock` counts the instructions of the second of two by valgrind.
-//! `evidence/bench/cost.py` makes a page of it.
+//! Typical tasks of users, for a profiler: `runs 20 rock` makes 20 runs of 1 s, each in another rock; `runs count rock` counts the instructions of the second of two by valgrind. `evidence/bench/cost.py` makes a page of such counts.
 //!
-//! Words after the number: `rock`, `feed`: what differs from run to run; `seconds=10`: how long each
-//! is; `first=4`: up to so many blows instead, in steps of 1 ms; `energies`, `outputs`: what is read after each
-//! of these, beside the tip's depth; `mean`: the long-run response; `gradient`: a run with its
-//! derivatives by the rock's stiffness and the feed force; `steps`: in ten steps; `rigid`,
-//! `elements=20`, `preset=top_hammer`, `mesh.degree=3` or any other number of the table: the scene;
-//! `coupled`: pressures with their derivatives, set every 100 us; `AVX2` and the
-//! like: the vectors. It prints the vectors, a sum of results, and blows and events of the last run.
+//! Words after the number: `rock`, `feed`: what differs from run to run; `seconds=10`: duration of a run; `first=4`:
+//! instead, up to so many blows, in steps of 1 ms; `energies`, `outputs`: what is read after each of these steps, in
+//! addition to the tip's depth; `mean`: the long-run response; `gradient`: a run with its derivatives by the rock's
+//! stiffness and the feed force; `steps`: in ten steps; `rigid`, `elements=20`, `preset=top_hammer`, `mesh.degree=3`
+//! or any other number of the table: the scene; `coupled`: pressures with their derivatives, set every 100 us; `AVX2`
+//! and the like: the vectors. It prints the vectors, a sum of results, and blows and events of the last run.
 
 mod callgrind;
 
@@ -22,14 +19,14 @@ use std::cell::Cell;
 
 type Action = fn(&Plan, &Scene) -> Result<f64, Error>;
 
-/// What differs from run to run, and what is done in each.
+/// How the runs differ, and what is done in each.
 struct Plan {
     scene: Scene,
     varied: Vec<Argument>,
     action: Action,
     /// Length of a run, s.
     seconds: f64,
-    /// After which blow one ends, if not then.
+    /// The blow that ends a run; 0: none.
     first: u64,
     steps: u32,
     /// The outputs that are read after each step.
@@ -38,7 +35,7 @@ struct Plan {
     counted: Cell<[u64; 2]>,
 }
 
-/// The outputs whose names begin so.
+/// The outputs whose names begin with this text.
 fn outputs(with: &str) -> Vec<Output> {
     let named = VARIABLES.iter().filter(|row| row.name.starts_with(with));
     named
@@ -61,7 +58,7 @@ impl Plan {
         Ok(self.end(&machine))
     }
 
-    /// The same in steps of 1 ms up to a blow.
+    /// The same, in steps of 1 ms up to a blow.
     fn start(&self, scene: &Scene) -> Result<f64, Error> {
         let (mut machine, mut sum) = (scene.machine()?, 0.0);
         while machine.counters().blows < self.first {
@@ -92,8 +89,7 @@ impl Plan {
         Ok(derivatives(scene, &by, &sample)?.iter().map(|row| row.values[0]).sum())
     }
 
-    /// Pressures of a partner that gives their derivatives, from step to step: the force of a spring
-    /// on the piston, which only that feels.
+    /// Pressures of a partner that passes their derivatives from step to step: the force of a spring on the piston.
     fn coupled(&self, scene: &Scene) -> Result<f64, Error> {
         let mut machine = scene.machine()?;
         for step in 1..=10_000 {
@@ -173,7 +169,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Run `i`: a thousandth more of what varies.
+    /// Run `i`, with a thousandth more of what varies.
     fn run(&self, i: u32) -> Result<f64, Error> {
         let vary = |scene: Scene, argument: &Argument| {
             argument.at(&scene, argument.value(&scene) * (1.0 + 1e-3 * f64::from(i)))

@@ -1,4 +1,4 @@
-//! A hammer that air drives: closed forms of the gas, and the manners of the engine.
+//! A hammer driven by air: closed forms of the gas, and properties of the engine.
 
 use crate::scenes::{Random, air_turnover};
 use hammer::presets::Preset;
@@ -10,14 +10,14 @@ use hammer::{
 const GAS: f64 = 287.05;
 const KAPPA: f64 = 1.4;
 
-/// The reference hammer, driven by the air that the table gives.
+/// The reference hammer, driven by the default air.
 fn driven(fidelity: Fidelity) -> Parameters {
     let mut p = Parameters { fidelity, ..Parameters::default() };
     p.drive.source = Source::Air;
     p
 }
 
-/// Chambers of constant volume beside a piston at rest, all ports of which are shut.
+/// Chambers of constant volume beside a piston at rest, with all ports shut.
 fn still() -> Parameters {
     let mut p = driven(Fidelity::Rigid);
     (p.drive.area_drive, p.drive.area_return, p.gravity) = (0.0, 0.0, 0.0);
@@ -37,12 +37,12 @@ fn pressures(machine: &Machine) -> [f64; 2] {
     machine.chamber_pressures().map(|[pressure, _]| pressure)
 }
 
-/// A chamber at 20 bar empties through a choked opening: `T` falls as `(1 + (kappa - 1) K t / 2)^-2`, and
-/// `p` with it as in an expansion. The windows' error is `air.error` of the pressure each, over some ten of them.
+/// A chamber at 20 bar empties through a choked opening: `T` falls as `(1 + (kappa - 1) K t / 2)^-2`, and `p` with it
+/// as in an expansion. Each of some ten windows has an error of `air.error` of the pressure.
 #[test]
 fn a_chamber_empties_through_a_choked_opening_as_in_closed_form() {
     let mut p = still();
-    // Its supply is open, with no area, so that it starts at the supply's pressure.
+    // The supply is open without area, so that the chamber starts at the supply's pressure.
     (p.air.drive.supply, p.air.drive.exhaust, p.air.supply_area) = (0.0, -1.0, 0.0);
     let inputs = InputValues { supply_pressure: 2e6, ..InputValues::default() };
     let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
@@ -61,8 +61,8 @@ fn a_chamber_empties_through_a_choked_opening_as_in_closed_form() {
     }
 }
 
-/// With every port shut both chambers are springs of a gas: `p V^kappa` is constant to rounding, and the
-/// piston's energy and the gas's together are too, as far as the windows' error allows.
+/// With every port shut both chambers are gas springs: `p V^kappa` is constant to rounding, and so is the sum of the
+/// piston's and the gas's energy, up to the windows' error.
 #[test]
 fn shut_chambers_are_compressed_adiabatically() {
     let mut p = driven(Fidelity::Rigid);
@@ -76,7 +76,7 @@ fn shut_chambers_are_compressed_adiabatically() {
     let start = volumes(machine.kinematics().relative_position);
     let stored = |p: [f64; 2], v: [f64; 2]| (p[0] * v[0] + p[1] * v[1]) / (KAPPA - 1.0);
     let mass = p.piston_mass();
-    // The exhaust's pressure acts on both faces alike.
+    // The exhaust's pressure acts on both faces.
     let whole = 18.0 * mass + stored([101_325.0; 2], start);
     for step in 1..=8 {
         machine.advance(f64::from(step) * 1e-3).expect("a step");
@@ -97,7 +97,7 @@ fn run(p: &Parameters, inputs: &InputValues, times: &[f64]) -> Machine {
     machine
 }
 
-/// The scenes of the engine's manners: rigid and elastic, alone and in a casing with a vent.
+/// Scenes for properties of the engine: rigid and elastic, bare and in a casing with a vent.
 fn usual() -> Vec<(Parameters, InputValues)> {
     let mut list = Vec::new();
     for fidelity in Fidelity::ALL {
@@ -137,9 +137,9 @@ fn drawn(random: &mut Random) -> (Parameters, InputValues) {
     (p, inputs)
 }
 
-/// What the gas gives by its volumes, `int (p_d - p_e) dV_d + int (p_r - p_e) dV_r`, the hammer gets as the drive's
-/// work, in a casing or without, also where the bit hangs out: but for the error allowed of what both turned over, within
-/// a factor of three, as any stated error.
+/// The work of the gas by its volumes, `int (p_d - p_e) dV_d + int (p_r - p_e) dV_r`, is the drive's work on the
+/// hammer, in a casing or without, also where the bit hangs out; up to the error allowed of the sum of all energies,
+/// within a factor of three, as for any stated error.
 #[test]
 fn the_gas_gives_what_the_hammer_gets() {
     let (mut random, mut hung) = (Random::new(51), 0);
@@ -167,9 +167,9 @@ fn the_gas_gives_what_the_hammer_gets() {
     assert!(hung >= 10, "{hung} bits hung out");
 }
 
-/// Powers that are read from outside, by the trapezoidal rule over 0.1 s in steps of 20 us and of 5 us, beside what the
-/// ledger has, J. The rule's error goes with the square of the step, so that a third of what two steps differ by is
-/// that of the finer.
+/// Powers computed from outputs, by the trapezoidal rule over 0.1 s in steps of 20 us and of 5 us, beside the
+/// ledger's energies, J. The rule's error is proportional to the square of the step, so a third of the difference of
+/// two steps is the error of the finer one.
 fn from_outside<const N: usize>(
     (p, inputs): &(Parameters, InputValues),
     powers: impl Fn(&Machine) -> [f64; N],
@@ -195,8 +195,8 @@ fn from_outside<const N: usize>(
     }
 }
 
-/// The same from outside: pressures, and positions of the piston over casing and bit. What is lost where the return
-/// chamber follows the casing is 8 % here.
+/// The same with pressures and positions of the piston relative to casing and bit. If the return chamber followed the
+/// casing, 8 % would be lost here.
 #[test]
 fn the_return_chamber_follows_the_bit() {
     let (mut p, inputs) = Preset::named("air_4_inch").expect("a preset").start();
@@ -211,8 +211,8 @@ fn the_return_chamber_follows_the_bit() {
     from_outside(&(p, inputs), powers, |energies| [energies.drive]);
 }
 
-/// Without a casing the cylinder follows the bit: the drive's work is its force on the piston's way over the bit, and
-/// what holds the cylinder gives the rest.
+/// Without a casing the cylinder follows the bit. The drive's work is its force times the piston's displacement
+/// relative to the bit, and the holder of the cylinder does the rest.
 #[test]
 fn what_holds_the_cylinder_is_among_the_feed() {
     let (p, inputs) = (driven(Fidelity::Rigid), InputValues::default());
@@ -226,7 +226,7 @@ fn what_holds_the_cylinder_is_among_the_feed() {
     from_outside(&(p, inputs), powers, |energies| [energies.drive, energies.feed]);
 }
 
-/// What a state has too much of in one of its sums, the balance says.
+/// An amount that is added to one of a state's sums shows in the balance.
 #[test]
 fn the_balance_of_the_air_says_what_is_missing() {
     let (p, inputs) = usual().remove(0);
@@ -244,8 +244,8 @@ fn the_balance_of_the_air_says_what_is_missing() {
     machine.advance(0.11).expect("a step");
 }
 
-/// A smaller error allowed leads to the same motion, within what the larger one allows; also of few elements, whose
-/// oscillations are those that a bit without a casing feels most.
+/// A smaller error leads to the same motion, within the larger error; also with few elements, whose oscillations
+/// affect a bit without a casing most.
 #[test]
 fn the_error_allowed_bounds_the_error() {
     let mut coarse = usual()[2];
@@ -269,8 +269,9 @@ fn the_error_allowed_bounds_the_error() {
     }
 }
 
-/// The force is that of the pressures and the drag at every instant, to ten times the error of what both push with; also
-/// of a window that is cut soon after it began, by a feed that is set every 0.2 us and would shake the bit within it.
+/// At every instant the force is that of the pressures and the drag, to ten times the error of the pressures' force;
+/// also in a window that is cut short by a feed set every 0.2 us, under which the bit would oscillate within the
+/// window.
 #[test]
 fn the_force_is_that_of_the_pressures_and_the_drag() {
     let (mut p, inputs) = usual().remove(0);
@@ -288,7 +289,7 @@ fn the_force_is_that_of_the_pressures_and_the_drag() {
     }
 }
 
-/// Of each port: it opens, is wholly open, narrows, closes, and so on.
+/// Each port opens, is fully open, narrows, closes, and so on.
 #[test]
 fn each_port_opens_and_closes_in_turn() {
     let p = driven(Fidelity::Rigid);
@@ -318,8 +319,8 @@ fn each_port_opens_and_closes_in_turn() {
     }
 }
 
-/// While the bit hangs out the chambers are at the exhaust's pressure and no air is taken; pressed back,
-/// the hammer starts again.
+/// While the bit hangs out, the chambers are at the exhaust's pressure and no air is taken. When the bit is pressed
+/// back, the hammer starts again.
 #[test]
 fn a_lifted_hammer_is_vented_and_starts_again() {
     let (p, inputs) = usual().remove(1);
@@ -346,7 +347,7 @@ fn a_lifted_hammer_is_vented_and_starts_again() {
     );
 }
 
-/// The piston's way up to where the last port is wholly open, 39 mm, is longer than a cylinder of 38 mm.
+/// The piston's travel up to where the last port is fully open, 39 mm, is longer than a cylinder of 38 mm.
 #[test]
 fn a_cylinder_shorter_than_its_ports_need_is_warned_of() {
     let mut p = driven(Fidelity::Rigid);

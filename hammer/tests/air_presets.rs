@@ -4,7 +4,7 @@ use crate::scenes::air_turnover;
 use hammer::presets::{PRESETS, Preset};
 use hammer::{Error, Event, Input, InputValues, Machine, Parameters, Source};
 
-/// Power of its blows, kW, over half a second after another, at 24 bar.
+/// Power of the blows, kW, over the second half second, at 24 bar.
 fn power(p: &Parameters, inputs: InputValues) -> f64 {
     let mut machine = Machine::new(p, &inputs, 0.0).expect("a scene");
     machine.advance(0.5).expect("a run");
@@ -12,7 +12,7 @@ fn power(p: &Parameters, inputs: InputValues) -> f64 {
     machine.step_blows().iter().map(|blow| blow.energy).sum::<f64>() / 0.5 / 1e3
 }
 
-/// The balance of the air closes to its error, as a part of what gas and hammer turned over.
+/// The air's balance closes to its error, relative to the sum of all energies.
 fn balances(machine: &Machine) {
     let energies = machine.energies();
     assert!(energies.residual.abs() <= energies.residual_bound());
@@ -23,8 +23,8 @@ fn balances(machine: &Machine) {
     );
 }
 
-/// A map of every preset: whatever its feed, its supply from half a bar over the exhaust up to 40 bar, its back pressure
-/// and the error allowed, it is followed and balances.
+/// Every preset runs and balances with any feed, any supply from half a bar over the exhaust to 40 bar, any back
+/// pressure and any error.
 #[test]
 fn the_air_is_followed_whatever_its_feed_pressures_and_error() {
     let outside =
@@ -51,8 +51,8 @@ fn the_air_is_followed_whatever_its_feed_pressures_and_error() {
     assert!(scenes >= 200, "{scenes}");
 }
 
-/// A piston that follows a bit which hangs out, with a drive that is never vented, lies on the bit: the return
-/// chamber is between these two, and keeps its volume.
+/// The piston follows a bit that hangs out, with a drive that is never vented, and rests on it. The return chamber is
+/// between these two, and keeps its volume.
 #[test]
 fn a_piston_on_a_bit_that_hangs_out_is_followed() {
     let (mut p, inputs) = Preset::named("air_4_inch").expect("a preset").start();
@@ -67,14 +67,14 @@ fn a_piston_on_a_bit_that_hangs_out_is_followed() {
             lowest = lowest.max(now.relative_position);
             assert!(p.drive.area_return * now.over_struck < p.air.returning.dead_volume);
         }
-        // Lower than where the chamber would be empty, if it ended at the casing's plane.
+        // Lower than where the chamber would be empty if it ended at the casing.
         let empty = p.air.returning.dead_volume / p.drive.area_return;
         assert!(feed_force > 2e3 || lowest > 0.5 * empty, "{lowest} of {empty}");
         balances(&machine);
     }
 }
 
-/// An exhaust far above the supply throws the piston into the cylinder's end, from where it comes back.
+/// An exhaust far above the supply throws the piston into the cylinder's end, from which it returns.
 #[test]
 fn an_exhaust_above_the_supply_ends_no_run() {
     let (p, inputs) = Preset::named("air_4_inch").expect("a preset").start();
@@ -89,7 +89,7 @@ fn an_exhaust_above_the_supply_ends_no_run() {
     balances(&machine);
 }
 
-/// No air is at a pressure of 0: the input is named at the start, and where it is set; other sources do not
+/// The pressure of air must be positive: the input is named at the start, and where it is set. Other sources do not
 /// read it.
 #[test]
 fn a_pressure_that_no_air_has_is_refused_by_its_name() {
@@ -111,9 +111,9 @@ fn a_pressure_that_no_air_has_is_refused_by_its_name() {
     }
 }
 
-/// With hardly any feed the casing rises and the bit hangs out: the drive is vented again and again, and the
-/// piston, thrown up, is thrown back by the air in the cylinder's end, which the exhaust's pressure fills: what
-/// goes in comes out, and both balances close.
+/// With hardly any feed the casing rises and the bit hangs out. The drive is vented again and again, and the air in
+/// the cylinder's end, at the exhaust's pressure, throws the rising piston back with its own speed. Both balances
+/// close.
 #[test]
 fn the_cylinder_s_end_throws_a_vented_piston_back() {
     let (p, inputs) = Preset::named("air_4_inch").expect("a preset").start();
@@ -131,7 +131,7 @@ fn the_cylinder_s_end_throws_a_vented_piston_back() {
             let [drive, back] = machine.chamber_pressures().map(|[pressure, _]| pressure);
             came = machine.mode().vented && (x >= end || came);
             if came && x < end {
-                // Adiabatic from the exhaust's pressure, where the end begins.
+                // Adiabatic from the exhaust's pressure, at which the end begins.
                 let volume = p.air.drive.dead_volume + p.drive.area_drive * (x - end);
                 let expected = 101_325.0 * (p.air.drive.dead_volume / volume).powf(1.4);
                 assert!((drive / expected - 1.0).abs() < 1e-7, "{drive} for {expected} at {x}");
@@ -154,7 +154,7 @@ fn the_cylinder_s_end_throws_a_vented_piston_back() {
     }
 }
 
-/// What does not hold the casing down lets the bit hang out: the drive is vented, and the hammer idles.
+/// If the feed does not hold the casing down, the bit hangs out, the drive is vented, and the hammer idles.
 #[test]
 fn a_feed_below_the_air_s_reaction_lets_the_hammer_idle() {
     let (p, inputs) = Preset::named("air_4_inch").expect("a preset").start();

@@ -1,14 +1,14 @@
-//! Blows of hammers that air drives, against SciPy's: the air as mass and inner energy, port edges and
-//! transitions located, rigid bodies and bars, alone and in a casing (`evidence/oracles/data/air.py`).
+//! Blows of hammers driven by air, against SciPy's solution: the air as mass and internal energy, port edges and
+//! transitions located, rigid bodies and bars, bare and in a casing (`evidence/oracles/data/air.py`).
 
 use hammer::parameters::Rock;
 use hammer::{AirChamber, AirLaw, Fidelity, InputValues, Machine, Parameters, Source};
 use serde_json::Value;
 
-/// The error that both solutions hold in each step.
+/// Error of both solutions in each step.
 const ERROR: f64 = 1e-8;
-/// Two that each hold it differ by no more than this over some blows, which carry an error on
-/// from one to the next; bars, whose blows are followed by dozens of contacts, too.
+/// Two such solutions differ by no more than this over some blows, which amplify an error; also with bars, where
+/// dozens of contacts follow each blow.
 const AGREED: f64 = 1e-6;
 
 fn scene(all: &Value, one: &Value) -> (Parameters, InputValues) {

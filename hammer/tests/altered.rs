@@ -1,5 +1,5 @@
-//! Altered states: whoever changes a number of a stored state gets motion or a named error, and no
-//! step of it takes more work than its budget.
+//! Altered states: a changed number in a stored state leads to a motion or a named error, and no step takes more work
+//! than its budget.
 
 use crate::scenes::one_in;
 use hammer::parameters::Joint;
@@ -8,20 +8,20 @@ use hammer::{
 };
 use serde_json::Value;
 
-/// Units of work that a step may take within a second's allowance: 375 million coordinates, of which a
-/// unit takes 20 at least, and what one guard does between two looks at it, 64 windows of 4096 steps each.
+/// Largest work of a step with an allowance of one second: 375 million coordinates, of which a unit takes at least
+/// 20, and the work of one guard between two checks, 64 windows of 4096 steps each.
 const BUDGET: u64 = 375_000_000 / 20 + 64 * 4096;
 
-/// Evaluations, rotations and windows, as the counters tell them.
+/// Evaluations, rotations and windows, from the counters.
 fn work(counters: Counters) -> u64 {
     counters.guard_evaluations + counters.samples + counters.scans + 16 * counters.windows
 }
 
-/// What stands in place of a number of the state.
+/// Values that replace a number of the state.
 const STRANGE: [f64; 8] = [0.0, -1.0, 1e300, -1e300, 1e-300, 1e6, 1e9, -0.3];
 
-/// Puts `strange`, and the number itself times `factor`, in place of number `place` of all that `value` holds;
-/// false if it holds fewer.
+/// Replaces number `place` of all numbers in `value` by `strange` plus the number times `factor`. Returns false if
+/// there are fewer numbers.
 fn alter(value: &mut Value, place: &mut usize, strange: f64, factor: f64) -> bool {
     match value {
         Value::Number(number) => {
@@ -29,7 +29,7 @@ fn alter(value: &mut Value, place: &mut usize, strange: f64, factor: f64) -> boo
                 *place -= 1;
                 return false;
             }
-            // What was whole stays so: nothing else is read back.
+            // An integer stays an integer, since nothing else can be read back.
             let strange = strange + factor * number.as_f64().unwrap_or_default();
             *value = if number.is_f64() { strange.into() } else { (strange.abs() as u64).into() };
             true
@@ -40,8 +40,8 @@ fn alter(value: &mut Value, place: &mut usize, strange: f64, factor: f64) -> boo
     }
 }
 
-/// Scenes with contacts, rock and drive at work, each at an instant after its last event: two bodies in every
-/// drive, in a casing whose bit may hang on the ring and vent the drive, and rods that are loose.
+/// Scenes in which contacts, rock and drive are active, each at an instant after its last event: two bodies with
+/// every drive, in a casing whose bit may hang on the ring and vent the drive, and with loose rods.
 fn scene(fidelity: Fidelity, source: Source, around: Around) -> Machine {
     let mut p = Parameters { fidelity, ..Parameters::default() };
     (p.mesh.degree, p.piston.elements, p.bit.elements, p.drive.source) = (1, 2, 2, source);
@@ -70,12 +70,12 @@ fn scene(fidelity: Fidelity, source: Source, around: Around) -> Machine {
     machine
 }
 
-/// Its state as it is stored.
+/// Its state in stored form.
 fn written(machine: &Machine) -> Value {
     serde_json::to_value(machine.state()).expect("a state in JSON")
 }
 
-/// What stands around piston and bit.
+/// Surroundings of piston and bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Around {
     Nothing,
@@ -83,11 +83,11 @@ enum Around {
     LooseRods,
 }
 
-/// One number of so many is altered, if not each: a prime, so that over the numbers each alteration meets each kind.
+/// Only every seventh number is altered. Seven is prime, so that over the numbers each alteration meets each kind.
 const EVERY: usize = 7;
 
-/// Every number of a state in turn is another one: far off, and near enough that all that holds of it alone holds
-/// still. Time goes on then, its balance can be read, and nothing takes longer than it may.
+/// Each number of a state in turn is replaced, by a distant value, and by one so near that all checks of that number
+/// alone pass. The machine then advances, its balance can be read, and nothing exceeds its budget.
 #[test]
 fn an_altered_state_ends_in_motion_or_a_named_error_within_its_budget() {
     let (mut ends, mut tries) = ([0; 4], 0);
@@ -127,7 +127,7 @@ fn an_altered_state_ends_in_motion_or_a_named_error_within_its_budget() {
     println!("{tries} altered states: unreadable, moved, too much work, refused: {ends:?}");
 }
 
-/// How a step from an altered state ends: it cannot be read, it moves, it takes too much work, it is refused.
+/// Result of a step from an altered state: it cannot be read, it moves, it takes too much work, it is refused.
 fn tried(machine: &mut Machine, forged: Value, name: &str) -> usize {
     let Ok(state) = serde_json::from_value::<State>(forged) else { return 0 };
     let before = work(machine.counters());
@@ -155,7 +155,7 @@ fn tried(machine: &mut Machine, forged: Value, name: &str) -> usize {
     }
 }
 
-/// A state whose present lies beyond its next event would turn time back; nothing of the scene is changed.
+/// A state whose present is beyond its next event would turn time back. It is refused, and the scene is not changed.
 #[test]
 fn a_state_whose_present_lies_beyond_its_next_event_is_refused() {
     for source in [Source::Relay, Source::Air] {
@@ -175,7 +175,7 @@ fn a_state_whose_present_lies_beyond_its_next_event_is_refused() {
     }
 }
 
-/// What has happened is in the past: a blow to come would be one of negative period.
+/// Past events must be in the past: a blow in the future would have a negative period.
 #[test]
 fn a_state_whose_past_is_to_come_is_refused() {
     let machine = scene(Fidelity::Rigid, Source::Relay, Around::Nothing);
@@ -200,8 +200,7 @@ fn a_state_whose_past_is_to_come_is_refused() {
     other.restore(&state).expect("as it was written");
 }
 
-/// A host's name of an instant is rounded, so a state may name an event's a little before it: nothing is turned
-/// back then.
+/// The host's time of an event is rounded, so a state may be named a little before it. Time is not turned back then.
 #[test]
 fn a_state_that_is_named_before_its_event_stands_at_it() {
     let machine = scene(Fidelity::Elastic, Source::Relay, Around::Nothing);
@@ -219,7 +218,7 @@ fn a_state_that_is_named_before_its_event_stands_at_it() {
     other.restore(&state).expect("within the rounding");
     let before = other.kinematics().relative_position;
     other.advance(named).expect("no step");
-    // 1 m/s for 1e-12 s, and the forces of a blow.
+    // Motion at 1 m/s for 1e-12 s, and the forces of a blow.
     let moved = other.kinematics().relative_position - before;
     assert!(moved.abs() < 1e-11, "{moved:e}");
     other.advance(epoch + 1e-3).expect("a step");

@@ -1,5 +1,5 @@
-//! The arrows: who imports whom, file by file, has no circle in any crate of the repository, and those of
-//! the engine's folders are as `ARCHITECTURE.md` draws them.
+//! Imports: no crate of the repository has a cycle of importing files, and the imports between the engine's folders
+//! are those that `ARCHITECTURE.md` shows.
 
 use hammer::variables::VARIABLES;
 use std::collections::{BTreeMap, BTreeSet};
@@ -31,7 +31,7 @@ fn root() -> PathBuf {
 /// Engine and faces.
 const SHIPPED: [&str; 3] = ["hammer/src", "src", "python/native/src"];
 
-/// The files of some folders of the repository, with their lines that are no comment.
+/// The files of some folders, with their lines that are not comments.
 fn lines(folders: &[&str]) -> Vec<(PathBuf, Vec<String>)> {
     let mut files = Vec::new();
     folders.iter().for_each(|folder| sources(&root().join(folder), &mut files));
@@ -59,14 +59,14 @@ fn module(root: &Path, file: &Path) -> String {
     parts.join("::")
 }
 
-/// What a file says in code, without tests and comments.
+/// The code of a file, without tests and comments.
 fn code(text: &str) -> String {
     let code = text.split("#[cfg(test)]").next().unwrap_or_default();
     let lines = code.lines().filter(|line| !line.trim_start().starts_with("//"));
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// The paths that a text begins with: `a::b` of `a::b;`, and two of `a::{b::c, d}`.
+/// The paths at the start of a text: `a::b` of `a::b;`, and two of `a::{b::c, d}`.
 fn imported(text: &str) -> Vec<String> {
     let end = text.find(|c: char| !c.is_alphanumeric() && !"_:".contains(c)).unwrap_or(text.len());
     let (head, rest) = text.split_at(end);
@@ -103,7 +103,7 @@ fn imports(text: &str, importer: &str, modules: &BTreeSet<String>) -> BTreeSet<S
     named.into_iter().filter_map(module_of).filter(|module| module != importer).collect()
 }
 
-/// A crate's root is left out: it declares the modules, and is `crate` to all of them.
+/// Imports by module. A crate's root is left out, since it declares the modules and is `crate` to all of them.
 fn arrows(root: &Path) -> Arrows {
     let mut files = Vec::new();
     sources(root, &mut files);
@@ -118,7 +118,7 @@ fn arrows(root: &Path) -> Arrows {
     files.iter().map(read).collect()
 }
 
-/// A circle through `at`, if following the arrows from there comes back to a module passed.
+/// A cycle through `at`, if the imports from there lead back to a visited module.
 fn circle(
     arrows: &Arrows,
     at: &str,
@@ -137,7 +137,7 @@ fn circle(
     next_circle
 }
 
-/// Where the crates' roots are; one of them has two.
+/// The roots of the crates; one crate has two.
 const CRATES: [&str; 10] = [
     "hammer/src",
     "src",
@@ -185,7 +185,7 @@ fn the_folders_arrows_are_those_that_the_architecture_draws() {
     assert_eq!(actual, drawn);
 }
 
-/// Rows of the walks read ``| step | `file` `words` | why |``: the file has these words, once.
+/// Rows of the tables of steps read ``| step | `file` `words` | why |``: the file contains these words exactly once.
 #[test]
 fn the_walks_name_words_that_their_files_have_once() {
     let root = root();
@@ -204,10 +204,10 @@ fn the_walks_name_words_that_their_files_have_once() {
     assert!(steps > 10, "{steps} steps");
 }
 
-/// Words in back quotes with a slash.
+/// Words in back quotes that contain a slash.
 fn paths(page: &str) -> Vec<&str> {
     let plain = |c: char| c.is_alphanumeric() || "_-./{},".contains(c);
-    // What stands between fences is no prose.
+    // Text between fences is not prose.
     let prose = page.split("```").step_by(2);
     let quoted = prose.flat_map(|text| text.split('`').skip(1).step_by(2));
     quoted.filter(|word| word.contains('/') && word.chars().all(plain)).collect()
@@ -223,7 +223,7 @@ fn spelled(path: &str) -> Vec<String> {
 #[test]
 fn the_paths_that_contributing_and_architecture_name_are_there() {
     let root = root();
-    // Made by commands, or named by the FMI standard.
+    // Paths that commands make, or that the FMI standard names.
     let made = ["dist/", "target/", "binaries/", "target"];
     for page in ["CONTRIBUTING.md", "ARCHITECTURE.md"] {
         let text = fs::read_to_string(root.join(page)).expect("the page");
@@ -275,8 +275,8 @@ fn no_name_is_a_house_word() {
     assert!(files.len() > 300 && names.is_empty(), "{} files: {names:#?}", files.len());
 }
 
-/// The word elsewhere is the attribute of a C function that keeps its name, or the type of a function of
-/// the host's, which cannot be called outside an unsafe block.
+/// Otherwise the word occurs only as the attribute of a C function that keeps its name, or as the type of a host's
+/// function, which cannot be called outside an unsafe block.
 #[test]
 fn unsafe_blocks_functions_and_implementations_are_in_one_file() {
     let (mut inside, mut outside) = (0, Vec::new());
@@ -296,7 +296,7 @@ fn unsafe_blocks_functions_and_implementations_are_in_one_file() {
     assert!(inside > 5 && outside.is_empty(), "{inside} there, elsewhere {outside:#?}");
 }
 
-/// What a host or a file says to engine and faces touches no file and no network: no code of theirs can.
+/// Engine and faces never touch files or the network, whatever a host or a file contains.
 #[test]
 fn neither_engine_nor_faces_name_files_network_or_programs() {
     let (files, mut found) = (lines(&SHIPPED), Vec::new());
@@ -309,14 +309,14 @@ fn neither_engine_nor_faces_name_files_network_or_programs() {
     assert!(files.len() > 100 && found.is_empty(), "{} files: {found:#?}", files.len());
 }
 
-/// The table, whose rows are all names.
+/// The files of the table, whose rows are names.
 const TABLE: [&str; 3] = [
     "hammer/src/quantities/table.rs",
     "hammer/src/quantities/inputs.rs",
     "hammer/src/variables.rs",
 ];
 
-/// Files that name a variable for a second time, and why.
+/// Files that name a variable a second time, with the reason.
 const SECOND: [(&str, &str); 6] = [
     (
         "hammer/src/quantities/warnings.rs",
@@ -329,8 +329,8 @@ const SECOND: [(&str, &str); 6] = [
     ("src/instance/values.rs", "reading `energy_residual` may log a warning"),
 ];
 
-/// A variable is named in one row of the table; the engine and its faces name none of them again, but for
-/// what is listed here. `CONTRIBUTING.md` says what else a new one touches.
+/// Each variable is named in one row of the table, and nowhere else in the engine and its faces, except in the files
+/// above. `CONTRIBUTING.md` says what else a new variable touches.
 #[test]
 fn no_variable_is_named_beside_the_table() {
     let (root, mut files) = (root(), Vec::new());
@@ -368,7 +368,7 @@ fn no_variable_is_named_beside_the_table() {
     assert_eq!(listed.count(), SECOND.len(), "a file in the list names no variable any more");
 }
 
-/// Files of the engine that name a tie of bit and casing or of rods, or the casing itself, and why.
+/// Files of the engine that name the tie of bit and casing or of rods, or the casing itself, with the reason.
 const TIED: [(&str, &str); 12] = [
     ("quantities/sections.rs", "the bodies' names"),
     ("quantities/parameters.rs", "the numbers of ties and bodies"),
@@ -384,15 +384,15 @@ const TIED: [(&str, &str); 12] = [
     ("presets/air.rs", "hammers with a casing"),
 ];
 
-/// Everything else goes by bodies, groups and ties, whichever they are: so that another tie touches no more
-/// than `ARCHITECTURE.md` says.
+/// Other code uses bodies, groups and ties of any kind, so that another tie touches no more files than
+/// `ARCHITECTURE.md` says.
 #[test]
 fn ties_are_named_where_their_laws_and_numbers_are_alone() {
     let mut files = Vec::new();
     sources(&source(), &mut files);
     let names_one = |file: &&PathBuf| {
         let text = code(&fs::read_to_string(file).expect("a source file")).to_lowercase();
-        // A matrix has an adjoint.
+        // `adjoint` contains `joint`.
         let text = text.replace("adjoint", "");
         ["casing", "chuck", "joint"].iter().any(|word| text.contains(word))
     };
@@ -405,7 +405,7 @@ fn ties_are_named_where_their_laws_and_numbers_are_alone() {
     assert_eq!(actual, listed);
 }
 
-/// A file that nothing names is no test that runs.
+/// A test file that no program includes would never run.
 #[test]
 fn every_file_of_tests_is_in_a_program() {
     let root = root();

@@ -1,6 +1,6 @@
-//! Every system that a scene can meet has its modes: on each of 161 meshes of the reference hammer, bare and in
-//! every casing, and of hammers drawn over the whole domain. The suite takes a part of both;
-//! `BASES=1500 cargo test -p hammer --test all bases::` takes 1500.
+//! Every system that a scene can meet has its modes: on each of 161 meshes of the reference hammer, bare and in every
+//! casing, and of hammers drawn over the whole domain. The suite runs a part of both;
+//! `BASES=1500 cargo test -p hammer --test all bases::` draws 1500.
 
 use hammer::laws::event::Bodies;
 use hammer::laws::rock::Spring;
@@ -17,8 +17,8 @@ const CASINGS: [(&str, bool, f64); 5] = [
     ("elastic with string", true, 4e3),
 ];
 
-/// Elastic casings with a string on these meshes once had a basis that was off by 1e-9 to 1e-6, or none: a root
-/// that is real had the vector of nothing where a row of the secular matrix vanishes.
+/// Elastic casings with a string that once had no basis on these meshes, or one with an error of 1e-9 to 1e-6: a real
+/// root had a zero vector where a row of the secular matrix vanishes.
 const ONCE: [(usize, usize); 10] =
     [(1, 35), (1, 75), (1, 90), (1, 100), (3, 100), (3, 115), (4, 80), (5, 95), (5, 105), (6, 105)];
 /// Drawn hammers that once had none. Of 171 and 199, the slow decay beside dashpots 1e5 times as strong as a bar had
@@ -29,7 +29,7 @@ const ONCE: [(usize, usize); 10] =
 /// secular function has digits enough only in twice as many.
 const DRAWN: [usize; 10] = [171, 199, 268, 293, 337, 499, 583, 609, 971, 1265];
 
-/// How many drawn hammers are wanted, if not a part of all.
+/// Number of drawn hammers that is asked for; none: a part of all.
 fn wanted() -> Option<usize> {
     std::env::var("BASES").ok().and_then(|number| number.parse().ok())
 }
@@ -54,7 +54,7 @@ fn cased(degree: usize, spans: usize, casing: usize) -> Parameters {
     p
 }
 
-/// Every group of bodies that ties can hold together, with the springs that its tip can have: the largest
+/// Decomposes every group of bodies that ties can join, with the springs that its tip can have. Returns the largest
 /// mismatch of a basis and its inverse, and what is refused.
 fn decompose(p: &Parameters, name: &str) -> (f64, Vec<String>) {
     let model = Model::new(p).unwrap_or_else(|error| panic!("{name}: {error}"));
@@ -65,7 +65,7 @@ fn decompose(p: &Parameters, name: &str) -> (f64, Vec<String>) {
     let casing = Bodies::one(bodies - 1);
     let mut groups = Vec::new();
     for above in 0..string {
-        // What hangs together down to the bit, and what is left above.
+        // The bodies joined to the bit, and those left above.
         let below = Bodies::first(string).without(Bodies::first(above));
         for bodies in [Some(below), cased.then(|| below.and(casing))].into_iter().flatten() {
             groups.extend(Spring::ALL.map(|spring| Group { bodies, spring: Some(spring) }));
@@ -87,7 +87,7 @@ fn decompose(p: &Parameters, name: &str) -> (f64, Vec<String>) {
     (worst, failed)
 }
 
-/// A basis and its inverse give a state back to ten digits.
+/// A basis and its inverse reproduce a state to ten digits.
 #[test]
 fn every_mesh_of_the_reference_in_every_casing_has_its_modes() {
     let mut failed = Vec::new();
@@ -121,7 +121,7 @@ impl Chance {
         (z ^ z >> 31) as f64 / 2.0_f64.powi(64)
     }
 
-    /// Evenly in its logarithm.
+    /// Log-uniform.
     fn log(&mut self, low: f64, high: f64) -> f64 {
         (low.ln() + self.part() * (high / low).ln()).exp()
     }
@@ -134,14 +134,13 @@ impl Chance {
         low + (self.part() * (high + 1 - low) as f64) as usize
     }
 
-    /// Sections of one body, which is as often of the lengths of another one.
+    /// Sections of a body, half of the time with the lengths of another one.
     fn sections(&mut self, same: bool) -> (usize, f64, f64) {
         if same { (0, 0.168, 2.6e-3) } else { (1, self.log(0.02, 5.0), self.log(1e-5, 1e-1)) }
     }
 }
 
-/// A hammer over decades of every ratio, a third of them with equal bodies, some in a casing, with a string, or
-/// with rods on joints.
+/// A hammer with ratios over decades; a third have equal bodies, and some a casing, a string, or rods on joints.
 fn drawn(c: &mut Chance) -> Parameters {
     let mut p = Parameters::default();
     p.material.youngs_modulus = c.log(5e9, 4e11);

@@ -1,4 +1,4 @@
-//! A blow is a blow: counted again here, from the motion sampled finely and the definition.
+//! Blows, counted independently from the finely sampled motion and the definition.
 
 use crate::scenes::{Random, overdamped};
 use hammer::{Fidelity, InputValues, Machine, Parameters, Source};
@@ -10,11 +10,11 @@ struct Collision {
     piston: f64,
     relative: f64,
     hole: f64,
-    /// The piston's mean velocity was below zero at some time since the collision before.
+    /// True if the piston's mean velocity was negative at some time since the previous collision.
     risen: bool,
 }
 
-/// All collisions of a scene: a look every 20 us and at both sides of each closing.
+/// All collisions of a scene, sampled every 20 us and on both sides of each closing.
 fn collisions(p: &Parameters, inputs: &InputValues, until: f64) -> Vec<Collision> {
     let mut scout = Machine::new(p, inputs, 0.0).expect("a scene");
     scout.keep_journal(true);
@@ -32,7 +32,7 @@ fn collisions(p: &Parameters, inputs: &InputValues, until: f64) -> Vec<Collision
             machine.advance(machine.time() + 2e-5).expect("a step");
             risen |= machine.kinematics().piston_velocity < 0.0;
         }
-        // Just before: nothing happens in 1e-12 s.
+        // Just before it; nothing happens within 1e-12 s.
         machine.advance((record.time - 1e-12).max(machine.time())).expect("a step");
         let k = *machine.kinematics();
         risen |= k.piston_velocity < 0.0;
@@ -72,7 +72,7 @@ fn unequal(piston: f64, bit: f64) -> Parameters {
     p
 }
 
-/// Counts, periods and advances of a scene against the definition.
+/// Compares counts, periods and advances of a scene with the definition.
 fn check(p: &Parameters, inputs: &InputValues, until: f64) -> (usize, usize) {
     let all = collisions(p, inputs, until);
     let expected = blows(&all, p.blow.minimum_speed);
@@ -82,8 +82,8 @@ fn check(p: &Parameters, inputs: &InputValues, until: f64) -> (usize, usize) {
     assert_eq!(machine.counters().blows as usize, expected.len(), "{all:?}");
     if let [.., before, last] = &expected[..] {
         let blow = machine.blow().expect("a blow");
-        // Instants are sums of two numbers, seen to 1e-15 s; the hole is looked at 1e-12 s
-        // early, which it does not move in.
+        // Instants are sums of two numbers, known to 1e-15 s. The hole is read 1e-12 s early, during which it does
+        // not change.
         let (period, advance) = (last.time - before.time, last.hole - before.hole);
         assert!((blow.time - last.time).abs() < 1e-14);
         assert!((blow.period - period).abs() < 1e-14, "{} {period}", blow.period);
@@ -107,7 +107,7 @@ fn the_bit_s_rebound_belongs_to_the_blow() {
     assert_eq!(collisions, 2 * blows);
 }
 
-/// Unequal and stepped bodies, feeds and forces: every scene that falls, bounces and rebounds.
+/// Unequal and stepped bodies under various feeds and forces, with falls, bounces and rebounds.
 #[test]
 fn drawn_hammers_strike_as_many_blows_as_the_definition_says() {
     let mut random = Random::new(17);
@@ -123,7 +123,7 @@ fn drawn_hammers_strike_as_many_blows_as_the_definition_says() {
             p.piston.segment[1].length *= 4.0 * random.unit() + 0.1;
         }
         if case % 4 == 2 {
-            // A steady push: bounces that die away.
+            // A steady push, under which bounces die away.
             p.drive.source = Source::Force;
         }
         let inputs = InputValues {
@@ -135,7 +135,7 @@ fn drawn_hammers_strike_as_many_blows_as_the_definition_says() {
         more += usize::from(collisions > 2 * blows);
         none += usize::from(blows == 0);
     }
-    // The draws show what they are meant to: falls of several collisions, and never none.
+    // The draws include falls of several collisions, and each has blows.
     assert!(more >= 5 && none == 0, "{more} {none}");
 }
 
@@ -152,8 +152,8 @@ fn what_is_slower_than_the_minimum_is_no_blow() {
     }
 }
 
-/// Rigid masses that nothing else holds part after half a swing of the spring between them, `pi sqrt(m / k)`
-/// with `1 / m = 1 / mp + 1 / mb`. The rock, whose stiffness is `r` of that, changes that by less than `r`.
+/// Free rigid masses separate after half a period of the spring between them, `pi sqrt(m / k)` with
+/// `1 / m = 1 / mp + 1 / mb`. The rock, whose stiffness is `r` of that spring's, changes this by less than `r`.
 #[test]
 fn rigid_masses_are_in_contact_for_half_a_swing_of_its_spring() {
     for (piston, bit) in [(0.25, 0.21), (0.2, 0.4)] {

@@ -1,11 +1,11 @@
-//! Bodies of very unequal masses, slender where they meet: rounding leaves the gap on the wrong side
-//! of zero right after its own event, and the rate alone tells that it is on its way.
+//! Bodies of very unequal masses, slender where they meet. Rounding leaves the gap on the wrong side of zero right
+//! after its own event; only its rate shows that it is leaving.
 
 use crate::scenes::Random;
 use hammer::{InputValues, Machine, Parameters, Segment, Source};
 
-/// One body 1e3 to 1e6 times as heavy as the other, one of them with a section down to 1e-6 of its
-/// area where they meet, thrown at one another and pressed together.
+/// One body is 1e3 to 1e6 times as heavy as the other, and one of them has a section down to 1e-6 of its area where
+/// they meet. They are thrown at each other and pressed together.
 fn scene(number: u64) -> (Parameters, InputValues) {
     let mut random = Random::new(number * 7919);
     (0..3).for_each(|_| _ = random.unit());

@@ -1,4 +1,4 @@
-//! The hammer in its casing: statics, balances, what is refused, and the stress along it.
+//! The hammer in its casing: statics, balances, refusals, and the stress along it.
 
 use crate::scenes::{Random, balanced, cased, machine};
 use hammer::{
@@ -6,7 +6,7 @@ use hammer::{
     State, Tie, TieState,
 };
 
-/// A casing of any weight, chuck and string, and a feed that holds it down.
+/// A random casing, chuck and string, and a feed that holds the casing down.
 fn drawn(random: &mut Random, stepped: bool) -> (Parameters, f64) {
     let mut p = if stepped { random.stepped() } else { random.scene() };
     p.gravity = random.between(0.0, 9.81);
@@ -77,8 +77,8 @@ fn a_state_with_a_chuck_that_the_scene_lacks_is_refused_and_nothing_changes() {
     }
 }
 
-/// Light casings under strong strings, and a feed that grows beyond all measure: what overflows ends a
-/// step in an error. Before, steps went on and gave no numbers.
+/// Light casings under strong strings, with an ever growing feed: an overflow ends the step in an error. Once, such
+/// steps went on without valid numbers.
 #[test]
 fn a_motion_that_is_not_finite_is_an_error_and_no_output() {
     let mut random = Random::new(9);
@@ -110,8 +110,8 @@ fn a_motion_that_is_not_finite_is_an_error_and_no_output() {
     assert!(moved > 20 && refused > 0, "{moved} {refused}");
 }
 
-/// At the start the casing carries the feed, and of its weight and the drive's reaction what lies above;
-/// moving, hung on its ring as well, its nodes add up to its mean.
+/// At the start, the casing carries the feed, and at each section its weight and the drive's reaction above it. In
+/// motion, also when the bit hangs on the ring, the mean of its nodes is its mean velocity.
 #[test]
 fn stress_and_velocity_along_an_elastic_casing_are_those_of_what_acts_on_it() {
     let mut p = cased();
@@ -125,7 +125,7 @@ fn stress_and_velocity_along_an_elastic_casing_are_those_of_what_acts_on_it() {
     assert_eq!((at_rest.casing.len(), at_rest.casing_stress.len()), (n + 1, n));
     for (k, stress) in at_rest.casing_stress.iter().enumerate() {
         let carried = feed + spread * (k as f64 + 0.5) / n as f64;
-        // A strain is a difference of displacements of 1e-4 m that are rounded some ten times.
+        // A strain is a difference of displacements of 1e-4 m, each rounded some ten times.
         let rounding = 1e-19 * p.material.youngs_modulus * n as f64;
         assert!((stress * area + carried).abs() <= 1e-12 * feed + rounding * area, "{k}: {stress}");
     }
@@ -145,8 +145,8 @@ fn stress_and_velocity_along_an_elastic_casing_are_those_of_what_acts_on_it() {
     assert!(hung > 0 && stressed > 1e6, "{hung} {stressed}");
 }
 
-/// A chuck of four times the mesh's stiffness sets the nodes that meet rattling: more than twice the
-/// chuck's events of one that is as stiff.
+/// A chuck of four times the mesh's stiffness makes the nodes at it chatter, with more than twice the events of a
+/// chuck that is as stiff as the mesh.
 #[test]
 fn a_chuck_that_is_too_stiff_for_the_mesh_rattles_and_is_warned_of() {
     let [slow, fast] = [1.0, 4.0].map(|ratio| {
@@ -168,7 +168,7 @@ fn a_chuck_that_is_too_stiff_for_the_mesh_rattles_and_is_warned_of() {
 
 #[test]
 fn a_casing_far_lighter_than_the_bit_is_refused_and_the_lightest_keeps_its_digits() {
-    // Of those that air drives, in a casing of their own: `air_presets.rs`.
+    // Those driven by air have casings of their own: `air_presets.rs`.
     let relays = hammer::presets::PRESETS.iter();
     let relays = relays.filter(|preset| preset.start().0.drive.source == Source::Relay);
     for preset in relays {

@@ -1,4 +1,4 @@
-//! Modes near critical damping: two roots that all but coincide, their vectors all but parallel.
+//! Modes near critical damping, whose two roots nearly coincide and whose vectors are nearly parallel.
 
 use crate::scenes::Random;
 use hammer::laws::rock::Spring;
@@ -10,7 +10,7 @@ use hammer::{Mode, Parameters, RockMode, Segment};
 
 const MODE: Mode = Mode::starting(RockMode::DissipativeForward);
 
-/// Masses on a spring and a dashpot each, and what joins them, decomposed.
+/// Masses with a spring and a dashpot each, joined, and decomposed.
 struct Scene {
     omega2: Vec<f64>,
     shapes: Vec<Vec<f64>>,
@@ -37,8 +37,8 @@ impl Scene {
         self.omega2.iter().enumerate().map(|(i, w2)| (w2 + held(i)).sqrt()).collect()
     }
 
-    /// How far a state is from where it was when it has gone into the modes and back, over its
-    /// size; displacements times how fast their mode moves.
+    /// How far a state is changed by converting it to the modes and back, over its size; displacements are multiplied
+    /// by the rates of their modes.
     fn there_and_back(&self, system: &System, random: &mut Random) -> f64 {
         let (n, rates) = (self.omega2.len(), self.rates());
         let weight = |i: usize| if i < n { rates[i] } else { 1.0 };
@@ -117,11 +117,11 @@ fn a_mode_next_to_critical_damping_moves_by_its_closed_form() {
     }
 }
 
-/// In piston, bit and casing on splines, tied all three, the fast modes of one end hardly feel the ties: their
-/// roots lie 1e-18 of their size beside a pole, in bodies that are alike beside two, and 1e-29 beside some
-/// of the casing's. All states come back from their basis: each coordinate is a sum of some 600 terms,
-/// rounded, of rates that differ by 1e4: 1e-9. With powers of a near pole's compliance in the minors
-/// it was 1e-4 to 1, and refused.
+/// In piston, bit and casing on splines, all tied together, the fast modes of one end hardly depend on the ties.
+/// Their roots lie 1e-18 of their size beside a pole, beside two poles in equal bodies, and 1e-29 beside some of the
+/// casing's. All states are reproduced by their basis. Each coordinate is a sum of some 600 rounded terms, with rates
+/// that differ by 1e4, so the error is 1e-9. With powers of a near pole's compliance in the minors it was once 1e-4
+/// to 1, and refused.
 #[test]
 fn modes_that_hardly_feel_the_ties_keep_their_vectors() {
     let mut p = Parameters::default();

@@ -1,9 +1,9 @@
-//! Values of a drive from outside, one for each communication step: what acts over a step, and what the
-//! exchange makes.
+//! Inputs of the drive, exchanged as one value for each communication step: the force that acts over a step, and the
+//! energy that the exchange makes.
 
 use hammer::{Fidelity, Input, InputValues, Machine, Parameters, Source, Stops};
 
-/// A rigid piston far from the bit, in no field, under a force from outside.
+/// A rigid piston far from the bit, without gravity, under an outside force.
 fn thrown(delay: f64) -> Parameters {
     let mut p = Parameters { fidelity: Fidelity::Rigid, gravity: 0.0, ..Parameters::default() };
     (p.drive.source, p.drive.delay, p.contact.initial_gap) = (Source::Force, delay, 10.0);
@@ -14,7 +14,7 @@ fn mass(p: &Parameters) -> f64 {
     p.material.density * p.cross_section * p.piston.length
 }
 
-/// The force that acted over the step to `to`, N.
+/// Mean force over the step to `to`, N.
 fn acted(machine: &mut Machine, to: f64) -> f64 {
     let momentum =
         |machine: &Machine| mass(machine.parameters()) * machine.kinematics().piston_velocity;
@@ -23,13 +23,14 @@ fn acted(machine: &mut Machine, to: f64) -> f64 {
     (momentum(machine) - before) / (to - from)
 }
 
-/// Forces are kN over ms: their impulses, a few N s, and speeds of some m/s have roundings of 1e-15 of
-/// them, which a step of 1 ms makes 1e-11 N.
+/// Forces are kN over ms. Impulses of a few N s and speeds of some m/s have roundings of 1e-15 of them, which in a
+/// step of 1 ms are 1e-11 N.
 fn close(found: f64, expected: f64) {
     assert!((found - expected).abs() < 1e-9, "{found} {expected}");
 }
 
-/// The rows of the table: what is set before each step, its size, and what acts.
+/// The rows of the table in `machine/exchange.rs`: the value set before each step, the step's size, and the force
+/// that acts.
 #[test]
 fn a_value_acts_as_of_the_middle_of_its_step() {
     type Row = (&'static [f64], f64, f64);
@@ -53,15 +54,15 @@ fn a_value_acts_as_of_the_middle_of_its_step() {
         close(acted(&mut machine, now), expected);
         assert_eq!(machine.input(Input::DriveForce), sets.last().copied().unwrap_or(160.0));
     }
-    // A step of no size is none.
+    // A step of size 0 does not count.
     machine.set_input(Input::DriveForce, &[50.0]).unwrap();
     machine.advance(now).unwrap();
     machine.set_input(Input::DriveForce, &[100.0]).unwrap();
     close(acted(&mut machine, now + 1e-3), 110.0);
-    // A straight line is taken as given: its mean acts.
+    // A straight line acts as given, with its mean.
     machine.set_input(Input::DriveForce, &[100.0, 2e4]).unwrap();
     close(acted(&mut machine, now + 2e-3), 110.0);
-    // Without a delay, each value as given.
+    // Without a delay each value acts as given.
     let mut held = Machine::new(&thrown(0.0), &InputValues::default(), 0.0).unwrap();
     for (step, value) in (1..).zip([100.0, 160.0, 30.0]) {
         held.set_input(Input::DriveForce, &[value]).unwrap();
@@ -69,7 +70,7 @@ fn a_value_acts_as_of_the_middle_of_its_step() {
     }
 }
 
-/// A step that ends early goes on with what it used, to the last bit; another value there begins a step.
+/// A step that ended early continues with the same value, to the last bit. Another value begins a new step.
 #[test]
 fn a_step_that_returned_early_goes_on_with_what_it_used() {
     let mut p = thrown(1.0);
@@ -100,7 +101,7 @@ fn a_step_that_returned_early_goes_on_with_what_it_used() {
         let (ended, parts) = run(-9.975, same);
         assert!(2e-3 < ended && ended < 3e-3, "{ended}");
         assert_eq!(parts[..2], plain[..2]);
-        // The energy is summed in two parts: some roundings of 50 J.
+        // The energy is summed in two parts, which makes some roundings of 50 J.
         assert!((parts[2] - plain[2]).abs() < 1e-12, "{parts:?} {plain:?}");
     }
     let (ended, parts) = run(-9.975, Some(0.0));
@@ -108,7 +109,7 @@ fn a_step_that_returned_early_goes_on_with_what_it_used() {
     assert!((plain[0] - parts[0] - lost).abs() < 1e-12, "{parts:?}");
 }
 
-/// A valve that turns where the step ended early makes no energy: held values that jump there are exact.
+/// A valve that switches where the step ended early makes no energy: held values that jump there are exact.
 #[test]
 fn a_jump_after_an_early_return_is_no_error_of_the_exchange() {
     let mut p = thrown(0.0);
@@ -126,8 +127,8 @@ fn a_jump_after_an_early_return_is_no_error_of_the_exchange() {
     assert_eq!(machine.exchanged_energy(), 0.0);
 }
 
-/// The swing of a rigid piston on a trapped chamber of oil, over 20 ms in steps of one size, over that of a
-/// spring; and the energy that the exchange made, as reported and as it is, J.
+/// Growth of the oscillation of a rigid piston on trapped oil, over 20 ms in steps of one size, relative to that of a
+/// spring; then the energy that the exchange made, as reported and as it is, J.
 fn oil(delay: f64, lag: usize, step: f64) -> [f64; 3] {
     let (stiffness, speed) = (7.5e7, 1.0);
     let mut p = thrown(delay);
@@ -146,8 +147,9 @@ fn oil(delay: f64, lag: usize, step: f64) -> [f64; 3] {
     [largest * (stiffness / mass(&p)).sqrt() / speed, machine.exchanged_energy(), made]
 }
 
-/// Held, each step multiplies a swing by `1 + (omega h)^2 / 4`; a value that is a step older, by thrice as
-/// much in the exponent. With its delay the error is of second order, and `energy_exchange` is the energy made.
+/// A held value multiplies the oscillation in each step by `1 + (omega h)^2 / 4`; a value that is a step older, by
+/// three times as much in the exponent. With the right delay the error is of second order, and `energy_exchange` is
+/// the energy made.
 #[test]
 fn a_trapped_chamber_of_oil_is_right_to_second_order() {
     let rate = 7.5e7 / mass(&thrown(0.0));
@@ -155,24 +157,24 @@ fn a_trapped_chamber_of_oil_is_right_to_second_order() {
         let parts = 1.0 + 2.0 * lag as f64;
         let grown = |step: f64| (parts * rate * step * 0.25 * 0.02).exp();
         let held = oil(0.0, lag, 5e-6)[0];
-        // The exponent is right to its next order, omega h = 0.02.
+        // The exponent is right up to its next order, omega h = 0.02.
         assert!((held.ln() / grown(5e-6).ln() - 1.0).abs() < 0.1, "{held} {}", grown(5e-6));
         let [coarse, fine] = [1e-5, 5e-6].map(|step| oil(delay, lag, step)[0] - 1.0);
-        // A growth of third order in a step is one of second over a time: a quarter.
+        // An error of third order in a step is of second order over a time: a quarter with half the step.
         assert!(coarse.abs() < 0.03 && fine.abs() < 0.3 * coarse.abs(), "{coarse} {fine}");
         let [_, reported, made] = oil(delay, lag, 1e-5);
         let [_, held_reported, held_made] = oil(0.0, lag, 1e-5);
         println!("{lag}: {reported} {made} {held_reported} {held_made}");
         if lag == 0 {
-            // What even motion within a step leaves out is of higher order, omega h = 0.05.
+            // The assumption of constant speed within a step has an error of higher order, omega h = 0.05.
             assert!((held_reported / held_made - 1.0).abs() < 0.1, "{held_reported} {held_made}");
         }
         assert!((reported - made).abs() < 0.1 * held_made, "{reported} {made}");
     }
 }
 
-/// Steady forces make nothing, in whatever steps; a chamber of oil in steps too long is reported, with
-/// what to do.
+/// Constant forces make no energy, in any steps. A chamber of oil in steps that are too long is reported, with a
+/// remedy.
 #[test]
 fn an_exchange_that_makes_energy_is_told() {
     let mut p = thrown(0.0);

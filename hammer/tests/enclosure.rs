@@ -1,5 +1,5 @@
-//! The search's rounding, proved: windows in intervals that are rounded outward hold every
-//! coefficient, and find the same events along the motion of whole scenes.
+//! Proof of the search's rounding: windows in interval arithmetic, rounded outward, contain every coefficient, and
+//! find the same events along the motion of whole scenes.
 
 use crate::scenes::Random;
 use hammer::modal::structure::{Attachment, Structure};
@@ -11,7 +11,7 @@ use hammer::{Event, InputValues, Machine, Mode, Parameters, Record, RockMode};
 use std::ops::{Add, Mul};
 use std::sync::Arc;
 
-/// Numbers from `low` to `high`; every operation is rounded outward.
+/// An interval; every operation is rounded outward.
 #[derive(Clone, Copy, Debug)]
 struct Interval {
     low: f64,
@@ -64,7 +64,7 @@ impl Interval {
         0.5 * (self.low + self.high)
     }
 
-    /// Distance of its furthest point from `x`.
+    /// Largest distance of its points from `x`.
     fn apart(self, x: f64) -> f64 {
         (x - self.low).max(self.high - x).next_up()
     }
@@ -74,7 +74,7 @@ impl Interval {
     }
 }
 
-/// A little more than a norm of two numbers.
+/// Slightly more than the norm of two numbers.
 fn norm(x: f64, y: f64) -> f64 {
     x.hypot(y) * (1.0 + 1e-14)
 }
@@ -84,7 +84,7 @@ fn horner(c: &[Interval], x: Interval) -> Interval {
     c.iter().rev().fold(Interval::ZERO, |sum, &c| sum * x + c)
 }
 
-/// One track's motion, block by block a disc: its middle, and a radius that the flow never widens.
+/// The motion of a track, enclosed in a disc for each block: a centre, and a radius that the flow never enlarges.
 #[derive(Clone)]
 struct Discs {
     system: Arc<System>,
@@ -116,20 +116,19 @@ impl Discs {
         all
     }
 
-    /// The generator's block `i`; none where there is padding, or the translation, which is no
-    /// part of a modal vector.
+    /// Block `i` of the generator; zero for padding and for the translation, which is not part of a modal vector.
     fn block(&self, i: usize) -> [f64; 4] {
         let none = i >= self.system.modes() || i == 0 && self.system.rigid;
         if none { [0.0; 4] } else { self.system.block(i) }
     }
 
-    /// True if the coordinates of block `i` do not feel each other: each is a disc of its own.
+    /// True if the coordinates of block `i` are independent: each has a disc of its own.
     fn is_diagonal(&self, i: usize) -> bool {
         let [_, b12, b21, _] = self.block(i);
         b12 == 0.0 && b21 == 0.0
     }
 
-    /// Bounds on the coordinates of the sum of two vectors of block `i`, wherever the flow turns it.
+    /// Bounds on the coordinates of the sum of two vectors of block `i`, at all later times.
     fn sizes(&self, i: usize, a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
         if self.is_diagonal(i) {
             return [a[0] + b[0], a[1] + b[1]];
@@ -143,7 +142,7 @@ impl Discs {
         for i in 0..n {
             let [p, q] = [i, n + i]
                 .map(|j| series[..TAYLOR].iter().fold(Interval::ZERO, |sum, y| sum + y[j]));
-            // What follows power `TAYLOR - 1` is `(B h)^TAYLOR / TAYLOR!` of the motion later on.
+            // The remainder after power `TAYLOR - 1` is `(B h)^TAYLOR / TAYLOR!` of a later state.
             let rest = [i, n + i].map(|j| series[TAYLOR][j].size());
             let [x, y] = [p.middle(), q.middle()];
             let grown = self.sizes(i, rest, [p.apart(x), q.apart(y)]);
@@ -165,8 +164,8 @@ impl Discs {
         self.at = t;
     }
 
-    /// Adds a functional's Taylor coefficients of derivative `order`, in units of `h`, to `q`;
-    /// returns what they leave out.
+    /// Adds the Taylor coefficients of a functional's derivative `order`, in units of `h`, to `q`. Returns their
+    /// remainder.
     fn expand(&self, part: &Part, order: usize, h: f64, q: &mut [Interval]) -> f64 {
         let (n, series) = (self.system.blocks(), self.series(h));
         let row = &self.system.functionals[part.functional].rows[0];
@@ -204,7 +203,7 @@ impl Discs {
     }
 }
 
-/// A guard over discs.
+/// A guard on enclosed motions.
 struct Enclosed {
     signal: Signal,
     discs: Vec<Discs>,
@@ -221,7 +220,7 @@ impl Enclosed {
         Self { signal, discs }
     }
 
-    /// `sum weight |z|`: what its modal terms sum up to.
+    /// `sum weight |z|`: bound on the sum of its modal terms.
     fn amplitude(&self) -> f64 {
         let parts = self.signal.parts.iter().flatten();
         let each = parts.map(|part| {
@@ -232,7 +231,7 @@ impl Enclosed {
         each.sum()
     }
 
-    /// Coefficients of the window of length `h` that begins at `t`, where the discs stand.
+    /// Coefficients of the window of length `h` that begins at `t`, to which the discs are advanced.
     fn window(&self, t: f64, h: f64) -> [Interval; TAYLOR] {
         let mut p: Vec<Interval> = self.signal.poly().0.iter().map(|&c| c.into()).collect();
         // Shifted to `t`, then in units of `h`.
@@ -260,7 +259,7 @@ impl Enclosed {
         }
     }
 
-    /// About a radian of the fastest mode in it, or longer where nothing moves.
+    /// About a radian of the fastest mode, or longer if nothing moves.
     fn length(&self) -> f64 {
         let parts = self.signal.parts.iter().flatten();
         let rates = parts.map(|part| {
@@ -294,8 +293,7 @@ fn is_below(q: &[Interval], level: f64, a: f64, b: f64) -> bool {
 
 const MODE: Mode = Mode::starting(RockMode::FreeFlight);
 
-/// Systems undamped, damped, and with a dashpot of any strength; states whose terms cancel, as they
-/// do ahead of a front.
+/// Undamped systems, damped ones, and with a dashpot of any strength; states whose terms cancel, as ahead of a front.
 #[test]
 fn a_window_s_coefficients_err_by_no_more_than_it_says() {
     let mut random = Random::new(6);
@@ -319,7 +317,7 @@ fn a_window_s_coefficients_err_by_no_more_than_it_says() {
             dampers: Vec::new(),
         };
         let system = Arc::new(System::new(recipe, None, MODE).expect("a spectrum"));
-        // Displacements that a velocity of order 1 makes; every fourth so that they cancel.
+        // Displacements for a velocity of order 1; every fourth state makes the terms cancel.
         let mut state: Vec<f64> =
             omega2.iter().map(|w2| random.between(-1.0, 1.0) / (w2.sqrt() + slowest)).collect();
         state.extend((0..n).map(|_| random.between(-1.0, 1.0)));
@@ -340,26 +338,25 @@ fn a_window_s_coefficients_err_by_no_more_than_it_says() {
         let guard = Enclosed::new(signal.clone(), std::slice::from_ref(&track));
         let t = random.between(0.0, 1e-3);
         let window = signal.expand(&[track], t, guard.amplitude());
-        // The rows hold no translation.
+        // The rows do not contain the translation.
         let exact = guard.window(t, window.h);
         let mut lost: f64 = exact[1..].iter().zip(&window.q[1..]).map(|(e, q)| e.apart(*q)).sum();
-        // The first holds what the series leaves out: an eighth of the resolution in all.
+        // The first coefficient includes the remainder, an eighth of the resolution in all.
         lost += (exact[0].apart(window.q[0]) - resolution / 8.0).max(0.0);
         assert!(lost <= window.noise(), "{round}: {lost:e} lost, {:e} said", window.noise());
         if lost > 0.0 {
             closest = closest.min(window.noise() / lost);
         }
     }
-    // A bound of no use would be far off in every case.
+    // A useless bound would be far off in every case.
     assert!(closest < 1e4 && cancelled == 150, "never closer than {closest:e}");
 }
 
-/// What an engine's own motion may be off after as many rotations as a stretch between two events
-/// takes: a rounding of all terms for each.
+/// Error of the engine's motion after the rotations between two events: one rounding of all terms for each.
 const ROTATIONS: f64 = 1000.0;
 
-/// Proves a stretch: no guard reaches its resolution before the event, and the event's own guard
-/// does then, through zero. Returns how many crossings it proved.
+/// Proves an interval: no guard reaches its resolution before the event, and the event's own guard then does, through
+/// zero. Returns the number of proved crossings.
 fn prove(machine: &Machine, span: f64, event: Event) -> u64 {
     let (tracks, guards) = machine.tracked();
     let mut proved = 0;
@@ -387,7 +384,7 @@ fn prove(machine: &Machine, span: f64, event: Event) -> u64 {
 }
 
 impl Enclosed {
-    /// Asserts that it is zero at `t`, and comes to lie above `3 r / 8` before it falls below zero.
+    /// Asserts that it is zero at `t`, and then exceeds `3 r / 8` before it falls below zero.
     fn crosses(&mut self, mut t: f64, r: f64, off: f64) {
         let zero = self.window(t, self.length())[0];
         assert!(zero.low <= off && zero.high >= -off, "{zero:?} is no zero at {t:e}, r {r:e}");
@@ -408,7 +405,7 @@ impl Enclosed {
     }
 }
 
-/// Runs a scene, and proves each of its stretches; returns how many, and how many crossings.
+/// Runs a scene and proves each of its intervals. Returns the numbers of intervals and of crossings.
 fn prove_scene(p: &Parameters, to: f64) -> [u64; 2] {
     let start = || Machine::new(p, &InputValues::default(), 0.0).expect("a scene");
     let mut machine = start();
@@ -430,8 +427,8 @@ fn prove_scene(p: &Parameters, to: f64) -> [u64; 2] {
     [stretches, crossings]
 }
 
-/// The reference mesh through its first blow, and small meshes, from a small gap so that little of it is flight: contact,
-/// every mode of the rock.
+/// The reference mesh through its first blow; and small meshes with a small gap, so that little time is flight,
+/// through contact and every mode of the rock.
 #[test]
 fn windows_rounded_outward_find_the_events_of_a_blow_and_of_drawn_scenes() {
     let mut reference = Parameters::default();

@@ -132,8 +132,8 @@ fn every_rock_mode_of_the_reference_bit_flows_like_the_dense_exponential() {
     }
 }
 
-/// `beta w` of the fastest mode is 40 to 4000 here: all but a few modes are overdamped, and their slow
-/// roots crowd at `-1 / beta`, nearer to each other than 1e-7 of themselves.
+/// `beta w` of the fastest mode is 40 to 4000. All but a few modes are overdamped, and their slow roots crowd at
+/// `-1 / beta`, with relative distances below 1e-7.
 #[test]
 fn slow_roots_that_crowd_flow_like_the_dense_exponential() {
     for (lengths, elements) in [([0.168; 2], [40; 2]), ([0.168, 0.31], [30, 24])] {
@@ -191,8 +191,8 @@ fn one_element_and_one_mode_flow_like_the_dense_exponential() {
     }
 }
 
-/// The viscosity at which two real eigenvalues meet is bracketed and approached: the
-/// eigenvectors turn parallel, and the flow must stay exact.
+/// The viscosity at which two real eigenvalues meet is bracketed and approached. The eigenvectors become parallel,
+/// and the flow must remain exact.
 #[test]
 fn a_critically_damped_mode_flows_like_the_dense_exponential() {
     let critical = 2.0 * (1.2e8f64 * 3.4).sqrt();
@@ -219,8 +219,8 @@ fn a_critically_damped_mode_flows_like_the_dense_exponential() {
     }
 }
 
-/// Splines have modes that belong to one end of a section; equal spans, wherever they are,
-/// give them one frequency, and the far end a rounding of their amplitude.
+/// Splines have modes that belong to one end of a section. Equal spans give them equal frequencies, and the amplitude
+/// at the far end is a rounding.
 #[test]
 fn splines_on_uniform_and_stepped_bodies_flow_like_the_dense_exponential() {
     let material = Parameters::default().material;
@@ -241,7 +241,7 @@ fn splines_on_uniform_and_stepped_bodies_flow_like_the_dense_exponential() {
                 omega2: one.omega2.clone(),
                 beta: 2e-8,
             };
-            // Of another length and other spans: twins in each body, of which one end is held.
+            // With another length and other spans, each body has equal pairs, of which one end is held.
             let longer = stepped(&[(0.17, 2e-3)], degree, spans + 5);
             let pairs = [(&one, &one), (&one, &other), (&other, &other), (&longer, &other)];
             let joined = pairs.into_iter().flat_map(|(p, b)| {

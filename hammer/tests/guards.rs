@@ -1,5 +1,5 @@
-//! Nasty guards: what a search for events must not miss, on synthetic motions whose
-//! crossings are known in closed form, through the same `GuardTracker` that the hammer uses.
+//! Difficult guards: what a search for events must not miss, on synthetic motions whose crossings are known in closed
+//! form, through the `GuardTracker` that the hammer uses.
 
 use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{Recipe, System};
@@ -77,9 +77,8 @@ fn a_plain_crossing_is_located_to_rounding() {
     assert!(close(found.expect("a crossing"), exact, f64::EPSILON, 0.75f64.sqrt()), "{found:?}");
 }
 
-/// A guard that starts at zero with no slope and rises: `1 - cos(w t)` and rounding on
-/// either side of it. It reaches the resolution `r` at `sqrt(2 r) / w`, and no zero of its
-/// own may be taken for a later one.
+/// A guard that starts at zero without slope and rises: `1 - cos(w t)`, with rounding of either sign. It reaches the
+/// resolution `r` at `sqrt(2 r) / w`, and no zero of its own may be taken for a later one.
 #[test]
 fn a_rise_from_zero_without_a_slope_is_found_where_it_starts() {
     for w in [1.0, 1e3, 1e7] {
@@ -92,9 +91,8 @@ fn a_rise_from_zero_without_a_slope_is_found_where_it_starts() {
     }
 }
 
-/// A transition may leave its own guard a rounding above zero and falling. What rises later
-/// is another crossing, at its own time: `cos(w t + p) - cos p + off` is back at
-/// `2 (pi - p) / w`.
+/// A transition may leave its own guard a rounding above zero and falling. A later rise is another crossing, at its
+/// own time: `cos(w t + p) - cos p + off` returns to zero at `2 (pi - p) / w`.
 #[test]
 fn a_guard_left_above_zero_by_rounding_is_not_taken_again_at_once() {
     for short_of in [2.0, 0.1, 1e-3, 1e-4] {
@@ -112,9 +110,9 @@ fn a_guard_left_above_zero_by_rounding_is_not_taken_again_at_once() {
     }
 }
 
-/// A resolution far below the rounding of a guard's own terms resolves nothing: `cos(w t + 1) - 1 +
-/// d` rises to `d`, ten roundings of its terms, once a period, and nobody can know whether. Such an
-/// excursion is not taken; one that rises by `1e4` roundings is.
+/// A resolution far below the rounding of a guard's own terms has no meaning: `cos(w t + 1) - 1 + d` rises to `d`,
+/// ten roundings of its terms, once a period, and whether it crosses is undetermined. Such a rise is not taken; one
+/// of `1e4` roundings is.
 #[test]
 fn what_a_guard_s_own_terms_hide_is_not_taken() {
     let w = 1e5;
@@ -150,7 +148,7 @@ fn a_pair_of_crossings_is_found_however_close() {
     }
 }
 
-/// A guard that comes a resolution or more beyond its level crosses it, however short it stays there.
+/// A guard that exceeds its level by a resolution or more crosses it, however briefly.
 #[test]
 fn a_peak_of_a_few_resolutions_is_a_crossing() {
     let (w, a) = (3e4, 0.7);
@@ -183,7 +181,7 @@ fn a_graze_from_below_is_not_taken() {
 
 #[test]
 fn a_graze_from_above_is_a_crossing_already() {
-    // Above zero all along, touching it at t = 0.5 from above: crossing where it is watched.
+    // Always above zero, touching it at t = 0.5 from above: it has crossed as soon as it is tracked.
     let track = track(&[(1.0, 0.0, 0.0)]);
     let (found, ..) = search(&track, guard(poly(&[0.25, -1.0, 1.0]), 0), 2.0);
     assert_eq!(found, Some(0.0));
@@ -198,15 +196,15 @@ fn direction_matters_a_fall_through_zero_is_no_crossing() {
     assert!(close(found.expect("a crossing"), exact, 4.0 * f64::EPSILON, 1.0), "{found:?}");
 }
 
-/// A body whose way in a millisecond rounds to more than the resolution: `a t (t - b)` leaves zero
-/// downward and is back at `b`, and no rounding is taken for a rise.
+/// The motion of a body over a millisecond has a rounding above the resolution: `a t (t - b)` leaves zero downward
+/// and returns at `b`, and no rounding may be taken for a rise.
 #[test]
 fn a_body_that_goes_far_within_a_window_is_not_taken_for_its_rounding() {
     let still = track(&[(1.0, 0.0, 0.0)]);
     for speed in [1e2, 1e6, 1e9, 1e11] {
         for b in [1e-3, 2e-5, 3e-7] {
             let (found, ..) = search(&still, guard(poly(&[0.0, -speed, speed / b]), 0), 1e-2);
-            // The three terms round by as much as they are at `b`.
+            // The rounding of the three terms is that at `b`.
             let found = found.expect("a crossing");
             assert!(
                 close(found, b, 2.0 * f64::EPSILON * speed * b, speed),
@@ -249,14 +247,14 @@ fn two_crossings_within_a_picosecond_keep_their_order() {
 
 #[test]
 fn a_crossing_exactly_at_the_end_is_found() {
-    // -1 + t crosses at 1: a polynomial without any wave; the end is 1 to rounding.
+    // -1 + t crosses at 1: a polynomial without oscillation, whose zero is 1 to rounding.
     let track = track(&[(1.0, 0.0, 0.0)]);
     let (found, ..) = search(&track, guard(poly(&[-1.0, 1.0]), 0), 1.0 + 4.0 * f64::EPSILON);
     assert!(close(found.expect("at the end"), 1.0, f64::EPSILON, 1.0), "{found:?}");
 }
 
-/// Forty waves whose amplitudes are large and cancel to `t^k`-like flatness at the start: a
-/// bound by absolute values sees 1e12 m/s3 there. The window carries the search through.
+/// Forty oscillations with large amplitudes cancel at the start, so that the guard is as flat as a high power of t: a
+/// bound by absolute values is 1e12 m/s3 there. A window must carry the search through.
 #[test]
 fn cancelling_amplitudes_do_not_make_the_search_crawl() {
     let waves: Vec<(f64, f64, f64)> = (0..40)
@@ -291,7 +289,7 @@ fn binomial(n: u32, k: u32) -> f64 {
     (0..k).fold(1.0, |b, i| b * f64::from(n - i) / f64::from(i + 1))
 }
 
-/// The remainder of a window is bounded in the guard's own order: a velocity of a fast mode.
+/// The remainder of a window is bounded for the guard's own order, here for the velocity of a fast mode.
 #[test]
 fn a_velocity_is_searched_as_sharply_as_a_displacement() {
     let (w, v) = (2e6, 1.0);
@@ -320,9 +318,8 @@ fn a_decay_towards_zero_from_below_costs_nothing() {
     assert!(work < 10, "{work} evaluations");
 }
 
-/// `-exp(-t) + a cos(w t)` first rises through zero when the decay has fallen to the swing:
-/// the decay alone decides until then, where a bound on the curvature would take a stride every
-/// `sqrt(2 / a) / w`, 10,000 of them.
+/// `-exp(-t) + a cos(w t)` first rises through zero when the decay has fallen to the amplitude. Until then the decay
+/// alone decides, where a bound on the curvature would take a step every `sqrt(2 / a) / w`, 10,000 of them.
 #[test]
 fn a_creep_that_outweighs_an_oscillation_is_followed_to_where_it_ends() {
     let (w, a) = (2e4, 0.1);
@@ -346,7 +343,7 @@ fn a_creep_that_outweighs_an_oscillation_is_followed_to_where_it_ends() {
         if exact(middle) < 0.0 { low = middle } else { high = middle }
     }
     let slope = (exact(low + 1e-9) - exact(low - 1e-9)) / 2e-9;
-    // The slow root is a thousandth of its pair's other: so many roundings.
+    // The slow root is a thousandth of its pair's other root, and so has a thousand roundings.
     assert!(close(t, low, 1e3 * f64::EPSILON, slope), "{t} {low}");
     assert!(work < 500, "{work} evaluations");
 }

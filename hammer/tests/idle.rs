@@ -1,11 +1,11 @@
-//! Loads under which a hammer does not drill are warned of, and no others. What they do is seen in a
-//! run: nothing of the warning's arithmetic.
+//! Loads under which a hammer does not drill cause a warning, and no others do. Runs show the effect, independently
+//! of the warning's arithmetic.
 
 use hammer::Scene;
 use hammer::presets::PRESETS;
 use hammer::{Fidelity, Source};
 
-/// Blows and work to the rock after 4 s, when every start is forgotten, up to 8 s.
+/// Blows and work to the rock between 4 s, when every start is forgotten, and 8 s.
 fn late(scene: &Scene) -> (usize, f64) {
     let mut machine = scene.machine().expect("a scene");
     machine.advance(4.0).expect("a run");
@@ -25,7 +25,7 @@ fn rigid() -> Scene {
     scene
 }
 
-/// `F` lifts the piston if it is more than `m g`; overhead it is what throws the piston.
+/// `F` lifts the piston if it exceeds `m g`; in an overhead hammer it throws the piston.
 #[test]
 fn a_drive_weaker_than_the_piston_s_weight_never_moves_it() {
     for gravity in [9.81, -9.81] {
@@ -34,8 +34,8 @@ fn a_drive_weaker_than_the_piston_s_weight_never_moves_it() {
             scene.parameters.gravity = gravity;
             let weight = scene.parameters.piston_mass() * gravity.abs();
             scene.parameters.drive.amplitude = part * weight;
-            // It lies on the bit at the start: what bounces may reach the relay's stroke. The slowest
-            // throw, overhead, has 0.05 g over the stroke of 50 mm: 0.22 m/s.
+            // The piston rests on the bit at the start, so that no bounce can reach the relay's stroke. The slowest
+            // overhead throw has 0.05 g over the stroke of 50 mm: 0.22 m/s.
             scene.parameters.contact.initial_gap = 0.0;
             scene.parameters.blow.minimum_speed = 0.15;
             assert_eq!(late(&scene).0 > 0, strikes, "{gravity} {part}");
@@ -48,7 +48,7 @@ fn a_drive_weaker_than_the_piston_s_weight_never_moves_it() {
     }
 }
 
-/// A supply that is the exhaust's pressure is none.
+/// A supply at the exhaust's pressure has no effect.
 #[test]
 fn air_without_pressure_does_not_lift_the_piston() {
     for (supply, moves) in [(1.2e5, false), (1.5e6, true)] {
@@ -60,7 +60,7 @@ fn air_without_pressure_does_not_lift_the_piston() {
     }
 }
 
-/// In a casing the drive's force is an inner one: what presses the rock is feed and weight alone.
+/// In a casing the drive's force is internal: only feed and weight press on the rock.
 #[test]
 fn a_feed_that_lifts_the_hammer_gives_the_rock_nothing() {
     let mut cased = rigid();

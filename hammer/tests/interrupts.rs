@@ -1,4 +1,4 @@
-//! Long work of every kind ends when it is interrupted, and leaves what it worked on as it was.
+//! Long work of every kind ends when it is interrupted, and leaves the objects it worked on unchanged.
 
 use hammer::Scene;
 use hammer::means::{Wanted, steady};
@@ -11,18 +11,18 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// From the interrupt to the end of the work: what the issue of hosts asks for; 0.4 ms were the most
-/// seen. (What is long and asks nobody is a dense solver's one call: 0.1 s for 400 splines.)
+/// Longest time from the interrupt to the end of the work; at most 0.4 ms was observed. (Only a call of the dense
+/// solver cannot be interrupted: 0.1 s for 400 splines.)
 const PROMPT: Duration = Duration::from_millis(50);
 
-/// Taken by tests that count questions: another's scenes would take theirs from the store of systems,
-/// and what is decomposed again asks again.
+/// Lock for tests that count questions. Another test's scenes would displace this one's systems from the cache, and
+/// decomposing them again asks again.
 fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// An interrupt that counts how often it is asked, and says yes from some time on.
+/// An interrupt that counts its questions, and returns true from some time on.
 struct Counted {
     interrupt: Interrupt,
     inner: Arc<Inner>,
@@ -31,7 +31,7 @@ struct Counted {
 struct Inner {
     asked: AtomicU64,
     from: AtomicU64,
-    /// When it said yes first.
+    /// When it first returned true.
     yes: OnceLock<Instant>,
 }
 
@@ -61,13 +61,13 @@ impl Counted {
         self.inner.asked.load(Relaxed)
     }
 
-    /// Says no until it has been asked so often more.
+    /// Makes it return false until it has been asked so many more times.
     fn lets_go_on(&self, more: u64) {
         self.interrupt.clear();
         self.inner.from.store(self.asked().saturating_add(more), Relaxed);
     }
 
-    /// True if it has said yes just now.
+    /// True if it has just returned true.
     fn was_prompt(&self) -> bool {
         self.inner.yes.get().is_some_and(|when| when.elapsed() < PROMPT)
     }
@@ -76,7 +76,7 @@ impl Counted {
 /// After the first blow, s; before it the piston falls freely for 10 ms.
 const END: f64 = 0.0145;
 
-/// No other test shares its systems: each has bodies of its own.
+/// No other test shares its systems, since each has its own bodies.
 fn scene(elements: usize, tenths: u32) -> Parameters {
     let mut p = Parameters::default();
     (p.piston.elements, p.bit.elements) = (elements, elements);
@@ -90,10 +90,9 @@ fn machine(p: &Parameters) -> Result<Machine, Error> {
     Machine::new(p, &InputValues::default(), 0.0)
 }
 
-/// To decompose a system of `N` modes takes 2 N roots, each at least two steps (one that moves, one
-/// that does not), half of them conjugates that take none, and then N blocks: the question is asked
-/// before each. So between two questions lies `O(N)` work: 802 modes, a second in all, and less than
-/// a millisecond each.
+/// Decomposing a system of `N` modes takes 2 N roots, each in at least two steps (one that moves, one that does not),
+/// half of them conjugates without steps, and then N blocks. The question is asked before each, so that `O(N)` work
+/// lies between two questions: with 802 modes a second in all, and less than a millisecond each.
 #[test]
 fn a_decomposition_asks_before_every_root_and_every_block() {
     let _alone = alone();
@@ -109,8 +108,8 @@ fn a_decomposition_asks_before_every_root_and_every_block() {
     assert!(m.counters().contacts > 0 && blow >= 802 * (2 + 2 + 1), "the bodies together: {blow}");
 }
 
-/// Interrupted at every hundredth question or so, from a scene's making over its first blows: a step
-/// ends then, and what follows is the motion of one that nobody interrupted, bit for bit.
+/// Interrupted at about every hundredth question, from making the scene through its first blows: the step ends, and
+/// what follows is the uninterrupted motion, bit for bit.
 #[test]
 fn a_scene_of_400_elements_can_be_cancelled_wherever_it_is() {
     let _alone = alone();
@@ -124,7 +123,7 @@ fn a_scene_of_400_elements_can_be_cancelled_wherever_it_is() {
         }
         assert!(counted.interrupt.is_set());
         cancelled += 1;
-        // Later each time: what is not done is done again.
+        // Later each time, since unfinished work is done again.
         counted.lets_go_on(100 << cancelled);
     };
     assert!(cancelled > 2, "{cancelled}");
@@ -146,7 +145,7 @@ fn a_scene_of_400_elements_can_be_cancelled_wherever_it_is() {
     assert_eq!(m.energies(), other.energies());
 }
 
-/// The modes of joined rods are asked about one by one, for each joint, before their system's roots.
+/// For each joint, the modes of the joined rods ask one by one, before their system's roots.
 #[test]
 fn the_making_of_a_loose_string_can_be_cancelled() {
     let _alone = alone();
@@ -167,8 +166,7 @@ fn the_making_of_a_loose_string_can_be_cancelled() {
     }
 }
 
-/// The damping form of `N` modes is asked about before each of its 2 N / 16 strips of products and
-/// each of its N rows.
+/// The damping form of `N` modes asks before each of its 2 N / 16 strips of products and each of its N rows.
 #[test]
 fn what_takes_long_of_reading_an_energy_can_be_cancelled_and_done_again() {
     let _alone = alone();
@@ -200,7 +198,7 @@ fn derivatives_and_long_run_responses_end_when_they_are_interrupted() {
     let differentiate = || derivatives(&scene, &by, &run).map(|_| ());
     let respond = || steady(&scene, &Wanted::default(), &mut |_, _| true).map(|_| ());
     for work in [&differentiate as &dyn Fn() -> Result<(), Error>, &respond] {
-        // The scene's systems are made once: another time they are found.
+        // The scene's systems are made once and then cached.
         work().expect("a result");
         let all = Counted::never();
         all.interrupt.watch(work).expect("a result");
@@ -213,7 +211,7 @@ fn derivatives_and_long_run_responses_end_when_they_are_interrupted() {
     }
 }
 
-/// As Python's signals are: its main thread alone hears of them, and that waits meanwhile.
+/// As with Python's signals: only its main thread handles them, and it is waiting meanwhile.
 #[test]
 fn what_other_threads_do_ends_when_the_thread_that_waits_for_them_hears_so() {
     let _alone = alone();
@@ -224,7 +222,7 @@ fn what_other_threads_do_ends_when_the_thread_that_waits_for_them_hears_so() {
         Interrupt::asking(move || thread::current().id() == own && known.load(Relaxed) > 0);
     let work = |_| {
         begun.fetch_add(1, Relaxed);
-        // Some seconds, were it not ended.
+        // It would take some seconds.
         machine(&Parameters::default())?.advance(100.0)
     };
     let found = interrupt.watch(|| in_threads(vec![(); 3], 2, work));

@@ -1,5 +1,5 @@
-//! What must not matter: inputs that are set again, and where a host saves and restores. (How it slices time: the
-//! properties of drawn scenes.)
+//! Actions without effect: inputs that are set again, and saving and restoring by a host. (For slicing of time see
+//! the properties of drawn scenes.)
 
 use hammer::{Input, InputValues, Machine, Parameters, Source, State, Stops};
 
@@ -7,7 +7,7 @@ fn machine() -> Machine {
     Machine::new(&Parameters::default(), &InputValues::default(), 0.0).expect("a scene")
 }
 
-/// The state without what belongs to the last step alone.
+/// The state without the part that belongs to the last step.
 fn trajectory(machine: &Machine) -> State {
     machine.state().without_step()
 }
@@ -28,8 +28,8 @@ fn a_state_of_another_scene_is_refused_and_nothing_changes() {
     assert_eq!(machine.state(), before);
 }
 
-/// Setting an input to what it is already must not touch the trajectory; setting it to a
-/// polynomial's own continuation moves it by rounding only (1e-12 of 10 m/s, over a touch).
+/// Setting an input to its own value must not change the trajectory. Setting it to its polynomial's own continuation
+/// changes it by rounding only (1e-12 of 10 m/s, over a touch).
 #[test]
 fn an_input_set_to_its_own_value_costs_nothing() {
     let mut parameters = Parameters::default();
@@ -64,7 +64,7 @@ fn a_polynomial_input_is_integrated_exactly() {
     assert!(energies.residual.abs() < 1e-12 * energies.drive.abs().max(1.0));
 }
 
-/// The instant of an event is a sum of two doubles: its first part, by which a host calls it, may lie before it.
+/// The instant of an event is a sum of two doubles. The first part, which the host uses, may lie before it.
 #[test]
 fn a_state_is_restored_where_a_host_stops_at_a_blow_and_steps_by_nothing() {
     let mut machine = machine();

@@ -1,4 +1,4 @@
-//! Loose joints of a drill string, with a casing and without: statics, balances, rates, and what is refused.
+//! Loose joints of a drill string, with a casing and without: statics, balances, rates, and refusals.
 
 use crate::scenes::{Random, balanced};
 use hammer::parameters::{Drill, Joint};
@@ -6,7 +6,7 @@ use hammer::{
     Error, Event, InputValues, Kinematics, Machine, Parameters, Segment, Tie, TieState, Ties,
 };
 
-/// A string of unlike rods' steel, driven over 50 mm, on meshes as coarse as is allowed.
+/// A string of random rods, driven over 50 mm, on meshes as coarse as allowed.
 fn drawn(random: &mut Random) -> (Parameters, InputValues) {
     let mut p = Parameters::default();
     p.mesh.degree = 3;
@@ -33,7 +33,7 @@ fn drawn(random: &mut Random) -> (Parameters, InputValues) {
     (p, InputValues { feed_force, ..InputValues::default() })
 }
 
-/// The same hung in a casing, rigid or elastic, which a string may brake; in every other round.
+/// The same in a casing, rigid or elastic, with or without a string above; in every other round.
 fn maybe_cased(random: &mut Random, round: usize) -> (Parameters, InputValues) {
     let (mut p, mut inputs) = drawn(random);
     if round.is_multiple_of(2) {
@@ -61,7 +61,7 @@ fn machine((p, inputs): &(Parameters, InputValues)) -> Machine {
     Machine::new(p, inputs, 0.0).expect("a scene")
 }
 
-/// Mass of what is above a joint, of parts that a sleeve covers half each, kg.
+/// Mass above a joint, of which each sleeve belongs in halves to both sides, kg.
 fn above(p: &Parameters, joint: usize) -> f64 {
     let (d, half) = (p.drill, 0.5 * p.drill.coupling.length);
     let sleeves = (2 * joint + 1) as f64 * half * d.coupling.area;
@@ -70,8 +70,8 @@ fn above(p: &Parameters, joint: usize) -> f64 {
     p.material.density * (sleeves + shank + rods)
 }
 
-/// At the start the chuck carries feed and casing less the drive's reaction; each joint that, or the feed,
-/// and the weight above it, `F^2 / (2 k)` of energy each; the rock carries all.
+/// At the start the chuck carries the feed and the casing less the drive's reaction. Each joint carries that force,
+/// or the feed, and the weight above it, with an energy of `F^2 / (2 k)`; the rock carries everything.
 #[test]
 fn each_joint_starts_with_the_feed_and_the_weight_above_it() {
     let mut random = Random::new(1);
@@ -83,7 +83,7 @@ fn each_joint_starts_with_the_feed_and_the_weight_above_it() {
         let chuck = p.has_casing().then_some((held, p.chuck.stiffness));
         let joints = (0..p.drill.rods)
             .map(|joint| (held + above(p, joint) * p.gravity, p.drill.joint.stiffness));
-        // Displacements whose differences carry up to 1e4 times less force, at rounding.
+        // Rounding of displacements whose differences carry up to 1e4 times less force.
         let close = 1e-9 * (inputs.feed_force + reaction);
         let (mut known, mut allowed) = (0.0, 0.0);
         for (force, stiffness) in chuck.into_iter().chain(joints) {
@@ -101,7 +101,7 @@ fn each_joint_starts_with_the_feed_and_the_weight_above_it() {
     }
 }
 
-/// Some joint opens in most scenes, some thread pulls, and the bit hangs out of casings.
+/// In most scenes some joint opens, some thread pulls, and the bit hangs out of casings.
 #[test]
 fn momentum_and_energy_are_balanced_in_drawn_strings() {
     let (mut random, mut met) = (Random::new(2), [[0; 3]; 2]);
@@ -119,7 +119,8 @@ fn momentum_and_energy_are_balanced_in_drawn_strings() {
     assert!(met[1].iter().all(|&count| count > 10), "{met:?}");
 }
 
-/// Rates are rates, with joints open and pulling, of what the drive sees and of the bit.
+/// Rates are the slopes of positions, with joints open and pulling, for the drive's relative position and for the
+/// bit.
 #[test]
 fn the_rates_of_positions_are_their_slopes() {
     let (mut random, step) = (Random::new(5), 1e-9);
@@ -148,8 +149,8 @@ fn the_rates_of_positions_are_their_slopes() {
                 ]
             };
             for (a, b) in rates(&a).into_iter().zip(rates(&b)) {
-                // Half a step of the next rate: of two springs of 1e9 N/m at 10 m/s on 0.2 kg, 1e11 m/s3, and
-                // accelerations up to 1e6 m/s2; displacements of up to 0.1 m are rounded to 1e-17 m.
+                // Half a step of the next rate: with two springs of 1e9 N/m at 10 m/s on 0.2 kg, 1e11 m/s3, and
+                // accelerations up to 1e6 m/s2. Displacements of up to 0.1 m are rounded to 1e-17 m.
                 for (k, allowed) in [1e-3, 50.0].into_iter().enumerate() {
                     let (slope, rate) = ((b[k] - a[k]) / step, a[k + 1]);
                     assert!((slope - rate).abs() < 1e-4 * rate.abs() + allowed, "{slope} {rate}");
@@ -160,7 +161,7 @@ fn the_rates_of_positions_are_their_slopes() {
     assert!(looked > 50, "{looked}");
 }
 
-/// A joint that is pulled at the start, and one that is too soft.
+/// A joint that would be pulled at the start, and one that is too soft.
 #[test]
 fn strings_that_cannot_be_are_refused_by_name() {
     let mut random = Random::new(6);

@@ -1,10 +1,10 @@
-//! A hammer that is lifted off the rock in its casing: at the start, later, and its vented drive.
+//! A hammer whose casing is lifted off the rock: at the start, later, and with a vented drive.
 
 use crate::scenes::{cased, machine};
 use hammer::{Fidelity, Parameters, RockMode, Segment, Tie, TieState};
 
-/// What nothing carries begins at rest, and the string brakes it from there:
-/// `Mc v' = FS + Mc G - F_A - Zs v`, in closed form until the ring catches the bit.
+/// A casing that nothing carries begins at rest, and the string brakes it: `Mc v' = FS + Mc G - F_A - Zs v`, in
+/// closed form until the ring catches the bit.
 #[test]
 fn a_casing_that_is_lifted_at_the_start_accelerates_from_rest() {
     for fidelity in [Fidelity::Rigid, Fidelity::Elastic] {
@@ -17,7 +17,7 @@ fn a_casing_that_is_lifted_at_the_start_accelerates_from_rest() {
             let rock = if gravity > 0.0 { RockMode::Standstill } else { RockMode::FreeFlight };
             assert_eq!((mode.ties.of(Tie::Chuck), mode.rock), (TieState::Open, rock));
             assert_eq!((at.bit_velocity, at.chuck_force), (0.0, 0.0));
-            // Rounding of what the string would brake it to.
+            // Rounding of the speed that the string would lead to.
             let terminal = if impedance == 0.0 { 0.0 } else { load / impedance };
             assert!(at.casing_velocity.abs() <= 1e-14 * terminal.abs(), "{}", at.casing_velocity);
             // Some roundings of the weight.
@@ -30,7 +30,7 @@ fn a_casing_that_is_lifted_at_the_start_accelerates_from_rest() {
                     0.0 => load / p.casing.mass * t,
                     _ => -load / impedance * (-rate * t).exp_m1(),
                 };
-                // Some hundred roundings of what the load could reach.
+                // Some hundred roundings of the speed that the load could reach.
                 let reach = if impedance == 0.0 { speed } else { load / impedance };
                 let apart = (m.kinematics().casing_velocity - speed).abs();
                 assert!(apart <= 1e-14 * reach.abs(), "{impedance} {t}: {apart:e}");
@@ -42,9 +42,9 @@ fn a_casing_that_is_lifted_at_the_start_accelerates_from_rest() {
     }
 }
 
-/// A lifted elastic casing is strained as in the acceleration that follows, so that it does not ring:
-/// without a string each of its nodes keeps the mean velocity, and the stress falls linearly from the
-/// feed at its top to nothing at the shoulder.
+/// A lifted elastic casing is strained as in the acceleration that follows, so that it does not oscillate. Without a
+/// string each of its nodes keeps the mean velocity, and the stress falls linearly from the feed at its top to zero
+/// at the shoulder.
 #[test]
 fn a_lifted_elastic_casing_does_not_ring() {
     let mut p = cased();
@@ -56,7 +56,7 @@ fn a_lifted_elastic_casing_does_not_ring() {
         m.advance(2e-4 * f64::from(k)).expect("a flight");
         let (profile, at) = (m.profile(), m.kinematics());
         for [_, speed] in &profile.casing {
-            // Some hundred roundings of the mean, and of an oscillation by rounding of the strains.
+            // Some hundred roundings of the mean, and an oscillation by the rounding of the strains.
             assert!((speed - at.casing_velocity).abs() <= 1e-12, "{k}: {speed}");
         }
         for (i, stress) in profile.casing_stress.iter().enumerate() {

@@ -1,16 +1,15 @@
-//! A transmission line at the piston (`drive.impedance`): closed forms, slices and states to the bit, the
-//! balance of energy, what is refused. `cargo compare --kind line` holds drawn hammers to the reference.
+//! A transmission line at the piston (`drive.impedance`): closed forms, slices and states to the bit, the energy
+//! balance, and refusals. `cargo compare --kind line` compares drawn hammers with the reference.
 
 use hammer::{Fidelity, Input, InputValues, Machine, Parameters, Scene, Source};
 
 const FORCE: f64 = 900.0;
 const IMPEDANCE: f64 = 300.0;
-/// Each window changes a speed by less than a tenth of what guards resolve, of which these hammers' travel
-/// of 10 m at their waves' frequency has 2e-7 m/s.
+/// Each window changes a speed by less than a tenth of the guards' resolution, which for these hammers, with a travel
+/// of 10 m at their waves' frequency, is 2e-7 m/s.
 const SPEED: f64 = 2e-7;
 
-/// Piston and casing, which a force from outside pushes apart; or a piston that it lifts, whose line takes the bit
-/// along.
+/// Piston and casing, pushed apart by an outside force; or a piston that it lifts, whose line pulls the bit along.
 fn floating(casing: f64, fidelity: Fidelity) -> Scene {
     let mut scene = Scene::default();
     let p = &mut scene.parameters;
@@ -25,8 +24,8 @@ fn force(casing: f64) -> f64 {
     if casing > 0.0 { FORCE } else { -FORCE }
 }
 
-/// `mu v' = F mu / Mp - Z v` of the two masses that the line is between, with their reduced mass `mu`; the drive
-/// pushes off from a casing, without one from what holds it from outside.
+/// `mu v' = F mu / Mp - Z v`, with the reduced mass `mu` of the two masses at the line's ends. The drive pushes
+/// against a casing; without one, against an outside holder.
 fn speed(p: &Parameters, time: f64) -> f64 {
     let other = if p.casing.mass > 0.0 { p.casing.mass } else { p.bit_mass() };
     let reduced = 1.0 / (1.0 / p.piston_mass() + 1.0 / other);
@@ -53,7 +52,7 @@ fn the_speed_nears_that_at_which_the_line_carries_the_force() {
     }
 }
 
-/// Hammers by every drive that a line may be at: bare, in a casing that is lifted so that its relay is vented,
+/// Hammers with every drive that may have a line: bare, in a casing that is lifted so that its relay is vented, and
 /// on loose rods.
 fn hammers() -> Vec<Scene> {
     let scene = |source: Source, change: fn(&mut Parameters)| {
@@ -85,7 +84,7 @@ fn hammers() -> Vec<Scene> {
     ]
 }
 
-/// What a host does: it sets, retunes, and reads where it likes.
+/// A host that sets inputs, retunes, and reads at any time.
 fn run(machine: &mut Machine, points: &[f64]) -> String {
     for point in points {
         machine.advance(*point).unwrap();
@@ -117,7 +116,7 @@ fn slices_and_states_change_no_bit_and_the_energies_balance() {
         into.restore(&from.state()).unwrap();
         assert_eq!(run(&mut into, &few), expected);
         let energies = one.energies();
-        // Some hundred windows, each of some hundred roundings of what is turned over.
+        // Some hundred windows, each with some hundred roundings of the sum of all energies.
         assert!(energies.residual.abs() < 1e-11 * energies.turnover(), "{energies:?}");
     }
 }

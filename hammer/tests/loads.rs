@@ -1,4 +1,4 @@
-//! Loads that vary: every order of an input's derivatives, at any rate, on soft and stiff rock.
+//! Varying loads: every order of an input's derivatives, at any rate, on soft and stiff rock.
 
 use hammer::{Event, Fidelity, Input, InputValues, Machine, Parameters, Record, RockEvent};
 
@@ -19,7 +19,8 @@ fn start(parameters: &Parameters) -> Machine {
     Machine::new(parameters, &InputValues::default(), 0.0).expect("a scene")
 }
 
-/// The largest residual of the energy balance over `steps` steps with a hold of this order.
+/// The largest residual of the energy balance over `steps` steps, in which the load is extrapolated by derivatives up
+/// to this order.
 fn held(machine: &mut Machine, order: usize, step: f64, steps: u32) -> f64 {
     let mut worst = 0.0f64;
     for i in 0..steps {
@@ -33,9 +34,9 @@ fn held(machine: &mut Machine, order: usize, step: f64, steps: u32) -> f64 {
     worst
 }
 
-/// Each stretch between two events or inputs rounds works and losses that are sums over some
-/// hundred modal coordinates, none larger than the energy that has passed through the scene or
-/// is stored there: 128 roundings of that per stretch.
+/// In each interval between two events or inputs, works and losses are sums over some hundred modal coordinates, none
+/// larger than the energy that has passed through the scene or is stored in it: 128 roundings of that for each
+/// interval.
 fn rounding(machine: &Machine, inputs: u32) -> f64 {
     let e = machine.energies();
     let passed = e.drive.abs() + e.feed.abs() + e.gravity.abs() + e.viscous + e.damping;
@@ -77,9 +78,9 @@ fn a_load_that_oscillates_on_creeping_rock_does_the_work_it_must() {
     }
 }
 
-/// Q3 is where `CR int p'^2` since drilling began is `WR`, summed here by Simpson's rule from the tip's velocity: of
-/// any part of the work that a load does in all, down to where a difference of such works would have no digit left.
-/// From 2048 panels to 4096 the sum changes by at most 3.3e-10; what is left is a fifteenth of that.
+/// Q3 is where `CR int p'^2` since the start of drilling reaches `WR`, here summed by Simpson's rule from the tip's
+/// velocity, for any share of the total work of a load, down to where a difference of such works would have no
+/// digits. From 2048 panels to 4096 the sum changes by at most 3.3e-10; the remaining error is a fifteenth of that.
 #[test]
 fn the_barrier_is_passed_where_the_viscous_work_since_drilling_began_is_its_energy() {
     let rising: [&[f64]; 4] = [&[5e3, 1e7], &[5e3, 1e7, 5e9], &[5e3, 1e7, -1e9, 1e13], &[2e4]];
@@ -127,9 +128,8 @@ fn steps_of_a_microsecond_keep_the_balance_at_every_order() {
     }
 }
 
-/// One polynomial for 20 ms, against the same one told again every 50 us: each telling rounds
-/// its coefficients by 1e-16, and what follows multiplies that by 1e3 at each of some dozen
-/// touches and turns at most before it is damped.
+/// One polynomial for 20 ms, against the same one set again every 50 us. Each time its coefficients are rounded by
+/// 1e-16, which at most some dozen touches and turns multiply by 1e3 each before the motion is damped.
 #[test]
 fn a_polynomial_held_for_long_is_the_one_told_often() {
     let parameters = rock(1e6, 1.7e5);

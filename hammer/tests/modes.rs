@@ -45,13 +45,13 @@ fn exact(parts: &[(f64, f64)], mut low: f64, mut high: f64) -> f64 {
 const BODIES: [&[(f64, f64)]; 3] =
     [&[(0.1, 2.6e-3), (0.3, 1.7e-3)], &[(0.12, 4e-3), (0.05, 1e-3), (0.21, 3e-3)], &[(0.2, 1e-3)]];
 
-/// `h^(2 d)`: halving the spans divides the error by `4^d`. Seen where the error is above
-/// rounding and the waves are well resolved, so the order is met to a tenth of `2 d`.
+/// `h^(2 d)`: halving the spans divides the error by `4^d`. It is measured where the error is above rounding and the
+/// waves are well resolved, so that the order is right to a tenth of `2 d`.
 #[test]
 fn frequencies_converge_to_those_of_the_exact_bar_with_twice_the_degree() {
     for parts in BODIES {
         for degree in 1..=4 {
-            // Sections that are cut alike: spans of about a third of a radian.
+            // All sections have spans of about a third of a radian.
             let total: f64 = parts.iter().map(|p| p.0).sum();
             let spans =
                 [16, 32].map(|n| n * total as usize + (n as f64 * total / 0.01) as usize / 16);
@@ -70,8 +70,8 @@ fn frequencies_converge_to_those_of_the_exact_bar_with_twice_the_degree() {
     }
 }
 
-/// Fine splines leave rounding: of the shooting through three sections, and of a quotient of
-/// two sums of squares.
+/// On fine splines only rounding is left: of the shooting method through three sections, and of a quotient of two
+/// sums of squares.
 #[test]
 fn fine_splines_have_the_exact_frequencies_to_rounding() {
     for parts in BODIES {
@@ -87,8 +87,8 @@ fn fine_splines_have_the_exact_frequencies_to_rounding() {
     }
 }
 
-/// Displacement of a free end per force on either end, `sum phi(x) phi(y) / (omega_i^2 - s^2)`:
-/// every amplitude counts. The exact bar has it in closed form.
+/// Displacement of a free end by a force at either end, `sum phi(x) phi(y) / (omega_i^2 - s^2)`, to which every
+/// amplitude contributes. The exact bar has it in closed form.
 #[test]
 fn end_amplitudes_make_up_the_receptances_of_the_exact_bar() {
     for parts in BODIES {
@@ -101,23 +101,23 @@ fn end_amplitudes_make_up_the_receptances_of_the_exact_bar() {
             };
             let [u, f] = shoot(parts, s2.sqrt() / wave_speed());
             let (bottom, cross) = (sum(&bar.bottom, &bar.bottom), sum(&bar.top, &bar.bottom));
-            // 120 terms of either sign, about ten times their sum; and s2 amplifies its own.
+            // 120 terms of either sign, about ten times their sum; s2 amplifies its own rounding.
             assert!((bottom * f / u - 1.0).abs() < 1e-12, "{parts:?} {mode}: {bottom} {}", u / f);
             assert!((cross * f - 1.0).abs() < 1e-12, "{parts:?} {mode}: {cross} {}", 1.0 / f);
         }
     }
 }
 
-/// Sections over the whole domain: a lathe's, and far beyond.
+/// Sections over the whole domain: those of a lathe, and far beyond.
 fn drawn(random: &mut Random, wide: f64) -> Vec<(f64, f64)> {
     let count = 1 + (8.0 * random.unit()) as usize;
     let log = |x: f64| (wide * (x - 0.5)).exp();
     (0..count).map(|_| (0.1 * log(random.unit()), 2e-3 * log(random.unit()))).collect()
 }
 
-/// `(K - omega^2 M) phi`, row by row, of linear elements assembled here; over the sizes of
-/// its terms. The nodal values are sums of one term each, so a few roundings remain, and
-/// what the pencil leaves of a mode: `eps` times the ratio of the mesh's frequencies.
+/// `(K - omega^2 M) phi`, row by row, of linear elements assembled here, over the sizes of its terms. Nodal values
+/// are sums of one term, so a few roundings remain, and the pencil's error of a mode: `eps` times the ratio of the
+/// mesh's frequencies.
 #[test]
 fn modes_of_linear_elements_satisfy_an_independent_assembly() {
     let material = Parameters::default().material;
@@ -154,8 +154,8 @@ fn modes_of_linear_elements_satisfy_an_independent_assembly() {
     }
 }
 
-/// Any body that the parameters allow has modes: ascending, finite, the ends' amplitudes
-/// adding up to the mass that an end feels at once, which is less than all of it.
+/// Every body that the parameters allow has modes: ascending, finite, and with amplitudes at the ends that add up to
+/// the mass that an end responds with at once, which is less than all of it.
 #[test]
 fn drawn_bodies_of_every_degree_have_modes() {
     let mut random = Random::new(5);
@@ -176,8 +176,8 @@ fn drawn_bodies_of_every_degree_have_modes() {
     }
 }
 
-/// A neck a million times thinner than what it joins: the lowest mode is that of two masses
-/// on a spring, twelve orders below the mesh's fastest.
+/// A neck a million times thinner than the bodies it joins: the lowest mode is that of two masses on a spring, twelve
+/// orders below the mesh's fastest.
 #[test]
 fn two_masses_on_a_thin_neck_swing_like_two_masses_on_a_spring() {
     let parts = [(0.1, 1e-2), (0.01, 1e-9), (0.2, 1e-2)];
@@ -195,7 +195,7 @@ fn two_masses_on_a_thin_neck_swing_like_two_masses_on_a_spring() {
             1.001 * spring.sqrt() / wave_speed(),
         );
         let k = bar.omega2[1].sqrt() / wave_speed();
-        // Linear elements miss 1e-3 of the bodies' compliance, which is 1e-6 of the neck's.
+        // Linear elements have an error of 1e-3 of the bodies' compliance, which is 1e-6 of the neck's.
         let bound = if degree == 1 { 1e-9 } else { 1e-12 };
         assert!((k / exact - 1.0).abs() < bound, "{degree}: {k} {exact}");
     }

@@ -19,7 +19,7 @@ fn force(m: &Machine, which: usize) -> f64 {
     [k.contact_force, k.rock_force][which]
 }
 
-/// Instant and size of the largest of `n + 1` looks between two instants.
+/// Instant and size of the largest of `n + 1` samples between two instants.
 fn top([from, to]: [f64; 2], n: u32, which: usize) -> (f64, f64) {
     let mut m = at(from);
     let sample = |i| {
@@ -30,14 +30,12 @@ fn top([from, to]: [f64; 2], n: u32, which: usize) -> (f64, f64) {
     (0..=n).map(sample).fold((0.0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
 }
 
-/// Steps that begin anywhere before the maximum or end anywhere after it, a nanosecond or a
-/// microsecond: it may lie at any place of the windows in which it is looked for, and at
-/// either end of one.
+/// Steps that begin anywhere before the maximum or end anywhere after it, by a nanosecond or a microsecond: the
+/// maximum may lie anywhere in the search's windows, and at either end of one.
 #[test]
 fn the_peak_of_a_step_is_found_wherever_the_step_begins_and_ends() {
     for which in 0..2 {
-        // To 0.1 us, then to 0.1 ns: F'' is below 1e17 N/s2, so the maximum is 0.001 N higher
-        // at the most.
+        // To 0.1 us, then to 0.1 ns. F'' is below 1e17 N/s2, so the maximum is at most 0.001 N higher.
         let (near, _) = top(BLOW[which], 2400, which);
         let (place, largest) = top([near - 1e-7, near + 1e-7], 2000, which);
         assert!(largest > 1e5, "{which}: the blow is not where it was");
@@ -47,15 +45,15 @@ fn the_peak_of_a_step_is_found_wherever_the_step_begins_and_ends() {
                 let mut m = at(from);
                 m.advance(to).expect("a step");
                 let peak = [m.peaks().contact_force(), m.peaks().rock_force()][which];
-                // 1e-13 m of 1e11 N/m that a window leaves out, and the look's own place.
+                // A window neglects 1e-13 m at 1e11 N/m; the rest is the sampling's own error.
                 assert!((peak - largest).abs() < 0.02, "{which}, {from} to {to}: {peak} {largest}");
             }
         }
     }
 }
 
-/// The bit rings undamped in its standstill, 10 N more of feed being far below the standstill's speed.
-/// On its way up the piston passes a port of its cylinder, whose air pushes it by nothing, every 1.6 s.
+/// The bit oscillates undamped in standstill, since 10 N more of feed is far below the standstill speed. On its way
+/// up the piston passes a port of its cylinder, whose air does not push it, every 1.6 s.
 fn ringing() -> Machine {
     let mut p = Parameters { gravity: 0.0, ..Parameters::default() };
     (p.material.damping_time, p.drive.source) = (0.0, Source::Air);
@@ -74,8 +72,8 @@ fn ringing() -> Machine {
     m
 }
 
-/// Nothing but the search for peaks takes long. The whole step's work is limited, not that of each of
-/// its stretches; the answer is the same however often it is asked for and from whatever state.
+/// Only the search for peaks takes long here. The work of the whole step is limited, not that of each interval, and
+/// the answer does not depend on how often or from which state it is asked for.
 #[test]
 fn a_step_that_rings_too_long_for_its_peaks_is_refused_and_a_shorter_one_is_searched() {
     let mut m = ringing();

@@ -1,5 +1,5 @@
-//! Checks and limits of the engine, each tried by a defect that is planted in a saved state, or
-//! against what its definition gives from other outputs.
+//! Checks and limits of the engine, tested by a defect in a saved state, or against their definition computed from
+//! other outputs.
 
 use hammer::{
     Energies, Error, Event, Fidelity, Input, InputValues, Machine, Parameters, RockEvent, RockMode,
@@ -21,7 +21,7 @@ fn planted(machine: &Machine, place: &str, change: impl Fn(f64) -> f64) -> State
     serde_json::from_value(value).expect("a state")
 }
 
-/// A machine in the middle of the stretch that ends with the first event that is wanted.
+/// A machine in the middle of the interval that ends with the first such event.
 fn before(wanted: impl Fn(RockMode, Event) -> bool) -> (Machine, f64) {
     let mut scout = machine();
     scout.keep_journal(true);
@@ -34,7 +34,7 @@ fn before(wanted: impl Fn(RockMode, Event) -> bool) -> (Machine, f64) {
     (machine, to.time + 1e-12)
 }
 
-/// The balance is `work = stored + lost + residual`: work that nobody did is all in the residual.
+/// The balance is `work = stored + lost + residual`, so a missing work is in the residual.
 #[test]
 fn a_joule_that_is_missing_in_the_balance_shows_as_the_residual() {
     let mut machine = machine();
@@ -47,8 +47,8 @@ fn a_joule_that_is_missing_in_the_balance_shows_as_the_residual() {
     assert!((unsound.residual - 1.0).abs() <= 2.0 * sound.residual_bound(), "{unsound:?}");
 }
 
-/// A spring that is made stiffer while it is compressed takes energy from whoever does it: that stands in the
-/// balance. Each drilling cycle that the journal tells is counted.
+/// A spring that is stiffened while it is compressed takes energy from outside, which the balance contains. Every
+/// drilling cycle in the journal is counted.
 #[test]
 fn the_balance_holds_over_a_change_of_the_rock_and_cycles_are_counted() {
     let mut machine = machine();
@@ -70,7 +70,7 @@ fn the_balance_holds_over_a_change_of_the_rock_and_cycles_are_counted() {
         let mut tuned = *machine.parameters();
         change(&mut tuned);
         machine.retune(&tuned).expect("another rock");
-        // Into motions that were known with the rock before, too.
+        // Also into motions whose systems were cached with the previous rock.
         for until in [until, 0.1] {
             machine.advance(until).expect("a step");
             let energies = machine.energies();
@@ -81,8 +81,8 @@ fn the_balance_holds_over_a_change_of_the_rock_and_cycles_are_counted() {
     }
 }
 
-/// A rigid piston falls freely: gravity's work becomes kinetic energy, and the rock holds what the loads
-/// stored in it, `F^2 / (2 gamma KR)`. The bound is the part of their sum that `Energies` promises.
+/// A rigid piston falls freely: gravity's work becomes kinetic energy, and the rock stores `F^2 / (2 gamma KR)` of
+/// the loads. The bound is the share of their sum that `Energies` promises.
 #[test]
 fn the_turnover_of_a_fall_is_the_sum_of_its_terms() {
     let mut p = Parameters { fidelity: Fidelity::Rigid, ..Parameters::default() };
@@ -107,8 +107,8 @@ fn energies_become_a_row_of_numbers_and_energies_again() {
     assert_eq!([energies.drive, energies.contact, energies.residual], [1.0, 6.0, 12.0]);
 }
 
-/// In dissipative loading the barrier is lowered below what is spent: it breaks at that very
-/// instant. It is the one transition that follows there; a hundred may, one more may not.
+/// In dissipative loading the barrier is lowered below the work already done, so that it breaks at that instant. This
+/// is the only transition there. After a hundred others it is allowed, after one more it is an error.
 #[test]
 fn the_hundred_and_first_transition_at_one_instant_is_an_error_that_says_so() {
     let spent = |rock, event| {
@@ -131,7 +131,7 @@ fn the_hundred_and_first_transition_at_one_instant_is_an_error_that_says_so() {
     }
 }
 
-/// Each count may be as large as a double counts, and no larger.
+/// Each counter may be as large as a double can count, and no larger.
 #[test]
 fn counts_that_no_run_reaches_are_refused() {
     let mut machine = machine();
@@ -144,8 +144,7 @@ fn counts_that_no_run_reaches_are_refused() {
     }
 }
 
-/// Q6: standstill where the permanent gain of the cycle is below the limit, a new drilling cycle
-/// where it is not.
+/// Q6 leads to standstill if the cycle's permanent gain is below the limit, otherwise to a new drilling cycle.
 #[test]
 fn a_cycle_stands_still_below_the_limit_of_its_gain_and_drills_on_at_it() {
     let limit = Parameters::default().rock.standstill_penetration;
@@ -166,8 +165,8 @@ fn a_cycle_stands_still_below_the_limit_of_its_gain_and_drills_on_at_it() {
     }
 }
 
-/// On linear elements a stress is `E (u' + beta v')` of the nodes' own differences. These cancel six digits, of
-/// displacements of a millimetre whose differences are nanometres.
+/// On linear elements a stress is `E (u' + beta v')`, from differences of nodes. These cancel six digits:
+/// displacements of a millimetre have differences of nanometres.
 #[test]
 fn a_stress_is_that_of_the_differences_of_its_nodes_and_of_their_speeds() {
     let mut p = Parameters::default();
@@ -188,8 +187,8 @@ fn a_stress_is_that_of_the_differences_of_its_nodes_and_of_their_speeds() {
     assert!(damped > 1e-3 * largest && largest > 1e6, "{damped} {largest}");
 }
 
-/// The mean rates are all that the blows after the first have gained over all the time they took,
-/// to the rounding of each: a feed that grows has drilled before the first.
+/// The mean rates are the sums of gains over the sums of periods of all blows after the first, to rounding. A growing
+/// feed has drilled before the first blow.
 #[test]
 fn the_mean_rates_are_the_blows_gains_over_their_periods() {
     let mut machine = machine();
@@ -197,7 +196,7 @@ fn the_mean_rates_are_the_blows_gains_over_their_periods() {
     machine.advance(0.5).expect("ten blows");
     let blows: Vec<_> = machine.step_blows().iter().copied().collect();
     assert!(blows.len() > 8);
-    // The response has not settled: the mean is not the last blow's rate.
+    // The response has not settled, so the mean differs from the last blow's rate.
     let Parameters { rock, hole, .. } = *machine.parameters();
     let work_per_length = rock.specific_energy * PI / 4.0 * hole.diameter.powi(2);
     let (mut gain, mut drilled, mut time) = (0.0, 0.0, 0.0);

@@ -1,4 +1,4 @@
-//! The named hammers: they settle.
+//! The presets: damping, mesh, and names that no longer exist.
 
 use hammer::Scene;
 use hammer::presets::{PRESETS, Preset};
@@ -10,8 +10,8 @@ fn scene(preset: &Preset) -> Scene {
     Scene { parameters, inputs }
 }
 
-/// Half a per cent of critical damping in the piston's first elastic mode, to the three digits that
-/// are kept of the damping time; the reference's own time is less than a fifth of that.
+/// Half a per cent of critical damping in the piston's first elastic mode, to the three digits of the damping time;
+/// the reference's own time is less than a fifth of that.
 #[test]
 fn a_hammer_of_stepped_bodies_has_the_assumed_damping() {
     for preset in PRESETS.iter().filter(|preset| preset.name.contains("hammer")) {
@@ -26,7 +26,7 @@ fn a_hammer_of_stepped_bodies_has_the_assumed_damping() {
     }
 }
 
-/// `omega = pi c / L` of a uniform free bar, but for the mesh's error `theta^2 / 24`.
+/// `omega = pi c / L` of a uniform free bar, up to the mesh's error `theta^2 / 24`.
 #[test]
 fn the_first_elastic_frequency_is_that_of_a_free_bar() {
     let p = Scene::default().parameters;
@@ -38,7 +38,7 @@ fn the_first_elastic_frequency_is_that_of_a_free_bar() {
     assert_eq!(rigid.first_elastic_frequency(), Some(found));
 }
 
-/// A rate's error is a hundredth; and the mesh is made for nothing finer.
+/// A rate has an error of a hundredth, and no finer mesh is used.
 #[test]
 fn a_hammer_of_stepped_bodies_has_the_mesh_that_a_rate_needs() {
     for preset in PRESETS.iter().filter(|preset| preset.name.contains("hammer")) {
@@ -56,7 +56,7 @@ fn a_hammer_of_stepped_bodies_has_the_mesh_that_a_rate_needs() {
     }
 }
 
-/// A rock is no hammer: what went says what there is in its place, and nothing else does.
+/// Names of presets that were rocks say what to use instead; other names do not.
 #[test]
 fn a_preset_that_went_says_what_to_take() {
     for name in ["granite", "medium_rock", "hammer_3_inch", "hammer_8_inch"] {

@@ -1,4 +1,4 @@
-//! A bit that goes back along the unloading line, and the rate by specific energy.
+//! Reloading along the unloading line, and the rate by specific energy.
 
 use crate::scenes;
 use hammer::{Event, InputValues, Machine, Parameters, Reloading, RockEvent, RockMode};
@@ -13,7 +13,7 @@ fn reloading() -> Parameters {
     p
 }
 
-/// What another solver of the same law says of `overdamped`: 32.99 mm/s and 45.380 ms.
+/// Another solver of the same law gives 32.99 mm/s and 45.380 ms for `overdamped`.
 #[test]
 fn it_settles_at_the_rate_of_another_solver() {
     let mut machine = scene(&reloading());
@@ -25,8 +25,8 @@ fn it_settles_at_the_rate_of_another_solver() {
     assert!(energies.residual.abs() < 1e-12 * energies.drive, "{energies:?}");
 }
 
-/// No cycle begins in loaded rock below the force at which the tip had turned up, to the resolution
-/// of a displacement times the unloading stiffness; and it does begin there.
+/// No cycle begins in loaded rock below the force at which the tip had turned upward, to the resolution of a
+/// displacement times the unloading stiffness; at that force it does.
 #[test]
 fn drilling_begins_again_at_the_force_where_it_ended() {
     let p = reloading();
@@ -43,7 +43,7 @@ fn drilling_begins_again_at_the_force_where_it_ended() {
         match record.event {
             Event::Rock(RockEvent::Turn | RockEvent::DissipativeTurn) => turned = force,
             Event::Rock(RockEvent::Restart) if turned.is_finite() => {
-                // The viscous part jumps in; what is elastic does not.
+                // The viscous part jumps, the elastic part does not.
                 let speed = machine.kinematics().bit_tip_velocity;
                 let elastic = force - p.rock.viscosity * speed;
                 let room = resolution + 1e-6 * turned;
@@ -57,7 +57,7 @@ fn drilling_begins_again_at_the_force_where_it_ended() {
     assert!(resumed > 0);
 }
 
-/// Work before a change counts at the specific energy that it was done at: `W1 / k1 + (W2 - W1) / k2`.
+/// Work before a change counts with the specific energy of its time: `W1 / k1 + (W2 - W1) / k2`.
 #[test]
 fn another_specific_energy_changes_only_the_length_drilled_from_then_on() {
     let mut p = Parameters::default();
@@ -71,7 +71,7 @@ fn another_specific_energy_changes_only_the_length_drilled_from_then_on() {
         p.rock.specific_energy = energy;
         let unchanged = machine.drilled_length();
         machine.retune(&p).expect("a tunable parameter");
-        // Rounding of sums and differences of lengths that are ten times as long at most.
+        // Rounding of sums and differences of lengths that are at most ten times as long.
         let room = 1e-13 * drilled.max(1e-3);
         assert!((machine.drilled_length() - unchanged).abs() < room, "{energy}");
         machine.advance(until).expect("a run");

@@ -1,6 +1,5 @@
-//! The rule for the mesh, over drawn hammers: the contact's largest force on the mesh that it
-//! advises, against that on spans half as long and of the highest degree, which the rule says
-//! errs far less.
+//! The rule for the mesh, over drawn hammers: the contact's largest force on the advised mesh, against that on spans
+//! half as long and of the highest degree, whose error is far less by the rule.
 
 use crate::scenes::Random;
 use hammer::{
@@ -54,13 +53,13 @@ fn forces_on_the_advised_mesh_err_by_no_more_than_was_asked_for() {
         Body::ALL.iter().for_each(|body| *coarse.elements_mut(*body) /= 3);
         needed += usize::from((peaks(&coarse)[0] / exact - 1.0).abs() > error);
     }
-    // Not so fine that anything would do: a third of the spans is too coarse for most (not
-    // where another wave than the first front makes the largest force).
+    // The rule is not too fine either: a third of the spans is too coarse for most hammers (except where another wave
+    // makes the largest force).
     assert!(needed >= 5, "{needed} of 8");
 }
 
-/// Mean rate and energy of ten blows after thirty, on the mesh that a rate of 1 % takes, beside that on
-/// spans a third as long of degree 5, which errs by a fiftieth of that.
+/// Mean rate and energy of ten blows after thirty, on the mesh for a rate of 1 %, beside that on spans a third as
+/// long of degree 5, whose error is a fiftieth of that.
 #[test]
 fn rates_on_the_advised_mesh_err_by_no_more_than_was_asked_for() {
     let mean = |p: &Parameters| {
@@ -82,7 +81,7 @@ fn rates_on_the_advised_mesh_err_by_no_more_than_was_asked_for() {
     let mut random = Random::new(31);
     while scenes.len() < 6 {
         let mut p = drawn(&mut random);
-        // Damped so that blows repeat.
+        // The damping makes blows repeat.
         p.material.damping_time = p.damping_time_of(0.005).expect("modes");
         scenes.push(p);
     }
@@ -104,7 +103,7 @@ fn what_no_mesh_resolves_is_said() {
     let mut p = Parameters::default();
     p.contact.stiffness = 1e15;
     assert_eq!(p.mesh_for(Reading::Force, 1e-3), None);
-    // Without damping only the contact softens the front.
+    // Without damping, only the contact widens the front.
     let mut p = Parameters::default();
     p.material.damping_time = 0.0;
     assert!(p.mesh_for(Reading::Force, 0.05).is_some());
@@ -142,7 +141,7 @@ fn the_chucks_force_on_an_advised_casing_errs_by_no_more_than_was_asked_for() {
     assert!(needed >= 3, "a sixth of the spans is too coarse for most: {needed} of 6");
     let mut bare = Parameters::default();
     assert_eq!(bare.mesh_for(Reading::Force, 1e-3).expect("a mesh").of(Body::Casing), None);
-    // A front of a chuck that is stiffer than the contact is the bit's sharpest too.
+    // A chuck that is stiffer than the contact also makes the bit's sharpest front.
     let width = bare.front_width();
     (bare.casing.mass, bare.chuck.stiffness) = (40.0, 4.0 * bare.contact.stiffness);
     let z = bare.impedance();

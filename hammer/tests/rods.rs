@@ -13,8 +13,8 @@ fn top_hammer() -> Scene {
     Scene { parameters, inputs }
 }
 
-/// Rods and shank count from face to face, so sleeves add no length; they are on half of their own at
-/// each end of a joint, and what they cover is theirs.
+/// Lengths of rods and shank are from face to face, so sleeves add none. A sleeve covers half of its length on each
+/// side of a joint, and that part has its section.
 #[test]
 fn a_string_is_as_long_as_its_parts_and_sleeves_cover_their_joints() {
     let mut p = top_hammer().parameters;
@@ -72,7 +72,7 @@ fn a_string_that_cannot_be_is_refused_by_name() {
         let message = refused(change);
         assert!(message.starts_with(name) && message.contains(range), "{message}");
     }
-    // The number that is asked for is enough, and one less is not.
+    // The number that is asked for suffices, and one less does not.
     let mut p = top_hammer().parameters;
     p.bit.elements = 20;
     let message = p.validate().expect_err("too few").allowed;
@@ -84,8 +84,8 @@ fn a_string_that_cannot_be_is_refused_by_name() {
     assert!(p.validate().is_err());
 }
 
-/// Published of drifters of this class: 18 to 19 kW at up to 60 Hz. It never repeats; so means, on two
-/// rods, which are sooner simulated.
+/// Published for drifters of this class: 18 to 19 kW at up to 60 Hz. The blows never repeat, so means are compared,
+/// on two rods, which take less time.
 #[test]
 fn the_top_hammer_has_the_published_power_and_never_repeats() {
     let mut scene = top_hammer();
@@ -98,8 +98,8 @@ fn the_top_hammer_has_the_published_power_and_never_repeats() {
     assert!((15e3..=19e3).contains(&power) && 1.0 / period <= 60.0, "{power} W, {period} s");
 }
 
-/// The waves of 49 m of string take 19 ms to the bit and back, as long as a period: each blow of the
-/// piston on the shank counts nonetheless, as many as its drive returns.
+/// The waves of 49 m of string take 19 ms to the bit and back, as long as a period. Each blow of the piston on the
+/// shank is counted nonetheless, as many as there are returns of the drive.
 #[test]
 fn each_blow_on_a_string_as_long_as_a_period_counts() {
     let Scene { mut parameters, inputs } = top_hammer();
@@ -113,8 +113,7 @@ fn each_blow_on_a_string_as_long_as_a_period_counts() {
     assert!(returns >= 9 && m.counters().blows == returns as u64, "{returns} {:?}", m.counters());
 }
 
-/// The mesh that is advised for a rate keeps the blow's wave in shape along any string, whatever error is
-/// asked for.
+/// The mesh advised for a rate preserves the blow's wave along any string, for any error asked for.
 #[test]
 fn the_advised_mesh_carries_the_wave_down_any_string() {
     let mut p = top_hammer().parameters;

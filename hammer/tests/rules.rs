@@ -1,4 +1,4 @@
-//! Rules of the state that hold at any instant, not only where a guard passes its level.
+//! Rules that hold at any instant, not only where a guard crosses its level.
 
 use hammer::{Error, Fidelity, Input, InputValues, Machine, Parameters, RockMode};
 
@@ -7,9 +7,8 @@ fn scene(parameters: &Parameters, feed_force: f64) -> Machine {
     Machine::new(parameters, &inputs, 0.0).expect("a scene")
 }
 
-/// A feed raised by 5 N makes the bit swing in standstill at 1e-4 m/s. `vs` put a little below
-/// that: drilling starts at that instant, or unloading, whether the speed grows or falls and
-/// however fast that turns.
+/// A feed raised by 5 N makes the bit oscillate in standstill at 1e-4 m/s. If `vs` is slightly less, drilling or
+/// unloading starts at that instant, whether the speed grows or falls, and however fast it changes.
 #[test]
 fn a_guard_already_beyond_its_level_fires_at_once() {
     for fidelity in [Fidelity::Rigid, Fidelity::Elastic] {
@@ -26,9 +25,9 @@ fn a_guard_already_beyond_its_level_fires_at_once() {
             }
             let mut other = scene(&parameters, 5000.0);
             other.restore(&machine.state()).expect("the same scene");
-            // An input that is set makes the present the instant from which guards are watched.
+            // Setting an input makes the present the instant from which guards are tracked.
             other.set_input(Input::FeedForce, &[5005.0 + 1e-9]).expect("an input");
-            // The same state under another `vs`, which no call can change: through its JSON.
+            // The same state with another `vs`, which no call can change, through its JSON.
             let mut state = serde_json::to_value(other.state()).expect("a state in JSON");
             state["parameters"]["rock"]["standstill_speed"] = (0.999 * v.abs()).into();
             let state = serde_json::from_value(state).expect("a state");
@@ -42,7 +41,7 @@ fn a_guard_already_beyond_its_level_fires_at_once() {
     }
 }
 
-/// A step ends no earlier than it begins, and at an instant; what is refused changes nothing.
+/// A step must end at a finite instant, and no earlier than it begins. A refused step changes nothing.
 #[test]
 fn a_step_back_or_without_end_is_refused() {
     let mut machine = scene(&Parameters::default(), 5000.0);
@@ -55,9 +54,8 @@ fn a_step_back_or_without_end_is_refused() {
     machine.advance(0.02).expect("a step");
 }
 
-/// A scene `2^k` times as slow: every time is that many times as long, every event the same.
-/// Rounding is the same but for dyadic spans that no longer fit; 1e-9 is what two touches of
-/// the rock make of it.
+/// A scene `2^k` times as slow has all times that much longer, and the same events. Rounding is the same, except for
+/// dyadic spans that no longer fit; two touches of the rock amplify it to 1e-9.
 #[test]
 fn a_slower_scene_has_the_same_events_later() {
     let run = |slow: f64| {
@@ -92,8 +90,8 @@ fn a_slower_scene_has_the_same_events_later() {
     }
 }
 
-/// The limit where the loads just carry the bit: hanging from its shoulder, at rest, whichever
-/// side it is reached from; `FS + Mb G` of 1e-6 N moves it by 1e-6 / (gamma KR) or not at all.
+/// The limit where the loads just carry the bit: it hangs from its shoulder, at rest, in the limit from both sides.
+/// `FS + Mb G` of 1e-6 N moves it by 1e-6 / (gamma KR) or not at all.
 #[test]
 fn the_start_has_one_limit_where_the_loads_just_carry_the_bit() {
     let p = Parameters::default();
@@ -104,20 +102,20 @@ fn the_start_has_one_limit_where_the_loads_just_carry_the_bit() {
     };
     let (above, below) = (start(1e-6), start(-1e-6));
     assert_eq!((above.0, below.0), (RockMode::Standstill, RockMode::FreeFlight));
-    // The strain of a bit that hangs: 33 N over 2.6e-3 m2 of 210 GPa, 0.168 m, is 1e-8 m.
+    // Strain of a hanging bit: 33 N over 2.6e-3 m2 of 210 GPa, 0.168 m, is 1e-8 m.
     let stretch = |bit: &[[f64; 2]]| bit[bit.len() - 1][0] - bit[0][0];
     let hang = 0.5 * weight * p.bit.length / (p.material.youngs_modulus * p.cross_section);
     assert!((stretch(&above.1.bit) - hang).abs() < 1e-6 * hang);
     for (a, b) in above.1.bit.iter().zip(&below.1.bit) {
-        // 1e-6 N of 33 N of the strain, and 1e-6 / (gamma KR) of the place.
+        // 1e-6 N of the strain's 33 N, and 1e-6 / (gamma KR) of the position.
         assert!((a[0] - b[0]).abs() < 1e-7 * hang + 1e-14, "{a:?} {b:?}");
-        // At rest, but for rounding of displacements of 1e-9 m times 1e6/s.
+        // At rest, up to rounding of displacements of 1e-9 m times 1e6/s.
         assert!(a[1].abs().max(b[1].abs()) < 1e-18, "{a:?} {b:?}");
     }
     assert!((above.2.strain - below.2.strain).abs() < 1e-6 * above.2.strain);
 }
 
-/// In a blow the piston rests on the bit too, but the contact opens.
+/// During a blow the piston rests on the bit too, but the contact will open.
 #[test]
 fn a_hammer_at_work_is_not_stalled() {
     let mut machine = scene(&Parameters::default(), 5000.0);

@@ -1,18 +1,18 @@
-//! Derivatives by differences of exact runs: closed forms, an independent integration, and what is
-//! told of points where the response is not smooth.
+//! Derivatives by differences of exact runs: closed forms, an independent integration, and points where the response
+//! is not smooth.
 
 use hammer::Scene;
 use hammer::sensitivity::{Argument, Change, NonSmooth, Sample, derivatives, over_step};
 use hammer::{Event, Fidelity, Input, Machine, Source};
 
-/// Of a derivative, relative: rounding, 1e-13, over the step of 2e-6, and as much of curvature.
+/// Relative error of a derivative: rounding, 1e-13, over the step of 2e-6, and as much by curvature.
 const ERROR: f64 = 1e-7;
 
 fn named(name: &str) -> Argument {
     Argument::named(name).expect("a row of the table")
 }
 
-/// The first blow's speed and time, and their derivatives by each argument, are these.
+/// Checks the first blow's speed and time, and their derivatives by each argument.
 fn first_blow(scene: &Scene, expected: &[(&str, [f64; 2])], [speed, time]: [f64; 2]) {
     let list: Vec<Argument> = expected.iter().map(|(name, _)| named(name)).collect();
     let run = |scene: &Scene| {
@@ -34,8 +34,8 @@ fn first_blow(scene: &Scene, expected: &[(&str, [f64; 2])], [speed, time]: [f64;
     }
 }
 
-/// The piston falls freely: `g = v0 t + a t^2 / 2` with `a = F0 / Mp + G`, onto a bit that stands
-/// where its loads press it, `g = g0 + (FS + Mb G) / (gamma KR)`.
+/// The piston falls freely: `g = v0 t + a t^2 / 2` with `a = F0 / Mp + G`, onto a bit in the position to which its
+/// loads press it, `g = g0 + (FS + Mb G) / (gamma KR)`.
 #[test]
 fn the_first_blow_of_rigid_bodies_has_the_derivatives_of_its_closed_form() {
     let mut scene = Scene::default();
@@ -74,8 +74,8 @@ fn the_first_blow_of_rigid_bodies_has_the_derivatives_of_its_closed_form() {
     first_blow(&scene, &expected, [speed, time]);
 }
 
-/// Nothing moves while the bit stands: the largest rock force of a step of falling feed is that at
-/// its start, of rising feed that at its end, and in between neither.
+/// Nothing moves while the bit stands. The largest rock force of a step is that at its start if the feed falls, and
+/// that at its end if it rises, so that it has two one-sided derivatives at a constant feed.
 #[test]
 fn a_peak_at_rest_has_two_sides_and_says_so() {
     let mut scene = Scene::default();
@@ -88,13 +88,13 @@ fn a_peak_at_rest_has_two_sides_and_says_so() {
     let found = over_step(&mut machine, &start, &[Input::FeedForce], &read).expect("runs");
     let [row] = &found[..] else { panic!("one row") };
     assert_eq!(row.nonsmooth, [NonSmooth::Kink { index: 0 }]);
-    // Down: what the start has. Up: the bit swings past the new load by as much again, undamped.
+    // Downward, the force at the start. Upward, the bit swings past the new load by as much again, undamped.
     assert!(row.left[0].abs() < 1e-6 && (row.right[0] - 2.0).abs() < 0.3, "{row:?}");
-    // The machine is as it was.
+    // The machine is unchanged.
     assert!(machine.time() == 1e-3 && (machine.peaks().rock_force() - 5e3).abs() < 1e-8);
 }
 
-/// A barrier of none has one side; a casing's mass where there is none has neither, which is no error.
+/// A barrier of zero has one side. A casing's mass of zero has neither, which is not an error.
 #[test]
 fn an_argument_at_the_edge_of_its_domain_has_one_side_or_none() {
     let mut scene = Scene::default();
@@ -112,9 +112,9 @@ fn an_argument_at_the_edge_of_its_domain_has_one_side_or_none() {
     assert_eq!(edges.count(), 2, "{:?}", found[1]);
 }
 
-/// What is read is a function of the arguments alone: a cubic, whose slope four points give exactly but for what
-/// rounding does to the steps of some 1e-6, and at the edge of a domain a logarithm, whose side of second order errs
-/// by the square of its step.
+/// The result is a function of the arguments alone. The slope of a cubic follows exactly from four points, up to the
+/// rounding of steps of some 1e-6. A logarithm at the edge of its domain has a one-sided slope of second order, whose
+/// error is the square of its step.
 #[test]
 fn a_cubic_has_its_own_slope_and_an_edge_that_of_its_side() {
     let mut scene = Scene::default();
@@ -132,7 +132,7 @@ fn a_cubic_has_its_own_slope_and_an_edge_that_of_its_side() {
     assert!((found[1].right[1] - 1.0).abs() < 1e-6, "{:?}", found[1]);
 }
 
-/// Read exactly when the piston meets the bit, the contact force is nothing on one side.
+/// If the contact force is read exactly when the piston meets the bit, it is zero on one side.
 #[test]
 fn an_event_at_the_instant_that_is_read_is_named() {
     let scene = Scene::default();
@@ -150,12 +150,12 @@ fn an_event_at_the_instant_that_is_read_is_named() {
         matches!(n, NonSmooth::Events { change: Change::AtInstant(Event::CLOSING), .. })
     };
     assert!(found.nonsmooth.iter().any(named), "{:?}", found.nonsmooth);
-    // A wider gap: not yet touching. A narrower one: pressed in at the speed of the piston.
+    // With a wider gap there is no contact yet; with a narrower one the force grows at the piston's speed.
     assert!(found.right[0].abs() < 1e-6 * found.left[0].abs(), "{found:?}");
 }
 
 /// The reach is the change at which two events would meet. On its way down the piston passes the edges of its ports
-/// in their order, and two of them change places where their edges do.
+/// in order, and two events change places where their edges do.
 #[test]
 fn the_events_keep_their_order_up_to_the_reach() {
     let mut scene = Scene::default();

@@ -21,7 +21,7 @@ fn the_reference_is_a_cycle_without_error() {
     assert!(found.spread.tip_rate() < 1e-6 * found.mean.tip_rate(), "{:?}", found.spread);
 }
 
-/// `4 P / (pi D^2 E_v)`, with the power `P` that rock and its viscosity take.
+/// `4 P / (pi D^2 E_v)`, with the power `P` dissipated in rock and its viscosity.
 #[test]
 fn the_rate_of_the_hole_is_the_power_to_the_rock_over_specific_energy_and_area() {
     let mut scene = Scene::default();
@@ -30,13 +30,13 @@ fn the_rate_of_the_hole_is_the_power_to_the_rock_over_specific_energy_and_area()
     let Steady { mean, error, kind, .. } = seek(&scene, 0.02);
     let work = mean.get("energy_rock_dissipated") + mean.get("energy_viscous");
     let rate = 4.0 * work / mean.get("period") / (std::f64::consts::PI * 0.09 * 0.09 * 399e6);
-    // Sums of some thousand differences of a length that grows to a metre: rounding.
+    // Rounding of sums of some thousand differences of a length that grows to a metre.
     assert!((mean.get("rop") / rate - 1.0).abs() < 1e-9, "{mean:?} {rate}");
     assert!(kind == Kind::Irregular && error.get("rop") > 0.0);
 }
 
-/// Over bits around a period doubling, where a cycle of one blow repels. Of 15 s, some 330 blows, the start and
-/// a part of a blow are lost: 1 %.
+/// Bits around a period doubling, where the cycle of one blow is unstable. Of 15 s, some 330 blows, the start and a
+/// part of a blow are lost: 1 %.
 #[test]
 fn a_cycle_that_repels_is_not_passed_off() {
     for part in [1.0, 1.165, 1.2, 1.3, 1.45] {
@@ -52,8 +52,8 @@ fn a_cycle_that_repels_is_not_passed_off() {
     }
 }
 
-/// Without feed `overdamped` never repeats; 1500 blows gave 27.90 mm/s to 0.30 %. The error of a
-/// short series covers what a long one differs by, three times over.
+/// Without feed `overdamped` never repeats; 1500 blows gave 27.90 mm/s to 0.30 %. Three times the error of a short
+/// series covers its difference from a long one.
 #[test]
 fn the_mean_of_a_motion_that_never_repeats_is_that_of_a_longer_one_within_its_error() {
     let mut scene = Scene { parameters: scenes::overdamped(), ..Scene::default() };
@@ -89,8 +89,7 @@ fn a_hammer_that_does_not_strike_is_stalled_and_a_search_can_be_ended() {
     assert!(!found.reached && heard.len() == 2 && heard[1].0 > heard[0].0, "{heard:?}");
 }
 
-/// Every preset and every drive that strikes has an answer: it repeats, or has a mean with the
-/// error asked for.
+/// Every preset and every drive that strikes has a cycle, or means with the error asked for.
 #[test]
 fn every_preset_and_drive_has_an_answer() {
     let mut scenes: Vec<(&str, Scene)> = Vec::new();
@@ -106,15 +105,15 @@ fn every_preset_and_drive_has_an_answer() {
     scenes.push(("rigid", rigid));
     for (name, scene) in scenes {
         let found = seek(&scene, 0.02);
-        // On rods no blow repeats.
+        // With rods, blows never repeat.
         let preset = scene.parameters.drill.rods == 0 && PRESETS.iter().any(|p| p.name == name);
         assert!(!preset || matches!(found.kind, Kind::Cycle(_)), "{name}: {found:?}");
         assert!(found.kind != Kind::Stalled && found.reached, "{name}: {found:?}");
     }
 }
 
-/// In very stiff and viscous rock the cycle of one blow repels, with a multiplier of -2.46; two blows
-/// repeat beside it.
+/// In very stiff and viscous rock the cycle of one blow is unstable, with a multiplier of -2.46, and a cycle of two
+/// blows exists beside it.
 #[test]
 fn two_blows_that_repeat_are_found_where_the_cycle_of_one_repels() {
     let mut scene = Scene { parameters: scenes::overdamped(), ..Scene::default() };
@@ -125,7 +124,7 @@ fn two_blows_that_repeat_are_found_where_the_cycle_of_one_repels() {
     assert_eq!(found.kind, Kind::Cycle(2));
 }
 
-/// A weak drive over a long stroke: the piston needs more than a second from blow to blow.
+/// A weak drive over a long stroke, with more than a second from blow to blow.
 fn slow() -> Scene {
     let mut scene = Scene::default();
     let p = &mut scene.parameters;
@@ -134,15 +133,15 @@ fn slow() -> Scene {
     scene
 }
 
-/// However long a blow's period is, its largest forces are those of all of it. The contact acts at its
-/// beginning, and the rock hardly longer.
+/// The largest forces are those of the whole period, however long it is. The contact acts at its beginning, and the
+/// rock hardly longer.
 #[test]
 fn the_largest_forces_of_a_slow_hammer_are_of_whole_blows() {
     let found = seek(&slow(), 0.01);
     let period = found.mean.get("period");
     assert!(period > 1.0, "{period}");
     let mut hammer: Machine = slow().machine().expect("a scene");
-    // As many blows as were simulated for the answer; then, wherever that is, one period has one blow.
+    // As many blows as were simulated for the answer; after these, one period has one blow.
     hammer.advance(50.0 * period).expect("a run");
     hammer.advance(hammer.time() + period).expect("a run");
     let peaks = hammer.peaks();
@@ -150,13 +149,13 @@ fn the_largest_forces_of_a_slow_hammer_are_of_whole_blows() {
         [("contact_force_peak", peaks.contact_force()), ("rock_force_peak", peaks.rock_force())]
     {
         let mean = found.mean.get(name);
-        // Blows repeat to 1e-9, and forces are in proportion to speeds.
+        // Blows repeat to 1e-9, and forces are proportional to speeds.
         assert!(force > 1e3 && (mean / force - 1.0).abs() < 1e-6, "{name}: {mean} {force}");
     }
 }
 
-/// Its first blow comes after 0.4 s and each other one after more than a second: a limit between the two
-/// calls it stalled, a longer one does not.
+/// The first blow comes after 0.4 s, and each further one after more than a second. With a limit between these the
+/// hammer counts as stalled, with a longer one it does not.
 #[test]
 fn a_hammer_without_a_blow_for_the_limit_is_stalled() {
     for (limit, stalled) in [(0.6, true), (4.0, false)] {

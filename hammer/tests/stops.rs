@@ -1,5 +1,5 @@
-//! Where a step ends that is to end where the piston passes a position: rigid bodies, the piston thrown up
-//! against a constant force, so that it flies in a parabola until it strikes the resting bit.
+//! Steps that end where the piston passes a position. The bodies are rigid; the piston is thrown up against a
+//! constant force, and flies in a parabola until it strikes the resting bit.
 
 use crate::scenes::Random;
 use hammer::{Fidelity, InputValues, Machine, Parameters, Source, Stops};
@@ -22,13 +22,13 @@ fn passages(m: &Machine, x: f64, level: f64) -> [[f64; 2]; 2] {
     [-speed, speed].map(|v| [(SPEED + v) / acceleration, v])
 }
 
-/// How high it flies, m.
+/// Height of its flight, m.
 fn height(m: &Machine) -> f64 {
     0.5 * SPEED * SPEED * m.parameters().piston_mass() / FORCE
 }
 
-/// `<=` and `>=` of what is read decide rightly for a host, both ways. The instant is the closed form's but
-/// for rounding: four of a position over the speed, and four of the time.
+/// A host's `<=` and `>=` on the output decide correctly, in both directions. The instant is that of the closed form,
+/// up to four roundings of a position over the speed, and four of the time.
 #[test]
 fn a_step_ends_at_the_passage_with_the_position_beyond_the_level() {
     let mut random = Random::new(1);
@@ -52,7 +52,7 @@ fn a_step_ends_at_the_passage_with_the_position_beyond_the_level() {
     }
 }
 
-/// Two positions that are one: each passage ends one step, for both are noted.
+/// Two equal positions: each passage ends one step, which records both.
 #[test]
 fn positions_that_are_passed_together_are_noted_together() {
     let mut random = Random::new(2);
@@ -68,7 +68,7 @@ fn positions_that_are_passed_together_are_noted_together() {
             let (_, stop) = m.advance_keeping_start(1.01 * back, Some(&mut stops)).expect("a step");
             reads.extend(stop.position.map(|_| m.kinematics().relative_position));
         }
-        // Where the level itself is read, which side the other is on is for the next step to say.
+        // If the output is the level itself, the next step decides which side the other position is on.
         if !reads.contains(&level) {
             assert_eq!(reads.len(), 2, "{round}: {reads:?} {level}");
             looked += 1;
@@ -77,8 +77,9 @@ fn positions_that_are_passed_together_are_noted_together() {
     assert!(looked > 20, "{looked}");
 }
 
-/// At a position that is where the piston stands, its speed tells the side, and without one its acceleration:
-/// thrown up, it passes there when it comes back, `2 SPEED m / FORCE` later; let go, it never does.
+/// If a position is where the piston is, the direction of its speed decides the side, and without speed that of its
+/// acceleration. Thrown up, the piston passes there when it returns, `2 SPEED m / FORCE` later; let go, it never
+/// does.
 #[test]
 fn a_position_where_the_piston_stands_is_passed_only_on_the_way_back() {
     let mut m = thrown();
@@ -101,8 +102,8 @@ fn a_position_where_the_piston_stands_is_passed_only_on_the_way_back() {
     assert_eq!((stop.position, m.time()), (None, 0.99 * falls));
 }
 
-/// Positions that were watched elsewhere are told where the piston is, unless it is so near one that its guard
-/// may have it on either side: what a step has just ended at does not end the next.
+/// Positions from another machine take the sides of the present piston, unless it is so near one that its guard may
+/// have either side: an event that has just ended a step must not end the next.
 #[test]
 fn positions_are_settled_by_where_the_piston_is_unless_it_is_at_one() {
     let mut random = Random::new(3);
@@ -125,8 +126,8 @@ fn positions_are_settled_by_where_the_piston_is_unless_it_is_at_one() {
     }
 }
 
-/// So near a position that its guard may not have seen the piston pass, the side that is stored counts: the next
-/// step ends there at once. Farther beyond, the piston has passed.
+/// Very near a position, where the guard may have missed the piston, the stored side counts: the next step ends there
+/// at once. Farther beyond, the piston has passed.
 #[test]
 fn a_position_that_is_just_passed_is_still_to_be_noted() {
     for (beyond, is_near) in [(1e-15, true), (1e-6, false)] {
@@ -151,8 +152,8 @@ fn a_position_that_is_just_passed_is_still_to_be_noted() {
     }
 }
 
-/// Blows and passages of the reference hammer, one by one: the blows are those of a run without stops, each passage
-/// is at its level, of which the piston is then on the other side, and none is left out.
+/// Blows and passages of the reference hammer, one by one. The blows are those of a run without stops. At each
+/// passage the output is at its level, with the piston on the other side afterwards, and none is missing.
 #[test]
 fn a_hammer_stops_at_every_blow_and_at_every_passage_and_nowhere_else() {
     let (p, inputs, end) = (Parameters::default(), InputValues::default(), 0.2);
@@ -178,7 +179,7 @@ fn a_hammer_stops_at_every_blow_and_at_every_passage_and_nowhere_else() {
         if let Some(index) = stop.position {
             passed += 1;
             let off = m.kinematics().relative_position - levels[index];
-            // In the rounding of 0.2 s it goes 5e-16 m; a passage is known to a resolution, 1e-14 m.
+            // During the rounding of 0.2 s it moves by 5e-16 m; a passage is known to a resolution, 1e-14 m.
             assert!(off.abs() < p.resolutions()[0], "{}: {off:e}", m.time());
         }
     }
@@ -187,8 +188,8 @@ fn a_hammer_stops_at_every_blow_and_at_every_passage_and_nowhere_else() {
 }
 
 /// Far from 0 a host's double names a blow's instant 1e-12 to 6e-8 s before or after it. A step that ends there, one
-/// of no length after it and one to the next double go on from the blow itself: no body is turned back (a build with
-/// assertions, as this is, ends where one is), and the blows are to the bit those of a start at 0.
+/// of size 0 after it and one to the next double all continue from the blow itself. No body moves back (which an
+/// assertion of this build would detect), and the blows are to the bit those of a start at 0.
 #[test]
 fn a_host_that_stops_at_blows_far_from_zero_gets_those_of_a_start_at_zero() {
     let speeds = |p: &Parameters, start: f64| {

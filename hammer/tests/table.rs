@@ -1,4 +1,4 @@
-//! The one table: what it says of a parameter is true of the engine.
+//! The table of parameters agrees with the engine.
 
 use crate::scenes::one_in;
 use hammer::variables::{Change, PARAMETERS, Parameter, Slot};
@@ -42,7 +42,7 @@ fn scenes() -> Vec<Parameters> {
     Source::ALL.into_iter().enumerate().map(scene).collect()
 }
 
-/// To the last bit; and a scene that does read them all would notice.
+/// No bit changes. A scene that reads all of them would notice.
 #[test]
 fn a_parameter_that_is_not_read_changes_nothing() {
     let mut ignored = BTreeSet::new();
@@ -64,7 +64,7 @@ fn a_parameter_that_is_not_read_changes_nothing() {
     assert!(ignored.len() > 60, "{}", ignored.len());
 }
 
-/// Nor is any other told of.
+/// No other parameter is reported as ignored.
 #[test]
 fn a_parameter_that_is_read_is_not_told_to_be_ignored() {
     for scene in scenes() {
@@ -78,7 +78,7 @@ fn a_parameter_that_is_read_is_not_told_to_be_ignored() {
     }
 }
 
-/// A row writes where it reads, and no two rows write to one place.
+/// A row writes what it reads, and no two rows write to the same place.
 #[test]
 fn each_parameter_has_a_place_of_its_own() {
     for row in PARAMETERS.iter() {
@@ -127,9 +127,9 @@ fn extremes(row: &Parameter) -> Vec<f64> {
     values
 }
 
-/// Each parameter nearly zero, huge, and at the ends of its domain, over all drives, with a casing and without:
-/// a scene is refused at its start by a parameter's name, or moves so that its energies balance and the host's
-/// slices change no bit; what ends on the way says why, in either.
+/// Each parameter is set nearly to zero, to huge values, and to the ends of its domain, with all drives, with a
+/// casing and without. The scene is refused at its start by the parameter's name, or moves so that its energies
+/// balance and slicing changes no bit; an error on the way gives its reason.
 #[test]
 fn extreme_parameters_are_refused_by_name_or_right() {
     let mut ends = [0; 3];
@@ -140,7 +140,7 @@ fn extreme_parameters_are_refused_by_name_or_right() {
         }
         let reals = PARAMETERS.iter().filter(|row| matches!(row.slot, Slot::Real(..)));
         for row in reals.filter(|row| row.reader.reads(&scene)) {
-            // Of three values one a drive, so that each is met over some.
+            // Each drive tests one of three values, so that each value is tested with some drive.
             for value in extremes(row).into_iter().skip(around % one_in(3)).step_by(one_in(3)) {
                 let mut p = scene;
                 row.slot.write(&mut p, value);
@@ -158,7 +158,7 @@ fn extreme_parameters_are_refused_by_name_or_right() {
                     Err(error) => {
                         let text = error.to_string();
                         let named = PARAMETERS.iter().any(|row| text.contains(row.name));
-                        // The body is named where it is one section of it against the others.
+                        // The error names the body if one of its sections differs too much from the others.
                         assert!(
                             named || text.contains("sections differ too much"),
                             "{name}: {text}"
@@ -171,7 +171,7 @@ fn extreme_parameters_are_refused_by_name_or_right() {
                 let done = whole.advance(0.012);
                 let slices = (1..=8).try_for_each(|k| sliced.advance(0.0015 * f64::from(k)));
                 if let Err(error) = &done {
-                    // How far a call comes within its work depends on where it began.
+                    // How far a call gets within its limit of work depends on where it began.
                     let works = matches!(error, hammer::Error::Overwork { .. });
                     assert!(works || slices.as_ref() == Err(error), "{name}: {done:?}, {slices:?}");
                     ends[1] += 1;

@@ -1,5 +1,5 @@
-//! The theorem of `search::tracker`, sentence by sentence, on thousands of drawn guards. What a
-//! guard really does is enclosed in balls, whose radii hold all rounding.
+//! The statements of `search::tracker`, one by one, on thousands of drawn guards. The true course of a guard is
+//! enclosed in balls, whose radii include all rounding.
 
 use crate::scenes::Random;
 use hammer::modal::structure::Structure;
@@ -14,17 +14,17 @@ use std::sync::Arc;
 
 /// Resolution.
 const R: f64 = 1e-9;
-/// What the engine's own motion may be off, over `R`: a thousand rotations, each to a rounding, of
-/// amplitudes that sum up to 10, and frequencies to a rounding over 1000 rad: below 0.01.
+/// Error of the engine's own motion, over `R`: a thousand rotations, each with a rounding of amplitudes that sum to
+/// 10, and frequencies to a rounding over 1000 rad: below 0.01.
 const MOTION: f64 = 0.02;
 const MODE: Mode = Mode::starting(RockMode::FreeFlight);
 
-/// Ten to the power of a number that lies evenly between two.
+/// Ten to the power of a number that is uniform between two.
 fn power_of_ten(random: &mut Random, low: f64, high: f64) -> f64 {
     10f64.powf(random.between(low, high))
 }
 
-/// `c0 + c1 t + c2 t^2 + sum a cos(w t + p)`: what it does is known in closed form.
+/// `c0 + c1 t + c2 t^2 + sum a cos(w t + p)`, whose course is known in closed form.
 #[derive(Clone, Debug)]
 struct Guard {
     waves: Vec<[f64; 3]>,
@@ -72,7 +72,7 @@ impl Guard {
         self.waves.iter().fold(0.0, |a, w| a.max(w[0]))
     }
 
-    /// A ball that holds the value, and the slope.
+    /// A ball that contains the value, and the slope.
     fn ball(&self, t: f64) -> ([f64; 2], f64) {
         let [c0, c1, c2] = self.drift;
         let (mut value, mut slope) = (c0 + t * (c1 + t * c2), c1 + 2.0 * t * c2);
@@ -81,7 +81,7 @@ impl Guard {
             let x = w * t + p;
             value += a * x.cos();
             slope -= a * w * x.sin();
-            // Its argument, its cosine, and its part in the sum.
+            // Rounding of its argument, of its cosine, and of its share in the sum.
             radius += f64::EPSILON * a.abs() * (x.abs() + p.abs() + 1.0 + self.waves.len() as f64);
         }
         ([value, radius], slope)
@@ -96,15 +96,15 @@ impl Guard {
         waves.sum::<f64>() + 2.0 * self.drift[2].abs()
     }
 
-    /// True if it is proved that the guard stays below `level` from `start` to `end`; false if a
-    /// point is proved not to be below, or nothing can be proved.
+    /// True if the guard is proved to stay below `level` from `start` to `end`; false if a point is proved not to be
+    /// below, or if nothing can be proved.
     fn is_below(&self, level: f64, start: f64, end: f64) -> bool {
         let curvature = self.curvature();
         let mut parts = vec![[start, end]];
         while let Some([a, b]) = parts.pop() {
             let (middle, half) = (0.5 * (a + b), 0.5 * (b - a) * (1.0 + 1e-15));
             let ([value, radius], slope) = self.ball(middle);
-            // The slope's own rounding is far below a thousandth of what a second term is.
+            // The slope's own rounding is far below a thousandth of the second term.
             let reach = slope.abs() * half + 0.5001 * curvature * half * half;
             if value + radius + reach < level {
                 continue;
@@ -117,9 +117,9 @@ impl Guard {
         true
     }
 
-    /// Tops and bottoms up to `end`, in order, `[time, value]`: where the slope changes its sign
-    /// between points so close that a bound on the curvature leaves no other. What turns twice
-    /// between two of them turns by less than a hundredth of a resolution.
+    /// Maxima and minima up to `end` in order, `[time, value]`: where the slope changes sign between points so close
+    /// that a bound on the curvature excludes others. Two turns between two of them differ by less than a hundredth
+    /// of a resolution.
     fn turns(&self, end: f64) -> Vec<[f64; 2]> {
         let step = 0.02 / self.fastest();
         let count = (end / step).ceil() as usize;
@@ -152,7 +152,7 @@ impl Guard {
         Track { system, z, at: 0.0 }
     }
 
-    /// Watched up to `until`, or to a crossing; the work of it is bounded.
+    /// Tracks the guard up to `until`, or to a crossing, with bounded work.
     fn search(&self, until: f64) -> GuardTracker {
         let mut poly = Poly::default();
         poly.0[..3].copy_from_slice(&self.drift);
@@ -178,9 +178,8 @@ fn system(omega2: &[f64]) -> Arc<System> {
     Arc::new(System::new(recipe, None, MODE).expect("a spectrum"))
 }
 
-/// Guards that start below zero and one of whose tops, drawn, lies `x` resolutions above zero,
-/// `x` drawn between `range`: the highest up to there. Each is handed on with `x`, the time of
-/// that top, and a time until which to look.
+/// Guards that start below zero, and whose highest maximum so far, drawn at random, is `x` resolutions above zero,
+/// with `x` drawn from `range`. Each comes with `x`, the time of that maximum, and the end of its time.
 fn tangents(
     seed: u64,
     count: usize,
@@ -193,7 +192,7 @@ fn tangents(
         let mut guard = Guard::drawn(&mut random);
         let until = power_of_ten(&mut random, 0.0, 1.8) / guard.fastest();
         let turns = guard.turns(until);
-        // Not where the look begins or ends.
+        // Without the start and the end.
         let inside = &turns[1..turns.len() - 1];
         let Some(top) = inside.iter().copied().max_by(|a, b| a[1].total_cmp(&b[1])) else {
             continue;
@@ -207,8 +206,8 @@ fn tangents(
     }
 }
 
-/// Sentence 1: Where a guard is clear until `t`, it is below `r` up to `t`: proved for every guard. And
-/// the crossing of each that reaches `r` is found.
+/// Statement 1: a guard that is clear until `t` is below `r` up to `t`, proved for every guard. The crossing of each
+/// guard that reaches `r` is found.
 #[test]
 fn what_is_clear_is_below_the_resolution() {
     tangents(1, 3000, [-6.0, 6.0], |guard, x, at, until| {
@@ -221,30 +220,30 @@ fn what_is_clear_is_below_the_resolution() {
     });
 }
 
-/// Sentence 2: A crossing comes to lie above `3 r / 8` before it turns, and not above `r` before it is
-/// reported; and what is reported is a zero.
+/// Statement 2: a guard that crosses exceeds `3 r / 8` before it turns, and does not exceed `r` before the crossing
+/// is reported; the reported instant is a zero.
 #[test]
 fn what_crosses_is_a_zero_and_comes_to_lie_above_three_eighths() {
     let mut crossings = 0;
     tangents(2, 3000, [-0.5, 3.0], |guard, x, top, until| {
         let Some(at) = guard.search(until).root.filter(|at| *at <= until) else { return };
         crossings += 1;
-        // What it rises to from there on: its next top.
+        // The next maximum after it.
         let next = guard.turns(until).into_iter().find(|turn| turn[0] > at).expect("a top");
-        // What is let go, as a top below `r` may be, may be taken where it comes back as high.
+        // A maximum below `r` that was not taken may be taken when the guard returns to the same height.
         let again = x < 1.0 + MOTION && next[1] > (x - MOTION) * R;
         assert!(at <= top || again, "{x} is taken at {at}, after its top at {top}");
         assert!(next[1] > (0.375 - MOTION) * R, "{x}: only {:e} after {at}", next[1]);
         assert!(guard.is_below((1.0 + MOTION) * R, 0.0, at), "{x}: {at}");
         let ([value, radius], slope) = guard.ball(at);
-        // The engine's motion is off by so much, and no zero can be closer than its own rounding.
+        // The engine's motion has that error, and a zero cannot be closer than its own rounding.
         let off = radius + MOTION * R + slope.abs() * f64::EPSILON * at;
         assert!(value.abs() <= off, "{x}: {value:e} at {at}");
     });
     assert!(crossings > 1500, "{crossings} crossings");
 }
 
-/// Sentence 2: What is first seen above `r`, and is not falling from below `4 r`, has crossed.
+/// Statement 2: a guard that is above `r` at first, and not falling from below `4 r`, has crossed.
 #[test]
 fn what_is_first_seen_beyond_its_level_has_crossed() {
     let mut random = Random::new(3);
@@ -258,7 +257,7 @@ fn what_is_first_seen_beyond_its_level_has_crossed() {
     }
 }
 
-/// Sentence 3: What peaks below `3 r / 8` and turns back is not taken.
+/// Statement 3: a guard that peaks below `3 r / 8` and turns back is not taken.
 #[test]
 fn what_turns_back_near_zero_is_not_taken() {
     tangents(4, 4000, [-6.0, 0.375 - MOTION], |guard, x, _, until| {
@@ -267,9 +266,8 @@ fn what_turns_back_near_zero_is_not_taken() {
     });
 }
 
-/// Sentence 4: First seen below `4 r` and falling, or below `r / 2`, a guard is watched from there: it is
-/// not taken while it comes to lie no more than `r` above where it began, and where it is taken it
-/// stands there, to `r`.
+/// Statement 4: a guard that is below `4 r` and falling at first, or below `r / 2`, is tracked from there. It is not
+/// taken while it exceeds its start value by no more than `r`; where it is taken, it is at its start value, to `r`.
 #[test]
 fn what_begins_a_little_above_zero_is_watched_from_there() {
     let mut random = Random::new(7);
@@ -286,7 +284,7 @@ fn what_begins_a_little_above_zero_is_watched_from_there() {
         let tracker = guard.search(until);
         let first = tracker.horizon().min(until);
         assert!(guard.is_below(above + (1.0 + MOTION) * R, 0.0, first), "{above:e}: {first}");
-        // Steep enough for a parabola to bring it to zero; the engine's is up to sqrt 2 wider.
+        // Steep enough that a parabola reaches zero; the engine's is up to sqrt 2 wider.
         let steep = slope < 0.0 && slope * slope >= 3.0 * guard.curvature() * above;
         assert!(!steep || tracker.root != Some(0.0), "{above:e}");
         fell += u64::from(steep);
@@ -294,10 +292,10 @@ fn what_begins_a_little_above_zero_is_watched_from_there() {
         crossed += 1;
         let ([value, radius], slope) = guard.ball(at);
         let off = radius + MOTION * R + slope.abs() * f64::EPSILON * at;
-        // A zero, or an instant at which it has lain below `r` for long.
+        // A zero, or an instant before which it was below `r` for long.
         let risen = value - above;
         assert!((-off..=R + off).contains(&risen), "{above:e}: {value:e} at {at}");
-        // What turns nearer to where it began than the motion is known to is no turn.
+        // A turn nearer to the start value than the motion's error does not count.
         let far = |[when, value]: &[f64; 2]| *when > at && (value - above).abs() > MOTION * R;
         if let Some([_, top]) = guard.turns(until).into_iter().find(far) {
             assert!(top > above + (0.375 - MOTION) * R, "{above:e}: only {top:e} after {at}");

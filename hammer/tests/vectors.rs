@@ -1,15 +1,15 @@
-//! Which vectors run, and that no result depends on them.
+//! Which vectors are used, and that no result depends on them.
 
 use hammer::{Fidelity, Input, InputValues, Machine, Parameters, Source, Vectors};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The choice is the whole process's: one test at a time.
+/// The choice is global to the process, so tests take turns.
 fn alone() -> MutexGuard<'static, ()> {
     static TURN: Mutex<()> = Mutex::new(());
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What the processor allows by the standard library's own detection, widest first.
+/// Vectors of this processor by the standard library's own detection, widest first.
 #[cfg(target_arch = "x86_64")]
 fn allowed() -> Vec<Vectors> {
     macro_rules! all {
@@ -53,8 +53,8 @@ fn vectors_that_the_processor_lacks_are_refused() {
     }
 }
 
-/// Scenes that between them go through every loop: waves and rigid bodies, inputs that vary,
-/// overdamped and undamped modes, meshes that fill their lanes and that do not.
+/// Scenes that together use every loop: waves and rigid bodies, varying inputs, overdamped and undamped modes, and
+/// meshes that do and do not fill their lanes.
 fn scenes() -> Vec<(&'static str, Parameters, f64)> {
     let mut list = vec![("reference", Parameters::default(), 0.06)];
     let mut add = |name, end, change: fn(&mut Parameters)| {
@@ -74,20 +74,20 @@ fn scenes() -> Vec<(&'static str, Parameters, f64)> {
     list
 }
 
-/// Everything that can be told of a run, with every bit of every number.
+/// All outputs of a run, with every bit of every number.
 fn trajectory(parameters: &Parameters, end: f64) -> String {
     let inputs = InputValues { drive_force: 1500.0, ..Default::default() };
     let mut machine = Machine::new(parameters, &inputs, 0.0).expect("a scene");
     machine.keep_journal(true);
     let mut out = String::new();
     for step in 1..=6 {
-        // A feed that swings by a fifth, to the second derivative.
+        // A feed that oscillates by a fifth, with its derivatives up to the second.
         let phase = f64::from(step);
         let derivatives = [5e3 + 1e3 * phase.sin(), 1e5 * phase.cos(), -1e7 * phase.sin()];
         machine.set_input(Input::FeedForce, &derivatives).expect("an input");
         machine.advance(end * f64::from(step) / 6.0).expect("a run");
         let outputs = (*machine.kinematics(), machine.energies(), machine.peaks());
-        // `Debug` of a double gives the shortest text that reads back to the same bits.
+        // `Debug` of a double is the shortest text that parses to the same bits.
         out += &format!("{:?}{outputs:?}", machine.take_journal());
     }
     out + &format!("{:?}{:?}", machine.profile(), machine.state())

@@ -1,5 +1,5 @@
-//! How much work a cycle takes: a slower algorithm fails here. The counts are of this
-//! algorithm, not of a machine; a change that lowers them updates them.
+//! Work of a cycle: a slower algorithm fails here. The counts are of this algorithm, not of a machine; a change that
+//! lowers them updates them.
 
 use hammer::Scene;
 use hammer::means::{Wanted, steady};
@@ -27,8 +27,8 @@ fn counts(scene: &Scene, from: u64, to: u64) -> [u64; 5] {
     std::array::from_fn(|i| b[i] - a[i])
 }
 
-/// Moves a hammer by so many steps of 100 us, under pressures set with their derivatives at each: the
-/// force of a spring on the piston, which only that feels.
+/// Moves a hammer by so many steps of 100 us, under pressures that are set with their derivatives at each: the force
+/// of a spring on the piston.
 fn coupled(machine: &mut Machine, steps: u32) {
     let start = machine.time();
     for step in 1..=steps {
@@ -42,7 +42,7 @@ fn coupled(machine: &mut Machine, steps: u32) {
 
 #[test]
 fn flight_costs_a_handful_of_evaluations() {
-    // From 21 ms to 41 ms the bit stands still: nothing can happen but the relay: bounds decide.
+    // From 21 ms to 41 ms the bit stands still, and only the relay can switch, so that bounds decide.
     let mut machine =
         Machine::new(&Parameters::default(), &InputValues::default(), 0.0).expect("a scene");
     machine.advance(0.021).expect("a step");
@@ -54,16 +54,16 @@ fn flight_costs_a_handful_of_evaluations() {
     assert!(evaluations < 100, "{evaluations} evaluations in 20 ms of flight");
 }
 
-/// The physics fixes the number of events of the settled cycle (it repeats exactly); the
-/// search may take so much and no more.
+/// The physics determines the number of events of the settled cycle, which repeats exactly. The search may take no
+/// more work than this.
 #[test]
 fn a_settled_cycle_takes_no_more_work_than_it_did() {
     let [events, changes, evaluations, windows, samples] = counts(&Scene::default(), 12, 32);
     let cycles = 20;
-    // Within a step of 1 ms after the blow some of its events are seen, some not: 20 cycles
-    // even that out to one part in twenty.
+    // A step of 1 ms after the blow contains only some of its events, which averages out to one part in twenty over
+    // 20 cycles.
     assert!((47..=53).contains(&(events / cycles)), "{} events per cycle", events / cycles);
-    // Only the relay, twice a cycle, and the barrier leave the basis as it is; a blow's contact makes two.
+    // Only the relay, twice a cycle, and the barrier do not change the basis; a blow's contact changes it twice.
     assert!(
         (30..=44).contains(&(changes / cycles)),
         "{} changes of basis a cycle",
@@ -74,7 +74,7 @@ fn a_settled_cycle_takes_no_more_work_than_it_did() {
     assert!(samples <= 1050 * cycles, "{} rotations per cycle", samples / cycles);
 }
 
-/// A scene that users run, by its name.
+/// A scene of typical users, by its name.
 fn scene(name: &str) -> Scene {
     let preset = |name: &str| {
         let (parameters, inputs) = Preset::named(name).expect("a preset").start();
@@ -108,8 +108,8 @@ fn scene(name: &str) -> Scene {
     scene
 }
 
-/// At most as many as counted (they are the same on all processors) and a tenth more. A change that
-/// lowers them updates them.
+/// At most the known counts (which are the same on all processors) and a tenth more. A change that lowers them
+/// updates them.
 fn at_most(name: &str, found: [u64; 5], known: [u64; 5]) {
     println!("{name}: {found:?}");
     for (found, known) in found.into_iter().zip(known) {
@@ -146,13 +146,13 @@ const BLOWS: [(&str, [u64; 5]); 7] = [
     ("loose top hammer", [1326, 1770, 38595, 348, 45691]),
 ];
 
-/// Set in the process that valgrind runs: how many settled cycles to make.
+/// Environment variable of the process under valgrind: number of settled cycles.
 const CYCLES: &str = "HAMMER_CYCLES";
-/// The same: energies are asked for at every communication point.
+/// Likewise: energies are read at every communication point.
 const ASKED: &str = "HAMMER_ENERGIES";
-/// The same: which of [`TASKS`] to do instead.
+/// Likewise: which of [`TASKS`] to do instead.
 const TASK: &str = "HAMMER_TASK";
-/// Name of the test below, which runs itself under valgrind.
+/// Name of the test below, which starts itself under valgrind.
 const COUNTED: &str = "instructions_of_a_settled_cycle_stay_near_the_stated_count";
 
 /// 12 blows to settle, then so many cycles, in communication steps of 1 ms.
@@ -170,7 +170,7 @@ fn run(cycles: u64, asked: bool) {
     println!("vectors: {}", Vectors::in_use());
 }
 
-/// Instructions of a test of this file with these variables set, by callgrind, if it runs in AVX2.
+/// Instructions of a test of this file with these variables, by callgrind; none if it does not run in AVX2.
 fn instructions(test: &str, variables: &[(&str, &str)]) -> Option<f64> {
     let mut command = Command::new("valgrind");
     command
@@ -191,10 +191,9 @@ fn instructions(test: &str, variables: &[(&str, &str)]) -> Option<f64> {
     digits.parse().ok()
 }
 
-/// A snapshot of work: instructions of a settled reference cycle in AVX2, as the suite builds
-/// (`opt-level = 2`, overflow checked), without and with the energies at every 1 ms. A change
-/// that lowers them updates them. The margin is for other compilers and C libraries. What a
-/// release build takes, `cargo work-per-cycle` counts.
+/// Instructions of a settled reference cycle in AVX2, as the suite builds it (`opt-level = 2`, with overflow checks),
+/// without and with reading the energies at every 1 ms. A change that lowers them updates them. The margin allows for
+/// other compilers and C libraries. `cargo work-per-cycle` counts those of a release build.
 #[test]
 fn instructions_of_a_settled_cycle_stay_near_the_stated_count() {
     if let Ok(cycles) = std::env::var(CYCLES) {
@@ -225,7 +224,7 @@ fn instructions_of_a_settled_cycle_stay_near_the_stated_count() {
 const STATED: [f64; 2] = [4.27e6, 6.11e6];
 const MARGIN: f64 = 0.15;
 
-/// True if there is valgrind to count with.
+/// True if valgrind is installed.
 fn is_counting() -> bool {
     let found = Command::new("valgrind").arg("--version").output().is_ok();
     if !found {
@@ -238,7 +237,7 @@ fn is_counting() -> bool {
 fn perform(task: &str) {
     let done = match task {
         "new rock" => {
-            // What the process has made before is not counted: another rock, up to the second blow.
+            // Work that the process has done before is not counted: another rock, up to the second blow.
             let run = |stiffness: f64| {
                 let mut scene = Scene::default();
                 scene.parameters.rock.stiffness = stiffness;
@@ -277,8 +276,8 @@ fn perform(task: &str) {
     println!("vectors: {}", Vectors::in_use());
 }
 
-/// Instructions of whole tasks, decompositions included, beyond those of a task that is nothing: at most
-/// as many as stated and [`MARGIN`], built and counted as the settled cycle above.
+/// Instructions of whole tasks, decompositions included, less those of an empty task: at most the stated numbers and
+/// [`MARGIN`], built and counted as above.
 #[test]
 fn instructions_of_whole_tasks_stay_below_the_stated_counts() {
     if let Ok(task) = std::env::var(TASK) {
@@ -309,14 +308,14 @@ const TASKS: [(&str, f64); 5] = [
     ("coupled", 5.88e7),
 ];
 
-/// Set in the process that valgrind runs: until when [`CHARGED`] goes, s.
+/// Environment variable of the process under valgrind: until when [`CHARGED`] runs, s.
 const UNTIL: &str = "HAMMER_UNTIL";
-/// Instructions in a second as `work_limit` counts it, built as above.
+/// Instructions in a second as `work_limit` counts it, in this build.
 const IN_A_SECOND: f64 = 4.5e9;
 
-/// What takes most of the work of a call, and from when to when it is counted, s: an ordinary search, transitions of
-/// ties, air beside little and much steel, a load of which slow coordinates need series after series, a barrier that is
-/// watched under a load that varies, and a contact that chatters.
+/// Tasks dominated by one kind of work, each with the time span in which it is counted, s: an ordinary search,
+/// transitions of ties, air with little and much steel, a load for which quasi-static coordinates need series after
+/// series, a barrier under a varying load, and a contact that chatters.
 const CHARGED: [(&str, [f64; 2]); 8] = [
     ("reference", [0.05, 0.2]),
     ("rigid", [0.1, 1.0]),
@@ -341,8 +340,8 @@ fn charged(task: &str, ends: &[f64]) -> f64 {
     machine.seconds_charged()
 }
 
-/// What a step is charged for is what it takes, within a factor of two, whatever takes it; and 20 s of a hammer that
-/// air drives are within one call.
+/// The charge of a step is its actual work within a factor of two, for every kind of work; and 20 s of a hammer
+/// driven by air fit in one call.
 #[test]
 fn what_is_charged_is_what_it_takes() {
     if let (Ok(task), Ok(until)) = (std::env::var(TASK), std::env::var(UNTIL)) {

@@ -1,4 +1,4 @@
-//! What chatters ends with an error that names it, and any step ends when it is interrupted.
+//! Chattering ends with an error that names its cause, and any step ends when it is interrupted.
 
 use crate::scenes;
 use hammer::Scene;
@@ -9,7 +9,7 @@ use hammer::{
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// A contact a million times stiffer than the splines that meet, pressed together and undamped.
+/// A contact a million times stiffer than its splines, pressed together and undamped.
 fn rattling() -> (Parameters, InputValues) {
     let mut p = scenes::overdamped();
     (p.piston.elements, p.bit.elements, p.mesh.degree) = (4, 4, 7);
@@ -44,8 +44,8 @@ fn a_contact_a_million_times_too_stiff_is_named() {
     assert_eq!(m.advance(m.time() + 1e-3), Err(error), "and so says every later step");
 }
 
-/// Each event takes the state through two products with a basis, each a sum of a few rounded terms:
-/// 16 units in the last place, as much of all energies, and as if all erred to one side.
+/// Each event takes the state through two products with a basis, each a sum of a few rounded terms: 16 units in the
+/// last place of all energies, as if all errors had the same sign.
 #[test]
 fn the_energy_balance_holds_over_twenty_thousand_events_of_rattling() {
     let mut m = machine(&rattling());
@@ -57,18 +57,18 @@ fn the_energy_balance_holds_over_twenty_thousand_events_of_rattling() {
     assert!(energies.residual.abs() < bound, "{energies:?}");
 }
 
-/// The state but for what belongs to the step.
+/// The state without the part that belongs to the step.
 fn state(m: &Machine) -> State {
     m.state().without_step()
 }
 
 #[test]
 fn an_interrupted_step_ends_at_once_and_leads_on_to_the_same_motion() {
-    // A rattle that takes seconds.
+    // Chattering that takes seconds.
     let scene = rattling();
     let mut m = machine(&scene);
     m.advance(0.012).expect("a fall");
-    // Once set, it asks no more: the work may look at it a few times on its way out, not go on.
+    // After it is set, the work may check it a few times on its way out, but must not continue.
     let asked = Arc::new(AtomicUsize::new(0));
     let count = asked.clone();
     let handle = Interrupt::asking(move || count.fetch_add(1, Ordering::Relaxed) == 300);
@@ -79,7 +79,7 @@ fn an_interrupted_step_ends_at_once_and_leads_on_to_the_same_motion() {
     assert_eq!(handle.watch(|| m.advance(0.2)), Err(Error::Cancelled), "as long as it is set");
     assert_eq!(m.time(), stopped);
     handle.clear();
-    // To the last bit as a run that nobody interrupted.
+    // Equal to the last bit to an uninterrupted run.
     let until = stopped + 1e-6;
     m.advance(until).expect("goes on");
     let mut other = machine(&scene);
@@ -87,7 +87,7 @@ fn an_interrupted_step_ends_at_once_and_leads_on_to_the_same_motion() {
     assert_eq!(state(&m), state(&other));
 }
 
-/// A million times more than the fall takes: no length of the step buys it.
+/// A million times longer than the fall takes; the limit does not depend on the step's length.
 #[test]
 fn a_call_has_a_limit_however_long_its_step_is() {
     let (p, inputs) = rattling();
@@ -97,13 +97,13 @@ fn a_call_has_a_limit_however_long_its_step_is() {
     let error = m.advance(1e6).expect_err("a rattle for ever");
     assert!(matches!(error, Error::Overwork { .. }), "{error}");
     assert!(error.to_string().contains("work_limit = 1"), "{error}");
-    // A unit takes a coordinate of each of 22 modes at least, of 625 million a second.
+    // A unit takes a coordinate of each of at least 22 modes, of 625 million in a second.
     let after = m.counters();
     let work = after.guard_evaluations + after.samples - before.guard_evaluations - before.samples;
     assert!(work < 625_000_000 / 22, "{work}");
 }
 
-/// Each of them repeats the run a few times; all together have what the run alone has.
+/// Each derivative repeats the run a few times; all together have the limit of a single call.
 #[test]
 fn derivatives_have_one_limit_together() {
     let (parameters, inputs) = rattling();
@@ -116,7 +116,7 @@ fn derivatives_have_one_limit_together() {
     assert!(matches!(refused, Err(Error::Overwork { .. })), "{refused:?}");
 }
 
-/// In steel waves take 5 km/s, in diamond 18; at 3.6e11 m/s a step of 1.6 ms took 40 s.
+/// Waves travel at 5 km/s in steel, and at 18 km/s in diamond; at 3.6e11 m/s a step of 1.6 ms took 40 s.
 #[test]
 fn waves_faster_than_any_solid_s_are_refused_by_name() {
     let mut p = Parameters::default();
@@ -131,8 +131,8 @@ fn waves_faster_than_any_solid_s_are_refused_by_name() {
     assert!(Machine::new(&p, &InputValues::default(), 0.0).is_ok(), "no waves, no limit");
 }
 
-/// Each window of air is solved by iterations, which take longer than the search of a rigid hammer: they use up what a
-/// call may do, and are named.
+/// Each window of air needs a series, which takes longer than the search of a rigid hammer. The series use up a
+/// call's work, and are named as the cause.
 #[test]
 fn air_uses_up_a_call_and_is_named() {
     let mut p = Parameters { fidelity: Fidelity::Rigid, ..Parameters::default() };

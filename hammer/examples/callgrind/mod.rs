@@ -1,4 +1,4 @@
-//! Counts the instructions of an example, for those that have a word `count`.
+//! Counts the instructions of an example that is run with the word `count`.
 
 use std::process::Command;
 

@@ -1,11 +1,11 @@
-//! Scenes drawn over the domain, and parameters by their quantity.
+//! Scenes drawn over the domain, and common hammers.
 
 #![allow(dead_code, reason = "each test uses some of it")]
 
 use hammer::presets::Preset;
 use hammer::{Body, Fidelity, InputValues, Machine, Parameters, Record, Segment};
 
-/// A plain congruential sequence: the same on every machine.
+/// A linear congruential generator, which is the same on every machine.
 pub struct Random(u64);
 
 impl Random {
@@ -14,23 +14,23 @@ impl Random {
         Self(seed)
     }
 
-    /// In (0, 1).
+    /// A number in (0, 1).
     pub fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Those of the last number.
+    /// Bits of the last number.
     pub fn bits(&self) -> u64 {
         self.0
     }
 
-    /// Evenly between two numbers.
+    /// Uniform between two numbers.
     pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
-    /// Evenly in the logarithm.
+    /// Log-uniform between two numbers.
     pub fn spread(&mut self, low: f64, high: f64) -> f64 {
         low * (high / low).powf(self.unit())
     }
@@ -99,10 +99,10 @@ pub fn machine(p: &Parameters, feed: f64) -> Machine {
     Machine::new(p, &inputs, 0.0).expect("a scene")
 }
 
-/// A scene's events from rest to `end`, s. Inner forces cancel in pairs, so the momentum of all bodies is what feed,
-/// gravity, rock and string gave (of a bare hammer, whose drive pushes off from outside, that of what is struck); and
-/// every energy is in the ledger. Two roundings an event of what is summed; a basis loses up to 1e5 of them at a
-/// transition.
+/// A scene's events from rest to `end`, s. Internal forces cancel in pairs, so the momentum of all bodies (of a bare
+/// hammer, whose drive pushes against an outside holder, that of what is struck) is the impulse of feed, gravity,
+/// rock and string; and every energy is in the ledger. Each event makes two roundings of these sums, and a basis
+/// loses up to 1e5 of them at a transition.
 pub fn balanced(p: &Parameters, inputs: &InputValues, end: f64) -> Vec<Record> {
     let mut p = *p;
     p.piston.initial_velocity = 0.0;
@@ -122,7 +122,7 @@ pub fn balanced(p: &Parameters, inputs: &InputValues, end: f64) -> Vec<Record> {
     }
     let scale = fed + sums.contact + sums.rock.abs() + string.abs();
     let rounding = 1e5 * f64::EPSILON * (10.0 + m.counters().events as f64) * scale;
-    // The string takes what its end moves, which of an elastic casing is not shown.
+    // The string takes the impulse of its end's motion, which for an elastic casing is not an output.
     let is_told = p.casing.impedance == 0.0 || !p.is_elastic(Body::Casing);
     let apart = (momentum - given).abs();
     assert!(!is_told || apart < rounding, "{momentum} {given} of {rounding}: {p:?}");
@@ -131,7 +131,7 @@ pub fn balanced(p: &Parameters, inputs: &InputValues, end: f64) -> Vec<Record> {
     m.take_journal()
 }
 
-/// What the error of the air is a part of: enthalpy taken, what the hammer turned over, and what the chambers hold, J.
+/// Reference of the air's error, J: enthalpy taken, sum of the hammer's energies, and energy of the chambers.
 pub fn air_turnover(machine: &Machine) -> f64 {
     const KAPPA: f64 = 1.4;
     let (p, now) = (machine.parameters(), machine.kinematics());
@@ -144,7 +144,7 @@ pub fn air_turnover(machine: &Machine) -> f64 {
     taken.abs() + machine.energies().turnover() + held
 }
 
-/// The suite tries one of so many; `ALTERED_EVERY=1` all.
+/// The suite tries one of so many; `ALTERED_EVERY=1` tries all.
 pub fn one_in(many: usize) -> usize {
     std::env::var("ALTERED_EVERY").ok().and_then(|n| n.parse().ok()).unwrap_or(many)
 }
