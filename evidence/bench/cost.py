@@ -297,10 +297,6 @@ def main() -> None:
     if sys.argv[1:] == ["--counts"]:
         counts()
         return
-    if sys.argv[1:] == ["--short"]:
-        table("By spans per bar", ACTIONS, {"16": USUAL})
-        print(json.dumps({}))
-        return
     kinds, counted = vectors(), shutil.which("valgrind") is not None
     print("# Cost by what people do: `cargo bench-report cost`\n")
     print(
@@ -318,8 +314,6 @@ def main() -> None:
         print(
             "\nNode goes on compiling while the first runs are under way; that is in its numbers."
         )
-    first = {name: [*do, FIRST] for name, do in DONE.items()}
-    table(f"The first {BLOWS} blows of what users run", SCENES, first)
     tables = counts() if counted else {}
     from_python(unit)
     fleet(counted)

@@ -2,7 +2,8 @@
 
 use crate::schema::{Answer, Peer, Task};
 use hammer::{InputValues, Machine, Parameters};
-use verify::{reference, scene};
+use oracles::law::State;
+use verify::scene;
 
 /// The engine and its scene.
 pub struct Engine(pub Parameters);
@@ -22,7 +23,9 @@ impl Peer for Engine {
         let mut done = Answer::default();
         for stop in task.stops() {
             machine.advance(stop).map_err(|e| e.to_string())?;
-            done.keep(task, &reference::nodal(&machine));
+            let profile = machine.profile();
+            let (u, v) = profile.piston.iter().chain(&profile.bit).map(|[u, v]| (*u, *v)).unzip();
+            done.keep(task, &State { u, v, psi: machine.viscous_work_of_cycle() });
         }
         done.events =
             machine.take_journal().iter().map(|r| (r.time, scene::event(r, false))).collect();

@@ -3,18 +3,17 @@
 //! Solvers in Rust take a [`Task`] and the model; the others read a [`Case`] as JSON. All give an [`Answer`], which
 //! is compared with the reference in extended precision.
 
+use oracles::dd::Dd;
 use oracles::law::{Event, Mode, Rock, State};
+use oracles::linear::Real;
 use oracles::model::Model;
-use oracles::reference::Record;
+use oracles::reference::Solution;
 use oracles::scene::{AirLaw, Drive, Input};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Two events are the same if their times differ by less than this, s.
 const SAME: f64 = 2e-7;
-
-/// Duration of one pressure cycle of the hammer that all solve, s.
-pub const CYCLE: f64 = 45.389e-3;
 
 /// What every solver must compute, from rest.
 #[derive(Clone, Debug, Serialize)]
@@ -28,12 +27,6 @@ pub struct Task {
 }
 
 impl Task {
-    /// One pressure cycle, with the six instants of its first 20 ms.
-    pub fn cycle(record: &Record) -> Self {
-        let instants = record.states.iter().map(|s| s.time).filter(|&t| t <= 20e-3).collect();
-        Self { instants, end: CYCLE, patience: 60.0 }
-    }
-
     /// The instants, then the end, s.
     pub fn stops(&self) -> impl Iterator<Item = f64> {
         self.instants.iter().copied().filter(|&t| t < self.end).chain([self.end])
@@ -177,20 +170,22 @@ impl Answer {
     }
 
     /// Compares with the reference over the task. A value that is not finite is an error of `f64::MAX`.
-    pub fn judge(&self, record: &Record, task: &Task) -> Verdict {
-        let known = record.states.iter().filter(|s| task.instants.contains(&s.time));
+    pub fn judge(&self, exact: &Solution, task: &Task) -> Verdict {
+        let known = exact.states.iter().filter(|s| task.instants.contains(&s.time));
         let mut error: f64 = if self.states.len() == task.instants.len() { 0.0 } else { f64::MAX };
-        for (exact, own) in known.zip(&self.states) {
+        for (known, own) in known.zip(&self.states) {
+            let apart = |(a, b): (&Dd, &f64)| (a.to_f64() - b).abs();
             let (u, v) = own.split_at(own.len() / 2);
-            let displacements = exact.u.iter().zip(u).map(|(a, b)| (a - b).abs() / 1e-3);
-            let velocities = exact.v.iter().zip(v).map(|(a, b)| (a - b).abs());
+            let displacements = known.state.u.iter().zip(u).map(|pair| apart(pair) / 1e-3);
+            let velocities = known.state.v.iter().zip(v).map(apart);
             let all = displacements.chain(velocities);
             error = all.fold(error, |max, e| if e.is_finite() { max.max(e) } else { f64::MAX });
         }
         let mut own: Vec<_> = self.events.iter().filter(|e| e.0 <= task.end).collect();
         let (mut found, mut missed) = (0, 0);
-        for event in record.events.iter().filter(|e| e.time <= task.end) {
-            let same = |o: &&(f64, Event)| o.1 == event.event && (o.0 - event.time).abs() < SAME;
+        for event in exact.events.iter().filter(|e| e.time.to_f64() <= task.end) {
+            let same =
+                |o: &&(f64, Event)| o.1 == event.event && (o.0 - event.time.to_f64()).abs() < SAME;
             match own.iter().position(same) {
                 Some(i) => {
                     own.remove(i);

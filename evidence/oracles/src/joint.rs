@@ -1,4 +1,4 @@
-//! Loose joints of a drill string in closed form: two rods that fly, a wave, and a pulse.
+//! Loose joints of a drill string in closed form: a wave, and a pulse.
 //!
 //! While the faces of two rods of impedance `Z` do not touch, each is a free end: a wave of force `F` moves them
 //! apart, or together, at `2 F/Z`, and is fully reflected. After the time `tc` with `2/Z int F dt = d` the travel `d`
@@ -47,45 +47,6 @@ impl Loose {
 /// Momentum that a pulse leaves in its rod, N s; `way` is the travel that faces or thread have left.
 pub fn trapped(momentum: f64, impedance: f64, way: f64) -> f64 {
     momentum.min(0.5 * way * impedance)
-}
-
-/// Two rigid rods that fly freely, and are thrown together by the thread and apart by the faces for ever.
-#[derive(Clone, Copy, Debug)]
-pub struct Flying {
-    /// Reduced mass, kg.
-    pub mass: f64,
-    /// Stiffness of the joint, N/m.
-    pub stiffness: f64,
-    /// Its damping time, s.
-    pub damping: f64,
-    /// Its slack, m.
-    pub slack: f64,
-}
-
-impl Flying {
-    /// How long faces or thread act: half a period. Then the relative speed after it over that before.
-    pub fn contact(&self) -> [f64; 2] {
-        let free = (self.stiffness / self.mass).sqrt();
-        let ratio = 0.5 * self.damping * free;
-        let rate = free * (1.0 - ratio * ratio).sqrt();
-        let time = std::f64::consts::PI / rate;
-        [time, (-ratio * free * time).exp()]
-    }
-
-    /// The instants at which they part and meet, s, and their relative speed after each, m/s, if they part at time 0.
-    pub fn instants(&self, speed: f64, count: usize) -> Vec<[f64; 2]> {
-        let [span, kept] = self.contact();
-        let mut list = vec![[0.0, speed]];
-        while list.len() < count {
-            let [time, speed] = list[list.len() - 1];
-            let next = match list.len() % 2 {
-                1 => [time + self.slack / speed.abs(), speed],
-                _ => [time + span, -kept * speed],
-            };
-            list.push(next);
-        }
-        list
-    }
 }
 
 #[cfg(test)]

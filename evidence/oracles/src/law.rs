@@ -43,10 +43,8 @@ pub struct Mode {
     /// The relay drives the piston downward.
     pub down: bool,
     /// The joints, top to bottom; in a casing the chuck comes first.
-    #[serde(default)]
     pub joints: [Side; MAX_JOINTS],
     /// The bit hangs out beyond the idle travel.
-    #[serde(default)]
     pub vented: bool,
 }
 
@@ -78,12 +76,11 @@ pub struct Memory<T> {
     /// Permanent gain of the last cycle `dp`, m.
     pub gain: T,
     /// Force at which the tip last turned upward, N.
-    #[serde(default)]
     pub turned: T,
 }
 
 /// The continuous state.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State<T> {
     /// Nodal displacements, m.
     pub u: Vec<T>,

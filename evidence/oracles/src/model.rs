@@ -20,7 +20,7 @@ mod joint;
 mod start;
 
 use crate::assembly::{add_bar, add_element, add_spline_bar};
-pub use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, Side, State};
+pub use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, State};
 pub use crate::linear::{Banded, Factor, Field, Real};
 pub use joint::Joint;
 

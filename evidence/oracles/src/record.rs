@@ -1,6 +1,7 @@
 //! Results of a [run](crate::run): the transitions, the sampled states, or why it was given up.
 
 use crate::law::{Event, Memory, Mode, State};
+use serde::{Deserialize, Serialize};
 
 /// Events closer than this are simultaneous, s: contact first, then joints, rock, drive.
 pub(crate) const INSTANT: f64 = 1e-15;
@@ -26,7 +27,7 @@ impl std::fmt::Display for GivenUp {
 impl std::error::Error for GivenUp {}
 
 /// A transition that happened.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Passed<T> {
     /// When, s.
     pub time: T,
@@ -40,7 +41,7 @@ pub struct Passed<T> {
 }
 
 /// Energies, J.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energies<T> {
     /// Work of `F_A`, and of its reaction on a casing.
     pub drive: T,
@@ -61,7 +62,7 @@ pub struct Energies<T> {
 }
 
 /// A sampled state.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Sampled<T> {
     /// When, s.
     pub time: f64,

@@ -64,7 +64,6 @@ pub struct RockLaw {
     /// Standstill penetration `dps`, m.
     pub standstill_penetration: f64,
     /// True if a tip that turns down again first goes back along the unloading line.
-    #[serde(default)]
     pub reloads: bool,
 }
 
@@ -191,7 +190,6 @@ pub struct Scene {
     /// The piston, and below it the bit, or a drill string that ends in it, top to bottom.
     pub bodies: Vec<Body>,
     /// What joins the bodies of a drill string; not read where there is a bit alone.
-    #[serde(default)]
     pub coupling: Coupling,
     /// Stiffness through which they meet, N/m.
     pub contact_stiffness: f64,
@@ -202,10 +200,8 @@ pub struct Scene {
     /// The driving force.
     pub drive: Drive,
     /// Area of the struck body on which the return chamber presses, m2.
-    #[serde(default)]
     pub anvil_area: f64,
     /// Impedance `Zd` of a line at the piston, N s/m.
-    #[serde(default)]
     pub impedance: f64,
     /// Gravity `G`, m/s2.
     pub gravity: f64,

@@ -6,17 +6,19 @@ use bench::diffsol_peer::{Diffsol, Method};
 use bench::engine::{Engine, machine};
 use bench::schema::{Answer, Peer, Task, Verdict};
 use bench::sundials::{Sundials, compile};
-use hammer::presets::Preset;
 use hammer::{Fidelity, Parameters, Source};
 use indicatif::ProgressBar;
 use oracles::model::Model;
-use oracles::reference::Record;
+use oracles::reference::Solution;
 use serde::Serialize;
+use verify::reference::overdamped;
 
 /// Communication step of the engine's row, s.
 const STEP: f64 = 1e-3;
 /// Cycles in one round of the engine's row.
 const REPEATS: u32 = 30;
+/// Elements per bar of the hammer that all solve.
+pub const ELEMENTS: usize = 20;
 
 /// One solver at one setting.
 #[derive(Clone, Debug, Serialize)]
@@ -37,11 +39,6 @@ pub struct Point {
     pub failure: Option<String>,
 }
 
-/// The hammer that all solvers solve, for which there are stored solutions.
-fn overdamped() -> Parameters {
-    Preset::named("overdamped").expect("a preset").start().0
-}
-
 /// The hammer driven by air: the reference hammer with rigid bodies.
 pub fn aired() -> Parameters {
     let mut parameters = Parameters { fidelity: Fidelity::Rigid, ..Parameters::default() };
@@ -58,7 +55,7 @@ type Solve<'a> = Box<dyn FnMut() -> Result<(Answer, f64), String> + 'a>;
 /// All solvers with their settings.
 pub struct Contest<'a> {
     model: &'a Model<f64>,
-    record: &'a Record,
+    exact: &'a Solution,
     task: &'a Task,
     entries: Vec<(Point, Solve<'a>)>,
     /// Solvers that were left out, and the reasons.
@@ -67,35 +64,35 @@ pub struct Contest<'a> {
 
 impl<'a> Contest<'a> {
     /// A contest without solvers.
-    pub fn new(model: &'a Model<f64>, record: &'a Record, task: &'a Task) -> Self {
-        Self { model, record, task, entries: Vec::new(), absent: Vec::new() }
+    pub fn new(model: &'a Model<f64>, exact: &'a Solution, task: &'a Task) -> Self {
+        Self { model, exact, task, entries: Vec::new(), absent: Vec::new() }
     }
 
-    /// Adds the engine and the other solvers, with the first `few` settings of each.
-    pub fn of_steel(mut self, few: usize) -> Result<Self, Failure> {
+    /// Adds the engine and the other solvers.
+    pub fn of_steel(mut self) -> Result<Self, Failure> {
         let model = self.model;
-        self.add_engine(overdamped(), 0.0);
+        self.add_engine(overdamped(ELEMENTS), 0.0);
         for (solver, method) in [
             ("diffsol Tsit45", Method::Tsit45),
             ("diffsol ESDIRK34", Method::Esdirk34),
             ("diffsol BDF", Method::Bdf),
         ] {
-            for &tolerance in [1e-6, 1e-7, 1e-8, 1e-9, 1e-11].iter().take(few) {
+            for tolerance in [1e-6, 1e-7, 1e-8, 1e-9, 1e-11] {
                 self.add(solver, tolerance, || Box::new(Diffsol { model, method, tolerance }));
             }
         }
-        self.add_sundials(few, [ADAMS, ("IDA (BDF, mass form)", "ida"), ERK])?;
+        self.add_sundials([ADAMS, ("IDA (BDF, mass form)", "ida"), ERK])?;
         Ok(self)
     }
 
     /// The same for a hammer driven by air.
-    pub fn of_air(mut self, few: usize) -> Result<Self, Failure> {
-        for error in [1e-4, 1e-6, 1e-8, 1e-10].into_iter().take(few) {
+    pub fn of_air(mut self) -> Result<Self, Failure> {
+        for error in [1e-4, 1e-6, 1e-8, 1e-10] {
             let mut parameters = aired();
             parameters.air.error = error;
             self.add_engine(parameters, error);
         }
-        self.add_sundials(few, [ADAMS, ("CVODE BDF", "bdf"), ERK])?;
+        self.add_sundials([ADAMS, ("CVODE BDF", "bdf"), ERK])?;
         Ok(self)
     }
 
@@ -147,11 +144,7 @@ impl<'a> Contest<'a> {
         self.enter("this engine", setting, setup, Box::new(solve));
     }
 
-    fn add_sundials(
-        &mut self,
-        few: usize,
-        methods: [(&'static str, &'static str); 3],
-    ) -> Result<(), Failure> {
+    fn add_sundials(&mut self, methods: [(&'static str, &'static str); 3]) -> Result<(), Failure> {
         let program: &'a std::path::Path = match compile(&folder()?) {
             Ok(program) => Box::leak(program.into_boxed_path()),
             Err(reason) => {
@@ -166,7 +159,7 @@ impl<'a> Contest<'a> {
                 "erk" => [1e-5, 1e-7, 1e-9, 1e-10, 1e-11],
                 _ => [1e-5, 1e-7, 1e-8, 1e-9, 1e-10],
             };
-            for &tolerance in settings.iter().take(few) {
+            for tolerance in settings {
                 let peer = Sundials { model, program, method, tolerance };
                 self.add(solver, tolerance, || Box::new(peer));
             }
@@ -185,7 +178,7 @@ impl<'a> Contest<'a> {
                 }
                 match solve() {
                     Ok((answer, cpu)) => {
-                        point.verdict = Some(answer.judge(self.record, self.task));
+                        point.verdict = Some(answer.judge(self.exact, self.task));
                         point.cpu = point.cpu.min(cpu);
                         point.slowest = point.slowest.max(cpu);
                     }

@@ -35,6 +35,7 @@ const GOALS: [f64; 2] = [100e-9, 2e-3];
 const BEGIN: f64 = 2e-3;
 const STEP: f64 = 1e-6;
 const STEPS: usize = 3000;
+const ROUNDS: usize = 301;
 
 /// Median of many rounds, s.
 fn median(mut samples: Vec<f64>) -> Option<f64> {
@@ -71,15 +72,14 @@ struct Data {
 ///
 /// # Errors
 /// If a library cannot be built or loaded, or the engine refuses.
-pub fn page(short: bool) -> Result<Written, Failure> {
-    let rounds = if short { 11 } else { 301 };
+pub fn page() -> Result<Written, Failure> {
     let hammer = build()?;
     if let Some(&core) = core_affinity::get_core_ids().unwrap_or_default().last() {
         core_affinity::set_for_current(core);
     }
     let ports = Ports::all();
     let mut all: [Vec<Vec<f64>>; 2] = Default::default();
-    for _ in 0..rounds {
+    for _ in 0..ROUNDS {
         all[0].push(library(&hammer, &ports)?);
         all[1].push(engine(&ports)?);
     }
@@ -92,7 +92,7 @@ pub fn page(short: bool) -> Result<Written, Failure> {
     };
     let rows = ROWS.iter().enumerate().filter_map(row).collect();
     let ports = [ports.inputs.len(), ports.outputs.len()];
-    let data = Data { processor: bench::processor(), rounds, ports, rows };
+    let data = Data { processor: bench::processor(), rounds: ROUNDS, ports, rows };
     Ok(Written { text: text(&data), json: serde_json::to_string(&data)?, figure: false })
 }
 

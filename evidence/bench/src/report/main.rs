@@ -1,5 +1,4 @@
-//! `cargo bench-report speed|face|cost`: measures, and writes a page of `reports/`; with
-//! `--short` fewer rounds, and under the target folder.
+//! `cargo bench-report speed|face|cost`: measures, and writes a page of `reports/`.
 
 mod contest;
 mod face;
@@ -29,9 +28,6 @@ enum Page {
 struct Arguments {
     /// Which page
     page: Page,
-    /// Only a round or two, as a test; writes nothing into `reports`
-    #[arg(long)]
-    short: bool,
 }
 
 /// The workspace.
@@ -84,19 +80,15 @@ fn draw(name: &Path, json: &str) -> Result<(), Failure> {
 }
 
 /// Builds what `cost.py` measures, and runs it; its last line is the JSON.
-fn cost(short: bool) -> Result<Written, Failure> {
+fn cost() -> Result<Written, Failure> {
     let root = root();
     let examples =
         ["build", "--release", "-p", "hammer", "--example", "runs", "--example", "fleet"];
     run(cargo(&root).args(examples))?;
-    if !short {
-        run(cargo(&root).args(["lab"]))?;
-    }
-    // The short one needs nothing that the project must build.
-    let needs = if short { Needs::Demo } else { Needs::Suite };
-    let mut command = Environment::prepare(&root, needs)?.command("python");
+    run(cargo(&root).args(["lab"]))?;
+    let mut command = Environment::prepare(&root, Needs::Suite)?.command("python");
     command.arg("evidence/bench/cost.py");
-    command.env("CARGO_TARGET_DIR", target(&root)).args(short.then_some("--short"));
+    command.env("CARGO_TARGET_DIR", target(&root));
     let done = command.stderr(Stdio::inherit()).output()?;
     if !done.status.success() {
         return Err("cost.py failed".into());
@@ -108,15 +100,12 @@ fn cost(short: bool) -> Result<Written, Failure> {
 }
 
 fn main() -> Result<(), Failure> {
-    let arguments = Arguments::parse();
-    let short = arguments.short;
-    let (name, written) = match arguments.page {
-        Page::Speed => ("speed-against-error", speed::page(short)?),
-        Page::Face => ("face-cost", face::page(short)?),
-        Page::Cost => ("cost", cost(short)?),
+    let (name, written) = match Arguments::parse().page {
+        Page::Speed => ("speed-against-error", speed::page()?),
+        Page::Face => ("face-cost", face::page()?),
+        Page::Cost => ("cost", cost()?),
     };
-    let folder = if short { folder()? } else { root().join("reports") };
-    let path = folder.join(name).with_extension("md");
+    let path = root().join("reports").join(name).with_extension("md");
     std::fs::write(&path, written.text)?;
     std::fs::write(path.with_extension("json"), written.json.clone() + "\n")?;
     println!("{}", path.display());

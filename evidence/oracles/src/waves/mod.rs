@@ -46,24 +46,18 @@ pub struct Waves {
     pub time: f64,
     /// Mean motion of piston and bit.
     pub means: [Mean; 2],
-    /// Work that the rock keeps, without the viscous part.
+    /// Work that the rock keeps, without what the viscosity takes.
     pub dissipated: f64,
-    /// Work of the viscosity.
-    pub viscous: f64,
     /// Largest rock force.
     pub peak: f64,
     /// Largest contact force.
     pub contact_peak: f64,
-    /// Last lift-off from the rock.
-    pub lifted: f64,
     /// Collisions so far.
     pub collisions: Vec<Collision>,
     /// Instants at which the relay turned to return.
     pub returns: Vec<f64>,
     /// Hole depth at each of these.
     pub depths: Vec<f64>,
-    /// Entries into drilling.
-    pub cycles: u64,
 }
 
 /// Conditions that may change sign within a step.
@@ -118,21 +112,13 @@ impl Waves {
             time: 0.0,
             means: [Mean { position: 0.0, velocity: vp }, Mean { position: 0.0, velocity: vb }],
             dissipated: 0.0,
-            viscous: 0.0,
             peak: 0.0,
             contact_peak: 0.0,
-            lifted: f64::INFINITY,
             collisions: Vec::new(),
             returns: Vec::new(),
             depths: Vec::new(),
-            cycles: 0,
             scene,
         }
-    }
-
-    /// Hole depth.
-    pub fn depth(&self) -> f64 {
-        self.upper
     }
 
     /// Present waves downward and upward in a section of piston (0) or bit (1), undamped, at a fraction of its length
@@ -140,11 +126,6 @@ impl Waves {
     /// pressing force.
     pub fn inside(&self, body: usize, section: usize, part: f64) -> [f64; 2] {
         self.bodies[body].inside(self.time, section, part)
-    }
-
-    /// Present mode of the rock.
-    pub fn rock(&self) -> Rock {
-        self.rock
     }
 
     /// Steps until the end of a step is at or past `until`.
@@ -382,9 +363,7 @@ impl Waves {
         let [force, rock] = self.chords(&step, span);
         let frames = |k: usize| step.frames.map(|f| f[k]);
         if self.rock == Rock::Viscous {
-            let work = self.viscous_work(&step, span);
-            self.psi += work;
-            self.viscous += work;
+            self.psi += self.viscous_work(&step, span);
         }
         if matches!(self.rock, Rock::Viscous | Rock::Forward) {
             let dissipated = (1.0 - 1.0 / self.scene.ratio) * step.stiffness;

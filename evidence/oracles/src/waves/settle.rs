@@ -60,7 +60,7 @@ impl Waves {
                 (self.upper, self.rock) = (upper, Rock::Backward);
             }
             Rock::Backward | Rock::Still if self.tip <= self.upper + small && rate < tiny => {
-                (self.rock, self.lower, self.lifted) = (Rock::Free, self.upper, self.time);
+                (self.rock, self.lower) = (Rock::Free, self.upper);
             }
             Rock::Backward if rate > tiny => {
                 if self.gain < little {
@@ -84,7 +84,6 @@ impl Waves {
 
     fn drill(&mut self, lower: f64) {
         (self.lower, self.rock, self.psi) = (lower, Rock::Viscous, 0.0);
-        self.cycles += 1;
     }
 
     pub(super) fn relative(&self, means: [Mean; 2]) -> f64 {

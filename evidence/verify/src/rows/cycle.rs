@@ -271,7 +271,7 @@ pub fn stationary() -> Result<Vec<Row>, Error> {
     times.add("T5, ms", 1.8e-3, 1e3 * scales.barrier, 0.5e-4);
     times.add("T6, ms", 5.9e-3, 1e3 * scales.contact, 0.5e-4);
     list.extend(times.list);
-    respond(&overdamped(), &OVERDAMPED, &mut list)?;
+    respond(&overdamped(20), &OVERDAMPED, &mut list)?;
     Ok(list)
 }
 
