@@ -1,10 +1,8 @@
-//! Loose joints of a drill string, with a casing and without: statics, balances, rates, and refusals.
+//! Loose joints of a drill string, with a casing and without: statics, rates, and refusals.
 
-use crate::scenes::{Random, balanced};
+use crate::scenes::Random;
 use hammer::parameters::{Drill, Joint};
-use hammer::{
-    Error, Event, InputValues, Kinematics, Machine, Parameters, Segment, Tie, TieState, Ties,
-};
+use hammer::{Error, InputValues, Kinematics, Machine, Parameters, Segment, Tie, TieState, Ties};
 
 /// A string of random rods, driven over 50 mm, on meshes as coarse as allowed.
 fn drawn(random: &mut Random) -> (Parameters, InputValues) {
@@ -99,24 +97,6 @@ fn each_joint_starts_with_the_feed_and_the_weight_above_it() {
         let mode = m.mode().with(Tie::Chuck, TieState::Open);
         assert_eq!(mode.ties, Ties::START);
     }
-}
-
-/// In most scenes some joint opens, some thread pulls, and the bit hangs out of casings.
-#[test]
-fn momentum_and_energy_are_balanced_in_drawn_strings() {
-    let (mut random, mut met) = (Random::new(2), [[0; 3]; 2]);
-    for round in 0..60 {
-        let (p, inputs) = maybe_cased(&mut random, round);
-        for record in balanced(&p, &inputs, 0.03) {
-            match record.event {
-                Event::Tie(Tie::Joint(_), to) => met[0][to as usize] += 1,
-                Event::Tie(Tie::Chuck, to) => met[1][to as usize] += 1,
-                _ => {}
-            }
-        }
-    }
-    assert!(met[0].iter().all(|&count| count > 30), "{met:?}");
-    assert!(met[1].iter().all(|&count| count > 10), "{met:?}");
 }
 
 /// Rates are the slopes of positions, with joints open and pulling, for the drive's relative position and for the

@@ -65,8 +65,6 @@ pub struct Differences {
     pub events: usize,
     /// Instants compared.
     pub instants: usize,
-    /// Until when double precision determines the scene, s.
-    pub until: f64,
     /// The largest difference of a number.
     pub observed: Worst,
     /// The largest difference of an event's time.
@@ -124,7 +122,7 @@ pub fn compare(account: &Account) -> Result<Differences, Error> {
     let passed: Vec<f64> = reference.events.iter().map(|e| e.0.to_f64()).collect();
     let engine = engine(case, schedule, instants, (*until, &passed))?;
     let accounts = (&engine, reference, &**others);
-    let found = judge(accounts, schedule, instants, (*until, Scales::new(case)));
+    let found = judge(accounts, schedule, instants, Scales::new(case));
     let at_rest = known.vague.contains(&found.events);
     Ok(Differences { rests: if at_rest { found.parted } else { *rests }, ..found })
 }
@@ -187,16 +185,12 @@ fn judge(
     (engine, reference, others): (&Trajectory, &Trajectory, &[Trajectory]),
     schedule: &[(f64, Action)],
     instants: &[f64],
-    (until, mut scales): (f64, Scales),
+    mut scales: Scales,
 ) -> Differences {
     let count = engine.observed.len().min(reference.observed.len());
     let last = count.checked_sub(1).map_or(-1.0, |i| instants[i]);
-    let mut found = Differences {
-        until: until.min(last),
-        instants: count,
-        mismatch: engine.mismatch,
-        ..Default::default()
-    };
+    let mut found =
+        Differences { instants: count, mismatch: engine.mismatch, ..Default::default() };
     for (i, &time) in instants.iter().enumerate().take(count) {
         scales.grow(&reference.observed[i]);
         let acted = schedule.partition_point(|(at, _)| *at <= time);

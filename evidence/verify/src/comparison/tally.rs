@@ -232,23 +232,14 @@ impl Tally {
                     self.worst[1].note(found.timing);
                     return;
                 }
-                if found.from_rough_bases() {
-                    let text = format!("{name}: rough bases: {found:?}");
-                    tell(&text);
-                    self.rough.push(text);
-                    return;
-                }
-                if found.from_guard_at_rest() {
-                    let text = format!("{name}: guard at rest: {found:?}");
-                    tell(&text);
-                    self.at_rest.push(text);
-                    return;
-                }
-                if found.is_invisible() {
-                    let text = format!("{name}: invisible: {found:?}");
-                    tell(&text);
-                    self.unseen.push(text);
-                    return;
+                let excuses = [
+                    (found.from_rough_bases(), "rough bases", &mut self.rough),
+                    (found.from_guard_at_rest(), "guard at rest", &mut self.at_rest),
+                    (found.is_invisible(), "invisible", &mut self.unseen),
+                ];
+                if let Some((_, why, list)) = excuses.into_iter().find(|excuse| excuse.0) {
+                    list.push(format!("{name}: {why}: {found:?}"));
+                    return tell(list.last().expect("just pushed"));
                 }
                 format!("{found:?}")
             }

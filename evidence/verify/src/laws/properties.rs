@@ -152,7 +152,7 @@ fn is_aired(case: &RandomScene) -> bool {
     case.parameters.drive.source == Source::Air
 }
 
-/// Signs, monotone losses, energy and work, checked in forty slices.
+/// Signs, monotone losses, energy, momentum and work, checked in forty slices.
 fn keeps_the_laws(case: &RandomScene) -> Result<(), Broken> {
     if is_aired(case) {
         return Ok(());
@@ -261,9 +261,10 @@ pub type Property = (&'static str, fn(&RandomScene) -> Result<Verdict, String>);
 
 /// All properties.
 pub const PROPERTIES: [Property; 5] = [
-    ("F_C and F_R never pull, uu and losses never fall, energy balances, work is bounded", |d| {
-        verdict(keeps_the_laws(d))
-    }),
+    (
+        "F_C and F_R never pull, uu and losses never fall, energy and momentum balance, work is bounded",
+        |d| verdict(keeps_the_laws(d)),
+    ),
     ("the trajectory does not depend on communication points, bit for bit", |d| {
         verdict(slices_alike(d))
     }),
