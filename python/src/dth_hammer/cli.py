@@ -47,7 +47,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.showwarning = _teller()
             if options is not None:
                 need_all(_packages(options))
-                _check(options)
+                for option in getattr(options.module, "ALSO", ()):
+                    # Files that are to be written, before any work is done.
+                    if (value := getattr(options, option.dest)) is not None:
+                        setattr(options, option.dest, option.check(value))
                 options.module.run(options)
         if sys.stdout is not None:
             sys.stdout.flush()
@@ -109,13 +112,6 @@ def _packages(options: argparse.Namespace) -> list[str]:
     if (out := getattr(options, "out", None)) is not None:
         found += FORMATS.get(out.suffix.lower(), [])
     return list(dict.fromkeys(found))
-
-
-def _check(options: argparse.Namespace) -> None:
-    """Checks files that are to be written."""
-    for option in getattr(options.module, "ALSO", ()):
-        if (given := getattr(options, option.dest)) is not None:
-            setattr(options, option.dest, option.check(given))
 
 
 class _Version(argparse.Action):

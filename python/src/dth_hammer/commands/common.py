@@ -9,10 +9,9 @@ import pandas as pd
 
 from .. import outputs
 from ..errors import DomainError
-from ..fixed import Fixed
 from ..scene import rocks
 from ..scene.band import reason, with_sides
-from ..scene.quantities import Units, alike, convert, with_units
+from ..scene.quantities import Fixed, Units, alike, convert, with_units
 from ..scene.scene import Scene
 from ..scene.variables import VARIABLES, Variable
 from ..study.cases import MODEL

@@ -3,7 +3,6 @@
 import colorsys
 from typing import Any
 
-from matplotlib.axes import Axes
 from matplotlib.collections import Collection
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
@@ -51,14 +50,9 @@ def darken(figure: Figure) -> Figure:
             artist.set_edgecolor([_turned(c) for c in artist.get_edgecolor()])
             artist.set_facecolor([_turned(c) for c in artist.get_facecolor()])
     for axes in figure.get_axes():
-        _turn_ticks(axes)
+        # Ticks are made anew when a figure is drawn: their colour is a parameter.
+        axes.tick_params(which="both", color=_turned("black"), labelcolor=_turned("black"))
     return figure
-
-
-def _turn_ticks(axes: Axes) -> None:
-    # Ticks are made anew when a figure is drawn: their colour is a parameter.
-    ink = _turned("black")
-    axes.tick_params(which="both", color=ink, labelcolor=ink)
 
 
 def _turned(colour: Any) -> Any:

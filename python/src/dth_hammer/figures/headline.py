@@ -6,12 +6,11 @@ import pandas as pd
 
 from .. import _native
 from ..errors import TooFewBlowsError
-from ..fixed import Fixed
 from ..run.diagram import Waves
 from ..run.run import Run
 from ..scene.band import band
 from ..scene.datasheet import Datasheet
-from ..scene.quantities import told
+from ..scene.quantities import Fixed, told
 from ..study.fatigue import Life
 
 #: What a bit turns.

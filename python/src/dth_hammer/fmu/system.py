@@ -23,7 +23,7 @@ from ..errors import DomainError, DthHammerError, FmuNotFoundError, warn
 from ..extras import need
 from ..outputs import check, whole
 from ..scene import quantities
-from ..scene.hammers import Hammerlike, Rocklike
+from ..scene.hammers import Hammerlike, Rocklike, scene_of
 from ..scene.variables import UNTIL
 from .package import Package, load
 from .variant import configure, start_values
@@ -92,10 +92,11 @@ def write_system(
     # The hammer comes last: hosts that initialise in order then pass it its partners' start values.
     descriptions[HAMMER] = descriptions.pop(HAMMER)
     out = check(out, (".ssp",))
-    _warn(start_values(package.description, hammer, preset, rock)[0], connected)
+    scene = scene_of(hammer, rock, preset)
+    _warn(start_values(package.description, scene)[0], connected)
     with tempfile.TemporaryDirectory() as folder:
         own = Path(folder, f"{HAMMER}.fmu")
-        configure(hammer, own, preset=preset, rock=rock, fmu=package)
+        configure(scene, own, fmu=package)
         files = {HAMMER: own} | {name: Path(path) for name, path in partners.items()}
         _write(out, _structure(out.stem, descriptions, connected, size, end), files)
     return connected

@@ -22,6 +22,7 @@ from ..errors import DthHammerError
 from ..outputs import check, whole
 from ..run.hammer import Hammer
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of, scene_of
+from ..scene.scene import Scene
 from ..scene.variables import VARIABLES, Value, Variable
 from .package import DESCRIPTION, IDENTITY, Package, inspect, load
 
@@ -87,7 +88,7 @@ def configure(
     root = package.description
     added = _list_arrays(root, package) if arrays else 0
     rows = _rows(root)
-    given, beside = start_values(root, hammer, preset, rock)
+    given, beside = start_values(root, scene_of(hammer, rock, preset))
     # The engine judges the scene before a file is written.
     Hammer(given, quiet=True).close()
     if unknown := [name for name in given if name not in rows]:
@@ -101,12 +102,9 @@ def configure(
     return added
 
 
-def start_values(
-    root: ET.Element, hammer: Hammerlike, preset: str | None, rock: Rocklike
-) -> tuple[dict[str, float], dict[str, float]]:
+def start_values(root: ET.Element, scene: Scene) -> tuple[dict[str, float], dict[str, float]]:
     """Checked numbers of a scene, and of what an FMU of FMI 3.0 has beside the hammer's own."""
     more = {v.name: v for v in _beside(root)}
-    scene = scene_of(hammer, rock, preset)
     beside = {n: more[n].number(value) for n, value in scene.parameters.items() if n in more}
     own: dict[str, Value] = {n: v for n, v in scene.parameters.items() if n not in more}
     return numbers_of(replace(scene, parameters=own)), beside

@@ -28,7 +28,6 @@ import pandas as pd
 
 from ..contract import typed
 from ..errors import DomainError
-from ..fixed import Fixed
 from ..scene import quantities
 from ..scene.variables import VARIABLES, whole
 from . import answers
@@ -219,7 +218,7 @@ class Coupling:
         units = {name: VARIABLES[name].unit for name in columns}
         rows = np.array(self._exchanged).reshape(-1, 1 + len(columns))
         table = pd.DataFrame(rows[:, 1:], pd.Index(rows[:, 0], name="time"), pd.Index(columns))
-        table.attrs = {"units": Fixed(units)}
+        table.attrs = {"units": quantities.Fixed(units)}
         return table
 
     def plot(self, last: float | str | None = None) -> Figure:

@@ -12,9 +12,9 @@ from .. import _native
 from ..contract import typed
 from ..errors import DthHammerError, TooFewBlowsError
 from ..extras import need
-from ..fixed import Fixed
 from ..scene.hammers import Hammerlike, Rocklike
 from ..scene.mesh import BODIES
+from ..scene.quantities import Fixed
 from ..scene.variables import Array, whole
 from . import answers
 from .run import Run, simulate

@@ -102,7 +102,7 @@ class Hammer:
                 raise DomainError(f"{name} is fixed: give it when the hammer is made")
             checked[name] = variable.number(value)
         self.machine.set(checked)
-        self._note_set(checked)
+        self._note_first(checked)
 
     def set_slopes(self, slopes: Mapping[str, float | Sequence[float]]) -> None:
         """Time derivatives of inputs from now on: the first, or the first up to four."""
@@ -154,8 +154,7 @@ class Hammer:
     def advance(self, to: float | str) -> float:
         """Makes one communication step to a given time; text may carry a unit."""
         to = to if isinstance(to, float) else quantities.seconds(to, "the instant")
-        if to > self.time:
-            self._note_step()
+        self._note_first(stepped=to > self.time)
         return self.machine.advance(to)
 
     def stop_at(self, positions: Iterable[float | str] = (), *, blows: bool = False) -> None:
@@ -179,8 +178,7 @@ class Hammer:
         A signal is an input or a tunable parameter, its value now and at each instant. Other
         threads run meanwhile; Ctrl-C ends it.
         """
-        self._note_set(signals)
-        self._note_step()
+        self._note_first(signals, stepped=True)
         return self.machine.run(times, _native.Selection([*names]), dict(signals))
 
     def save(self) -> Snapshot:
@@ -205,7 +203,7 @@ class Hammer:
         self._machine = _native.Machine(dict(checked), self._journal)
         self._initial, self._set, self._stepped = dict(checked), set[str](), False
         self._note(self._machine.warnings())
-        self._note_set(checked)
+        self._note_first(checked)
 
     def check(self) -> None:
         """Adds to ``warnings`` what the engine finds doubtful now: a blow that is too fast."""
@@ -220,17 +218,12 @@ class Hammer:
         """Whether the hammer has been closed."""
         return self._machine is None
 
-    def _note_set(self, names: Iterable[str]) -> None:
-        """Warns of what is doubtful, if something is set for the first time."""
-        if not self._set.issuperset(names):
+    def _note_first(self, names: Iterable[str] = (), *, stepped: bool = False) -> None:
+        """Warns of what is doubtful, if something is set, or a step made, for the first time."""
+        if not self._set.issuperset(names) or stepped > self._stepped:
             self._set.update(names)
+            self._stepped |= stepped
             self._note(_native.diagnostics(self._initial, [*self._set], self._stepped))
-
-    def _note_step(self) -> None:
-        """Warns, at the first step, if no input of the drive was set."""
-        if not self._stepped:
-            self._stepped = True
-            self._note(_native.diagnostics(self._initial, [*self._set], True))
 
     def _note(self, found: Iterable[str]) -> None:
         for text in found:

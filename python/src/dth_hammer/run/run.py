@@ -14,7 +14,6 @@ from .. import _native
 from ..contract import typed
 from ..errors import UnknownNameError, warn
 from ..extras import bar
-from ..fixed import Fixed
 from ..scene import quantities
 from ..scene.band import factor
 from ..scene.hammers import Hammerlike, Rocklike, scene_of
@@ -341,7 +340,6 @@ def _blows(blows: Array) -> tuple[pd.DataFrame, Array]:
 
 def _attributes(variables: Iterable[Variable]) -> dict[Any, Any]:
     listed = [*variables]
-    return {
-        "units": Fixed({v.name: v.unit for v in listed}),
-        "display_units": Fixed({v.name: v.display_unit for v in listed if v.display_unit}),
-    }
+    units = {v.name: v.unit for v in listed}
+    shown = {v.name: v.display_unit for v in listed if v.display_unit}
+    return {"units": quantities.Fixed(units), "display_units": quantities.Fixed(shown)}

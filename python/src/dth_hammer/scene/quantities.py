@@ -16,7 +16,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from ..errors import DomainError, UnknownNameError
-from ..fixed import Fixed
 
 if TYPE_CHECKING:
     import numpy as np
@@ -150,6 +149,13 @@ SYSTEMS = ("si", "metric", "us")
 Units = str | Mapping[str, str]
 #: Endings of the columns that have the range of a column's numbers, and their errors.
 BESIDE = ("_low", "_high", "_error")
+
+
+class Fixed(dict[str, str]):
+    """Units in a table's ``attrs``, which pandas copies at every operation: copies share it."""
+
+    def __deepcopy__(self, _memo: dict[int, Any]) -> Fixed:
+        return self
 
 
 def read(value: object, unit: str, name: str) -> float:

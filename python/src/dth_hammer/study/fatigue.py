@@ -14,7 +14,6 @@ from .. import _native
 from ..contract import typed
 from ..errors import DomainError, RefusedError
 from ..extras import need
-from ..fixed import Fixed
 from ..run import answers
 from ..scene import quantities
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of, scene_of
@@ -205,7 +204,7 @@ def life(
     with np.errstate(divide="ignore"):
         table["hours"] = period / table["damage"] / 3600.0
     units = {"position": "m", "least": "Pa", "largest": "Pa", "range": "Pa", "hours": "h"}
-    table.attrs["units"] = Fixed(units)
+    table.attrs["units"] = quantities.Fixed(units)
     values = whole(given)
     spans = [name for name in (*ELEMENTS, "casing.elements") if name.split(".")[0] in bodies]
     mesh = {name: int(values[name]) for name in ("mesh.degree", *spans)}

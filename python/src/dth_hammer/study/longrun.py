@@ -277,7 +277,8 @@ def tabled(parts: Array, given: Mapping[str, float]) -> pd.DataFrame:
 def telling(shown: bool, total: int = 1) -> Iterator[Callable[..., None]]:
     """A progress bar, if it is wanted, as what is told blows so far and error over that wanted."""
     many = {"total": total, "unit": "hammer"}
-    with bar(shown, **(many if total > 1 else {"unit": "blow"})) or nullcontext() as drawn:
+    drawn = bar(shown, **(many if total > 1 else {"unit": "blow"}))
+    with nullcontext() if drawn is None else drawn:
 
         def tell(blows: int, error_ratio: float, done: int = 0) -> None:
             if drawn is not None:

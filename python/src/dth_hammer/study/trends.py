@@ -83,7 +83,33 @@ class Trend(answers.Answer):
 
     def plot(self) -> Figure:
         """Plots the effect of each width on each output, largest first (a tornado chart)."""
-        return tornado(self)
+        styled = need("dth_hammer.figures.style").styled
+        outputs = [*self.roughness.index]
+        height = 0.8 + 0.32 * len(self.widths)
+        chart: Figure
+        with styled(7.5, height * len(outputs)) as chart:
+            axes: Any = chart.subplots(len(outputs), 1, squeeze=False)[:, 0]
+            for axis, output in zip(axes, outputs, strict=True):
+                # Per cent of the output that each width changes, and its error, the widest first.
+                part = self.table.loc[output].mul(100.0 * self.widths, axis=0)
+                part = part.sort_values("elasticity", key=abs, ascending=False)
+                sizes, places = part["elasticity"], np.arange(len(part))[::-1]
+                for way, colour in ((1.0, "#0072b2"), (-1.0, "#e69f00")):
+                    label = "more of it" if way > 0 else "less of it"
+                    axis.barh(places, way * sizes, color=colour, height=0.6, label=label)
+                axis.errorbar(
+                    sizes, places, xerr=2.0 * part["error"], fmt="none", ecolor="#222222", lw=1.2
+                )
+                rough = 100.0 * float(self.roughness[output])
+                axis.axvspan(-rough, rough, color="#999999", alpha=0.3, lw=0, label="roughness")
+                labels = [f"{n} ±{100 * self.widths[n]:g} %" for n in part.index]
+                axis.set_yticks(places, labels)
+                axis.axvline(0.0, color="#222222", lw=0.8)
+                axis.set_title(output, fontsize="medium", loc="left")
+                axis.grid(axis="x", alpha=0.3)
+            axes[-1].set_xlabel("change [%]; whiskers: two standard errors")
+            chart.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
+        return chart
 
     def in_words(self) -> list[str]:
         """Widths, points and the rate."""
@@ -253,34 +279,3 @@ def _table(names: Sequence[str], by: Sequence[str], lines: Sequence[Line]) -> pd
         for k, slope in enumerate(fit.slopes)
     ]
     return pd.DataFrame(rows, index=pd.MultiIndex.from_product([names, by], names=["output", "by"]))
-
-
-def tornado(found: Trend) -> Figure:
-    """A panel for each output: bars of what each parameter changes of it over its width."""
-    styled = need("dth_hammer.figures.style").styled
-    outputs = [*found.roughness.index]
-    height = 0.8 + 0.32 * len(found.widths)
-    chart: Figure
-    with styled(7.5, height * len(outputs)) as chart:
-        axes: Any = chart.subplots(len(outputs), 1, squeeze=False)[:, 0]
-        for axis, output in zip(axes, outputs, strict=True):
-            # Per cent of the output that each width changes, and its error, the widest first.
-            part = found.table.loc[output].mul(100.0 * found.widths, axis=0)
-            part = part.sort_values("elasticity", key=abs, ascending=False)
-            sizes, places = part["elasticity"], np.arange(len(part))[::-1]
-            for way, colour in ((1.0, "#0072b2"), (-1.0, "#e69f00")):
-                label = "more of it" if way > 0 else "less of it"
-                axis.barh(places, way * sizes, color=colour, height=0.6, label=label)
-            axis.errorbar(
-                sizes, places, xerr=2.0 * part["error"], fmt="none", ecolor="#222222", lw=1.2
-            )
-            rough = 100.0 * float(found.roughness[output])
-            axis.axvspan(-rough, rough, color="#999999", alpha=0.3, lw=0, label="roughness")
-            labels = [f"{n} ±{100 * found.widths[n]:g} %" for n in part.index]
-            axis.set_yticks(places, labels)
-            axis.axvline(0.0, color="#222222", lw=0.8)
-            axis.set_title(output, fontsize="medium", loc="left")
-            axis.grid(axis="x", alpha=0.3)
-        axes[-1].set_xlabel("change [%]; whiskers: two standard errors")
-        chart.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
-    return chart
