@@ -1,4 +1,4 @@
-// Piston and bit as the scene has them: uniform, or a row of sections.
+// Piston and bit of the scene: uniform, or a list of sections.
 
 const BODIES = ["piston", "bit"];
 
@@ -35,7 +35,7 @@ function cut(scene, body, count) {
   const length = sections.reduce((sum, [part]) => sum + part, 0);
   for (let number = 1; scene.variable(sectionNames(body, number)[0]); number++) {
     const [ofLength, ofArea] = sectionNames(body, number);
-    // What there is stays; new sections are like the last one, at the same whole length.
+    // Existing sections stay; new ones are like the last one, and the whole length is kept.
     const own = sections.length > 1 && number <= Math.min(sections.length, count);
     const [part, area] = own ? sections[number - 1] : [length / count, sections.at(-1)[1]];
     const read = number <= count;

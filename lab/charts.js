@@ -255,7 +255,7 @@ class Charts {
     const force = Array.from(cycle.rock_force, (value) => value * 1e-3);
     const until = Math.min(...this.ends);
     const inside = time.map((t) => t >= 0 && t <= until);
-    // A piece belongs to the mode at its start; a jump of the force, to the viscous mode.
+    // A piece belongs to the mode at its start; a jump of the force belongs to the viscous mode.
     const owner = level.map((mode, i) => (mode === 1 || level[i + 1] === 1 ? 1 : mode));
     const of = (mode) => force.map((f, i) => (inside[i] && (owner[i] === mode || (i > 0 && owner[i - 1] === mode)) ? f : null));
     const ghost = ghostLoop(before);
@@ -297,7 +297,7 @@ class Charts {
   }
 
   range(plot, min, max) {
-    // After the impact the bit is what one looks at: the piston may leave the picture.
+    // After the impact the bit is of interest, and the piston may leave the picture.
     const lists = plot === this.motion && !this.whole ? [this.bit] : plot.data.slice(1);
     let [low, high] = [Infinity, -Infinity];
     for (const list of lists) {

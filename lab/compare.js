@@ -1,4 +1,4 @@
-// What was before: undo, and the setting that the present one is compared with.
+// Earlier settings: undo, and the setting that the present one is compared with.
 
 /** Changes that follow each other within this time, ms, are one: a slider on its way. */
 const ONE_CHANGE = 700;
@@ -30,7 +30,7 @@ class Past {
   note() {
     const link = this.scene.link(), now = performance.now();
     if (link !== this.links[this.place]) {
-      // A slider on its way leaves one place behind, not fifty.
+      // A moving slider leaves one entry, not fifty.
       const same = now - this.last < ONE_CHANGE && this.place > 0;
       this.links.splice(same ? this.place : this.place + 1, Infinity, link);
       this.place = this.links.length - 1;

@@ -1,4 +1,4 @@
-// Any mean over any slider: long-run responses by workers, drawn as they arrive.
+// Any mean against any slider: workers compute long-run responses, which are drawn as they arrive.
 
 /** The engine's means that are offered (`dth_steady`): unit, factor from SI. */
 const MEANS = {
@@ -55,7 +55,7 @@ class Curves {
     const settings = { ...this.scene.changed };
     this.over = name;
     this.points = values.map((value) => ({ value, now: value === this.scene.get(name), settings: { ...settings, [name]: value } }));
-    // The middle first, then outwards: the shape shows early.
+    // The middle first, then outwards, so that the shape shows early.
     const middle = this.points.findIndex((point) => point.now);
     this.waiting = this.points.map((_, i) => i).sort((a, b) => Math.abs(b - middle) - Math.abs(a - middle));
     this.find("curve-start").textContent = say("stop");

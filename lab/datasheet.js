@@ -1,4 +1,4 @@
-// The form of a datasheet. The engine has the list of what may be given, and solves it.
+// The form of a datasheet. The engine lists what may be given, and solves the sheet.
 
 /** How many of a unit of the trade one of SI is: by the first word of a number's name, else by its unit. */
 const FIELD = { rate: [3600, "m/h"], rotation: [60, "1/min"], W: [1e-3, "kW"], N: [1e-3, "kN"], m: [1e3, "mm"],
@@ -44,7 +44,7 @@ class DatasheetForm {
   /** What is asked of the engine, in SI units. */
   request() {
     const now = JSON.stringify(this.scene.changed);
-    // What an answer has set is no rock of the user's: it would be scaled again.
+    // The rock of an earlier answer is not the user's, and must not be scaled again.
     if (now !== this.made) this.base = { ...this.scene.changed };
     const given = this.choices.flatMap(({ name, factor, words }) => {
       if (words) return [[name, this.fields.get(name).value.trim()]].filter(([, word]) => word);

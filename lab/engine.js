@@ -20,7 +20,7 @@ const LOGGER = new Uint8Array([
 class Library {
   constructor(bytes) {
     this.functions = new WebAssembly.Instance(new WebAssembly.Module(bytes), {}).exports;
-    // Its allocator only takes what it has grown itself: these pages stay ours.
+    // The library's allocator uses only what it has grown itself, so these pages remain ours.
     this.room = this.functions.memory.grow(ROOM_PAGES) * 65536;
     /** What was logged since somebody looked: [status, text]. */
     this.lines = [];
@@ -29,7 +29,7 @@ class Library {
 
   /** Puts a function into the library's table that C can call, and says where. */
   plant() {
-    // The text is its own format, so each "%" of it stands twice; no variable arguments follow.
+    // The text is a format without arguments, so each "%" is doubled in it.
     const listen = (_environment, _name, status, _category, format, _rest) => {
       this.lines.push([status, this.string(format).replaceAll("%%", "%")]);
     };
@@ -40,7 +40,7 @@ class Library {
     return place;
   }
 
-  // Views are made when used: the memory's buffer is another one when it has grown.
+  // Views are made at each use, since the memory's buffer changes when it grows.
   view() {
     return new DataView(this.functions.memory.buffer);
   }
@@ -65,7 +65,7 @@ class Library {
 
   /** Warnings since somebody looked. */
   take() {
-    // Errors too, but not what the engine only notes.
+    // Including errors, but not the engine's notes.
     return this.lines.splice(0).filter(([status]) => status !== OK).map(([, text]) => text);
   }
 }
@@ -119,7 +119,7 @@ class Hammer {
       const real = variable.type === "Real";
       const view = this.library.view();
       view.setUint32(room + REFERENCES, variable.reference, true);
-      // 32 bits would keep the lowest of a larger number, and drop what is behind the point.
+      // Conversion to 32 bits would drop high bits and fractions.
       if (!real && value !== (value | 0)) throw new Error(refusal(name, variable, value));
       if (real) view.setFloat64(room + VALUES, value, true);
       else view.setInt32(room + VALUES, value, true);

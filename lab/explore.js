@@ -1,5 +1,5 @@
-// The explanation: eight screens, each with one figure and one handle. What a text predicts is worked out from the
-// scene (told.js); what it compares with is the engine's.
+// The explanation: eight screens, each with a figure and a slider. Predictions in the texts are computed from the
+// scene (told.js) and compared with the engine's results.
 
 /** Elements of piston and bit, less than half as long as the front that the contact makes: it keeps its shape. */
 const WAVE_MESH = { "mesh.degree": 3, "piston.elements": 48, "bit.elements": 48 };

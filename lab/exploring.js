@@ -1,4 +1,4 @@
-// Part of the worker: what the screens of the explanation ask for.
+// Part of the worker: computations for the screens of the explanation.
 
 /** Blows after which a scene counts as settled here. */
 const EXPLORED = 10;

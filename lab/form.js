@@ -1,4 +1,4 @@
-// The form of the scene: sliders for what one turns most, sections, and a field for everything else.
+// The form of the scene: sliders for the most common variables, sections, and a field for everything else.
 
 const BODIES_GROUP = "group_bodies";
 /** The air's pressure, and what a metre of water adds to it, Pa. */
@@ -143,7 +143,7 @@ function makeControls() {
   for (const [title, rows] of Object.entries(SLIDERS)) {
     const set = document.createElement("fieldset");
     set.append(Object.assign(document.createElement("legend"), { textContent: say(title) }));
-    // A slider whose variable the engine no longer has is left out.
+    // A slider is left out if the engine has no such variable.
     rows.filter(([name]) => scene.variable(name)).forEach((row) => set.append(makeSlider(...row)));
     find("sliders").append(set);
     if (title !== BODIES_GROUP) continue;

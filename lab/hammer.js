@@ -33,7 +33,7 @@ class Picture extends Drawing {
     const bore = 1.08 * Math.max(...this.radii[0]), shank = this.radii[1][0];
     const hole = Math.max(diameter / 2, (travel ? CHUCK_CLEARANCE : CLEARANCE) * Math.max(bore, ...this.radii[1]));
     const casing = bore + 0.55 * (hole - bore);
-    // The head is what is wider than the shank; a bit of one section gets one, and a chuck over the rest.
+    // The head is the part wider than the shank. A bit of one section gets a head, and a chuck around the rest.
     const head = this.radii[1].findIndex((r) => r > 1.05 * shank);
     this.chuck = head > 0 ? bit.ends[head] : (1 - HEAD) * bit.length;
     this.head = head > 0 ? 0 : Math.max(shank, 0.93 * hole);
@@ -67,7 +67,7 @@ class Picture extends Drawing {
     this.colours = stressColours();
     pen.clearRect(0, 0, width, height);
     const room = this.curve ? 0.62 * width : width;
-    // Beside the hole there is room for a word, on a phone too.
+    // Leaves room for a word beside the hole, even on a phone.
     this.middle = 0.5 * (room - Math.max(0.2 * room, 92));
     const widest = Math.min(0.3 * room, this.middle - 8) / hole.radius;
     const across = Math.min(STRETCH * (height / (this.span[1] - this.span[0])), widest);
@@ -121,7 +121,7 @@ class Picture extends Drawing {
     pen.fill();
     pen.save();
     pen.clip();
-    // Grains, at places that look random and stay.
+    // Grains at random but fixed places.
     Object.assign(pen, { fillStyle: palette.rock, globalAlpha: 0.4 });
     pen.beginPath();
     for (let i = 0, at = 0.5; i < 260; i++) {
@@ -240,7 +240,7 @@ class Picture extends Drawing {
     const levels = Array.from(ends, (end) => y(top + end));
     stress.forEach((value, i) => {
       pen.fillStyle = `rgb(${this.colours[shade(value / this.limit)]})`;
-      // A hair longer: no seams between elements.
+      // Slightly longer, so that no seams show between elements.
       pen.fillRect(middle - radii[i], levels[i], 2 * radii[i], levels[i + 1] - levels[i] + 0.5);
     });
     for (const side of [-1, 1]) {

@@ -1,4 +1,4 @@
-// The page: sliders change the scene, the worker runs it, what comes back is drawn.
+// The page: sliders change the scene, the worker runs it, and the results are drawn.
 
 const find = (id) => document.getElementById(id);
 const description = readDescription(find("description").textContent);
@@ -48,7 +48,7 @@ function renew() {
   } catch {
     location.hash = scene.link() || "laboratory";
   }
-  // From here on what the worker says of the scene before is not heard.
+  // From here on, messages of the worker about the previous scene are ignored.
   number += 1;
   laboratory.settled = false;
   past.note();
@@ -132,7 +132,7 @@ function showBlows({ rows, time, stalled, warnings, done }) {
   showNumbers(rows.at(-1), ghost?.rows.at(-1));
   const still = stalled ? ` ${say("has_stalled")}` : "";
   const text = done ? say("blows_done", { blows: rows.length, time: digits(time, 3) }) + still : say("running", { time: digits(time, 2) });
-  // Said once when done: a screen reader need not hear every step.
+  // Announced once at the end, since a screen reader need not hear every step.
   if (done || find("status").className === "failed") Object.assign(find("status"), { textContent: text, className: "" });
   find("warnings").hidden = warnings.length === 0;
   find("warnings").textContent = warnings.join(" ");
@@ -173,14 +173,14 @@ function showCycle(cycle) {
   const first = Math.max(0, cycle.time.findIndex((time) => time >= cycle.impact));
   const gap = scene.get("contact.initial_gap"), base = cycle.tip_depth[first];
   const bodies = measure(scene, cycle);
-  // The shoulder carries something at the start of every hammer that has a casing.
+  // If there is a casing, its shoulder carries a force at the start.
   const cased = cycle.chuck_force.some((force) => force !== 0);
   const travel = cased ? scene.get("chuck.travel") : 0, rods = scene.variable("drill.rods") ? scene.get("drill.rods") : 0;
   drawing.show(cycle, bodies, { gap, diameter: scene.get("hole.diameter"), travel, rods });
   waves.show(cycle, bodies, drawing.limit, description.modes);
   player.show(cycle);
   laboratory.cycle = cycle;
-  // One sample is the start: the hammer at rest.
+  // A single sample is the start, with the hammer at rest.
   if (cycle.time.length > 1) charts.cycle(cycle, base, gap, description.modes, past.ghost());
   if (cycle.last) past.settle(blows, cycle, base);
   find("blow").value = Math.max(1, cycle.blow + 1);
@@ -238,7 +238,7 @@ function picture() {
 
 let before = performance.now();
 function animate(now) {
-  // A page that was hidden goes on where it was.
+  // A page that was hidden continues where it was.
   const seconds = Math.min(0.1, (now - before) / 1000);
   before = now;
   if (player.playing && player.cycle) {
@@ -302,7 +302,7 @@ function connect() {
   find("view-explore").addEventListener("click", () => (location.hash = "screen=1"));
   find("view-laboratory").addEventListener("click", () => (location.hash = "laboratory"));
   addEventListener("resize", repaint);
-  // What is folded has no size: it is drawn when it opens.
+  // A folded panel has no size, so it is drawn when it opens.
   for (const panel of document.querySelectorAll("details.panel")) panel.addEventListener("toggle", repaint);
   find("view-hammer").addEventListener("click", () => {
     location.hash = scene.link() || "laboratory";

@@ -9,7 +9,7 @@ TASKS.mean = ({ task, values, error = MEAN_ERROR, blows = MEAN_BLOWS }) => {
     hammer = new Hammer(library, description, values);
     postMessage({ kind: "mean", task, ...longRun(hammer, error, blows) });
   } catch (error) {
-    // One scene that cannot be is a gap in a curve, not its end.
+    // A scene that fails is a gap in the curve, not its end.
     postMessage({ kind: "mean", task, failure: error.message });
   } finally {
     hammer?.free();

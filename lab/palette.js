@@ -28,7 +28,7 @@ function stressColours(neutral = palette.steel) {
   const [middle, red, blue] = [neutral, palette.tension, palette.compression].map(channels);
   return Array.from({ length: 201 }, (_, i) => {
     const part = (i - 100) / 100, ends = part > 0 ? red : blue;
-    // Small stresses show as well: the colour grows faster than the stress.
+    // Small stresses show too, since the colour grows faster than the stress.
     const weight = Math.abs(part) ** 0.7;
     return middle.map((from, k) => Math.round(from + weight * (ends[k] - from)));
   });

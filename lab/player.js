@@ -1,4 +1,4 @@
-// Which sample of a cycle is shown when.
+// Decides which sample of a cycle is shown when.
 
 /** Which sample is shown when: waves at the pace asked for, flights fast-forwarded if wanted. */
 class Player {
@@ -33,7 +33,7 @@ class Player {
         return;
       }
       const step = time[next] - time[this.index];
-      // Long steps are flights: they pass as many times faster as they are longer.
+      // Long steps belong to flights, which are played faster by as much as they are longer.
       const factor = this.hurry ? Math.max(1, step / 2e-6) ** 0.9 : 1;
       const takes = step / (this.timeScale * factor);
       if (takes > this.rest) return;

@@ -152,7 +152,7 @@ class Scene {
     const [preset, names] = this.nearest();
     const settings = names.map((name) => {
       const text = `${name}=${this.get(name)}`;
-      // Shells look for files behind brackets.
+      // Shells would match files by the brackets.
       return ` --set ${text.includes("[") ? `"${text}"` : text}`;
     });
     return `dth-hammer run${preset ? ` ${preset}` : ""}${settings.join("")}`;

@@ -1,4 +1,4 @@
-// The figures of the explanation that are not the hammer itself: bars as SVG, curves by uPlot.
+// The figures of the explanation except the hammer itself: bars as SVG, curves by uPlot.
 
 const BOX = (width, height) => ({ left: 56, right: width - 14, top: 16, bottom: height - 46 });
 
@@ -72,7 +72,7 @@ class Figure extends Drawing {
         this.block(left, right, y(from), y(from + size), palette[fill]);
         this.line([[left, y(from + size)], [right, y(from + size)]], palette.paper, 1.5);
         const shown = `${say(`energy_${part}`)} ${digits(value, 3)} J`;
-        // A part too thin for its words has them over the bar.
+        // If a part is too thin for its words, they are written above the bar.
         if (y(from) - y(from + size) > 14) this.text(shown, 0.5 * (left + right), middle, "center", 0.38 * wide, palette[fill === "piston" ? "paper" : "ink"]);
         else this.text(shown, 0.5 * (left + right), y(parts.reduce((sum, [, v]) => sum + Math.max(0, v), 0)) - 10, "center", 0.44 * wide);
         from += size;
@@ -102,7 +102,7 @@ class Figure extends Drawing {
   /** A top hammer on its rods and a down-the-hole hammer on its pipes, to one scale, and what they give the rock. */
   rods({ numbers: { rods, tight, loose, down } }) {
     const [width, height] = this.sheet(), room = 0.34 * width, ground = 40, foot = height - 34;
-    // As deep as the longest string stands: six rods.
+    // As deep as the longest string, of six rods.
     const metre = (foot - ground - 8) / 23, deep = ground + (0.6 + 3.66 * rods) * metre;
     this.block(0, room, ground, height, palette.ground);
     [["top_hammer_short", 0.27], ["down_short", 0.75]].forEach(([name, part], i) => {

@@ -1,4 +1,4 @@
-// What figures are drawn on: a pen that draws an SVG, as a canvas's context does what they ask of it; and files.
+// A pen that draws an SVG with the methods of a canvas's context, and files of figures.
 
 /** A context by which text is measured. */
 const measuring = document.createElement("canvas").getContext("2d");
@@ -208,7 +208,7 @@ function saveFigure(name, kind, { clientWidth, clientHeight }, draw) {
   pen.scale(2, 2);
   draw({ clientWidth, clientHeight, width, height, scale: 2, getContext: () => pen });
   pen.setTransform(1, 0, 0, 1, 0, 0);
-  // What is empty is paper.
+  // Empty areas get the colour of paper.
   Object.assign(pen, { globalCompositeOperation: "destination-over", fillStyle: palette.paper });
   pen.fillRect(0, 0, width, height);
   return canvas.toBlob((blob) => save(`${name}.png`, blob, "image/png"));

@@ -1,5 +1,5 @@
-// The words of the page. The explanation is in several languages (lab/text), the laboratory in English: what it
-// shows of the engine (names, descriptions, messages) is.
+// The words of the page. The explanation is in several languages (lab/text). The laboratory is in English, as are the
+// engine's names, descriptions and messages.
 
 const TEXTS = JSON.parse(document.getElementById("texts").textContent);
 /** The language that the address asks for, else the reader's first that there is, else English. */
@@ -27,6 +27,6 @@ function fillTexts(find) {
   const languages = Object.entries(TEXTS).map(([name, texts]) => Object.assign(new Option(texts.language, name), { lang: name }));
   find("language").append(...languages);
   find("language").value = CHOSEN;
-  // The screen stands behind the # of the address and stays.
+  // The screen is named after the # of the address, and stays.
   find("language").addEventListener("change", ({ target }) => (location.search = `language=${target.value}`));
 }

@@ -1,5 +1,5 @@
-// What the texts of the explanation say, in the units that they say it in: predictions from the scene, by the formulas
-// that the texts name, and what the engine finds.
+// The numbers in the texts of the explanation, in the units of the texts: predictions from the scene, by the formulas
+// that the texts name, and results of the engine.
 
 const soundOf = (values) => Math.sqrt(valueOf(values, "material.youngs_modulus") / valueOf(values, "material.density"));
 const valueOf = (values, name) => values[name] ?? description.variables[name].start;
@@ -44,7 +44,7 @@ const TOLD = [
   ({ speed }, { found: { values }, cycle, of }) => {
     const wave = soundOf(values), area = of("piston.segment[1].area"), long = of("bit.segment[1].length");
     const at = (time) => cycle.time.findIndex((t) => t >= cycle.impact + time), flat = [at(2e-5), at(7e-5)], shock = 0.5 * speed * area * of("material.density") * wave;
-    // A front has width: it is where half of the stress is, on the middle element's upper edge.
+    // A front has a width; it is taken to be where the stress is half, at the middle element's upper edge.
     const middle = 0.5 * of("bit.elements"), stress = cycle.stress[1].map((row) => -0.5 * area * (row[middle - 1] + row[middle]));
     const next = stress.findIndex((force, i) => i > at(0) && force > 0.5 * shock), part = (0.5 * shock - stress[next - 1]) / (stress[next] - stress[next - 1]);
     return {
@@ -66,7 +66,7 @@ const TOLD = [
     };
   },
   (_, { page, found: { hammer }, place, mean, of, mass }) => {
-    // What turns the piston round pushes the casing up: the impulse of each blow, so many times a second.
+    // The force that turns the piston round pushes the casing up: the impulse of each blow times the frequency.
     const { blow_speed, rebound_speed, blow_frequency } = hammer.mean, push = 1e-3 * mass * (blow_speed + rebound_speed) * blow_frequency;
     const weight = 1e-3 * (of("casing.mass") + mass) * of("gravity");
     return { feed: 1e-3 * place, rate: 3600 * mean.rop, held_rate: 3600 * hammer.mean.rop, part: (100 * mean.rop) / hammer.mean.rop, push, weight, least: push - weight, held: 1e-3 * page.hammer.feed_force };

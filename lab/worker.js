@@ -1,4 +1,4 @@
-// The worker: runs scenes, so that the page stays quick whatever a scene costs.
+// The worker runs scenes, so that the page stays responsive however long a scene takes.
 
 /** A scene runs until so many blows, or so many seconds. */
 const MOST_BLOWS = 30, LONGEST = 4;
@@ -74,11 +74,11 @@ async function run({ scene, values }) {
     const stands = hammer.integers(stalled, "fmi2GetBoolean")[0] === 1;
     postMessage({ kind: "blows", scene, rows, time: hammer.time, stalled: stands, warnings, done });
   };
-  // Before it moves: something to look at at once.
+  // A still picture is sent before the hammer moves.
   const still = new Samples(hammer);
   still.take();
   postMessage({ kind: "cycle", scene, blow: -1, impact: 0, period: 0, outlook: OUTLOOK, ...still.all() });
-  // Two states of the past: a cycle is shown from shortly before its impact.
+  // Two earlier states, since a cycle is shown from shortly before its impact.
   let [older, newer] = [null, hammer.keep()];
   let listened = performance.now(), reported = listened;
   for (let look = 1; rows.length < MOST_BLOWS && look * LOOK <= LONGEST; look++) {
@@ -90,7 +90,7 @@ async function run({ scene, values }) {
       rows.push(record(OF_BLOW, hammer.reals(row)));
       before.push(older);
       older = null;
-      // The first cycle at once: there is something to look at while the rest settles.
+      // The first cycle is shown at once, while the rest settles.
       if (rows.length === 2) cycle(0, { rough: ROUGH });
     }
     if (performance.now() - listened > PATIENCE) {
@@ -159,12 +159,12 @@ class Samples {
   /** Samples until a time, in steps of `step(time)`, and of `fine` while waves run. */
   follow(until, step, fine) {
     const { hammer } = this;
-    // Sums of steps end beside the time by rounding.
+    // Sums of steps differ from the end by rounding.
     while (hammer.time < until - 1e-9 && this.times.length < MOST_SAMPLES) {
       const waves = hammer.time < this.waves;
       const back = waves ? null : hammer.keep();
       hammer.advance(hammer.time + (waves ? fine : step(hammer.time)));
-      // A collision within a longer step is looked at again, in short ones.
+      // A collision within a longer step is simulated again in short steps.
       if (back && hammer.reals(this.count)[0] > this.contacts) {
         this.waves = hammer.time + WAVES;
         hammer.restore(back);

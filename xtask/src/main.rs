@@ -77,10 +77,10 @@ fn main() -> ExitCode {
 }
 
 const IF_POSSIBLE: &str = "--if-possible";
-/// The FMU for this machine, quickly made.
+/// Options for a quick build of the FMU for this machine.
 const QUICK: &[&str] = &["--quick"];
 
-/// Says what begins, and how long that usually takes on two cores.
+/// Prints the name of a stage, and how long it usually takes on two cores.
 fn begin(what: &str, usual: &str) {
     println!("--- {what} ({usual})");
 }
@@ -90,7 +90,7 @@ fn fmu(root: &Path, options: &[&str]) -> Result<(), Failure> {
     run(packager(root).arg("fmu").args(options))
 }
 
-/// The packager, in the profile in which it makes the library for tests and the demo: one engine for both.
+/// The packager, in the profile of the library for tests and the demo, so that the engine is built once.
 fn packager(root: &Path) -> Command {
     let mut command = locked(root, "run");
     command.args(["--quiet", "--profile", "native", "--package", "packaging", "--"]);
@@ -98,7 +98,7 @@ fn packager(root: &Path) -> Command {
 }
 
 fn lab(root: &Path, options: &[String]) -> Result<(), Failure> {
-    // What is missing is said before minutes of compiling.
+    // A missing tool is reported before minutes of compiling.
     if let Some(what) = browser_lacks().filter(|_| !options.contains(&IF_POSSIBLE.to_owned())) {
         return Err(Failure::Missing(format!("the laboratory: {what}")));
     }
@@ -106,7 +106,7 @@ fn lab(root: &Path, options: &[String]) -> Result<(), Failure> {
     run(packager(root).arg("lab").args(options))
 }
 
-/// The laboratory; where its tools are lacking nothing, but in CI, which has what it takes.
+/// Builds the laboratory. If its tools are missing, it is left out, except in CI.
 fn laboratory(root: &Path) -> Result<(), Failure> {
     lab(root, &if in_ci() { vec![] } else { vec![IF_POSSIBLE.to_owned()] })
 }
@@ -116,7 +116,7 @@ fn python(root: &Path, needs: Needs) -> Result<Environment, Failure> {
     Environment::prepare(root, needs)
 }
 
-/// Whether this runs where all that can be installed must be.
+/// True in CI, where everything that can be installed must be installed.
 fn in_ci() -> bool {
     std::env::var_os("CI").is_some_and(|value| !value.is_empty())
 }

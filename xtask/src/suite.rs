@@ -10,7 +10,7 @@ use std::{sync::Mutex, thread};
 use support::python::{Needs, PREPARED};
 use support::run::{Failure, locked, run};
 
-/// What a browser tests; the pages are built before.
+/// Tests in a browser; their pages are built before.
 const IN_A_BROWSER: [&str; 9] = [
     "tests/python/test_laboratory.py",
     "tests/python/test_laboratory_air.py",
@@ -22,14 +22,14 @@ const IN_A_BROWSER: [&str; 9] = [
     "tests/python/test_sheet.py",
     "python/tests/test_guide_site.py",
 ];
-/// Tests of hosts in C++, each in a process of its own: two of them in one have corrupted the heap.
+/// Tests of hosts in C++, each in its own process, since two of them in one process have corrupted the heap.
 const NATIVE: (&str, [&str; 2]) = ("tests/python/test_hosts_of_systems.py", ["libcosim", "ecos"]);
-/// A process for each core; neighbours in a file, which share what it has prepared, stay together at first.
+/// A process for each core. Tests of a file, which share prepared data, first stay together.
 const IN_PARALLEL: [&str; 4] = ["--numprocesses", "auto", "--dist", "worksteal"];
-/// pytest's exit code where a selection has chosen no test.
+/// pytest's exit code if a selection contains no test.
 const NONE_CHOSEN: i32 = 5;
 
-/// A part of all that CI does.
+/// A part of what CI does.
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 pub enum Stage {
     /// Formatting and lints of Rust and Python, types, documentation without a warning
@@ -88,7 +88,7 @@ impl Suite {
         if failed.is_empty() { Ok(()) } else { Err(Failure::Stages(failed)) }
     }
 
-    /// What the stages of Python take in common.
+    /// Builds what the Python stages share.
     fn prepare(&self, root: &Path) -> Result<(), Failure> {
         let alone = std::env::var_os(PREPARED).is_none();
         let wants = |some: &[Stage]| alone && some.iter().any(|one| self.stages.contains(one));
@@ -101,12 +101,12 @@ impl Suite {
         if wants(&[Stage::Lab]) { laboratory(root) } else { Ok(()) }
     }
 
-    /// Passes a stage in a process of its own, whose lines are told with its name as they come.
+    /// Runs a stage in a process of its own, and prints its lines with its name as they come.
     fn beside(&self, stage: Stage) -> Result<(), Failure> {
         let program = format!("{stage:?}");
         let start = |source| Failure::Start { program: program.clone(), source };
         let (lines, end) = io::pipe().map_err(start)?;
-        // By its path: cargo puts a new file there as it tests.
+        // By its path, since cargo replaces the file during the tests.
         let mut command = Command::new(std::env::args_os().next().unwrap_or_default());
         command.args(["suite", "--stage", &program]).args(&self.pytest).env(PREPARED, "1");
         command.stdout(end.try_clone().map_err(start)?).stderr(end);
@@ -124,8 +124,8 @@ impl Suite {
             Stage::Lint => lint(root),
             Stage::Rust => {
                 begin("Tests in Rust", "6 minutes the first time, then 3");
-                // All packages at once: a part of them asks for other features, and for another engine.
-                // Examples, and programs without tests, are no tests: clippy sees that they compile.
+                // All packages at once, since a part of them would need other features, and so another build of the
+                // engine. Examples have no tests; clippy checks that they compile.
                 let test = |which| {
                     let options = ["--workspace", "--no-fail-fast", which];
                     // What is built once is built faster, and runs faster, in larger pieces.

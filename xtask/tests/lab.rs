@@ -5,16 +5,16 @@
 use std::path::Path;
 use std::process::Command;
 
-/// Rust's standard library for browsers cannot be found, nor sources to build it from: this is
-/// said at once, with what to install, and nothing is compiled.
+/// If neither Rust's standard library for browsers nor its sources can be found, this is reported at once, with what
+/// to install, and nothing is compiled.
 #[test]
 fn what_is_missing_is_said_before_anything_is_compiled() {
     if Path::new("/usr/bin/rustc").exists() {
-        // Debian's may have the sources, wherever the search for a compiler leads.
+        // Debian's toolchain may have the sources, whichever compiler is in use.
         return;
     }
     let mut lab = Command::new(env!("CARGO_BIN_EXE_xtask"));
-    // A cargo that cannot start would be another error.
+    // Cargo cannot start either, which would be another error.
     lab.arg("lab").env("RUSTC", "/bin/false").env("PATH", "/nowhere").env("CARGO", "/nowhere");
     let done = lab.output().expect("the task starts");
     let said = String::from_utf8_lossy(&done.stderr);
