@@ -1,7 +1,8 @@
 //! Hammers from datasheets.
 
 use hammer::Scene;
-use hammer::datasheet::{AirBlow, Datasheet, DatasheetError, Quantity, Solution};
+use hammer::datasheet::{Datasheet, DatasheetError, Quantity, Solution};
+use hammer::means::{Wanted, steady};
 
 use Quantity::{
     AirFlow, BlowEnergy, DampingRatio, Feed, Flow, Frequency, Hole, ImpactSpeed, Length,
@@ -24,10 +25,10 @@ fn range(solution: &Solution, name: &str) -> [f64; 2] {
     solution.found.iter().find(|row| row.name.starts_with(name)).expect("a number").range
 }
 
-/// Energy and frequency of the scene's settled blows.
-fn settled(scene: &Scene) -> [f64; 2] {
-    let blow = AirBlow::settled(scene).expect("blows");
-    [blow.energy, 1.0 / blow.period]
+/// Energy and frequency of the scene's blows in the long run, and its rate of penetration.
+fn settled(scene: &Scene) -> [f64; 3] {
+    let mean = steady(scene, &Wanted::default(), &mut |_, _| true).expect("blows").mean;
+    [mean.get("blow_energy"), mean.get("blow_frequency"), mean.rop()]
 }
 
 const SANDVIK: [(Quantity, f64); 5] =
@@ -38,7 +39,7 @@ const SANDVIK: [(Quantity, f64); 5] =
 fn the_scene_strikes_as_the_sample_says() {
     for known in [&SANDVIK[..], &[(PistonMass, 8.6), (BlowEnergy, 375.0), (Frequency, 30.0)]] {
         let solution = solved(known);
-        let [energy, frequency] = settled(&solution.scene);
+        let [energy, frequency, _] = settled(&solution.scene);
         assert!((energy / found(&solution, "blow energy") - 1.0).abs() < 0.01, "{energy} J");
         assert!((frequency / found(&solution, "frequency") - 1.0).abs() < 0.01, "{frequency} Hz");
     }
@@ -240,7 +241,7 @@ fn a_measured_rate_is_carried_to_another_pressure() {
     // Each hammer, elastic, drills at the told rate: to the error of its loop, 0.5 % of energy and frequency each, and
     // of means of few blows.
     for solution in [&here, &there, &solved(&SANDVIK)] {
-        let drilled = AirBlow::settled(&solution.scene).expect("blows").rate;
+        let [_, _, drilled] = settled(&solution.scene);
         let rate = found(solution, "rate of penetration");
         assert!((drilled / rate - 1.0).abs() < 0.015, "{drilled} {rate}");
     }
@@ -319,7 +320,7 @@ fn a_liquid_s_flow_is_a_power() {
     let assumed = solution.assumed.join("\n");
     assert!(assumed.contains("liquid") && !assumed.contains("air presets"), "{assumed}");
     assert!(solution.contradictions.is_empty(), "{:?}", solution.contradictions);
-    let [energy, frequency] = settled(&solution.scene);
+    let [energy, frequency, _] = settled(&solution.scene);
     assert!((energy / found(&solution, "blow energy") - 1.0).abs() < 0.02, "{energy} J");
     assert!((frequency * 60.0 / 1780.0 - 1.0).abs() < 0.05, "{frequency} Hz");
 }

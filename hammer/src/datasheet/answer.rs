@@ -1,4 +1,4 @@
-//! What a sample says, in numbers and sentences, and its middle hammer as a scene.
+//! The answer to a sheet in numbers and sentences, and the scene of the sample's median hammer.
 
 use super::air::AirBlow;
 use super::assume::area;
@@ -15,7 +15,8 @@ use crate::scene::Scene;
 
 /// Advance of the hole per turn of the bit, m: the middle of the 10 to 19 mm that makers recommend (Epiroc).
 pub const TURN: f64 = 0.0145;
-/// Rounds in which the middle hammer's scene is moved to its numbers, and how close.
+/// Most rounds in which the scene's blows are brought to those of the median hammer, and the logarithmic error at
+/// which they end.
 const ROUNDS: usize = 4;
 const CLOSE: f64 = 5e-3;
 
@@ -66,7 +67,7 @@ impl Datasheet {
         })
     }
 
-    /// What follows, with its range.
+    /// Everything that follows, with its range.
     pub(super) fn found(&self, scene: &Scene, sample: &Sample) -> Vec<Found> {
         let p = &scene.parameters;
         let row = |name, unit, of: &dyn Fn(&Member) -> f64| {
@@ -89,12 +90,12 @@ impl Datasheet {
             row("work to the rock over blow energy", "", &|m| m.share),
             row("power to the rock", "W", &|m| m.share * m.blow.power()),
             row("specific energy", "J/m3", &|m| m.specific_energy),
-            // What is lost in the rock up to the force F is (1 - 1/gamma) F^2 / (2 KR), in one thrust.
+            // In a single thrust up to the force F, (1 - 1/gamma) F^2 / (2 KR) is dissipated in the rock.
             row("largest rock force", "N", &|m| {
                 let lost = 1.0 - 1.0 / p.rock.unloading_ratio;
                 (2.0 * m.stiffness * m.share * m.blow.energy / lost).sqrt()
             }),
-            // Of bars with one section: half the speed goes into each.
+            // Between bars of one section, each takes half the speed.
             row("stress of the first wave in piston and bit", "Pa", &|m| {
                 0.5 * p.material.density * p.wave_speed() * m.blow.speed()
             }),
@@ -155,8 +156,8 @@ impl Datasheet {
         list
     }
 
-    /// The middle hammer, in the rock of a scene, moved until it strikes as the sample says, and the share of a blow
-    /// that it gives to the rock.
+    /// The scene of the median hammer in the rock of `base`, adjusted until its blows are the sample's, and the share
+    /// of a blow's energy that it gives to the rock.
     pub(super) fn hammer(
         &self,
         base: &Scene,
@@ -167,9 +168,9 @@ impl Datasheet {
         let mut hammer = sample.hammer;
         let mut round = 0;
         loop {
-            let (blow, _) = AirBlow::of(&self.dressed(base, &hammer)?, true)?;
+            let blow = AirBlow::of(&self.dressed(base, &hammer)?)?;
             let [more, faster] = [energy / blow.energy, frequency * blow.period].map(math::ln);
-            // Energy goes with area and stroke, the square of the frequency with area over stroke.
+            // Energy is proportional to area times stroke, and the square of the frequency to area over stroke.
             let by = |x: f64| math::exp((0.5 * x).clamp(-0.3, 0.3));
             hammer.bore *= by(0.5 * (more + 2.0 * faster));
             hammer.height *= by(more - 2.0 * faster);
@@ -180,7 +181,7 @@ impl Datasheet {
         }
     }
 
-    /// A scene of such a hammer: `height` is the stroke over the presets', `flow` the area of a port.
+    /// The scene of a hammer: its `height` is the stroke over the presets', its `flow` the area of a port.
     fn dressed(&self, base: &Scene, hammer: &Blow) -> Result<Scene, DatasheetError> {
         let own = base.parameters;
         let length = self.get(Quantity::PistonLength);
@@ -220,7 +221,7 @@ impl Datasheet {
         if let Some(mass) = self.get(Quantity::BitMass) {
             let section = p.sections(Body::Bit);
             let by = mass / section.mass(density);
-            // A length that sections replace stays as it is.
+            // A length that sections replace is not changed.
             let uniform = p.bit.segments == 0;
             *if uniform { &mut p.bit.length } else { &mut p.bit.segment[0].length } *= by;
         }
@@ -231,7 +232,7 @@ impl Datasheet {
     }
 }
 
-/// A contradiction in words.
+/// A sentence about a given number that cannot be met.
 fn sentence(compared: &Comparison) -> String {
     let Comparison { quantity, pressure, given, solved } = *compared;
     let ((unit, size), name) = (quantity.field_unit(), quantity.name());

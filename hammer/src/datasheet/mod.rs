@@ -1,17 +1,17 @@
-//! Hammers from what a datasheet says: a sample of them, and the range of every number.
+//! Hammers from a datasheet: a sample of them, and the range of every number.
 //!
-//! A sheet leaves most of a hammer open. So it is answered by a sample: of what is unknown (pressure, bore, mass,
-//! stroke, ports, effectiveness, and the errors of hammers in proportion to the presets) each member has other
-//! numbers, drawn once for all sheets; all are moved to what is given, up to the errors of such numbers (`member`).
-//! What members do follows from one table of simulated blows (`table`). Of every number the middle is told and the
-//! range of 80 % of the members (`sample`). Where steel would not stand the speed, members are cut out. So an answer
-//! changes by little where a sheet changes by little; what is given and cannot be met is told with how much it is
-//! off, and nothing is dropped for another model.
+//! A sheet leaves most of a hammer open, so the answer is a sample of 240 hammers. In each, the unknowns (pressure,
+//! bore, mass, stroke, ports, effectiveness, and errors relative to hammers scaled from the presets) have other
+//! values, drawn in the same way for all sheets. All hammers are then fitted to the given numbers, up to the errors
+//! of such numbers (`member`). Their blows follow from a table of simulated blows (`table`). The answer to each
+//! question is the sample's median and 80 % range (`sample`). Hammers that strike faster than steel withstands are
+//! excluded. The answer changes little if the sheet changes little. If a given number cannot be met, the answer says
+//! by how much it is missed; no other model is tried instead.
 //!
-//! The scene that is handed out is the middle hammer, simulated, and moved until its blows are the told ones.
+//! The scene of the answer is the median hammer, adjusted in simulations until its blows are the sample's.
 //!
-//! A number that is off by a unit or a factor of ten is refused, with the range of real hammers. What no hammer
-//! does is told (`limits`).
+//! A number that is wrong by a unit or a factor of ten is refused, with the range of real hammers. An impossible
+//! combination is reported (`limits`).
 
 mod air;
 mod answer;
@@ -22,7 +22,6 @@ mod quantity;
 mod sample;
 mod table;
 
-pub use air::AirBlow;
 pub use answer::TURN;
 pub use quantity::Quantity;
 pub use sample::spread;
@@ -36,101 +35,101 @@ use thiserror::Error as ThisError;
 /// Power of the blows over pressure times flow of a liquid.
 const EFFICIENCY: f64 = 0.6;
 
-/// What is known of a hammer.
+/// The given numbers.
 #[derive(Clone, Debug, Default)]
 pub struct Datasheet {
     /// What the sheet gives, in SI units, each at most once.
     pub known: Vec<(Quantity, f64)>,
-    /// Rows of a table: pressures and the free air that is taken there, SI.
+    /// Rows of a table: pressure and the free air that is taken at it, SI.
     pub air: Vec<[f64; 2]>,
-    /// The pressure that is worked at, if it is not the sheet's, Pa.
+    /// The working pressure, if it is not the sheet's, Pa.
     pub at: Option<f64>,
-    /// The scene's rock is that under this bit: it is not scaled by the hole's area.
+    /// True if the scene's rock is already that under this bit. Otherwise it is scaled by the hole's area.
     pub own_rock: bool,
 }
 
 /// Why there is no hammer.
 #[derive(Clone, Debug, ThisError, PartialEq)]
 pub enum DatasheetError {
-    /// A number that no hammer has: likely another unit.
+    /// A number that no hammer has, probably in another unit.
     #[error("{0}: no hammer is known to have that; is the unit right?")]
     Absurd(#[from] ParameterError),
     /// Too little is known.
     #[error("{0}")]
     TooLittle(String),
-    /// What is known cannot be had at once.
+    /// The given numbers contradict each other.
     #[error("{0}")]
     Contradiction(String),
-    /// The engine refuses the hammer.
+    /// The engine refuses the scene.
     #[error(transparent)]
     Engine(#[from] Error),
 }
 
-/// A number that was given, and what the hammers make of it.
+/// A given number and the sample's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison {
-    /// Which.
+    /// Its quantity.
     pub quantity: Quantity,
-    /// Of a row of a table: its pressure, Pa.
+    /// Pressure of a row of a table, Pa.
     pub pressure: Option<f64>,
-    /// As given, SI.
+    /// Given value, SI.
     pub given: f64,
-    /// Of the hammers, SI.
+    /// Median of the sample, SI.
     pub solved: f64,
 }
 
 impl Comparison {
-    /// How far the hammers are off, over what was given.
+    /// The sample's value over the given one, less 1.
     pub fn off(&self) -> f64 {
         self.solved / self.given - 1.0
     }
 }
 
-/// A number that follows, and the range of 80 % of the hammers that the sheet allows.
+/// A number that follows, with its 80 % range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
-    /// What it is.
+    /// Its name.
     pub name: &'static str,
-    /// Its middle, SI.
+    /// Its median, SI.
     pub value: f64,
-    /// From the least to the largest; both the value of what has none.
+    /// Ends of the range.
     pub range: [f64; 2],
-    /// SI unit; empty of a ratio.
+    /// SI unit; empty for a ratio.
     pub unit: &'static str,
-    /// Of each hammer of the sample, its weight being the [solution's](Solution::weights).
+    /// Value of each member of the sample; the weights are the [solution's](Solution::weights).
     pub members: Vec<f64>,
 }
 
-/// The hammers.
+/// The answer.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// The scene of the middle one. It is moved in rounds until its blows are the told ones, and so may step by
-    /// what is left of them, some tenths of a per cent, where the sheet moves by less.
+    /// The scene of the median hammer. Its blows are brought to the sample's in a few rounds. What remains, some
+    /// tenths of a per cent, may change in steps where the sheet changes smoothly.
     pub scene: Scene,
-    /// What was given beside what they give.
+    /// The given numbers beside the sample's.
     pub compared: Vec<Comparison>,
-    /// What else follows.
+    /// What follows.
     pub found: Vec<Found>,
-    /// What each member of the sample counts.
+    /// Statistical weight of each member of the sample.
     pub weights: Vec<f64>,
-    /// What was assumed, a sentence each.
+    /// The assumptions, a sentence each.
     pub assumed: Vec<String>,
-    /// What contradicts, a sentence each, with its size.
+    /// The contradictions with their size, a sentence each.
     pub contradictions: Vec<String>,
 }
 
 impl Datasheet {
-    /// The hammers that a sheet describes, their rock, feed and material those of a scene.
+    /// The hammers that a sheet describes, with the rock, feed and material of a scene.
     ///
     /// # Errors
-    /// A number that no hammer has; too little to find a hammer.
+    /// A number that no hammer has; too little is given.
     pub fn solve(&self, base: &Scene) -> Result<Solution, DatasheetError> {
         let (scene, mut sample) = self.drawn(base)?;
         let middle = self.hammer(&scene, &sample);
         if let Ok((_, share)) = middle {
             let mut measured = self.get(Quantity::Rate).map(|_| share);
             if let (Some(then), Some(_)) = (&mut measured, self.at) {
-                // Measured at the sheet's pressure, whichever is worked at.
+                // The rate was measured at the sheet's pressure, not at the working pressure.
                 let sheet = Self { at: None, ..self.clone() };
                 let (scene, own) = sheet.drawn(base)?;
                 *then = sheet.hammer(&scene, &own).map_or(share, |(_, then)| then);
@@ -140,7 +139,8 @@ impl Datasheet {
         self.answer(scene, middle, &sample)
     }
 
-    /// The numbers of the sample alone: no scene is made, so its share of work to the rock is the usual one.
+    /// The numbers that follow from the sample alone. No scene is simulated, so the share of work to the rock is the
+    /// usual one.
     ///
     /// # Errors
     /// Those of [`Self::solve`].
@@ -158,7 +158,7 @@ impl Datasheet {
             Quantity::Pressure.check(at)?;
             Quantity::AirFlow.check(air)?;
         }
-        // Energy and mass say a speed, too.
+        // Energy and mass determine a speed, which is checked too.
         let pair = self.get(Quantity::BlowEnergy).zip(self.get(Quantity::PistonMass));
         if let Some((energy, mass)) = pair {
             Quantity::ImpactSpeed.check((2.0 * energy / mass).sqrt())?;
@@ -169,12 +169,12 @@ impl Datasheet {
         Ok((scene, sample))
     }
 
-    /// A quantity that is known.
+    /// The given value of a quantity.
     fn get(&self, quantity: Quantity) -> Option<f64> {
         self.known.iter().find(|(q, _)| *q == quantity).map(|(_, value)| *value)
     }
 
-    /// Hole, feed, and the rock under this hole.
+    /// Sets the hole, the feed, and the rock under this hole.
     fn lay_rock(&self, scene: &mut Scene) {
         let p = &mut scene.parameters;
         if let Some((hole, _)) = self.hole() {

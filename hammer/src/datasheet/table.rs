@@ -1,15 +1,15 @@
-//! The blows of air hammers in numbers without a dimension: one table for all sizes and strokes.
+//! The blows of air hammers in dimensionless numbers: one table for all sizes and strokes.
 //!
-//! Of a rigid hammer whose cylinder is held, in proportion to the presets, two numbers are left if lengths are over
-//! the stroke `L`, areas over the bore's `A`, masses over the piston's `m` and pressures over the atmosphere's
-//! `p0`: the supply's pressure, and the opening `a` of its ports
+//! Let a rigid hammer whose cylinder is held be scaled from the presets. With lengths over the stroke `L`, areas over
+//! the bore's `A`, masses over the piston's `m` and pressures over the atmosphere's `p0`, it depends on two numbers:
+//! the supply's pressure, and the opening `s` of its ports of area `a`,
 //!
 //! ```text
 //! s = (a / A) sqrt(R T m / (p0 A L)),   energy = p0 A L e,   frequency = f / sqrt(m L / (p0 A)),
-//! free air = q A L / sqrt(m L / (p0 A)),   turning at h L above the bit
+//! free air = q A L / sqrt(m L / (p0 A)),   the piston turns h L above the bit
 //! ```
 //!
-//! Gravity, some hundredths of the pressure, is that of one hammer. The table is simulated once in a process.
+//! Gravity, some hundredths of the pressure's force, is that of one hammer. The table is simulated once in a process.
 
 use super::DatasheetError;
 use super::air::AirBlow;
@@ -20,34 +20,34 @@ use crate::quantities::parameters::Fidelity;
 use crate::scene::Scene;
 use std::sync::OnceLock;
 
-/// Nodes of the table: least and largest pressure over the atmosphere's and opening, and how many.
+/// Nodes of the table: least and largest value, and their number. Pressures are over the atmosphere's.
 const PRESSURES: ([f64; 2], usize) = ([1.5, 40.0], 6);
 const OPENINGS: ([f64; 2], usize) = ([0.15, 6.0], 7);
-/// The gas's error, enough for what a hundredth is told of.
+/// `air.error` of the simulations, small enough for an accuracy of a hundredth.
 const ERROR: f64 = 1e-4;
 /// Gas constant of air, J/(kg K).
 const GAS: f64 = 287.05;
 
-/// Logarithms of energy, frequency, air and height, over what the table has them over.
+/// Logarithms of `e`, `f`, `q` and `h`.
 pub(super) type Logs = [f64; 4];
 
-/// What a hammer's numbers are over.
+/// The numbers by which a hammer is scaled.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scales {
-    /// Bore's area, m2, mass, kg, and stroke over the presets'.
+    /// Area of the bore, m2; mass, kg; stroke over the presets'.
     pub area: f64,
     pub mass: f64,
     pub stroke: f64,
 }
 
 impl Scales {
-    /// Of energy, time and volume.
+    /// Units of energy, time and volume.
     pub fn of(&self) -> [f64; 3] {
         let Self { area, mass, stroke } = *self;
         [ATMOSPHERE * area * stroke, (mass * stroke / (ATMOSPHERE * area)).sqrt(), area * stroke]
     }
 
-    /// The opening over that of a port over the bore's area.
+    /// The opening `s` of a port of the bore's area.
     pub fn opening(&self) -> f64 {
         let Self { area, mass, stroke } = *self;
         (GAS * Scene::default().parameters.air.temperature * mass / (ATMOSPHERE * area * stroke))
@@ -74,7 +74,7 @@ impl Table {
         Ok(TABLE.get_or_init(|| Self { nodes }))
     }
 
-    /// One hammer, simulated.
+    /// Simulates a node.
     fn node(pressure: f64, opening: f64) -> Result<Logs, DatasheetError> {
         let [pressure, opening] = [pressure, opening].map(math::exp);
         let hammer = |supply| {
@@ -92,13 +92,13 @@ impl Table {
         let p = scene(1e-4).parameters;
         let scales = Scales { area: p.drive.area_drive, mass: p.piston_mass(), stroke: 1.0 };
         let [energy, time, volume] = scales.of();
-        let (blow, height) = AirBlow::of(&scene(opening / scales.opening() * scales.area), true)?;
-        Ok([blow.energy / energy, time / blow.period, blow.flow * time / volume, height]
+        let blow = AirBlow::of(&scene(opening / scales.opening() * scales.area))?;
+        Ok([blow.energy / energy, time / blow.period, blow.flow * time / volume, blow.height]
             .map(math::ln))
     }
 
-    /// Between the nodes by cubics whose slopes agree, beyond them by straight lines: at logarithms of the pressure
-    /// over the atmosphere's and of the opening.
+    /// Interpolates at logarithms of the pressure (over the atmosphere's) and of the opening: by cubics with
+    /// continuous slopes between the nodes, linearly beyond them.
     pub fn at(&self, pressure: f64, opening: f64) -> Logs {
         let index = |(ends, count): ([f64; 2], usize), x: f64| {
             let [low, high] = ends.map(math::ln);
@@ -118,7 +118,7 @@ fn place((ends, count): ([f64; 2], usize), index: usize) -> f64 {
     low + (high - low) * index as f64 / (count - 1) as f64
 }
 
-/// Through values at 0, 1, 2 and so on.
+/// Interpolates values at 0, 1, 2 and so on.
 fn spline(count: usize, x: f64, value: impl Fn(usize) -> f64) -> f64 {
     let last = count - 1;
     if x <= 0.0 {
@@ -139,8 +139,8 @@ fn spline(count: usize, x: f64, value: impl Fn(usize) -> f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A cubic through the values of a straight line is that line; through a parabola's it is that parabola
-    /// between inner values (Catmull and Rom: exact to second degree).
+    /// Interpolation reproduces a straight line everywhere, and a parabola between inner nodes (Catmull and Rom:
+    /// exact to second degree).
     #[test]
     fn the_spline_is_exact_for_lines_and_inside_for_parabolas() {
         for k in 0..60 {
@@ -157,8 +157,8 @@ mod tests {
         }
     }
 
-    /// Another size, piston, stroke and pressure than the table's, simulated with gravity: what is left out is
-    /// gravity, here 0.03 of the pressure's force, and what lies between the nodes.
+    /// A hammer of another size, piston, stroke and pressure agrees with the table, up to gravity, here 0.03 of the
+    /// pressure's force, and to interpolation between the nodes.
     #[test]
     fn a_hammer_of_another_size_is_the_table_s() {
         let mut hammer = AirHammer::in_proportion(0.15, 23.9, 0.165, 3e4);
@@ -174,7 +174,7 @@ mod tests {
         let opening = math::ln(2.2e-4 / area * scales.opening());
         let [e, f, q, _] =
             Table::get().expect("a table").at(math::ln(15e5 / ATMOSPHERE), opening).map(math::exp);
-        let blow = AirBlow::settled(&scene).expect("blows");
+        let blow = AirBlow::of(&scene).expect("blows");
         for (told, simulated) in [
             (e * energy, blow.energy),
             (f / time, 1.0 / blow.period),
