@@ -167,17 +167,19 @@ fn extreme_parameters_are_refused_by_name_or_right() {
                         continue;
                     }
                 };
-                let mut sliced = Machine::new(&p, &inputs, 0.0).expect("the same");
                 let done = whole.advance(0.012);
-                let slices = (1..=8).try_for_each(|k| sliced.advance(0.0015 * f64::from(k)));
-                if let Err(error) = &done {
-                    // How far a call gets within its limit of work depends on where it began.
-                    let works = matches!(error, hammer::Error::Overwork { .. });
-                    assert!(works || slices.as_ref() == Err(error), "{name}: {done:?}, {slices:?}");
+                // How far a call gets within its limit of work depends on where it began.
+                if matches!(done, Err(hammer::Error::Overwork { .. })) {
                     ends[1] += 1;
                     continue;
                 }
-                assert_eq!(slices, Ok(()), "{name}");
+                let mut sliced = Machine::new(&p, &inputs, 0.0).expect("the same");
+                let slices = (1..=8).try_for_each(|k| sliced.advance(0.0015 * f64::from(k)));
+                assert_eq!(slices, done, "{name}");
+                if done.is_err() {
+                    ends[1] += 1;
+                    continue;
+                }
                 let states = [&whole, &sliced].map(|machine| machine.state().without_step());
                 assert!(states[0] == states[1], "{name}: sliced otherwise, it moves otherwise");
                 let energies = whole.energies();
