@@ -2,10 +2,7 @@
 
 use crate::scenes::{Random, air_turnover};
 use hammer::presets::Preset;
-use hammer::{
-    Chamber, Energies, Error, Event, Fidelity, Input, InputValues, Machine, Parameters, Port,
-    Source,
-};
+use hammer::{Energies, Error, Fidelity, Input, InputValues, Machine, Parameters, Source};
 
 const GAS: f64 = 287.05;
 const KAPPA: f64 = 1.4;
@@ -290,36 +287,6 @@ fn the_force_is_that_of_the_pressures_and_the_drag() {
         let off = now.applied_drive_force - (pushed - p.air.drag * now.relative_velocity);
         let both = pressures[0] * p.drive.area_drive + pressures[1] * p.drive.area_return;
         assert!(off.abs() <= 10.0 * p.air.error * both, "step {step}: {off} of {both} N");
-    }
-}
-
-/// Each port opens, is fully open, narrows, closes, and so on.
-#[test]
-fn each_port_opens_and_closes_in_turn() {
-    let p = driven(Fidelity::Rigid);
-    let mut machine = Machine::new(&p, &InputValues::default(), 0.0).expect("a scene");
-    machine.keep_journal(true);
-    machine.advance(0.2).expect("a step");
-    let journal = machine.take_journal();
-    for which in [Chamber::Drive, Chamber::Return] {
-        for side in [Port::Supply, Port::Exhaust] {
-            let turns: Vec<(bool, bool)> = journal
-                .iter()
-                .filter_map(|record| match record.event {
-                    Event::Port { chamber, port, opens } => {
-                        (chamber == which && port == side).then_some((false, opens))
-                    }
-                    Event::Opening { chamber, port, full } => {
-                        (chamber == which && port == side).then_some((true, full))
-                    }
-                    _ => None,
-                })
-                .collect();
-            assert!(turns.len() > 12, "{which} {side}: {turns:?}");
-            let order = [(false, true), (true, true), (true, false), (false, false)];
-            let first = order.iter().position(|turn| *turn == turns[0]).expect("a turn");
-            assert!(turns.iter().zip(order.iter().cycle().skip(first)).all(|(a, b)| a == b));
-        }
     }
 }
 

@@ -1,7 +1,5 @@
 //! Random numbers, and common hammers.
 
-#![allow(dead_code, reason = "each test uses some of it")]
-
 use hammer::presets::Preset;
 use hammer::{InputValues, Machine, Parameters};
 

@@ -76,10 +76,8 @@ pub struct Differences {
     /// From when on a guard rests at its level within rounding, neither beyond its resolution nor back, until an
     /// input changes or the run ends, s.
     pub rests: f64,
-    /// The largest [mismatch](bodies::mismatch) of a basis that was used.
-    pub mismatch: f64,
-    /// The excess over the allowed difference, relative to the possible effect of bases of that mismatch: each change
-    /// of basis has an error of that share of all that moves.
+    /// The excess over the allowed difference, relative to the possible effect of the bases by their largest
+    /// [mismatch](bodies::mismatch): each change of basis has an error of that share of all that moves.
     pub rough: f64,
     /// The largest excess, relative to the resolution of the engine's guards ([`Scales::resolved`]), once for each
     /// event and once more.
@@ -189,8 +187,7 @@ fn judge(
 ) -> Differences {
     let count = engine.observed.len().min(reference.observed.len());
     let last = count.checked_sub(1).map_or(-1.0, |i| instants[i]);
-    let mut found =
-        Differences { instants: count, mismatch: engine.mismatch, ..Default::default() };
+    let mut found = Differences { instants: count, ..Default::default() };
     for (i, &time) in instants.iter().enumerate().take(count) {
         scales.grow(&reference.observed[i]);
         let acted = schedule.partition_point(|(at, _)| *at <= time);
