@@ -126,13 +126,11 @@ impl Suite {
                 begin("Tests in Rust", "6 minutes the first time, then 3");
                 // All packages at once, since a part of them would need other features, and so another build of the
                 // engine. Examples have no tests; clippy checks that they compile.
-                let test = |which| {
+                ["--tests", "--doc"].into_iter().try_for_each(|which| {
                     let options = ["--workspace", "--no-fail-fast", which];
                     // What is built once is built faster, and runs faster, in larger pieces.
                     run(locked(root, "test").env("CARGO_INCREMENTAL", "0").args(options))
-                };
-                test("--tests")?;
-                test("--doc")
+                })
             }
             Stage::Python => {
                 let mut others = IN_A_BROWSER.map(|file| format!("--ignore={file}")).to_vec();
