@@ -42,7 +42,10 @@ impl<T: Real> Model<T> {
             dead.iter_mut().zip(shares).for_each(|(f, share)| *f = *f - rate * share);
         }
         let load = if lifted { load - shoulder } else { load };
-        let held = if lifted { load > zero } else { load >= zero };
+        // A bit under no force stands where what is above it presses as much as lifts it.
+        let above =
+            if self.scene.casing.is_some() { shoulder } else { inputs[Input::Feed as usize][0] };
+        let held = load > zero || !lifted && load == zero && above > zero;
         if !held {
             // The force that accelerates a node is not transmitted.
             dead.iter_mut().zip(&self.bit_mean).for_each(|(f, &share)| *f = *f - load * share);
