@@ -16,7 +16,7 @@
 
 use crate::comparison::bodies;
 use crate::comparison::known::{Account, FACTOR, Known, Trajectory};
-use crate::comparison::observables::{FORCE, OBSERVABLES, PLACE, Scales, of_engine};
+use crate::comparison::observables::{OBSERVABLES, Scales, of_engine};
 use crate::drawn::actions::{self, Action};
 use crate::drawn::scenes::RandomScene;
 use crate::scene;
@@ -199,7 +199,7 @@ fn judge(
             let spread = others.iter().map(apart).fold(0.0, f64::max);
             let error = (engine.observed[i][q] - known).abs();
             let mut allowed = FACTOR * spread + rounding * scales.of(kind);
-            allowed += of_air(kind) * scales.air_error * scales.of(kind);
+            allowed += scales.of_air(kind);
             if error > allowed {
                 let basis = engine.mismatch * (1 + before) as f64 * scales.of(kind);
                 found.rough = found.rough.max((error - allowed) / basis);
@@ -211,15 +211,6 @@ fn judge(
     }
     times((engine, reference, others), last, &scales, &mut found);
     found
-}
-
-/// Allowed difference of a number of this kind, over the air's error and the scale of its kind.
-fn of_air(kind: usize) -> f64 {
-    match kind {
-        FORCE => 10.0,
-        PLACE => 1.0,
-        _ => 3.0,
-    }
 }
 
 /// True if the next two events are simultaneous and in the opposite order.
@@ -262,14 +253,15 @@ fn times(
             return;
         };
         let kind = Scales::kind_of_guard(known.1);
-        let off = scales.of(kind) / reference.rates[i].abs();
+        let rate = reference.rates[i].abs();
+        let off = scales.of(kind) / rate;
         let (time, error) = (known.0.to_f64(), (own.0 - known.0).to_f64().abs());
         let least = hammer::TIME_RESOLUTION + f64::EPSILON * time;
-        let allowed = FACTOR * spread + least + (ROUNDING + of_air(kind) * scales.air_error) * off;
+        let allowed = FACTOR * spread + least + ROUNDING * off + scales.of_air(kind) / rate;
         if error > allowed {
             let basis = engine.mismatch * (1 + i) as f64 * off;
             found.rough = found.rough.max((error - allowed) / basis);
-            let resolved = (1 + i) as f64 * scales.resolved(kind) / reference.rates[i].abs();
+            let resolved = (1 + i) as f64 * scales.resolved(kind) / rate;
             found.unresolved = found.unresolved.max(error / resolved);
         }
         found.timing.note(Worst { what: format!("{:?}", known.1), time, error, allowed });

@@ -1,6 +1,6 @@
 //! What the extended-precision reference determines of a scene and its script, independently of the engine.
 
-use crate::comparison::observables::{Observed, of_reference};
+use crate::comparison::observables::{Observed, Scales, of_reference};
 use crate::drawn::actions::{self, Action};
 use crate::drawn::scenes::RandomScene;
 use crate::scene;
@@ -146,10 +146,14 @@ fn known_of(
     let mut before = case.clone();
     before.actions.at_event = None;
     let Known { reference, others, .. } = solve(&before.schedule()?, &[]);
+    let scales = Scales::new(case);
     let near = reference.events.iter().enumerate().map(|(i, event)| {
         let spread = others.iter().filter_map(|other| other.events.get(i));
         let spread = spread.filter(|own| own.1 == event.1).map(|own| (own.0 - event.0).to_f64());
-        Near { at: event.0.to_f64(), known: spread.map(f64::abs).fold(0.0, f64::max) }
+        // The engine's event may be earlier or later by what its air is allowed.
+        let air = scales.of_air(Scales::kind_of_guard(event.1)) / reference.rates[i].abs();
+        let known = spread.map(f64::abs).fold(air / FACTOR, f64::max);
+        Near { at: event.0.to_f64(), known }
     });
     Ok(solve(schedule, &near.collect::<Vec<_>>()))
 }

@@ -66,7 +66,7 @@ pub(crate) struct Scales {
     /// reaction.
     pressure: f64,
     air: f64,
-    pub(crate) air_error: f64,
+    air_error: f64,
     viscosity: f64,
     /// Stiffness of the springs at the bit, N/m, and the displacement of bit or casing.
     spring: f64,
@@ -154,6 +154,16 @@ impl Scales {
 
     pub(crate) fn of(&self, kind: usize) -> f64 {
         [self.place, self.speed, self.force, self.energy, self.pressure, self.air][kind]
+    }
+
+    /// Allowed difference of a number of this kind by the air's error.
+    pub(crate) fn of_air(&self, kind: usize) -> f64 {
+        let part = match kind {
+            FORCE => 10.0,
+            PLACE => 1.0,
+            _ => 3.0,
+        };
+        part * self.air_error * self.of(kind)
     }
 
     /// Resolution of the engine's guards for a kind of number: a position, a speed, the force of springs and dashpots
