@@ -138,9 +138,8 @@ fn lint(root: &Path) -> Result<(), Failure> {
     let every = ["--workspace", "--all-targets", "--features", "verify/programs"];
     run(locked(root, "clippy").args(every).args(["--quiet", "--", "-D", "warnings"]))?;
     begin("Documentation of the crates", "1 minute the first time");
-    let mut doc = locked(root, "doc");
-    doc.env("RUSTDOCFLAGS", "-D warnings").args(["--workspace", "--no-deps", "--quiet"]);
-    run(&mut doc)?;
+    let options = ["--workspace", "--no-deps", "--quiet"];
+    run(locked(root, "doc").env("RUSTDOCFLAGS", "-D warnings").args(options))?;
     begin("Clippy of the importer", "1 minute the first time");
     let mut importer = locked(root, "clippy");
     importer.args(["--quiet", "--all-targets", "--manifest-path", IMPORTER]);

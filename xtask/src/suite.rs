@@ -124,11 +124,10 @@ impl Suite {
             Stage::Lint => lint(root),
             Stage::Rust => {
                 begin("Tests in Rust", "6 minutes the first time, then 3");
-                // All packages at once, since a part of them would need other features, and so another build of the
-                // engine. Examples have no tests; clippy checks that they compile.
+                // All packages at once: fewer would need another build of the engine. Clippy compiles examples.
                 ["--tests", "--doc"].into_iter().try_for_each(|which| {
-                    let options = ["--workspace", "--no-fail-fast", which];
                     // What is built once is built faster, and runs faster, in larger pieces.
+                    let options = ["--workspace", "--no-fail-fast", which];
                     run(locked(root, "test").env("CARGO_INCREMENTAL", "0").args(options))
                 })
             }
