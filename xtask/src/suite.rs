@@ -126,9 +126,7 @@ impl Suite {
                 begin("Tests in Rust", "6 minutes the first time, then 3");
                 // All packages at once: fewer would need another build of the engine. Clippy compiles examples.
                 ["--tests", "--doc"].into_iter().try_for_each(|which| {
-                    // What is built once is built faster, and runs faster, in larger pieces.
-                    let options = ["--workspace", "--no-fail-fast", which];
-                    run(locked(root, "test").env("CARGO_INCREMENTAL", "0").args(options))
+                    run(locked(root, "test").args(["--workspace", "--no-fail-fast", which]))
                 })
             }
             Stage::Python => {

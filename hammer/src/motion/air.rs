@@ -30,7 +30,8 @@ pub(super) fn beyond(parameters: &Parameters, time: f64, [x, y]: Places) -> Erro
     let (air, drive) = (&parameters.air, &parameters.drive);
     let top = -air.cylinder - air.drive.dead_volume / drive.area_drive;
     let bottom = air.returning.dead_volume / drive.area_return;
-    let place = if y >= bottom { y } else { x };
+    // That of the chamber which has less room left.
+    let place = if bottom - y < x - top { y } else { x };
     Error::Air { time, place, range: [top, bottom] }
 }
 

@@ -72,6 +72,7 @@ pub fn refusal(case: &RandomScene, error: &Error) -> Option<&'static str> {
             (fastest_rate(case) > CHATTER).then_some(REFUSALS[0])
         }
         Error::Spectrum { .. } => case.parameters.has_casing().then_some(REFUSALS[1]),
+        Error::TiePulled { .. } => Some(REFUSALS[3]),
         Error::Air { place, range: [top, bottom], .. } => {
             let least = (place - top).min(bottom - place);
             (least < EMPTY * (bottom - top)).then_some(REFUSALS[2])
@@ -85,10 +86,11 @@ pub fn refusal(case: &RandomScene, error: &Error) -> Option<&'static str> {
 const EMPTY: f64 = 1e-6;
 
 /// The accepted refusals, in words.
-pub const REFUSALS: [&str; 3] = [
+pub const REFUSALS: [&str; 4] = [
     "overwork, where a node can move at 1e7/s",
     "modes of piston, bit and casing joined not found to working accuracy",
     "a chamber of air left without volume",
+    "a drill string that the loads at the start pull apart",
 ];
 
 /// Result of a property on a scene.

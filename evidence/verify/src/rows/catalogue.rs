@@ -90,7 +90,7 @@ impl Hammer {
 
     /// The power (W) and its range that `datasheet` gives for the diameters, the piston and the air at one of
     /// [`PRESSURES`].
-    fn told(&self, given: usize) -> Result<[f64; 3], DatasheetError> {
+    fn predicted(&self, given: usize) -> Result<[f64; 3], DatasheetError> {
         let sheet = Datasheet {
             known: vec![
                 (Quantity::OuterDiameter, self.outer),
@@ -228,7 +228,7 @@ fn sizes(out: &mut String) -> Result<(), DatasheetError> {
         let flows = [low, middle, last].map(|mean| 60.0 * mean.get("air_flow"));
         let off = |k: usize| 100.0 * (flows[k] / hammer.air[k] - 1.0);
         let power = power(&last);
-        let [_, least, most] = hammer.told(0)?;
+        let [_, least, most] = hammer.predicted(0)?;
         let rate = 3600.0 * last.rop();
         let _ = writeln!(
             out,
@@ -280,7 +280,7 @@ fn nine_inches(out: &mut String) -> Result<(), DatasheetError> {
     let flows = means.each_ref().map(|means| 60.0 * means.mean.get("air_flow"));
     let power = power(&means[2].mean);
     let off = |ours: f64, printed: f64| 100.0 * (ours / printed - 1.0);
-    let [value, least, most] = hammer.told(2)?.map(|power| 1e-3 * power);
+    let [value, least, most] = hammer.predicted(2)?.map(|power| 1e-3 * power);
     let _ = writeln!(
         out,
         "\n**The printed numbers of the nine-inch hammer contradict each other.** From 150 to 350 psi its air grows \

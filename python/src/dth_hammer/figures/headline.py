@@ -10,7 +10,7 @@ from ..run.diagram import Waves
 from ..run.run import Run
 from ..scene.band import band
 from ..scene.datasheet import Datasheet
-from ..scene.quantities import Fixed, told
+from ..scene.quantities import Fixed, displayed
 from ..study.fatigue import Life
 
 #: What a bit turns.
@@ -54,7 +54,7 @@ def headline(
         {name: row[:3] for name, row in rows.items()}, index=["value", "least", "largest"]
     )
     units = {name: row[3] for name, row in rows.items()}
-    display = {name: SHOWN.get(name) or told(name, unit)[1] for name, unit in units.items()}
+    display = {name: SHOWN.get(name) or displayed(name, unit)[1] for name, unit in units.items()}
     table.attrs = {"units": Fixed(units), "display_units": Fixed(display)}
     return table
 

@@ -81,7 +81,7 @@ def displayed(table: pd.DataFrame) -> list[tuple[str, str, str, str, str]]:
     """The rows of a summary as text, in the units of the field: name, mean, range, spread, unit."""
     rows: list[tuple[str, str, str, str, str]] = []
     for name, (mean, low, high, spread, si) in table.iterrows():
-        for factor, named in (quantities.told(str(name), si), *MORE.get(str(name), ())):
+        for factor, named in (quantities.displayed(str(name), si), *MORE.get(str(name), ())):
             sides = "" if math.isnan(low) else interval(factor * low, factor * high)
             value, wide = _digits(factor * mean, factor * spread)
             rows.append((str(name), value, sides, wide, "" if named == "1" else named))

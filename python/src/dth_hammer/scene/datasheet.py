@@ -72,7 +72,7 @@ class Datasheet:
         rows = []
         for name, number, si in self.found:
             turns = name.startswith("rotation")
-            factor, unit = (60.0, "turns/min") if turns else quantities.told(name, si)
+            factor, unit = (60.0, "turns/min") if turns else quantities.displayed(name, si)
             low, high = (factor * side for side in self.ranges[name])
             sides = ranged(low, high)
             wide = f" ({sides})" if sides else ""

@@ -283,7 +283,7 @@ def with_units(table: pd.DataFrame) -> pd.DataFrame:
     return headed if index is None else headed.rename_axis(index=heading(str(index)))
 
 
-def told(name: str, unit: str) -> tuple[float, str]:
+def displayed(name: str, unit: str) -> tuple[float, str]:
     """Factor and unit in which a number of a name and a declared unit is told."""
     own = TOLD.get(name) or TOLD.get(unit, unit)
     return float(1 / _factor(own, unit, name)), own
