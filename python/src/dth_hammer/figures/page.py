@@ -198,7 +198,7 @@ def _given(sheet: Datasheet | None) -> list[str]:
     """Tabulates what the datasheet says and what the hammer achieves."""
     if sheet is None:
         return []
-    rows = [[name.replace("_", " "), *cells] for name, *cells in sheet.told()]
+    rows = [[name.replace("_", " "), *cells] for name, *cells in sheet.readings()]
     heads = ["of the datasheet", "given", "of this hammer", "unit", "off"]
     return ["<h2>What was given</h2>", _table(heads, rows)]
 

@@ -22,7 +22,7 @@ from ..scene.scene import Scene
 from ..scene.signals import Function, Signal, instants_of, signals_of
 from ..scene.variables import STEP, VARIABLES, Array, Variable, model, numbers, whole
 from . import answers
-from .gradients import derivatives, derivatives_in, doubts, with_derivatives
+from .gradients import cautions, derivatives, derivatives_in, with_derivatives
 from .hammer import Hammer
 from .summary import summary
 
@@ -246,7 +246,7 @@ def simulate(
     if by:
         again = partial(_again, start, signals, instants, [*chosen], control=control)
         found = derivatives(start, by, again)
-        texts = doubts(found, rows, {name: whole(start)[name] for name in by})
+        texts = cautions(found, rows, {name: whole(start)[name] for name in by})
         for text in texts:
             warn(text)
         warnings += tuple(texts)
@@ -341,5 +341,5 @@ def _blows(blows: Array) -> tuple[pd.DataFrame, Array]:
 def _attributes(variables: Iterable[Variable]) -> dict[Any, Any]:
     listed = [*variables]
     units = {v.name: v.unit for v in listed}
-    shown = {v.name: v.display_unit for v in listed if v.display_unit}
-    return {"units": quantities.Fixed(units), "display_units": quantities.Fixed(shown)}
+    displayed = {v.name: v.display_unit for v in listed if v.display_unit}
+    return {"units": quantities.Fixed(units), "display_units": quantities.Fixed(displayed)}

@@ -51,14 +51,14 @@ class Datasheet:
         ]
         rows = [f"{name}: {text}" for name, text in self.readable().items()] + [""] + rows
         rows += ["given, and of this hammer:"]
-        for name, given, own, unit, off in self.told():
+        for name, given, own, unit, off in self.readings():
             rows.append(f"  {name}: {given} {unit}, {own} {unit} ({off})")
         rows += ["assumed:", *(f"  {text}" for text in self.assumed)]
         if self.contradictions:
             rows += ["contradictions:", *(f"  {text}" for text in self.contradictions)]
         return "\n".join(rows)
 
-    def told(self) -> Iterator[tuple[str, str, str, str, str]]:
+    def readings(self) -> Iterator[tuple[str, str, str, str, str]]:
         """Yields name, number given, that of the hammers, the trade's unit, how far it is off."""
         for name, given, own, _, at in self.compared:
             unit, size = TRADE[name]
