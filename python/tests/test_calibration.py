@@ -234,6 +234,21 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say(draws: int, least: 
     assert held(intervals("rigid", range(draws))).sum() >= least
 
 
+def test_a_design_is_as_good_as_brute_force_within_its_limits() -> None:
+    free = {"drive.amplitude": (1400.0, 2200.0), "drive.stroke": ("30 mm", "60 mm")}
+    best = optimise(RIGID, "rop", free, limits={"blow_energy": (None, "160 J")})
+    grid = [(f, x) for f in np.linspace(1400.0, 2200.0, 9) for x in np.linspace(0.03, 0.06, 9)]
+    tried = [steady(RIGID | {"drive.amplitude": f, "drive.stroke": x}) for f, x in grid]
+    brute = max(found["rop"] for found in tried if found["blow_energy"] <= 160.0)
+    assert best.value >= brute * (1.0 - 2e-3)
+    # The mean over the tolerance keeps the limit; energy is a smooth function of both, so the
+    # design itself does to the square of the tolerance, times its curvature of some units.
+    assert best.steady["blow_energy"] <= 160.0 * (1.0 + 1e-3)
+    assert best.at_bounds or best.at_limits
+    assert best.evaluations == len(best.history)
+    assert {"start", "goal", "refused"} <= {*best.history}
+
+
 def test_goals_and_limits_are_functions_too_and_refused_designs_are_points() -> None:
     def work(found: Steady) -> float:
         """Work of the drive for a metre of hole, J/m."""

@@ -79,4 +79,10 @@ mod tests {
         let all = stiff.passed(rate, end, closed);
         assert!((all - rate * end * end).abs() < 1e-9 * all, "{all}");
     }
+
+    #[test]
+    fn no_more_is_trapped_than_there_is() {
+        assert_eq!(trapped(2.0, 4.0, 0.5), 1.0);
+        assert_eq!(trapped(2.0, 4.0, 5.0), 2.0);
+    }
 }

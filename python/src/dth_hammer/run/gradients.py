@@ -67,7 +67,7 @@ def derivatives(numbers: Mapping[str, float], by: Sequence[str], again: Again) -
     )
 
 
-def cautions(found: Derivatives, rows: Array, at: Mapping[str, float]) -> list[str]:
+def warnings_of(found: Derivatives, rows: Array, at: Mapping[str, float]) -> list[str]:
     """Makes NaN of derivatives that mean nothing, and says in a sentence what is doubtful.
 
     A motion that does not settle multiplies a small change by ten and more a blow: its derivatives

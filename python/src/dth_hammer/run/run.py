@@ -22,7 +22,7 @@ from ..scene.scene import Scene
 from ..scene.signals import Function, Signal, instants_of, signals_of
 from ..scene.variables import STEP, VARIABLES, Array, Variable, model, numbers, whole
 from . import answers
-from .gradients import cautions, derivatives, derivatives_in, with_derivatives
+from .gradients import derivatives, derivatives_in, warnings_of, with_derivatives
 from .hammer import Hammer
 from .summary import summary
 
@@ -246,7 +246,7 @@ def simulate(
     if by:
         again = partial(_again, start, signals, instants, [*chosen], control=control)
         found = derivatives(start, by, again)
-        texts = cautions(found, rows, {name: whole(start)[name] for name in by})
+        texts = warnings_of(found, rows, {name: whole(start)[name] for name in by})
         for text in texts:
             warn(text)
         warnings += tuple(texts)
