@@ -138,6 +138,7 @@ fn spline(count: usize, x: f64, value: impl Fn(usize) -> f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::means::{Wanted, steady};
 
     /// Interpolation reproduces a straight line everywhere, and a parabola between inner nodes (Catmull and Rom:
     /// exact to second degree).
@@ -174,11 +175,11 @@ mod tests {
         let opening = math::ln(2.2e-4 / area * scales.opening());
         let [e, f, q, _] =
             Table::get().expect("a table").at(math::ln(15e5 / ATMOSPHERE), opening).map(math::exp);
-        let blow = AirBlow::of(&scene).expect("blows");
+        let mean = steady(&scene, &Wanted::default(), &mut |_, _| true).expect("blows").mean;
         for (told, simulated) in [
-            (e * energy, blow.energy),
-            (f / time, 1.0 / blow.period),
-            (q * volume / time, blow.flow),
+            (e * energy, mean.get("blow_energy")),
+            (f / time, mean.get("blow_frequency")),
+            (q * volume / time, mean.get("air_flow")),
         ] {
             assert!((told / simulated - 1.0).abs() < 0.03, "{told} {simulated}");
         }
