@@ -112,37 +112,3 @@ fn root<T: Real>(c: &[T], a: f64, b: f64) -> T {
     }
     b
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::dd::Dd;
-
-    fn poly(c: &[f64]) -> Vec<Dd> {
-        c.iter().map(|&x| Dd::from(x)).collect()
-    }
-
-    #[test]
-    fn a_pair_between_two_samples_is_found() {
-        // -(x - 0.5)^2 + 1e-8 is above zero for 2e-4 about 0.5.
-        let c = poly(&[-0.25 + 1e-8, 1.0, -1.0]);
-        let Outcome::Crossed(Zero::At(x)) = scan(&c, 1.3, 1e-9, false) else { panic!() };
-        assert!((x.hi - (0.5 - 1e-4)).abs() < 1e-12);
-        assert_eq!(scan(&c, 1.3, 2e-8, false), Outcome::Clear);
-    }
-
-    #[test]
-    fn a_low_excursion_stays_pending_and_keeps_its_zero() {
-        let c = poly(&[-1e-12, 1e-12]);
-        assert!(matches!(scan(&c, 2.0, 1e-9, false), Outcome::Pending(Zero::At(_))));
-        // The pending guard is below zero again at the start, so this is a new zero.
-        assert!(matches!(scan(&c, 2.0, 1e-9, true), Outcome::Pending(Zero::At(_))));
-        let risen = poly(&[5e-10, 1e-9]);
-        assert_eq!(scan(&risen, 1.0, 1e-9, true), Outcome::Crossed(Zero::Earlier));
-    }
-
-    #[test]
-    fn the_root_just_taken_and_left_downward_is_no_crossing() {
-        assert_eq!(scan(&poly(&[1e-30, -1.0, 0.5]), 1.0, 1e-14, false), Outcome::Clear);
-    }
-}

@@ -1,13 +1,14 @@
-//! Symmetric banded matrices over any field, and the field's operations.
+//! Symmetric banded matrices over any kind of number, and the operations of such numbers.
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// The arithmetic that the matrices need.
-pub trait Field:
+/// The arithmetic that the matrices and the model need.
+pub trait Real:
     Copy
     + Debug
     + Default
+    + PartialOrd
     + From<f64>
     + Add<Output = Self>
     + Sub<Output = Self>
@@ -15,23 +16,6 @@ pub trait Field:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
-}
-
-impl<T> Field for T where
-    T: Copy
-        + Debug
-        + Default
-        + From<f64>
-        + Add<Output = Self>
-        + Sub<Output = Self>
-        + Mul<Output = Self>
-        + Div<Output = Self>
-        + Neg<Output = Self>
-{
-}
-
-/// The arithmetic that the model needs.
-pub trait Real: Field + PartialOrd {
     /// The nearest `f64`.
     fn to_f64(self) -> f64;
 }
@@ -54,7 +38,7 @@ pub struct Banded<T> {
     pub far: Vec<Vec<T>>,
 }
 
-impl<T: Field> Banded<T> {
+impl<T: Real> Banded<T> {
     /// Of size `n`.
     pub fn zero(n: usize) -> Self {
         Self { diagonal: vec![T::default(); n], off: vec![T::default(); n - 1], far: Vec::new() }
@@ -152,7 +136,7 @@ pub struct Factor<T> {
     far: Vec<Vec<T>>,
 }
 
-impl<T: Field> Factor<T> {
+impl<T: Real> Factor<T> {
     /// Solves in place, in `O(n)`.
     #[inline]
     pub fn solve(&self, x: &mut [T]) {

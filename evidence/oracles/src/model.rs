@@ -21,7 +21,7 @@ mod start;
 
 use crate::assembly::{add_bar, add_element, add_spline_bar};
 pub use crate::law::{Event, Guard, Memory, Mode, Quantity, Rock, State};
-pub use crate::linear::{Banded, Factor, Field, Real};
+pub use crate::linear::{Banded, Factor, Real};
 pub use joint::Joint;
 
 use crate::scene::{AirLaw, Drive, Fidelity, Input, RockLaw, Scene, Section};

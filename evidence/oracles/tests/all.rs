@@ -1,11 +1,13 @@
 //! Tests of the oracles: exact waves against another program's, elwaspatid 2.0.1 (`data/*.py`), and the reference in
 //! extended precision against closed forms.
 
+use oracles::crossing::{Outcome, Zero, scan};
 use oracles::dd::Dd;
 use oracles::linear::Real;
 use oracles::run::Run;
 use oracles::scene::{Action, Body, Coupling, Drive, Fidelity, Input, RockLaw, Section};
 use oracles::taylor::Accuracy;
+use oracles::waves::line::{Line, Spread};
 use oracles::waves::{self, Waves};
 use serde::Deserialize;
 
@@ -201,4 +203,53 @@ fn the_balance_leaves_nothing_to_an_undamped_material() {
         assert!(e.damping.to_f64().abs() < 1e-21 * play.max(1.0), "{} {e:?}", sample.time);
     }
     assert!(run.samples[19].energies.retuned.to_f64() != 0.0);
+}
+
+fn poly(c: &[f64]) -> Vec<Dd> {
+    c.iter().map(|&x| Dd::from(x)).collect()
+}
+
+#[test]
+fn a_pair_between_two_samples_is_found() {
+    // -(x - 0.5)^2 + 1e-8 is above zero for 2e-4 about 0.5.
+    let c = poly(&[-0.25 + 1e-8, 1.0, -1.0]);
+    let Outcome::Crossed(Zero::At(x)) = scan(&c, 1.3, 1e-9, false) else { panic!() };
+    assert!((x.hi - (0.5 - 1e-4)).abs() < 1e-12);
+    assert_eq!(scan(&c, 1.3, 2e-8, false), Outcome::Clear);
+}
+
+#[test]
+fn a_low_excursion_stays_pending_and_keeps_its_zero() {
+    let c = poly(&[-1e-12, 1e-12]);
+    assert!(matches!(scan(&c, 2.0, 1e-9, false), Outcome::Pending(Zero::At(_))));
+    // The pending guard is below zero again at the start, so this is a new zero.
+    assert!(matches!(scan(&c, 2.0, 1e-9, true), Outcome::Pending(Zero::At(_))));
+    let risen = poly(&[5e-10, 1e-9]);
+    assert_eq!(scan(&risen, 1.0, 1e-9, true), Outcome::Crossed(Zero::Earlier));
+}
+
+#[test]
+fn the_root_just_taken_and_left_downward_is_no_crossing() {
+    assert_eq!(scan(&poly(&[1e-30, -1.0, 0.5]), 1.0, 1e-14, false), Outcome::Clear);
+}
+
+/// A pulse through a line of 200 cells of 0.01. Once a sampled Gaussian is wider than a cell, its variance is exact to
+/// rounding; the part beyond 5.5 standard deviations weighs 3e-8.
+#[test]
+fn a_pulse_comes_a_transit_later_as_wide_as_damping_makes_it() {
+    let mut line = Line::Spread(Spread::new(200, 0.01, 0.005, [0.0, 0.0]));
+    let mut out = Vec::new();
+    for k in 0..800 {
+        let (start, end) = (0.01 * k as f64, 0.01 * (k + 1) as f64);
+        out.push(0.5 * (line.after(start) + line.before(end)));
+        let sent = if k == 300 { 1.0 } else { 0.0 };
+        line.send(start, end, sent, sent);
+    }
+    let moment = |p: i32, about: f64| -> f64 {
+        out.iter().enumerate().map(|(k, x)| x * (k as f64 - about).powi(p)).sum()
+    };
+    assert!((moment(0, 0.0) - 1.0).abs() < 1e-13);
+    assert!((moment(1, 0.0) - 500.0).abs() < 1e-10);
+    // beta T in cells squared: 0.005 * 2 / 0.01^2.
+    assert!((moment(2, 500.0) - 100.0).abs() < 100.0 * 1e-6);
 }

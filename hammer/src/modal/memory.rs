@@ -9,7 +9,7 @@ use crate::numerics::kernel::LANES;
 use crate::quantities::parameters::Parameters;
 use crate::quantities::sections::Body;
 
-/// Numbers stored between reads of the energies and the peaks, bytes.
+/// Bytes for the motion that is stored until energies and peaks are read.
 const STRETCHES: usize = 1 << 24;
 /// Matrices that a dense solver needs at the same time.
 const DENSE: usize = 12;
@@ -28,7 +28,7 @@ fn modes(p: &Parameters, body: Body) -> usize {
 /// with its tables and forms, and of the work space to decompose the largest.
 fn needed(p: &Parameters) -> usize {
     let each: Vec<usize> = p.bodies().map(|body| modes(p, body)).collect();
-    // Piston, bit, both; and with what is beside them.
+    // Piston and bit alone, together, and with the other bodies.
     let (both, all) = (each[0] + each[1], each.iter().sum::<usize>());
     let (springs, shares) = (4, if each.len() > 2 { 10 } else { 6 });
     let mut systems = System::room(each[0], 2)

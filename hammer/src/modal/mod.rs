@@ -5,10 +5,10 @@
 //! structure    bodies in their own modes, springs and dashpots attached
 //! spectrum     its eigenvalues and eigenvectors, as blocks of two coordinates
 //! system       flow, loads and displacements in these coordinates
-//! shared       systems of equal numbers made once
+//! shared       cache of systems, by their numbers
 //! track        a modal vector in motion
 //! stretch      integrals between two events
-//! memory       what all of them take
+//! memory       whether there is room for all of them
 //! model        the hammer's systems
 //! ```
 

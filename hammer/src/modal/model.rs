@@ -58,7 +58,7 @@ impl Model {
         (mesh + ties + rock * square(&graph.lowest().bottom)).sqrt()
     }
 
-    /// With other tunable parameters: without the systems that they touch.
+    /// The model with other tunable parameters, without the systems that depend on a changed one.
     #[must_use]
     pub fn retuned(&self, tuned: &Parameters) -> Self {
         let resolutions = tuned.resolutions();
@@ -177,9 +177,8 @@ mod tests {
     use crate::numerics::poly::Poly;
     use crate::scene::graph::CHANNELS;
 
-    /// Between the springs of a bit and of both bodies, of unequal bars: the conversion via the
-    /// bodies' modes, with the loads' shapes added before and subtracted after, leads to the same
-    /// moving state.
+    /// The direct passage gives the same moving state as the conversion via the bodies' modes, for which the loads'
+    /// static shapes are added before and subtracted after: for unequal bars, and between the springs of the rock.
     #[test]
     fn a_state_passes_without_its_statics_to_where_it_goes_by_the_bodies() {
         let mut p = Parameters::default();
@@ -218,8 +217,7 @@ mod tests {
         old.to_bodies(&whole, &mut state);
         let mut known = vec![0.0; 2 * new.blocks()];
         new.to_modal(&state, &mut known);
-        // A state is as large as what is added to it; each entry has about 80 roundings of that,
-        // twice.
+        // A state is as large as what is added to it; each entry has about 80 roundings of that, twice.
         let size = |y: &[f64]| y.iter().fold(0.0, |most: f64, y| most.max(y.abs()));
         let largest = size(&whole).max(size(&known));
         let allowed = 200.0 * f64::EPSILON * largest * combine::roundings(z.len()) as f64;

@@ -42,9 +42,9 @@ impl Key {
             key.extend([a.stiffness.to_bits(), a.viscosity.to_bits()]);
             key.extend(a.shape.iter().map(|x| x.to_bits()));
         }
-        // Each list is as long as there are free modes.
+        // All lists have one length, the number of free modes, so that equal keys are equal list by list.
         key.extend(lists.flatten().map(|x| x.to_bits()));
-        // As of FNV, a word at a time.
+        // FNV-1a, by words instead of bytes.
         let fold = |hash: u64, word: &u64| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3);
         Self(key.iter().fold(0xcbf2_9ce4_8422_2325, fold), key)
     }
@@ -70,8 +70,8 @@ fn system_in(
     cache.find(Key::new(&recipe, tip), |_| System::new(recipe, tip, mode))
 }
 
-/// Drops all systems and modes that no scene uses, so that a library that is unloaded leaves
-/// nothing behind (except in a process that was forked while another thread held the lock).
+/// Drops all systems and modes that no scene uses, so that a library that is unloaded leaves nothing behind (except in
+/// a process that was forked while another thread held the lock).
 pub fn forget() {
     cache::forget();
     joined::forget();
@@ -98,7 +98,7 @@ impl Clone for Systems {
 }
 
 impl Systems {
-    /// Reads what is known of a group, if anything is, which becomes the most recently used.
+    /// Reads a group's entry, if there is one, and marks it as the most recently used.
     fn read<T>(&self, group: Group, of: impl FnOnce(&mut Known) -> T) -> Option<T> {
         let mut known = self.0.try_lock().ok()?;
         let place = known.iter().rposition(|other| other.group == group)?;
@@ -154,7 +154,7 @@ impl Systems {
         Ok(passage)
     }
 
-    /// Drops those of a spring at the tip, and the passages from them.
+    /// Drops the systems of a spring at the tip, and the passages from them.
     pub(crate) fn forget(&mut self, spring: Spring) {
         if let Ok(known) = self.0.get_mut() {
             known.retain(|known| known.group.spring != Some(spring));

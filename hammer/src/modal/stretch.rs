@@ -20,8 +20,7 @@ use std::cell::OnceCell;
 /// Radians of the fastest motion that a series covers: `2^24 / 24!` is below rounding.
 pub(crate) const PANEL: f64 = 2.0;
 
-/// If a work is less than this part of the terms that cancel in it, fewer than thirteen of its digits
-/// survive.
+/// If a work is less than this part of the terms that cancel in it, fewer than thirteen of its digits survive.
 pub(crate) const LITTLE: f64 = 1e-3;
 
 /// One track over a stretch that starts at time 0.
@@ -41,7 +40,7 @@ pub struct Stretch<'a> {
 }
 
 impl<'a> Stretch<'a> {
-    /// A track from its anchor to `end`.
+    /// A track from `start`, its state at its anchor, to its present state.
     pub fn new(
         track: &'a Track,
         start: &'a [f64],
@@ -96,7 +95,7 @@ impl<'a> Stretch<'a> {
         }
     }
 
-    /// Of a displacement's rate, [`Self::moments`].
+    /// [`Self::moments`] of a displacement's rate.
     fn rate_moments(&self, index: usize, degree: usize) -> Vec<[f64; 2]> {
         if self.functional(index).still {
             return vec![[0.0; 2]; degree + 1];
@@ -187,8 +186,7 @@ impl<'a> Stretch<'a> {
         (span * system.rate_max / PANEL).ceil() as u64
     }
 
-    /// `int p'^2 dt` of the tip, whose polynomial part has the rate `drift`; `start` is the viscous form
-    /// at the start.
+    /// `int p'^2 dt` of the tip, whose polynomial part has the rate `drift`; `start` is the viscous form at the start.
     pub(crate) fn tip_square(&self, tip: usize, drift: &Poly, start: f64) -> f64 {
         self.tip_square_and_size(tip, drift, start)[0]
     }
@@ -217,7 +215,7 @@ impl<'a> Stretch<'a> {
     }
 }
 
-/// `1 / (i + k + 1)`: integrals of powers' products.
+/// `1 / (i + k + 1)`, the integral of `t^i t^k` over `[0, 1]`.
 const INTEGRALS: [[f64; TAYLOR]; TAYLOR] = {
     let mut table = [[0.0; TAYLOR]; TAYLOR];
     let mut i = 0;
@@ -232,7 +230,7 @@ const INTEGRALS: [[f64; TAYLOR]; TAYLOR] = {
     table
 };
 
-/// `int_0^1 t^k` times a polynomial.
+/// `int_0^1 t^k a(t) dt` for each `k`.
 pub(crate) fn moments(a: &[f64; TAYLOR]) -> [f64; TAYLOR] {
     let mut sums = [0.0; TAYLOR];
     for (x, row) in a.iter().zip(&INTEGRALS) {
@@ -241,7 +239,7 @@ pub(crate) fn moments(a: &[f64; TAYLOR]) -> [f64; TAYLOR] {
     sums
 }
 
-/// `int_0^1` of a polynomial times one of these moments.
+/// `int_0^1 a(t) b(t) dt`, from the [`moments`] of `a`.
 pub(crate) fn product(moments: &[f64; TAYLOR], b: &[f64; TAYLOR]) -> f64 {
     moments.iter().zip(b).map(|(m, b)| m * b).sum()
 }
@@ -298,7 +296,7 @@ mod tests {
                 let bars = omega2.iter().zip(speeds).map(|(w2, v)| beta * w2 * v * v);
                 bars.sum::<f64>() + viscosity * u * u
             };
-            // A quarter radian of the fastest mode a panel: the rule is exact to (1/8)^10.
+            // A panel has a quarter radian of the fastest mode: the rule is exact to (1/8)^10.
             let panels = 100;
             let half = 0.5 * span / f64::from(panels);
             let panel = |i: i32| -> f64 {
@@ -312,7 +310,7 @@ mod tests {
             let form = system.damping_form();
             let energy = [form.of(&start), form.of(&end)];
             let found = stretch.damping(|| energy);
-            // What cancels are forms of the ends, each of some hundred terms.
+            // The forms at both ends cancel; each is a sum of some hundred terms.
             let size = wanted + energy[0] + energy[1];
             assert!((found - wanted).abs() < 1e-11 * size, "{stiffness}: {found} {wanted} {size}");
             assert!((found - energy[0] + energy[1]).abs() > 0.1 * wanted, "loads matter");

@@ -33,7 +33,7 @@ impl Track {
         }
     }
 
-    /// Rotates back to `t` if that is very near.
+    /// Rotates back to `t` if the span is short enough for a series.
     pub(crate) fn step_back_to(&mut self, t: f64) {
         let span = t - self.at;
         if span < 0.0 && self.system.generator.rotate_slightly(span, &mut self.z) {

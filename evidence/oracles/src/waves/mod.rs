@@ -7,7 +7,7 @@
 //! step. Nothing of the engine is used.
 
 mod body;
-mod line;
+pub mod line;
 mod scene;
 mod settle;
 

@@ -81,14 +81,14 @@ impl Scales {
         let p = &case.parameters;
         let mass = p.total_mass();
         let load = case.loads().iter().sum::<f64>() + mass * p.gravity.abs();
-        let bars = bodies::compliance(p);
-        let yielded = load * (1.0 / p.rock.stiffness + 1.0 / p.meeting_stiffness() + bars);
+        let (bars, meeting) = (bodies::compliance(p), p.meeting_stiffness());
+        let yielded = load * (1.0 / p.rock.stiffness + 1.0 / meeting + bars);
         let mut place = p.contact.initial_gap + yielded;
         let waves =
             load / bodies::least_impedance(p) + load / (p.rock.stiffness * p.bit_mass()).sqrt();
         let mut speed = p.piston.initial_velocity.abs() + waves;
         let mut viscosity = p.rock.viscosity + p.drive.impedance;
-        let mut spring = p.rock.unloading_ratio * p.rock.stiffness + p.meeting_stiffness();
+        let mut spring = p.rock.unloading_ratio * p.rock.stiffness + meeting;
         if p.has_casing() {
             // As for the rock: the chuck yields, and the lighter of its bodies oscillates on it.
             place += load / p.chuck.stiffness;

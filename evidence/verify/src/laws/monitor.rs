@@ -5,13 +5,13 @@ use hammer::RockMode;
 use hammer::{Body, Energies, Error, Input, InputValues, Machine, Parameters, Source};
 
 /// How negative a force may be where a guard cannot decide: `k` times the displacement and `c` times the velocity
-/// below which a crossing does not count.
-pub fn force_floor(p: &Parameters) -> [f64; 2] {
+/// below which a crossing does not count. `meeting` is the stiffness of the contact, N/m.
+fn force_floor(p: &Parameters, meeting: f64) -> [f64; 2] {
     let [displacement, velocity] = p.resolutions();
     let rock = &p.rock;
     // Twice: for the guard's level, and for the rounding of the state.
     [
-        2.0 * p.meeting_stiffness() * displacement,
+        2.0 * meeting * displacement,
         2.0 * (rock.unloading_ratio * rock.stiffness * displacement + rock.viscosity * velocity),
     ]
 }
@@ -20,7 +20,7 @@ pub fn force_floor(p: &Parameters) -> [f64; 2] {
 /// each product has an error of an eps of the energy in play: the ledger's turnover, each load times the positions
 /// whose difference is its displacement, and each spring's force times the positions whose difference is its length.
 /// The dashpot's work is a difference of waves `CR / Z` times as large.
-pub fn energy_bound(p: &Parameters, events: u64, energies: &Energies, reach: f64) -> f64 {
+fn energy_bound(p: &Parameters, meeting: f64, events: u64, energies: &Energies, reach: f64) -> f64 {
     let modes = match p.fidelity {
         hammer::Fidelity::Rigid => 2,
         hammer::Fidelity::Elastic => bodies::unknowns(p),
@@ -33,7 +33,7 @@ pub fn energy_bound(p: &Parameters, events: u64, energies: &Energies, reach: f64
     let [late, _] = p.resolutions();
     let chuck = if p.has_casing() { p.chuck.stiffness } else { 0.0 };
     let rock = p.rock.unloading_ratio.powi(2) * p.rock.stiffness;
-    let springs = p.meeting_stiffness() + rock + chuck;
+    let springs = meeting + rock + chuck;
     (rounding + springs * late * late) * (events + 1) as f64
 }
 
@@ -62,6 +62,8 @@ pub struct Monitored {
     /// The machine.
     pub machine: Machine,
     allowed: u64,
+    /// Stiffness through which the bodies meet, N/m. For stepped rigid bodies the engine follows waves to find it.
+    meeting: f64,
     /// Of the casing at the start, m.
     place: f64,
     play: f64,
@@ -77,7 +79,8 @@ impl Monitored {
         machine.keep_journal(true);
         let losses = [f64::NEG_INFINITY; 4];
         let place = machine.kinematics().casing_position;
-        Ok(Self { machine, allowed, place, play: 0.0, reach: 0.0, push: 0.0, losses })
+        let (meeting, [play, reach, push]) = (p.meeting_stiffness(), [0.0; 3]);
+        Ok(Self { machine, allowed, meeting, place, play, reach, push, losses })
     }
 
     /// Advances by `span` in `slices`, and checks after each.
@@ -143,10 +146,10 @@ impl Monitored {
         }
         let (k, e) = (*self.machine.kinematics(), self.machine.energies());
         let p = *self.machine.parameters();
-        let floor = force_floor(&p);
+        let (meeting, floor) = (self.meeting, force_floor(&p, self.meeting));
         // The rounding of a guard's value is that of its amplitudes, which may cancel.
         let reach = f64::EPSILON * (k.piston_position.abs() + k.bit_position.abs());
-        if k.contact_force < -floor[0] - 64.0 * p.meeting_stiffness() * reach {
+        if k.contact_force < -floor[0] - 64.0 * meeting * reach {
             return wrong("contact force", k.contact_force, -floor[0]);
         }
         let free = self.machine.mode().rock == RockMode::FreeFlight;
@@ -162,7 +165,7 @@ impl Monitored {
         // Oscillation is measured from the static shape, which is displaced by the compliance of springs and bars;
         // the position is their difference.
         let bars = bodies::compliance(&p);
-        let yielded = loads * (1.0 / p.rock.stiffness + 1.0 / p.meeting_stiffness() + bars);
+        let yielded = loads * (1.0 / p.rock.stiffness + 1.0 / meeting + bars);
         // A spring's length is a difference of rounded positions, measured from the hole.
         let (before, hole) = (self.reach, k.tip_depth);
         let piston = k.piston_position - p.contact.initial_gap - hole;
@@ -171,7 +174,7 @@ impl Monitored {
         self.push = self.push.max(peaks.rock_force());
         let springs = (peaks.contact_force() + peaks.rock_force()) * before.max(self.reach);
         self.play = self.play.max(loads * (way + yielded) + springs + e.turnover());
-        let bound = energy_bound(&p, counters.events, &e, self.play);
+        let bound = energy_bound(&p, meeting, counters.events, &e, self.play);
         let losses = [k.tip_depth, e.rock_dissipated, e.viscous, e.damping];
         // A hole never becomes shallower, except by the resolution of the turn that sets its depth: a tip may creep
         // back at less than the resolution of its speed.

@@ -10,15 +10,15 @@ use num_complex::Complex64 as C;
 /// Relative distance of a root from a pole, and of poles from one another, below which both dominate.
 const CLOSE: f64 = 1e-6;
 
-/// A root nearer to its pole than this part of its size is that of a mode trapped between the
-/// attachments: twice the digits of the root itself give its `d` four of its own.
+/// A root nearer to its pole than this part of its size belongs to a mode that is trapped between the attachments, and
+/// so near to a pole `d` is a rounding.
 const TRAPPED: f64 = 1e-12;
 
 const ONE: Jet = Jet { at: C::new(1.0, 0.0), slope: C::new(0.0, 0.0) };
 
 impl Secular {
-    /// The modes whose compliance dominates near a root: that of its pole, and where the root is close to
-    /// it another of nearly the same frequency.
+    /// The modes whose compliance dominates near a root: that of its pole and, if the root is close to it, another one
+    /// of nearly the same frequency.
     pub(crate) fn borders(&self, root: Root) -> Vec<usize> {
         let (omega2, own) = (&self.system.omega2, root.pole / 2);
         let twin = [own.wrapping_sub(1), own + 1].into_iter().filter_map(|mode| {
@@ -30,8 +30,8 @@ impl Secular {
         [own].into_iter().chain(twin.map(|(_, mode)| mode)).collect()
     }
 
-    /// `1 + kappa R` of an expanded determinant, and `sum 1 / (s - pole)`, without the [modes](Self::borders)
-    /// that dominate in the first; and their compliances `1 / d`.
+    /// `1 + kappa R` of an expanded determinant, without the modes that dominate ([`Self::borders`]);
+    /// `sum 1 / (s - pole)` over all poles; and the compliances `1 / d` of the modes that dominate.
     fn matrix(&self, root: Root) -> (Matrix<Jet>, C, Vec<(usize, Jet)>) {
         let (s, at, borders) = (self.value(root), self.point(root), self.borders(root));
         let mut others = self.others.borrow_mut();
@@ -75,9 +75,9 @@ impl Secular {
         }
     }
 
-    /// `((1 + kappa R, kappa phi), (-phi', d))`, `R` without the [modes](Self::borders) of which these are
-    /// `phi` and `d`: singular at a root, its null vector are the forces and those modes' amplitudes. No
-    /// term has a power of `1 / d` to cancel. And its order.
+    /// The matrix `((1 + kappa R, kappa phi), (-phi', d))` and its order. `phi` and `d` are those of the modes that
+    /// dominate ([`Self::borders`]); `R` is without them, so that no power of `1 / d` has to cancel. At a root the
+    /// matrix is singular, and its null vector has the forces of the attachments and the amplitudes of these modes.
     fn bordered(&self, root: Root) -> (Matrix<Jet>, usize) {
         let (s, (mut matrix, _, compliances)) = (self.value(root), self.matrix(root));
         let mut order = self.system.shapes.len();
@@ -103,9 +103,9 @@ impl Secular {
         (f.at, f.slope, poles)
     }
 
-    /// The null vector of an expanded determinant's [matrix](Self::bordered), by the cofactors of a row:
-    /// along it the determinant has the largest terms, or it is that of a mode whose `d` is rounding. Nothing
-    /// of a determinant that is not expanded.
+    /// The null vector of the [matrix](Self::bordered) of an expanded determinant: the cofactors of the row along which
+    /// the determinant has the largest terms or, of a trapped mode, of that mode's row. Zeros if the determinant is not
+    /// expanded.
     pub(crate) fn row_forces(&self, root: Root) -> [C; MOST] {
         if !self.expanded {
             return Default::default();

@@ -1,4 +1,4 @@
-//! Deflation: modes that are eigenvectors already, removed before the eigenvalues are computed.
+//! Deflation: modes that are eigenvectors already are removed before the eigenvalues are computed.
 //!
 //! * Of `m` modes of equal frequency, as many combinations as there are attachments are coupled to
 //!   them; the others are eigenvectors.
@@ -128,7 +128,7 @@ fn combinations(structure: &Structure, cluster: &[usize]) -> Vec<(Vec<f64>, bool
     let directions = felt.map(|v| (v, true)).chain(others.map(|v| (v, false)));
     for (mut direction, felt) in directions {
         let before = norm(&direction);
-        // Twice is enough (Kahan).
+        // Two orthogonalisations are enough (Kahan).
         for _ in 0..2 {
             for (known, _) in &list {
                 let share = dot(known, &direction);

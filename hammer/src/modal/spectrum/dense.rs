@@ -1,8 +1,7 @@
-//! Eigenpairs that the roots do not give, by a dense solver: those that are known are left out, and the rest, mostly
-//! a few, is found however close, or coincident, its roots are.
+//! Eigenpairs that the root search does not find, by a dense solver, which finds them however close their roots are.
 //!
-//! States that are orthogonal to every known vector ([`states`](super::states) says in what product) are a space
-//! of their own.
+//! The states that are orthogonal to every known vector (in the product of [`states`](super::states)) form an
+//! invariant space. The solver is given only this space, which mostly has a few dimensions.
 
 use crate::error::SpectrumError;
 use crate::interrupt;
@@ -14,10 +13,11 @@ use crate::modal::spectrum::secular::Secular;
 use crate::modal::spectrum::states::Vector;
 use crate::numerics::kernel::norm;
 
-/// A direction of which less than this is left beside others is not a new one.
+/// A direction is new if at least this part of it is orthogonal to the others.
 const SPANNED: f64 = 1e-3;
 
-/// All eigenpairs of which some are known, perhaps twice, sorted; and blocks of roots that nearly coincide.
+/// All eigenpairs, sorted, and blocks of roots that nearly coincide. `pairs` are known ones, some of them perhaps
+/// twice.
 ///
 /// # Errors
 ///
@@ -34,7 +34,7 @@ pub(crate) fn complete(
     Ok((pairs, blocks))
 }
 
-/// The pairs, each once; without real ones that coincide.
+/// The pairs, each once, without real ones that coincide.
 fn distinct(system: &Deflated, mut pairs: Vec<Eigenpair>) -> Vec<Vector> {
     sort(&mut pairs);
     let mut known: Vec<Vector> = Vec::new();
@@ -54,8 +54,9 @@ fn distinct(system: &Deflated, mut pairs: Vec<Eigenpair>) -> Vec<Vector> {
     known
 }
 
-/// `Z` by columns: of unit states as much as is orthogonal to the known vectors, and to one another if
-/// displacements are weighed by their rates. The largest remainders are taken.
+/// A basis `Z` of the states that are orthogonal to the known vectors, by columns. Each column is the remainder of a
+/// unit state, the largest remainders first, and they are orthogonal to one another if displacements are weighed by
+/// their rates.
 fn rest(system: &Deflated, known: &[Vector]) -> Result<Vec<Vec<f64>>, SpectrumError> {
     let len = 2 * system.omega2.len();
     let count = len.checked_sub(known.iter().map(Vector::taken).sum());
@@ -67,7 +68,7 @@ fn rest(system: &Deflated, known: &[Vector]) -> Result<Vec<Vec<f64>>, SpectrumEr
     let held = |i: usize| springs().map(|(phi, (k, _))| k * phi[i] * phi[i]).sum::<f64>();
     let rate = |i: usize| Some((system.omega2[i] + held(i)).sqrt()).filter(|rate| *rate > 0.0);
     let weights: Vec<f64> = (0..len / 2).flat_map(|i| [rate(i).unwrap_or(1.0), 1.0]).collect();
-    // What is left of each state, by the diagonal of the projection.
+    // Size of each unit state's remainder: the diagonal of the projection.
     let mut left = vec![1.0; len];
     for vector in known {
         left.iter_mut().zip(vector.parts()).for_each(|(left, part)| *left -= part);
@@ -82,7 +83,7 @@ fn rest(system: &Deflated, known: &[Vector]) -> Result<Vec<Vec<f64>>, SpectrumEr
         left[k] = f64::NEG_INFINITY;
         let mut z = vec![0.0; len];
         z[k] = 1.0 / weights[k];
-        // Twice is enough (Kahan).
+        // Two orthogonalisations are enough (Kahan).
         for _ in 0..2 {
             known.iter().for_each(|vector| vector.leave(&mut z));
             for (_, other) in &columns {
@@ -98,7 +99,7 @@ fn rest(system: &Deflated, known: &[Vector]) -> Result<Vec<Vec<f64>>, SpectrumEr
             columns.push((k, z));
         }
     }
-    // Fast states first: so Francis' iteration keeps the digits of the slow ones.
+    // With the fast states first, Francis' iteration keeps the digits of the slow ones.
     let rate = |k: usize| weights[k & !1];
     columns.sort_by(|(i, _), (j, _)| rate(*j).total_cmp(&rate(*i)).then(i.cmp(j)));
     Ok(columns.into_iter().map(|(_, z)| z).collect())
@@ -127,8 +128,8 @@ mod tests {
     }
 
     /// Four masses, each on a spring and a dashpot of its own, so that all roots are known in closed form:
-    /// two that oscillate, one that creeps, and one at critical damping. They are found if all but one, some
-    /// or none is known, and if one is given twice.
+    /// two that oscillate, one that creeps, and one at critical damping. All are found, however many of them are known
+    /// and if one is given twice.
     #[test]
     fn whatever_is_not_known_is_found() {
         let (k, c) = ([3e7f64, 4e8, 9e6 - 2e4, 1e4], [40.0, 200.0, 6e3, 9e3]);
@@ -137,7 +138,7 @@ mod tests {
         let attachments = (0..4)
             .map(|a| Attachment { shape: &shapes[a], stiffness: k[a], viscosity: c[a] })
             .collect();
-        // Of masses that nothing joins, any frequencies of their own.
+        // Nothing joins the masses, so that their own frequencies are arbitrary.
         let omega2 = &[0.0, 1e4, 2e4, 3e4];
         let structure = Structure { attachments, ..Structure::free(omega2, 0.0) };
         let secular = Secular::new(Deflated::new(&structure).0);
@@ -163,7 +164,7 @@ mod tests {
                 let found = roots(&found);
                 assert_eq!(found.len(), wanted.len());
                 for (root, exact) in found.iter().zip(&wanted) {
-                    // Some ten roundings; under the square root of two that coincide, of half the digits.
+                    // Some ten roundings; two coincident roots have the square root of these.
                     let apart = math::norm(root - exact) / math::norm(*exact);
                     assert!(apart < 1e-7, "{} known: {root} {exact}", known.len());
                 }

@@ -1,8 +1,8 @@
-//! Bodies on springs that hold both ways: their modes together, one spring taken in after another.
+//! The modes of bodies that are joined by springs that hold both ways. The springs are added one after another.
 //!
-//! In the modes of all before it, each spring is a dyad. Its damping is proportional like the bodies'
-//! own, so the modes together stay real, `V' V = 1`. They are the same whatever acts on the tip, and in
-//! every run of a sweep over a rock or a load, so they are made once per process and cached.
+//! In the modes of the bodies with the springs before it, the stiffness of a spring is a dyad. Its damping is
+//! proportional like that of the bodies, so that the joint modes stay real, `V' V = 1`. They do not depend on what acts
+//! on the tip and are the same in every run of a sweep over a rock or a load, so they are made once per process.
 
 use crate::bodies::cache::Recent;
 use crate::interrupt;
@@ -13,7 +13,7 @@ use crate::numerics::kernel::{LANES, inner_product};
 use crate::numerics::rank_one;
 use std::sync::Arc;
 
-/// Bytes of the modes that are cached: all groups of eight rods on the mesh that a rate needs.
+/// Bytes of the cached modes: enough for all groups of eight rods on the mesh that a drilling rate needs.
 const BUDGET: usize = 1 << 24;
 
 /// The number of the bodies' modes, their frequencies, and the springs, bit for bit.
@@ -41,7 +41,7 @@ struct Modes {
     shapes: Vec<f64>,
 }
 
-/// The same, with what acts on them.
+/// These modes, with what acts on the bodies.
 pub(crate) struct Joined {
     modes: Arc<Modes>,
     /// Shapes of the structure's attachments in these modes.
@@ -98,7 +98,7 @@ impl Modes {
 }
 
 impl Joined {
-    /// Those of a structure with its proportional springs. None if an interrupt comes.
+    /// The modes of a structure with its proportional springs. None if an interrupt comes.
     pub(crate) fn new(structure: &Structure) -> Option<Self> {
         let modes = MODES.find(key(structure), |_| Modes::new(structure).ok_or(())).ok()?;
         let attached = structure.attachments.iter().map(|a| modes.amplitudes(a.shape)).collect();

@@ -11,7 +11,7 @@
 //! states       displacements with velocities, in which vectors are orthogonal
 //! refinement   an eigenpair by Newton's method, its residuals in twice the digits
 //! schur        eigenvectors of a matrix
-//! dense        what roots do not give
+//! dense        eigenpairs that the roots do not give
 //! joined       the modes of bodies that are joined
 //! reaction     the displacement of a stiff attachment, from the force in it
 //! ```

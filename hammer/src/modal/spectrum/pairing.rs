@@ -1,4 +1,4 @@
-//! From roots to eigenpairs, and from eigenpairs to blocks: conjugates, and real roots two by two.
+//! From roots to eigenpairs, and from eigenpairs to blocks: of two conjugates, or of two real roots.
 
 use crate::error::SpectrumError;
 use crate::interrupt;
@@ -14,7 +14,7 @@ const PARALLEL: f64 = 0.7;
 /// A root and the amplitudes of its vector in the modes of the secular function, not normalised.
 pub(crate) type Eigenpair = (C, Vec<C>);
 
-/// The eigenpairs, of conjugates the upper one.
+/// The eigenpairs; of two conjugates, the one with the positive imaginary part.
 ///
 /// # Errors
 ///
@@ -65,7 +65,7 @@ pub(crate) fn blocks(system: &Deflated, pairs: &[Eigenpair]) -> Result<Vec<Block
     let (upper, reals) = pairs.split_at(pairs.partition_point(|pair| !is_decay(pair)));
     let mut blocks: Vec<Block> =
         upper.iter().map(|(s, x)| oscillation(*s, &system.unmerged(x))).collect();
-    // Slowest with fastest, and so on inward.
+    // The slowest root is paired with the fastest, the next with the next, and so on.
     for (slow, fast) in reals[..reals.len() / 2].iter().zip(reals.iter().rev()) {
         let shape = |x: &[C]| unit(system.unmerged(x).iter().map(|z| z.re).collect());
         let roots = [slow.0.re, fast.0.re];
@@ -93,7 +93,7 @@ fn oscillation(s: C, v: &[C]) -> Block {
     Block::quadratic(s.re, s.im * s.im, s.im, shapes)
 }
 
-/// With the norm 1.
+/// The vector with norm 1.
 pub(crate) fn unit(v: Vec<f64>) -> Vec<f64> {
     let norm = v.iter().map(|x| x * x).sum::<f64>().sqrt();
     v.iter().map(|x| x / norm).collect()

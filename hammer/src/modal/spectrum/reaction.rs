@@ -19,7 +19,7 @@ use crate::numerics::matrix2::{Matrix2, product};
 /// If the terms exceed their sum by this factor, the force is more accurate. The value is a choice:
 /// the sum then loses at most three digits.
 const CANCELS: f64 = 1e3;
-/// Relative difference that both may have; a block with a larger error has no such force.
+/// Largest relative difference between the two; in a block with a larger error, the force is not used.
 const ROUGH: f64 = 1e-10;
 
 /// `x y` of a row.
@@ -95,7 +95,7 @@ fn forces(structure: &Structure, block: &Block, springs: usize) -> [[f64; 2]; MO
         let (turned, pushed) = (times(row, b), times(row, &square));
         let mut driven: [f64; 2] =
             std::array::from_fn(|k| pushed[k] + w2 * (structure.beta * turned[k] + row[k]));
-        // Each is rounded by its own terms.
+        // An equation is rounded by the size of its own terms.
         let stiff = rate * rate + w2 * (1.0 + structure.beta * rate);
         let mut size = math::hypot(row[0], row[1]) * stiff;
         for dashpot in &dashpots {
@@ -128,7 +128,7 @@ fn forces(structure: &Structure, block: &Block, springs: usize) -> [[f64; 2]; MO
     [solve(gram[2], gram[1], x, y), solve(gram[0], gram[1], y, x), z]
 }
 
-/// The same for three, by Cholesky's factors.
+/// The forces of three springs, by Cholesky's factors.
 fn three(gram: [f64; 6], right: [[f64; 2]; MOST]) -> [[f64; 2]; MOST] {
     let [a, b, d, c, e, f] = gram;
     let gram = nalgebra::Matrix3::new(a, b, c, b, d, e, c, e, f);

@@ -19,12 +19,12 @@ use crate::numerics::wide::Wide;
 use num_complex::Complex64 as C;
 use std::ops::Add;
 
-/// Steps at most: a solution that keeps two digits of sixteen takes eight, one of two close roots thirty, half
-/// the way to both at each.
+/// Most steps. If the linear equations are solved to two digits of sixteen, eight steps are needed; for one of two
+/// close roots some thirty, since each step goes half the way.
 const STEPS: usize = 40;
 /// A step below this, relative to the vector and the root, is the last.
 const LAST: f64 = 1e-18;
-/// Part of a root's size by which it moves at most among others.
+/// Part of its size by which a root may move: beyond, it might become another root.
 pub(crate) const MOVED: f64 = 1e-6;
 /// An amplitude is near resonance if its `|d|` is below this part of its terms.
 const NEAR: f64 = 1e-2;
@@ -43,8 +43,8 @@ pub(crate) struct Refinement<'a> {
 }
 
 impl<'a> Refinement<'a> {
-    /// From a root, which may move so far, and the amplitudes of its vector in the modes of the secular
-    /// function; where these are none, from any.
+    /// Starts from a root, which may move by `room`, and from the amplitudes of its vector in the modes of the secular
+    /// function. If these are not finite, all start at 1.
     pub(crate) fn new(secular: &'a Secular, s: C, room: f64, x: &[C]) -> Self {
         let scale = x.iter().map(|x| norm(*x)).fold(0.0, f64::max).recip();
         let scaled: Vec<Wide> = x.iter().map(|x| Wide::new(x * scale)).collect();
@@ -55,7 +55,7 @@ impl<'a> Refinement<'a> {
         start
     }
 
-    /// The forces of the attachments, where they are.
+    /// Computes the attachments' forces from their displacements.
     fn push(&mut self) {
         let moved = self.moved();
         self.forces = moved.iter().enumerate().map(|(a, u)| self.stiffness(a) * *u).collect();
@@ -84,7 +84,7 @@ impl<'a> Refinement<'a> {
         square + damped + Wide::new(omega2.into())
     }
 
-    /// The root and the amplitudes; none if they do not converge, or to another root.
+    /// The root and the amplitudes; none if they do not converge, or if they converge to another root.
     pub(crate) fn solve(self) -> Option<Eigenpair> {
         let (s, x) = self.solve_widely()?;
         Some((s.value(), x.iter().map(|x| x.value()).collect()))
@@ -102,7 +102,7 @@ impl<'a> Refinement<'a> {
         None
     }
 
-    /// What the equations lack, linearised at the present pair.
+    /// The equations, linearised at the present pair.
     fn linearised(&self) -> Linearised<'a> {
         let system = &self.secular.system;
         let (s, square) = (self.s.value(), self.s * self.s);
@@ -144,8 +144,8 @@ impl<'a> Refinement<'a> {
         let (forces, moves, turn) = linear.step()?;
         let size = |x: &[C]| x.iter().map(C::norm_sqr).sum::<f64>().sqrt();
         let turned = norm(turn) / norm(self.s.value());
-        // The step to a vector is that of an inverse iteration, whatever vector it starts from; but a
-        // wrong one says nothing of the root.
+        // The step of the vector is one of inverse iteration, which leads on from any vector; that of the root is only
+        // right if the vector is.
         if norm(turn) <= self.room {
             self.s = self.s + Wide::new(turn);
         }
@@ -156,15 +156,15 @@ impl<'a> Refinement<'a> {
     }
 }
 
-/// The equations linearised at a pair: what they lack there, and their slopes.
+/// The equations linearised at a pair: their residuals there, and their slopes.
 struct Linearised<'a> {
     phi: &'a [Vec<f64>],
-    /// `d_i`, the amplitudes, `x_i` times the slope of `d_i`, and what each mode's equation lacks.
+    /// `d_i`, the amplitudes, `x_i` times the slope of `d_i`, and the residual of each mode's equation.
     d: Vec<C>,
     x: Vec<C>,
     turned: Vec<C>,
     rest: Vec<C>,
-    /// Of each attachment `kappa`, its displacement times `c`, and what its equation lacks.
+    /// For each attachment `kappa`, its displacement times `c`, and the residual of its equation.
     springs: Vec<(C, C, C)>,
     /// Modes near resonance, and the others.
     near: Vec<usize>,
@@ -177,8 +177,8 @@ impl Linearised<'_> {
         self.far.iter().map(|&i| x(i) * y(i) / self.d[i]).sum()
     }
 
-    /// The step of forces, amplitudes and root. The vector's length stays: the step of the amplitudes is
-    /// orthogonal to them.
+    /// The step of forces, amplitudes and root. The step of the amplitudes is orthogonal to them, so that the length of
+    /// the vector stays.
     fn step(&self) -> Option<(Vec<C>, Vec<C>, C)> {
         let (order, n) = (self.springs.len(), self.springs.len() + self.near.len() + 1);
         let phi = |a: usize| move |i: usize| C::from(self.phi[a][i]);
@@ -203,7 +203,7 @@ impl Linearised<'_> {
         (0..order).for_each(|a| row[a] = -self.sum(conj, phi(a)));
         self.near.iter().enumerate().for_each(|(k, &i)| row[order + k] = conj(i));
         (row[n - 1], row[n]) = (-self.sum(conj, turned), self.sum(conj, rest));
-        // Forces over the modes' amplitudes: a heavier scene has the same numbers to the last bit.
+        // Forces are scaled by the modes' amplitudes, so that a heavier scene has the same numbers to the last bit.
         let sizes: Vec<f64> = self
             .phi
             .iter()
@@ -227,8 +227,8 @@ impl Linearised<'_> {
     }
 }
 
-/// The solution of linear equations, each row with its right side, by elimination with complete pivoting
-/// after rows and columns are scaled; none if they are singular.
+/// The solution of linear equations, whose rows end with the right side: rows and columns are scaled, and eliminated
+/// with complete pivoting. None if the equations are singular.
 fn solved(mut rows: Vec<Vec<C>>) -> Option<Vec<C>> {
     let n = rows.len();
     let mut scales = vec![1.0; n];
@@ -273,8 +273,8 @@ mod tests {
     use crate::modal::spectrum::{deflation::Deflated, roots::Roots};
     use crate::modal::structure::*;
 
-    /// Of three springs on four modes: from roots that are off by 1e-7 of themselves, and from vectors
-    /// that are none, the equation of motion holds to a rounding of each of its terms.
+    /// Three springs on four modes. The refinement begins with roots that are off by 1e-7 of themselves and without
+    /// vectors, and the equation of motion then holds to a rounding of each of its terms.
     #[test]
     fn a_pair_is_found_from_a_wrong_vector() {
         let shapes = [[1.0, 1.4, 0.3, 0.9], [1.0, -1.4, 0.8, -0.2], [1.0, 0.2, -1.1, 0.7]];

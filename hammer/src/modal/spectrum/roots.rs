@@ -1,5 +1,5 @@
-//! All zeros of a secular function at once, by the Ehrlich-Aberth iteration: O(N^2) a sweep,
-//! where a dense eigensolver takes O(N^3).
+//! All zeros of a secular function at once, by the Ehrlich-Aberth iteration: O(N^2) per sweep, where a dense
+//! eigensolver takes O(N^3).
 
 use crate::error::SpectrumError;
 use crate::interrupt;
@@ -11,24 +11,23 @@ use num_complex::Complex64 as C;
 
 /// Sweeps of the iteration; tens are needed at most.
 const MAX_SWEEPS: usize = 400;
-/// Displacement of a root that lies on a pole or on another root, relative to the spacing of the
-/// poles.
+/// Displacement of a root that lies on a pole or on another root, relative to the spacing of the poles.
 const SHOVE: f64 = 1e-6;
 
-/// Two conjugate roots with an imaginary part below this part of the real one may be about to
-/// separate on the real axis.
+/// Two conjugate roots with an imaginary part below this part of the real one may be about to separate on the real
+/// axis.
 const PART: f64 = 0.5;
-/// Relative displacement of one of them then: from a symmetric start they would stay conjugates.
+/// Relative displacement that then separates them: from a symmetric start they would stay conjugates.
 const ASIDE: C = C::new(-0.06, 0.05);
-/// A root whose step is below the first number, relative to the distance from its pole, is accurate
-/// to half its digits, and after the next step, which must be below the second, to all.
+/// A step smaller than this, relative to the distance from the pole, shows that the root has half its digits. The next
+/// step, which must be below [`WHOLE`], gives it all.
 const HALF: f64 = 1e-8;
 const WHOLE: f64 = 1e-14;
 
 /// Two nearly coincident roots are accurate to the square root of rounding only.
 const COINCIDENT: f64 = 1e-6;
-/// A root beside several poles that nearly coincide, where minors cancel: two digits are enough for
-/// Newton's method to find it afterwards.
+/// Of a root beside several poles that nearly coincide, minors cancel: two digits are enough for Newton's method to
+/// find it afterwards.
 const ROUGH: f64 = 1e-2;
 
 /// Number of consecutive steps below these limits.
@@ -36,7 +35,7 @@ fn steps_in_place(before: u8, size: f64, rough: f64) -> u8 {
     if size <= WHOLE.max(rough) { before + 1 } else { u8::from(size <= HALF) }
 }
 
-/// Sweeps after which such a root may count as settled.
+/// Sweeps after which a root with these few digits may count as settled.
 const PATIENCE: usize = 60;
 
 /// The result of an iteration for one root.
@@ -79,7 +78,7 @@ impl<'a> Roots<'a> {
             .zip(&system.springs)
             .map(|(shape, (k, _))| k * shape.iter().map(|x| x * x).sum::<f64>())
             .fold(0.0, f64::max);
-        // Of a dashpot alone: translations that nothing else holds must leave their pole too.
+        // Translations that only a dashpot holds must leave their pole too.
         let alone = system.shapes.iter().zip(&system.springs).filter(|(_, (k, _))| *k == 0.0);
         let braking: f64 =
             alone.map(|(shape, (_, c))| c * shape.iter().map(|x| x * x).sum::<f64>()).sum();
@@ -158,7 +157,7 @@ impl<'a> Roots<'a> {
                 match self.correction(roots, &mut sites, k) {
                     Step::By(step) => {
                         let value = self.secular.value(roots[k]);
-                        // Rounded to its pole: the zero is nearer than this, and not there.
+                        // A root that is rounded to its pole is very near to it, but not there.
                         let (from, left) = (roots[k].offset, roots[k].offset - step);
                         let is_there = left == C::default();
                         roots[k].offset = if is_there { f64::EPSILON * from } else { left };
@@ -197,7 +196,7 @@ impl<'a> Roots<'a> {
         Err(SpectrumError::Unsettled)
     }
 
-    /// Steps as small as this, relative to the way from the pole, may be all that rounding leaves.
+    /// Rounding alone may cause steps of this size, relative to the distance from the pole.
     fn rough(&self) -> f64 {
         if self.secular.expanded { ROUGH } else { COINCIDENT }
     }

@@ -1,6 +1,6 @@
-//! Eigenvectors of a matrix by its real Schur form, whose blocks have one row or two. Each is separated from those
-//! above it by Sylvester's equation; two real roots whose vectors are nearly parallel are one block. Pairs that
-//! are alone are refined to the last digit ([`Refinement`]).
+//! Eigenvectors of a matrix by its real Schur form, whose blocks have one row or two. Sylvester's equation separates
+//! each block from those above it. Two real roots whose vectors are nearly parallel become one block; all other pairs
+//! are refined to the last digit ([`Refinement`]).
 
 use crate::error::SpectrumError;
 use crate::interrupt;
@@ -17,13 +17,13 @@ use num_complex::Complex64 as C;
 
 /// Steps of Francis' iteration for each row, at most.
 const STEPS: usize = 100;
-/// Part of its size by which one of two close roots moves at most.
+/// Part of its size by which one of two close roots may move.
 const ROOM: f64 = 1e-2;
-/// Roots closer than this part of their size leave too few of thirty digits in the difference of their vectors.
+/// If roots are closer than this part of their size, too few of thirty digits are left in their vectors' difference.
 const APART: f64 = 1e-9;
 
-/// Adds the eigenpairs of the space of these states to those that are known; of roots that nearly coincide, the
-/// blocks.
+/// Adds the eigenpairs of the space that these states span to the known ones, and returns the blocks of roots that
+/// nearly coincide.
 ///
 /// # Errors
 ///
@@ -59,7 +59,7 @@ struct Form<'a> {
     t: DMatrix<f64>,
     /// Where each block on the diagonal begins, and how many rows it has.
     places: Vec<(usize, usize)>,
-    /// What is nothing beside the largest entry.
+    /// Rounding of the largest entry.
     small: f64,
 }
 
@@ -96,7 +96,7 @@ impl Form<'_> {
         Ok(blocks)
     }
 
-    /// A pair by Newton's method; the given one, where that leads to one that is known.
+    /// The pair refined by Newton's method, or the given one if this leads to a known pair.
     fn refined(&self, (s, x): Eigenpair) -> Vector {
         let refined = Refinement::new(self.secular, s, MOVED * math::norm(s), &x).solve();
         let vector = refined.map(|pair| Vector::new(&self.secular.system, pair));
@@ -118,8 +118,8 @@ impl Form<'_> {
         shape
     }
 
-    /// Columns `Y` with `T Y = Y B`, one at the rows of these blocks; of two blocks of a row, `B` has the
-    /// coupling above its diagonal.
+    /// Columns `Y` with `T Y = Y B`, which are the unit matrix in the rows of these blocks. Of two blocks of one row
+    /// each `B` is triangular, with the coupling above its diagonal, which is returned too.
     fn separated(&self, blocks: &[usize]) -> (Vec<Vec<f64>>, f64) {
         let (t, m) = (&self.t, self.t.nrows());
         let rows_of = |k: &usize| self.places[*k].0..self.places[*k].0 + self.places[*k].1;
@@ -159,7 +159,7 @@ impl Form<'_> {
         (y, coupling)
     }
 
-    /// A solution no larger than rounding lets it be.
+    /// The solution; if rounding makes it too large, one of limited size.
     fn solved(&self, matrix: Matrix4<f64>, right: Vector4<f64>) -> Vector4<f64> {
         let x = matrix.full_piv_lu().solve(&right);
         let fits = |x: &Vector4<f64>| self.small * x.amax() <= right.amax().max(self.small);
@@ -169,7 +169,7 @@ impl Form<'_> {
         })
     }
 
-    /// The block of two columns with `T Y = Y B`; none of an oscillation, which is added to the known pairs.
+    /// The block of two columns with `T Y = Y B`; none for an oscillation, which is added to the known pairs.
     fn block(&mut self, columns: &[Vec<f64>], b: Matrix2) -> Option<Block> {
         let v = [0, 1].map(|k| self.shape(&columns[k]));
         let sigma = 0.5 * (b[0] + b[3]);
@@ -177,7 +177,7 @@ impl Form<'_> {
         let delta = -(a * a + p * c);
         let mix =
             |x: C, y: C| -> Vec<C> { v[0].iter().zip(&v[1]).map(|(s, t)| x * s + y * t).collect() };
-        // The eigenpair of a root that is so far from sigma.
+        // The eigenpair of the root `sigma + half`.
         let pair = |half: C| {
             let x =
                 if p.abs() > c.abs() { mix(p.into(), half - a) } else { mix(half + a, c.into()) };
@@ -192,8 +192,8 @@ impl Form<'_> {
         if let Some(block) = self.confluent([half, -half].map(pair)) {
             return Some(block);
         }
-        // `B - sigma` times the coordinate that it turns most is the mean of the vectors, that coordinate
-        // their divided difference.
+        // The coordinate that `B - sigma` changes most is the divided difference of the vectors; what it is changed to
+        // is their mean.
         let scale = 0.5 * sigma.abs();
         let real = |x: f64, y: f64| self.real(&mix(x.into(), y.into()));
         let (means, differences) = ([real(a, c), real(p, -a)], [real(1.0, 0.0), real(0.0, 1.0)]);
@@ -208,8 +208,8 @@ impl Form<'_> {
         self.secular.system.unmerged(x).iter().map(|z| z.re).collect()
     }
 
-    /// The block of two roots that are close together, each refined in twice the digits: enough are left of
-    /// the difference of their vectors. None if they are too close, or not found.
+    /// The block of two roots that are close together. Each is refined in twice the digits, so that enough digits are
+    /// left in the difference of their vectors. None if they are too close, or not found.
     fn confluent(&self, [one, other]: [Eigenpair; 2]) -> Option<Block> {
         let found = |(s, x): Eigenpair| {
             let room = ROOM * math::norm(s);
@@ -228,7 +228,7 @@ impl Form<'_> {
         if math::norm(apart.value()) < APART * math::norm(s.value()) {
             return None;
         }
-        // The same amplitude is one in both.
+        // Both vectors are scaled so that the same amplitude is 1.
         let size = |k: usize| x[k].value().norm_sqr();
         let big = (0..x.len()).max_by(|&i, &j| size(i).total_cmp(&size(j)))?;
         let (one, other) = (x[big].inverse(), y[big].inverse());
@@ -245,8 +245,8 @@ impl Form<'_> {
     }
 }
 
-/// The block of a quadratic factor, of the mean of its vectors and half its size times their divided
-/// difference, of norm 1 together.
+/// The block of `(s - sigma)^2 + delta`, from the mean of its vectors and `sigma / 2` times their divided difference,
+/// which are scaled to norm 1 together.
 fn together(sigma: f64, delta: f64, [mean, difference]: [Vec<f64>; 2]) -> Block {
     let both = unit([&mean[..], &difference].concat());
     let (mean, difference) = both.split_at(both.len() / 2);

@@ -65,7 +65,7 @@ struct Translations {
     modes: Vec<usize>,
     /// Sum of squared minors of each mode with all translations.
     minors: Vec<f64>,
-    /// Of the translations with each other.
+    /// The same of the translations with each other.
     own: f64,
     /// `phi_a phi_b` summed over the translations, at `a + b`.
     moved: [f64; 3],
@@ -91,8 +91,8 @@ impl Translations {
     }
 }
 
-/// True for more than two attachments; of two, if they are at one node: wherever both vibrate, they do
-/// so alike.
+/// True for more than two attachments, and for two at one node, which have the same amplitude in every mode that moves
+/// both.
 fn is_expanded(system: &Deflated) -> bool {
     let [x, y] = &system.shapes[..] else { return system.shapes.len() > 2 };
     let modes = x.iter().zip(y).zip(&system.omega2);
@@ -128,7 +128,7 @@ pub(crate) struct Secular {
     pub(crate) origin: f64,
     /// The poles with their weights in the receptances.
     pub(crate) pairs: Pairs,
-    /// A copy, which lacks one pair while a matrix is made.
+    /// A copy, which lacks the modes that dominate while a matrix is made.
     pub(crate) others: RefCell<Pairs>,
     /// True for three attachments or four, and for two at one node, whose minors cancel.
     pub(crate) expanded: bool,
@@ -200,8 +200,7 @@ impl Secular {
         is_slow.then(|| self.sites[root.pole] + root.offset)
     }
 
-    /// A mode whose pole at 0 is a root as well, once: of the translation that nothing but a dashpot
-    /// to the ground resists.
+    /// The mode of a translation that only a dashpot to the ground resists: its pole at 0 is also a root, once.
     pub(crate) fn sliding(&self) -> Option<usize> {
         self.system.sliding.as_ref()?;
         self.system.omega2.iter().position(|&omega2| omega2 == 0.0)
@@ -325,11 +324,10 @@ impl Secular {
         }
     }
 
-    /// True if the matrix's second row gives the eigenvector at `s` more accurately: the larger row
-    /// does.
+    /// True if the matrix's second row, which is larger, gives the eigenvector at `s` more accurately.
     fn prefers_second(&self, r: &Receptance, s: C) -> bool {
         let square = |f: [C; 2]| f[0].norm_sqr() + f[1].norm_sqr();
-        // Each row as compliances, divided by its spring.
+        // The rows are compared as compliances: each is divided by its spring's stiffness.
         let spring = |i: usize| {
             let (k, c) = self.system.springs[i];
             (k + c * s).norm_sqr()
@@ -353,7 +351,7 @@ impl Secular {
         amplitudes
     }
 
-    /// These sums of one attachment, or of two whose determinant is not expanded.
+    /// `sum_a phi_{a,i} F_a` for each mode, of one attachment or of two whose determinant is not expanded.
     fn pushes(&self, root: Root) -> Vec<C> {
         let shapes = &self.system.shapes;
         if shapes.len() == 1 {

@@ -19,7 +19,7 @@ const SHARED: f64 = 1e-3;
 /// Roots further apart than this, relative to their size, are of different pairs.
 const NEAR: f64 = 1e-6;
 
-/// An eigenpair with the product of its state and `N`, and that with itself.
+/// An eigenpair with its dual, which is the product of `N` and its state, and the product of both.
 pub(crate) struct Vector {
     pub(crate) pair: Eigenpair,
     dual: Vec<C>,
@@ -43,12 +43,12 @@ impl Vector {
             && product(&self.dual, other.pair.0, &other.pair.1).norm_sqr() > limit
     }
 
-    /// How many of the states it takes, with its conjugate.
+    /// Dimensions of the space that it spans with its conjugate.
     pub(crate) fn taken(&self) -> usize {
         if is_decay(&self.pair) { 1 } else { 2 }
     }
 
-    /// What it and its conjugate have of each unit state.
+    /// Share of each unit state that is in this space.
     pub(crate) fn parts(&self) -> impl Iterator<Item = f64> {
         let (s, x) = &self.pair;
         let state = x.iter().flat_map(move |x| [*x, s * x]);
@@ -56,7 +56,7 @@ impl Vector {
         both.map(|(dual, state)| self.taken() as f64 * (dual * state / self.square).re)
     }
 
-    /// Takes out of a state what it has of this vector and its conjugate.
+    /// Removes from a state its components along this vector and its conjugate.
     pub(crate) fn leave(&self, z: &mut [f64]) {
         let share: C = self.dual.iter().zip(&*z).map(|(d, z)| d * z).sum();
         let share = self.taken() as f64 * share / self.square;
@@ -72,7 +72,7 @@ fn product(dual: &[C], s: C, x: &[C]) -> C {
     dual.chunks_exact(2).zip(x).map(|(d, x)| (d[0] + s * d[1]) * x).sum()
 }
 
-/// The forces of bars, `share` of their stiffness, and of the attachments by one of their two numbers.
+/// Forces of the bars, by `share` of their stiffness, and of the attachments, by one of their two numbers.
 fn forces(system: &Deflated, share: f64, number: fn(&(f64, f64)) -> f64, x: &[f64]) -> Vec<f64> {
     let mut out: Vec<f64> = system.omega2.iter().zip(x).map(|(w2, x)| share * w2 * x).collect();
     for (shape, spring) in system.shapes.iter().zip(&system.springs) {
@@ -92,8 +92,8 @@ pub(crate) fn strained(system: &Deflated, x: &[f64]) -> Vec<f64> {
     forces(system, 1.0, |(stiffness, _)| *stiffness, x)
 }
 
-/// `S` of states `Z` that are a space of their own, `A Z = Z S`: by `(Z' N Z)^-1 Z' H Z`, in which an error of `Z` in
-/// the direction of another vector is squared. None if they are not.
+/// `S` of states `Z` that span an invariant space, `A Z = Z S`. It is computed as `(Z' N Z)^-1 Z' H Z`, in which an
+/// error of `Z` along another vector is squared. None if `Z' N Z` is singular.
 pub(crate) fn reduced(system: &Deflated, states: &[Vec<f64>]) -> Option<DMatrix<f64>> {
     let part = |at: usize| -> Vec<Vec<f64>> {
         states.iter().map(|z| z.iter().skip(at).step_by(2).copied().collect()).collect()

@@ -14,10 +14,10 @@
 //! generator    the blocks' flow
 //! basis        coordinates in and out
 //! passage      from one system's coordinates straight into another's
-//! driven       the part of a motion that is a polynomial
+//! driven       the polynomial part of a motion
 //! response     what loads do to a system
 //! functional   a displacement, its bounds and its derivatives
-//! visible      what displacements see of each block
+//! visible      the part of each block in displacements
 //! ```
 
 mod basis;
@@ -70,8 +70,8 @@ pub struct Recipe<'a> {
 /// 1e-8. A state that enters is corrected once, which squares the mismatch: beyond this limit it
 /// would have fewer than ten digits.
 const BASIS_TOLERANCE: f64 = 1e-5;
-/// A basis with a larger mismatch is made again of pairs that are refined in every amplitude (small ones count
-/// where a stiff spring acts on a light body), and of what is found beside them.
+/// A basis with a larger mismatch is made again, from pairs that are refined in every amplitude (small ones count where
+/// a stiff spring acts on a light body) and that a dense solver completes.
 const ACCURATE: f64 = 1e-11;
 
 /// A decomposed system.
@@ -484,7 +484,7 @@ impl Decomposition {
     }
 }
 
-/// Who asks for a form in the midst of reading waits for it.
+/// A form that is made while it is read is not interrupted.
 fn never() -> bool {
     false
 }

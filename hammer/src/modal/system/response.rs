@@ -46,7 +46,7 @@ pub(crate) struct Response {
     statics: [Vec<Vec<f64>>; CHANNELS],
     /// Acceleration of the translation, per channel; its velocity, if a dashpot brakes it.
     gains: [f64; CHANNELS],
-    /// True if one does.
+    /// True if a dashpot brakes the translation.
     braked: bool,
 }
 
@@ -240,7 +240,7 @@ impl Response {
             for (order, c) in load.0.iter().enumerate().take(load.degree() + 1).skip(1) {
                 factorial *= order as f64;
                 let part = size * (factorial * c).abs() / present;
-                // The root is only taken of what is above the largest so far.
+                // A root is dear, so it is taken only if it is larger than the largest so far.
                 if part > math::powi(rate, order) {
                     rate = rate.max(math::pow(part, 1.0 / order as f64));
                 }

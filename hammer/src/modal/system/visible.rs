@@ -1,4 +1,4 @@
-//! What displacements see of a system, block by block, and what loads give the blocks at rest.
+//! The part of each block in two displacements, and where constant loads hold the blocks.
 
 use crate::modal::system::functional::Functional;
 use crate::modal::system::generator::Generator;
@@ -22,13 +22,13 @@ pub(crate) struct VisibleBlock {
     pub parts: [[f64; 2]; 2],
     pub sizes: [f64; 2],
     pub is_translation: bool,
-    /// True if the coordinates turn into each other: their length never grows. Otherwise neither does.
+    /// True if the coordinates are coupled: the length of both together never grows. Otherwise neither of them grows.
     pub turns: bool,
     /// The slower and the faster of their rates, 1/s.
     pub rates: [f64; 2],
-    /// Of a unit load of each channel: where it holds the coordinates, what that is of each displacement, how far
-    /// a displacement is behind one that grows in proportion to time, and a bound of how far further behind one that
-    /// grows with its square.
+    /// For a unit load of each channel: the coordinates at rest under it, and their part in each displacement
+    /// (`held`); by how much a displacement lags if the load grows in proportion to time (`behind`), and a bound on how
+    /// much more it lags if the load grows with its square (`further`).
     pub rest: [[f64; 2]; CHANNELS],
     pub held: [[f64; CHANNELS]; 2],
     pub behind: [[f64; CHANNELS]; 2],
@@ -36,7 +36,7 @@ pub(crate) struct VisibleBlock {
 }
 
 impl VisibleBlock {
-    /// A bound of what coordinates are of a displacement, then and for ever.
+    /// Bound on the part of such coordinates in a displacement, at present and later.
     pub(crate) fn most(&self, place: usize, [p, q]: [f64; 2]) -> f64 {
         if self.turns {
             self.sizes[place] * (p * p + q * q).sqrt()
@@ -45,7 +45,7 @@ impl VisibleBlock {
         }
     }
 
-    /// What they are of it now.
+    /// Their present part in it.
     pub(crate) fn along(&self, place: usize, [p, q]: [f64; 2]) -> f64 {
         self.parts[place][0] * p + self.parts[place][1] * q
     }
