@@ -1,6 +1,6 @@
 //! The hammers that air drives, in their casings. (What their maker publishes: `catalogue` of `evidence/verify`.)
 
-use crate::scenes::air_turnover;
+use crate::scenes::{air_turnover, one_in};
 use hammer::presets::{PRESETS, Preset};
 use hammer::{Error, Event, Input, InputValues, Machine, Parameters, Source};
 
@@ -29,13 +29,18 @@ fn balances(machine: &Machine) {
 fn the_air_is_followed_whatever_its_feed_pressures_and_error() {
     let outside =
         [(1.5e5, 1e5), (3e5, 3e4), (1e6, 101_325.0), (2.5e6, 5e5), (4e6, 1e6), (4e6, 101_325.0)];
-    let mut scenes = 0;
+    let (mut scenes, mut tried) = (0, 0);
     for preset in PRESETS.iter().filter(|preset| preset.name.starts_with("air_")) {
         let (mut p, mut inputs) = preset.start();
         for ((supply, exhaust), feed) in
             outside.iter().flat_map(|o| [0.0, 9e3, 3e4].map(|f| (*o, f)))
         {
             for error in [1e-3, 1e-6, 1e-11] {
+                scenes += 1;
+                // One in four, so that three errors take turns.
+                if scenes % one_in(4) > 0 {
+                    continue;
+                }
                 p.air.error = error;
                 (inputs.supply_pressure, inputs.exhaust_pressure) = (supply, exhaust);
                 inputs.feed_force = feed;
@@ -44,11 +49,11 @@ fn the_air_is_followed_whatever_its_feed_pressures_and_error() {
                 assert!(run.is_ok(), "{} {supply} {exhaust} {feed} {error}: {run:?}", preset.name);
                 let energies = machine.energies();
                 assert!(energies.residual.abs() <= energies.residual_bound());
-                scenes += 1;
+                tried += 1;
             }
         }
     }
-    assert!(scenes >= 200, "{scenes}");
+    assert!(tried >= 200 / one_in(4), "{tried} of {scenes}");
 }
 
 /// The piston follows a bit that hangs out, with a drive that is never vented, and rests on it. The return chamber is

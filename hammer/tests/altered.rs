@@ -83,8 +83,8 @@ enum Around {
     LooseRods,
 }
 
-/// Only every seventh number is altered. Seven is prime, so that over the numbers each alteration meets each kind.
-const EVERY: usize = 7;
+/// Only every thirteenth number is altered. It is prime, so that over the numbers each alteration meets each kind.
+const EVERY: usize = 13;
 
 /// Each number of a state in turn is replaced, by a distant value, and by one so near that all checks of that number
 /// alone pass. The machine then advances, its balance can be read, and nothing exceeds its budget.
@@ -123,7 +123,7 @@ fn an_altered_state_ends_in_motion_or_a_named_error_within_its_budget() {
         }
     }
     let [_, moved, overwork, refused] = ends;
-    assert!(moved > 500 && overwork > 0 && refused > 50, "{ends:?}");
+    assert!(moved > 250 && overwork > 0 && refused > 25, "{ends:?}");
     println!("{tries} altered states: unreadable, moved, too much work, refused: {ends:?}");
 }
 
