@@ -18,7 +18,7 @@ fn wanted() -> Option<u32> {
 
 #[test]
 fn scenes_with_everything_agree() {
-    let tally: Tally = tally((wanted().unwrap_or(30), 0), Kind::Mixed, |_| (), |_, _| ());
+    let tally: Tally = tally((wanted().unwrap_or(20), 0), Kind::Mixed, |_| (), |_, _| ());
     // As in `cargo compare`, a difference below what a guard resolves is no disagreement.
     assert!(tally.failures.is_empty(), "{}\n{}", tally.line(), tally.failures.join("\n"));
     // If nothing could be compared, the test would show nothing.
