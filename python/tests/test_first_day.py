@@ -31,6 +31,7 @@ PYTHON_README = ROOT / "python" / "README.md"
 NOT_RUN = {
     "cargo suite": "it is what runs this",
     "cargo suite -k hosts": "a part of it",
+    "cargo suite -k fmi_rs -m weekly": "a part of the weekly run",
     "cargo suite --all-platforms -k platforms": "needs wine, qemu and the libraries for them",
     "python evidence/hosts/events.py": "tests/python/test_benchmark.py runs it",
     "cargo lint": "CI runs it beside the suite",

@@ -222,6 +222,9 @@ ROOT = Path(__file__).parents[2]
 BENCHMARK = ROOT / "evidence" / "hosts"
 
 
+in_rust = pytest.mark.weekly  # 152 crates are compiled: 70 s of the processor
+
+
 @pytest.fixture(scope="module")
 def importer() -> Path:
     """The host in Rust."""
@@ -249,6 +252,7 @@ def at_points(rows: pd.DataFrame) -> pd.DataFrame:
     return first
 
 
+@in_rust
 def test_fmi_rs(
     importer: Path, fmu_path: Path, tmp_path: Path, outputs: list[str], expected: Trajectory
 ) -> None:
@@ -256,6 +260,7 @@ def test_fmi_rs(
     assert_same({name: rows[name].to_numpy() for name in outputs}, expected)
 
 
+@in_rust
 def test_fmi_rs_with_events_of_fmi_3(
     importer: Path, fmu_path: Path, tmp_path: Path, outputs: list[str], expected: Trajectory
 ) -> None:
@@ -268,6 +273,7 @@ def test_fmi_rs_with_events_of_fmi_3(
     assert len(events) == expected["blow_count"][-1] > 0
 
 
+@in_rust
 def test_fmi_rs_keeps_the_events_of_the_benchmark(importer: Path, tmp_path: Path) -> None:
     rows = tmp_path / "rows.csv"
     ran([importer, BENCHMARK / "unit" / "thrown_fmi3.fmu", "0.001", "0.021", rows])
