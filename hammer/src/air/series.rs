@@ -4,12 +4,16 @@
 //! gives that of the volumes; volumes and contents give the pressures; pressures give forces and flows; and
 //! these give coefficient `k + 1` of coordinates and contents. Nothing is iterated or rejected: the last
 //! coefficients say how far the series holds ([`Series::length`]).
+//!
+//! Coefficient `k` of a product of two series, and of every other operation, is a sum over pairs of coefficients. All
+//! operations on one chamber or one flow are lanes of the same rows ([`Lanes`]), whose sums are made together.
 
 use super::{Air, ENDS, PATHS, Places};
 use crate::laws::air::{CHOKED_FLOW, Flow, GAS, KAPPA, Opening, Regime, STRAIGHT_SLOPE, heated};
+use crate::numerics::kernel::{Row, convolve};
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
-use crate::numerics::series::{LOW, ORDER, Powers, power, product, quotient};
+use crate::numerics::series::{LOW, ORDER, Powers};
 use crate::quantities::parameters::Parameters;
 use std::array::from_fn;
 
@@ -69,55 +73,49 @@ pub(crate) struct Problem<'a> {
     pub outside: [Poly; 2],
 }
 
-/// Air on one side of a flow path: pressure, `R T`, and `1 / sqrt(R T)`.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Side {
-    pub(super) pressure: Powers,
-    heat: Powers,
-    root: Powers,
-}
-
-/// A chamber.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Gas {
-    volume: Powers,
-    /// `V^(kappa - 1)`.
-    heated: Powers,
-    /// `p V`.
-    product: Powers,
-    pub(super) mass: Powers,
-    pub(super) entropy: Powers,
-    /// `R` times the net heat flow into it.
-    warmth: Powers,
+/// The factors of as many products of series as a row has numbers.
+#[derive(Clone, Debug, Default)]
+struct Lanes {
+    left: [Row; ORDER + 1],
+    right: [Row; ORDER + 1],
+    /// Of each product, coefficient `k` without the terms of a first coefficient.
+    sum: Row,
 }
 
 /// A path through which air flows.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Stream {
     pub(super) path: usize,
     /// Upstream and downstream side, and the sign of the flow along the path.
-    pub(super) sides: [usize; 2],
-    pub(super) sign: f64,
+    sides: [usize; 2],
+    sign: f64,
     flow: Flow,
     /// The opening's area at the start, m2, and its slope over `x`.
     area: [f64; 2],
-    open: Powers,
-    ratio: Powers,
-    bent: Powers,
-    rest: Powers,
-    square: Powers,
-    shape: Powers,
-    jet: Powers,
-    blown: Powers,
-    rate: Powers,
+}
+
+/// Coefficients of the air on one side of a flow path.
+#[derive(Clone, Copy, Debug, Default)]
+struct Side {
+    pressure: f64,
+    /// `R T`.
+    heat: f64,
+    /// The pressure over `sqrt(R T)`.
+    sonic: f64,
 }
 
 /// The power series of a window.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Series {
-    pub(super) sides: [Side; 4],
-    pub(super) gas: [Gas; 2],
+    /// Coefficients of the expanded coordinates.
+    blocks: Vec<Block>,
+    /// Both chambers, then the flows.
+    lanes: [Lanes; 2 + PATHS],
     pub(super) streams: Vec<Stream>,
+    /// Pressures on the sides of the flow paths.
+    pub(super) pressures: [Powers; 4],
+    /// Contents of the chambers.
+    pub(super) content: [Powers; 4],
     /// The piston's positions.
     pub(super) places: [Powers; 2],
     /// `F_A`, the return chamber's force on the bit, and the two forces of the pressures alone, N.
@@ -200,60 +198,57 @@ pub(super) fn pushes(
 }
 
 impl Series {
-    pub(super) fn new(air: &Air, problem: &Problem) -> Self {
+    /// Expands the window that begins at the epoch.
+    pub(super) fn solve(&mut self, air: &Air, problem: &Problem) {
         let parameters = problem.parameters;
-        let law = &parameters.air;
-        let mut series = Self::default();
-        for (side, poly) in series.sides.iter_mut().zip(&problem.outside) {
-            side.pressure.copy_from_slice(&poly.0[..=ORDER]);
-            side.heat[0] = GAS * law.temperature;
-            side.root[0] = 1.0 / side.heat[0].sqrt();
+        for (powers, poly) in self.pressures.iter_mut().zip(&problem.outside) {
+            powers.copy_from_slice(&poly.0[..=ORDER]);
         }
-        for (i, gas) in series.gas.iter_mut().enumerate() {
-            (gas.mass[0], gas.entropy[0]) = (air.content[2 * i], air.content[2 * i + 1]);
-        }
-        series.streams.reserve_exact(PATHS);
-        let mut blocks = problem.blocks.clone();
+        self.content.iter_mut().zip(air.content).for_each(|(powers, content)| powers[0] = content);
+        self.sums = Default::default();
+        self.streams.clear();
+        let mut blocks = std::mem::take(&mut self.blocks);
+        blocks.clone_from(&problem.blocks);
         for k in 0..=ORDER {
-            for (i, place) in series.places.iter_mut().enumerate() {
+            for (i, place) in self.places.iter_mut().enumerate() {
                 let still = problem.left.still[i].get(k).copied().unwrap_or_default();
                 let part = |block: &Block| block.along(i, block.start);
                 place[k] = still + blocks.iter().map(part).sum::<f64>();
             }
-            series.chambers(parameters, k);
+            for lanes in &mut self.lanes[..2 + self.streams.len()] {
+                let inner = 1..k.max(1);
+                convolve(&lanes.left[inner.clone()], &lanes.right[inner], &mut lanes.sum);
+            }
+            self.chambers(parameters, k);
             let speed: f64 = blocks.iter().map(|block| block.along(0, block.rates())).sum();
-            let mut forces = series.forces_at(problem, speed, k);
+            let mut forces = self.forces_at(problem, speed, k);
             if problem.left.gives != [[0.0; 2]; 2] {
                 // The displacement by the forces changes the forces in turn. One correction is enough: the next
                 // is of higher order.
                 let given = problem.left.gives.map(|by| by[0] * forces[0] + by[1] * forces[1]);
-                series.places.iter_mut().zip(given).for_each(|(place, by)| place[k] += by);
-                if k == 0 {
-                    series.chambers(parameters, 0);
-                } else {
-                    series.swell(parameters, given, k);
-                }
-                forces = series.forces_at(problem, speed, k);
+                self.places.iter_mut().zip(given).for_each(|(place, by)| place[k] += by);
+                self.chambers(parameters, k);
+                forces = self.forces_at(problem, speed, k);
             }
             if k == 0 {
-                series.open(air, problem);
+                self.open(air, problem);
             }
-            for (series, force) in series.forces.iter_mut().zip(&forces) {
+            for (series, force) in self.forces.iter_mut().zip(&forces) {
                 series[k] = *force;
             }
             if k < ORDER {
-                series.flows(k);
+                self.flows(parameters, k);
                 blocks.iter_mut().for_each(|block| block.go_on([forces[0], forces[1]], k));
             }
         }
-        series
+        self.blocks = blocks;
     }
 
     /// Coefficient `k` of `F_A`, of the force on the bit, and of those of the pressures alone.
     fn forces_at(&self, problem: &Problem, speed: f64, k: usize) -> [f64; 4] {
         let (drive, drag) = (&problem.parameters.drive, problem.parameters.air.drag);
         let areas = [drive.area_drive, drive.area_return];
-        let pressures = [2, 3].map(|i| self.sides[i].pressure[k]);
+        let pressures = [2, 3].map(|i| self.pressures[i][k]);
         let [push, back] = [0, 1].map(|i| (pressures[i] - problem.outside[1].0[k]) * areas[i]);
         let Left { speeds: [own, other], others, .. } = &problem.left;
         let speed = speed - other * back - others.get(k).copied().unwrap_or_default();
@@ -274,7 +269,7 @@ impl Series {
                 continue;
             }
             let (sides, sign) = if reversed { ([sides[1], sides[0]], -1.0) } else { (sides, 1.0) };
-            self.streams.push(Stream { path, sides, sign, flow, area, ..Stream::default() });
+            self.streams.push(Stream { path, sides, sign, flow, area });
         }
     }
 
@@ -286,51 +281,43 @@ impl Series {
             0 => super::volumes(parameters, [x, y]),
             _ => [drive.area_drive * x, -drive.area_return * y],
         };
-        for (i, gas) in self.gas.iter_mut().enumerate() {
-            let side = &mut self.sides[2 + i];
-            gas.volume[k] = volumes[i];
-            gas.heated[k] = power(&gas.volume, KAPPA - 1.0, &gas.heated, k, heated);
-            gas.product[k] = quotient(&gas.entropy, &gas.heated, &gas.product, k);
-            side.pressure[k] = quotient(&gas.product, &gas.volume, &side.pressure, k);
-            if k > 0 && !self.streams.iter().any(|stream| stream.sides[0] == 2 + i) {
-                continue;
-            }
-            side.heat[k] = quotient(&gas.product, &gas.mass, &side.heat, k);
-            side.root[k] = power(&side.heat, -0.5, &side.root, k, |heat| 1.0 / heat.sqrt());
+        for (i, volume) in volumes.into_iter().enumerate() {
+            let [mass, entropy] = [0, 1].map(|kind| self.content[2 * i + kind][k]);
+            let pressure = self.lanes[i].chamber(k, volume, mass, entropy);
+            self.pressures[2 + i][k] = pressure;
         }
     }
 
-    /// Adds to coefficient `k` of volumes and states what additional displacements change. For `k > 0` all are
-    /// linear in it.
-    fn swell(&mut self, parameters: &Parameters, [x, y]: Places, k: usize) {
-        let drive = &parameters.drive;
-        let more = [drive.area_drive * x, -drive.area_return * y];
-        for ((gas, side), more) in self.gas.iter_mut().zip(&mut self.sides[2..]).zip(more) {
-            let part = more / gas.volume[0];
-            gas.volume[k] += more;
-            gas.heated[k] += (KAPPA - 1.0) * part * gas.heated[0];
-            gas.product[k] -= (KAPPA - 1.0) * part * gas.product[0];
-            side.pressure[k] -= KAPPA * part * side.pressure[0];
-            side.heat[k] -= (KAPPA - 1.0) * part * side.heat[0];
-            side.root[k] += 0.5 * (KAPPA - 1.0) * part * side.root[0];
+    /// Coefficient `k` of the air on a side of the flow paths.
+    fn side(&self, parameters: &Parameters, side: usize, k: usize) -> Side {
+        let pressure = self.pressures[side][k];
+        if side < 2 {
+            let heat = GAS * parameters.air.temperature;
+            let sonic = pressure / heat.sqrt();
+            return Side { pressure, heat: if k == 0 { heat } else { 0.0 }, sonic };
         }
+        let [.., heat, _, sonic, _] = self.lanes[side - 2].left[k];
+        Side { pressure, heat, sonic }
     }
 
     /// Coefficient `k` of all flows, and coefficient `k + 1` of the contents.
-    fn flows(&mut self, k: usize) {
+    fn flows(&mut self, parameters: &Parameters, k: usize) {
         let [mut masses, mut heats] = [[0.0; PATHS]; 2];
-        for stream in &mut self.streams {
-            let [high, low] = stream.sides.map(|i| &self.sides[i]);
-            stream.flow_at(high, low, self.places[0][k], k);
-            masses[stream.path] = stream.sign * stream.rate[k];
-            heats[stream.path] = stream.sign * product(&stream.rate, &high.heat, k);
+        for (i, stream) in self.streams.iter().enumerate() {
+            let [high, low] = stream.sides.map(|side| self.side(parameters, side, k));
+            let open = stream.area[1] * self.places[0][k];
+            let open = if k == 0 { stream.area[0] } else { open };
+            let [rate, heat] = self.lanes[2 + i].flow(k, stream.flow, [high, low], open);
+            masses[stream.path] = stream.sign * rate;
+            heats[stream.path] = stream.sign * heat;
         }
         let (gained, warmth) = (super::gains(&masses), super::gains(&heats));
         let next = 1.0 / (k + 1) as f64;
-        for (i, gas) in self.gas.iter_mut().enumerate() {
-            gas.mass[k + 1] = next * gained[i];
-            gas.warmth[k] = warmth[i];
-            gas.entropy[k + 1] = next * KAPPA * product(&gas.heated, &gas.warmth, k);
+        for i in 0..2 {
+            let lanes = &mut self.lanes[i];
+            lanes.right[k][7] = warmth[i];
+            self.content[2 * i][k + 1] = next * gained[i];
+            self.content[2 * i + 1][k + 1] = next * KAPPA * lanes.product(k, 7);
         }
         self.sums[0][k + 1] = next * (masses[0] + masses[2]);
         self.sums[1][k + 1] = next * HEAT * (heats[0] + heats[2] - heats[1] - heats[3]);
@@ -351,16 +338,14 @@ impl Series {
             }
         };
         let (error, instant) = (parameters.air.error, instant(parameters.air.error));
-        for (i, gas) in self.gas.iter().enumerate() {
-            look(&gas.mass, gas.mass[0], error);
-            look(&gas.entropy, gas.entropy[0], error);
-            look(&self.sides[2 + i].pressure, self.sides[2 + i].pressure[0], instant);
-        }
+        self.content.iter().for_each(|content| look(content, content[0], error));
+        self.pressures[2..].iter().for_each(|pressure| look(pressure, pressure[0], instant));
         if air.openings.as_flattened().contains(&Opening::Partial) {
             look(&self.places[0], parameters.air.port_height, instant);
         }
-        let positive = |gas: &Gas| gas.volume[0] > 0.0 && gas.mass[0] > 0.0 && gas.entropy[0] > 0.0;
-        if self.gas.iter().all(positive) { length } else { 0.0 }
+        let volumes = super::volumes(parameters, self.places.map(|place| place[0]));
+        let positive = self.content.iter().all(|content| content[0] > 0.0);
+        if positive && volumes.iter().all(|v| *v > 0.0) { length } else { 0.0 }
     }
 }
 
@@ -386,26 +371,72 @@ impl Block {
     }
 }
 
-impl Stream {
-    /// Coefficient `k` of the flow from side `high` to side `low`, with coefficient `k` of the piston's
-    /// position.
-    fn flow_at(&mut self, high: &Side, low: &Side, place: f64, k: usize) {
-        let factor = (2.0 * HEAT).sqrt();
-        self.shape[k] = match self.flow {
-            Flow::Straight => STRAIGHT_SLOPE * (high.pressure[k] - low.pressure[k]),
-            Flow::Choked => CHOKED_FLOW * high.pressure[k],
-            Flow::Subsonic => {
-                self.ratio[k] = quotient(&low.pressure, &high.pressure, &self.ratio, k);
-                self.bent[k] = power(&self.ratio, 1.0 / KAPPA, &self.bent, k, math::five_sevenths);
-                self.rest[k] = self.bent[k] - self.ratio[k];
-                // The subsonic flow is the square root of this, times the higher pressure over `sqrt(R T)`.
-                self.square[k] = product(&self.bent, &self.rest, k);
-                self.jet[k] = power(&self.square, 0.5, &self.jet, k, f64::sqrt);
-                product(&high.pressure, &self.jet, k)
-            }
+impl Lanes {
+    /// Coefficient `k` of the product in a lane, whose factors' coefficients are known.
+    fn product(&self, k: usize, lane: usize) -> f64 {
+        let [[a0, b0], [a, b]] = [0, k].map(|k| [self.left[k][lane], self.right[k][lane]]);
+        if k == 0 { a0 * b0 } else { self.sum[lane] + a0 * b + a * b0 }
+    }
+
+    /// Coefficient `k` of a chamber's pressure, and of what else its state gives, from that of volume and content.
+    /// The last lane is that of the entropy's rate.
+    fn chamber(&mut self, k: usize, volume: f64, mass: f64, entropy: f64) -> f64 {
+        let (heated, product, pressure, heat, speed, sonic);
+        let order = k as f64;
+        if k == 0 {
+            heated = self::heated(volume);
+            (product, pressure) = (entropy / heated, entropy / heated / volume);
+            heat = product / mass;
+            speed = heat.sqrt();
+            sonic = pressure / speed;
+        } else {
+            let [heated0, _, product0, pressure0, heat0, speed0, sonic0, _] = self.left[0];
+            let (volume0, mass0, sum) = (self.right[0][1], self.right[0][4], &self.sum);
+            let risen = (KAPPA - 1.0) * (sum[0] + order * heated0 * volume) - sum[1];
+            heated = risen / (order * volume0);
+            product = (entropy - sum[2] - product0 * heated) / heated0;
+            pressure = (product - sum[3] - pressure0 * volume) / volume0;
+            heat = (product - sum[4] - heat0 * mass) / mass0;
+            speed = 0.5 * (heat - sum[5]) / speed0;
+            sonic = (pressure - sum[6] - sonic0 * speed) / speed0;
+        }
+        self.left[k] = [heated, order * heated, product, pressure, heat, speed, sonic, heated];
+        self.right[k] = [order * volume, volume, heated, volume, mass, speed, speed, 0.0];
+        pressure
+    }
+
+    /// Coefficient `k` of a flow from one side to the other, kg/s, and of its product with `R T`, from that of the
+    /// opening.
+    fn flow(&mut self, k: usize, flow: Flow, [high, low]: [Side; 2], open: f64) -> [f64; 2] {
+        let (order, start) = (k as f64, k == 0);
+        let ([ratio0, bent0, _, _, jet0, ..], high0, sum) =
+            (self.left[0], self.right[0][0], &self.sum);
+        let [mut ratio, mut bent, mut rest] = [0.0; 3];
+        if flow != Flow::Choked {
+            let known = low.pressure - sum[0] - ratio0 * high.pressure;
+            ratio = if start { low.pressure / high.pressure } else { known / high0 };
+        }
+        if flow == Flow::Subsonic {
+            let risen = (sum[1] + order * bent0 * ratio) / KAPPA - sum[2];
+            bent = if start { math::five_sevenths(ratio) } else { risen / (order * ratio0) };
+            rest = bent - ratio;
+        }
+        self.left[k] = [ratio, bent, order * bent, bent, 0.0, 0.0, open, 0.0];
+        self.right[k] =
+            [high.pressure, order * ratio, ratio, rest, 0.0, high.sonic, 0.0, high.heat];
+        // The flow through 1 m2 is this times the higher pressure over `sqrt(R T)`.
+        let unit = f64::from(u8::from(start));
+        let square = self.product(k, 3);
+        let jet = match flow {
+            Flow::Straight => STRAIGHT_SLOPE * (unit - ratio),
+            Flow::Choked => CHOKED_FLOW * unit,
+            Flow::Subsonic if start => square.sqrt(),
+            Flow::Subsonic => 0.5 * (square - self.sum[4]) / jet0,
         };
-        self.open[k] = if k == 0 { self.area[0] } else { self.area[1] * place };
-        self.blown[k] = product(&self.shape, &high.root, k);
-        self.rate[k] = factor * product(&self.open, &self.blown, k);
+        (self.left[k][4], self.left[k][5], self.right[k][4]) = (jet, jet, jet);
+        self.right[k][6] = self.product(k, 5);
+        let rate = (2.0 * HEAT).sqrt() * self.product(k, 6);
+        self.left[k][7] = rate;
+        [rate, self.product(k, 7)]
     }
 }

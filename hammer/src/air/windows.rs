@@ -7,7 +7,7 @@ use super::series::{Problem, Series, instant};
 use super::{Air, ENDS, Window};
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
-use crate::numerics::series::{LOW, ORDER, Powers, product, projections, value};
+use crate::numerics::series::{LOW, ORDER, Powers, projections};
 use std::array::from_fn;
 
 /// Samples of a window at which the bounds of a flow's formula are checked.
@@ -26,23 +26,25 @@ const SHORTEST: f64 = 1e-12;
 pub(crate) type Solved = Result<(Window, [Poly; 2]), Option<(usize, usize)>>;
 
 impl Air {
-    /// The window that begins at the epoch.
-    pub(crate) fn window(&self, problem: &Problem) -> Solved {
-        let series = Series::new(self, problem);
+    /// The window that begins at the epoch; `series` is storage.
+    pub(crate) fn window(&self, problem: &Problem, series: &mut Series) -> Solved {
+        series.solve(self, problem);
         let allowed = LEFT_OUT * problem.parameters.air.error;
         let longest = series.length(self, problem);
         let (length, forces) = series.projected(longest, allowed).ok_or(None)?;
         let powers = |series: &Powers| scaled(series, length);
-        let [drive, back] = &series.gas;
-        let content = [&drive.mass, &drive.entropy, &back.mass, &back.entropy].map(powers);
+        let content = series.content.each_ref().map(powers);
         let mut push = [[0.0; ORDER + 1]; 2];
         // `int P' x`: the slopes of the forces times the positions.
         let mut moment = [0.0; ORDER + 1];
         for (i, place) in series.places.iter().map(powers).enumerate() {
             push[i][..LOW].copy_from_slice(&forces[2 + i]);
-            let slope = from_fn(|k| push[i].get(k + 1).map_or(0.0, |c| (k + 1) as f64 * c));
-            (1..=ORDER).for_each(|k| moment[k] += product(&slope, &place, k - 1) / k as f64);
+            for (k, force) in forces[2 + i].iter().enumerate().skip(1) {
+                let slope = k as f64 * force;
+                moment[k..].iter_mut().zip(place).for_each(|(sum, place)| *sum += slope * place);
+            }
         }
+        moment.iter_mut().enumerate().skip(1).for_each(|(k, sum)| *sum /= k as f64);
         let sums = [powers(&series.sums[0]), powers(&series.sums[1]), moment];
         let place = problem.places;
         let mut window = Window { length, content, sums, push, place, reach: length, then: None };
@@ -67,15 +69,16 @@ impl Series {
         let small = [scales[0], scales[1], push, back].map(|scale| FEWER * allowed * scale);
         let mut length = longest;
         while length > SHORTEST {
-            let whole = self.forces.each_ref().map(|force| scaled(force, length));
+            let whole = side_by_side(&self.forces, length);
             let parts = projections(whole, small);
-            let left = |(i, tau): (usize, f64)| {
-                (value(&whole[i], tau) - value(&parts[i], tau)).abs() / scales[i]
+            let sum = |rows: &[[f64; 4]], i: usize| rows.iter().map(|row| row[i]).sum::<f64>();
+            let left = |i: usize| {
+                let ends = [whole[0][i] - parts[0][i], sum(&whole, i) - sum(&parts, i)];
+                ends[0].abs().max(ends[1].abs()) / scales[i]
             };
-            let most =
-                [(0, 0.0), (0, 1.0), (1, 0.0), (1, 1.0)].map(left).into_iter().fold(0.0, f64::max);
+            let most = left(0).max(left(1));
             if most <= allowed {
-                return Some((length, parts));
+                return Some((length, from_fn(|i| from_fn(|k| parts[k][i]))));
             }
             length *= math::pow(0.5 * allowed / most, 1.0 / LOW as f64);
         }
@@ -84,16 +87,20 @@ impl Series {
 
     /// The first time in a window at which a flow passes a bound of its formula, with the path and the bound.
     fn passage(&self, air: &Air, window: &Window, margin: f64) -> Option<(f64, usize, usize)> {
-        let pressures = self.sides.each_ref().map(|side| scaled(&side.pressure, window.length));
-        let at = |tau: f64| pressures.each_ref().map(|pressure| value(pressure, tau));
+        let rows = side_by_side(&self.pressures, window.length);
+        let at = |tau: f64| {
+            let each = rows.iter().rev();
+            each.fold([0.0; 4], |sum, row| from_fn(|i| sum[i] * tau + row[i]))
+        };
         let sampled: [[f64; 4]; LOOKS + 1] = from_fn(|i| at(i as f64 / LOOKS as f64));
         let mut first: Option<(f64, usize, usize)> = None;
         for stream in &self.streams {
             let [one, other] = ENDS[stream.path];
             let beyond = |p: &[f64; 4]| air.regimes[stream.path].beyond([p[one], p[other]]);
+            let values = sampled.each_ref().map(beyond);
             for bound in 0..2 {
                 let passed = |tau: f64| beyond(&at(tau))[bound];
-                let values = sampled.each_ref().map(|pressures| beyond(pressures)[bound]);
+                let values = values.map(|both| both[bound]);
                 let Some([before, after]) = risen(&values, margin, passed) else { continue };
                 let root = root(before, after, passed);
                 if first.is_none_or(|(earliest, ..)| root < earliest) {
@@ -113,6 +120,12 @@ fn scaled(series: &Powers, length: f64) -> Powers {
         power *= length;
         scaled
     })
+}
+
+/// The same of several series, power by power.
+fn side_by_side(series: &[Powers; 4], length: f64) -> [[f64; 4]; ORDER + 1] {
+    let all = series.each_ref().map(|series| scaled(series, length));
+    from_fn(|k| from_fn(|i| all[i][k]))
 }
 
 /// The first interval at whose end a sampled function exceeds `margin`. A peak between samples is estimated by
@@ -175,6 +188,7 @@ mod tests {
     use super::*;
     use crate::air::series::{LONGEST, Left};
     use crate::laws::air::{GAS, KAPPA};
+    use crate::numerics::series::value;
     use crate::quantities::air::ATMOSPHERE;
     use crate::quantities::parameters::{Parameters, Source};
 
@@ -205,7 +219,7 @@ mod tests {
             places,
             outside,
         };
-        let (window, _) = gas.window(&problem).expect("a window");
+        let (window, _) = gas.window(&problem, &mut Series::default()).expect("a window");
         let choked = (KAPPA / GAS).sqrt() * (2.0 / (KAPPA + 1.0)).powi(3);
         let [volume, _] = crate::air::volumes(&parameters, places);
         let rate =

@@ -281,7 +281,8 @@ impl Machine {
             }
             match next {
                 Some((at, event)) => {
-                    self.prepare(event)?;
+                    // The long part of a transition, which an interrupt may end before anything has changed.
+                    self.motion.prepare(event)?;
                     observer.before(self);
                     self.occur(at, event)?;
                     if observer.after(self, event) {
@@ -302,11 +303,6 @@ impl Machine {
                 }
             }
         }
-    }
-
-    /// Does the long part of a transition, which an interrupt may end before anything has changed.
-    fn prepare(&mut self, event: Event) -> Result<(), Error> {
-        self.motion.prepare(event)
     }
 
     /// Performs the transition of an event at `at` after the epoch.

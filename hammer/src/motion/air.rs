@@ -12,7 +12,7 @@ use crate::numerics::poly::Poly;
 use crate::numerics::series::LOW;
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::Parameters;
-use crate::scene::graph::{CHANNELS, Channel};
+use crate::scene::graph::{CHANNELS, Channel, Group};
 use std::array::from_fn;
 
 /// Attempts to solve a window, each with another formula of a flow.
@@ -96,13 +96,19 @@ impl Motion {
             return Ok([self.renew_line()?, 0]);
         };
         let motion @ [places, _] = self.in_cylinder(&self.tracks, 0.0);
-        let parameters = self.model.parameters;
-        air.classify(&parameters, places, self.outside(0.0));
+        for index in 0..self.tracks.len() {
+            if self.is_whole(index) {
+                let (track, driven) = (&mut self.tracks[index], &self.state.anchors[index].driven);
+                track.system.add_driven(&self.state.loads, driven, 0.0, &mut track.z);
+            }
+        }
+        air.classify(self.parameters(), places, self.outside(0.0));
         let (blocks, left) = self.visible(&air, motion);
         let outside = outside(&self.state.inputs);
-        let problem = Problem { parameters: &parameters, blocks, left, places, outside };
+        let problem = Problem { parameters: &self.model.parameters, blocks, left, places, outside };
+        let series = self.series.get_or_insert_default();
         for trial in 1..=TRIALS {
-            match air.window(&problem) {
+            match air.window(&problem, series) {
                 Ok((window, forces)) => {
                     air.window = Some(window);
                     self.state.air = Some(air);
@@ -113,8 +119,20 @@ impl Motion {
                 Err(None) => break,
             }
         }
+        self.press(self.air_forces(Some(&air)));
         self.state.air = Some(air);
-        Err(beyond(&parameters, self.state.epoch.value(), places))
+        Err(beyond(self.parameters(), self.state.epoch.value(), places))
+    }
+
+    /// True of a track other than a lone piston's, whose whole state the air's window begins with.
+    fn is_whole(&self, index: usize) -> bool {
+        self.state.anchors[index].group != Group::PISTON
+            && self.positions().iter().any(|position| self.share(index, *position).is_some())
+    }
+
+    /// The piston's positions that set the chambers' volumes.
+    fn positions(&self) -> [Displacement; 2] {
+        [Displacement::Relative, self.graph().over_struck()]
     }
 
     /// How long after the epoch the pressures of supply and exhaust are positive for certain, s, and which of
@@ -145,7 +163,7 @@ impl Motion {
     fn press(&mut self, [drive, anvil]: [Poly; 2]) {
         let mut loads: [Poly; CHANNELS] = self.state.loads;
         (loads[Channel::Drive as usize], loads[Channel::Anvil as usize]) = (drive, anvil);
-        self.load(loads);
+        self.load(loads, Self::is_whole);
     }
 
     /// Divides the coordinates of the steel into those that are expanded with the air and those that are
@@ -168,8 +186,10 @@ impl Motion {
         if let Some(forces) = air.forces(parameters, [places, speeds], exhaust) {
             (acting[own[0]], acting[own[1]]) = (forces[0], forces[1]);
         }
-        let positions = [Displacement::Relative, graph.over_struck()];
-        let (mut blocks, mut fast, mut left) = (Vec::new(), Vec::new(), Left::default());
+        let positions = self.positions();
+        let most = self.tracks.iter().map(|track| track.system.blocks()).sum();
+        let (mut blocks, mut fast) = (Vec::with_capacity(most), Vec::with_capacity(most));
+        let mut left = Left::default();
         left.still.iter_mut().zip(positions).for_each(|(s, position)| s[0] = self.ahead(position));
         left.longest = LONGEST;
         let volumes = volumes(parameters, places);
@@ -190,10 +210,15 @@ impl Motion {
             if shares == [None; 2] {
                 continue;
             }
-            let (system, driven) = (&track.system, &self.state.anchors[index].driven);
-            let n = system.blocks();
-            let mut y = track.z.clone();
-            system.add_driven(loads, driven, 0.0, &mut y);
+            let (system, anchor) = (&track.system, &self.state.anchors[index]);
+            let (n, mut flying) = (system.blocks(), Vec::new());
+            let y = if anchor.group == Group::PISTON {
+                flying.clone_from(&track.z);
+                system.add_translation(&anchor.driven, &mut flying);
+                &flying
+            } else {
+                &track.z
+            };
             for block in system.visible(shares) {
                 let start = [y[block.index], y[n + block.index]];
                 let [low, rate] = block.rates;
@@ -206,16 +231,18 @@ impl Motion {
                 for (load, [p, q]) in acting.iter().zip(block.rest) {
                     swung = [swung[0] - load * p, swung[1] - load * q];
                 }
-                let moved = [0, 1].map(|place| {
-                    let (behind, further) = (&block.behind[place], &block.further[place]);
-                    let lag = |c: usize| change[c] * (behind[c] + haste * further[c]);
-                    let lag = (0..CHANNELS).map(lag).sum::<f64>();
-                    [block.most(place, swung) + lag, lag]
-                });
-                let [shaken, lag] = [0, 1].map(|k| {
+                let mut moved = [[0.0; 2]; 2];
+                for (place, moved) in moved.iter_mut().enumerate() {
+                    let each = change.iter().zip(&block.behind[place]).zip(&block.further[place]);
+                    let lag: f64 =
+                        each.map(|((c, behind), more)| c * (behind + haste * more)).sum();
+                    *moved = [block.most(place, swung) + lag, lag];
+                }
+                let stir = |k: usize| {
                     let drag = parameters.air.drag * rate * moved[0][k] / forces[0];
                     (stirs[0] * moved[0][k]).max(stirs[1] * moved[1][k]) + drag
-                });
+                };
+                let (shaken, lag) = (stir(0), stir(1));
                 let shed = shaken * (jets + 1.0 / stroke) + moved[0][0] * opens;
                 let share = |i: usize| masses[i] * block.most(i, block.pushes[own[i]]);
                 let back = share(0).max(share(1)) * shaken;

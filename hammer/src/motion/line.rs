@@ -89,7 +89,7 @@ impl Motion {
                 push(Channel::Anvil, -1.0);
             }
             self.clone_from(before);
-            self.load(loads);
+            self.load(loads, |_, _| false);
             let mut tracks = self.tracks.clone();
             let speeds = NODES.map(|node| {
                 let rotations = tracks.iter_mut().map(|track| track.rotate_to(span * node));

@@ -19,6 +19,7 @@ mod start;
 pub mod state;
 mod transition;
 
+use crate::air::series::Series;
 use crate::error::Error;
 use crate::laws::event::{Bodies, Displacement};
 use crate::laws::mode::Mode;
@@ -53,6 +54,8 @@ pub struct Motion {
     /// [`MotionState::is_steady`] of the state.
     steady: bool,
     basis_changes: u64,
+    /// Storage for the air's series.
+    series: Option<Box<Series>>,
 }
 
 impl Motion {
@@ -375,7 +378,7 @@ impl Motion {
                         self.restart(index, old, at);
                     }
                 }
-                _ => self.shift_translation(index, at),
+                _ => self.state.anchors[index].driven.translation.shift(at),
             }
         }
         if !kernel::is_finite(&self.tracks[0].z) {
@@ -384,17 +387,18 @@ impl Motion {
         Ok(())
     }
 
-    fn shift_translation(&mut self, index: usize, at: f64) {
-        self.state.anchors[index].driven.translation.shift(at);
-    }
-
     /// Splits the motion of a track at the epoch again into polynomials and oscillation, under the present
     /// loads. The previous loads are `old`, in the time of an epoch `since` ago.
     fn restart(&mut self, index: usize, old: &[Poly; CHANNELS], since: f64) {
-        let system = self.tracks[index].system.clone();
+        let (track, anchor) = (&mut self.tracks[index], &self.state.anchors[index]);
+        track.system.add_driven(old, &anchor.driven, since, &mut track.z);
+        self.split(index);
+    }
+
+    /// Splits a track's whole state, which it holds, under the present loads.
+    fn split(&mut self, index: usize) {
         let (track, anchor) = (&mut self.tracks[index], &mut self.state.anchors[index]);
-        system.add_driven(old, &anchor.driven, since, &mut track.z);
-        anchor.driven = system.take_driven(&self.state.loads, &mut track.z);
+        anchor.driven = track.system.take_driven(&self.state.loads, &mut track.z);
         anchor.z.copy_from_slice(&track.z);
         self.steady = self.state.is_steady();
     }
@@ -435,23 +439,26 @@ impl Motion {
             state.mode,
             self.air_forces(self.air()),
         );
-        self.load(loads);
+        self.load(loads, |_, _| false);
     }
 
-    /// Replaces the loads at the epoch.
-    pub(super) fn load(&mut self, loads: [Poly; CHANNELS]) {
+    /// Replaces the loads at the epoch. Some tracks may hold their `whole` state.
+    pub(super) fn load(&mut self, loads: [Poly; CHANNELS], whole: impl Fn(&Self, usize) -> bool) {
         let old = std::mem::replace(&mut self.state.loads, loads);
-        if old == self.state.loads {
-            return;
-        }
+        let same = old == self.state.loads;
         // Under constant loads every track is restarted, even where its own load is the same.
         let is_constant = self.steady && self.state.loads.iter().all(Poly::is_constant);
         for index in 0..self.tracks.len() {
             if self.state.anchors[index].group != Group::PISTON {
                 let system = &self.tracks[index].system;
-                if is_constant || system.differ(&old, &self.state.loads) {
+                if whole(self, index) {
+                    self.split(index);
+                } else if !same && (is_constant || system.differ(&old, &self.state.loads)) {
                     self.restart(index, &old, 0.0);
                 }
+                continue;
+            }
+            if same {
                 continue;
             }
             // Loads on a free body move only its translation.

@@ -85,7 +85,7 @@ impl Motion {
         let state = MotionState::new(mode, start, inputs, loads, anchors);
         let tracks = state.tracks(&model)?;
         let steady = state.is_steady();
-        let mut motion = Self { model, state, tracks, steady, basis_changes: 0 };
+        let mut motion = Self { model, state, tracks, steady, basis_changes: 0, series: None };
         if rock == RockMode::Standstill {
             // The tip must stand at the level of its restart to the last digit.
             let tip = motion.point(&motion.tracks, Displacement::Tip, 0.0).displacement;

@@ -1,5 +1,6 @@
 //! Polynomials in time.
 
+use crate::numerics::series::LOW as SHORT;
 use serde::{Deserialize, Serialize};
 
 /// Number of coefficients. An input of order [`crate::MAX_INPUT_ORDER`] moves a rigid body by a polynomial two
@@ -64,19 +65,21 @@ impl Poly {
         derivatives
     }
 
-    /// Adds `sum_j factors_j` times derivative `j` of another polynomial.
-    pub fn add_derivatives(&mut self, factors: &[f64], other: &Self) {
-        let (degree, mut derivatives, mut factorial) = (other.degree(), other.0, 1.0);
-        for (k, c) in derivatives.iter_mut().enumerate().take(degree + 1).skip(2) {
-            factorial *= k as f64;
-            *c *= factorial;
+    /// Adds `sum_j factors_j` times derivative `j` of a polynomial of as many coefficients as there are factors. (Only a
+    /// corrupt load has more, which are left out.)
+    pub fn add_derivatives(&mut self, factors: &[f64; SHORT], other: &Self) {
+        let (mut factorials, mut derivatives) = ([1.0; SHORT], [0.0; 2 * SHORT]);
+        derivatives[0] = other.0[0];
+        for k in 1..SHORT {
+            factorials[k] = k as f64 * factorials[k - 1];
+            derivatives[k] = factorials[k] * other.0[k];
         }
-        let mut factorial = 1.0;
-        for k in 0..=degree {
-            factorial *= (k as f64).max(1.0);
-            let each = factors.iter().zip(&derivatives[k..=degree]);
-            self.0[k] += each.map(|(factor, c)| factor * c).sum::<f64>() / factorial;
+        let mut sums = [0.0; SHORT];
+        for (j, factor) in factors.iter().enumerate() {
+            sums.iter_mut().zip(&derivatives[j..]).for_each(|(sum, c)| *sum += factor * c);
         }
+        let each = self.0.iter_mut().zip(sums).zip(factorials);
+        each.for_each(|((c, sum), factorial)| *c += sum / factorial);
     }
 
     /// `int_0^t self`.
@@ -250,7 +253,7 @@ mod tests {
         let second = p.derivative().derivative();
         assert_eq!(p.derivatives_at(1.0), [p.at(1.0), -3.25, second.at(1.0)]);
         let mut sum = Poly::constant(1.0);
-        sum.add_derivatives(&[2.0, 0.0, -0.5], &p);
+        sum.add_derivatives(&[2.0, 0.0, -0.5, 0.0, 0.0, 0.0, 0.0], &p);
         assert_eq!(sum, Poly::constant(1.0).plus(2.0, &p).plus(-0.5, &second));
     }
 

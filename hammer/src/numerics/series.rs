@@ -46,55 +46,33 @@ pub fn value(powers: &[f64], t: f64) -> f64 {
     powers.iter().rev().fold(0.0, |sum, c| sum * t + c)
 }
 
-/// Coefficient `k` of `a b`.
-pub fn product(a: &Powers, b: &Powers, k: usize) -> f64 {
-    a[..=k].iter().zip(b[..=k].iter().rev()).map(|(a, b)| a * b).sum()
-}
-
-/// Coefficient `k` of `c = a / b`, given those of `c` below it.
-pub fn quotient(a: &Powers, b: &Powers, c: &Powers, k: usize) -> f64 {
-    let known: f64 = c[..k].iter().zip(b[1..=k].iter().rev()).map(|(c, b)| c * b).sum();
-    (a[k] - known) / b[0]
-}
-
-/// Coefficient `k` of `c = a^exponent`, given those of `c` below it; `first` is this power of a number.
-pub fn power(a: &Powers, exponent: f64, c: &Powers, k: usize, first: fn(f64) -> f64) -> f64 {
-    if k == 0 {
-        return first(a[0]);
-    }
-    let term = |j: usize| (exponent * (k - j) as f64 - j as f64) * c[j] * a[k - j];
-    (0..k).map(term).sum::<f64>() / (k as f64 * a[0])
-}
-
-/// Projections of polynomials on lower powers, over the interval from 0 to 1. From the highest power down, the part
-/// is taken out that is orthogonal to all lower powers: the Legendre polynomial over its highest coefficient. All
-/// projections have the same number of coefficients, at most [`LOW`]; a power is also taken out if this changes no
-/// polynomial by more than it is `allowed`.
+/// Projections of polynomials, side by side, on lower powers, over the interval from 0 to 1. From the highest power
+/// down, the part is taken out that is orthogonal to all lower powers: the Legendre polynomial over its highest
+/// coefficient. All projections have the same number of coefficients, at most [`LOW`]; a power is also taken out if
+/// this changes no polynomial by more than it is `allowed`.
 pub fn projections<const COUNT: usize>(
-    mut all: [Powers; COUNT],
+    mut all: [[f64; COUNT]; ORDER + 1],
     allowed: [f64; COUNT],
-) -> [[f64; LOW]; COUNT] {
+) -> [[f64; COUNT]; LOW] {
     static ORTHOGONAL: OnceLock<[Powers; ORDER + 1]> = OnceLock::new();
     let orthogonal = ORTHOGONAL.get_or_init(|| from_fn(legendre));
     let mut left = [0.0; COUNT];
     for k in (1..=ORDER).rev() {
-        // In the interval the Legendre polynomial is at most one.
-        let out: [f64; COUNT] = from_fn(|i| left[i] + (all[i][k] / orthogonal[k][k]).abs());
+        let parts = all[k].map(|c| c / orthogonal[k][k]);
         if k < LOW {
+            // In the interval the Legendre polynomial is at most one.
+            let out: [f64; COUNT] = from_fn(|i| left[i] + parts[i].abs());
             if out.iter().zip(allowed).any(|(out, allowed)| *out > allowed) {
                 break;
             }
             left = out;
         }
-        for powers in &mut all {
-            let part = powers[k] / orthogonal[k][k];
-            if part != 0.0 {
-                powers.iter_mut().zip(&orthogonal[k]).take(k).for_each(|(c, p)| *c -= part * p);
-                powers[k] = 0.0;
-            }
+        for (row, p) in all[..k].iter_mut().zip(&orthogonal[k]) {
+            row.iter_mut().zip(parts).for_each(|(c, part)| *c -= part * p);
         }
+        all[k] = [0.0; COUNT];
     }
-    all.map(|powers| from_fn(|k| powers[k]))
+    from_fn(|k| all[k])
 }
 
 /// The Legendre polynomial of this degree on the interval from 0 to 1: `sum_i (-1)^(j + i) C(j, i) C(j + i, i) t^i`.
@@ -108,20 +86,6 @@ fn legendre(j: usize) -> Powers {
 mod tests {
     use super::*;
 
-    /// The coefficients of `1 / (1 - t)` and of its powers are binomials, known up to rounding.
-    #[test]
-    fn products_quotients_and_powers_are_those_of_the_geometric_series() {
-        let one: Powers = from_fn(|k| f64::from(u8::from(k == 0)));
-        let less: Powers = from_fn(|k| [1.0, -1.0].get(k).copied().unwrap_or_default());
-        let [mut geometric, mut root, mut square] = [[0.0; ORDER + 1]; 3];
-        for k in 0..=ORDER {
-            geometric[k] = quotient(&one, &less, &geometric, k);
-            root[k] = power(&less, -0.5, &root, k, |a| 1.0 / a.sqrt());
-            square[k] = product(&root, &root, k);
-            assert!((geometric[k] - 1.0).abs() < 1e-15 && (square[k] - 1.0).abs() < 1e-14);
-        }
-    }
-
     /// The product of the distances from the nodes is orthogonal to every lower power, and a polynomial is reproduced
     /// from its values at the nodes, up to roundings of coefficients up to 924.
     #[test]
@@ -130,8 +94,8 @@ mod tests {
         let distances = NODES.iter().fold(one, |powers, node| {
             from_fn(|k| if k > 0 { powers[k - 1] } else { 0.0 } - node * powers[k])
         });
-        let [left] = projections([distances], [0.0]);
-        assert!(left.iter().all(|c| c.abs() < 30.0 * f64::EPSILON));
+        let left = projections(distances.map(|c| [c]), [0.0]);
+        assert!(left.iter().all(|[c]| c.abs() < 30.0 * f64::EPSILON));
         let powers: [f64; LOW] = from_fn(|k| 1.0 / (k + 1) as f64 - 0.3);
         let found = through(&NODES.map(|node| value(&powers, node)));
         for (found, exact) in found.iter().zip(powers) {
@@ -144,11 +108,11 @@ mod tests {
     #[test]
     fn what_a_projection_leaves_out_is_orthogonal_to_what_it_keeps() {
         for high in 0..=ORDER {
-            let only: Powers = from_fn(|k| f64::from(u8::from(k == high)));
-            let [lower] = projections([only], [0.0]);
+            let only: [[f64; 1]; ORDER + 1] = from_fn(|k| [f64::from(u8::from(k == high))]);
+            let lower = projections(only, [0.0]);
             for moment in 0..LOW {
                 let mean = |k: usize| 1.0 / (k + moment + 1) as f64;
-                let left = mean(high) - (0..LOW).map(|k| lower[k] * mean(k)).sum::<f64>();
+                let left = mean(high) - (0..LOW).map(|k| lower[k][0] * mean(k)).sum::<f64>();
                 assert!(left.abs() < 30.0 * 1e4 * f64::EPSILON, "{high} {moment}: {left:e}");
             }
         }

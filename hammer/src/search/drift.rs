@@ -126,9 +126,9 @@ impl Drift {
         q
     }
 
-    /// How long it stays below `-margin`, from `t`. For a drift of high degree this is at most `long`.
-    pub fn step_below(&self, margin: f64, t: f64, long: f64) -> f64 {
-        let [value, rate] = self.at(t);
+    /// How long it stays below `-margin`, from `t`, where it has this value and rate. For a drift of high degree this
+    /// is at most `long`.
+    pub fn step_below(&self, margin: f64, (t, [value, rate]): (f64, [f64; 2]), long: f64) -> f64 {
         let room = -margin - value;
         if room.is_nan() || room <= 0.0 {
             return 0.0;
@@ -155,7 +155,8 @@ impl Drift {
 /// Not inlined, so that its callers are short enough to be.
 #[inline(never)]
 fn high_at(poly: &Poly, t: f64) -> [f64; 2] {
-    poly.derivatives_at(t)
+    let each = poly.0[..=poly.degree()].iter().rev();
+    each.fold([0.0; 2], |[value, rate], c| [value * t + c, rate * t + value])
 }
 
 fn parabola_at(c: &[f64; 3], t: f64) -> [f64; 2] {
@@ -215,7 +216,7 @@ mod tests {
             drift.lower(1.0);
             for (t, margin) in [0.0, 0.3, 0.9].into_iter().flat_map(|t| [0.1, 0.7].map(|m| (t, m)))
             {
-                let (step, long) = (drift.step_below(margin, t, 0.4), 0.4);
+                let (step, long) = (drift.step_below(margin, (t, drift.at(t)), 0.4), 0.4);
                 let is_below = drift.at(t)[0] < -margin;
                 assert_eq!(step > 0.0, is_below, "{drift:?} {t} {margin}");
                 let [rise, fall] = drift.bends(t, long);

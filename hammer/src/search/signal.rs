@@ -169,15 +169,15 @@ impl Signal {
         step * step * self.amplitude(tracks, 2) > amplitude
     }
 
-    /// Evaluates the signal at `t`, rotating its tracks there in one pass each, and returns the number of rotations
-    /// too. `spare` is storage for a modal vector.
+    /// Evaluates the signal at `t`, where its drift is `drift`, rotating its tracks there in one pass each, and
+    /// returns the number of rotations too. `spare` is storage for a modal vector.
     pub(crate) fn evaluate(
         &self,
         tracks: &mut [Track],
-        t: f64,
+        (t, drift): (f64, [f64; 2]),
         spare: &mut Vec<f64>,
     ) -> (Probe, u64) {
-        let (mut probe, mut count) = (Probe::of(self.drift.at(t)), 0);
+        let (mut probe, mut count) = (Probe::of(drift), 0);
         for Part { track, functional, factor } in self.parts.iter().flatten() {
             let (value, turns) = tracks[*track].evaluate_at(t, *functional, self.order, spare);
             probe.add(*factor, value);

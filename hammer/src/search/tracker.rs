@@ -162,18 +162,21 @@ impl GuardTracker {
     fn extend_on(&mut self, tracks: &mut [Track], work: &mut Work) {
         if let (Some(probe), Some(part)) = (self.ahead.probe.take(), self.signal.parts[0]) {
             let t = tracks[part.track].at;
-            if !self.drift_keeps_away(tracks, t, Some(probe.amplitude)) {
+            let drift = self.signal.drift.at(t);
+            if !self.drift_keeps_away(tracks, (t, drift), Some(probe.amplitude)) {
                 self.extend_from(tracks, &probe, t, work);
             }
             return;
         }
         let t = self.clear;
         work.evaluations += 1;
+        let drift = self.signal.drift.at(t);
         // Guards that have been evaluated before are likely to be evaluated again.
-        if !self.begun && self.drift_keeps_away(tracks, t, None) {
+        if !self.begun && self.drift_keeps_away(tracks, (t, drift), None) {
             return;
         }
-        let (mut here, rotations) = self.signal.evaluate(tracks, t, &mut self.ahead.spare);
+        let spare = &mut self.ahead.spare;
+        let (mut here, rotations) = self.signal.evaluate(tracks, (t, drift), spare);
         work.samples += rotations;
         if !here.is_finite() {
             return self.clear = f64::NAN; // No proof: the search ends in an error.
@@ -181,22 +184,28 @@ impl GuardTracker {
         self.raise_resolution(tracks, t, here.amplitude);
         if !self.begun {
             self.begin(&mut here);
-        } else if self.drift_keeps_away(tracks, t, Some(here.amplitude)) {
+        } else if self.drift_keeps_away(tracks, (t, drift), Some(here.amplitude)) {
             return;
         }
         self.extend_from(tracks, &here, t, work);
     }
 
-    /// Extends the proof by a long step if the drift alone keeps the guard from zero. Otherwise returns false.
+    /// Extends the proof by a long step if the drift alone, which is `drift` at `t`, keeps the guard from zero.
+    /// Otherwise returns false.
     #[inline]
-    fn drift_keeps_away(&mut self, tracks: &[Track], t: f64, before: Option<f64>) -> bool {
+    fn drift_keeps_away(
+        &mut self,
+        tracks: &[Track],
+        (t, drift): (f64, [f64; 2]),
+        before: Option<f64>,
+    ) -> bool {
         let margin = APPROACHED * self.signal.resolution;
-        if self.signal.drift.constant().is_some() || self.signal.drift.at(t)[0] >= -margin {
+        if self.signal.drift.constant().is_some() || drift[0] >= -margin {
             return false;
         }
         let amplitude = before.unwrap_or_else(|| self.signal.amplitude(tracks, 0));
         self.raise_resolution(tracks, t, amplitude);
-        let free = self.signal.drift.step_below(margin + amplitude, t, self.signal.long());
+        let free = self.signal.drift.step_below(margin + amplitude, (t, drift), self.signal.long());
         let is_long = free > 0.0
             && (self.signal.ends_before(t + free) || self.signal.is_long(tracks, free, amplitude));
         if is_long {

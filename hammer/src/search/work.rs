@@ -26,7 +26,7 @@ const WINDOW: u64 = 16;
 const PANEL: u64 = 2;
 const TRANSITION: u64 = 100;
 /// Cost of an air window's series, in coordinates.
-const AIR: u64 = 12_000;
+const AIR: u64 = 8_000;
 
 /// Work done by a search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -42,8 +42,8 @@ pub(crate) struct Response {
     drives: [Vec<f64>; CHANNELS],
     /// Size of each channel's load, as accelerations.
     sizes: [f64; CHANNELS],
-    /// `S_j`, per channel and order.
-    statics: [Vec<Vec<f64>>; CHANNELS],
+    /// `S_j`, per channel, one order after the other.
+    statics: [Vec<f64>; CHANNELS],
     /// Acceleration of the translation, per channel; its velocity, if a dashpot brakes it.
     gains: [f64; CHANNELS],
     /// True if a dashpot brakes the translation.
@@ -68,11 +68,12 @@ impl Response {
     ) -> Self {
         let statics = std::array::from_fn(|channel| {
             let mut b: Vec<f64> = drives[channel].clone();
-            let order = |_| {
+            let mut orders = Vec::with_capacity(ORDERS * b.len());
+            for _ in 0..ORDERS {
                 b = generator.solve(&b);
-                b.iter().map(|x| -x).collect()
-            };
-            (0..ORDERS).map(order).collect()
+                orders.extend(b.iter().map(|x| -x));
+            }
+            orders
         });
         let gains = std::array::from_fn(|channel| match generator.polynomial() {
             0 => 0.0,
@@ -119,7 +120,9 @@ impl Response {
     /// `c S_j`, per channel and order.
     pub(crate) fn statics_of(&self, c: &[f64]) -> [[f64; ORDERS]; CHANNELS] {
         std::array::from_fn(|channel| {
-            std::array::from_fn(|j| kernel::dot(c, &self.statics[channel][j]))
+            std::array::from_fn(|j| {
+                kernel::dot(c, &self.statics[channel][j * c.len()..][..c.len()])
+            })
         })
     }
 
@@ -145,8 +148,8 @@ impl Response {
             let mut statics = statics[channel];
             if let Some(c) = &fast {
                 let orders = if constant { 1 } else { ORDERS };
-                let each = statics.iter_mut().zip(&self.statics[channel]).take(orders);
-                each.for_each(|(s, shape)| *s = kernel::dot(c, shape));
+                let each = statics.iter_mut().zip(self.statics[channel].chunks_exact(c.len()));
+                each.take(orders).for_each(|(s, shape)| *s = kernel::dot(c, shape));
             }
             if constant {
                 sum.0[0] += statics[0] * load.0[0];
@@ -203,7 +206,7 @@ impl Response {
 
     /// The coordinates under constant unit loads.
     pub(crate) fn shapes(&self) -> [&[f64]; CHANNELS] {
-        self.statics.each_ref().map(|orders| &orders[0][..])
+        self.statics.each_ref().map(|orders| &orders[..orders.len() / ORDERS])
     }
 
     /// The uniform translation from its start, and the loads.
@@ -295,16 +298,12 @@ impl Response {
             if load.is_constant() {
                 let factor = sign * load.0[0];
                 if factor != 0.0 {
-                    kernel::add(y, factor, &statics[0]);
+                    kernel::add(y, factor, &statics[..y.len()]);
                 }
                 continue;
             }
             let derivatives: [f64; ORDERS] = load.derivatives_at(t);
-            for (s, derivative) in statics.iter().zip(derivatives) {
-                if derivative != 0.0 {
-                    kernel::add(y, sign * derivative, s);
-                }
-            }
+            kernel::add_columns(y, &derivatives.map(|derivative| sign * derivative), statics);
         }
     }
 }
