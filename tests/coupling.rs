@@ -31,11 +31,16 @@ fn by_engine() -> Vec<f64> {
 
 fn start_two(library: &Library) -> Host<'_> {
     let host = Host::new(library);
+    start(&host);
+    host
+}
+
+/// Starts a new or reset instance with the scene.
+fn start(host: &Host) {
     host.set_int("fidelity", 1);
     host.set_int("drive.source", 2);
     SCENE.iter().for_each(|(name, value)| host.set(name, *value));
     host.start(0.0);
-    host
 }
 
 fn start_three(library: &Library, events: bool) -> Three<'_> {
@@ -116,10 +121,7 @@ fn a_reset_forgets_what_was_handed_over() {
     let host = start_two(&library);
     let first = run(&host);
     host.plain("fmi2Reset");
-    host.set_int("fidelity", 1);
-    host.set_int("drive.source", 2);
-    SCENE.iter().for_each(|(name, value)| host.set(name, *value));
-    host.start(0.0);
+    start(&host);
     assert_eq!(run(&host), first);
     // The delay is tunable, with effect from the next step.
     let held = start_two(&library);

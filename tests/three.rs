@@ -1,6 +1,6 @@
 //! The FMI 3.0 face by its C symbols: the same hammer as in FMI 2.0, with events.
 
-use crate::support::host::{Host, vr};
+use crate::support::host::{FINGERPRINT as NAMES, Host, vr};
 use crate::support::library::{ERROR, Handle, Library, OK};
 use crate::support::three::{Three, extra};
 use dth_hammer::events::Extra;
@@ -9,16 +9,6 @@ use hammer::families::OF_BLOW;
 use hammer::{InputValues, Machine, Parameters};
 
 const END: f64 = 0.25;
-const NAMES: [&str; 8] = [
-    "piston_position",
-    "piston_velocity",
-    "bit_tip_position",
-    "bit_tip_velocity",
-    "rock_impulse",
-    "energy_residual",
-    "event_count",
-    "blow_time",
-];
 
 /// FMI 2.0 in steps of `size`: the instants of blows as reported, and the bits at the end.
 fn two(library: &Library, size: f64) -> (Vec<u64>, Vec<u64>) {

@@ -10,10 +10,8 @@ from pathlib import Path
 
 import pytest
 from browsing import browser, opened
-from figure import Record
 from fmu import Package
 from hosting import END, PEAKS, STEP, Trajectory, simulated
-from reference import Stationary, stationary
 
 # Fixtures of the tests of the laboratory.
 __all__ = ["browser", "opened"]
@@ -53,17 +51,6 @@ def fmu_path() -> Path:
 def package(fmu_path: Path) -> Iterator[Package]:
     with Package(fmu_path) as package:
         yield package
-
-
-@pytest.fixture(scope="session")
-def response(package: Package) -> tuple[Stationary, Record]:
-    """The reference hammer's settled response, simulated once."""
-    return stationary(package)
-
-
-@pytest.fixture(scope="session")
-def figures(response: tuple[Stationary, Record]) -> Stationary:
-    return response[0]
 
 
 @pytest.fixture

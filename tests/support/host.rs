@@ -12,6 +12,18 @@ pub fn vr(name: &str) -> u32 {
     position.unwrap_or_else(|| panic!("no variable {name}")) as u32
 }
 
+/// Outputs that are equal to the bit only if the trajectories are.
+pub const FINGERPRINT: [&str; 8] = [
+    "piston_position",
+    "piston_velocity",
+    "bit_tip_position",
+    "bit_tip_velocity",
+    "rock_impulse",
+    "energy_residual",
+    "event_count",
+    "blow_time",
+];
+
 /// An instance, and its log.
 pub struct Host<'a> {
     pub library: &'a Library,
@@ -106,19 +118,9 @@ impl<'a> Host<'a> {
         value[0]
     }
 
-    /// Bits of some outputs, which are equal only if the trajectories are.
+    /// Bits of these outputs, which are equal only if the trajectories are.
     pub fn fingerprint(&self) -> Vec<u64> {
-        const NAMES: [&str; 8] = [
-            "piston_position",
-            "piston_velocity",
-            "bit_tip_position",
-            "bit_tip_velocity",
-            "rock_impulse",
-            "energy_residual",
-            "event_count",
-            "blow_time",
-        ];
-        NAMES.iter().map(|name| self.get(name).to_bits()).collect()
+        FINGERPRINT.iter().map(|name| self.get(name).to_bits()).collect()
     }
 
     /// Makes a step, which must succeed.

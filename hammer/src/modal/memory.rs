@@ -1,6 +1,5 @@
-//! Checks that the system has the memory that a scene may need, before the work begins. Otherwise a
-//! host with a memory limit would be aborted during the run. The memory is allocated for a test and
-//! freed at once.
+//! Checks that the system has the memory that a scene may need, before the work begins. Otherwise a host with a memory
+//! limit would be aborted during the run. The memory is allocated for a test and freed at once.
 
 use crate::error::Error;
 use crate::modal::shared;

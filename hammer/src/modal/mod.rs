@@ -1,5 +1,5 @@
-//! From the bodies' own modes to a decomposed linear system, and the exact flow in it. Each
-//! file uses only those above it:
+//! From the bodies' own modes to a decomposed linear system, and the exact flow in it. Each file uses only those above
+//! it:
 //!
 //! ```text
 //! structure    bodies in their own modes, springs and dashpots attached

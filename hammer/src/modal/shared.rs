@@ -1,8 +1,8 @@
 //! Cache of decomposed systems, shared by scenes with equal parameters.
 //!
-//! A sweep over a load or an initial value needs the same systems in every run, and a decomposition
-//! takes as long as many blows. So each system is decomposed once per process and cached. The same
-//! numbers give the same bits, so results do not depend on the cache.
+//! A sweep over a load or an initial value needs the same systems in every run, and a decomposition takes as long as
+//! many blows. So each system is decomposed once per process and cached. The same numbers give the same bits, so
+//! results do not depend on the cache.
 
 use crate::bodies::cache::{self, Recent};
 use crate::error::Error;

@@ -1,13 +1,12 @@
 //! Exact integrals over a stretch between two events.
 //!
-//! Over such a stretch loads are polynomials and displacements are `c . z(t) + poly(t)` (slow
-//! coordinates, for which `B` is nearly singular, are in `poly`: see `modal/system/response.rs`),
-//! and
+//! Over such a stretch loads are polynomials, and displacements are `c . z(t) + poly(t)`. (Slow coordinates, for which
+//! `B` is nearly singular, are in `poly`: see `modal/system/response.rs`.) Therefore
 //!
 //! * `int f(t) c . z dt` follows from `z = (B^-1 z)'` by parts, once per degree;
-//! * `int z.W z dt = z.Q z` at the start less that at the end, with the Lyapunov solution
-//!   `B^T Q + Q B = -W`: the damping's work (`W` the damping power of the velocities) and
-//!   the viscous work (`W` the square of the tip's velocity).
+//! * `int z.W z dt` is `z.Q z` at the start less that at the end, with `Q` from Lyapunov's equation
+//!   `B^T Q + Q B = -W`. This gives the damping's work (`W` is the damping power of the velocities) and the viscous
+//!   work (`W` is the square of the tip's velocity).
 
 use crate::modal::system::driven::Driven;
 use crate::modal::system::{Functional, System, TAYLOR};

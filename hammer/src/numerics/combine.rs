@@ -9,7 +9,7 @@ const WIDEST: usize = 6;
 /// Columns that are summed before they are added to the rest. A term of `n` is then rounded about `BLOCK + n / BLOCK`
 /// times, not `n` times.
 const BLOCK: usize = 24;
-/// Most vectors of as many groups.
+/// Vectors that hold the sums of [`WIDEST`] groups.
 const SUMS: usize = WIDEST * MOST;
 
 /// `out[at..] := sum x_k column_k`, for `WIDTH` groups.
@@ -62,7 +62,7 @@ pub struct Columns<'a> {
     pub offset: usize,
 }
 
-/// Size of a matrix that stays in the nearer caches, 256 kB. A larger one is read in its order in memory.
+/// Numbers of a matrix that stays in the nearer caches: 256 kB. A larger one is read in its order in memory.
 const NEAR: usize = 1 << 15;
 /// Rows of a larger matrix whose sums stay in the nearest cache.
 const ROWS_AT_ONCE: usize = 512;

@@ -1,5 +1,4 @@
-//! A window's polynomial evaluated at all points of a grid, in vectors (see
-//! [`crate::numerics::kernel`]).
+//! A window's polynomial evaluated at all points of a grid, in vectors (see [`crate::numerics::kernel`]).
 
 use crate::numerics::kernel::vectorised;
 use crate::numerics::vectors::dispatch;
@@ -15,8 +14,7 @@ pub struct Grid {
     pub value: [f64; GRID],
     /// Second derivatives.
     pub second: [f64; GRID],
-    /// Bounds on the third derivative from 0 to each point (the polynomial of absolute
-    /// coefficients, which only rises).
+    /// Bounds on the third derivative from 0 to each point: the polynomial of absolute coefficients, which only rises.
     pub third_bound: [f64; GRID],
     /// Upper bounds on the second derivative between the previous point and this one.
     pub bend: [f64; GRID],

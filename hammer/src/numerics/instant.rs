@@ -1,9 +1,8 @@
 //! Double-double numbers: unevaluated sums of two doubles.
 //!
-//! After a million blows a double resolves 7e-12 s and 2e-13 m: too coarse for a period or a gap.
-//! Events and origins are therefore double-double, and so are sums in which nearly everything
-//! cancels (Dekker, A floating-point technique for extending the available precision, Numer. Math.
-//! 18, 1971).
+//! After a million blows a double resolves 7e-12 s and 2e-13 m: too coarse for a period or a gap. Events and origins
+//! are therefore double-double, and so are sums in which nearly everything cancels (Dekker, A floating-point technique
+//! for extending the available precision, Numer. Math. 18, 1971).
 
 use serde::{Deserialize, Serialize};
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -21,7 +20,7 @@ impl Double {
         Self { high: value, low: 0.0 }
     }
 
-    /// Rounded.
+    /// The nearest double.
     pub fn value(self) -> f64 {
         self.high
     }
@@ -58,8 +57,7 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (sum, (a - (sum - back)) + (b - back))
 }
 
-/// `a b` and its rounding error, by halves of 26 bits (Veltkamp), because some machines lack a
-/// fused product.
+/// `a b` and its rounding error, by halves of 26 bits (Veltkamp), because some machines lack a fused product.
 fn two_product(a: f64, b: f64) -> (f64, f64) {
     let halves = |x: f64| {
         let far = 134_217_729.0 * x;

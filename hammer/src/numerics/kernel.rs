@@ -205,8 +205,8 @@ pub fn is_finite(y: &[f64]) -> bool {
 /// Rows of an [`EvaluationRows`].
 const ROWS: usize = 4;
 
-/// Four rows in the order in which [`evaluate`] reads them: for every group of blocks,
-/// `[r | s | w | u]` of the first coordinates, then of the second.
+/// Four rows in the order in which [`evaluate`] reads them: for every group of blocks, `[r | s | w | u]` of the first
+/// coordinates, then of the second.
 #[derive(Clone, Debug)]
 pub struct EvaluationRows(Vec<f64>);
 
@@ -350,7 +350,7 @@ fn short_with<S: Simd, const TERMS: usize>(
     }
 }
 
-/// Numbers `k` of powers that [`short`] can use, and the largest `x` for which the first omitted one,
+/// Numbers `k` of powers that [`short`] can use, each after the largest `x` for which the first omitted term,
 /// `x^(k+2) / (k+2)!`, is below rounding.
 const ENOUGH: [(f64, usize); 5] =
     [(SLIGHT, 3), (0.012, 5), (SHORT, 7), (0.13, 9), (LONGEST, POWERS)];

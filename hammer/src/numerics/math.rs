@@ -1,8 +1,7 @@
 //! Elementary functions that are the same on every machine.
 //!
-//! The C library's functions differ in the last bits between versions, systems, and even
-//! processors, so results would depend on the machine. IEEE 754 defines `+ - * /` and the square
-//! root exactly; the functions here use nothing else.
+//! The C library's functions differ in the last bits between versions, systems, and even processors, so results would
+//! depend on the machine. IEEE 754 defines `+ - * /` and the square root exactly; the functions here use nothing else.
 
 use num_complex::Complex64;
 

@@ -1,5 +1,7 @@
-//! Determinants and cofactors of small matrices, by expansion along their rows: without division, so
-//! in any commutative ring.
+//! Determinants and cofactors of small matrices, by expansion along their rows: without division, so in any commutative
+//! ring.
+
+use std::ops::{Mul, Sub};
 
 /// Largest order.
 pub const MOST: usize = 6;
@@ -7,37 +9,25 @@ pub const MOST: usize = 6;
 /// A matrix of which the first `order` rows and columns are used.
 pub type Matrix<T> = [[T; MOST]; MOST];
 
-/// A commutative ring.
-pub trait Ring {
-    /// The numbers.
-    type Number: Copy + Default;
+/// An entry: an element of a commutative ring.
+pub trait Number: Copy + Default + Mul<Output = Self> + Sub<Output = Self> {}
 
-    /// `a b`.
-    fn product(&self, a: Self::Number, b: Self::Number) -> Self::Number;
-
-    /// `a - b`.
-    fn difference(&self, a: Self::Number, b: Self::Number) -> Self::Number;
-}
+impl<T: Copy + Default + Mul<Output = T> + Sub<Output = T>> Number for T {}
 
 /// The determinant.
-pub fn determinant<R: Ring>(ring: &R, matrix: &Matrix<R::Number>, order: usize) -> R::Number {
-    minor(ring, matrix, all(order), all(order))
+pub fn determinant<T: Number>(matrix: &Matrix<T>, order: usize) -> T {
+    minor(matrix, all(order), all(order))
 }
 
 /// Cofactors of a row, for order two or more; zero beyond the order.
-pub fn cofactors<R: Ring>(
-    ring: &R,
-    matrix: &Matrix<R::Number>,
-    order: usize,
-    row: usize,
-) -> [R::Number; MOST] {
+pub fn cofactors<T: Number>(matrix: &Matrix<T>, order: usize, row: usize) -> [T; MOST] {
     std::array::from_fn(|column| {
         if column >= order {
-            return R::Number::default();
+            return T::default();
         }
-        let minor = minor(ring, matrix, all(order) & !(1 << row), all(order) & !(1 << column));
+        let minor = minor(matrix, all(order) & !(1 << row), all(order) & !(1 << column));
         let is_odd = (row + column) % 2 == 1;
-        if is_odd { ring.difference(R::Number::default(), minor) } else { minor }
+        if is_odd { T::default() - minor } else { minor }
     })
 }
 
@@ -48,7 +38,7 @@ fn all(order: usize) -> u8 {
 
 /// Determinant of some rows and as many columns, expanded along the first of the rows:
 /// `a_0 M_0 - (a_1 M_1 - (a_2 M_2 - ...))`.
-fn minor<R: Ring>(ring: &R, matrix: &Matrix<R::Number>, rows: u8, columns: u8) -> R::Number {
+fn minor<T: Number>(matrix: &Matrix<T>, rows: u8, columns: u8) -> T {
     let row = &matrix[rows.trailing_zeros() as usize % MOST];
     let below = rows & rows.wrapping_sub(1);
     let last = &matrix[below.trailing_zeros() as usize % MOST];
@@ -56,32 +46,18 @@ fn minor<R: Ring>(ring: &R, matrix: &Matrix<R::Number>, rows: u8, columns: u8) -
         let others = columns & !(1 << column);
         match below.count_ones() {
             0 => row[column],
-            1 => ring.product(row[column], last[others.trailing_zeros() as usize % MOST]),
-            _ => ring.product(row[column], minor(ring, matrix, below, others)),
+            1 => row[column] * last[others.trailing_zeros() as usize % MOST],
+            _ => row[column] * minor(matrix, below, others),
         }
     };
     let used = (0..MOST).rev().filter(|column| columns >> column & 1 == 1);
-    let sum = used.map(term).reduce(|rest, term| ring.difference(term, rest));
+    let sum = used.map(term).reduce(|rest, term| term - rest);
     sum.unwrap_or_default()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    struct Integers;
-
-    impl Ring for Integers {
-        type Number = i64;
-
-        fn product(&self, a: i64, b: i64) -> i64 {
-            a * b
-        }
-
-        fn difference(&self, a: i64, b: i64) -> i64 {
-            a - b
-        }
-    }
 
     /// Vandermonde's determinant is the product of all differences. A matrix times its cofactors is its determinant
     /// times the unit matrix.
@@ -92,9 +68,9 @@ mod tests {
         for order in 2..=MOST {
             let pairs = (0..order).flat_map(|j| (0..j).map(move |i| x[j] - x[i]));
             let known: i64 = pairs.product();
-            assert_eq!(determinant(&Integers, &matrix, order), known);
+            assert_eq!(determinant(&matrix, order), known);
             for (i, j) in (0..order).flat_map(|i| (0..order).map(move |j| (i, j))) {
-                let cofactors = cofactors(&Integers, &matrix, order, j);
+                let cofactors = cofactors(&matrix, order, j);
                 let sum: i64 = matrix[i].iter().zip(cofactors).map(|(a, c)| a * c).sum();
                 assert_eq!(sum, if i == j { known } else { 0 }, "{order}: {i} {j}");
             }

@@ -1,10 +1,8 @@
 //! The vector instructions that the loops of [`crate::numerics::kernel`] use.
 //!
-//! The widest that the processor has are detected once. All of them give the same bits, so the
-//! choice affects only speed; tests select narrower ones to show that.
-//!
-//! In WebAssembly the vectors are a property of the library: it has SIMD128 when it is built
-//! with `-C target-feature=+simd128`.
+//! The widest that the processor has are detected once. All of them give the same bits, so the choice affects only
+//! speed; tests select narrower ones to show that. In WebAssembly the vectors are a property of the library: it has
+//! SIMD128 when it is built with `-C target-feature=+simd128`.
 
 use pulp::{Arch, WithSimd};
 use std::fmt;

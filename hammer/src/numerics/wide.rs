@@ -16,7 +16,7 @@ impl Wide {
         Self { re: Double::new(z.re), im: Double::new(z.im) }
     }
 
-    /// Rounded.
+    /// The nearest number in double precision.
     pub(crate) fn value(self) -> C {
         C::new(self.re.value(), self.im.value())
     }

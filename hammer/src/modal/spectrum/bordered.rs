@@ -1,7 +1,7 @@
 //! The secular function of more than two attachments: one determinant, in which the modes that dominate
 //! near a root are rows and columns of their own, so that no power of their compliance has to cancel.
 
-use crate::modal::spectrum::jet::{Jet, Jets};
+use crate::modal::spectrum::jet::Jet;
 use crate::modal::spectrum::secular::{PAIRS, Root, Secular, size};
 use crate::numerics::minors::{self, MOST, Matrix};
 use crate::numerics::poles;
@@ -50,7 +50,7 @@ impl Secular {
         let used = PAIRS.into_iter().take_while(|[_, b]| *b < order);
         for ([a, b], [at, slope]) in used.zip(sums) {
             for (row, column) in [(a, b), (b, a)] {
-                matrix[row][column] = self.stiff(row, s).times(Jet { at, slope });
+                matrix[row][column] = self.stiff(row, s) * Jet { at, slope };
             }
             if a == b {
                 matrix[a][a].at += 1.0;
@@ -70,7 +70,7 @@ impl Secular {
     fn border(&self, matrix: &mut Matrix<Jet>, s: C, (order, mode): (usize, usize), scale: Jet) {
         for (a, shape) in self.system.shapes.iter().enumerate() {
             let phi = Jet { at: shape[mode].into(), slope: C::default() };
-            matrix[a][order] = self.stiff(a, s).times(phi).times(scale);
+            matrix[a][order] = self.stiff(a, s) * phi * scale;
             matrix[order][a].at = -phi.at;
         }
     }
@@ -99,7 +99,7 @@ impl Secular {
             matrix[order][order].at = ONE.at;
             order += 1;
         }
-        let f = minors::determinant(&Jets, &matrix, order);
+        let f = minors::determinant(&matrix, order);
         (f.at, f.slope, poles)
     }
 
@@ -111,8 +111,7 @@ impl Secular {
             return Default::default();
         }
         let (matrix, order) = self.bordered(root);
-        let forces =
-            |row| minors::cofactors(&Jets, &matrix, order, row).map(|cofactor| cofactor.at);
+        let forces = |row| minors::cofactors(&matrix, order, row).map(|cofactor| cofactor.at);
         if size(root.offset) < TRAPPED * size(self.value(root)) {
             let own = self.system.shapes.len();
             return forces(own);

@@ -1,7 +1,7 @@
 //! Functions of `s` with their derivatives: what the secular function's determinants are made of.
 
-use crate::numerics::minors::Ring;
 use num_complex::Complex64 as C;
+use std::ops::{Mul, Sub};
 
 /// A function of `s` and its derivative.
 #[derive(Clone, Copy, Debug, Default)]
@@ -15,24 +15,20 @@ impl Jet {
         self.at += factor * other.at;
         self.slope += factor * other.slope;
     }
+}
 
-    pub(crate) fn times(self, other: Self) -> Self {
+impl Mul for Jet {
+    type Output = Self;
+
+    fn mul(self, other: Self) -> Self {
         Self { at: self.at * other.at, slope: self.slope * other.at + self.at * other.slope }
     }
 }
 
-/// Arithmetic of functions of `s` with their derivatives.
-pub(crate) struct Jets;
+impl Sub for Jet {
+    type Output = Self;
 
-impl Ring for Jets {
-    type Number = Jet;
-
-    fn product(&self, a: Jet, b: Jet) -> Jet {
-        a.times(b)
-    }
-
-    fn difference(&self, mut a: Jet, b: Jet) -> Jet {
-        a.add(-1.0, b);
-        a
+    fn sub(self, other: Self) -> Self {
+        Self { at: self.at - other.at, slope: self.slope - other.slope }
     }
 }

@@ -268,14 +268,11 @@ impl Secular {
             + r.r12.at.norm_sqr()
             + free * (size(r.joined.at) + self.translations.own * free);
         if whole_size <= split {
-            let mut det = own[0].times(own[1]);
-            det.add(-1.0, cross.times(cross));
-            return det;
+            return own[0] * own[1] - cross * cross;
         }
-        let mut det = r.r11.times(r.r22);
-        det.add(-1.0, r.r12.times(r.r12));
-        det.add(1.0, r.free.times(r.joined));
-        det.add(self.translations.own, r.free.times(r.free));
+        let mut det = r.r11 * r.r22 - r.r12 * r.r12;
+        det.add(1.0, r.free * r.joined);
+        det.add(self.translations.own, r.free * r.free);
         det
     }
 
@@ -300,15 +297,15 @@ impl Secular {
         let s = self.value(root);
         let r = self.receptance(root);
         let stiff = |a: usize| self.stiff(a, s);
-        let first = stiff(0).times(r.r11);
+        let first = stiff(0) * r.r11;
         if self.system.shapes.len() == 1 {
             return (1.0 + first.at, first.slope, r.poles);
         }
         let own = [self.whole(&r, 0, 0), self.whole(&r, 1, 1)];
         let det = self.determinant(&r, own);
-        let mut f = stiff(0).times(own[0]);
-        f.add(1.0, stiff(1).times(own[1]));
-        f.add(1.0, stiff(0).times(stiff(1)).times(det));
+        let mut f = stiff(0) * own[0];
+        f.add(1.0, stiff(1) * own[1]);
+        f.add(1.0, stiff(0) * stiff(1) * det);
         (1.0 + f.at, f.slope, r.poles)
     }
 
