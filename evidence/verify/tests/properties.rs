@@ -4,7 +4,7 @@ use verify::laws::properties::{Checked, PROPERTIES, check, check_mixed};
 
 /// Scenes per property; the weekly run asks for 3,000.
 fn cases() -> u32 {
-    std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(40)
+    std::env::var("PROPTEST_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(60)
 }
 
 fn assert_property(index: usize) {
