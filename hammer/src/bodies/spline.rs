@@ -233,43 +233,6 @@ mod tests {
         }
     }
 
-    /// The splines contain every polynomial of their degree. With the coefficients that interpolate one, the slope
-    /// must be its derivative.
-    #[test]
-    fn slopes_are_derivatives() {
-        for degree in 1..=MAX_DEGREE {
-            let basis = Basis::new(&body(), degree, 9);
-            let mut c = vec![0.0; basis.functions()];
-            for (i, c) in c.iter_mut().enumerate() {
-                *c = ((i * i) as f64).sin();
-            }
-            let (at, step) = (0.1234, 1e-4);
-            // Central difference of order 4 of a polynomial piece: error step^4 u'''''/30.
-            let u = |k: f64| basis.at(at + k * step).value(&c);
-            let slope = (8.0 * (u(1.0) - u(-1.0)) - (u(2.0) - u(-2.0))) / (12.0 * step);
-            let found = basis.at(at).slope(&c);
-            assert!((slope - found).abs() < 1e-6 * found.abs().max(10.0), "{degree}: {found}");
-        }
-    }
-
-    #[test]
-    fn splines_are_continuous_at_steps_and_smooth_inside_sections() {
-        let c = |n: usize| (0..n).map(|i| (1.7 * i as f64).cos()).collect::<Vec<_>>();
-        let tiny = 1e-9;
-        for degree in 2..=MAX_DEGREE {
-            let basis = Basis::new(&body(), degree, 11);
-            let c = c(basis.functions());
-            let either = |x: f64| [basis.at(x - tiny), basis.at(x + tiny)];
-            let [above, below] = either(0.3);
-            assert!((above.value(&c) - below.value(&c)).abs() < 1e-5);
-            assert!((above.slope(&c) - below.slope(&c)).abs() > 1.0, "a step has no kink");
-            let spans = body().spans(11)[0] as f64;
-            let [above, below] = either(0.3 / spans);
-            let scale = above.slope(&c).abs().max(1.0);
-            assert!((above.slope(&c) - below.slope(&c)).abs() < 1e-4 * scale);
-        }
-    }
-
     #[test]
     fn gauss_points_integrate_what_they_should() {
         for n in 1..=WIDTH {
