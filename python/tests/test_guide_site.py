@@ -10,11 +10,10 @@ from typing import Literal
 from urllib.parse import unquote, urlsplit
 
 import pytest
-from axe_playwright_python.sync_playwright import Axe
-from browsing import chromium, served
-from playwright.sync_api import Browser, TimeoutError, expect, sync_playwright
+from browsing import browser, judged, served
+from playwright.sync_api import Browser, TimeoutError, expect
 
-ROOT = Path(__file__).parents[2]
+__all__ = ["browser"]
 #: What a page loads by itself, from elsewhere.
 ELSEWHERE = re.compile(r"<(?:script|link|img|iframe)\b[^>]*(?:src|href)=\"(https?:[^\"]*)")
 
@@ -64,15 +63,6 @@ def test_nothing_but_links_to_read_leads_elsewhere(site: Path) -> None:
     for page in site.rglob("*.html"):
         text = page.read_text(encoding="utf-8")
         assert ELSEWHERE.findall(text) == [], page.name
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    path = chromium()
-    with sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        yield opened
-        opened.close()
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +128,7 @@ def test_axe_finds_nothing_serious(
     found = {}
     for name in ("index", "theory-modes", "datasheet", "python-simulate", "presets", "gallery"):
         page.goto((site / f"{name}.html").as_uri())
-        for row in Axe().run(page).response["violations"]:
+        for row in judged(page)["violations"]:
             if row["impact"] in ("serious", "critical"):
                 found[name, row["id"]] = [node["html"][:200] for node in row["nodes"][:3]]
     assert found == {}

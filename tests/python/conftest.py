@@ -9,12 +9,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browsing import browser, opened
+from browsing import browser, opened, pages
 from fmu import Package
 from hosting import END, PEAKS, STEP, Trajectory, simulated
 
 # Fixtures of the tests of the laboratory.
-__all__ = ["browser", "opened"]
+__all__ = ["browser", "opened", "pages"]
 # Hosts in C++ that tests load into this process.
 NATIVE_HOSTS = ("libcosimpy", "ecospy")
 ended: list[int] = []

@@ -10,8 +10,20 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from axe_playwright_python.sync_playwright import Axe
-from browsing import BLOWS, DESK, OPEN, PAGE, PHONE, blows, choose, served, settled, wait
+from browsing import (
+    BLOWS,
+    DESK,
+    OPEN,
+    PAGE,
+    PHONE,
+    blows,
+    choose,
+    in_both_schemes,
+    judged,
+    served,
+    settled,
+    wait,
+)
 from dth_hammer import VARIABLES, Hammer, HammerWarning, from_datasheet
 from fmu import Instance, Package
 from PIL import Image
@@ -153,10 +165,12 @@ def test_every_preset_is_the_fmus(opened: OPEN, package: Package) -> None:
     presets = {name: text for name, text in presets.items() if "start_values" in text}
     assert sorted(found) == sorted([*(name.replace("_", " ") for name in presets), "your own"])
     for name, preset in presets.items():
-        choose(page, name)
+        page.get_by_label("Preset").select_option(name)
         assert page.evaluate("scene.changed") == preset["start_values"]
-        expected = blows(package, preset["start_values"])
-        assert page.evaluate("laboratory.blows") == expected
+        # One of each drive; the others have other numbers.
+        if name in ("air_4_inch", "top_hammer", "water_hammer"):
+            settled(page)
+            assert page.evaluate("laboratory.blows") == blows(package, preset["start_values"])
 
 
 def test_what_is_downloaded_is_the_scene(opened: OPEN, package: Package) -> None:
@@ -214,8 +228,9 @@ SHEET = {"piston_mass": 8.6, "impact_speed": 10, "blow_energy": 645, "frequency"
 def test_a_datasheet_is_solved_as_in_python_and_contradictions_are_told(
     opened: OPEN, package: Package
 ) -> None:
-    page = opened("#rock.stiffness=2e8&feed_force=4000")
+    page = opened("#rock.stiffness=2e8&feed_force=4000", color_scheme="dark")
     text = solved(page, **SHEET)
+    assert judged(page)["violations"] == []
     with pytest.warns(HammerWarning, match="blow_energy"):
         own = from_datasheet(
             **SHEET | {"frequency": "1800 bpm"}, rock={"rock.stiffness": 2e8}, feed=4e3
@@ -256,12 +271,6 @@ def test_my_hammer_in_a_rock_by_name_is_the_commands(opened: OPEN, rock: str) ->
         assert float(cells[name]) == float(told.split()[0]), told
 
 
-def test_axe_finds_nothing_in_a_solved_datasheet(opened: OPEN) -> None:
-    page = opened(color_scheme="dark", reduced_motion="reduce")
-    solved(page, **SHEET)
-    assert Axe().run(page).response["violations"] == []
-
-
 def test_what_no_hammer_has_is_told_and_leaves_the_scene(opened: OPEN) -> None:
     page = opened()
     text = solved(page, **SHEET | {"impact_speed": 1256})
@@ -298,7 +307,7 @@ def test_the_page_may_fetch_nothing_and_run_no_foreign_script(browser: Browser) 
 
 
 def test_it_runs_and_stops_by_the_keyboard(opened: OPEN) -> None:
-    page = opened()
+    page = opened(reduced_motion="no-preference")
     frames = "laboratory.frames"
     before = page.evaluate(frames)
     wait(page, f"{frames} > {before} + 10")
@@ -325,21 +334,21 @@ def test_every_control_is_reached_by_the_keyboard(opened: OPEN) -> None:
     for _ in range(2 * len(wanted)):
         page.keyboard.press("Tab")
         reached.add(page.evaluate("document.activeElement.id"))
+        if set(wanted) <= reached:
+            break
     assert set(wanted) <= reached
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
-def test_axe_finds_nothing(opened: OPEN, size: tuple[int, int], scheme: str) -> None:
+def test_axe_finds_nothing(opened: OPEN, size: tuple[int, int]) -> None:
     """Contrast, names of controls, headings, landmarks; with a change told."""
-    page = opened(size=size, color_scheme=scheme)
-    page.get_by_role("button", name="Pause").click()
+    page = opened(size=size)
     for preset in ("overdamped", "air_4_inch"):
         choose(page, preset)
         assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
-        results = Axe().run(page)
-        assert results.response["violations"] == []
-        assert "color-contrast" in {rule["id"] for rule in results.response["passes"]}
+        for found in in_both_schemes(page):
+            assert found["violations"] == []
+            assert "color-contrast" in {rule["id"] for rule in found["passes"]}
 
 
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])

