@@ -8,6 +8,8 @@ from collections.abc import Generator
 
 import pytest
 
+# A test process for each core: more threads of NumPy's would only wait for each other.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # The words by which a test says how what it lacks is had.
 INSTALLABLE = re.compile("apt install|cargo lab")
 
