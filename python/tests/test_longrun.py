@@ -145,7 +145,7 @@ def test_a_coupled_model_has_the_mean_of_its_own_blows() -> None:
     drives = []
 
     def partner(hammer: object) -> Coupling:
-        drives.append(Coupling(hammer, WaterDrive(), 1e-4))  # type: ignore[arg-type]
+        drives.append(Coupling(hammer, WaterDrive(substep=1.6e-5), 1e-4))  # type: ignore[arg-type]
         return drives[-1]
 
     found = steady(Water().parameters() | RIGID, partner=partner, step=1e-3, error=0.2)
