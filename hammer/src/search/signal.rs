@@ -330,6 +330,102 @@ const fn factorial(n: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::laws::mode::{Mode, RockMode};
+    use crate::modal::structure::{Attachment, Structure};
+    use crate::modal::system::Recipe;
+    use std::sync::Arc;
+
+    /// An undamped oscillator `a cos(w t + phase)`, and one of the two decays `exp(-r t)` of an oscillator with rates
+    /// `r` and `R`, which begins at `-push`. The functional is their sum.
+    fn track([w, a, phase]: [f64; 3], [r, fast, push]: [f64; 3]) -> Track {
+        let omega2 = [r * fast, w * w];
+        let shape = &[1.0, 0.0];
+        let dashpot = Attachment { shape, stiffness: 0.0, viscosity: r + fast };
+        let recipe = Recipe {
+            structure: Structure { attachments: vec![dashpot], ..Structure::free(&omega2, 0.0) },
+            loads: std::array::from_fn(|_| vec![0.0; 2]),
+            functionals: vec![vec![1.0; 2]],
+            dampers: Vec::new(),
+        };
+        let mode = Mode::starting(RockMode::FreeFlight);
+        let system = Arc::new(System::new(recipe, None, mode).expect("a spectrum"));
+        let mut z = vec![0.0; 2 * system.blocks()];
+        let (sine, cosine) = phase.sin_cos();
+        system.to_modal(&[-push, a * cosine, push * r, -a * w * sine], &mut z);
+        Track { system, z, at: 0.0 }
+    }
+
+    fn guard(drift: [f64; 3], factor: f64) -> Signal {
+        let part = Part { track: 0, functional: 0, factor };
+        Signal::over(Drift::parabola(drift), [Some(part), None], 0, 1e-9)
+    }
+
+    /// A creeping step ends where the rest of the motion, at its bound, could bring the guard to the margin. A decay
+    /// that pushes upward, or that does not outweigh the rest, gives no step.
+    #[test]
+    fn a_creeping_step_ends_where_the_decay_outweighs_the_rest_no_more() {
+        let (r, push, a, margin) = (30.0, 2.0, 0.2, 0.05);
+        for (factor, level) in [(1.0, -0.3), (1.5, -0.1), (1.0, 0.2)] {
+            let tracks = [track([2e4, a, 0.3], [r, 4e3, push])];
+            let signal = guard([level, 0.0, 0.0], factor);
+            let amplitude = signal.amplitude(&tracks, 0);
+            let step = signal.creeping_step(&tracks, amplitude, margin);
+            let rest = amplitude - factor * push;
+            assert!(rest >= 0.999 * factor * a, "{rest}");
+            let then = level - factor * push * (-r * step).exp() + rest;
+            assert!(step > 0.0 && (then + margin).abs() < 1e-9, "{factor} {level}: {step} {then}");
+        }
+        let up = [track([2e4, a, 0.3], [r, 4e3, -push])];
+        let signal = guard([-0.3, 0.0, 0.0], 1.0);
+        assert_eq!(signal.creeping_step(&up, signal.amplitude(&up, 0), margin), 0.0);
+        let weak = [track([2e4, a, 0.3], [r, 4e3, 0.1])];
+        let signal = guard([0.3, 0.0, 0.0], 1.0);
+        assert_eq!(signal.creeping_step(&weak, signal.amplitude(&weak, 0), margin), 0.0);
+    }
+
+    /// For `a cos(w t)` plus a parabola, second derivative and zero are those of the closed form. A window is as long
+    /// as `w` permits, and its error at most an eighth of the resolution.
+    #[test]
+    fn bends_zeros_and_windows_are_those_of_the_closed_form() {
+        let (w, a, phase) = (2e4, 0.2, 0.3);
+        let tracks = [track([w, a, phase], [30.0, 4e3, 0.0])];
+        for (drift, factor) in [([-0.17, 20.0, 5e3], 1.0), ([0.2, -300.0, 7e6], -1.5)] {
+            let signal = guard(drift, factor);
+            let exact = |t: f64| {
+                drift[0] + t * (drift[1] + t * drift[2]) + factor * a * (w * t + phase).cos()
+            };
+            let bend = 2.0 * drift[2] - factor * a * w * w * phase.cos();
+            assert!((signal.bend(&tracks) - bend).abs() < 1e-9 * a * w * w, "{factor}");
+            let amplitude = signal.amplitude(&tracks, 0);
+            let window = signal.expand(&tracks, 0.0, amplitude);
+            for x in [0.0, 0.3, 0.7, 1.0] {
+                let value = window.q.iter().rev().fold(0.0, |sum, c| sum * x + c);
+                let off = (value - exact(x * window.h)).abs();
+                assert!(off <= signal.resolution / 8.0, "{factor} {x}: {off:e}");
+            }
+            // The terms grow by `sqrt 2 w h`, up to the margin for a power of two.
+            let growth = window.modal.growth / (std::f64::consts::SQRT_2 * w * window.h);
+            assert!((1.0..1.1).contains(&growth), "{factor}: {growth}");
+            assert_eq!(window.modal.amplitude, f64::EPSILON * amplitude);
+            // Its rounding is at least that of a value and its factor, and at most that of some ten terms.
+            let rounding = signal.rounding(&tracks, 0.0, amplitude) - signal.drift.rounding(0.0);
+            let roundings = rounding / (f64::EPSILON * amplitude);
+            assert!((4.0..20.0).contains(&roundings), "{roundings}");
+        }
+    }
+
+    /// A Newton step near a zero where the guard rises and is within its resolution; elsewhere no step.
+    #[test]
+    fn a_zero_is_polished_where_the_guard_rises_within_its_resolution() {
+        for (slope, start, is_polished) in
+            [(3.0, 0.9e-9, true), (3.0, -0.9e-9, true), (3.0, 1.1e-9, false), (-3.0, 0.9e-9, false)]
+        {
+            let tracks = [track([2e4, 0.0, 0.0], [30.0, 4e3, 0.0])];
+            let signal = guard([start, slope, 0.0], 1.0);
+            let expected = if is_polished { -start / slope } else { 0.0 };
+            assert_eq!(signal.polish(&tracks, 0.0), expected, "{slope} {start}");
+        }
+    }
 
     #[test]
     fn a_probe_is_finite_if_each_of_its_numbers_is() {
