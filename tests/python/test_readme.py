@@ -66,8 +66,8 @@ def test_the_first_lines_of_output_are_the_demo_s() -> None:
 
 
 def test_every_folder_is_named_and_every_link_leads_somewhere() -> None:
-    # dist and target are made by the commands; a name with a dot is of a tool.
-    made = {"dist", "target"}
+    # These are made by the commands; a name with a dot is of a tool.
+    made = {"dist", "target", "__pycache__"}
     folders = {p.name for p in ROOT.iterdir() if p.is_dir() and p.name[0] != "."} - made
     rows = README[README.index("## What is where") :]
     assert folders == set(re.findall(r"`(\w+)/", rows[: rows.index("\n\n[")])) - made
