@@ -15,8 +15,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from mkdocs.commands.build import build
@@ -47,10 +47,9 @@ def main() -> None:
     shutil.rmtree(stage, ignore_errors=True)
     gather(stage)
     draw(stage / "figures")
-    for page in sorted(stage.glob("*.md")):
-        begun = time.monotonic()
-        page.write_text(with_results(page, stage / "made" / page.stem), encoding="utf-8")
-        print(f"guide: {page.stem} ({time.monotonic() - begun:.0f} s)", flush=True)
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        pages = sorted(stage.glob("*.md"))
+        list(threads.map(fill, pages, (stage / "made" / page.stem for page in pages)))
     complete(stage, compare_masters)
     build_site(stage, site)
     print(f"guide: {site / 'index.html'}")
@@ -114,11 +113,11 @@ def insert(name: str, made: dict[str, Callable[[], str]]) -> str:
     return re.sub(r"\A# .*\n+", "", text) if path.suffix == ".md" else f"```python\n{text}```"
 
 
-def with_results(page: Path, folder: Path) -> str:
-    """A page with what its blocks print and draw under them."""
+def fill(page: Path, folder: Path) -> None:
+    """Writes under a page's blocks what they print and draw in this folder."""
     text = page.read_text(encoding="utf-8")
     if not blocks.parse(text):
-        return text
+        return
     folder.mkdir(parents=True)
     for example in (ROOT / "examples").glob("*.py"):
         shutil.copy(example, folder)
@@ -138,7 +137,8 @@ def with_results(page: Path, folder: Path) -> str:
     for other in folder.iterdir():
         if other.suffix not in blocks.FIGURES:
             shutil.rmtree(other) if other.is_dir() and not other.is_symlink() else other.unlink()
-    return CAPTION.sub("", "".join([*parts, text[end:]]))
+    page.write_text(CAPTION.sub("", "".join([*parts, text[end:]])), encoding="utf-8")
+    print(f"guide: {page.stem}", flush=True)
 
 
 def results(block: blocks.Block, folder: Path, captions: dict[str, str]) -> list[str]:
