@@ -109,7 +109,7 @@ done = {
     "sweep over the rock": runs("rock.stiffness", 1e8, 2e8),
 }
 begun = spent()
-calibrate({"rop": (0.030, 0.0005)}, ["rock.stiffness"])
+calibrate("reference", {"rop": (0.030, 0.0005)}, ["rock.stiffness"])
 done["calibrate: one parameter from one mean"] = spent() - begun
 print(json.dumps(done))
 """
