@@ -57,7 +57,7 @@ def speed() -> list[str]:
 
 
 def ratios() -> dict[str, int]:
-    """How many times as long each other solver takes at the error, in the first table: without air."""
+    """How many times as long each other solver takes at the error, without air: the first table."""
     page = (ROOT / "reports" / "speed-against-error.md").read_text(encoding="utf-8")
     rows = [line.strip("| ").split(" | ") for line in page.splitlines() if line.startswith("| ")]
     head = next(row for row in rows if row[0] == "solver" and ERROR in row)
