@@ -65,8 +65,8 @@ struct Arguments {
     /// extended-precision reference
     #[arg(long, num_args = 1..)]
     tests: Vec<String>,
-    /// Whether these tests would be missed: only changes that one of them notices, and whether another test notices
-    /// them
+    /// Whether these tests, or those of these programs, would be missed: only changes that one of them notices, and
+    /// whether another test notices them
     #[arg(long, num_args = 1..)]
     missing: Vec<String>,
     /// Only those changes that no test noticed or reached according to target/mutants/outcomes.txt
@@ -101,7 +101,7 @@ fn run(arguments: &Arguments) -> Result<(), Problem> {
     }
     let path = target(&root).join("mutants/outcomes.txt");
     for name in &arguments.missing {
-        let found = tests.iter_mut().filter(|test| test.name.1 == *name);
+        let found = tests.iter_mut().filter(|test| [&test.name.0, &test.name.1].contains(&name));
         if found.map(|test| test.judged = true).count() == 0 {
             return Err(Problem::NoTest(name.clone()));
         }
