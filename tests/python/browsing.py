@@ -31,7 +31,7 @@ QUIET = (
     "--disable-component-update",
     "--disable-sync",
     "--hide-scrollbars",
-    # Compiles for speed only what runs for long, which of the engine are some tests' loops.
+    # The engine is compiled for speed only where it runs for long, as in some tests.
     "--js-flags=--wasm-tiering-budget=104000000",
 )
 PAGE = Path(__file__).parents[2] / "dist" / "lab" / "index.html"
@@ -41,8 +41,8 @@ LOOK, BLOWS, LONGEST = 1e-3, 30, 4.0
 OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop"]
 OF_BLOW += ["tip_rate", "air_flow"]
 OPEN = Callable[..., Page]
-# What the page does of its own accord, kept to what tests wait for: ten pictures a second, since
-# software paints them, and of the explanation's handle the places that it is moved to.
+# Ten pictures a second, since software paints them. The explanation computes no place of its handle
+# before it is moved there.
 SELDOM = """
 const drawn = requestAnimationFrame;
 window.requestAnimationFrame = (draw) => setTimeout(() => drawn(draw), 100);
@@ -172,7 +172,7 @@ def settled(page: Page) -> Page:
     return page
 
 
-# Of scenes whose words and places alone are looked at: few elements, and means of few blows.
+# Few elements, and means of few blows, for tests that look at words and places alone.
 COARSE = """() => {
     Object.assign(explorable.hammer, { "mesh.degree": 1, "piston.elements": 8, "bit.elements": 8 });
     for (const of of [MEAN_OF, MEAN_OF_RODS]) Object.assign(of, { error: 0.5, blows: 12 });
@@ -180,7 +180,7 @@ COARSE = """() => {
 
 
 def explained(opened: OPEN, number: int = 1, **more: Any) -> Page:
-    """The explanation, of scenes that take little time."""
+    """The explanation, with scenes that take little time."""
     page = opened(f"#screen={number}", ready="explorable.settled", **more)
     page.evaluate(COARSE)
     return page
@@ -205,11 +205,12 @@ def in_both_schemes(page: Page) -> Iterator[dict[str, Any]]:
 
 
 def fits_a_phone(page: Page) -> None:
-    """All of what is explained is on a phone's screen."""
+    """All of what is explained is on a phone's screen, and axe finds nothing."""
     size = "[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
     width, height = page.evaluate(size)
     assert width <= PHONE[0]
     assert height <= PHONE[1]
+    assert judged(page)["violations"] == []
 
 
 def blows(package: Package, values: dict[str, float]) -> list[dict[str, float]]:

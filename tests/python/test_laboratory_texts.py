@@ -67,8 +67,6 @@ def test_no_word_of_the_explanation_is_left_in_english_and_all_fits_a_phone(
         wait(page, "explorable.settled")
         assert page.inner_text("#screen-title").startswith(texts["screen_step"].split("{")[0])
         displayed |= set(page.evaluate(f"{visible}.map(e => e.dataset.say)"))
-    # Names of controls and pictures, too, are there; what else axe looks at is not of the language.
-    assert judged(page)["violations"] == []
     # What was asked for as the page opened is read where it stands.
     labels = (
         "Object.values(explorable.figure.plots).flatMap((plot) => plot.axes.map((a) => a.label))"
