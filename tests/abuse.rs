@@ -113,14 +113,7 @@ fn threads_give_bitwise_what_one_thread_gives_in_either_standard() {
         let host = Three::new(&library, true, true);
         host.set("Float64", vr("rock.stiffness"), stiffness(number));
         host.start(true);
-        let mut point = 0.0;
-        while point < 0.1 {
-            let ended = host.step(point, 0.1 - point);
-            point = ended.time;
-            if ended.event {
-                host.event(|_, happened| assert_eq!(happened, [1.0, 0.0]));
-            }
-        }
+        host.run(0.0, 0.1, |_, event| assert!(event.is_none_or(|event| event == [1.0, 0.0])));
         host.fingerprint(&names)
     });
 }
@@ -128,16 +121,11 @@ fn threads_give_bitwise_what_one_thread_gives_in_either_standard() {
 #[test]
 fn too_much_work_ends_in_an_error_that_leaves_the_instance_safe() {
     let library = Library::load();
-    let host = Host::new(&library);
     // A contact a million times stiffer than its splines chatters when a force presses.
-    let counts = [("piston.elements", 4), ("bit.elements", 4), ("mesh.degree", 7)];
-    for (name, count) in counts.into_iter().chain([("work_limit", 1), ("drive.source", 2)]) {
-        host.set_int(name, count);
-    }
-    host.set("drive_force", 1e4);
-    host.set("material.damping_time", 0.0);
-    host.set("contact.stiffness", 1e17);
-    host.start(0.0);
+    let stiff = [("contact.stiffness", 1e17), ("material.damping_time", 0.0), ("work_limit", 1.0)];
+    let mesh = [("piston.elements", 4.0), ("bit.elements", 4.0), ("mesh.degree", 7.0)];
+    let pressed = [("drive.source", 2.0), ("drive_force", 1e4)];
+    let host = Host::running(&library, &[&stiff[..], &mesh, &pressed].concat());
     host.take_log();
     let dog = Watchdog::new();
     dog.about_to("fmi2DoStep of a contact that chatters".into());

@@ -44,14 +44,8 @@ impl Driver for Three<'_> {
     fn value(&self, name: &str) -> f64 {
         self.get(vr(name))
     }
-    fn advance(&self, mut from: f64, to: f64) {
-        while from < to {
-            let ended = self.step(from, to - from);
-            if ended.event {
-                self.event(|_, _| {});
-            }
-            from = ended.time;
-        }
+    fn advance(&self, from: f64, to: f64) {
+        self.run(from, to, |_, _| ());
     }
     fn ramp(&self, name: &str, (value, slope): (f64, f64)) {
         self.set("Float64", vr(name), value);
@@ -83,12 +77,8 @@ fn scenes() -> [(i32, Vec<(&'static str, f64)>); 2] {
 }
 
 fn two<'a>(library: &'a Library, (fidelity, values): &(i32, Vec<(&str, f64)>)) -> Host<'a> {
-    let host = Host::new(library);
-    host.set_int("drive.source", AIR);
-    host.set_int("fidelity", *fidelity);
-    values.iter().for_each(|(name, value)| host.set(name, *value));
-    host.start(0.0);
-    host
+    let scene = [("drive.source", f64::from(AIR)), ("fidelity", f64::from(*fidelity))];
+    Host::running(library, &[&scene[..], values].concat())
 }
 
 /// With event mode and early return: at blows, and where the piston passes 20 mm above the bit.
@@ -109,19 +99,22 @@ fn three<'a>(library: &'a Library, (fidelity, values): &(i32, Vec<(&str, f64)>))
 #[test]
 fn what_is_taken_follows_the_supply_as_in_closed_form() {
     let library = Library::load();
-    let host = Host::new(&library);
-    host.set_int("drive.source", AIR);
-    host.set_int("fidelity", 1);
-    for name in ["drive.area_drive", "drive.area_return", "gravity"] {
-        host.set(name, 0.0);
-    }
-    for (name, edge) in [("drive.exhaust", 1.0), ("return.supply", 1.0), ("return.exhaust", -1.0)] {
-        host.set(&format!("air.{name}"), edge);
-    }
-    host.set("air.drive.supply", 0.0);
     let start = 1e5;
-    host.set("supply_pressure", start);
-    host.start(0.0);
+    let host = Host::running(
+        &library,
+        &[
+            ("drive.source", AIR.into()),
+            ("fidelity", 1.0),
+            ("drive.area_drive", 0.0),
+            ("drive.area_return", 0.0),
+            ("gravity", 0.0),
+            ("air.drive.supply", 0.0),
+            ("air.drive.exhaust", 1.0),
+            ("air.return.supply", 1.0),
+            ("air.return.exhaust", -1.0),
+            ("supply_pressure", start),
+        ],
+    );
     host.step(0.0, 1e-3);
     assert_eq!(host.get("air_mass"), 0.0, "nothing flows between equal pressures");
     let [discharge, area, temperature, volume] =

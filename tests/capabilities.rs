@@ -8,12 +8,8 @@ const STEP: f64 = 1e-3;
 
 /// A hammer whose piston flies free under `drive_force`: its motion is a polynomial.
 fn free_flight(library: &Library) -> Host<'_> {
-    let host = Host::new(library);
-    host.set_int("drive.source", 2);
-    host.set("gravity", 0.0);
-    host.set("contact.initial_gap", 10.0);
-    host.start(0.0);
-    host
+    let scene = [("drive.source", 2.0), ("gravity", 0.0), ("contact.initial_gap", 10.0)];
+    Host::running(library, &scene)
 }
 
 fn piston_mass(host: &Host) -> f64 {
@@ -134,13 +130,9 @@ const SPACING: f64 = 1e-8;
 
 /// Hammers by three drives, with inputs that change.
 fn driven<'a>(library: &'a Library, source: i32) -> Host<'a> {
-    let host = Host::new(library);
-    host.set_int("drive.source", source);
-    host.set("air.error", 1e-11);
-    host.set("contact.initial_gap", 2e-3);
-    host.set("piston.initial_velocity", 9.0);
-    host.set("drive_pressure", 1e6);
-    host.start(0.0);
+    let by = [("drive.source", source.into()), ("air.error", 1e-11), ("drive_pressure", 1e6)];
+    let thrown = [("contact.initial_gap", 2e-3), ("piston.initial_velocity", 9.0)];
+    let host = Host::running(library, &[&by[..], &thrown].concat());
     for (name, value, slope) in
         [("drive_force", 900.0, 3e5), ("drive_pressure", 1e6, 4e8), ("return_pressure", 2e5, -1e8)]
     {
@@ -209,8 +201,7 @@ fn a_state_goes_on_bit_for_bit_wherever_it_is_restored() {
     host.set("feed_force", 4500.0);
     host.set_derivative("feed_force", 1, 1e3);
     host.set("rock.viscosity", 1.8e5);
-    let mut state = Handle(0);
-    assert_eq!(library.get_state(host.handle, Some(&mut state)), OK);
+    let state = host.state();
     let bytes = library.serialize(host.handle, state).expect("serialises");
     let go_on = |host: &Host| {
         host.step(0.03, 0.05);
@@ -240,20 +231,14 @@ fn a_state_goes_on_bit_for_bit_wherever_it_is_restored() {
 #[test]
 fn a_state_can_be_taken_in_any_phase() {
     let library = Library::load();
-    let host = Host::new(&library);
-    let take = |host: &Host| {
-        let mut state = Handle(0);
-        assert_eq!(library.get_state(host.handle, Some(&mut state)), OK);
-        state
-    };
-    host.set("feed_force", 3e3);
-    let instantiated = take(&host);
+    let host = Host::with(&library, &[("feed_force", 3e3)]);
+    let instantiated = host.state();
     host.plain("fmi2EnterInitializationMode");
-    let initialising = take(&host);
+    let initialising = host.state();
     host.plain("fmi2ExitInitializationMode");
     host.step(0.0, 1e-3);
     host.plain("fmi2Terminate");
-    let terminated = take(&host);
+    let terminated = host.state();
 
     let other = Host::new(&library);
     assert_eq!(library.set_state(other.handle, terminated), OK);
@@ -278,8 +263,7 @@ fn a_damaged_or_stale_state_is_refused() {
     let library = Library::load();
     let host = Host::running(&library, &[]);
     host.step(0.0, 1e-3);
-    let mut state = Handle(0);
-    assert_eq!(library.get_state(host.handle, Some(&mut state)), OK);
+    let mut state = host.state();
     let bytes = library.serialize(host.handle, state).expect("serialises");
     let before = host.fingerprint();
     let refused = |bytes: &[u8], why: &str| {

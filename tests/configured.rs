@@ -1,7 +1,7 @@
 //! FMUs with other start values than the general one, which the library learns from their GUID.
 
 use crate::support::host::{Host, vr};
-use crate::support::library::{Handle, Library, OK};
+use crate::support::library::{Library, OK};
 use dth_hammer::GUID;
 use dth_hammer::variant::SET;
 
@@ -23,13 +23,9 @@ fn guid(values: &[(&str, f64)]) -> String {
     format!("{GUID}{SET}{}", list.join(","))
 }
 
-fn set(host: &Host) {
-    for (name, value) in SCENE {
-        match name {
-            "drive.source" | "bit.elements" => host.set_int(name, value as i32),
-            _ => host.set(name, value),
-        }
-    }
+/// A plain hammer that is set to the scene, and the FMU that starts with it.
+fn both(library: &Library) -> [Host<'_>; 2] {
+    [Host::with(library, &SCENE), Host::of_guid(library, &guid(&SCENE))]
 }
 
 fn run(host: &Host) -> Vec<u64> {
@@ -41,8 +37,7 @@ fn run(host: &Host) -> Vec<u64> {
 #[test]
 fn a_host_that_sets_nothing_simulates_the_scene() {
     let library = Library::load();
-    let (plain, configured) = (Host::new(&library), Host::of_guid(&library, &guid(&SCENE)));
-    set(&plain);
+    let [plain, configured] = both(&library);
     assert_eq!(configured.get("feed_force"), 7e3);
     assert_eq!(run(&configured), run(&plain));
     assert_ne!(run(&Host::new(&library)), configured.fingerprint());
@@ -58,11 +53,8 @@ fn a_host_that_sets_nothing_simulates_the_scene() {
 #[test]
 fn what_is_set_goes_before_what_it_starts_with() {
     let library = Library::load();
-    let (plain, configured) = (Host::new(&library), Host::of_guid(&library, &guid(&SCENE)));
-    set(&plain);
-    for host in [&plain, &configured] {
-        host.set("drive_pressure", 2e6);
-    }
+    let [plain, configured] = both(&library);
+    [&plain, &configured].iter().for_each(|host| host.set("drive_pressure", 2e6));
     assert_eq!(run(&configured), run(&plain));
 }
 
@@ -70,8 +62,7 @@ fn what_is_set_goes_before_what_it_starts_with() {
 fn a_state_taken_before_the_start_keeps_the_scene() {
     let library = Library::load();
     let (plain, configured) = (Host::new(&library), Host::of_guid(&library, &guid(&SCENE)));
-    let mut state = Handle(0);
-    assert_eq!(library.get_state(configured.handle, Some(&mut state)), OK);
+    let mut state = configured.state();
     assert_eq!(library.set_state(plain.handle, state), OK);
     assert_eq!(run(&plain), run(&configured));
     library.free_state(plain.handle, Some(&mut state));

@@ -1,7 +1,7 @@
 //! An outside drive through both standards: the same numbers as from the engine, and the warnings.
 
 use crate::support::host::{Host, vr};
-use crate::support::library::{ERROR, Handle, Library, OK};
+use crate::support::library::{ERROR, Library, OK};
 use crate::support::three::{Three, extra};
 use hammer::{Fidelity, Input, InputValues, Machine, Parameters, Source};
 
@@ -37,9 +37,8 @@ fn start_two(library: &Library) -> Host<'_> {
 
 /// Starts a new or reset instance with the scene.
 fn start(host: &Host) {
-    host.set_int("fidelity", 1);
-    host.set_int("drive.source", 2);
-    SCENE.iter().for_each(|(name, value)| host.set(name, *value));
+    let driven = [("fidelity", 1.0), ("drive.source", 2.0)];
+    driven.iter().chain(&SCENE).for_each(|(name, value)| host.set(name, *value));
     host.start(0.0);
 }
 
@@ -68,8 +67,7 @@ fn both_standards_extrapolate_as_the_engine() {
             host.set("drive_force", set);
         }
         if step % 7 == 3 {
-            let mut state = Handle(0);
-            assert_eq!(library.get_state(host.handle, Some(&mut state)), OK);
+            let mut state = host.state();
             host.step(f64::from(step) * STEP, STEP);
             assert_eq!(library.set_state(host.handle, state), OK);
             library.free_state(host.handle, Some(&mut state));
@@ -86,18 +84,8 @@ fn both_standards_extrapolate_as_the_engine() {
             let force = -STIFFNESS * (host.get(vr(SWEPT)) - began);
             host.set("Float64", vr("drive_force"), force);
             host.set("Float64", extra("drive_force_rate"), 0.0);
-            let (mut at, end) = (f64::from(step) * STEP, f64::from(step) * STEP + STEP);
-            loop {
-                let ended = host.step(at, end - at);
-                at = ended.time;
-                if ended.event {
-                    early += usize::from(ended.early);
-                    host.event(|_, _| ());
-                }
-                if !ended.early {
-                    break;
-                }
-            }
+            let at = f64::from(step) * STEP;
+            host.run(at, at + STEP, |ended, _| early += usize::from(ended.early));
             found.extend(READ.map(|name| host.get(vr(name))));
         }
         // After an early return the end of a step is a sum, and so has a rounding error.
@@ -152,11 +140,8 @@ fn what_a_step_shows_is_told_once() {
     for part in ["steps of 0.00002 s", "coupling.delay = 0 ", "set coupling.delay (0.5"] {
         assert!(reported[0].contains(part), "{}", reported[0]);
     }
-    let hard = Host::new(&library);
-    hard.set_int("fidelity", 1);
-    hard.set("piston.initial_velocity", 14.0);
-    hard.set("feed_force", 0.0);
-    hard.start(0.0);
+    let thrown = [("fidelity", 1.0), ("piston.initial_velocity", 14.0), ("feed_force", 0.0)];
+    let hard = Host::running(&library, &thrown);
     for step in 0..20 {
         hard.step(f64::from(step) * 1e-3, 1e-3);
     }

@@ -70,9 +70,8 @@ fn at_a_communication_point_an_output_follows_only_what_the_description_says() {
         (AIR, &[]),
         (AIR, &hung),
     ] {
-        let host = Host::new(&library);
-        host.set_int("drive.source", source);
-        host.set("air.error", AIR_ERROR);
+        let by = [("drive.source", f64::from(source)), ("air.error", AIR_ERROR)];
+        let host = Host::with(&library, &by);
         // With unequal areas, equal pressures on both faces do not cancel.
         host.set("drive.area_return", 0.8 * host.get("drive.area_drive"));
         values.iter().for_each(|(name, value)| host.set(name, *value));
@@ -136,11 +135,9 @@ fn at_a_communication_point_an_output_follows_only_what_the_description_says() {
 /// a little lower and higher.
 fn before_the_start<'a>(library: &'a Library, source: i32) -> Host<'a> {
     let (of, _) = outputs();
-    let host = Host::new(library);
-    host.set_int("drive.source", source);
-    host.set("air.error", AIR_ERROR);
-    host.set_int("piston.elements", 3);
-    host.set_int("bit.elements", 3);
+    let by = [("drive.source", f64::from(source)), ("air.error", AIR_ERROR)];
+    let coarse = [("piston.elements", 3.0), ("bit.elements", 3.0)];
+    let host = Host::with(library, &[by, coarse].concat());
     host.plain("fmi2EnterInitializationMode");
     let known = |row: &hammer::variables::Variable| {
         matches!(row.role, Role::Input { .. } | Role::Parameter { slot: Slot::Real(..), .. })
@@ -289,11 +286,10 @@ fn every_pair_of_fmi_3_is_answered_and_declared() {
     for source in [1, 3, AIR] {
         let host = Three::new(&library, false, false);
         host.set("Int64", vr("drive.source"), i64::from(source));
-        let same = Host::new(&library);
-        same.set_int("drive.source", source);
+        let same = Host::with(&library, &[("drive.source", source.into())]);
         for name in ["piston.elements", "bit.elements"] {
             host.set("Int32", vr(name), 3_i32);
-            same.set_int(name, 3);
+            same.set(name, 3.0);
         }
         let pairs = |by: &[u32], element: &str| {
             let (mut other, mut followed) = (0, 0);
@@ -336,9 +332,7 @@ fn every_pair_of_fmi_3_is_answered_and_declared() {
 #[test]
 fn equal_knowns_are_differentiated_once() {
     let library = Library::load();
-    let host = Host::new(&library);
-    host.set_int("piston.elements", 60);
-    host.set_int("bit.elements", 60);
+    let host = Host::with(&library, &[("piston.elements", 60.0), ("bit.elements", 60.0)]);
     host.plain("fmi2EnterInitializationMode");
     let [force, feed] = ["rock_force", "feed_force"].map(vr);
     let knowns = vec![feed; 800];

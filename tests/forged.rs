@@ -98,15 +98,11 @@ fn a_forged_side_of_a_position_changes_no_event() {
     let events = |bytes: &[u8]| {
         let host = Three::new(&library, true, true);
         assert_eq!(host.adopt(bytes), [OK, OK]);
-        let (mut point, mut events) = (PRESENT, Vec::new());
-        let end = PRESENT + 2.0 * SPAN; // Over a blow.
-        while point < end {
-            let ended = host.step(point, end - point);
-            point = ended.time;
-            if ended.event {
-                host.event(|_, what| events.push((point.to_bits(), what)));
-            }
-        }
+        let mut events = Vec::new();
+        // Over a blow.
+        host.run(PRESENT, PRESENT + 2.0 * SPAN, |ended, event| {
+            events.extend(event.map(|what| (ended.time.to_bits(), what)));
+        });
         events
     };
     let honest = events(&bytes);
@@ -130,9 +126,7 @@ fn a_state_that_allows_more_work_than_its_reader_is_refused() {
     let two = allowed(&[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 2)]);
     let more = allowed(&[("piston.elements", 4), ("bit.elements", 3), ("work_limit", 29)]);
     let reader = |limit: i32, bytes: &[u8]| {
-        let other = Host::new(&library);
-        other.set_int("work_limit", limit);
-        receive(&other, bytes)
+        receive(&Host::with(&library, &[("work_limit", limit.into())]), bytes)
     };
     assert_eq!(reader(2, &more), [OK, ERROR]);
     assert_eq!(reader(29, &more), [OK, OK]);

@@ -21,8 +21,7 @@ fn work(library: &Library, first: u32, done: &AtomicBool) {
         let host = Host::running(library, &[("rock.stiffness", 1e8 + f64::from(number))]);
         for step in 0..10 {
             host.step(f64::from(step) * 1e-3, 1e-3);
-            let mut state = Handle(0);
-            assert_eq!(library.get_state(host.handle, Some(&mut state)), OK);
+            let mut state = host.state();
             assert_eq!(library.free_state(host.handle, Some(&mut state)), OK);
         }
         if done.load(Ordering::Relaxed) {

@@ -42,9 +42,8 @@ fn with_at_most(bytes: u64, work: impl FnOnce()) -> i32 {
 
 /// A hammer on meshes with so many elements, before initialization.
 fn fine(library: &Library, elements: i32) -> Host<'_> {
-    let host = Host::new(library);
-    host.set_int("piston.elements", elements);
-    host.set_int("bit.elements", elements);
+    let mesh = ["piston.elements", "bit.elements"].map(|name| (name, f64::from(elements)));
+    let host = Host::with(library, &mesh);
     assert_eq!(library.set_up(host.handle, 0.0, None), OK);
     host.plain("fmi2EnterInitializationMode");
     host

@@ -91,18 +91,9 @@ fn each_call_is_allowed_in_the_modes_of_the_standard_and_no_other() {
 type Ends = Vec<(Ended, Option<[f64; 2]>)>;
 
 /// The rest of a run: the ends of its steps, and the final bits.
-fn rest(host: &Three, mut point: f64) -> (Ends, Vec<u64>) {
-    const END: f64 = 0.25;
+fn rest(host: &Three, from: f64) -> (Ends, Vec<u64>) {
     let mut ends = Ends::new();
-    while point < END {
-        let ended = host.step(point, END - point);
-        let mut events = None;
-        if ended.event {
-            host.event(|_, found| events = Some(found));
-        }
-        ends.push((ended, events));
-        point = ended.time;
-    }
+    host.run(from, 0.25, |ended, event| ends.push((ended, event)));
     let names = ["piston_position", "bit_tip_velocity", "tip_depth", "event_count"];
     (ends, host.fingerprint(&names))
 }

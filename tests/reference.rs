@@ -26,11 +26,7 @@ fn two_blows_are_the_oracles() {
     let library = Library::load();
     let host = Host::new(&library);
     for (name, value) in Preset::named("overdamped").expect("a preset").differences() {
-        match name {
-            "mesh.degree" => host.set_int(name, value as i32),
-            "piston.elements" | "bit.elements" => host.set_int(name, ELEMENTS as i32),
-            _ => host.set(name, value),
-        }
+        host.set(name, if name.ends_with(".elements") { ELEMENTS as f64 } else { value });
     }
     host.start(0.0);
     let mut time = 0.0;

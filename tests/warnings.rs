@@ -36,11 +36,7 @@ fn a_source_that_gets_nothing() {
     let library = Library::load();
     let log = "drive.source is Pressure, but nothing sets drive_pressure or return_pressure: \
                 the piston is not driven";
-    let [without, with, late] = [(); 3].map(|()| {
-        let host = Host::new(&library);
-        host.set_int("drive.source", 3);
-        host
-    });
+    let [without, with, late] = [(); 3].map(|()| Host::with(&library, &[("drive.source", 3.0)]));
     with.set("return_pressure", 1e5);
     for host in [&without, &with, &late] {
         host.start(0.0);

@@ -49,15 +49,13 @@ pub fn forge(rng: &mut dyn Rng, honest: &[u8], places: Range<usize>) -> Vec<u8> 
 
 /// The bytes of a state of this structure in flight, 1 ms into a step.
 pub fn honest(library: &Library, structure: &Structure) -> Vec<u8> {
-    let host = Host::new(library);
-    host.set_int("drive.source", structure.source);
-    structure.counts.iter().for_each(|(name, count)| host.set_int(name, *count));
-    structure.reals.iter().for_each(|(name, value)| host.set(name, *value));
+    let host = Host::with(library, structure.reals);
+    host.set("drive.source", structure.source.into());
+    structure.counts.iter().for_each(|(name, count)| host.set(name, (*count).into()));
     host.start(0.0);
     host.step(0.0, 0.02);
     host.step(0.02, 1.25e-3);
-    let mut state = Handle(0);
-    assert_eq!(host.library.get_state(host.handle, Some(&mut state)), OK);
+    let mut state = host.state();
     let bytes = host.library.serialize(host.handle, state).unwrap();
     assert_eq!(host.library.free_state(host.handle, Some(&mut state)), OK);
     bytes

@@ -21,7 +21,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from cofmupy import Coordinator
-from fmpy.validation import validate_fmu
 from fmu import Instance, Package
 from hosting import END, SCENE, STEP, Trajectory, assert_same, simulated
 from lxml import etree
@@ -32,10 +31,6 @@ from programs import ran
 from sofirpy import simulate
 
 pytestmark = pytest.mark.usefixtures("scratch")
-
-
-def test_fmpy_finds_nothing_to_complain_of(fmu_path: Path) -> None:
-    assert validate_fmu(str(fmu_path)) == []
 
 
 def test_the_description_is_valid_by_the_schema_of_fmi_2(package: Package) -> None:

@@ -60,17 +60,8 @@ def release() -> Path:
 def test_a_newcomer_draws_the_first_figure(fmu_path: Path, tmp_path: Path) -> None:
     """A clean environment without a compiler: pip chooses the wheel, `demo` draws."""
     assert platform(wheel(fmu_path, tmp_path, "native")) == here()
-    reach = [
-        sys.executable,
-        "-m",
-        "pip",
-        "download",
-        "--no-deps",
-        "--dest",
-        tmp_path / "reach",
-        "tqdm",
-    ]
-    probe = subprocess.run(reach, capture_output=True, text=True, check=False)
+    fetch = [sys.executable, "-m", "pip", "download", "--no-deps", "--dest", tmp_path / "reach"]
+    probe = subprocess.run([*fetch, "tqdm"], capture_output=True, text=True, check=False)
     if "NewConnectionError" in probe.stderr:
         pytest.skip("no package index can be reached: the wheel's dependencies come from one")
     said = first_figure(tmp_path, tmp_path / "first.png")

@@ -4,7 +4,7 @@
 
 use super::library::{Callbacks, Handle, Library, Log, OK};
 use dth_hammer::GUID;
-use hammer::variables::VARIABLES;
+use hammer::variables::{Role, Slot, VARIABLES};
 
 /// Value reference of a name.
 pub fn vr(name: &str) -> u32 {
@@ -56,12 +56,16 @@ impl<'a> Host<'a> {
         Self { library, handle, log }
     }
 
-    /// An instance that is ready to step, with these real values.
-    pub fn running(library: &'a Library, values: &[(&str, f64)]) -> Self {
+    /// An instance before initialization, with these values.
+    pub fn with(library: &'a Library, values: &[(&str, f64)]) -> Self {
         let host = Self::new(library);
-        for (name, value) in values {
-            host.set(name, *value);
-        }
+        values.iter().for_each(|(name, value)| host.set(name, *value));
+        host
+    }
+
+    /// An instance that is ready to step, with these values.
+    pub fn running(library: &'a Library, values: &[(&str, f64)]) -> Self {
+        let host = Self::with(library, values);
         host.start(0.0);
         host
     }
@@ -79,15 +83,15 @@ impl<'a> Host<'a> {
         assert_eq!(status, OK, "{call}: {:?}", self.take_log());
     }
 
-    /// Sets a real variable.
+    /// Sets a variable: a real one, an integer, or an enumeration by the number of its item.
     pub fn set(&self, name: &str, value: f64) {
-        let status = self.library.set_reals(self.handle, &[vr(name)], &[value]);
-        assert_eq!(status, OK, "{name}: {:?}", self.take_log());
-    }
-
-    /// Sets an integer or enumeration.
-    pub fn set_int(&self, name: &str, value: i32) {
-        let status = self.library.set_ints(false, self.handle, &[vr(name)], &[value]);
+        let reference = [vr(name)];
+        let status = match VARIABLES[reference[0] as usize].role {
+            Role::Parameter { slot: Slot::Integer(_) | Slot::Choice(..), .. } => {
+                self.library.set_ints(false, self.handle, &reference, &[value as i32])
+            }
+            _ => self.library.set_reals(self.handle, &reference, &[value]),
+        };
         assert_eq!(status, OK, "{name}: {:?}", self.take_log());
     }
 
@@ -127,6 +131,13 @@ impl<'a> Host<'a> {
     pub fn step(&self, point: f64, size: f64) {
         let status = self.library.step(self.handle, point, size);
         assert_eq!(status, OK, "{point} + {size}: {:?}", self.take_log());
+    }
+
+    /// A copy of the state, to be freed.
+    pub fn state(&self) -> Handle {
+        let mut state = Handle(0);
+        assert_eq!(self.library.get_state(self.handle, Some(&mut state)), OK);
+        state
     }
 
     /// Log lines since the last call: status, category, text.

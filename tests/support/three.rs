@@ -155,6 +155,21 @@ impl<'a> Three<'a> {
         self.calls(&["EnterStepMode"]);
     }
 
+    /// Steps to an instant and handles the events on the way; `each` gets the end of a step, and its event.
+    pub fn run(&self, mut from: f64, to: f64, mut each: impl FnMut(Ended, Option<[f64; 2]>)) {
+        loop {
+            let (ended, mut happened) = (self.step(from, to - from), None);
+            if ended.event {
+                self.event(|_, event| happened = Some(event));
+            }
+            each(ended, happened);
+            if !ended.early {
+                break;
+            }
+            from = ended.time;
+        }
+    }
+
     /// `event_kind` and `event_position`.
     pub fn happened(&self) -> Option<[f64; 2]> {
         let mut values = [9.0; 2];
