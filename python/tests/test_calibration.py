@@ -24,6 +24,7 @@ from dth_hammer.run.records import simulated
 from dth_hammer.scene.variables import numbers, whole
 from dth_hammer.study.designs import KEPT, Problem, limits_of
 from dth_hammer.study.measures import measure
+from dth_hammer.study.optimisation import Optimum
 from dth_hammer.study.posterior import modes, population
 from interrupting import Interrupts
 from study_of_coverage import held, intervals
@@ -41,7 +42,7 @@ def pulse(samples: float | np.ndarray, blow: int, error: float) -> Record:
 
 def test_parameters_are_found_from_a_noisy_record_as_well_as_its_covariance_says() -> None:
     truth = {"drive.amplitude": 1900.0, "contact.stiffness": 2.3e10}
-    clean, _ = simulated(pulse(0.0, 2, 1.0), SMALL | truth)
+    clean = simulated(pulse(0.0, 2, 1.0), SMALL | truth)
     error = 0.02 * clean.max()
     pulls = []
     for seed in range(4):
@@ -58,17 +59,6 @@ def test_parameters_are_found_from_a_noisy_record_as_well_as_its_covariance_says
         calibrate({}, {}, ["rock.stiffness"], records=[Record("blow_cuont", pd.Series([1.0]), 1.0)])
     with pytest.raises(DomainError, match="error"):
         Record("contact_force", pd.Series([1.0]), 0.0)
-
-
-def test_a_sample_has_the_derivative_that_differences_of_records_tend_to() -> None:
-    name, start = "rock.stiffness", 1.2e8
-    blank = pulse(0.0, 3, 1.0)
-    _, slopes = simulated(blank, SMALL, [name])
-    step = 1e-6 * start
-    low, high = (simulated(blank, {**SMALL, name: start + w * step})[0] for w in (-1.0, 1.0))
-    differences = (high - low) / (2.0 * step)
-    # Rounding of the instants, 1e-13 s, at 1e10 N/s, and curvature: 1e-4 of the largest.
-    assert np.abs(slopes[:, 0] - differences).max() < 1e-3 * np.abs(differences).max()
 
 
 def test_a_rock_is_found_from_twenty_noisy_blows_with_units_and_gaps() -> None:
@@ -234,19 +224,26 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say(draws: int, least: 
     assert held(intervals("rigid", range(draws))).sum() >= least
 
 
-def test_a_design_is_as_good_as_brute_force_within_its_limits() -> None:
-    free = {"drive.amplitude": (1400.0, 2200.0), "drive.stroke": ("30 mm", "60 mm")}
-    best = optimise(RIGID, "rop", free, limits={"blow_energy": (None, "160 J")})
-    grid = [(f, x) for f in np.linspace(1400.0, 2200.0, 9) for x in np.linspace(0.03, 0.06, 9)]
+@pytest.fixture(scope="module")
+def optima() -> list[Optimum]:
+    """The best design by two seeds."""
+    free = {"drive.amplitude": (1400.0, 1800.0), "drive.stroke": ("30 mm", "50 mm")}
+    limits = {"blow_energy": (None, "160 J")}
+    return [optimise(RIGID, "rop", free, limits=limits, seed=seed) for seed in (1, 2)]
+
+
+def test_a_design_is_as_good_as_brute_force_within_its_limits(optima: list[Optimum]) -> None:
+    grid = [(f, x) for f in np.linspace(1400.0, 1800.0, 9) for x in np.linspace(0.03, 0.05, 9)]
     tried = [steady(RIGID | {"drive.amplitude": f, "drive.stroke": x}) for f, x in grid]
     brute = max(found["rop"] for found in tried if found["blow_energy"] <= 160.0)
-    assert best.value >= brute * (1.0 - 2e-3)
-    # The mean over the tolerance keeps the limit; energy is a smooth function of both, so the
-    # design itself does to the square of the tolerance, times its curvature of some units.
-    assert best.steady["blow_energy"] <= 160.0 * (1.0 + 1e-3)
-    assert best.at_bounds or best.at_limits
-    assert best.evaluations == len(best.history)
-    assert {"start", "goal", "refused"} <= {*best.history}
+    for best in optima:
+        assert best.value >= brute * (1.0 - 2e-3)
+        # The mean over the tolerance keeps the limit; energy is a smooth function of both, so the
+        # design itself does to the square of the tolerance, times its curvature of some units.
+        assert best.steady["blow_energy"] <= 160.0 * (1.0 + 1e-3)
+        assert best.at_bounds or best.at_limits
+        assert best.evaluations == len(best.history)
+        assert {"start", "goal", "refused"} <= {*best.history}
 
 
 def test_goals_and_limits_are_functions_too_and_refused_designs_are_points() -> None:
@@ -382,26 +379,16 @@ def test_a_lucky_design_does_not_win_over_the_mean_within_the_tolerance() -> Non
         assert best.hammers == best.history["hammers"].sum() > best.evaluations
 
 
-def test_an_optimum_keeps_its_value_when_it_is_perturbed() -> None:
-    free = {"drive.amplitude": (1400.0, 1800.0), "drive.stroke": ("30 mm", "50 mm")}
-    limits = {"blow_energy": (None, "160 J")}
-    found = [optimise(RIGID, "rop", free, limits=limits, seed=seed) for seed in (1, 2)]
-    values = [best.value for best in found]
-    assert np.ptp(values) <= 3e-3 * values[0]
-    noise, chosen = np.random.default_rng(1), found[0].parameters
+def test_an_optimum_keeps_its_value_when_it_is_perturbed(optima: list[Optimum]) -> None:
+    best, other = optima
+    assert abs(best.value - other.value) <= 3e-3 * best.value
+    noise, chosen = np.random.default_rng(1), best.parameters
     off = [chosen * (1.0 + 0.01 * noise.uniform(-1.0, 1.0, 2)) for _ in range(40)]
     rates = [steady(RIGID | dict(numbers))["rop"] for numbers in off]
     # Of 40 drawn hammers the mean has a standard error of its own.
     error = np.std(rates) / np.sqrt(40)
-    assert abs(np.mean(rates) - values[0]) <= 4.0 * np.hypot(error, found[0].error)
-    assert found[0].nominal == pytest.approx(steady(RIGID | dict(chosen))["rop"], rel=1e-9)
-    for best in found:
-        # The mean over the tolerance keeps the limit; energy is a smooth function of both, so the
-        # design itself does to the square of the tolerance, times its curvature of some units.
-        assert best.steady["blow_energy"] <= 160.0 * (1.0 + 1e-3)
-        assert best.at_bounds or best.at_limits
-        assert best.evaluations == len(best.history)
-        assert {"start", "goal", "refused"} <= {*best.history}
+    assert abs(np.mean(rates) - best.value) <= 4.0 * np.hypot(error, best.error)
+    assert best.nominal == pytest.approx(steady(RIGID | dict(chosen))["rop"], rel=1e-9)
 
 
 def test_starts_that_agree_are_enough() -> None:

@@ -37,7 +37,7 @@ def run(options: argparse.Namespace) -> None:
         outputs.write(found.table.reset_index(), options.out, index=False)
     if options.plot:
         found.plot().savefig(options.plot)
-    print(found.summary())
+    print(*found.in_words(), sep="\n")
     displayed = found.table.map("{:.4f}".format)
     texts = displayed["elasticity"] + " +- " + displayed["error"]
     wide = texts.unstack("by").loc[[*found.roughness.index], [*found.widths.index]]

@@ -87,25 +87,24 @@ def write_system(
     end = quantities.duration(until, "until")
     descriptions = {HAMMER: _described(package.path, package.fmi)}
     for name, path in partners.items():
-        descriptions[_fit(name, descriptions)] = _described(Path(path), package.fmi)
+        if not name.isidentifier() or name in descriptions:
+            what = f"a partner cannot be called {name!r}"
+            raise DomainError(f"{what}: use a word other than {HAMMER!r}")
+        descriptions[name] = _described(Path(path), package.fmi)
     connected = _connect(descriptions)
     # The hammer comes last: hosts that initialise in order then pass it its partners' start values.
     descriptions[HAMMER] = descriptions.pop(HAMMER)
     out = check(out, (".ssp",))
     scene = scene_of(hammer, rock, preset)
-    _warn(start_values(package.description, scene)[0], connected)
+    ports = [port for _, (component, port) in connected if component == HAMMER]
+    for _, why in _native.unread(start_values(package.description, scene)[0], ports):
+        warn(why)
     with tempfile.TemporaryDirectory() as folder:
         own = Path(folder, f"{HAMMER}.fmu")
         configure(scene, own, fmu=package)
         files = {HAMMER: own} | {name: Path(path) for name, path in partners.items()}
         _write(out, _structure(out.stem, descriptions, connected, size, end), files)
     return connected
-
-
-def _fit(name: str, taken: Mapping[str, object]) -> str:
-    if not name.isidentifier() or name in taken:
-        raise DomainError(f"a partner cannot be called {name!r}: use a word other than {HAMMER!r}")
-    return name
 
 
 def _described(path: Path, fmi: int) -> ModelDescription:
@@ -151,12 +150,6 @@ def _connect(descriptions: Mapping[str, ModelDescription]) -> list[tuple[Port, P
         found += [((name, port), (HAMMER, port)) for port in gives]
         found += [((HAMMER, port), (name, port)) for port in takes]
     return found
-
-
-def _warn(given: Mapping[str, float], connected: list[tuple[Port, Port]]) -> None:
-    ports = [port for _, (component, port) in connected if component == HAMMER]
-    for _, why in _native.unread(dict(given), ports):
-        warn(why)
 
 
 def _structure(

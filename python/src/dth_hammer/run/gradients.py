@@ -32,8 +32,6 @@ class Derivatives:
 
     #: Of the shape of what is read, by each; where events change places the mean of both sides.
     values: list[Array]
-    #: Errors of these.
-    errors: list[Array]
     #: How far each may change before events change their order, to first order.
     reach: Array
     #: Where derivatives hold on one side at most, in words.
@@ -58,13 +56,8 @@ def derivatives(numbers: Mapping[str, float], by: Sequence[str], again: Again) -
         return np.ascontiguousarray(values, dtype=float).ravel(), hammer.machine
 
     rows = _native.derivatives(dict(numbers), differentiable(by), run)
-    values, errors, reach, nonsmooth = ([*part] for part in zip(*rows, strict=True))
-    return Derivatives(
-        [v.reshape(shape[0]) for v in values],
-        [e.reshape(shape[0]) for e in errors],
-        np.array(reach),
-        nonsmooth,
-    )
+    values, _, reach, nonsmooth = ([*part] for part in zip(*rows, strict=True))
+    return Derivatives([v.reshape(shape[0]) for v in values], np.array(reach), nonsmooth)
 
 
 def warnings_of(found: Derivatives, rows: Array, at: Mapping[str, float]) -> list[str]:

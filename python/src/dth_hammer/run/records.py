@@ -9,7 +9,6 @@ import pandas as pd
 from ..contract import typed
 from ..errors import DomainError, UnknownNameError
 from ..scene.variables import VARIABLES, Array
-from .gradients import derivatives
 from .hammer import Hammer
 
 #: Longest time from one impact to the next, s.
@@ -45,7 +44,7 @@ class Record:
     def __post_init__(self) -> None:
         known = [v.name for v in VARIABLES.of("output")]
         if self.signal not in known:
-            raise UnknownNameError("signal with derivatives", self.signal, known)
+            raise UnknownNameError("signal", self.signal, known)
         try:
             times, values, errors = self.times, self.values, self.errors
         except (TypeError, ValueError) as error:
@@ -78,27 +77,11 @@ class Record:
         return np.full(len(self.samples), float(given)) if given.ndim == 0 else given
 
 
-def simulated(
-    record: Record, parameters: Mapping[str, float], by: Sequence[str] = ()
-) -> tuple[Array, Array]:
-    """Returns the record of a hammer with these parameters, and its derivatives.
-
-    A sample is taken a given time after the impact, which moves with a parameter.
-
-    Returns:
-        The samples, and a row of derivatives by each.
-    """
-
-    def again(changed: Mapping[str, float]) -> tuple[Array, Hammer]:
-        numbers = {**parameters, **changed}
-        began = 0.0 if record.blow is None else _impact(numbers, record.blow)
-        hammer = Hammer(numbers, quiet=True, journal=True)
-        return hammer.run(began + record.times, [record.signal], {})[0].ravel(), hammer
-
-    values, _ = again({})
-    if not by:
-        return values, np.zeros((len(values), 0))
-    return values, np.array(derivatives(parameters, by, again).values).T
+def simulated(record: Record, parameters: Mapping[str, float]) -> Array:
+    """Returns the samples of a record that a hammer with these parameters would have shown."""
+    began = 0.0 if record.blow is None else _impact(parameters, record.blow)
+    with Hammer(parameters, quiet=True) as hammer:
+        return hammer.run(began + record.times, [record.signal], {})[0].ravel()
 
 
 def _impact(numbers: Mapping[str, float], number: int) -> float:

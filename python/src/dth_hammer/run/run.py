@@ -150,9 +150,10 @@ class Run(answers.Answer):
         Raises:
             TooFewBlowsError: fewer than two complete blow periods.
         """
-        si, wide = self.convert("si"), factor(self.parameters)
+        si = self.convert("si")
+        begin = self.time[-1] / 2 if since is None else quantities.seconds(since, "since")
         air = float(si["air_flow"].iloc[-1]) if "air_flow" in si else 0.0
-        return summary(si.blows, self.rock_work, self.time[-1], since, factor=wide, air=air)
+        return summary(si.blows, self.rock_work, begin, factor(self.parameters), air)
 
     def plot(self) -> Figure:
         """Plots the length drilled, and speed, energy and rate per blow."""

@@ -12,25 +12,9 @@ from ..scene.variables import Array
 
 
 def summary(
-    table: pd.DataFrame,
-    rock_work: Array,
-    end: float,
-    since: float | str | None = None,
-    *,
-    factor: float = 1.0,
-    air: float = 0.0,
+    table: pd.DataFrame, rock_work: Array, begin: float, factor: float, air: float
 ) -> pd.DataFrame:
-    """The summary of `Run.summary`, of a table of blows in SI units.
-
-    Args:
-        table: the blows of a run.
-        rock_work: given to the rock since the blow before each, J.
-        end: of the run, s.
-        since: the first instant that counts, s or text with a unit.
-        factor: up to which the rock's specific energy is known, and with it the rate.
-        air: free air that the hammer takes, m3/s; 0 of one that takes none.
-    """
-    begin = end / 2 if since is None else quantities.seconds(since, "since")
+    """The table of `Run.summary`: of blows in SI units from an instant on."""
     if begin < 0.0:
         raise DomainError(f"since = {begin:g} s is before the start")
     # What a row completes began at the blow before: its energy is that of the blow before.

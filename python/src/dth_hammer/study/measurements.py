@@ -73,7 +73,7 @@ class Problem:
             values[:, : len(self.means)] = table_of(found, self.means)[0]
         for k, scene in enumerate(scenes) if self.records else ():
             try:
-                samples = [simulated(record, scene)[0] for record in self.records]
+                samples = [simulated(record, scene) for record in self.records]
                 values[k, len(self.means) :] = np.concatenate(samples)
             except (DomainError, RefusedError) as error:
                 self.refused.append(str(error))
@@ -143,19 +143,8 @@ def problem_of(
             low[k], high[k] = start[k] / FACTOR, start[k] * FACTOR
         if not 0.0 < low[k] < high[k]:
             raise DomainError(f"the bounds of {name}, {low[k]:g} to {high[k]:g}, must be above 0")
-    start = np.clip(start, low, high)
-    return Problem(
-        names=names,
-        start=np.log(start),
-        low=np.log(low),
-        high=np.log(high),
-        given=given,
-        means=[*means],
-        records=records,
-        values=values,
-        errors=errors,
-        wanted=wanted,
-    )
+    start, low, high = np.log([np.clip(start, low, high), low, high])
+    return Problem(names, start, low, high, given, [*means], records, values, errors, wanted)
 
 
 def _measured(name: str, given: Measured) -> tuple[float, float] | None:

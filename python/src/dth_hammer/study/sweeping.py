@@ -168,7 +168,8 @@ def table_of(
         del table[UNTIL]
     else:
         table.attrs |= {"until": end, "units": table.attrs["units"] | {UNTIL: "s"}}
-    _tell(table)
+    for text, rows in table[table[WARNING] != ""].groupby(WARNING, sort=False):
+        warn(f"{len(rows)} of {len(table)} runs: {text}")
     return table
 
 
@@ -295,12 +296,6 @@ def several(values: Value | Collection[Value]) -> TypeGuard[Collection[Value]]:
     """Whether these are values of a parameter, and not one."""
     listed = isinstance(values, Collection) and not isinstance(values, str | bytes | Mapping)
     return listed and getattr(values, "ndim", 1) > 0
-
-
-def _tell(table: pd.DataFrame) -> None:
-    """Warns once about doubtful settings in all or some runs."""
-    for text, rows in table[table[WARNING] != ""].groupby(WARNING, sort=False):
-        warn(f"{len(rows)} of {len(table)} runs: {text}")
 
 
 def _provenance(varied: list[str], names: list[str], settings: list[str]) -> dict[str, Any]:

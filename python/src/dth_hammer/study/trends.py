@@ -111,22 +111,18 @@ class Trend(answers.Answer):
             chart.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
         return chart
 
-    def in_words(self) -> list[str]:
-        """Widths, points and the rate."""
-        return self.summary().splitlines()
-
     def to_frame(self) -> pd.DataFrame:
         """Returns the trends, and the roughness beside them."""
         return self.elasticities.assign(roughness=self.roughness)
 
-    def summary(self) -> str:
-        """Returns widths and number of points, then the rate in the middle with its range."""
+    def in_words(self) -> list[str]:
+        """Widths and number of points, then the rate in the middle with its range."""
         widths = ", ".join(f"{name} +-{100 * width:g} %" for name, width in self.widths.items())
         met = ", ".join(f"{count} {kind}" for kind, count in self.kinds.items())
         text = f"trends over {widths}: {len(self.points)} points ({met})"
         if "rop" not in self.middle.index:
-            return text
-        return f"{text}\n{in_words(self.middle['mean']['rop'], self.parameters)}"
+            return [text]
+        return [text, in_words(self.middle["mean"]["rop"], self.parameters)]
 
 
 @typed(widths='give widths by parameter: {"rock.stiffness": 0.05}')
