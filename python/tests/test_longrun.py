@@ -70,20 +70,14 @@ def test_a_mean_lies_within_its_error_of_a_longer_one() -> None:
 
 
 #: Rigid bodies on viscous rock, where two motions are stable.
-TWO = {**RIGID, "rock.viscosity": 1.7e5, "rock.energy_barrier": 4.0}
 APART = {
-    **TWO,
+    **RIGID,
+    "rock.viscosity": 1.7e5,
+    "rock.energy_barrier": 4.0,
     "bit.length": 0.1566,
     "feed_force": 11260.0,
     "rock.stiffness": 9.3e7,
     "rock.unloading_ratio": 5.43,
-}
-CLOSE = {
-    **TWO,
-    "bit.length": 0.2656,
-    "feed_force": 3850.0,
-    "rock.stiffness": 2.0557e8,
-    "rock.unloading_ratio": 11.89,
 }
 
 
@@ -119,14 +113,6 @@ def test_one_motion_from_every_start_is_one_row_and_starts_need_a_hammer_alone()
         steady(RIGID, starts=2, control=lambda hammer: None)
     with pytest.raises(DomainError, match="starts = 0"):
         steady(RIGID, starts=0)
-
-
-def test_what_stalls_has_no_means() -> None:
-    found = steady(
-        {"drive.source": "Force", "gravity": 0.0, "drive_force": 0.0, **RIGID}, limit=0.5
-    )
-    assert found.kind == "stalled"
-    assert found.mean.isna().all()
 
 
 def test_a_controller_that_changes_nothing_leaves_the_response() -> None:

@@ -1,16 +1,13 @@
 """Long-run responses of many hammers: a row each."""
 
-from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
 from dth_hammer import DomainError, HammerWarning, steady
-from dth_hammer.study.cases import Job
-from dth_hammer.study.workers import parts_of
+from sweeps import forbidden_runs
 
 RIGID = {"fidelity": "Rigid"}
 #: With feed a cycle, without one no blow is as another.
@@ -32,27 +29,16 @@ def test_a_row_is_what_steady_gives() -> None:
         pd.testing.assert_frame_equal(table, steady(GRID, error=0.03, scheduler=crew))
 
 
-def test_the_same_call_seeks_only_what_is_missing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("suffix", ["parquet", "csv"])
+def test_the_same_call_has_its_rows_and_another_error_is_another_question(
+    tmp_path: Path, suffix: str
 ) -> None:
-    sought: list[float] = []
-
-    def counted(runs: Sequence[Job], *by: Any) -> Any:
-        sought.extend(run.numbers["feed_force"] for run in runs)
-        return parts_of(runs, *by)
-
-    monkeypatch.setattr("dth_hammer.study.sweeping.parts_of", counted)
-    for suffix in ("parquet", "csv"):
-        out = tmp_path / f"means.{suffix}"
-        sought.clear()
-        steady(GRID | {"feed_force": [5e3]}, error=0.03, out=out)
-        table = steady(GRID, error=0.03, out=out)
-        assert sought == [5e3, 0.0]
+    out = tmp_path / f"means.{suffix}"
+    table = steady(GRID, error=0.03, out=out)
+    with forbidden_runs():
         pd.testing.assert_frame_equal(steady(GRID, error=0.03, out=out), table)
-        assert sought == [5e3, 0.0]
-        # Another error is another question.
-        steady(GRID | {"feed_force": [0.0]}, error=0.04, out=out)
-        assert sought == [5e3, 0.0, 0.0]
+        with pytest.raises(TypeError):
+            steady(GRID, error=0.04, out=out)
 
 
 def test_rows_may_be_a_list_or_a_frame_and_tell_why_there_is_none() -> None:
