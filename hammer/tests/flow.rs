@@ -1,6 +1,6 @@
 //! The modal flow against a dense matrix exponential, in every kind of system.
 
-use hammer::bodies::bar::{Bar, Section};
+use hammer::bodies::bar::Bar;
 use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{Recipe, System};
 use hammer::{Mode, Parameters, RockMode, Sections, Segment};
@@ -8,8 +8,9 @@ use nalgebra::{DMatrix, DVector};
 
 const MODE: Mode = Mode::starting(RockMode::Standstill);
 
-fn steel(length: f64) -> Section {
-    Section { youngs_modulus: 210e9, density: 7850.0, area: 2.6e-3, length }
+/// A uniform bar of the default material.
+fn bar(length: f64, elements: usize) -> Bar {
+    Bar::free(&Parameters::default().material, Segment { length, area: 2.6e-3 }, elements)
 }
 
 struct Case {
@@ -20,7 +21,7 @@ struct Case {
 
 impl Case {
     fn bit(elements: usize, beta: f64, k: f64, c: f64) -> Self {
-        let bar = Bar::free(steel(0.168), elements);
+        let bar = bar(0.168, elements);
         Self { attachments: vec![(bar.bottom.clone(), k, c)], omega2: bar.omega2, beta }
     }
 
@@ -31,7 +32,7 @@ impl Case {
         kc: f64,
         rock: Option<(f64, f64)>,
     ) -> Self {
-        let [p, b] = [0, 1].map(|i| Bar::free(steel(lengths[i]), elements[i]));
+        let [p, b] = [0, 1].map(|i| bar(lengths[i], elements[i]));
         Self::joined(&p, &b, beta, kc, rock)
     }
 
@@ -209,7 +210,7 @@ fn a_critically_damped_mode_flows_like_the_dense_exponential() {
         }
     }
     // In the bars: beta tuned to critical damping of the fifth free mode.
-    let bar = Bar::free(steel(0.168), 8);
+    let bar = bar(0.168, 8);
     let beta = 2.0 / bar.omega2[5].sqrt();
     for off in [0.0, 1e-14, 1e-10, 1e-5] {
         for k in [1e2, 1.2e8] {

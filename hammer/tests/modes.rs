@@ -130,7 +130,8 @@ fn modes_of_linear_elements_satisfy_an_independent_assembly() {
         let (nodes, n) = (sections.nodes(total), bar.len());
         assert_eq!(nodes.len(), n);
         for mode in 0..n {
-            let u: Vec<f64> = (0..n).map(|node| bar.shape(mode, node)).collect();
+            let unit: Vec<f64> = (0..n).map(|k| f64::from(u8::from(k == mode))).collect();
+            let u: Vec<f64> = bar.nodal(&unit, &unit).iter().map(|[u, _]| *u).collect();
             let (mut ku, mut mu, mut size) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
             for e in 0..n - 1 {
                 let h = nodes[e + 1] - nodes[e];

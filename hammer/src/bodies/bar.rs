@@ -3,15 +3,14 @@
 //! Modes are mass-normalised: `phi.M phi = 1`. Those of a stepped body, or of splines, come from a
 //! dense solver (`pencil`). For a uniform bar of linear two-node elements with consistent mass the
 //! generalised eigenproblem `K phi = omega^2 M phi` has the closed form `phi_j = a cos(theta j)`,
-//! `omega^2 = 6 E / (rho h^2) (1 - cos theta) / (2 + cos theta)`, with `theta = i pi / n` if both
-//! ends are free and `(i + 1/2) pi / n` if the lower end is clamped; it satisfies the end rows too.
-//! So these modes are exact to rounding for any number of elements.
+//! `omega^2 = 6 E / (rho h^2) (1 - cos theta) / (2 + cos theta)`, with `theta = i pi / n`; it satisfies
+//! the end rows too. So these modes are exact to rounding for any number of elements.
 
 use crate::bodies::cache;
 use crate::bodies::spline::Basis;
 use crate::numerics::math;
 use crate::quantities::parameters::{Material, Parameters};
-use crate::quantities::sections::{Body, Sections};
+use crate::quantities::sections::{Body, Sections, Segment};
 use std::f64::consts::PI;
 
 /// A body in modal form; a rigid body has only its first mode.
@@ -35,19 +34,6 @@ enum Shapes {
     Cosines { angle: Vec<f64>, size: f64 },
     /// Coefficients in a spline basis, for each mode.
     Splines { basis: Basis, coefficients: Vec<Vec<f64>> },
-}
-
-/// Dimensions and material of a bar.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Section {
-    /// Young's modulus, Pa.
-    pub youngs_modulus: f64,
-    /// Density, kg/m3.
-    pub density: f64,
-    /// Cross section, m2.
-    pub area: f64,
-    /// Length, m.
-    pub length: f64,
 }
 
 impl Bar {
@@ -82,15 +68,7 @@ impl Bar {
     fn elastic(parameters: &Parameters, sections: &Sections, spans: usize) -> Option<Self> {
         let material = &parameters.material;
         match sections.as_slice() {
-            [only] if parameters.mesh.degree == 1 => {
-                let section = Section {
-                    youngs_modulus: material.youngs_modulus,
-                    density: material.density,
-                    area: only.area,
-                    length: only.length,
-                };
-                Some(Self::free(section, spans))
-            }
+            [only] if parameters.mesh.degree == 1 => Some(Self::free(material, *only, spans)),
             _ => Self::stepped(sections, material, parameters.mesh.degree, spans),
         }
     }
@@ -126,28 +104,16 @@ impl Bar {
         Some(Self { mass, omega2, top, bottom, shapes })
     }
 
-    /// A bar with both ends free: `elements + 1` modes, the first rigid.
-    pub fn free(section: Section, elements: usize) -> Self {
-        Self::with_angles(section, elements, 0.0, elements + 1)
-    }
-
-    #[cfg(any(test, feature = "internals"))]
-    /// A bar with its lower end clamped: `elements` modes, none rigid.
-    pub fn clamped(section: Section, elements: usize) -> Self {
-        let mut bar = Self::with_angles(section, elements, 0.5, elements);
-        bar.bottom.fill(0.0);
-        bar
-    }
-
-    fn with_angles(section: Section, elements: usize, offset: f64, modes: usize) -> Self {
-        let n = elements as f64;
-        let h = section.length / n;
-        let mass = section.density * section.area * section.length;
-        let stiffness = 6.0 * section.youngs_modulus / (section.density * h * h);
+    /// A uniform bar with both ends free: `elements + 1` modes, the first rigid.
+    pub fn free(material: &Material, part: Segment, elements: usize) -> Self {
+        let (n, modes) = (elements as f64, elements + 1);
+        let h = part.length / n;
+        let mass = material.density * part.area * part.length;
+        let stiffness = 6.0 * material.youngs_modulus / (material.density * h * h);
         let mut angle = Vec::with_capacity(modes);
         let (mut omega2, mut top, mut bottom) = (angle.clone(), angle.clone(), angle.clone());
         for i in 0..modes {
-            let theta = (i as f64 + offset) * PI / n;
+            let theta = i as f64 * PI / n;
             let half = math::sin(theta / 2.0);
             // 2 + cos theta, and 1 - cos theta without cancellation.
             let (inertia, elastic) = (3.0 - 2.0 * half * half, 2.0 * half * half);
@@ -218,17 +184,6 @@ impl Bar {
             }
         }
     }
-
-    #[cfg(any(test, feature = "internals"))]
-    /// Amplitude of mode `mode` at node `node` (0 is the upper end), kg^-1/2.
-    pub fn shape(&self, mode: usize, node: usize) -> f64 {
-        match &self.shapes {
-            Shapes::Cosines { angle, .. } => self.top[mode] * math::cos(angle[mode] * node as f64),
-            Shapes::Splines { basis, coefficients } => {
-                basis.at_nodes()[node].value(&coefficients[mode])
-            }
-        }
-    }
 }
 
 /// Spline coefficients of a field given by its modal coordinates.
@@ -238,66 +193,4 @@ fn combine(field: &[f64], coefficients: &[Vec<f64>]) -> Vec<f64> {
         sum.iter_mut().zip(c).for_each(|(s, c)| *s += q * c);
     }
     sum
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const STEEL: Section =
-        Section { youngs_modulus: 210e9, density: 7850.0, area: 2.6e-3, length: 0.168 };
-
-    /// Residual of `K phi = omega^2 M phi` row by row, over the size of `omega^2 M phi`: a few roundings of `K phi`.
-    #[test]
-    fn closed_form_modes_satisfy_the_finite_element_equations() {
-        for (bar, last) in [(Bar::free(STEEL, 7), 7), (Bar::clamped(STEEL, 7), 6)] {
-            let h = STEEL.length / 7.0;
-            let (k, m) =
-                (STEEL.youngs_modulus * STEEL.area / h, STEEL.density * STEEL.area * h / 6.0);
-            for mode in 0..bar.len() {
-                let u = |j: usize| bar.shape(mode, j);
-                for j in 0..=last {
-                    let (mut ku, mut mu) = (0.0, 0.0);
-                    if j > 0 {
-                        ku += k * (u(j) - u(j - 1));
-                        mu += m * (2.0 * u(j) + u(j - 1));
-                    }
-                    if j < 7 {
-                        ku += k * (u(j) - u(j + 1));
-                        mu += m * (2.0 * u(j) + u(j + 1));
-                    }
-                    let residual = ku - bar.omega2[mode] * mu;
-                    assert!(residual.abs() < 1e-14 * k * bar.top[mode], "{mode} {j} {residual}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn nodal_values_are_sums_of_shapes() {
-        let bar = Bar::free(STEEL, 400);
-        let first: Vec<f64> = (0..bar.len()).map(|i| f64::from(i as u32).sin()).collect();
-        let second: Vec<f64> = (0..bar.len()).map(|i| 1.0 / (1.0 + i as f64)).collect();
-        for (node, found) in bar.nodal(&first, &second).iter().enumerate() {
-            for (found, q) in found.iter().zip([&first, &second]) {
-                let sum: f64 = q.iter().enumerate().map(|(i, q)| q * bar.shape(i, node)).sum();
-                let size: f64 = q.iter().enumerate().map(|(i, q)| (q * bar.top[i]).abs()).sum();
-                // `nodal` rounds one rotation for each node; `shape` rounds an angle of up to pi for each.
-                let bound = (2.0 + 4.0) * (node + 1) as f64 * f64::EPSILON * size;
-                assert!((found - sum).abs() <= bound, "{node}: {found} {sum}");
-            }
-        }
-    }
-
-    #[test]
-    fn modes_are_mass_normalised() {
-        let bar = Bar::free(STEEL, 4);
-        let m = STEEL.density * STEEL.area * STEEL.length / 4.0 / 6.0;
-        for mode in 0..bar.len() {
-            let u = |j: usize| bar.shape(mode, j);
-            let sum: f64 =
-                (0..4).map(|j| 2.0 * m * (u(j).powi(2) + u(j) * u(j + 1) + u(j + 1).powi(2))).sum();
-            assert!((sum - 1.0).abs() < 1e-14);
-        }
-    }
 }

@@ -7,7 +7,6 @@
 use crate::bodies::pencil::{self, Pairs};
 use crate::bodies::spline::Basis;
 use crate::quantities::sections::Sections;
-use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
 
 /// Sections, degree of the splines, spans.
@@ -16,15 +15,15 @@ pub type Shape = (Sections, usize, usize);
 /// Number of shapes in the cache, most recently used: those of some scenes, with two bodies each.
 const CAPACITY: usize = 16;
 
-static MODES: Recent<Shape, Pairs> = Recent::new(CAPACITY, 1, |_| 1);
+static MODES: Recent<Shape, Arc<Pairs>> = Recent::new(CAPACITY, 1, |_| 1);
 
 /// The modes of a shape in its basis; `None` if they cannot be computed to working accuracy.
 pub fn modes(shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
     modes_in(&MODES, shape, basis)
 }
 
-fn modes_in(known: &Recent<Shape, Pairs>, shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
-    known.find(shape, |shape| pencil::solve(&shape.0, basis).ok_or(())).ok()
+fn modes_in(known: &Recent<Shape, Arc<Pairs>>, shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
+    known.find(shape, |shape| pencil::solve(&shape.0, basis).map(Arc::new).ok_or(())).ok()
 }
 
 /// Empties the cache, so that a library that is unloaded leaves nothing behind.
@@ -33,71 +32,73 @@ pub fn forget() {
 }
 
 /// Values of the most recently used keys.
+#[derive(Debug)]
 pub(crate) struct Recent<K, T> {
-    known: Mutex<Known<K, T>>,
+    /// Keys and values, the oldest first.
+    known: Mutex<Vec<(K, T)>>,
     /// Total size beyond which the oldest values are dropped, and the number of values that always stay.
     most: usize,
     least: usize,
     size: fn(&T) -> usize,
 }
 
-struct Known<K, T> {
-    /// Keys and values, the oldest first.
-    values: VecDeque<(K, Arc<T>)>,
-    /// Total size.
-    size: usize,
-}
-
-impl<K: PartialEq, T> Recent<K, T> {
+impl<K: PartialEq, T: Clone> Recent<K, T> {
     pub(crate) const fn new(most: usize, least: usize, size: fn(&T) -> usize) -> Self {
-        let known = Known { values: VecDeque::new(), size: 0 };
-        Self { known: Mutex::new(known), most, least, size }
+        Self { known: Mutex::new(Vec::new()), most, least, size }
     }
 
     /// The value of a key: cached, or made now.
     ///
     /// # Errors
     /// As `make`.
-    pub(crate) fn find<E>(
-        &self,
-        key: K,
-        make: impl FnOnce(&K) -> Result<T, E>,
-    ) -> Result<Arc<T>, E> {
+    pub(crate) fn find<E>(&self, key: K, make: impl FnOnce(&K) -> Result<T, E>) -> Result<T, E> {
         // Never waits for the lock: after a fork it may never be released.
-        if let Some(value) = self.known.try_lock().ok().and_then(|mut known| known.renew(&key)) {
+        if let Some(value) =
+            self.known.try_lock().ok().and_then(|mut known| renew(&mut known, &key))
+        {
             return Ok(value);
         }
         // Made without the lock, which other threads may need meanwhile.
-        let value = Arc::new(make(&key)?);
+        let value = make(&key)?;
         let Ok(mut known) = self.known.try_lock() else { return Ok(value) };
         // Another thread may have made it meanwhile.
-        if let Some(value) = known.renew(&key) {
+        if let Some(value) = renew(&mut known, &key) {
             return Ok(value);
         }
-        known.size += (self.size)(&value);
-        known.values.push_back((key, value.clone()));
-        while known.size > self.most && known.values.len() > self.least {
-            let oldest = known.values.pop_front();
-            known.size -= oldest.map_or(0, |(_, oldest)| (self.size)(&oldest));
+        known.push((key, value.clone()));
+        let total =
+            |known: &[(K, T)]| known.iter().map(|(_, value)| (self.size)(value)).sum::<usize>();
+        while known.len() > self.least && total(&known) > self.most {
+            known.remove(0);
         }
         Ok(value)
     }
 
+    /// Drops the values of the other keys.
+    pub(crate) fn retain(&mut self, stays: impl Fn(&K) -> bool) {
+        if let Ok(known) = self.known.get_mut() {
+            known.retain(|(key, _)| stays(key));
+        }
+    }
+
     pub(crate) fn forget(&self) {
         if let Ok(mut known) = self.known.try_lock() {
-            *known = Known { values: VecDeque::new(), size: 0 };
+            *known = Vec::new();
         }
     }
 }
 
-impl<K: PartialEq, T> Known<K, T> {
-    /// The cached value of a key, which becomes the newest.
-    fn renew(&mut self, key: &K) -> Option<Arc<T>> {
-        let place = self.values.iter().position(|(other, _)| other == key)?;
-        let entry = self.values.remove(place)?;
-        let value = entry.1.clone();
-        self.values.push_back(entry);
-        Some(value)
+/// The cached value of a key, which becomes the newest.
+fn renew<K: PartialEq, T: Clone>(known: &mut [(K, T)], key: &K) -> Option<T> {
+    let place = known.iter().rposition(|(other, _)| other == key)?;
+    known[place..].rotate_left(1);
+    known.last().map(|(_, value)| value.clone())
+}
+
+impl<K: Clone, T: Clone> Clone for Recent<K, T> {
+    fn clone(&self) -> Self {
+        let known = self.known.try_lock().map_or_else(|_| Vec::new(), |known| known.clone());
+        Self { known: Mutex::new(known), ..*self }
     }
 }
 
@@ -135,7 +136,7 @@ mod tests {
             made = true;
             Ok::<_, ()>(*key)
         };
-        assert_eq!(known.find(key, make).as_deref(), Ok(&key));
+        assert_eq!(known.find(key, make), Ok(key));
         !made
     }
 

@@ -113,18 +113,4 @@ mod tests {
             assert!((found - expected).abs() <= 2.0 * 0.5 / CELLS, "{found} {expected}");
         }
     }
-
-    #[test]
-    fn uniform_bodies_of_one_section_have_the_formula() {
-        let mut p = Parameters { fidelity: Fidelity::Rigid, ..Parameters::default() };
-        (p.piston.length, p.bit.length) = (0.2, 0.3);
-        let cut = rigid(&[(0.1, 2.6e-3), (0.1, 2.6e-3)], &[(0.3, 2.6e-3)]);
-        let (a, b) = (p.meeting_stiffness(), cut.meeting_stiffness());
-        assert!((a - b).abs() <= 8.0 * f64::EPSILON * a);
-        // Without KC, a half period of the reduced mass is 2 Lmin/c0.
-        let k = 1.0 / (1.0 / a - 1.0 / p.contact.stiffness);
-        let mu = 1.0 / (1.0 / p.piston_mass() + 1.0 / p.bit_mass());
-        let half = std::f64::consts::PI * (mu / k).sqrt();
-        assert!((half * p.wave_speed() - 0.4).abs() < 1e-12);
-    }
 }

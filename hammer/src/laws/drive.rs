@@ -101,25 +101,6 @@ mod tests {
     use super::*;
     use crate::quantities::parameters::{InputValues, Parameters};
 
-    #[test]
-    fn each_source_gives_its_own_force() {
-        let values = InputValues {
-            drive_force: 300.0,
-            drive_pressure: 2e6,
-            return_pressure: 5e5,
-            ..InputValues::default()
-        };
-        let inputs = Inputs::constant(&values);
-        let drive = |source| Drive { source, ..Parameters::default().drive };
-        let force = |source, relay| drive(source).force(&inputs, relay).at(0.0);
-        let reference = Parameters::default().drive;
-        assert_eq!(force(Source::Relay, Relay::Return), -reference.amplitude);
-        assert_eq!(force(Source::Force, Relay::Return), 300.0);
-        let pressed = 2e6 * reference.area_drive - 5e5 * reference.area_return;
-        // Two products and a sum are rounded.
-        assert!((force(Source::Pressure, Relay::Drive) - pressed).abs() < 1e-12 * pressed);
-    }
-
     /// By a difference over 2^20 Pa or N, which is exact but for the rounding of a product.
     #[test]
     fn each_input_moves_the_force_by_its_own_slope() {
@@ -136,17 +117,5 @@ mod tests {
             };
             assert_eq!((force(step) - force(0.0)) / step, drive.force_per(input), "{input:?}");
         }
-    }
-
-    #[test]
-    fn only_a_relay_has_a_guard() {
-        let relay = Parameters::default().drive;
-        let guard = relay.guard(Relay::Return, Displacement::Relative).unwrap();
-        assert_eq!((guard.level, guard.event), (-relay.stroke, Event::Relay(Relay::Drive)));
-        assert!(
-            Drive { source: Source::Force, ..relay }
-                .guard(Relay::Drive, Displacement::Relative)
-                .is_none()
-        );
     }
 }

@@ -312,24 +312,6 @@ mod tests {
         Ok(members)
     }
 
-    /// Two stable motions have rates 0.15 % apart. The answer must be the one that the simulation itself comes
-    /// to: after 400 blows its transient is gone.
-    #[test]
-    fn of_two_motions_close_by_the_answer_is_where_the_blows_go() -> Result<(), Error> {
-        let mut scene = rigid();
-        let p = &mut scene.parameters;
-        (p.bit.length, scene.inputs.feed_force) = (0.2656, 3850.0);
-        (p.rock.stiffness, p.rock.unloading_ratio) = (2.0557e8, 11.89);
-        (p.rock.viscosity, p.rock.energy_barrier) = (1.7e5, 4.0);
-        let answer = steady(&scene, &Wanted::default(), &mut |_, _| true)?;
-        assert_eq!(answer.kind, Kind::Cycle(2));
-        let long = &simulated(&scene, 400)?[0].list;
-        let rate = Means::exact(last(long, 100)).mean.tip_rate();
-        // Blows repeat to 1e-9, and the rest of the transient is not larger than ten of these differences.
-        assert!((answer.mean.tip_rate() / rate - 1.0).abs() < 1e-8);
-        Ok(())
-    }
-
     /// Speeds of `10 + part` and `10` in turn have a cycle of one blow to a larger share, and of two blows to
     /// any.
     #[test]

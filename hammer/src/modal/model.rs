@@ -1,16 +1,16 @@
 //! The scene in modal form: its graph, loads, and the linear systems, each decomposed when first needed.
 
+use crate::bodies::cache::Recent;
 use crate::error::Error;
 use crate::laws::event::Displacement;
 use crate::laws::mode::Mode;
 use crate::laws::rock::{Coefficients, Spring};
-use crate::modal::shared::Systems;
 use crate::modal::structure::{Attachment, Structure};
 use crate::modal::system::passage::Passage;
 use crate::modal::system::{Recipe, System};
 use crate::modal::{memory, shared};
 use crate::quantities::parameters::Parameters;
-use crate::scene::graph::{Channel, Edge, Graph, Group, Overlap};
+use crate::scene::graph::{Channel, Edge, Graph, Group};
 use std::sync::Arc;
 
 /// Parameters in modal form.
@@ -22,7 +22,9 @@ pub struct Model {
     pub resolutions: [f64; 2],
     /// Bodies and ties.
     pub graph: Arc<Graph>,
-    systems: Systems,
+    /// The systems of groups, each made when first needed. A loose string can have hundreds, so those not used for
+    /// longest are dropped.
+    systems: Recent<Group, Arc<System>>,
 }
 
 impl Model {
@@ -39,7 +41,7 @@ impl Model {
             parameters: *parameters,
             resolutions: parameters.resolutions(),
             graph: Arc::new(graph),
-            systems: Systems::default(),
+            systems: Recent::new(shared::BUDGET, shared::SCENE, |system| system.bytes()),
         })
     }
 
@@ -65,7 +67,7 @@ impl Model {
         let mut model = Self { parameters: *tuned, resolutions, ..self.clone() };
         for spring in Spring::ALL {
             if spring.coefficients(&self.parameters.rock) != spring.coefficients(&tuned.rock) {
-                model.systems.forget(spring);
+                model.systems.retain(|group| group.spring != Some(spring));
             }
         }
         model
@@ -91,12 +93,9 @@ impl Model {
         if self.graph.is_loose() {
             return Ok(None);
         }
-        self.systems.passage(from, to, || {
-            let (old, new) = (self.system(from, mode)?, self.system(to, mode)?);
-            let shared = self.graph.overlaps(from, to);
-            let passage = |[overlap]: [Overlap; 1]| new.passage(&old, overlap);
-            Ok(shared.try_into().ok().and_then(passage))
-        })
+        let (old, new) = (self.system(from, mode)?, self.system(to, mode)?);
+        let [overlap] = self.graph.overlaps(from, to)[..] else { return Ok(None) };
+        Ok(new.passage(&old, overlap))
     }
 
     /// The decomposed system of a group.
@@ -104,7 +103,7 @@ impl Model {
     /// # Errors
     /// [`Error::Spectrum`] if it cannot be decomposed; [`Error::Cancelled`].
     pub fn system(&self, group: Group, mode: Mode) -> Result<Arc<System>, Error> {
-        self.systems.system(group, || self.decompose(group, mode))
+        self.systems.find(group, |_| self.decompose(group, mode))
     }
 
     fn decompose(&self, group: Group, mode: Mode) -> Result<Arc<System>, Error> {

@@ -176,39 +176,3 @@ vectorised! {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The same sums without vectors, in the documented order.
-    fn by_hand(numbers: &[f64], stride: usize, x: [&[f64]; 2], out: &mut [f64]) {
-        let second = &numbers[numbers.len() - x[1].len() * stride..];
-        for (r, out) in out.iter_mut().enumerate() {
-            *out = 0.0;
-            for (numbers, x) in [numbers, second].into_iter().zip(x) {
-                for (block, x) in numbers.chunks(BLOCK * stride).zip(x.chunks(BLOCK)) {
-                    let terms = block.chunks(stride).zip(x).map(|(column, x)| x * column[r]);
-                    *out += terms.fold(0.0, |sum, term| sum + term);
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn near_and_far_matrices_are_summed_in_the_declared_order() {
-        // The last matrix is a large one, with a rest of rows.
-        for (rows, [first, second]) in [(16, [3, 30]), (96, [42, 42]), (600, [29, 60])] {
-            let number = |k: usize| (k as f64 * 0.7).sin() * (k % 13) as f64;
-            // Between the two parts are three unused columns.
-            let numbers: Vec<f64> = (0..rows * (first + 3 + second)).map(number).collect();
-            assert_eq!(numbers.len() > NEAR, rows == 600);
-            let x: Vec<f64> = (0..first + second).map(|k| (k as f64 * 1.3).cos()).collect();
-            let x = [&x[..first], &x[first..]];
-            let (mut out, mut expected) = (vec![1.0; rows], vec![0.0; rows]);
-            combine(Columns { numbers: &numbers, stride: rows, offset: 0 }, x, &mut out);
-            by_hand(&numbers, rows, x, &mut expected);
-            assert_eq!(out, expected, "{rows} rows");
-        }
-    }
-}

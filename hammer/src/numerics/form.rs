@@ -33,16 +33,6 @@ impl Form {
         self.rows[Self::row(i) + k] = if k == i { value } else { 2.0 * value };
     }
 
-    /// The form of a full matrix, given row by row.
-    #[cfg(test)]
-    fn new(full: &[f64], size: usize) -> Self {
-        let mut form = Self::zero(size);
-        for i in 0..size {
-            (0..=i).for_each(|k| form.set(i, k, 0.5 * (full[i * size + k] + full[k * size + i])));
-        }
-        form
-    }
-
     /// The same form, which has no nonzero entries but those at `(i, i)` and `(i, i + apart)`. Sums leave out the
     /// others from now on, which changes no bit of them.
     pub(crate) fn of_blocks(self, apart: usize) -> Self {
@@ -120,40 +110,5 @@ vectorised! {
             }
         }
         total::<S>(sums)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_packed_form_is_the_full_one() {
-        let n = 16;
-        let m: Vec<f64> = (0..n * n).map(|i| (i as f64).sin()).collect();
-        let x: Vec<f64> = (0..n).map(|i| (i as f64 * 0.3).cos()).collect();
-        let full: f64 =
-            (0..n).map(|i| (0..n).map(|k| x[i] * m[i * n + k] * x[k]).sum::<f64>()).sum();
-        // 256 terms of size at most 1 are rounded.
-        let form = Form::new(&m, n);
-        assert!((form.of(&x) - full).abs() < 256.0 * f64::EPSILON);
-        // The gradient's product with x is twice the form.
-        let gradient = form.gradient(&x);
-        let half: f64 = gradient.iter().zip(&x).map(|(g, x)| 0.5 * g * x).sum();
-        assert!((half - full).abs() < 256.0 * f64::EPSILON);
-    }
-
-    #[test]
-    fn zeros_that_are_left_out_change_no_bit() {
-        let apart = 24;
-        let mut form = Form::zero(2 * apart);
-        for i in 0..apart - 3 {
-            form.set(i, i, (i as f64).sin());
-            form.set(apart + i, i, (i as f64).cos());
-            form.set(apart + i, apart + i, (0.3 * i as f64).sin());
-        }
-        let x: Vec<f64> = (0..2 * apart).map(|i| (i as f64 * 0.7).cos()).collect();
-        let dense = form.of(&x);
-        assert_eq!(form.of_blocks(apart).of(&x).to_bits(), dense.to_bits());
     }
 }

@@ -128,19 +128,6 @@ impl Div for Double {
 mod tests {
     use super::*;
 
-    /// `(sqrt(2) + 1)(sqrt(2) - 1) = 1`, with the root to twice the digits by Newton.
-    #[test]
-    fn arithmetic_keeps_twice_the_digits() {
-        let two = Double::new(2.0);
-        let mut root = Double::new(std::f64::consts::SQRT_2);
-        root = (root + two / root) / two;
-        let one = Double::new(1.0);
-        let rest = (root + one) * (root - one) - one;
-        // A few units of 2^-106.
-        assert!(rest.value().abs() < 1e-30, "{rest:?}");
-        assert!((one / Double::new(3.0) * Double::new(3.0) - one).value().abs() < 1e-31);
-    }
-
     /// A million steps of 45.389 ms add up exactly, where a double's sum would round.
     #[test]
     fn a_long_sum_keeps_twice_the_digits() {

@@ -406,24 +406,3 @@ vectorised! {
 }
 
 pub(crate) use vectorised;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The same sums without vectors, in the documented order, are equal to the last bit. (`tests/vectors.rs` checks
-    /// over whole runs that all widths give them.)
-    #[test]
-    fn sums_are_made_in_the_declared_order() {
-        let a: Vec<f64> = (0..48).map(|i| (f64::from(i) * 0.7).sin()).collect();
-        let b: Vec<f64> = (0..48).map(|i| (f64::from(i) * 1.3).cos() * 1e3).collect();
-        let mut x = [0.0; LANES];
-        for (p, q) in a.chunks(LANES).zip(b.chunks(LANES)) {
-            for l in 0..LANES {
-                x[l] += p[l] * q[l];
-            }
-        }
-        let by_hand = ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]));
-        assert_eq!(dot(&a, &b).to_bits(), by_hand.to_bits());
-    }
-}

@@ -3,31 +3,8 @@
 //! The C library's functions differ in the last bits between versions, systems, and even processors, so results would
 //! depend on the machine. IEEE 754 defines `+ - * /` and the square root exactly; the functions here use nothing else.
 
+pub(crate) use libm::{cbrt, cos, exp, hypot, log as ln, pow, sin, sincos as sin_cos};
 use num_complex::Complex64;
-
-pub(crate) fn sin(x: f64) -> f64 {
-    libm::sin(x)
-}
-
-pub(crate) fn cos(x: f64) -> f64 {
-    libm::cos(x)
-}
-
-pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
-    libm::sincos(x)
-}
-
-pub(crate) fn exp(x: f64) -> f64 {
-    libm::exp(x)
-}
-
-pub(crate) fn ln(x: f64) -> f64 {
-    libm::log(x)
-}
-
-pub(crate) fn pow(x: f64, y: f64) -> f64 {
-    libm::pow(x, y)
-}
 
 /// `x` to an integer power, by squaring. The compiler's own function uses the C library on Windows.
 pub(crate) fn powi(mut x: f64, mut exponent: usize) -> f64 {
@@ -42,10 +19,6 @@ pub(crate) fn powi(mut x: f64, mut exponent: usize) -> f64 {
         }
         x *= x;
     }
-}
-
-pub(crate) fn cbrt(x: f64) -> f64 {
-    libm::cbrt(x)
 }
 
 /// The `N`-th root of a positive normal number, `N` 5 or 7, within two roundings. The start divides the exponent,
@@ -87,31 +60,7 @@ pub(crate) fn five_sevenths(x: f64) -> f64 {
     square * square * root
 }
 
-pub(crate) fn hypot(x: f64, y: f64) -> f64 {
-    libm::hypot(x, y)
-}
-
 /// Magnitude of a complex number.
 pub(crate) fn norm(z: Complex64) -> f64 {
     hypot(z.re, z.im)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Each step of Halley's is four roundings of a correction, of which an `N`-th counts, and one of the product; a
-    /// power up to 5 multiplies them.
-    #[test]
-    fn roots_are_those_of_powers() {
-        for k in -3000..3000 {
-            let x = exp(f64::from(k) * 0.0123);
-            for (found, power) in [(two_fifths(x), 0.4), (five_sevenths(x), 5.0 / 7.0)] {
-                let off = found / pow(x, power) - 1.0;
-                // The exponent 5/7 is itself rounded, which contributes half a rounding times the logarithm, 37.
-                assert!(off.abs() < 32.0 * f64::EPSILON, "{x}: {off:e}");
-            }
-        }
-        assert_eq!([two_fifths(32.0), five_sevenths(128.0)], [4.0, 32.0]);
-    }
 }

@@ -9,7 +9,6 @@ pub mod instant;
 pub mod kernel;
 pub mod math;
 pub mod matrix2;
-pub mod minors;
 pub mod poles;
 pub mod poly;
 pub mod rank_one;

@@ -409,21 +409,3 @@ pub const SOFTEST_JOINT: f64 = 1e-3;
 
 /// Highest degree of splines.
 pub const MAX_DEGREE: usize = 7;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn eight_default_sections_are_the_uniform_body() {
-        let uniform = Parameters::default();
-        let mut cut = uniform;
-        (cut.piston.segments, cut.bit.segments) = (8, 8);
-        for body in Body::ALL {
-            // Eight products and sums are rounded.
-            let close = |a: f64, b: f64| (a - b).abs() <= 16.0 * f64::EPSILON * b;
-            assert!(close(cut.sections(body).length(), uniform.sections(body).length()));
-            assert!(close(cut.sections(body).mass(7850.0), uniform.sections(body).mass(7850.0)));
-        }
-    }
-}

@@ -125,34 +125,3 @@ impl Sections {
         nodes
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn stepped(parts: &[(f64, f64)]) -> Sections {
-        let list: Vec<Segment> =
-            parts.iter().map(|&(length, area)| Segment { length, area }).collect();
-        Sections::new(&list).expect("sections")
-    }
-
-    #[test]
-    fn spans_are_shared_by_length_with_one_each_at_least() {
-        let body = stepped(&[(0.3, 1.0), (0.1, 2.0), (0.2, 1.0)]);
-        assert_eq!(body.spans(12), [6, 2, 4]);
-        assert_eq!(body.spans(6), [3, 1, 2]);
-        assert_eq!(body.spans(2), [1, 1, 1]);
-        // Even the shortest section has a span, and the longest span is as short as possible.
-        let body = stepped(&[(1e-4, 1.0), (1.0, 2.0), (0.5, 1.0)]);
-        assert_eq!(body.spans(31), [1, 20, 10]);
-    }
-
-    #[test]
-    fn nodes_lie_on_every_step() {
-        let body = stepped(&[(0.3, 1.0), (0.1, 2.0)]);
-        let nodes = body.nodes(4);
-        assert_eq!(nodes.len(), 5);
-        assert_eq!((nodes[0], nodes[3], nodes[4]), (0.0, 0.3, 0.3 + 0.1));
-        assert_eq!((body.area_at(0.3), body.area_at(0.31), body.area_at(9.0)), (1.0, 2.0, 2.0));
-    }
-}

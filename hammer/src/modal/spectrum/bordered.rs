@@ -2,10 +2,12 @@
 //! near a root are rows and columns of their own, so that no power of their compliance has to cancel.
 
 use crate::modal::spectrum::jet::Jet;
-use crate::modal::spectrum::secular::{PAIRS, Root, Secular, size};
-use crate::numerics::minors::{self, MOST, Matrix};
+use crate::modal::spectrum::secular::{MOST, PAIRS, Root, Secular, size};
 use crate::numerics::poles;
 use num_complex::Complex64 as C;
+
+/// A matrix of which the first rows and columns are used.
+type Matrix = [[Jet; MOST]; MOST];
 
 /// Relative distance of a root from a pole, and of poles from one another, below which both dominate.
 const CLOSE: f64 = 1e-6;
@@ -32,7 +34,7 @@ impl Secular {
 
     /// `1 + kappa R` of an expanded determinant, without the modes that dominate ([`Self::borders`]);
     /// `sum 1 / (s - pole)` over all poles; and the compliances `1 / d` of the modes that dominate.
-    fn matrix(&self, root: Root) -> (Matrix<Jet>, C, Vec<(usize, Jet)>) {
+    fn matrix(&self, root: Root) -> (Matrix, C, Vec<(usize, Jet)>) {
         let (s, at, borders) = (self.value(root), self.point(root), self.borders(root));
         let mut others = self.others.borrow_mut();
         borders.iter().for_each(|mode| others.banish(*mode));
@@ -67,7 +69,7 @@ impl Secular {
     }
 
     /// Borders a matrix with a mode, as row and column `order`, the column times `scale`.
-    fn border(&self, matrix: &mut Matrix<Jet>, s: C, (order, mode): (usize, usize), scale: Jet) {
+    fn border(&self, matrix: &mut Matrix, s: C, (order, mode): (usize, usize), scale: Jet) {
         for (a, shape) in self.system.shapes.iter().enumerate() {
             let phi = Jet { at: shape[mode].into(), slope: C::default() };
             matrix[a][order] = self.stiff(a, s) * phi * scale;
@@ -78,7 +80,7 @@ impl Secular {
     /// The matrix `((1 + kappa R, kappa phi), (-phi', d))` and its order. `phi` and `d` are those of the modes that
     /// dominate ([`Self::borders`]); `R` is without them, so that no power of `1 / d` has to cancel. At a root the
     /// matrix is singular, and its null vector has the forces of the attachments and the amplitudes of these modes.
-    fn bordered(&self, root: Root) -> (Matrix<Jet>, usize) {
+    fn bordered(&self, root: Root) -> (Matrix, usize) {
         let (s, (mut matrix, _, compliances)) = (self.value(root), self.matrix(root));
         let mut order = self.system.shapes.len();
         for (mode, compliance) in compliances {
@@ -99,7 +101,7 @@ impl Secular {
             matrix[order][order].at = ONE.at;
             order += 1;
         }
-        let f = minors::determinant(&matrix, order);
+        let f = minor(&matrix, all(order), all(order));
         (f.at, f.slope, poles)
     }
 
@@ -111,7 +113,7 @@ impl Secular {
             return Default::default();
         }
         let (matrix, order) = self.bordered(root);
-        let forces = |row| minors::cofactors(&matrix, order, row).map(|cofactor| cofactor.at);
+        let forces = |row| cofactors(&matrix, order, row).map(|cofactor| cofactor.at);
         if size(root.offset) < TRAPPED * size(self.value(root)) {
             let own = self.system.shapes.len();
             return forces(own);
@@ -123,5 +125,69 @@ impl Secular {
         });
         let best = rows.max_by(|a, b| a.0.total_cmp(&b.0));
         best.map_or_else(Default::default, |(_, forces)| forces)
+    }
+}
+
+/// Cofactors of a row, for order two or more; zero beyond the order.
+fn cofactors(matrix: &Matrix, order: usize, row: usize) -> [Jet; MOST] {
+    std::array::from_fn(|column| {
+        if column >= order {
+            return Jet::default();
+        }
+        let minor = minor(matrix, all(order) & !(1 << row), all(order) & !(1 << column));
+        let is_odd = (row + column) % 2 == 1;
+        if is_odd { Jet::default() - minor } else { minor }
+    })
+}
+
+/// Mask of the first `order` rows or columns, one bit each.
+fn all(order: usize) -> u8 {
+    (1 << order) - 1
+}
+
+/// Determinant of some rows and as many columns, expanded along the first of the rows, without division:
+/// `a_0 M_0 - (a_1 M_1 - (a_2 M_2 - ...))`.
+fn minor(matrix: &Matrix, rows: u8, columns: u8) -> Jet {
+    let row = &matrix[rows.trailing_zeros() as usize % MOST];
+    let below = rows & rows.wrapping_sub(1);
+    let last = &matrix[below.trailing_zeros() as usize % MOST];
+    let term = |column: usize| {
+        let others = columns & !(1 << column);
+        match below.count_ones() {
+            0 => row[column],
+            1 => row[column] * last[others.trailing_zeros() as usize % MOST],
+            _ => row[column] * minor(matrix, below, others),
+        }
+    };
+    let used = (0..MOST).rev().filter(|column| columns >> column & 1 == 1);
+    let sum = used.map(term).reduce(|rest, term| term - rest);
+    sum.unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Vandermonde's determinant is the product of all differences. A matrix times its cofactors is its determinant
+    /// times the unit matrix. Whole numbers of this size are exact.
+    #[test]
+    fn determinants_and_cofactors_are_those_of_vandermonde() {
+        let x: [i32; MOST] = [2, -3, 5, 7, -11, 13];
+        let jet = |x: f64| Jet { at: x.into(), slope: C::default() };
+        let matrix = x.map(|x| std::array::from_fn(|k| jet(f64::from(x).powi(k as i32))));
+        for order in 2..=MOST {
+            let pairs = (0..order).flat_map(|j| (0..j).map(move |i| f64::from(x[j] - x[i])));
+            let known = pairs.product::<f64>();
+            assert_eq!(minor(&matrix, all(order), all(order)).at, known.into());
+            for (i, j) in (0..order).flat_map(|i| (0..order).map(move |j| (i, j))) {
+                let cofactors = cofactors(&matrix, order, j);
+                let sum: C = matrix[i].iter().zip(cofactors).map(|(a, c)| a.at * c.at).sum();
+                assert_eq!(
+                    sum,
+                    if i == j { known.into() } else { C::default() },
+                    "{order}: {i} {j}"
+                );
+            }
+        }
     }
 }

@@ -19,7 +19,7 @@ const BUDGET: usize = 1 << 24;
 /// The number of the bodies' modes, their frequencies, and the springs, bit for bit.
 type Key = Vec<u64>;
 
-static MODES: Recent<Key, Modes> = Recent::new(BUDGET, 1, Modes::bytes);
+static MODES: Recent<Key, Arc<Modes>> = Recent::new(BUDGET, 1, |modes| modes.bytes());
 
 /// Empties the cache.
 pub(crate) fn forget() {
@@ -100,7 +100,8 @@ impl Modes {
 impl Joined {
     /// The modes of a structure with its proportional springs. None if an interrupt comes.
     pub(crate) fn new(structure: &Structure) -> Option<Self> {
-        let modes = MODES.find(key(structure), |_| Modes::new(structure).ok_or(())).ok()?;
+        let modes =
+            MODES.find(key(structure), |_| Modes::new(structure).map(Arc::new).ok_or(())).ok()?;
         let attached = structure.attachments.iter().map(|a| modes.amplitudes(a.shape)).collect();
         let sliding = structure.sliding.map(|shape| modes.amplitudes(shape));
         Some(Self { modes, attached, sliding })

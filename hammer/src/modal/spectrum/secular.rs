@@ -20,7 +20,6 @@
 
 use crate::modal::spectrum::deflation::Deflated;
 use crate::modal::spectrum::jet::Jet;
-use crate::numerics::minors::MOST;
 use crate::numerics::poles::{self, Pairs, Point, Weighed};
 use num_complex::Complex64 as C;
 use std::cell::RefCell;
@@ -40,6 +39,9 @@ pub(crate) fn size(z: C) -> f64 {
 /// Pairs of attachments, in the order of their weights: the first six are those of three.
 pub(crate) const PAIRS: [[usize; 2]; 10] =
     [[0, 0], [0, 1], [1, 1], [0, 2], [1, 2], [2, 2], [0, 3], [1, 3], [2, 3], [3, 3]];
+
+/// Most attachments and modes that dominate.
+pub(crate) const MOST: usize = 6;
 
 /// Weights in the sums over the poles for one attachment to four.
 const WEIGHTS: [usize; 4] = [1, 4, 6, 10];

@@ -342,25 +342,3 @@ impl Generator {
         Some(if by_blocks { form.of_blocks(n) } else { form })
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// One oscillation of 1e-2 rad/s and one decay, over spans on both sides of [`TABULATED`]: two
-    /// halves lead to where the whole does, and a span without end ends.
-    #[test]
-    fn a_span_of_any_length_takes_few_rotations() {
-        let blocks = [1e-4, 4.0].map(|omega2| Block::free(omega2, 1e-6, vec![1.0]));
-        let generator = Generator::new(&blocks);
-        let start: Vec<f64> = (0..2 * generator.n).map(|i| f64::from(u8::from(i < 2))).collect();
-        let (mut whole, mut halves) = (start.clone(), start.clone());
-        assert_eq!(generator.rotate(1e5, &mut whole), 1);
-        (0..2).for_each(|_| assert!(generator.rotate(5e4, &mut halves) > 1000));
-        for (a, b) in whole.iter().zip(&halves) {
-            assert!((a - b).abs() < 1e-9, "{a} {b}");
-        }
-        assert_eq!(generator.rotate(1e200, &mut whole), 1);
-        assert!(whole.iter().all(|z| *z == 0.0), "all has died: {whole:?}");
-    }
-}
