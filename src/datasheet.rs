@@ -8,7 +8,7 @@
 
 use hammer::datasheet::{Datasheet, Quantity};
 use hammer::presets::{Ground, Inserts, RockError};
-use hammer::variables::{Role, VARIABLES, Variable, differences};
+use hammer::variables::{InputRow, Role, VARIABLES, Variable, differences};
 use hammer::{Input, Scene};
 use std::fmt::Write as _;
 
@@ -79,8 +79,8 @@ fn solve(request: &str) -> Result<String, String> {
 
 fn lay(scene: &mut Scene, name: &str, value: f64) -> Result<(), String> {
     match VARIABLES.iter().find(|variable| variable.name == name).map(|variable| &variable.role) {
-        Some(Role::Parameter { slot, .. }) => slot.write(&mut scene.parameters, value),
-        Some(Role::Input { start, .. }) => *start(&mut scene.inputs) = value,
+        Some(Role::Parameter(row)) => row.slot.write(&mut scene.parameters, value),
+        Some(Role::Input(row)) => *(row.start)(&mut scene.inputs) = value,
         _ => return Err(format!("a datasheet has no number called {name}")),
     }
     Ok(())
@@ -90,7 +90,7 @@ fn lay(scene: &mut Scene, name: &str, value: f64) -> Result<(), String> {
 fn changed_inputs(scene: &Scene, other: &Scene) -> Vec<(&'static str, f64)> {
     let [mut inputs, mut others] = [scene.inputs, other.inputs];
     let changed = |variable: &Variable| match &variable.role {
-        Role::Input { start, .. } => {
+        Role::Input(InputRow { start, .. }) => {
             let value = *start(&mut inputs);
             (value != *start(&mut others)).then_some((variable.name, value))
         }

@@ -5,7 +5,7 @@ use crate::capabilities;
 use crate::category::{Category, LOG_ALL};
 use crate::variant::START_VALUES;
 use hammer::quantity::{ENUMERATIONS, Enumeration, QUANTITIES, Quantity};
-use hammer::variables::{Output, Role, STEP_SIZE, STOP_TIME, Slot, VARIABLES, Variable};
+use hammer::variables::{InputRow, Output, Role, STEP_SIZE, STOP_TIME, Slot, VARIABLES, Variable};
 use hammer::{Domain, InputValues, Parameters};
 use std::fmt::Write;
 
@@ -158,9 +158,9 @@ fn write_variables(writer: &mut Writer) {
 
 pub(crate) fn kind(variable: &Variable) -> [&'static str; 3] {
     match &variable.role {
-        Role::Parameter { tunable: false, .. } => ["parameter", "fixed", "exact"],
-        Role::Parameter { tunable: true, .. } => ["parameter", "tunable", "exact"],
-        Role::Input { .. } => ["input", "continuous", "exact"],
+        Role::Parameter(row) if row.tunable => ["parameter", "tunable", "exact"],
+        Role::Parameter(_) => ["parameter", "fixed", "exact"],
+        Role::Input(_) => ["input", "continuous", "exact"],
         Role::Output(Output { discrete: false, .. }) => ["output", "continuous", "calculated"],
         Role::Output(Output { discrete: true, .. }) => ["output", "discrete", "calculated"],
         Role::Truth(_) | Role::Choice(..) => ["local", "discrete", "calculated"],
@@ -190,8 +190,8 @@ pub(crate) fn of_output(output: &Output) -> Attributes {
 
 pub(crate) fn typed(variable: &Variable) -> (&'static str, Attributes) {
     match &variable.role {
-        Role::Parameter { slot, .. } => typed_parameter(variable, slot),
-        Role::Input { quantity, start, nominal, .. } => {
+        Role::Parameter(row) => typed_parameter(variable, &row.slot),
+        Role::Input(InputRow { quantity, start, nominal, .. }) => {
             let mut attributes = real(quantity);
             attributes.push(("nominal", number(*nominal)));
             attributes.push(("start", number(*start(&mut InputValues::default()))));
@@ -274,7 +274,7 @@ fn write_structure(writer: &mut Writer) {
 /// all, but some importers crash without it.
 pub(crate) fn at_start(output: &Output, first: usize) -> String {
     let known = |(at, variable): (usize, &Variable)| {
-        matches!(variable.role, Role::Parameter { .. } | Role::Input { .. })
+        matches!(variable.role, Role::Parameter(_) | Role::Input(_))
             .then(|| (first + at).to_string())
     };
     let all = VARIABLES.iter().enumerate().filter(|_| !output.zero_at_start).filter_map(known);
@@ -291,7 +291,7 @@ pub(crate) fn outputs() -> impl Iterator<Item = (usize, &'static Output)> {
 
 pub(crate) fn inputs() -> impl Iterator<Item = (usize, hammer::Input)> {
     VARIABLES.iter().enumerate().filter_map(|(position, variable)| match &variable.role {
-        Role::Input { input, .. } => Some((position + 1, *input)),
+        Role::Input(row) => Some((position + 1, row.input)),
         _ => None,
     })
 }

@@ -8,9 +8,8 @@ use crate::description::{
 use crate::events::{Extra, Length, MAX_LENGTH, MAX_POSITIONS};
 use crate::variant::{ARRAYS, START_VALUES};
 use hammer::Input;
-use hammer::families::{ALONG, OF_BLOW};
 use hammer::quantity::{COUNT, ENUMERATIONS, LENGTH, QUANTITIES, Quantity, TIME};
-use hammer::variables::{Role, VARIABLES};
+use hammer::variables::{ALONG, InputRow, OF_BLOW, Role, VARIABLES};
 
 /// The description of FMI 3.0: the content of `two`, and what only FMI 3.0 has.
 pub fn describe(two: &str) -> String {
@@ -182,7 +181,7 @@ fn described(extra: Extra) -> (&'static str, Attributes, Option<Length>) {
 
 fn of_input(wanted: Input) -> Quantity {
     let quantity = |role: &Role| match role {
-        Role::Input { input, quantity, .. } if *input == wanted => Some(*quantity),
+        Role::Input(InputRow { input, quantity, .. }) if *input == wanted => Some(*quantity),
         _ => None,
     };
     VARIABLES.iter().find_map(|variable| quantity(&variable.role)).unwrap_or(LENGTH)

@@ -1,7 +1,7 @@
 //! Variables that only FMI 3.0 has: time, events, slopes, arrays.
 
 use hammer::Input;
-use hammer::families::{ALONG, Along, OF_BLOW};
+use hammer::variables::{ALONG, Along, OF_BLOW};
 
 /// Most positions that a host may monitor.
 pub const MAX_POSITIONS: usize = 8;

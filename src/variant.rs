@@ -95,7 +95,7 @@ fn start_value(text: &str) -> Option<(u32, f64)> {
     let reference = reference.parse::<u32>().ok()?;
     let value = f64::from_bits(u64::from_str_radix(bits, 16).ok()?);
     let settable = match VARIABLES.get(reference as usize) {
-        Some(row) => matches!(row.role, Role::Parameter { .. } | Role::Input { .. }),
+        Some(row) => matches!(row.role, Role::Parameter(_) | Role::Input(_)),
         None => Extra::of(reference)?.may_start_with(value),
     };
     (settable && value.is_finite()).then_some((reference, value))

@@ -140,7 +140,7 @@ fn too_much_work_ends_in_an_error_that_leaves_the_instance_safe() {
             Role::Output(_) => library.get_reals(host.handle, &[reference], &mut [0.0]),
             Role::Truth(_) => library.get_ints(true, host.handle, &[reference], &mut number),
             Role::Choice(..) => library.get_ints(false, host.handle, &[reference], &mut number),
-            Role::Parameter { .. } | Role::Input { .. } => OK,
+            Role::Parameter(_) | Role::Input(_) => OK,
         };
         assert_eq!(read, OK, "{}", variable.name);
     }

@@ -69,7 +69,7 @@ fn every_parameter_out_of_its_domain_is_refused_by_name_value_and_range() {
     let host = Host::new(&library);
     let mut refused = 0;
     for variable in VARIABLES.iter() {
-        let Role::Parameter { .. } = &variable.role else { continue };
+        let Role::Parameter(_) = &variable.role else { continue };
         let (wrong, range) = match variable.domain() {
             Some(Domain::AtLeast(low)) => (low - 1.0, format!("at least {low}")),
             Some(Domain::Above(low)) => (low, format!("above {low}")),

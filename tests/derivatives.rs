@@ -7,7 +7,7 @@ use dth_hammer::capabilities::OVER_STEP;
 use dth_hammer::events::Extra;
 use dth_hammer::{MODEL_DESCRIPTION, MODEL_DESCRIPTION_3};
 use hammer::Input;
-use hammer::variables::{Role, Slot, VARIABLES};
+use hammer::variables::{Parameter, Role, Slot, VARIABLES};
 
 /// Value references of all real outputs, and their nominal values.
 fn outputs() -> (Vec<u32>, Vec<f64>) {
@@ -140,7 +140,7 @@ fn before_the_start<'a>(library: &'a Library, source: i32) -> Host<'a> {
     let host = Host::with(library, &[by, coarse].concat());
     host.plain("fmi2EnterInitializationMode");
     let known = |row: &hammer::variables::Variable| {
-        matches!(row.role, Role::Input { .. } | Role::Parameter { slot: Slot::Real(..), .. })
+        matches!(row.role, Role::Input(_) | Role::Parameter(Parameter { slot: Slot::Real(..), .. }))
     };
     let initial = MODEL_DESCRIPTION.split_once("<InitialUnknowns>").unwrap().1;
     let (mut followed, base) = (0, read(&host, &of));
@@ -273,12 +273,12 @@ fn every_pair_of_fmi_3_is_answered_and_declared() {
     let more = Extra::all().filter(|e| e.is_output() && e.is_of_arrays()).map(Extra::reference);
     let arrays: Vec<u32> = more.collect();
     // 20 stations along three bodies, twice; 16 blows of seven figures, and their number.
-    let along = 20 * hammer::families::ALONG.len();
-    let scalars = along + 16 * hammer::families::OF_BLOW.len() + 1;
+    let along = 20 * hammer::variables::ALONG.len();
+    let scalars = along + 16 * hammer::variables::OF_BLOW.len() + 1;
     let is_still = |e: &Extra| matches!(e, Extra::Time | Extra::Slope(_) | Extra::Position(_));
     let still: Vec<u32> = Extra::all().filter(is_still).map(Extra::reference).collect();
     let known = |role: &Role| {
-        matches!(role, Role::Input { .. } | Role::Parameter { slot: Slot::Real(..), .. })
+        matches!(role, Role::Input(_) | Role::Parameter(Parameter { slot: Slot::Real(..), .. }))
     };
     let rows = VARIABLES.iter().zip(0..);
     let settable: Vec<u32> = rows.filter_map(|(row, by)| known(&row.role).then_some(by)).collect();

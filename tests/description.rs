@@ -50,9 +50,9 @@ fn promised_names_are_there_once() {
 #[test]
 fn parameters_have_dotted_names_and_ports_flat_ones() {
     for variable in VARIABLES.iter() {
-        let port = matches!(variable.role, Role::Input { .. } | Role::Output(_));
+        let port = matches!(variable.role, Role::Input(_) | Role::Output(_));
         assert!(!(port && variable.name.contains('.')), "{}", variable.name);
-        let tunable = matches!(variable.role, Role::Parameter { tunable: true, .. });
+        let tunable = matches!(variable.role, Role::Parameter(row) if row.tunable);
         assert_eq!(tunable, TUNABLE.contains(&variable.name), "{}", variable.name);
     }
 }
@@ -92,9 +92,8 @@ fn initial_unknowns_write_out_on_what_they_depend() {
         let known = rows.iter().map(|row| row.split("dependencies=\"").nth(1).unwrap());
         let counts: Vec<usize> =
             known.map(|rest| rest.split('"').next().unwrap().split_whitespace().count()).collect();
-        let all = VARIABLES
-            .iter()
-            .filter(|row| matches!(row.role, Role::Parameter { .. } | Role::Input { .. }));
+        let all =
+            VARIABLES.iter().filter(|row| matches!(row.role, Role::Parameter(_) | Role::Input(_)));
         let all = all.count();
         assert!(counts.iter().all(|count| [0, all].contains(count)), "{counts:?}");
         assert!(counts.contains(&0) && counts.contains(&all));

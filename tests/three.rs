@@ -5,7 +5,7 @@ use crate::support::library::{ERROR, Handle, Library, OK};
 use crate::support::three::{Three, extra};
 use dth_hammer::events::Extra;
 use dth_hammer::symbols;
-use hammer::families::OF_BLOW;
+use hammer::variables::OF_BLOW;
 use hammer::{InputValues, Machine, Parameters};
 
 const END: f64 = 0.25;

@@ -13,7 +13,7 @@ use callgrind::instructions;
 use hammer::Scene;
 use hammer::means::{Wanted, steady};
 use hammer::sensitivity::{Argument, Sample, derivatives};
-use hammer::variables::{Output, Role, Slot, VARIABLES};
+use hammer::variables::{InputRow, Output, Parameter, Role, Slot, VARIABLES};
 use hammer::{Error, Fidelity, Input, Machine, Source, Vectors};
 use std::cell::Cell;
 
@@ -109,16 +109,16 @@ impl Plan {
 fn set(scene: &mut Scene, name: &str, value: &str) -> Result<(), Box<dyn std::error::Error>> {
     let row = VARIABLES.iter().find(|row| row.name == name).ok_or("no such variable")?;
     match row.role {
-        Role::Parameter { slot: Slot::Real(_, access), .. } => {
+        Role::Parameter(Parameter { slot: Slot::Real(_, access), .. }) => {
             *access(&mut scene.parameters) = value.parse()?;
         }
-        Role::Parameter { slot: Slot::Integer(access), .. } => {
+        Role::Parameter(Parameter { slot: Slot::Integer(access), .. }) => {
             *access(&mut scene.parameters) = value.parse()?;
         }
-        Role::Parameter { slot: Slot::Choice(_, _, choose), .. } => {
+        Role::Parameter(Parameter { slot: Slot::Choice(_, _, choose), .. }) => {
             choose(&mut scene.parameters, value.parse()?);
         }
-        Role::Input { start, .. } => *start(&mut scene.inputs) = value.parse()?,
+        Role::Input(InputRow { start, .. }) => *start(&mut scene.inputs) = value.parse()?,
         _ => return Err(format!("{name}: neither a parameter nor an input").into()),
     }
     Ok(())

@@ -7,7 +7,6 @@ mod allowance;
 pub mod datasheet;
 mod energy;
 mod error;
-pub mod families;
 mod interrupt;
 mod machine;
 pub mod means;

@@ -5,13 +5,14 @@ use crate::error::Error;
 use crate::laws::mode::Tie;
 use crate::machine::Machine;
 use crate::machine::blows::Blow;
+use crate::machine::outputs::Profile;
 use crate::quantities::domain::Domain;
 use crate::quantities::inputs::Input;
 pub use crate::quantities::inputs::{INPUTS, InputRow};
-use crate::quantities::parameters::{InputValues, Parameters};
+use crate::quantities::parameters::{Fidelity, Parameters};
 use crate::quantities::quantity::*;
 use crate::quantities::sections::Body;
-pub use crate::quantities::table::{Change, PARAMETERS, Parameter, Reader, Slot};
+pub use crate::quantities::table::{PARAMETERS, Parameter, Reader, Slot};
 
 /// Communication step that is proposed to a host, s.
 pub const STEP_SIZE: f64 = 1e-3;
@@ -39,25 +40,9 @@ pub struct Variable {
 #[derive(Clone, Copy)]
 pub enum Role {
     /// A parameter.
-    Parameter {
-        /// Type and access.
-        slot: Slot,
-        /// May change during simulation.
-        tunable: bool,
-        /// Its row in the table of parameters.
-        row: &'static Parameter,
-    },
+    Parameter(&'static Parameter),
     /// A real input.
-    Input {
-        /// Type.
-        quantity: Quantity,
-        /// Which input.
-        input: Input,
-        /// Accessor of its start value.
-        start: fn(&mut InputValues) -> &mut f64,
-        /// Order of magnitude.
-        nominal: f64,
-    },
+    Input(&'static InputRow),
     /// A real output.
     Output(Output),
     /// A local Boolean.
@@ -188,7 +173,7 @@ impl Variable {
     /// Values that a parameter may take; `None` for anything else.
     pub fn domain(&self) -> Option<Domain> {
         match &self.role {
-            Role::Parameter { row, .. } => Some(row.domain),
+            Role::Parameter(row) => Some(row.domain),
             _ => None,
         }
     }
@@ -196,23 +181,10 @@ impl Variable {
     /// Why a scene does not read this parameter or input; `None` if it does.
     pub fn unread(&self, parameters: &Parameters) -> Option<String> {
         match &self.role {
-            Role::Parameter { row, .. } => row.unread(parameters),
-            Role::Input { input, .. } => input.row().reader.unread(self.name, parameters),
+            Role::Parameter(row) => row.unread(parameters),
+            Role::Input(row) => row.reader.unread(row.name, parameters),
             _ => None,
         }
-    }
-}
-
-impl Variable {
-    const fn of_parameter(row: &'static Parameter) -> Self {
-        let Parameter { name, description, slot, change, .. } = *row;
-        let tunable = matches!(change, Change::Tunable);
-        Self { name, description, role: Role::Parameter { slot, tunable, row } }
-    }
-
-    const fn of_input(row: &'static InputRow) -> Self {
-        let InputRow { name, description, quantity, nominal, input, start, .. } = *row;
-        Self { name, description, role: Role::Input { quantity, input, start, nominal } }
     }
 }
 
@@ -223,9 +195,11 @@ pub static VARIABLES: [Variable; PARAMETERS.len() + INPUTS.len() + RESULTS.len()
     while next < rows.len() {
         let (input, result) = (PARAMETERS.len(), PARAMETERS.len() + INPUTS.len());
         rows[next] = if next < input {
-            Variable::of_parameter(&PARAMETERS[next])
+            let row = &PARAMETERS[next];
+            Variable { name: row.name, description: row.description, role: Role::Parameter(row) }
         } else if next < result {
-            Variable::of_input(&INPUTS[next - input])
+            let row = &INPUTS[next - input];
+            Variable { name: row.name, description: row.description, role: Role::Input(row) }
         } else {
             RESULTS[next - result]
         };
@@ -238,9 +212,9 @@ pub static VARIABLES: [Variable; PARAMETERS.len() + INPUTS.len() + RESULTS.len()
 pub fn differences(parameters: &Parameters) -> Vec<(&'static str, f64)> {
     let reference = Parameters::default();
     let changed = VARIABLES.iter().filter_map(|variable| {
-        let Role::Parameter { slot, .. } = &variable.role else { return None };
-        let value = slot.read(parameters);
-        (value != slot.read(&reference)).then_some((variable.name, value))
+        let Role::Parameter(row) = variable.role else { return None };
+        let value = row.slot.read(parameters);
+        (value != row.slot.read(&reference)).then_some((row.name, value))
     });
     changed.collect()
 }
@@ -413,6 +387,40 @@ pub struct Along {
     pub nodal: bool,
 }
 
+impl Along {
+    /// Number of values of an elastic body; 0 of a rigid one, or without the body.
+    #[must_use]
+    pub fn count(&self, parameters: &Parameters) -> usize {
+        let elastic = usize::from(parameters.is_elastic(self.body));
+        elastic * (parameters.spans(self.body) + usize::from(self.nodal))
+    }
+
+    /// The value with an index from 0; `None` beyond the mesh.
+    #[must_use]
+    pub fn value(&self, profile: &Profile, index: usize) -> Option<f64> {
+        let (stress, nodes) = profile.along(self.body);
+        if self.nodal {
+            nodes.get(index).map(|[_, velocity]| *velocity)
+        } else {
+            stress.get(index).copied()
+        }
+    }
+
+    /// Why there is no value with an index from 0.
+    #[must_use]
+    pub fn missing(&self, index: usize, parameters: &Parameters) -> String {
+        let (name, number, body) = (self.name, index + 1, self.body.name());
+        let why = if parameters.fidelity == Fidelity::Rigid {
+            "fidelity is Rigid".into()
+        } else if parameters.is_elastic(self.body) {
+            format!("{body}.elements = {}", parameters.spans(self.body))
+        } else {
+            format!("{body}.segments = 0")
+        };
+        format!("there is no {name}[{number}]: {why}")
+    }
+}
+
 /// Everything along the bodies.
 #[rustfmt::skip]
 pub const ALONG: [Along; 6] = [
@@ -429,3 +437,60 @@ pub const ALONG: [Along; 6] = [
     Along { name: "casing_node_velocity", description: "Velocity of a node of an elastic casing, positive downward",
         quantity: VELOCITY, nominal: 1.0, body: Body::Casing, nodal: true },
 ];
+
+/// A figure of every blow.
+pub struct OfBlow {
+    /// Name of the figure, without index.
+    pub name: &'static str,
+    /// Name of the output with the last blow's figure.
+    pub output: &'static str,
+    /// What it is.
+    pub description: &'static str,
+    /// Reads it.
+    pub value: fn(&Blow) -> f64,
+}
+
+/// All figures of a blow.
+#[rustfmt::skip]
+pub const OF_BLOW: [OfBlow; 7] = [
+    OfBlow { name: "step_blow_time", output: "blow_time", description: "Instant of a blow", value: |blow| blow.time },
+    OfBlow { name: "step_blow_speed", output: "blow_speed", description: "Mean speed of the piston over the bit at a blow",
+        value: |blow| blow.speed },
+    OfBlow { name: "step_blow_energy", output: "blow_energy", description: "Half the piston's mass times step_blow_speed squared",
+        value: |blow| blow.energy },
+    OfBlow { name: "step_blow_period", output: "blow_period", description: "Time since the blow before, 0 for the first of all",
+        value: |blow| blow.period },
+    OfBlow { name: "step_blow_penetration", output: "blow_penetration", description: "Gain of the bit's tip since the blow before",
+        value: |blow| blow.penetration },
+    OfBlow { name: "step_rop", output: "rop", description: "Rate of penetration of the hole since the blow before, by specific energy",
+        value: |blow| blow.rop },
+    OfBlow { name: "step_tip_rate", output: "tip_rate", description: "Gain of the bit's tip per time since the blow before",
+        value: |blow| blow.tip_rate },
+];
+
+impl OfBlow {
+    /// True of an instant, which hosts count from their own zero.
+    #[must_use]
+    pub fn is_instant(&self) -> bool {
+        self.output == "blow_time"
+    }
+
+    /// The row of the output with the last blow's figure; `None` only if the table lacks it.
+    #[must_use]
+    pub fn row(&self) -> Option<&'static Output> {
+        VARIABLES.iter().find(|row| row.name == self.output).and_then(|row| match &row.role {
+            Role::Output(output) => Some(output),
+            _ => None,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_figure_of_a_blow_has_an_output() {
+        assert!(OF_BLOW.iter().all(|figure| figure.row().is_some()));
+    }
+}

@@ -317,12 +317,11 @@ const TABLE: [&str; 3] = [
 ];
 
 /// Files that name a variable a second time, with the reason.
-const SECOND: [(&str, &str); 6] = [
+const SECOND: [(&str, &str); 5] = [
     (
         "hammer/src/quantities/warnings.rs",
         "numbers in another unit show by how large some usually are",
     ),
-    ("hammer/src/families.rs", "the figures of each blow, by the outputs that have the last one's"),
     ("hammer/src/datasheet/quantity.rs", "what a datasheet says goes by the outputs it is held to"),
     ("hammer/src/means/averages.rs", "means over blows bear the names of what they average"),
     ("src/instance/snapshot.rs", "a state that was made under a higher limit of work is refused"),

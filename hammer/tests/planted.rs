@@ -2,8 +2,8 @@
 //! other outputs.
 
 use hammer::{
-    Energies, Error, Event, Fidelity, Input, InputValues, Machine, Parameters, RockEvent, RockMode,
-    Source, State,
+    Error, Event, Fidelity, Input, InputValues, Machine, Parameters, RockEvent, RockMode, Source,
+    State,
 };
 use serde_json::Value;
 use std::f64::consts::PI;
@@ -97,14 +97,6 @@ fn the_turnover_of_a_fall_is_the_sum_of_its_terms() {
     // Some tens of roundings.
     assert!((energies.turnover() / turnover - 1.0).abs() < 1e-13, "{energies:?} {turnover}");
     assert!((energies.residual_bound() / (1e-8 * turnover) - 1.0).abs() < 1e-13);
-}
-
-#[test]
-fn energies_become_a_row_of_numbers_and_energies_again() {
-    let row: [f64; 12] = std::array::from_fn(|place| 1.0 + place as f64);
-    let energies = Energies::from(row);
-    assert_eq!(energies.values(), row);
-    assert_eq!([energies.drive, energies.contact, energies.residual], [1.0, 6.0, 12.0]);
 }
 
 /// In dissipative loading the barrier is lowered below the work already done, so that it breaks at that instant. This

@@ -1,7 +1,7 @@
 //! The table of parameters agrees with the engine.
 
 use crate::scenes::one_in;
-use hammer::variables::{Change, PARAMETERS, Parameter, Slot};
+use hammer::variables::{PARAMETERS, Parameter, Slot};
 use hammer::{Domain, Fidelity, InputValues, Machine, Parameters, Record, Source};
 use std::collections::BTreeSet;
 
@@ -100,7 +100,7 @@ fn only_a_tunable_parameter_may_change_on_the_way() {
         let mut wanted = Parameters::default();
         row.slot.write(&mut wanted, other(row));
         let done = machine.retune(&wanted);
-        if row.change == Change::Tunable {
+        if row.tunable {
             assert_eq!(done, Ok(()), "{}", row.name);
             assert_eq!(*machine.parameters(), wanted);
         } else {

@@ -7,7 +7,7 @@ use dth_hammer::category::Category;
 use dth_hammer::{CAPACITY, GUID, TOKEN};
 use hammer::presets::{PRESETS, Preset};
 use hammer::quantity::{ENUMERATIONS, Quantity};
-use hammer::variables::{Role, Slot, VARIABLES, Variable};
+use hammer::variables::{InputRow, Parameter, Role, Slot, VARIABLES, Variable};
 use hammer::{Domain, InputValues, MAX_INPUT_ORDER, Parameters};
 use quick_xml::escape::escape;
 
@@ -75,7 +75,7 @@ fn unit(quantity: &Quantity) -> Cell {
 }
 
 fn parameter(variable: &Variable) -> Option<Vec<Cell>> {
-    let Role::Parameter { slot, tunable, .. } = &variable.role else { return None };
+    let Role::Parameter(Parameter { slot, tunable, .. }) = variable.role else { return None };
     let start = slot.read(&Parameters::default());
     let (unit, start) = match slot {
         Slot::Real(quantity, _) => (unit(quantity), number(rounded(start))),
@@ -103,7 +103,7 @@ fn rounded(value: f64) -> String {
 }
 
 fn input(variable: &Variable) -> Option<Vec<Cell>> {
-    let Role::Input { quantity, start, .. } = &variable.role else { return None };
+    let Role::Input(InputRow { quantity, start, .. }) = &variable.role else { return None };
     let start = *start(&mut InputValues::default());
     Some(vec![name(variable.name), unit(quantity), number(start), text(variable.description)])
 }
@@ -116,7 +116,7 @@ fn output(variable: &Variable) -> Option<Vec<Cell>> {
         }
         Role::Truth(_) => (number("Boolean"), ""),
         Role::Choice(items, _) => (name(items.name), ""),
-        Role::Parameter { .. } | Role::Input { .. } => return None,
+        Role::Parameter(_) | Role::Input(_) => return None,
     };
     Some(vec![name(variable.name), unit, text(orders), text(variable.description)])
 }

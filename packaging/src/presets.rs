@@ -3,7 +3,7 @@
 use crate::Failure;
 use crate::archive::File;
 use hammer::presets::{PRESETS, Preset};
-use hammer::variables::{Role, Slot, VARIABLES};
+use hammer::variables::{Parameter, Role, Slot, VARIABLES};
 use quick_xml::escape::escape;
 use serde::Serialize;
 use serde_json::{Map, Number, Value};
@@ -33,7 +33,7 @@ fn content(preset: &Preset) -> Content {
 fn ssv(preset: &Preset) -> String {
     let parameter = |(name, value): (&str, f64)| {
         let typed = match VARIABLES.iter().find(|v| v.name == name).map(|v| v.role) {
-            Some(Role::Input { .. } | Role::Parameter { slot: Slot::Real(..), .. }) => {
+            Some(Role::Input(_) | Role::Parameter(Parameter { slot: Slot::Real(..), .. })) => {
                 format!("<ssv:Real value=\"{value:?}\"/>")
             }
             _ => format!("<ssv:Integer value=\"{value:.0}\"/>"),

@@ -17,7 +17,7 @@ use crate::error::CallError;
 use crate::events::Extra;
 use hammer::Scene;
 use hammer::sensitivity::{Argument, Derivative, Sample, derivatives, over_step};
-use hammer::variables::{Read, Role, Slot, VARIABLES};
+use hammer::variables::{Parameter, Read, Role, Slot, VARIABLES};
 use hammer::{Input, Machine};
 use std::collections::BTreeSet;
 
@@ -116,8 +116,8 @@ impl Instance {
         }
         let variable = row(reference, WANTED)?;
         match variable.role {
-            Role::Input { input, .. } => return Ok(Known::Input(input)),
-            Role::Parameter { slot: Slot::Real(..), .. } => self.may_set(variable)?,
+            Role::Input(row) => return Ok(Known::Input(row.input)),
+            Role::Parameter(Parameter { slot: Slot::Real(..), .. }) => self.may_set(variable)?,
             _ => {}
         }
         let argument = Argument::named(variable.name).map(Known::Parameter);

@@ -21,7 +21,7 @@ use crate::category::Category;
 use crate::error::CallError;
 use crate::variant::Variant;
 use events::Events;
-use hammer::variables::{Role, VARIABLES};
+use hammer::variables::{InputRow, Role, VARIABLES};
 use hammer::{
     Counters, DisplayNumber, Input, InputValues, Interrupt, Machine, Parameters, Profile, Record,
     State, Stop,
@@ -132,7 +132,7 @@ impl Instance {
         for (reference, value) in variant.start_values() {
             let row = *reference as usize;
             match VARIABLES.get(row).map(|variable| &variable.role) {
-                Some(Role::Input { start, .. }) => *start(&mut inputs) = *value,
+                Some(Role::Input(InputRow { start, .. })) => *start(&mut inputs) = *value,
                 Some(_) => settings.set(row, *value),
                 None => events.start_with(*reference, *value),
             }

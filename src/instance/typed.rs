@@ -5,8 +5,7 @@ use super::values::{INTEGER, REAL, check, read_only, row, sound};
 use super::{Instance, Phase, finite};
 use crate::error::CallError;
 use crate::events::{Extra, Length, MAX_LENGTH};
-use hammer::families::{ALONG, OF_BLOW};
-use hammer::variables::{Role, Slot};
+use hammer::variables::{ALONG, InputRow, OF_BLOW, Parameter, Role, Slot};
 use hammer::{Input, ParameterError};
 
 const BOOLEAN: &str = "a Boolean variable";
@@ -122,7 +121,7 @@ impl Instance {
             }
         }
         for reference in names {
-            if let Role::Input { input, .. } = &row(reference, REAL)?.role {
+            if let Role::Input(InputRow { input, .. }) = &row(reference, REAL)?.role {
                 self.incline(*input);
             }
         }
@@ -279,5 +278,5 @@ fn length_of(reference: u32) -> Result<Length, CallError> {
 /// True for an enumeration, which FMI 3.0 reads as Int64.
 fn is_choice(reference: u32) -> bool {
     let role = row(reference, ENUMERATION).map(|variable| &variable.role);
-    matches!(role, Ok(Role::Choice(..) | Role::Parameter { slot: Slot::Choice(..), .. }))
+    matches!(role, Ok(Role::Choice(..) | Role::Parameter(Parameter { slot: Slot::Choice(..), .. })))
 }

@@ -3,7 +3,7 @@
 use super::events::Mode;
 use super::{Instance, Phase, finite};
 use crate::error::CallError;
-use hammer::variables::{Role, Slot, VARIABLES, Variable};
+use hammer::variables::{InputRow, Parameter, Role, Slot, VARIABLES, Variable};
 use hammer::{Error, Input, MAX_INPUT_ORDER, Profile};
 
 pub(super) const REAL: &str = "a real variable";
@@ -30,10 +30,10 @@ impl Instance {
     pub fn real(&mut self, reference: u32) -> Result<f64, CallError> {
         let Variable { name, role, .. } = row(reference, REAL)?;
         match role {
-            Role::Parameter { slot: Slot::Real(..), .. } => {
+            Role::Parameter(Parameter { slot: Slot::Real(..), .. }) => {
                 Ok(self.settings.get(reference as usize))
             }
-            Role::Input { input, .. } => Ok(self.input(*input)),
+            Role::Input(row) => Ok(self.input(row.input)),
             Role::Output(output) => {
                 if let Some(prepare) = output.prepare {
                     let cancel = self.cancel.clone();
@@ -73,7 +73,7 @@ impl Instance {
     /// As [`Instance::real`].
     pub fn integer(&mut self, reference: u32) -> Result<i32, CallError> {
         match &row(reference, INTEGER)?.role {
-            Role::Parameter { slot: Slot::Integer(_) | Slot::Choice(..), .. } => {
+            Role::Parameter(Parameter { slot: Slot::Integer(_) | Slot::Choice(..), .. }) => {
                 Ok(self.settings.get(reference as usize) as i32)
             }
             Role::Choice(_, index) => Ok(index(self.machine()?) as i32 + 1),
@@ -125,25 +125,27 @@ impl Instance {
         for (reference, value) in references.iter().zip(values) {
             let variable = row(*reference, REAL)?;
             match &variable.role {
-                Role::Parameter { slot: Slot::Real(..), .. } => self.may_set(variable)?,
-                Role::Input { .. } => {}
+                Role::Parameter(row) if matches!(row.slot, Slot::Real(..)) => {
+                    self.may_set(variable)?
+                }
+                Role::Input(_) => {}
                 Role::Output(_) => return Err(read_only(variable.name)),
                 _ => return Err(CallError::Reference { reference: *reference, wanted: REAL }),
             }
             match &variable.role {
-                Role::Input { input, .. } => check(*input, 0, *value)?,
+                Role::Input(row) => check(row.input, 0, *value)?,
                 _ => finite(variable.name, *value)?,
             }
             // Checked now, since no later call could refuse it once the simulation runs.
             if self.phase == Phase::Stepping
-                && let Role::Parameter { row, .. } = &variable.role
+                && let Role::Parameter(row) = &variable.role
             {
                 row.check(*value)?;
             }
         }
         for (reference, value) in references.iter().zip(values) {
             match &row(*reference, REAL)?.role {
-                Role::Input { input, .. } => self.inputs.set_value(*input, *value),
+                Role::Input(row) => self.inputs.set_value(row.input, *value),
                 _ => {
                     self.settings.set(*reference as usize, *value);
                     self.retune |= self.phase == Phase::Stepping;
@@ -162,7 +164,7 @@ impl Instance {
         for reference in references {
             let variable = row(*reference, INTEGER)?;
             match &variable.role {
-                Role::Parameter { slot: Slot::Integer(_) | Slot::Choice(..), .. } => {
+                Role::Parameter(row) if !matches!(row.slot, Slot::Real(..)) => {
                     self.may_set(variable)?;
                 }
                 Role::Choice(..) => return Err(read_only(variable.name)),
@@ -204,7 +206,7 @@ impl Instance {
         let mut set = Vec::with_capacity(references.len());
         for ((reference, order), value) in references.iter().zip(orders).zip(values) {
             let variable = row(*reference, WANTED)?;
-            let Role::Input { input, .. } = &variable.role else {
+            let Role::Input(InputRow { input, .. }) = &variable.role else {
                 return Err(CallError::Reference { reference: *reference, wanted: WANTED });
             };
             match usize::try_from(*order) {
@@ -242,7 +244,7 @@ impl Instance {
 
     pub(super) fn may_set(&self, parameter: &Variable) -> Result<(), CallError> {
         match parameter.role {
-            Role::Parameter { tunable: false, .. } if self.phase == Phase::Stepping => {
+            Role::Parameter(row) if !row.tunable && self.phase == Phase::Stepping => {
                 let reason = "it is fixed after initialization";
                 Err(CallError::ReadOnly { name: parameter.name, reason })
             }

@@ -177,8 +177,8 @@ impl<'a> Abuser<'a> {
         loop {
             let reference = self.rng.random_range(0..VARIABLES.len() as u32);
             let start = match &VARIABLES[reference as usize].role {
-                Role::Parameter { slot, .. } => slot.read(&hammer::Parameters::default()),
-                Role::Input { start, .. } => *start(&mut hammer::InputValues::default()),
+                Role::Parameter(row) => row.slot.read(&hammer::Parameters::default()),
+                Role::Input(row) => *(row.start)(&mut hammer::InputValues::default()),
                 _ => continue,
             };
             let factor = match self.rng.random_range(0..4) {
@@ -197,8 +197,8 @@ impl<'a> Abuser<'a> {
         let mut log = String::new();
         for (reference, variable) in (0u32..).zip(VARIABLES.iter()) {
             let usual = match &variable.role {
-                Role::Parameter { slot, .. } => slot.read(&parameters),
-                Role::Input { start, .. } => *start(&mut inputs),
+                Role::Parameter(row) => row.slot.read(&parameters),
+                Role::Input(row) => *(row.start)(&mut inputs),
                 _ => continue,
             };
             let mut found = [usual];

@@ -72,28 +72,6 @@ impl Energies {
     }
 }
 
-impl From<[f64; 12]> for Energies {
-    /// From [`Energies::values`].
-    fn from(values: [f64; 12]) -> Self {
-        let [drive, gravity, feed, kinetic, strain, contact, rock_stored, rest @ ..] = values;
-        let [rock_dissipated, viscous, damping, retuned, residual] = rest;
-        Self {
-            drive,
-            gravity,
-            feed,
-            kinetic,
-            strain,
-            contact,
-            rock_stored,
-            rock_dissipated,
-            viscous,
-            damping,
-            retuned,
-            residual,
-        }
-    }
-}
-
 /// Impulses since the start, N s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Impulses {

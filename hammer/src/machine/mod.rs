@@ -20,8 +20,6 @@ pub(crate) mod journal;
 pub(crate) mod outputs;
 pub(crate) mod state;
 pub(crate) mod stops;
-#[cfg(feature = "internals")]
-mod tracked;
 mod views;
 pub(crate) mod zeno;
 

@@ -13,6 +13,8 @@ use crate::laws::mode::Relay;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::warnings;
+#[cfg(feature = "internals")]
+use crate::{modal::track::Track, search::signal::Signal};
 use std::collections::VecDeque;
 use std::sync::OnceLock;
 
@@ -142,6 +144,14 @@ impl Machine {
             && never(Event::Relay(Relay::Drive))
     }
 
+    /// The tracks at the last event, and the signals tracked from there, for comparisons.
+    #[cfg(feature = "internals")]
+    #[doc(hidden)]
+    pub fn tracked(&self) -> (Vec<Track>, Vec<(Event, Signal)>) {
+        let tracks = 0..self.motion.tracks().len();
+        (tracks.map(|i| self.motion.at_anchor(i)).collect(), self.search.tracked().collect())
+    }
+
     /// Numbers stored for energies and for peaks that have not been read.
     #[cfg(test)]
     pub(crate) fn stored(&self) -> [usize; 2] {
@@ -150,8 +160,7 @@ impl Machine {
 
     /// A warning if the piston was faster at the last blow than steel withstands.
     pub fn too_fast(&self) -> Option<String> {
-        let speed = self.blow().map(|blow| blow.speed);
-        speed.filter(|speed| warnings::is_fast(*speed)).map(warnings::fast)
+        warnings::fast(self.blow()?.speed)
     }
 
     /// Warnings about this scene with its present inputs, its last blow, and the exchange with the host.

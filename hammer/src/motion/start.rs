@@ -2,14 +2,14 @@
 
 use super::Motion;
 use super::air::{beyond, outside};
-use super::state::{Anchor, MotionState};
+use super::state::{Anchor, Line, MotionState};
 use crate::air::{Air, volumes};
 use crate::error::Error;
 use crate::laws::event::{Bodies, Displacement};
 use crate::laws::mode::{Mode, Relay, RockMode, Tie, TieState};
-use crate::laws::rock::Spring;
+use crate::laws::rock::{Memory, Spring};
 use crate::modal::model::Model;
-use crate::numerics::poly::Poly;
+use crate::numerics::{instant::Double, poly::Poly};
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{Parameters, Source};
 use crate::scene::graph::CHANNELS;
@@ -82,7 +82,21 @@ impl Motion {
                 driven.translation.0[0] -= off / system.functionals[tip].rigid;
             }
         }
-        let state = MotionState::new(mode, start, inputs, loads, anchors);
+        let state = MotionState {
+            mode,
+            epoch: Double::new(start),
+            now: 0.0,
+            time: start,
+            inputs,
+            air: None,
+            line: Line::default(),
+            loads,
+            anchors,
+            origin: Double::default(),
+            memory: Memory::default(),
+            psi: 0.0,
+            began: 0.0,
+        };
         let tracks = state.tracks(&model)?;
         let steady = state.is_steady();
         let mut motion = Self { model, state, tracks, steady, basis_changes: 0, series: None };

@@ -123,33 +123,6 @@ pub struct MotionState {
 }
 
 impl MotionState {
-    /// The state at the time `time` of the start, on virgin rock.
-    pub(crate) fn new(
-        mode: Mode,
-        time: f64,
-        inputs: Inputs,
-        loads: [Poly; CHANNELS],
-        anchors: Vec<Anchor>,
-    ) -> Self {
-        Self {
-            mode,
-            epoch: Double::new(time),
-            now: 0.0,
-            time,
-            inputs,
-            air: None,
-            line: Line::default(),
-            loads,
-            anchors,
-            origin: Double::default(),
-            memory: Memory::default(),
-            psi: 0.0,
-            began: 0.0,
-        }
-    }
-}
-
-impl MotionState {
     /// True if no load varies and the polynomial part of the motion is at most a parabola. Checked
     /// because a stored state may be corrupt.
     pub(crate) fn is_steady(&self) -> bool {

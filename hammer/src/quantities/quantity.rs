@@ -33,83 +33,65 @@ impl Quantity {
     }
 }
 
-/// m.
-pub const LENGTH: Quantity = si("Length", "m").displayed_in("mm").within(1e-15, 1e7);
-/// m/s.
-pub const VELOCITY: Quantity = si("Velocity", "m/s").within(1e-15, 1e4);
-/// m/s, displayed as m/h, the drillers' unit.
-pub const ADVANCE: Quantity = si("RateOfPenetration", "m/s").displayed_in("m/h");
-/// m/s, of the bit's tip in its crater.
-pub const TIP_RATE: Quantity = si("TipRate", "m/s").displayed_in("mm/s");
-/// m/s2.
-pub const ACCELERATION: Quantity = si("Acceleration", "m/s2").within(1e-12, 1e5);
-/// s.
-pub const TIME: Quantity = si("Time", "s").displayed_in("ms").within(1e-15, 1.0);
-/// m2.
-pub const AREA: Quantity = si("Area", "m2").displayed_in("mm2").within(1e-12, 1e6);
-/// m3.
-pub const VOLUME: Quantity = si("Volume", "m3").displayed_in("cm3").within(1e-12, 1e3);
-/// K.
-pub const TEMPERATURE: Quantity = si("Temperature", "K").within(1.0, 1e4);
-/// m3/s, of air at 0 degrees Celsius and 1.01325e5 Pa.
-pub const AIR_FLOW: Quantity = si("FreeAirFlow", "m3/s").displayed_in("m3/min");
-/// m3/s.
-pub const FLOW: Quantity = si("VolumeFlowRate", "m3/s").displayed_in("L/min");
-/// N.
-pub const FORCE: Quantity = si("Force", "N").displayed_in("kN").within(1e-9, 1e12);
-/// Pa.
-pub const PRESSURE: Quantity = si("Pressure", "Pa").displayed_in("bar");
-/// Pa, displayed as MPa.
-pub const STRESS: Quantity = si("Stress", "Pa").displayed_in("MPa");
-/// Pa, of solids.
-pub const MODULUS: Quantity = si("ElasticModulus", "Pa").displayed_in("GPa").within(1e3, 1e20);
-/// kg/m3.
-pub const DENSITY: Quantity = si("Density", "kg/m3").within(1e-3, 1e6);
-/// N/m.
-pub const STIFFNESS: Quantity = si("Stiffness", "N/m").displayed_in("kN/mm").within(1.0, 1e20);
-/// N s/m.
-pub const VISCOSITY: Quantity = si("ViscousResistance", "N.s/m").within(1e-9, 1e12);
-/// N s.
-pub const IMPULSE: Quantity = si("Impulse", "N.s");
-/// Mass.
-pub const MASS: Quantity = si("Mass", "kg").within(1e-9, 1e9);
-/// J.
-pub const ENERGY: Quantity = si("Energy", "J").within(1e-12, 1e12);
-/// J/m3, displayed as MJ/m3.
-pub const SPECIFIC_ENERGY: Quantity =
-    si("SpecificEnergy", "J/m3").displayed_in("MJ/m3").within(1.0, 1e15);
-/// Dimensionless.
-pub const RATIO: Quantity = si("Ratio", "1").within(1e-12, 1e9);
-/// Dimensionless.
-pub const COUNT: Quantity = si("Count", "1");
+macro_rules! quantities {
+    ($(#[doc = $meaning:literal] $name:ident = $quantity:expr;)+) => {
+        $(#[doc = $meaning] pub const $name: Quantity = $quantity;)+
 
-/// Every quantity, for the type definitions.
-pub const QUANTITIES: &[Quantity] = &[
-    LENGTH,
-    VELOCITY,
-    ADVANCE,
-    TIP_RATE,
-    ACCELERATION,
-    TIME,
-    AREA,
-    VOLUME,
-    TEMPERATURE,
-    AIR_FLOW,
-    FLOW,
-    FORCE,
-    PRESSURE,
-    STRESS,
-    MODULUS,
-    DENSITY,
-    STIFFNESS,
-    VISCOSITY,
-    MASS,
-    IMPULSE,
-    ENERGY,
-    SPECIFIC_ENERGY,
-    RATIO,
-    COUNT,
-];
+        /// Every quantity, for the type definitions.
+        pub const QUANTITIES: &[Quantity] = &[$($name),+];
+    };
+}
+
+quantities! {
+    /// m.
+    LENGTH = si("Length", "m").displayed_in("mm").within(1e-15, 1e7);
+    /// m/s.
+    VELOCITY = si("Velocity", "m/s").within(1e-15, 1e4);
+    /// m/s, displayed as m/h, the drillers' unit.
+    ADVANCE = si("RateOfPenetration", "m/s").displayed_in("m/h");
+    /// m/s, of the bit's tip in its crater.
+    TIP_RATE = si("TipRate", "m/s").displayed_in("mm/s");
+    /// m/s2.
+    ACCELERATION = si("Acceleration", "m/s2").within(1e-12, 1e5);
+    /// s.
+    TIME = si("Time", "s").displayed_in("ms").within(1e-15, 1.0);
+    /// m2.
+    AREA = si("Area", "m2").displayed_in("mm2").within(1e-12, 1e6);
+    /// m3.
+    VOLUME = si("Volume", "m3").displayed_in("cm3").within(1e-12, 1e3);
+    /// K.
+    TEMPERATURE = si("Temperature", "K").within(1.0, 1e4);
+    /// m3/s, of air at 0 degrees Celsius and 1.01325e5 Pa.
+    AIR_FLOW = si("FreeAirFlow", "m3/s").displayed_in("m3/min");
+    /// m3/s.
+    FLOW = si("VolumeFlowRate", "m3/s").displayed_in("L/min");
+    /// N.
+    FORCE = si("Force", "N").displayed_in("kN").within(1e-9, 1e12);
+    /// Pa.
+    PRESSURE = si("Pressure", "Pa").displayed_in("bar");
+    /// Pa, displayed as MPa.
+    STRESS = si("Stress", "Pa").displayed_in("MPa");
+    /// Pa, of solids.
+    MODULUS = si("ElasticModulus", "Pa").displayed_in("GPa").within(1e3, 1e20);
+    /// kg/m3.
+    DENSITY = si("Density", "kg/m3").within(1e-3, 1e6);
+    /// N/m.
+    STIFFNESS = si("Stiffness", "N/m").displayed_in("kN/mm").within(1.0, 1e20);
+    /// N s/m.
+    VISCOSITY = si("ViscousResistance", "N.s/m").within(1e-9, 1e12);
+    /// Mass.
+    MASS = si("Mass", "kg").within(1e-9, 1e9);
+    /// N s.
+    IMPULSE = si("Impulse", "N.s");
+    /// J.
+    ENERGY = si("Energy", "J").within(1e-12, 1e12);
+    /// J/m3, displayed as MJ/m3.
+    SPECIFIC_ENERGY = si("SpecificEnergy", "J/m3").displayed_in("MJ/m3").within(1.0, 1e15);
+    /// Dimensionless.
+    RATIO = si("Ratio", "1").within(1e-12, 1e9);
+    /// Dimensionless.
+    COUNT = si("Count", "1");
+}
 
 /// An enumeration type. The first item has the value 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,17 +10,6 @@ use crate::quantities::parameters::{
 use crate::quantities::quantity::*;
 use crate::quantities::sections::{Body, MAX_RODS, MAX_SEGMENTS};
 
-/// When a parameter may change.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Change {
-    /// Fixed at the start.
-    Fixed,
-    /// At any communication point; the state is unchanged.
-    Tunable,
-    /// Fixed at the start, and it shapes the solver.
-    Structural,
-}
-
 /// What reads a parameter or an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reader {
@@ -83,8 +72,8 @@ pub struct Parameter {
     pub slot: Slot,
     /// Domain.
     pub domain: Domain,
-    /// When it may change.
-    pub change: Change,
+    /// True if it may change at any communication point, with the state unchanged; otherwise it is fixed at the start.
+    pub tunable: bool,
     /// What reads it.
     pub reader: Reader,
     /// True if it may also be nearly zero or very large, to switch a law off.
@@ -121,7 +110,7 @@ const GROUPS: &[&[Parameter]] = {
     &[
     &[
         choice("fidelity", FIDELITY, "How the bodies are modelled",
-            |p| p.fidelity as usize, |p, i| if let Some(f) = Fidelity::ALL.get(i) { p.fidelity = *f }).structural(),
+            |p| p.fidelity as usize, |p, i| if let Some(f) = Fidelity::ALL.get(i) { p.fidelity = *f }),
         real("material.youngs_modulus", MODULUS, Above(0.0), "Young's modulus of the bodies", |p| &mut p.material.youngs_modulus),
         real("material.density", DENSITY, Above(0.0), "Density of the bodies", |p| &mut p.material.density),
         real("material.damping_time", TIME, AtLeast(0.0), "Kelvin-Voigt damping time: damping matrix over stiffness matrix",
@@ -273,8 +262,8 @@ const fn row(
     slot: Slot,
     domain: Domain,
 ) -> Parameter {
-    let (change, reader) = (Change::Fixed, Reader::Every);
-    Parameter { name, description, slot, domain, change, reader, switches: false }
+    let (tunable, reader, switches) = (false, Reader::Every, false);
+    Parameter { name, description, slot, domain, tunable, reader, switches }
 }
 
 const fn real(
@@ -287,15 +276,13 @@ const fn real(
     row(name, description, Slot::Real(quantity, access), domain)
 }
 
-/// Integers shape the solver.
 const fn count(
     name: &'static str,
     domain: Domain,
     description: &'static str,
     access: fn(&mut Parameters) -> &mut usize,
 ) -> Parameter {
-    let slot = Slot::Integer(access);
-    row(name, description, slot, domain).structural()
+    row(name, description, Slot::Integer(access), domain)
 }
 
 const fn choice(
@@ -311,11 +298,7 @@ const fn choice(
 
 impl Parameter {
     const fn tunable(self) -> Self {
-        Self { change: Change::Tunable, ..self }
-    }
-
-    const fn structural(self) -> Self {
-        Self { change: Change::Structural, ..self }
+        Self { tunable: true, ..self }
     }
 
     const fn switch(self) -> Self {

@@ -8,12 +8,12 @@
 use crate::numerics::display::DisplayNumber;
 use crate::numerics::math;
 use crate::quantities::domain::ParameterError;
-use crate::quantities::drill::{Drill, Joint};
+use crate::quantities::drill::Drill;
 use crate::quantities::parameters::{
     FASTEST_WAVE, Fidelity, MAX_DEGREE, MAX_ELEMENTS, Material, Parameters, SOFTEST_JOINT, Source,
 };
 use crate::quantities::sections::{Body, Segment};
-use crate::quantities::table::{Change, PARAMETERS, name_of};
+use crate::quantities::table::{PARAMETERS, name_of};
 use std::f64::consts::TAU;
 
 /// Largest phase error of a blow's wave along a string, rad.
@@ -28,6 +28,15 @@ const SLOWEST_STRING: f64 = 10.0;
 /// Least mass of a casing, over the bit's. The lightest of tied bodies costs its modes a digit for each decade; down
 /// to here, the ledger of every preset closes to 1e-10 of its turnover.
 const LIGHTEST_CASING: f64 = 1e-4;
+
+/// Refuses the value of the parameter at this accessor.
+fn refuse<T>(
+    field: fn(&mut Parameters) -> &mut T,
+    value: f64,
+    allowed: String,
+) -> Result<(), ParameterError> {
+    Err(ParameterError { name: name_of(field), value, allowed })
+}
 
 impl Parameters {
     /// Checks every parameter against its domain, except sections and ports that are not read.
@@ -53,36 +62,33 @@ impl Parameters {
         }
         let stiffest = DisplayNumber(stiffest);
         let allowed = format!("up to {stiffest}, for waves of {FASTEST_WAVE:e} m/s (in steel 5e3)");
-        Err(ParameterError { name: name_of(|p| &mut p.material.youngs_modulus), value, allowed })
+        refuse(|p| &mut p.material.youngs_modulus, value, allowed)
     }
 
     fn check_casing(&self) -> Result<(), ParameterError> {
-        let chuck = &self.chuck;
-        let (mass, least) = (self.casing_mass(), LIGHTEST_CASING * self.bit_mass());
-        if self.has_casing() && mass < least {
-            let least = format!("{least:.4e}");
-            let (name, value, range) = match self.casing.segments {
-                0 => (name_of(|p| &mut p.casing.mass), mass, format!("0, or at least {least}")),
-                _ => {
-                    let name = name_of(|p| &mut p.casing.segment[0].area);
-                    let range = format!("larger, so that the casing has at least {least} kg");
-                    (name, self.casing.segment[0].area, range)
-                }
-            };
-            let allowed = format!("{range} ({LIGHTEST_CASING:e} of the bit's mass)");
-            return Err(ParameterError { name, value, allowed });
+        if !self.has_casing() {
+            return Ok(());
         }
-        if self.has_casing() && chuck.idle_travel >= chuck.travel {
+        let (chuck, mass) = (&self.chuck, self.casing_mass());
+        let least = LIGHTEST_CASING * self.bit_mass();
+        if mass < least {
+            let part = format!("({LIGHTEST_CASING:e} of the bit's mass)");
+            if self.casing.segments == 0 {
+                let allowed = format!("0, or at least {least:.4e} {part}");
+                return refuse(|p| &mut p.casing.mass, mass, allowed);
+            }
+            let allowed = format!("larger, so that the casing has at least {least:.4e} kg {part}");
+            return refuse(|p| &mut p.casing.segment[0].area, self.casing.segment[0].area, allowed);
+        }
+        if chuck.idle_travel >= chuck.travel {
             let allowed = format!("below chuck.travel, {}", DisplayNumber(chuck.travel));
-            let name = name_of(|p| &mut p.chuck.idle_travel);
-            return Err(ParameterError { name, value: chuck.idle_travel, allowed });
+            return refuse(|p| &mut p.chuck.idle_travel, chuck.idle_travel, allowed);
         }
-        let (weakest, impedance) = (SLOWEST_STRING * self.casing_mass(), self.casing.impedance);
-        if self.has_casing() && impedance != 0.0 && impedance < weakest {
+        let (weakest, impedance) = (SLOWEST_STRING * mass, self.casing.impedance);
+        if impedance != 0.0 && impedance < weakest {
             let weakest = DisplayNumber(weakest);
             let allowed = format!("0, or at least {weakest} (the casing's mass times 10 per s)");
-            let name = name_of(|p| &mut p.casing.impedance);
-            return Err(ParameterError { name, value: impedance, allowed });
+            return refuse(|p| &mut p.casing.impedance, impedance, allowed);
         }
         Ok(())
     }
@@ -98,8 +104,7 @@ impl Parameters {
             "below {}, where the drive chamber has no volume left (air.cylinder, air.drive.dead_volume)",
             DisplayNumber(most)
         );
-        let name = name_of(|p| &mut p.contact.initial_gap);
-        Err(ParameterError { name, value: self.contact.initial_gap, allowed })
+        refuse(|p| &mut p.contact.initial_gap, self.contact.initial_gap, allowed)
     }
 
     /// The largest impedance of a line at the piston, N s/m. With it the line brakes the piston and the body that the
@@ -133,7 +138,7 @@ impl Parameters {
                 DisplayNumber(most)
             ),
         };
-        Err(ParameterError { name: name_of(|p| &mut p.drive.impedance), value, allowed })
+        refuse(|p| &mut p.drive.impedance, value, allowed)
     }
 
     /// These parameters, with the tunable ones of `wanted`.
@@ -144,7 +149,7 @@ impl Parameters {
         let mut tuned = *self;
         for row in PARAMETERS.iter() {
             let [before, value] = [self, wanted].map(|p| row.slot.read(p));
-            if row.change == Change::Tunable {
+            if row.tunable {
                 row.check(value)?;
                 row.slot.write(&mut tuned, value);
             } else if value != before {
@@ -166,33 +171,20 @@ impl Parameters {
         }
         let most = rod.length.min(2.0 * shank.length);
         if coupling.length >= most {
-            let value = coupling.length;
             let allowed =
                 format!("below {}, the rod's length and twice the shank's", DisplayNumber(most));
-            return Err(ParameterError {
-                name: name_of(|p| &mut p.drill.coupling.length),
-                value,
-                allowed,
-            });
+            return refuse(|p| &mut p.drill.coupling.length, coupling.length, allowed);
         }
         if self.fidelity == Fidelity::Rigid {
             let allowed = "0 with rigid bodies, which carry no wave".into();
-            let name = name_of(|p| &mut p.drill.rods);
-            return Err(ParameterError { name, value: rods as f64, allowed });
+            return refuse(|p| &mut p.drill.rods, rods as f64, allowed);
         }
-        let Joint { stiffness: value, .. } = joint;
         let softest = SOFTEST_JOINT * self.material.youngs_modulus * rod.area / rod.length;
-        let allowed = match self.drill.loose() {
-            0 => None,
-            _ if value < softest => Some(format!(
-                "0, or at least {} ({SOFTEST_JOINT} of a rod's own stiffness)",
-                DisplayNumber(softest)
-            )),
-            _ => None,
-        };
-        if let Some(allowed) = allowed {
-            let name = name_of(|p| &mut p.drill.joint.stiffness);
-            return Err(ParameterError { name, value, allowed });
+        if self.drill.loose() > 0 && joint.stiffness < softest {
+            let softest = DisplayNumber(softest);
+            let allowed =
+                format!("0, or at least {softest} ({SOFTEST_JOINT} of a rod's own stiffness)");
+            return refuse(|p| &mut p.drill.joint.stiffness, joint.stiffness, allowed);
         }
         self.check_string_mesh()
     }
@@ -218,18 +210,16 @@ impl Parameters {
             return Ok(());
         }
         let needed: f64 = sections.as_slice().iter().map(|s| (s.length / longest).ceil()).sum();
-        let (name, value, bound) = if needed <= MAX_ELEMENTS as f64 {
-            (name_of(|p| &mut p.bit.elements), self.bit.elements, format!("at least {needed}"))
+        let [wave, length] = [wave, length].map(DisplayNumber);
+        let why =
+            format!("so that a wave of {wave} m keeps its shape along a string of {length} m");
+        if needed <= MAX_ELEMENTS as f64 {
+            let allowed = format!("at least {needed}, {why}");
+            refuse(|p| &mut p.bit.elements, self.bit.elements as f64, allowed)
         } else if degree < MAX_DEGREE {
-            (name_of(|p| &mut p.mesh.degree), degree, format!("above {degree}"))
+            refuse(|p| &mut p.mesh.degree, degree as f64, format!("above {degree}, {why}"))
         } else {
-            (name_of(|p| &mut p.drill.rods), self.drill.rods, "fewer".into())
-        };
-        let allowed = format!(
-            "{bound}, so that a wave of {} m keeps its shape along a string of {} m",
-            DisplayNumber(wave),
-            DisplayNumber(length)
-        );
-        Err(ParameterError { name, value: value as f64, allowed })
+            refuse(|p| &mut p.drill.rods, self.drill.rods as f64, format!("fewer, {why}"))
+        }
     }
 }

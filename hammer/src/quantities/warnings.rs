@@ -110,16 +110,11 @@ pub fn unfed(force: f64) -> Option<String> {
 /// Fastest impact that the steel of piston and bit withstands for long, m/s.
 pub(crate) const FASTEST: f64 = 13.0;
 
-/// True for a faster impact, by more than rounding.
-pub(crate) fn is_fast(speed: f64) -> bool {
-    speed > 1.005 * FASTEST
-}
-
-/// The warning about such an impact.
-pub(crate) fn fast(speed: f64) -> String {
-    format!(
-        "An impact at {speed:.1} m/s: steel that strikes steel does not last beyond {FASTEST} m/s"
-    )
+/// The warning about a faster impact, by more than rounding.
+pub(crate) fn fast(speed: f64) -> Option<String> {
+    (speed > 1.005 * FASTEST).then(|| {
+        format!("An impact at {speed:.1} m/s: steel that strikes steel does not last beyond {FASTEST} m/s")
+    })
 }
 
 /// A stiffness or viscosity is out of proportion from this many times the bodies' own.

@@ -3,7 +3,7 @@
 use crate::quantities::inputs::Input;
 use crate::quantities::parameters::Parameters;
 use crate::scene::Scene;
-use crate::variables::{Role, Slot, VARIABLES, Variable};
+use crate::variables::{Parameter, Role, Slot, VARIABLES, Variable};
 
 /// An argument: a real parameter, start values included, or a constant input.
 #[derive(Clone, Copy)]
@@ -18,7 +18,7 @@ impl Argument {
         let real = |variable: &&Variable| {
             matches!(
                 variable.role,
-                Role::Input { .. } | Role::Parameter { slot: Slot::Real(..), .. }
+                Role::Input(_) | Role::Parameter(Parameter { slot: Slot::Real(..), .. })
             )
         };
         VARIABLES.iter().filter(real).map(Self)
@@ -37,7 +37,7 @@ impl Argument {
     /// The input, if it is one.
     pub fn input(self) -> Option<Input> {
         match self.0.role {
-            Role::Input { input, .. } => Some(input),
+            Role::Input(row) => Some(row.input),
             _ => None,
         }
     }
@@ -49,10 +49,10 @@ impl Argument {
 
     fn slot(self, scene: &mut Scene) -> Option<&mut f64> {
         match self.0.role {
-            Role::Parameter { slot: Slot::Real(_, access), .. } => {
+            Role::Parameter(Parameter { slot: Slot::Real(_, access), .. }) => {
                 Some(access(&mut scene.parameters))
             }
-            Role::Input { start, .. } => Some(start(&mut scene.inputs)),
+            Role::Input(row) => Some((row.start)(&mut scene.inputs)),
             _ => None,
         }
     }
@@ -75,7 +75,7 @@ impl Argument {
     /// Its usual size.
     pub fn nominal(self) -> f64 {
         let usual = match self.0.role {
-            Role::Input { nominal, .. } => nominal,
+            Role::Input(row) => row.nominal,
             _ => self.value(&Scene::default()).abs(),
         };
         if usual > 0.0 { usual } else { 1.0 }

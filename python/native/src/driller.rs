@@ -7,7 +7,7 @@ use crate::scene::scene_of;
 use hammer::Input;
 use hammer::datasheet::{Datasheet, DatasheetError, Quantity};
 use hammer::presets::{Figure, Ground, Inserts, ROCKS, RockError, RockType};
-use hammer::variables::{Role, VARIABLES, differences};
+use hammer::variables::{Parameter, Role, VARIABLES, differences};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::collections::HashMap;
@@ -149,7 +149,7 @@ pub fn ground_under(numbers: HashMap<String, f64>, inserts: usize, radius: f64) 
     }
     let other = hammer::Parameters { rock: other.under(&bit).map_err(message)?, ..parameters };
     let slots = VARIABLES.iter().filter_map(|variable| match &variable.role {
-        Role::Parameter { slot, .. } => Some((variable.name, slot)),
+        Role::Parameter(Parameter { slot, .. }) => Some((variable.name, slot)),
         _ => None,
     });
     let own = slots.map(|(name, slot)| (name, slot.read(&parameters), slot.read(&other)));

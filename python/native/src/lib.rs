@@ -19,11 +19,10 @@ mod turn;
 #[pyo3::pymodule]
 mod _native {
     use hammer::Reading;
-    use hammer::families::{ALONG, Along, OF_BLOW};
     use hammer::means::Averages;
     use hammer::presets::Ground;
     use hammer::sensitivity::Argument;
-    use hammer::variables::{STEP_SIZE, STOP_TIME};
+    use hammer::variables::{ALONG, Along, OF_BLOW, STEP_SIZE, STOP_TIME};
     use pyo3::prelude::*;
     use pyo3::types::IntoPyDict;
 

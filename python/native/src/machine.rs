@@ -75,8 +75,8 @@ impl Settable {
 fn settable(name: &str) -> PyResult<Settable> {
     let (position, variable) = row(name)?;
     match &variable.role {
-        Role::Input { input, .. } => Ok(Settable::Input(*input)),
-        Role::Parameter { tunable: true, .. } => Ok(Settable::Parameter(position)),
+        Role::Input(row) => Ok(Settable::Input(row.input)),
+        Role::Parameter(row) if row.tunable => Ok(Settable::Parameter(position)),
         _ => Err(refused(format!("{name} cannot be set while a hammer runs"))),
     }
 }

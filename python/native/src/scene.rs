@@ -3,8 +3,7 @@
 use crate::failure::{Failure, refused};
 use crate::table::row;
 use hammer::Scene;
-use hammer::families::{ALONG, Along};
-use hammer::variables::Role;
+use hammer::variables::{ALONG, Along, Role};
 use hammer::{Body, Fidelity, Input, MeshAdvice, Parameters, Reading};
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -16,8 +15,8 @@ pub fn scene_of(numbers: &HashMap<String, f64>) -> PyResult<Scene> {
     let mut scene = Scene::default();
     for (name, value) in numbers {
         match &row(name)?.1.role {
-            Role::Parameter { slot, .. } => slot.write(&mut scene.parameters, *value),
-            Role::Input { start, .. } => *start(&mut scene.inputs) = *value,
+            Role::Parameter(row) => row.slot.write(&mut scene.parameters, *value),
+            Role::Input(row) => *(row.start)(&mut scene.inputs) = *value,
             _ => return Err(refused(format!("{name} is an output: it cannot be set"))),
         }
     }

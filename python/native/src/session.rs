@@ -3,8 +3,7 @@
 use crate::failure::Failure;
 use crate::table::Pick;
 use hammer::Scene;
-use hammer::families::ALONG;
-use hammer::variables::{Role, VARIABLES};
+use hammer::variables::{ALONG, InputRow, Parameter, Role, VARIABLES};
 use hammer::{Input, MAX_INPUT_ORDER, Machine, Parameters, Profile, Stops};
 use serde::{Deserialize, Serialize};
 
@@ -78,7 +77,7 @@ impl Session {
 
     /// Sets a tunable parameter from the next step on.
     pub fn tune(&mut self, row: usize, value: f64) {
-        if let Role::Parameter { slot, .. } = &VARIABLES[row].role {
+        if let Role::Parameter(Parameter { slot, .. }) = &VARIABLES[row].role {
             slot.write(&mut self.pending.parameters, value);
             self.retunes = true;
         }
@@ -129,8 +128,8 @@ impl Session {
     fn value(&mut self, row: usize) -> Result<f64, Failure> {
         let machine = &mut self.machine;
         Ok(match &VARIABLES[row].role {
-            Role::Parameter { slot, .. } => slot.read(&self.pending.parameters),
-            Role::Input { input, .. } => {
+            Role::Parameter(Parameter { slot, .. }) => slot.read(&self.pending.parameters),
+            Role::Input(InputRow { input, .. }) => {
                 let set = self.pending.inputs[*input as usize];
                 set.map_or_else(|| machine.input(*input), |poly| poly[0])
             }

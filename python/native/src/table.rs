@@ -1,10 +1,9 @@
 //! The table of quantities for Python, and selections from it.
 
 use crate::failure::UnknownNameError;
-use hammer::families::{ALONG, OF_BLOW};
 use hammer::presets::{PRESETS, Preset};
 use hammer::quantity::{Enumeration, Quantity};
-use hammer::variables::{Role, Slot, VARIABLES, Variable};
+use hammer::variables::{ALONG, InputRow, OF_BLOW, Parameter, Role, Slot, VARIABLES, Variable};
 use hammer::{Blow, Domain, InputValues, Parameters};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -81,7 +80,7 @@ fn described<'py>(py: Python<'py>, position: usize, v: &Variable) -> PyResult<Bo
     row.set_item("reference", position)?;
     row.set_item("description", v.description)?;
     let [kind, causality, variability] = match &v.role {
-        Role::Parameter { slot, tunable, .. } => {
+        Role::Parameter(Parameter { slot, tunable, .. }) => {
             row.set_item("start", slot.read(&Parameters::default()))?;
             let kind = match slot {
                 Slot::Real(quantity, _) => measured(&row, quantity).map(|()| "Real")?,
@@ -90,7 +89,7 @@ fn described<'py>(py: Python<'py>, position: usize, v: &Variable) -> PyResult<Bo
             };
             [kind, "parameter", if *tunable { "tunable" } else { "fixed" }]
         }
-        Role::Input { quantity, start, .. } => {
+        Role::Input(InputRow { quantity, start, .. }) => {
             row.set_item("start", *start(&mut InputValues::default()))?;
             measured(&row, quantity)?;
             ["Real", "input", "continuous"]

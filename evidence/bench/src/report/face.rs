@@ -7,7 +7,7 @@ use bench::engine::machine;
 use bench::library::{Fmu, Instance};
 use cpu_time::ThreadTime;
 use dth_hammer::GUID;
-use hammer::variables::{Read, Role, VARIABLES};
+use hammer::variables::{InputRow, Read, Role, VARIABLES};
 use hammer::{Input, InputValues, Machine, Parameters};
 use serde::Serialize;
 use std::ffi::CString;
@@ -161,7 +161,7 @@ impl Ports {
         let mut events = 0;
         for (reference, variable) in (0u32..).zip(VARIABLES.iter()) {
             match &variable.role {
-                Role::Input { input, start, .. } => {
+                Role::Input(InputRow { input, start, .. }) => {
                     inputs.push((reference, *input));
                     starts.push(*start(&mut InputValues::default()));
                 }
