@@ -24,7 +24,8 @@ fn by_engine() -> Vec<f64> {
         machine.advance(f64::from(step) * STEP + STEP).unwrap();
         let now = machine.kinematics();
         let blows = machine.counters().blows as f64;
-        found.extend([now.piston_position, now.piston_velocity, machine.exchanged_energy(), blows]);
+        let exchanged = machine.exchanged_energy();
+        found.extend([now.piston.displacement, now.piston.velocity, exchanged, blows]);
     }
     found
 }

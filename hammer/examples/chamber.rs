@@ -3,7 +3,7 @@
 //!
 //! `cargo run --release -p hammer --example chamber`
 
-use hammer::{Input, InputValues, Machine, Parameters, Source};
+use hammer::{Input, InputValues, Machine, Parameters, PointMotion, Source};
 
 /// Communication step, s. The force is linear over it.
 const STEP: f64 = 2e-5;
@@ -23,7 +23,7 @@ fn main() -> Result<(), hammer::Error> {
     parameters.drive.source = Source::Force;
     let mut hammer = Machine::new(&parameters, &InputValues::default(), 0.0)?;
     for step in 1..=25_000 {
-        let (x, v) = (hammer.kinematics().relative_position, hammer.kinematics().relative_velocity);
+        let PointMotion { displacement: x, velocity: v, .. } = hammer.kinematics().relative;
         hammer.set_input(Input::DriveForce, &chamber(x, v))?;
         hammer.advance(f64::from(step) * STEP)?;
     }

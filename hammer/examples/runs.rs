@@ -95,7 +95,7 @@ impl Plan {
         for step in 1..=10_000 {
             let (x, v) = {
                 let now = machine.kinematics();
-                (now.relative_position, now.relative_velocity)
+                (now.relative.displacement, now.relative.velocity)
             };
             machine.set_input(Input::DrivePressure, &[4e5 - 3e7 * (x + 0.02), -3e7 * v])?;
             machine.set_input(Input::ReturnPressure, &[4e5 + 3e7 * (x + 0.02), 3e7 * v])?;

@@ -50,6 +50,7 @@ pub use machine::state::State;
 pub use machine::stops::{Stop, Stops};
 pub use machine::zeno::{MAX_BURST, MAX_SIMULTANEOUS, SHORTEST_SPACING};
 pub use modal::shared::forget as forget_shared_systems;
+pub use motion::PointMotion;
 pub use num_complex::Complex64;
 pub use numerics::vectors::Vectors;
 pub use quantities::air::{AirChamber, AirLaw};

@@ -228,31 +228,31 @@ fn last(machine: &Machine) -> Blow {
 #[rustfmt::skip]
 static RESULTS: &[Variable] = &[
     output("piston_position", LENGTH, 1e-2, "Mean displacement of the piston, positive downward",
-        [|m| m.kinematics().piston_position, |m| m.kinematics().piston_velocity])
-        .second(|m| m.kinematics().piston_acceleration),
+        [|m| m.kinematics().piston.displacement, |m| m.kinematics().piston.velocity])
+        .second(|m| m.kinematics().piston.acceleration),
     output("piston_velocity", VELOCITY, 10.0, "Mean velocity of the piston",
-        [|m| m.kinematics().piston_velocity, |m| m.kinematics().piston_acceleration])
+        [|m| m.kinematics().piston.velocity, |m| m.kinematics().piston.acceleration])
         .second(|m| m.kinematics().piston_jerk),
     output("bit_position", LENGTH, 1e-2, "Mean displacement of the bit, positive downward",
-        [|m| m.kinematics().bit_position, |m| m.kinematics().bit_velocity])
-        .second(|m| m.kinematics().bit_acceleration),
+        [|m| m.kinematics().bit.displacement, |m| m.kinematics().bit.velocity])
+        .second(|m| m.kinematics().bit.acceleration),
     output("bit_velocity", VELOCITY, 10.0, "Mean velocity of the bit",
-        [|m| m.kinematics().bit_velocity, |m| m.kinematics().bit_acceleration])
+        [|m| m.kinematics().bit.velocity, |m| m.kinematics().bit.acceleration])
         .second(|m| m.kinematics().bit_jerk),
     output("bit_tip_position", LENGTH, 1e-2, "Displacement of the bit's face on the rock",
-        [|m| m.kinematics().bit_tip_position, |m| m.kinematics().bit_tip_velocity])
-        .second(|m| m.kinematics().bit_tip_acceleration),
+        [|m| m.kinematics().tip.displacement, |m| m.kinematics().tip.velocity])
+        .second(|m| m.kinematics().tip.acceleration),
     output("bit_tip_velocity", VELOCITY, 10.0, "Velocity of the bit's face on the rock",
-        [|m| m.kinematics().bit_tip_velocity, |m| m.kinematics().bit_tip_acceleration]),
+        [|m| m.kinematics().tip.velocity, |m| m.kinematics().tip.acceleration]),
     output("relative_position", LENGTH, 1e-2, "Mean position of the piston over the bit: 0 at rigid contact, negative apart; with a casing, its position in the casing, and with loose joints, over the shank",
-        [|m| m.kinematics().relative_position, |m| m.kinematics().relative_velocity])
-        .second(|m| m.kinematics().relative_acceleration),
+        [|m| m.kinematics().relative.displacement, |m| m.kinematics().relative.velocity])
+        .second(|m| m.kinematics().relative.acceleration),
     output("relative_velocity", VELOCITY, 10.0, "Rate of relative_position",
-        [|m| m.kinematics().relative_velocity, |m| m.kinematics().relative_acceleration])
+        [|m| m.kinematics().relative.velocity, |m| m.kinematics().relative.acceleration])
         .second(|m| m.kinematics().relative_jerk),
     output("contact_gap", LENGTH, 1e-2, "Gap of piston and bit, negative in contact",
-        [|m| m.kinematics().contact_gap, |m| m.kinematics().contact_gap_rate])
-        .second(|m| m.kinematics().contact_gap_acceleration),
+        [|m| m.kinematics().gap.displacement, |m| m.kinematics().gap.velocity])
+        .second(|m| m.kinematics().gap.acceleration),
     output("contact_force", FORCE, 1e5, "Force between piston and bit",
         [|m| m.kinematics().contact_force, |m| m.kinematics().contact_force_rate])
         .second(|m| m.kinematics().contact_force_acceleration).positive(),
@@ -280,23 +280,23 @@ static RESULTS: &[Variable] = &[
         [|m| m.chamber_pressures()[1][0], |m| m.chamber_pressures()[1][1]]).positive()
         .fed_by(&[Input::ExhaustPressure], Machine::chamber_pressure_per),
     output("casing_position", LENGTH, 1e-2, "Displacement of the casing, positive downward; 0 without one",
-        [|m| m.kinematics().casing_position, |m| m.kinematics().casing_velocity])
-        .second(|m| m.kinematics().casing_acceleration),
+        [|m| m.kinematics().casing.displacement, |m| m.kinematics().casing.velocity])
+        .second(|m| m.kinematics().casing.acceleration),
     output("casing_velocity", VELOCITY, 1.0, "Velocity of the casing",
-        [|m| m.kinematics().casing_velocity, |m| m.kinematics().casing_acceleration]),
+        [|m| m.kinematics().casing.velocity, |m| m.kinematics().casing.acceleration]),
     output("chuck_force", FORCE, 1e4, "Force of the bit on the casing, positive where the chuck's shoulder presses on the bit",
         [|m| m.kinematics().chuck_force, |m| m.kinematics().chuck_force_rate]),
     output("drive_volume", VOLUME, 1e-4, "Volume that the piston has swept with drive.area_drive since the start, positive downward: its difference over a step is the mean flow",
-        [|m| m.parameters().drive.area_drive * m.swept(), |m| m.parameters().drive.area_drive * m.kinematics().relative_velocity])
-        .second(|m| m.parameters().drive.area_drive * m.kinematics().relative_acceleration).zero_at_start(),
+        [|m| m.parameters().drive.area_drive * m.swept(), |m| m.parameters().drive.area_drive * m.kinematics().relative.velocity])
+        .second(|m| m.parameters().drive.area_drive * m.kinematics().relative.acceleration).zero_at_start(),
     output("return_volume", VOLUME, 1e-4, "Volume that the piston has swept with drive.area_return since the start, positive downward: its difference over a step is the mean flow",
-        [|m| m.parameters().drive.area_return * m.swept(), |m| m.parameters().drive.area_return * m.kinematics().relative_velocity])
-        .second(|m| m.parameters().drive.area_return * m.kinematics().relative_acceleration).zero_at_start(),
+        [|m| m.parameters().drive.area_return * m.swept(), |m| m.parameters().drive.area_return * m.kinematics().relative.velocity])
+        .second(|m| m.parameters().drive.area_return * m.kinematics().relative.acceleration).zero_at_start(),
     output("drive_flow", FLOW, 1e-3, "Rate of drive_volume: the flow into the chamber above the piston",
-        [|m| m.parameters().drive.area_drive * m.kinematics().relative_velocity, |m| m.parameters().drive.area_drive * m.kinematics().relative_acceleration])
+        [|m| m.parameters().drive.area_drive * m.kinematics().relative.velocity, |m| m.parameters().drive.area_drive * m.kinematics().relative.acceleration])
         .second(|m| m.parameters().drive.area_drive * m.kinematics().relative_jerk),
     output("return_flow", FLOW, 1e-3, "Rate of return_volume: the flow out of the chamber below the piston",
-        [|m| m.parameters().drive.area_return * m.kinematics().relative_velocity, |m| m.parameters().drive.area_return * m.kinematics().relative_acceleration])
+        [|m| m.parameters().drive.area_return * m.kinematics().relative.velocity, |m| m.parameters().drive.area_return * m.kinematics().relative.acceleration])
         .second(|m| m.parameters().drive.area_return * m.kinematics().relative_jerk),
     record("tip_depth", LENGTH, 1e-2, "Depth of the bit's crater since the start, at the last unloading; of the hole: drilled_length",
         |m| m.kinematics().tip_depth).zero_at_start(),

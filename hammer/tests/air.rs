@@ -70,7 +70,7 @@ fn shut_chambers_are_compressed_adiabatically() {
     let [dead, back] = [p.air.drive.dead_volume, p.air.returning.dead_volume];
     let volumes =
         |x: f64| [dead + p.drive.area_drive * (p.air.cylinder + x), back - p.drive.area_return * x];
-    let start = volumes(machine.kinematics().relative_position);
+    let start = volumes(machine.kinematics().relative.displacement);
     let stored = |p: [f64; 2], v: [f64; 2]| (p[0] * v[0] + p[1] * v[1]) / (KAPPA - 1.0);
     let mass = p.piston_mass();
     // The exhaust's pressure acts on both faces.
@@ -78,16 +78,16 @@ fn shut_chambers_are_compressed_adiabatically() {
     for step in 1..=8 {
         machine.advance(f64::from(step) * 1e-3).expect("a step");
         let (now, found) = (*machine.kinematics(), pressures(&machine));
-        let v = volumes(now.relative_position);
+        let v = volumes(now.relative.displacement);
         for i in 0..2 {
             let expected = 101_325.0 * (start[i] / v[i]).powf(KAPPA);
-            let swells = [p.drive.area_drive, -p.drive.area_return][i] * now.relative_velocity;
+            let swells = [p.drive.area_drive, -p.drive.area_return][i] * now.relative.velocity;
             let rising = -KAPPA * expected * swells / v[i];
             assert!((found[i] / expected - 1.0).abs() < 1e-12);
             let found = machine.chamber_pressures()[i][1];
             assert!((found / rising - 1.0).abs() < 1e-11, "{found} for {rising}");
         }
-        let energy = 0.5 * mass * now.piston_velocity.powi(2) + stored(found, v);
+        let energy = 0.5 * mass * now.piston.velocity.powi(2) + stored(found, v);
         assert!((energy / whole - 1.0).abs() < p.air.error, "{energy} for {whole}");
     }
 }
@@ -149,7 +149,7 @@ fn the_gas_gives_what_the_hammer_gets() {
         let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
         let places = |machine: &Machine| {
             let now = machine.kinematics();
-            [now.relative_position, now.over_struck]
+            [now.relative.displacement, now.over_struck.displacement]
         };
         let from = places(&machine);
         machine.advance(0.06).unwrap_or_else(|error| panic!("scene {scene}: {error}"));
@@ -206,8 +206,8 @@ fn the_return_chamber_follows_the_bit() {
     let powers = |machine: &Machine| {
         let now = machine.kinematics();
         let [drive, back] = pressures(machine).map(|p| p - inputs.exhaust_pressure);
-        let down = drive * p.drive.area_drive * now.relative_velocity;
-        [down - back * p.drive.area_return * now.over_struck_rate]
+        let down = drive * p.drive.area_drive * now.relative.velocity;
+        [down - back * p.drive.area_return * now.over_struck.velocity]
     };
     from_outside(&(p, inputs), powers, |energies| [energies.drive]);
 }
@@ -221,8 +221,8 @@ fn what_holds_the_cylinder_is_among_the_feed() {
         let now = machine.kinematics();
         let anvil = (pressures(machine)[1] - inputs.exhaust_pressure) * p.drive.area_return;
         let force = now.applied_drive_force;
-        let held = (force + anvil + inputs.feed_force) * now.bit_velocity;
-        [force * now.relative_velocity, held]
+        let held = (force + anvil + inputs.feed_force) * now.bit.velocity;
+        [force * now.relative.velocity, held]
     };
     from_outside(&(p, inputs), powers, |energies| [energies.drive, energies.feed]);
 }
@@ -284,7 +284,7 @@ fn the_force_is_that_of_the_pressures_and_the_drag() {
         let (now, pressures) = (machine.kinematics(), pressures(&machine));
         let over = pressures.map(|pressure| pressure - inputs.exhaust_pressure);
         let pushed = over[0] * p.drive.area_drive - over[1] * p.drive.area_return;
-        let off = now.applied_drive_force - (pushed - p.air.drag * now.relative_velocity);
+        let off = now.applied_drive_force - (pushed - p.air.drag * now.relative.velocity);
         let both = pressures[0] * p.drive.area_drive + pressures[1] * p.drive.area_return;
         assert!(off.abs() <= 10.0 * p.air.error * both, "step {step}: {off} of {both} N");
     }

@@ -69,8 +69,9 @@ fn a_piston_on_a_bit_that_hangs_out_is_followed() {
         for k in 1..=500 {
             machine.advance(f64::from(k) * 1e-3).expect("a step");
             let now = machine.kinematics();
-            lowest = lowest.max(now.relative_position);
-            assert!(p.drive.area_return * now.over_struck < p.air.returning.dead_volume);
+            lowest = lowest.max(now.relative.displacement);
+            let over = now.over_struck.displacement;
+            assert!(p.drive.area_return * over < p.air.returning.dead_volume);
         }
         // Lower than where the chamber would be empty if it ended at the casing.
         let empty = p.air.returning.dead_volume / p.drive.area_return;
@@ -131,7 +132,7 @@ fn the_cylinder_s_end_throws_a_vented_piston_back() {
         while machine.time() < 1.0 {
             machine.advance(machine.time() + 2e-5).expect("a step");
             let (now, at) = (*machine.kinematics(), machine.time());
-            let x = now.relative_position;
+            let x = now.relative.displacement;
             highest = highest.min(x);
             let [drive, back] = machine.chamber_pressures().map(|[pressure, _]| pressure);
             came = machine.mode().vented && (x >= end || came);

@@ -216,10 +216,10 @@ fn a_state_that_is_named_before_its_event_stands_at_it() {
     let mut other = scene(Fidelity::Elastic, Source::Relay, Around::Nothing);
     let state = serde_json::from_value(state).expect("a state");
     other.restore(&state).expect("within the rounding");
-    let before = other.kinematics().relative_position;
+    let before = other.kinematics().relative.displacement;
     other.advance(named).expect("no step");
     // Motion at 1 m/s for 1e-12 s, and the forces of a blow.
-    let moved = other.kinematics().relative_position - before;
+    let moved = other.kinematics().relative.displacement - before;
     assert!(moved.abs() < 1e-11, "{moved:e}");
     other.advance(epoch + 1e-3).expect("a step");
 }

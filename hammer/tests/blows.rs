@@ -30,20 +30,20 @@ fn collisions(p: &Parameters, inputs: &InputValues, until: f64) -> Vec<Collision
         }
         while machine.time() + 2e-5 < record.time {
             machine.advance(machine.time() + 2e-5).expect("a step");
-            risen |= machine.kinematics().piston_velocity < 0.0;
+            risen |= machine.kinematics().piston.velocity < 0.0;
         }
         // Just before it; nothing happens within 1e-12 s.
         machine.advance((record.time - 1e-12).max(machine.time())).expect("a step");
         let k = *machine.kinematics();
-        risen |= k.piston_velocity < 0.0;
+        risen |= k.piston.velocity < 0.0;
         closed = !closed;
         if !closed {
             opened = record.time;
         } else if record.time - opened > same {
             list.push(Collision {
                 time: record.time,
-                piston: k.piston_velocity,
-                relative: k.relative_velocity,
+                piston: k.piston.velocity,
+                relative: k.relative.velocity,
                 hole: k.tip_depth,
                 risen,
             });
@@ -162,7 +162,7 @@ fn rigid_masses_are_in_contact_for_half_a_swing_of_its_spring() {
         let stiffness = p.meeting_stiffness();
         (p.rock.stiffness, p.rock.viscosity) = (1e-6 * stiffness, 0.0);
         let mut m = Machine::new(&p, &InputValues::default(), 0.0).expect("a scene");
-        let apart = m.kinematics().relative_position.abs() / p.piston.initial_velocity;
+        let apart = m.kinematics().relative.displacement.abs() / p.piston.initial_velocity;
         let mass = 1.0 / (1.0 / p.piston_mass() + 1.0 / p.bit_mass());
         let half = std::f64::consts::PI * (mass / stiffness).sqrt();
         assert_eq!(m.contact_duration(), 0.0);

@@ -17,7 +17,7 @@ fn mass(p: &Parameters) -> f64 {
 /// Mean force over the step to `to`, N.
 fn acted(machine: &mut Machine, to: f64) -> f64 {
     let momentum =
-        |machine: &Machine| mass(machine.parameters()) * machine.kinematics().piston_velocity;
+        |machine: &Machine| mass(machine.parameters()) * machine.kinematics().piston.velocity;
     let (from, before) = (machine.time(), momentum(machine));
     machine.advance(to).unwrap();
     (momentum(machine) - before) / (to - from)
@@ -90,10 +90,10 @@ fn a_step_that_returned_early_goes_on_with_what_it_used() {
             machine.set_input(Input::DriveForce, &[value]).unwrap();
         }
         machine.advance(3e-3).unwrap();
-        let rest = machine.kinematics().piston_velocity;
+        let rest = machine.kinematics().piston.velocity;
         machine.set_input(Input::DriveForce, &[4000.0]).unwrap();
         machine.advance(4e-3).unwrap();
-        (ended, [rest, machine.kinematics().piston_velocity, machine.exchanged_energy()])
+        (ended, [rest, machine.kinematics().piston.velocity, machine.exchanged_energy()])
     };
     let (whole, plain) = run(5.0, None);
     assert_eq!(whole, 3e-3, "it does not come there");
@@ -142,7 +142,7 @@ fn oil(delay: f64, lag: usize, step: f64) -> [f64; 3] {
         places.push(machine.swept());
         largest = largest.max(machine.swept().abs());
     }
-    let (x, v) = (machine.swept(), machine.kinematics().piston_velocity);
+    let (x, v) = (machine.swept(), machine.kinematics().piston.velocity);
     let made = 0.5 * (stiffness * x * x + mass(&p) * (v * v - speed * speed));
     [largest * (stiffness / mass(&p)).sqrt() / speed, machine.exchanged_energy(), made]
 }

@@ -193,7 +193,7 @@ fn derivatives_and_long_run_responses_end_when_they_are_interrupted() {
     let _alone = alone();
     let scene = Scene { parameters: scene(10, 3), ..Scene::default() };
     let by = ["feed_force", "rock.stiffness"].map(|name| Argument::named(name).expect("a number"));
-    let read = |m: &mut Machine| vec![m.kinematics().contact_gap];
+    let read = |m: &mut Machine| vec![m.kinematics().gap.displacement];
     let run = |at: &Scene| Sample::of_run(&mut at.machine()?, &[0.5], &read);
     let differentiate = || derivatives(&scene, &by, &run).map(|_| ());
     let respond = || steady(&scene, &Wanted::default(), &mut |_, _| true).map(|_| ());

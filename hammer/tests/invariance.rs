@@ -58,7 +58,7 @@ fn a_polynomial_input_is_integrated_exactly() {
     machine.advance(t).expect("a step");
     let impulse = 800.0 * t + 1.5e4 * t * t - 2e6 / 3.0 * t.powi(3) + 5e7 * t.powi(4);
     let velocity = impulse / parameters.piston_mass() + parameters.gravity * t;
-    let found = machine.kinematics().piston_velocity;
+    let found = machine.kinematics().piston.velocity;
     assert!((found - velocity).abs() < 1e-13, "{found} {velocity}");
     let energies = machine.energies();
     assert!(energies.residual.abs() < 1e-12 * energies.drive.abs().max(1.0));

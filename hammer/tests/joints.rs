@@ -122,10 +122,10 @@ fn the_rates_of_positions_are_their_slopes() {
             looked += 1;
             let rates = |k: &Kinematics| {
                 [
-                    [k.relative_position, k.relative_velocity, k.relative_acceleration],
-                    [k.bit_position, k.bit_velocity, k.bit_acceleration],
-                    [k.piston_position, k.piston_velocity, k.piston_acceleration],
-                    [k.casing_position, k.casing_velocity, k.casing_acceleration],
+                    [k.relative.displacement, k.relative.velocity, k.relative.acceleration],
+                    [k.bit.displacement, k.bit.velocity, k.bit.acceleration],
+                    [k.piston.displacement, k.piston.velocity, k.piston.acceleration],
+                    [k.casing.displacement, k.casing.velocity, k.casing.acceleration],
                 ]
             };
             for (a, b) in rates(&a).into_iter().zip(rates(&b)) {

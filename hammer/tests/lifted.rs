@@ -16,10 +16,10 @@ fn a_casing_that_is_lifted_at_the_start_accelerates_from_rest() {
             let (mode, at) = (m.mode(), *m.kinematics());
             let rock = if gravity > 0.0 { RockMode::Standstill } else { RockMode::FreeFlight };
             assert_eq!((mode.ties.of(Tie::Chuck), mode.rock), (TieState::Open, rock));
-            assert_eq!((at.bit_velocity, at.chuck_force), (0.0, 0.0));
+            assert_eq!((at.bit.velocity, at.chuck_force), (0.0, 0.0));
             // Rounding of the speed that the string would lead to.
             let terminal = if impedance == 0.0 { 0.0 } else { load / impedance };
-            assert!(at.casing_velocity.abs() <= 1e-14 * terminal.abs(), "{}", at.casing_velocity);
+            assert!(at.casing.velocity.abs() <= 1e-14 * terminal.abs(), "{}", at.casing.velocity);
             // Some roundings of the weight.
             assert!((at.rock_force - p.bit_mass() * gravity).abs() <= 1e-12 * at.rock_force);
             for k in 1..=4 {
@@ -32,7 +32,7 @@ fn a_casing_that_is_lifted_at_the_start_accelerates_from_rest() {
                 };
                 // Some hundred roundings of the speed that the load could reach.
                 let reach = if impedance == 0.0 { speed } else { load / impedance };
-                let apart = (m.kinematics().casing_velocity - speed).abs();
+                let apart = (m.kinematics().casing.velocity - speed).abs();
                 assert!(apart <= 1e-14 * reach.abs(), "{impedance} {t}: {apart:e}");
                 assert_eq!(m.mode().ties.of(Tie::Chuck), TieState::Open);
             }
@@ -57,7 +57,7 @@ fn a_lifted_elastic_casing_does_not_ring() {
         let (profile, at) = (m.profile(), m.kinematics());
         for [_, speed] in &profile.casing {
             // Some hundred roundings of the mean, and an oscillation by the rounding of the strains.
-            assert!((speed - at.casing_velocity).abs() <= 1e-12, "{k}: {speed}");
+            assert!((speed - at.casing.velocity).abs() <= 1e-12, "{k}: {speed}");
         }
         for (i, stress) in profile.casing_stress.iter().enumerate() {
             let carried = feed * (1.0 - (i as f64 + 0.5) / n as f64);

@@ -44,7 +44,7 @@ fn the_speed_nears_that_at_which_the_line_carries_the_force() {
         for time in [1e-3, 7e-3, 0.05, 0.5] {
             machine.advance(time).unwrap();
             let (found, exact) = (machine.kinematics(), speed(&scene.parameters, time));
-            let off = (found.relative_velocity - exact).abs();
+            let off = (found.relative.velocity - exact).abs();
             assert!(off < SPEED, "{casing} {fidelity:?} {time}: {off:e}");
             let off = found.applied_drive_force - (force(casing) - IMPEDANCE * exact);
             assert!(off.abs() < IMPEDANCE * SPEED, "{casing} {fidelity:?} {time}: {off:e}");

@@ -106,7 +106,7 @@ fn the_barrier_is_passed_where_the_viscous_work_since_drilling_began_is_its_ener
                 machine.advance(at).expect("a step");
                 let weight =
                     [2.0, 4.0][i as usize % 2] / if i % (2 * panels) == 0 { 2.0 } else { 1.0 };
-                work += weight * machine.kinematics().bit_tip_velocity.powi(2);
+                work += weight * machine.kinematics().tip.velocity.powi(2);
             }
             work *= p.rock.viscosity * (to - from) / f64::from(6 * panels);
             let off = work / p.rock.energy_barrier - 1.0;

@@ -44,7 +44,7 @@ fn drilling_begins_again_at_the_force_where_it_ended() {
             Event::Rock(RockEvent::Turn | RockEvent::DissipativeTurn) => turned = force,
             Event::Rock(RockEvent::Restart) if turned.is_finite() => {
                 // The viscous part jumps, the elastic part does not.
-                let speed = machine.kinematics().bit_tip_velocity;
+                let speed = machine.kinematics().tip.velocity;
                 let elastic = force - p.rock.viscosity * speed;
                 let room = resolution + 1e-6 * turned;
                 assert!((elastic - turned).abs() < room, "{elastic} N after {turned} N");

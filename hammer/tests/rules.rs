@@ -19,7 +19,7 @@ fn a_guard_already_beyond_its_level_fires_at_once() {
         for i in 1..=300 {
             machine.advance(f64::from(i) * 3e-6).expect("a step");
             let k = *machine.kinematics();
-            let v = k.bit_tip_velocity;
+            let v = k.tip.velocity;
             if machine.mode().rock != RockMode::Standstill || v.abs() < 1e-5 {
                 continue;
             }
@@ -35,7 +35,7 @@ fn a_guard_already_beyond_its_level_fires_at_once() {
             other.advance(machine.time()).expect("no step at all");
             let expected = if v > 0.0 { RockMode::DissipativeForward } else { RockMode::Backward };
             assert_eq!(other.mode().rock, expected, "at {}, {v} m/s", machine.time());
-            looks[usize::from(v * k.bit_tip_acceleration < 0.0)] += 1;
+            looks[usize::from(v * k.tip.acceleration < 0.0)] += 1;
         }
         assert!(looks[0] >= 50 && looks[1] >= 50, "{fidelity:?}: {looks:?} growing, falling");
     }

@@ -100,7 +100,7 @@ fn an_argument_at_the_edge_of_its_domain_has_one_side_or_none() {
     let mut scene = Scene::default();
     scene.parameters.rock.energy_barrier = 0.0;
     let run = |scene: &Scene| {
-        Sample::of_run(&mut scene.machine()?, &[0.02], &|m| vec![m.kinematics().bit_position])
+        Sample::of_run(&mut scene.machine()?, &[0.02], &|m| vec![m.kinematics().bit.displacement])
     };
     let by = ["rock.energy_barrier", "casing.mass"].map(named);
     let found = derivatives(&scene, &by, &run).expect("runs");
@@ -163,7 +163,7 @@ fn the_events_keep_their_order_up_to_the_reach() {
     let air = &mut scene.parameters.air;
     (air.drive.supply, air.returning.exhaust) = (-0.0401, -0.04);
     let run = |scene: &Scene| {
-        Sample::of_run(&mut scene.machine()?, &[0.012], &|m| vec![m.kinematics().bit_position])
+        Sample::of_run(&mut scene.machine()?, &[0.012], &|m| vec![m.kinematics().bit.displacement])
     };
     let argument = named("air.drive.supply");
     let base = run(&scene).expect("a run");

@@ -34,13 +34,13 @@ fn a_step_ends_at_the_passage_with_the_position_beyond_the_level() {
     let mut random = Random::new(1);
     for round in 0..300 {
         let mut m = thrown();
-        let start = m.kinematics().relative_position;
+        let start = m.kinematics().relative.displacement;
         let level = start - random.between(1e-6, 0.999) * height(&m);
         let mut stops = Stops::new(&m, false, &[level]);
         let mut beyond = |m: &mut Machine| {
             let (_, stop) = m.advance_keeping_start(1.0, Some(&mut stops)).expect("a step");
             assert_eq!(stop.position, Some(0), "{round}");
-            (m.time(), m.kinematics().relative_position)
+            (m.time(), m.kinematics().relative.displacement)
         };
         let ends = [beyond(&mut m), beyond(&mut m)];
         assert!(ends[0].1 <= level && ends[1].1 >= level, "{round}: {ends:?} {level}");
@@ -59,14 +59,14 @@ fn positions_that_are_passed_together_are_noted_together() {
     let mut looked = 0;
     for round in 0..1000 {
         let mut m = thrown();
-        let start = m.kinematics().relative_position;
+        let start = m.kinematics().relative.displacement;
         let level = start - random.between(0.1, 0.9) * height(&m);
         let [_, [back, _]] = passages(&m, start, level);
         let mut stops = Stops::new(&m, false, &[level, level]);
         let mut reads = Vec::new();
         while m.time() < 1.01 * back && reads.len() < 5 {
             let (_, stop) = m.advance_keeping_start(1.01 * back, Some(&mut stops)).expect("a step");
-            reads.extend(stop.position.map(|_| m.kinematics().relative_position));
+            reads.extend(stop.position.map(|_| m.kinematics().relative.displacement));
         }
         // If the output is the level itself, the next step decides which side the other position is on.
         if !reads.contains(&level) {
@@ -83,7 +83,7 @@ fn positions_that_are_passed_together_are_noted_together() {
 #[test]
 fn a_position_where_the_piston_stands_is_passed_only_on_the_way_back() {
     let mut m = thrown();
-    let start = m.kinematics().relative_position;
+    let start = m.kinematics().relative.displacement;
     let back = 2.0 * SPEED * m.parameters().piston_mass() / FORCE;
     let mut stops = Stops::new(&m, false, &[start]);
     let (_, stop) = m.advance_keeping_start(1.01 * back, Some(&mut stops)).expect("a step");
@@ -109,7 +109,7 @@ fn positions_are_settled_by_where_the_piston_is_unless_it_is_at_one() {
     let mut random = Random::new(3);
     for round in 0..100 {
         let mut m = thrown();
-        let start = m.kinematics().relative_position;
+        let start = m.kinematics().relative.displacement;
         let level = start - random.between(0.01, 0.99) * height(&m);
         let [[up, _], [back, speed]] = passages(&m, start, level);
         let mut stops = Stops::new(&m, false, &[level]);
@@ -132,14 +132,14 @@ fn positions_are_settled_by_where_the_piston_is_unless_it_is_at_one() {
 fn a_position_that_is_just_passed_is_still_to_be_noted() {
     for (beyond, is_near) in [(1e-15, true), (1e-6, false)] {
         let mut m = thrown();
-        let start = m.kinematics().relative_position;
+        let start = m.kinematics().relative.displacement;
         let level = start - 0.5 * height(&m);
         let [[up, _], [back, _]] = passages(&m, start, level);
         let mut stops = Stops::new(&m, false, &[level]);
         assert!(stops.are(false, &[level]) && !stops.are(true, &[level]));
         assert!(!stops.are(false, &[level, level]) && !stops.are(false, &[start]));
         m.advance(up + beyond / SPEED).expect("a step");
-        assert!(m.kinematics().relative_position <= level);
+        assert!(m.kinematics().relative.displacement <= level);
         stops.settle(&m);
         let (_, stop) = m.advance_keeping_start(1.01 * back, Some(&mut stops)).expect("a step");
         assert_eq!(stop.position, Some(0));
@@ -160,7 +160,7 @@ fn a_hammer_stops_at_every_blow_and_at_every_passage_and_nowhere_else() {
     let levels = [-0.03, -0.004];
     let mut plain = Machine::new(&p, &inputs, 0.0).expect("a scene");
     let (mut blows, mut passages) = (Vec::new(), 0);
-    let sides = |m: &Machine| levels.map(|level| m.kinematics().relative_position > level);
+    let sides = |m: &Machine| levels.map(|level| m.kinematics().relative.displacement > level);
     for step in 1..=20_000 {
         let before = sides(&plain);
         plain.advance(end * f64::from(step) / 2e4).expect("a step");
@@ -178,7 +178,7 @@ fn a_hammer_stops_at_every_blow_and_at_every_passage_and_nowhere_else() {
         struck.extend(stop.blow.then_some(m.time()));
         if let Some(index) = stop.position {
             passed += 1;
-            let off = m.kinematics().relative_position - levels[index];
+            let off = m.kinematics().relative.displacement - levels[index];
             // During the rounding of 0.2 s it moves by 5e-16 m; a passage is known to a resolution, 1e-14 m.
             assert!(off.abs() < p.resolutions()[0], "{}: {off:e}", m.time());
         }

@@ -26,7 +26,7 @@ fn motion(parameters: &Parameters) -> (Vec<Record>, f64) {
     let mut machine = Machine::new(parameters, &inputs, 0.0).expect("a scene");
     machine.keep_journal(true);
     machine.advance(0.02).expect("a run");
-    (machine.take_journal(), machine.kinematics().bit_tip_position)
+    (machine.take_journal(), machine.kinematics().tip.displacement)
 }
 
 /// Scenes of every source of the drive, of rigid and elastic bodies with and without sections.

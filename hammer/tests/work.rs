@@ -33,7 +33,7 @@ fn coupled(machine: &mut Machine, steps: u32) {
     let start = machine.time();
     for step in 1..=steps {
         let now = machine.kinematics();
-        let (x, v) = (now.relative_position + 0.02, now.relative_velocity);
+        let (x, v) = (now.relative.displacement + 0.02, now.relative.velocity);
         machine.set_input(Input::DrivePressure, &[4e5 - 3e7 * x, -3e7 * v]).expect("a pressure");
         machine.set_input(Input::ReturnPressure, &[4e5 + 3e7 * x, 3e7 * v]).expect("a pressure");
         machine.advance(start + 1e-4 * f64::from(step)).expect("a step");

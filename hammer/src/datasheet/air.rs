@@ -41,7 +41,7 @@ impl AirBlow {
             machine.advance(machine.time() + 1e-3)?;
             let blows = machine.counters().blows;
             if blows >= SKIPPED {
-                height = height.max(-machine.kinematics().relative_position);
+                height = height.max(-machine.kinematics().relative.displacement);
             }
             if let Some(b) = machine.blow().filter(|_| blows > counted.max(SKIPPED)) {
                 let all = [b.energy, b.period, b.air_flow, b.rock_work];

@@ -5,8 +5,7 @@
 //! energy changes no bit of a later one.
 
 use super::interval::{self, Forms, Interval};
-use super::ledger::Ledger;
-use super::sums::Sums;
+use super::ledger::{Ledger, Sums};
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use std::fmt;

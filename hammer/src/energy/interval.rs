@@ -1,6 +1,6 @@
 //! The interval between two events. Its works, losses and forces follow from the states at both its ends.
 
-use super::sums::Sums;
+use super::ledger::Sums;
 use crate::error::Error;
 use crate::laws::event::Displacement;
 use crate::laws::mode::{Tie, Ties};

@@ -9,11 +9,10 @@
 //! rounding, checks the decomposition, the transitions and the bookkeeping.
 
 use super::interval::{Forms, Interval};
-use super::sums::Sums;
 use crate::laws::event::Displacement;
 use crate::modal::track::Track;
 use crate::motion::Motion;
-use crate::scene::graph::Channel;
+use crate::scene::graph::{CHANNELS, Channel};
 use serde::{Deserialize, Serialize};
 
 /// The energy ledger, J.
@@ -69,6 +68,57 @@ impl Energies {
     /// Bound on the residual by rounding, J. A larger one shows that some term is wrong.
     pub fn residual_bound(&self) -> f64 {
         BALANCED * self.turnover() + f64::MIN_POSITIVE
+    }
+
+    /// Rates at the present instant, W.
+    ///
+    /// Works are force times velocity; stored and dissipated energies follow their laws. With modal
+    /// displacements `q` and angular frequencies `w` of the free bars, strain changes by
+    /// `sum w^2 q q'` and damping by `beta sum w^2 q'^2`. The rest of the works goes into kinetic
+    /// energy, so the residual's rate is zero.
+    pub(crate) fn rates(motion: &Motion) -> Self {
+        let (state, graph, tracks) = (motion.state(), motion.graph(), motion.present());
+        let point = |displacement| motion.point(&tracks, displacement, state.now);
+        let loads = state.loads.map(|load| load.at(state.now));
+        let mut work = [0.0; CHANNELS];
+        for (displacement, _, parts) in &graph.loaded {
+            let v = point(*displacement).velocity;
+            graph.add_works(*displacement, parts, |i| loads[i] * v, &mut work);
+        }
+        let (mut strain, mut damping) = (0.0, 0.0);
+        for (index, track) in tracks.iter().enumerate() {
+            let body = motion.body_state(track, index, state.now);
+            let (q, v) = body.split_at(body.len() / 2);
+            for ((w2, q), v) in graph.omega2(state.anchors[index].group.bodies).zip(q).zip(v) {
+                strain += w2 * q * v;
+                damping += w2 * v * v;
+            }
+        }
+        let mut tied = [0.0; 2];
+        for (edge, line) in motion.ties() {
+            let x = point(Displacement::Tie(edge.tie));
+            tied[0] += line.stored_power(x.displacement, x.velocity);
+            tied[1] += line.lost_power(x.velocity);
+        }
+        let (spring, tip) = (motion.spring(), point(Displacement::Tip));
+        let parameters = motion.parameters();
+        let rock = &parameters.rock;
+        let mut rates = Self {
+            drive: work[Channel::Drive as usize] + work[Channel::Anvil as usize],
+            gravity: work[Channel::Gravity as usize],
+            feed: work[Channel::Feed as usize],
+            strain,
+            contact: tied[0],
+            rock_stored: spring.stored_power(rock, tip.displacement, tip.velocity),
+            rock_dissipated: spring.lost_power(rock, tip.displacement, tip.velocity),
+            viscous: motion.tip_line().viscosity * tip.velocity * tip.velocity,
+            damping: parameters.material.damping_time * damping + tied[1],
+            ..Self::default()
+        };
+        rates.kinetic = rates.drive + rates.gravity + rates.feed
+            - (rates.strain + rates.contact + rates.rock_stored)
+            - (rates.rock_dissipated + rates.viscous + rates.damping);
+        rates
     }
 }
 
@@ -127,6 +177,40 @@ impl Stored {
     /// Its sum.
     pub fn total(&self) -> f64 {
         self.kinetic + self.strain + self.contact + self.rock
+    }
+}
+
+/// Sums over time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Sums {
+    /// Work of the loads, per channel, J.
+    pub work: [f64; CHANNELS],
+    /// Work dissipated in the bars, J.
+    pub damping: f64,
+    /// Work of the dashpot at the tip, J.
+    pub viscous: f64,
+    /// Work dissipated in the rock on loading, J.
+    pub rock: f64,
+    /// Energy put in by changing a parameter, J.
+    pub retuned: f64,
+    /// Impulse of `F_C`, N s.
+    pub contact_impulse: f64,
+    /// Impulse of `F_R`, N s.
+    pub rock_impulse: f64,
+}
+
+impl Sums {
+    /// Adds the sums of another interval.
+    pub fn add(&mut self, other: &Self) {
+        for (a, b) in self.work.iter_mut().zip(other.work) {
+            *a += b;
+        }
+        self.damping += other.damping;
+        self.viscous += other.viscous;
+        self.rock += other.rock;
+        self.retuned += other.retuned;
+        self.contact_impulse += other.contact_impulse;
+        self.rock_impulse += other.rock_impulse;
     }
 }
 

@@ -5,5 +5,3 @@ pub mod deferred;
 pub mod interval;
 pub mod ledger;
 pub mod peaks;
-mod powers;
-pub mod sums;

@@ -278,7 +278,7 @@ impl Machine {
     }
 
     fn relative_place(&self) -> f64 {
-        self.kinematics().relative_position
+        self.kinematics().relative.displacement
     }
 
     /// Ends the step that [`Self::begin_exchange`] began at `from`, with the piston's position then and the force

@@ -26,9 +26,8 @@ pub(crate) mod zeno;
 use crate::allowance::Allowance;
 use crate::energy::deferred::DeferredLedger;
 use crate::energy::interval::Interval;
-use crate::energy::ledger::{Ledger, Stored, damping_in_flight};
+use crate::energy::ledger::{Ledger, Stored, Sums, damping_in_flight};
 use crate::energy::peaks::PeakSearch;
-use crate::energy::sums::Sums;
 use crate::error::{CorruptState, Error};
 use crate::laws::air::Opening;
 use crate::laws::event::{Bodies, Event};
@@ -126,7 +125,7 @@ impl Machine {
             failure: None,
             views: Views::default(),
         };
-        if machine.kinematics().contact_gap < -machine.motion.least_overlap() {
+        if machine.kinematics().gap.displacement < -machine.motion.least_overlap() {
             // Gravity presses the bit down while the feed pulls it against the piston: they are in
             // contact.
             machine.switch_contact(TieState::Pressed)?;

@@ -15,43 +15,26 @@ use crate::scene::graph::{Channel, Edge};
 /// Motion and forces at one instant. SI units, positive downward.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Kinematics {
-    /// Mass-weighted mean displacement of the piston, m.
-    pub piston_position: f64,
-    /// Its rate, m/s.
-    pub piston_velocity: f64,
-    /// Its second rate, m/s2.
-    pub piston_acceleration: f64,
+    /// Mass-weighted mean displacement of the piston.
+    pub piston: PointMotion,
     /// Its third rate, m/s3.
     pub piston_jerk: f64,
-    /// Mass-weighted mean displacement of the bit, m.
-    pub bit_position: f64,
-    /// Its rate, m/s.
-    pub bit_velocity: f64,
-    /// Its second rate, m/s2.
-    pub bit_acceleration: f64,
+    /// Mass-weighted mean displacement of the bit.
+    pub bit: PointMotion,
     /// Its third rate, m/s3.
     pub bit_jerk: f64,
-    /// Displacement of the bit/rock interface `w1.u`, m.
-    pub bit_tip_position: f64,
-    /// Its rate, m/s.
-    pub bit_tip_velocity: f64,
-    /// Its second rate, m/s2.
-    pub bit_tip_acceleration: f64,
-    /// `vr = up_mean - ub_mean - g0`, m. With a casing it is relative to the casing, and with loose joints to the
-    /// shank.
-    pub relative_position: f64,
-    /// Its rate, m/s.
-    pub relative_velocity: f64,
-    /// Its second rate, m/s2.
-    pub relative_acceleration: f64,
+    /// Displacement of the bit/rock interface `w1.u`.
+    pub tip: PointMotion,
+    /// `vr = up_mean - ub_mean - g0`. With a casing it is relative to the casing, and with loose joints to the shank.
+    pub relative: PointMotion,
     /// Its third rate, m/s3.
     pub relative_jerk: f64,
-    /// Gap `g`, m.
-    pub contact_gap: f64,
-    /// Its rate, m/s.
-    pub contact_gap_rate: f64,
-    /// Its second rate, m/s2.
-    pub contact_gap_acceleration: f64,
+    /// `y = up_mean - ub_mean - g0`: relative to what the piston strikes, also with a casing.
+    pub over_struck: PointMotion,
+    /// Displacement of the casing (0 without one).
+    pub casing: PointMotion,
+    /// Gap `g`.
+    pub gap: PointMotion,
     /// `F_C`, N.
     pub contact_force: f64,
     /// Its rate, N/s.
@@ -68,16 +51,6 @@ pub struct Kinematics {
     pub applied_drive_force_rates: [f64; 2],
     /// `uu` at the last unloading, m.
     pub tip_depth: f64,
-    /// Displacement of the casing, m (0 without one).
-    pub casing_position: f64,
-    /// Its rate, m/s.
-    pub casing_velocity: f64,
-    /// Its second rate, m/s2.
-    pub casing_acceleration: f64,
-    /// `y = up_mean - ub_mean - g0`, m: relative to what the piston strikes, also with a casing.
-    pub over_struck: f64,
-    /// Its rate, m/s.
-    pub over_struck_rate: f64,
     /// Force of the chuck on the casing, N; positive where the shoulder presses on the bit.
     pub chuck_force: f64,
     /// Its rate, N/s.
@@ -112,42 +85,40 @@ impl Kinematics {
         let [piston, bit] = [Bodies::PISTON, graph.string()].map(|bodies| present.mean(bodies));
         let beside = if frame == graph.string() { bit } else { present.mean(frame) };
         let [drive, drive_rate, drive_acceleration] = present.loads[Channel::Drive as usize];
-        let origin = state.origin.value();
-        let place = |x: f64, bodies| origin + x + motion.ahead(Displacement::Mean(bodies));
         let [contact, chuck] = Tie::REPORTED.map(|tie| present.tie(tie));
         let (tip, gap) = (present.tip, contact.x);
-        let casing = if graph.is_framed() { beside } else { [0.0; 4] };
-        let relative: [f64; 4] = std::array::from_fn(|k| piston[k] - beside[k]);
-        let lead = motion.ahead(Displacement::Relative);
-        let over = match graph.over_struck() {
-            Displacement::Relative => [relative[0] + lead, relative[1]],
-            displacement => {
-                let point = motion.point(&present.tracks, displacement, state.now);
-                [point.displacement + motion.ahead(displacement), point.velocity]
+        let origin = state.origin.value();
+        let place = |x: f64, bodies| origin + x + motion.ahead(Displacement::Mean(bodies));
+        let at = |displacement, [_, velocity, acceleration, _]: [f64; 4]| PointMotion {
+            displacement,
+            velocity,
+            acceleration,
+        };
+        let off: [f64; 4] = std::array::from_fn(|k| piston[k] - beside[k]);
+        let relative = at(off[0] + motion.ahead(Displacement::Relative), off);
+        let casing = match graph.is_framed() {
+            true => at(place(beside[0], frame), beside),
+            false => PointMotion::default(),
+        };
+        let over_struck = match graph.over_struck() {
+            Displacement::Relative => relative,
+            place => {
+                let point = motion.point(&present.tracks, place, state.now);
+                PointMotion { displacement: point.displacement + motion.ahead(place), ..point }
             }
         };
+        let initial = motion.parameters().contact.initial_gap;
         Self {
-            piston_position: origin
-                + piston[0]
-                + motion.parameters().contact.initial_gap
-                + motion.ahead(Displacement::PISTON),
-            piston_velocity: piston[1],
-            piston_acceleration: piston[2],
+            piston: at(origin + piston[0] + initial + motion.ahead(Displacement::PISTON), piston),
             piston_jerk: piston[3],
-            bit_position: place(bit[0], graph.string()),
-            bit_velocity: bit[1],
-            bit_acceleration: bit[2],
+            bit: at(place(bit[0], graph.string()), bit),
             bit_jerk: bit[3],
-            bit_tip_position: origin + tip.displacement,
-            bit_tip_velocity: tip.velocity,
-            bit_tip_acceleration: tip.acceleration,
-            relative_position: relative[0] + lead,
-            relative_velocity: relative[1],
-            relative_acceleration: relative[2],
-            relative_jerk: relative[3],
-            contact_gap: gap.displacement,
-            contact_gap_rate: gap.velocity,
-            contact_gap_acceleration: gap.acceleration,
+            tip: PointMotion { displacement: origin + tip.displacement, ..tip },
+            relative,
+            relative_jerk: off[3],
+            over_struck,
+            casing,
+            gap,
             contact_force: contact.force[0],
             contact_force_rate: contact.force[1],
             contact_force_acceleration: -contact.line.force(gap.acceleration, 0.0),
@@ -156,11 +127,6 @@ impl Kinematics {
             applied_drive_force: drive,
             applied_drive_force_rates: [drive_rate, drive_acceleration],
             tip_depth: motion.milestone().hole.value(),
-            casing_position: if graph.is_framed() { place(casing[0], frame) } else { 0.0 },
-            casing_velocity: casing[1],
-            casing_acceleration: casing[2],
-            over_struck: over[0],
-            over_struck_rate: over[1],
             chuck_force: chuck.force[0],
             chuck_force_rate: chuck.force[1],
         }

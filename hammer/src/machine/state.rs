@@ -1,6 +1,6 @@
 //! The dynamic state of a scene: everything that a restart needs and cannot recompute.
 
-use super::blows::Progress;
+use super::blows::{MAX_STEP_BLOWS, Progress};
 use super::exchange::Exchange;
 use super::journal::Counters;
 use super::zeno::ZenoDetector;
@@ -81,60 +81,44 @@ impl State {
     /// # Errors
     /// [`Error::Corrupt`].
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let refuse = |what| Err(Error::Corrupt { what });
-        let motion = &self.motion;
-        if !motion.is_finite() || !self.step_start.is_finite() || !self.exchange.is_sound() {
-            return refuse(CorruptState::NotFinite);
-        }
-        let lag = motion.epoch.until(motion.time) - motion.now;
+        let (motion, parameters) = (&self.motion, &self.parameters);
+        let is_finite =
+            motion.is_finite() && self.step_start.is_finite() && self.exchange.is_sound();
         // Some instants are stored rounded.
         let rounding = TIME_ROUNDING * (1.0 + motion.time.abs());
         let later = |instant: Double| motion.epoch.until(instant.value()) > rounding;
-        if self.blows.instants().chain([self.zeno.burst_start]).any(later) {
-            return refuse(CorruptState::Times);
-        }
-        if motion.now < 0.0 || lag.abs() > rounding {
-            return refuse(CorruptState::Times);
-        }
-        if !(0.0..=motion.now).contains(&self.step_start) {
-            return refuse(CorruptState::Step);
-        }
+        let mut instants = self.blows.instants().chain([self.zeno.burst_start]);
+        let lag = motion.epoch.until(motion.time) - motion.now;
         // Only the anchor of a lone piston may lie before the epoch.
-        let elsewhere = |anchor: &Anchor| anchor.at != 0.0 && anchor.group != Group::PISTON;
-        if motion.anchors.iter().any(|anchor| anchor.at > 0.0 || elsewhere(anchor)) {
-            return refuse(CorruptState::Ahead);
-        }
-        let strange = |anchor: &Anchor| {
-            anchor.driven.slow.iter().any(|(coordinate, _)| *coordinate >= anchor.z.len())
-        };
-        if motion.anchors.iter().any(strange) {
-            return refuse(CorruptState::Coordinates);
-        }
+        let ahead = |a: &Anchor| a.at > 0.0 || a.at != 0.0 && a.group != Group::PISTON;
+        let strange = |a: &Anchor| a.driven.slow.iter().any(|(index, _)| *index >= a.z.len());
         // Only varying loads need a series, which is renewed at its end.
         let still = motion.loads.iter().all(|load| load.is_constant());
         let ended = |reach: f64| still || reach <= 0.0 || reach < motion.now;
-        if motion.anchors.iter().any(|anchor| anchor.driven.reach.is_some_and(ended)) {
-            return refuse(CorruptState::Series);
-        }
-        let is_air = self.parameters.drive.source == Source::Air;
+        let series = |a: &Anchor| a.driven.reach.is_some_and(ended);
+        let is_air = parameters.drive.source == Source::Air;
         let sound = |air: &Air| {
             air.window.is_none() == air.vented.is_some()
                 && (motion.mode.vented && !air.shut) == air.vented.is_some()
                 && air.is_sound(motion.now)
         };
-        if motion.air.is_some() != is_air || !motion.air.as_deref().is_none_or(sound) {
-            return refuse(CorruptState::Air);
+        let no_air = motion.air.is_some() != is_air || !motion.air.as_deref().is_none_or(sound);
+        let checks = [
+            (!is_finite, CorruptState::NotFinite),
+            (instants.any(later) || motion.now < 0.0 || lag.abs() > rounding, CorruptState::Times),
+            (!(0.0..=motion.now).contains(&self.step_start), CorruptState::Step),
+            (motion.anchors.iter().any(ahead), CorruptState::Ahead),
+            (motion.anchors.iter().any(strange), CorruptState::Coordinates),
+            (motion.anchors.iter().any(series), CorruptState::Series),
+            (no_air, CorruptState::Air),
+            (!motion.line.is_sound(parameters, motion.mode, motion.now), CorruptState::Series),
+            (self.blows.step.len() > MAX_STEP_BLOWS, CorruptState::Blows),
+            (self.counters.are_too_many() || self.zeno.is_overrun(), CorruptState::Counts),
+        ];
+        match checks.into_iter().find(|(is_so, _)| *is_so) {
+            Some((_, what)) => Err(Error::Corrupt { what }),
+            None => Ok(()),
         }
-        if !motion.line.is_sound(&self.parameters, motion.mode, motion.now) {
-            return refuse(CorruptState::Series);
-        }
-        if self.blows.step.len() > super::blows::MAX_STEP_BLOWS {
-            return refuse(CorruptState::Blows);
-        }
-        if self.counters.are_too_many() || self.zeno.is_overrun() {
-            return refuse(CorruptState::Counts);
-        }
-        Ok(())
     }
 }
 
@@ -142,7 +126,7 @@ impl State {
 mod tests {
     use super::*;
     use crate::machine::Machine;
-    use crate::machine::blows::{Blow, MAX_STEP_BLOWS};
+    use crate::machine::blows::Blow;
     use crate::machine::zeno::MAX_BURST;
     use crate::numerics::poly::Poly;
     use crate::quantities::parameters::InputValues;

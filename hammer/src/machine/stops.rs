@@ -51,10 +51,11 @@ impl Stops {
     /// Stops at each blow, if `blows`, and at each passage of one of `positions` (m) from now on.
     pub fn new(machine: &Machine, blows: bool, positions: &[f64]) -> Self {
         let now = machine.kinematics();
-        let goes = [now.relative_velocity, now.relative_acceleration];
+        let goes = [now.relative.velocity, now.relative.acceleration];
         // At a position itself, the direction of the motion decides the side.
         let up = goes.into_iter().find(|rate| *rate != 0.0).is_some_and(|rate| rate > 0.0);
-        let beyond = |at: f64| now.relative_position > at || now.relative_position == at && up;
+        let x = now.relative.displacement;
+        let beyond = |at: f64| x > at || x == at && up;
         Self { ends: true, blows, levels: positions.iter().map(|&at| (at, beyond(at))).collect() }
     }
 
@@ -67,7 +68,7 @@ impl Stops {
     /// it is so near the position that a guard could have missed the passage.
     pub fn settle(&mut self, machine: &Machine) {
         let near = NEAR * machine.motion().resolved(Displacement::Relative);
-        let x = machine.kinematics().relative_position;
+        let x = machine.kinematics().relative.displacement;
         for (level, beyond) in &mut self.levels {
             if (x - *level).abs() > near {
                 *beyond = x > *level;
@@ -161,7 +162,7 @@ impl<'a> Stopper<'a> {
                     return Ok(false);
                 }
                 machine.motion.set_present(after.max(0.0), end);
-                if passed(Kinematics::of(&machine.motion).relative_position) {
+                if passed(Kinematics::of(&machine.motion).relative.displacement) {
                     self.stops.levels[index].1 = !beyond;
                     self.stop.position = Some(index);
                     self.guards = None;
@@ -187,7 +188,7 @@ impl<'a> Stopper<'a> {
 
     /// Updates the sides of all positions that have been passed.
     fn pass_all(&mut self, machine: &Machine) {
-        let x = Kinematics::of(&machine.motion).relative_position;
+        let x = Kinematics::of(&machine.motion).relative.displacement;
         for (index, (level, beyond)) in self.stops.levels.iter_mut().enumerate() {
             if if *beyond { x < *level } else { x > *level } {
                 *beyond = !*beyond;

@@ -176,7 +176,7 @@ impl Machine {
 
     /// How far the piston has moved since the start, relative to the body that the drive pushes against, m.
     pub fn swept(&self) -> f64 {
-        self.kinematics().relative_position - self.motion.state().began
+        self.kinematics().relative.displacement - self.motion.state().began
     }
 
     /// Pressures in the drive and the return chamber now, with their rates (Pa, Pa/s), of
@@ -212,8 +212,8 @@ impl Machine {
     /// The air, and the piston's present positions and their rates.
     fn air(&self) -> Option<(&Air, [Places; 2])> {
         let (now, air) = (self.kinematics(), self.motion.air()?);
-        let places = [now.relative_position, now.over_struck];
-        Some((air, [places, [now.relative_velocity, now.over_struck_rate]]))
+        let places = [now.relative.displacement, now.over_struck.displacement];
+        Some((air, [places, [now.relative.velocity, now.over_struck.velocity]]))
     }
 
     /// Mass of air taken from the supply since the start, with its rate (kg, kg/s).

@@ -35,7 +35,7 @@ use state::{Anchor, Milestone, MotionState};
 
 /// A displacement and its first two rates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct PointMotion {
+pub struct PointMotion {
     /// m.
     pub displacement: f64,
     /// m/s.

@@ -58,8 +58,8 @@ pub fn air_turnover(machine: &Machine) -> f64 {
     let (p, now) = (machine.parameters(), machine.kinematics());
     let taken = KAPPA / (KAPPA - 1.0) * 287.05 * p.air.temperature * machine.air_mass()[0];
     let drive =
-        p.air.drive.dead_volume + p.drive.area_drive * (p.air.cylinder + now.relative_position);
-    let back = p.air.returning.dead_volume - p.drive.area_return * now.over_struck;
+        p.air.drive.dead_volume + p.drive.area_drive * (p.air.cylinder + now.relative.displacement);
+    let back = p.air.returning.dead_volume - p.drive.area_return * now.over_struck.displacement;
     let [[one, _], [other, _]] = machine.chamber_pressures();
     let held = (one * drive + other * back) / (KAPPA - 1.0);
     taken.abs() + machine.energies().turnover() + held

@@ -33,12 +33,12 @@ fn motion(case: &verify::drawn::scenes::RandomScene) -> Result<String, hammer::E
     let journal = machine.take_journal();
     let k = machine.kinematics();
     let end = [
-        k.piston_position,
-        k.piston_velocity,
-        k.bit_position,
-        k.bit_velocity,
-        k.bit_tip_position,
-        k.bit_tip_velocity,
+        k.piston.displacement,
+        k.piston.velocity,
+        k.bit.displacement,
+        k.bit.velocity,
+        k.tip.displacement,
+        k.tip.velocity,
         k.contact_force,
         k.rock_force,
     ];

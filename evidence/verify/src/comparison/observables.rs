@@ -250,14 +250,14 @@ macro_rules! motions {
     ($of:expr) => {{
         let k = $of;
         [
-            k.piston_position,
-            k.bit_position,
-            k.bit_tip_position,
-            k.contact_gap,
+            k.piston.displacement,
+            k.bit.displacement,
+            k.tip.displacement,
+            k.gap.displacement,
             k.tip_depth,
-            k.piston_velocity,
-            k.bit_velocity,
-            k.bit_tip_velocity,
+            k.piston.velocity,
+            k.bit.velocity,
+            k.tip.velocity,
             k.contact_force,
             k.rock_force,
         ]
@@ -276,11 +276,11 @@ pub(crate) fn of_engine(machine: &Machine) -> Observed {
     let is_air = machine.parameters().drive.source == Source::Air;
     let pressures = machine.chamber_pressures().map(|[p, _]| if is_air { p } else { 0.0 });
     observables[CASING..].copy_from_slice(&[
-        k.casing_position,
-        k.casing_velocity,
+        k.casing.displacement,
+        k.casing.velocity,
         k.chuck_force,
-        k.relative_position,
-        k.relative_velocity,
+        k.relative.displacement,
+        k.relative.velocity,
         pressures[0],
         pressures[1],
         machine.air_mass()[0],

@@ -78,7 +78,7 @@ impl Monitored {
         let mut machine = Machine::new(p, inputs, 0.0)?;
         machine.keep_journal(true);
         let losses = [f64::NEG_INFINITY; 4];
-        let place = machine.kinematics().casing_position;
+        let place = machine.kinematics().casing.displacement;
         let (meeting, [play, reach, push]) = (p.meeting_stiffness(), [0.0; 3]);
         Ok(Self { machine, allowed, meeting, place, play, reach, push, losses })
     }
@@ -111,14 +111,14 @@ impl Monitored {
         let mut terms = vec![
             m.input(Input::FeedForce) * time,
             p.bit_mass() * p.gravity * time,
-            -p.bit_mass() * k.bit_velocity,
+            -p.bit_mass() * k.bit.velocity,
             -sums.rock,
         ];
         if p.has_casing() {
-            let piston = p.piston.initial_velocity + p.gravity * time - k.piston_velocity;
+            let piston = p.piston.initial_velocity + p.gravity * time - k.piston.velocity;
             terms.push(p.piston_mass() * piston);
-            terms.push(p.casing_mass() * (p.gravity * time - k.casing_velocity));
-            terms.push(-p.casing.impedance * (k.casing_position - self.place));
+            terms.push(p.casing_mass() * (p.gravity * time - k.casing.velocity));
+            terms.push(-p.casing.impedance * (k.casing.displacement - self.place));
         } else {
             terms.push(sums.contact);
         }
@@ -148,7 +148,7 @@ impl Monitored {
         let p = *self.machine.parameters();
         let (meeting, floor) = (self.meeting, force_floor(&p, self.meeting));
         // The rounding of a guard's value is that of its amplitudes, which may cancel.
-        let reach = f64::EPSILON * (k.piston_position.abs() + k.bit_position.abs());
+        let reach = f64::EPSILON * (k.piston.displacement.abs() + k.bit.displacement.abs());
         if k.contact_force < -floor[0] - 64.0 * meeting * reach {
             return wrong("contact force", k.contact_force, -floor[0]);
         }
@@ -159,7 +159,7 @@ impl Monitored {
         let input = |i| self.machine.input(i).abs();
         let load = k.applied_drive_force.abs() + input(Input::FeedForce);
         let weight = (p.piston_mass() + p.bit_mass()) * p.gravity.abs();
-        let way = k.piston_position.abs() + k.bit_position.abs() + p.contact.initial_gap;
+        let way = k.piston.displacement.abs() + k.bit.displacement.abs() + p.contact.initial_gap;
         // The largest observed so far, since energy may have left.
         let loads = load + weight;
         // Oscillation is measured from the static shape, which is displaced by the compliance of springs and bars;
@@ -168,8 +168,8 @@ impl Monitored {
         let yielded = loads * (1.0 / p.rock.stiffness + 1.0 / meeting + bars);
         // A spring's length is a difference of rounded positions, measured from the hole.
         let (before, hole) = (self.reach, k.tip_depth);
-        let piston = k.piston_position - p.contact.initial_gap - hole;
-        self.reach = piston.abs() + (k.bit_position - hole).abs();
+        let piston = k.piston.displacement - p.contact.initial_gap - hole;
+        self.reach = piston.abs() + (k.bit.displacement - hole).abs();
         let peaks = self.machine.peaks();
         self.push = self.push.max(peaks.rock_force());
         let springs = (peaks.contact_force() + peaks.rock_force()) * before.max(self.reach);

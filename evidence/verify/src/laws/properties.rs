@@ -245,7 +245,7 @@ fn moves_alike(case: &RandomScene, other: &RandomScene, factor: f64) -> Result<(
         let (x, y) = (one.to(cut * case.end()), two.to(cut * case.end()));
         let (x, y) = (*x?.machine.kinematics(), *y?.machine.kinematics());
         let places = |k: &Kinematics| {
-            [k.piston_position, k.piston_velocity, k.bit_tip_position, k.bit_tip_velocity]
+            [k.piston.displacement, k.piston.velocity, k.tip.displacement, k.tip.velocity]
         };
         if places(&x).map(|v| factor * v) != places(&y) {
             return Err(Broken::Differs("the motions differ"));

@@ -43,7 +43,7 @@ pub fn waves() -> Result<Vec<Row>, Error> {
         let mut speeds = [0.3, 0.8, 1.3, 2.8];
         for transits in &mut speeds {
             m.advance(parted + *transits / p.wave_speed())?;
-            *transits = m.kinematics().casing_velocity;
+            *transits = m.kinematics().casing.velocity;
         }
         let [a, b, c, d] = speeds.map(|speed| speed * z / FEED);
         let mut rows = Rows::new(format!("string of {ratio} Z"), "characteristics", WAVES);

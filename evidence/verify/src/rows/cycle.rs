@@ -37,7 +37,7 @@ fn rebound(p: &Parameters, blows: usize, slide: f64) -> Result<Rebound, Error> {
     let relative = |t: f64| -> Result<f64, Error> {
         let mut m = Machine::new(p, &mesh::no_inputs(), 0.0)?;
         m.advance(t)?;
-        Ok(m.kinematics().relative_velocity)
+        Ok(m.kinematics().relative.velocity)
     };
     let (speed, before) = (relative(start)?, relative(b)?);
     // After thirty time constants the bit has stopped in its dashpot.

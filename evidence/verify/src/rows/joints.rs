@@ -112,9 +112,9 @@ pub fn momentum_trapped() -> Result<Vec<Row>, Error> {
         m.advance(mesh::strike() + (2.0 + 2.0 + 0.5) / p.wave_speed() + 20e-5)?;
         let k = m.kinematics();
         let masses = [0.25, 2.0, 1.0].map(|length| p.material.density * AREA * length);
-        let speeds = [k.piston_velocity, k.piston_velocity - k.relative_velocity];
+        let speeds = [k.piston.velocity, k.piston.velocity - k.relative.velocity];
         let [piston, shank] = [masses[0] * speeds[0], masses[1] * speeds[1]];
-        let rod = (masses[1] + masses[2]) * k.bit_velocity - shank;
+        let rod = (masses[1] + masses[2]) * k.bit.velocity - shank;
         let given = masses[0] * mesh::SPEED - piston;
         let remaining = trapped(given, z, slack);
         let mut rows = Rows::new(format!("slack {slack:e} m"), "characteristics", TAIL);

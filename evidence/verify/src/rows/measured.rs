@@ -98,8 +98,8 @@ pub fn strike(speed: f64, stiffness: f64, ratio: f64) -> Result<Found, Error> {
         m.advance(m.time() + STEP)?;
         force = force.max(m.peaks().rock_force());
         let k = m.kinematics();
-        rebound = rebound.max(-k.bit_velocity);
-        path.push([m.time(), k.bit_tip_position]);
+        rebound = rebound.max(-k.bit.velocity);
+        path.push([m.time(), k.tip.displacement]);
     }
     let mut top = [0.0; 2];
     for point in &path {
