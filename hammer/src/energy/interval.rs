@@ -114,7 +114,7 @@ struct Other {
 
 impl Other {
     fn new(motion: &Motion, index: usize, end: &Track) -> Self {
-        let anchor = &motion.state().anchors[index];
+        let anchor = &motion.state.anchors[index];
         Self {
             group: anchor.group,
             system: end.system.clone(),
@@ -144,7 +144,7 @@ struct Polynomials {
 
 impl Loading {
     fn new(motion: &Motion) -> Self {
-        let MotionState { loads, anchors, .. } = motion.state();
+        let MotionState { loads, anchors, .. } = &motion.state;
         let places = [Some(0), motion.flying()];
         if !motion.is_steady() {
             let driven =
@@ -175,9 +175,9 @@ impl Interval {
     /// The interval from the epoch to `span` after it, to which `tracks` are rotated. `form` is the viscous form at
     /// its start, if known.
     pub fn new(motion: &Motion, tracks: &[Track], span: f64, form: Option<f64>) -> Self {
-        let (state, model) = (motion.state(), motion.model());
+        let (state, model) = (&motion.state, &motion.model);
         let anchor = &state.anchors[0];
-        let system = |index: usize| motion.tracks()[index].system.clone();
+        let system = |index: usize| motion.tracks[index].system.clone();
         let mut stretch = Self {
             graph: model.graph.clone(),
             group: anchor.group,

@@ -77,7 +77,7 @@ impl Energies {
     /// `sum w^2 q q'` and damping by `beta sum w^2 q'^2`. The rest of the works goes into kinetic
     /// energy, so the residual's rate is zero.
     pub(crate) fn rates(motion: &Motion) -> Self {
-        let (state, graph, tracks) = (motion.state(), motion.graph(), motion.present());
+        let (state, graph, tracks) = (&motion.state, motion.graph(), motion.present());
         let point = |displacement| motion.point(&tracks, displacement, state.now);
         let loads = state.loads.map(|load| load.at(state.now));
         let mut work = [0.0; CHANNELS];
@@ -147,7 +147,7 @@ impl Stored {
         for (index, track) in tracks.iter().enumerate() {
             let state = motion.body_state(track, index, t);
             let (q, v) = state.split_at(state.len() / 2);
-            let modes = motion.graph().omega2(motion.state().anchors[index].group.bodies);
+            let modes = motion.graph().omega2(motion.state.anchors[index].group.bodies);
             for ((w2, q), v) in modes.zip(q).zip(v) {
                 strain += 0.5 * w2 * q * q;
                 kinetic += 0.5 * v * v;
@@ -167,7 +167,7 @@ impl Stored {
 
     /// The energies at the epoch.
     pub fn at_epoch(motion: &Motion) -> Self {
-        let mut tracks = motion.tracks().to_vec();
+        let mut tracks = motion.tracks.to_vec();
         for track in &mut tracks {
             track.rotate_to(0.0);
         }
@@ -234,7 +234,7 @@ impl Ledger {
     /// Energies and impulses at the present.
     pub(crate) fn now(&self, motion: &Motion) -> (Energies, Impulses) {
         let tracks = motion.present();
-        let now = motion.state().now;
+        let now = motion.state.now;
         let mut sums = self.sums;
         let last = Interval::new(motion, &tracks, now, None);
         sums.add(&last.sums(&mut Forms::default()));
@@ -264,6 +264,6 @@ impl Ledger {
 /// Damping work of the flying piston since it was last summed, up to its track's instant, J.
 pub(crate) fn damping_in_flight(motion: &Motion, tracks: &[Track]) -> f64 {
     let flown =
-        |index: usize| motion.state().anchors[index].form - motion.damping_form(&tracks[index]);
+        |index: usize| motion.state.anchors[index].form - motion.damping_form(&tracks[index]);
     motion.flying().map_or(0.0, flown)
 }

@@ -100,7 +100,7 @@ impl PeakSearch {
 
     /// Begins a step at the present.
     pub fn begin_step(&mut self, motion: &Motion) {
-        *self = Self::resume(Searched::default(), motion.state().now);
+        *self = Self::resume(Searched::default(), motion.state.now);
     }
 
     /// Stores an interval that starts at the epoch.
@@ -158,7 +158,7 @@ impl PeakSearch {
     pub fn now(&self, motion: &Motion) -> Result<Peaks, Error> {
         let mut searched = self.recorded();
         // Windows proceed from the start, so that the state at the end is not needed.
-        let interval = Interval::new(motion, motion.tracks(), motion.state().now, None);
+        let interval = Interval::new(motion, &motion.tracks, motion.state.now, None);
         Pending::new(motion, Arc::new(interval), self.step_start).fold(&mut searched);
         Error::if_interrupted()?;
         searched.outcome(motion)
@@ -167,7 +167,7 @@ impl PeakSearch {
 
 impl Pending {
     fn new(motion: &Motion, interval: Arc<Interval>, start: f64) -> Self {
-        Self { interval, start, resolution: COARSE * motion.model().resolutions[0] }
+        Self { interval, start, resolution: COARSE * motion.model.resolutions[0] }
     }
 
     fn fold(&self, searched: &mut Searched) {
@@ -243,7 +243,7 @@ impl Searched {
         if !self.is_over() {
             return Ok(self.peaks);
         }
-        let (time, mode) = (motion.state().time, motion.mode());
+        let (time, mode) = (motion.state.time, motion.mode());
         let suspect = motion.parameters().suspect();
         Err(Error::Overwork { time, limit: WorkLimit::Peaks, mode, suspect, work_limit: None })
     }
@@ -341,8 +341,8 @@ mod tests {
             m.set_input(Input::FeedForce, &feed).expect("an input");
             for step in 0..30 {
                 m.advance(5e-6 * f64::from(step)).expect("a step");
-                let (now, span) = (m.motion().state().now, 2e-5);
-                let interval = Interval::new(m.motion(), m.motion().tracks(), now + span, None);
+                let (now, span) = (m.motion().state.now, 2e-5);
+                let interval = Interval::new(m.motion(), &m.motion().tracks, now + span, None);
                 for force in interval.forces().into_iter().flatten() {
                     let at = |t: f64| {
                         let mut track = interval.track(&force);

@@ -36,7 +36,7 @@
 //! the piston back. While the drive is vented nothing else does; then the end begins at `x = -s`, with air at the
 //! exhaust's pressure. A drive that acts again begins with chambers at that pressure, which fill through their ports.
 
-use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity, opening};
+use crate::laws::event::{Direction, Displacement, Event, Guard, opening};
 use crate::laws::mode::{Chamber, Port};
 use crate::numerics::math;
 use crate::quantities::air::{ATMOSPHERE, AirLaw};
@@ -225,7 +225,8 @@ impl AirLaw {
         let mut guards = Vec::new();
         if end.is_finite() {
             guards.push(Guard {
-                quantity: Quantity::Displacement(vr),
+                displacement: vr,
+                order: 0,
                 direction: if shut { Direction::Rising } else { Direction::Falling },
                 level: end,
                 event: Event::End(!shut),
@@ -236,8 +237,7 @@ impl AirLaw {
             for port in Port::ALL {
                 let (way, edge, full) = edges(self, chamber, port);
                 let mut watch = |direction, level, event| {
-                    let quantity = Quantity::Displacement(vr);
-                    guards.push(Guard { quantity, direction, level, event });
+                    guards.push(Guard { displacement: vr, order: 0, direction, level, event });
                 };
                 let passes = |opens| Event::Port { chamber, port, opens };
                 let fills = |full| Event::Opening { chamber, port, full };

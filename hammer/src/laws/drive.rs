@@ -22,7 +22,7 @@
 //! | `alpha = +1` | Q9: `vr` through 0 | rising | `alpha = -1` |
 //! | `alpha = -1` | Q10: `vr` through `-D1` | falling | `alpha = +1` |
 
-use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
+use crate::laws::event::{Direction, Displacement, Event, Guard};
 use crate::laws::mode::Relay;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
@@ -88,7 +88,8 @@ impl Drive {
             Relay::Return => (Direction::Falling, -self.stroke),
         };
         (self.source == Source::Relay).then(|| Guard {
-            quantity: Quantity::Displacement(vr),
+            displacement: vr,
+            order: 0,
             direction,
             level,
             event: Event::Relay(relay.turned()),

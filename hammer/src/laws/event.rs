@@ -197,25 +197,6 @@ impl Displacement {
     pub const STRUCK: Self = Self::Mean(Bodies::STRUCK);
 }
 
-/// The quantity that a guard watches.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Quantity {
-    /// A displacement, m.
-    Displacement(Displacement),
-    /// Its rate, m/s.
-    Velocity(Displacement),
-}
-
-impl Quantity {
-    /// The displacement, and the order of its time derivative.
-    pub(crate) fn parts(self) -> (Displacement, usize) {
-        match self {
-            Self::Displacement(d) => (d, 0),
-            Self::Velocity(d) => (d, 1),
-        }
-    }
-}
-
 /// The direction in which a guard passes its level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Direction {
@@ -252,11 +233,13 @@ pub(crate) fn opening(chamber: Chamber, port: Port) -> Direction {
     }
 }
 
-/// Triggers `event` where `quantity` passes `level` in `direction`.
+/// Triggers `event` where a displacement or its rate passes `level` in `direction`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Guard {
-    /// The quantity.
-    pub quantity: Quantity,
+    /// The displacement.
+    pub displacement: Displacement,
+    /// 0: the displacement itself, 1: its rate.
+    pub order: usize,
     /// The direction.
     pub direction: Direction,
     /// The level, m or m/s.

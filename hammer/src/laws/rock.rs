@@ -33,7 +33,7 @@
 //! hole bottom. Source: the paper, (2) to (5). Lift-off from standstill is not in the paper;
 //! without it a slowly lifted bit would stick to the rock.
 
-use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity, RockEvent};
+use crate::laws::event::{Direction, Displacement, Event, Guard, RockEvent};
 use crate::laws::mode::RockMode;
 use crate::quantities::parameters::{Reloading, Rock};
 use serde::{Deserialize, Serialize};
@@ -149,21 +149,18 @@ impl Spring {
     }
 }
 
-/// Most guards of a mode of the rock.
-const MOST_GUARDS: usize = 3;
-
 impl RockMode {
     /// The guards of this mode except the energy barrier (Q3), which is not a function of the
     /// motion at one instant.
     pub(crate) fn guards(self, rock: &Rock, memory: &Memory) -> impl Iterator<Item = Guard> {
         use Direction::{Falling, Rising};
-        let (p, v) =
-            (Quantity::Displacement(Displacement::Tip), Quantity::Velocity(Displacement::Tip));
-        let guard = |quantity, direction, level, event| {
-            Some(Guard { quantity, direction, level, event: Event::Rock(event) })
+        let (p, v) = (0, 1);
+        let guard = |order, direction, level, event| {
+            let (displacement, event) = (Displacement::Tip, Event::Rock(event));
+            Some(Guard { displacement, order, direction, level, event })
         };
-        let vs = rock.standstill_speed;
-        let guards: [Option<Guard>; MOST_GUARDS] = match self {
+        let (vs, unloading) = (rock.standstill_speed, Spring::Unloading.stiffness(rock));
+        let guards: [Option<Guard>; 3] = match self {
             Self::FreeFlight => [guard(p, Rising, 0.0, RockEvent::Touch), None, None],
             Self::DissipativeForward => {
                 [guard(v, Falling, 0.0, RockEvent::DissipativeTurn), None, None]
@@ -176,7 +173,8 @@ impl RockMode {
             ],
             Self::Standstill if rock.reloading == Reloading::Unloading => [
                 guard(p, Falling, 0.0, RockEvent::StandstillLiftOff),
-                guard(p, Rising, memory.turned_at(rock), RockEvent::Restart),
+                // Where the tip last turned upward, from the foot of the unloading line.
+                guard(p, Rising, memory.turned / unloading, RockEvent::Restart),
                 None,
             ],
             Self::Standstill => [
@@ -241,11 +239,6 @@ pub struct Transition {
 const ROUNDED: f64 = 4.0;
 
 impl Memory {
-    /// Position on the unloading line, from its foot, at which the tip last turned upward, m.
-    fn turned_at(&self, rock: &Rock) -> f64 {
-        self.turned / Spring::Unloading.coefficients(rock).stiffness
-    }
-
     /// The transition of `event` out of a mode with the tip at `p`, which is accurate to `error`; the memory
     /// is then relative to the new origin.
     pub fn transit(
@@ -434,7 +427,7 @@ mod tests {
         let rock = Rock { standstill_speed: 2e-3, ..Parameters::default().rock };
         let memory = Memory::default();
         let guards = RockMode::Standstill.guards(&rock, &memory);
-        let of_speed = guards.filter(|guard| matches!(guard.quantity, Quantity::Velocity(_)));
+        let of_speed = guards.filter(|guard| guard.order == 1);
         let left: Vec<_> =
             of_speed.map(|guard| (guard.direction, guard.level, guard.event)).collect();
         let [restart, retreat] = [RockEvent::Restart, RockEvent::Retreat].map(Event::Rock);

@@ -13,7 +13,7 @@
 //! linear system. If `chuck.idle_travel` is given, the drive is vented beyond it, `F_A = 0`, and acts again at half
 //! of it.
 
-use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
+use crate::laws::event::{Direction, Displacement, Event, Guard};
 use crate::laws::mode::{Mode, Tie, TieState};
 use crate::laws::rock::Coefficients;
 use crate::quantities::parameters::Parameters;
@@ -44,8 +44,8 @@ impl TieLaw {
     pub fn guards(&self, tie: Tie, state: TieState) -> impl Iterator<Item = Guard> + use<> {
         use Direction::{Falling, Rising};
         let guard = |direction, level, to| {
-            let quantity = Quantity::Displacement(Displacement::Tie(tie));
-            Some(Guard { quantity, direction, level, event: Event::Tie(tie, to) })
+            let (displacement, event) = (Displacement::Tie(tie), Event::Tie(tie, to));
+            Some(Guard { displacement, order: 0, direction, level, event })
         };
         let pulls = guard(Rising, self.travel, TieState::Pulled);
         let guards = match state {
@@ -86,7 +86,8 @@ impl Parameters {
         let (chuck, vented) = (Tie::Chuck, mode.vented);
         let vents = self.chuck.idle_travel > 0.0 && !mode.ties.hold(chuck) && self.has_casing();
         vents.then_some(Guard {
-            quantity: Quantity::Displacement(Displacement::Tie(chuck)),
+            displacement: Displacement::Tie(chuck),
+            order: 0,
             direction: if vented { Direction::Falling } else { Direction::Rising },
             level: self.chuck.idle_travel * if vented { DRIVEN_AGAIN } else { 1.0 },
             event: Event::Vent(!vented),

@@ -100,17 +100,17 @@ impl Progress {
         }
         let slowest = match motion.flying() {
             Some(index) => {
-                let driven = &motion.state().anchors[index].driven;
+                let driven = &motion.state.anchors[index].driven;
                 driven.translation.derivative().least(at)
             }
-            None => motion.point(motion.tracks(), Displacement::PISTON, at).velocity,
+            None => motion.point(&motion.tracks, Displacement::PISTON, at).velocity,
         };
         self.spent = slowest >= 0.0;
     }
 
     /// The contact opens at the epoch.
     pub(crate) fn note_opening(&mut self, motion: &Motion) {
-        let epoch = motion.state().epoch;
+        let epoch = motion.state.epoch;
         self.opened = Some(epoch);
         if let Some(start) = self.collision {
             self.last.contact_duration = epoch.since(start);
@@ -119,13 +119,13 @@ impl Progress {
 
     /// The contact closes at the epoch, to which the tracks are rotated.
     pub(crate) fn note_closing(&mut self, motion: &Motion) -> Closing {
-        let epoch = motion.state().epoch;
+        let epoch = motion.state.epoch;
         let same = 2.0 * motion.parameters().struck_transits();
         if self.opened.is_some_and(|opened| epoch.since(opened) <= same) {
             return Closing::Again;
         }
         self.collision = Some(epoch);
-        let speed = |mean| motion.point(motion.tracks(), mean, 0.0).velocity;
+        let speed = |mean| motion.point(&motion.tracks, mean, 0.0).velocity;
         let piston = speed(Displacement::PISTON);
         let relative = piston - speed(Displacement::Mean(Bodies::STRUCK));
         let fast = relative >= motion.parameters().blow.minimum_speed;

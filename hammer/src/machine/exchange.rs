@@ -268,7 +268,7 @@ impl Machine {
             if read && self.exchange.value(input).is_some() {
                 let poly =
                     input.polynomial(&[values[input as usize]]).map_err(Error::of_input(input))?;
-                let state = self.motion.state();
+                let state = &self.motion.state;
                 if state.inputs.of(input).shifted(state.now) != poly {
                     polys.push((input, poly));
                 }
@@ -292,7 +292,7 @@ impl Machine {
 
     /// Force of the drive's inputs as a polynomial from now on, N.
     pub(super) fn handed_force(&self) -> Poly {
-        let (state, drive) = (self.motion.state(), self.parameters().drive);
+        let (state, drive) = (&self.motion.state, self.parameters().drive);
         let mut sum = Poly::default();
         for input in Input::ALL {
             sum = sum.plus(drive.force_per(input), &state.inputs.of(input).shifted(state.now));

@@ -142,7 +142,7 @@ impl Machine {
 
     /// Present time, s.
     pub fn time(&self) -> f64 {
-        self.motion.state().time
+        self.motion.state.time
     }
 
     /// Discrete state.
@@ -157,7 +157,7 @@ impl Machine {
 
     /// Value of an input now.
     pub fn input(&self, input: Input) -> f64 {
-        let state = self.motion.state();
+        let state = &self.motion.state;
         let acting = || state.inputs.of(input).at(state.now);
         self.exchange.value(input).unwrap_or_else(acting)
     }
@@ -172,7 +172,7 @@ impl Machine {
         let source = self.parameters().drive.source;
         input.check_air(poly.0[0], source).map_err(Error::of_input(input))?;
         let repeats = self.exchange.repeats(input, &poly) && self.parameters().drive.delay > 0.0;
-        let state = self.motion.state();
+        let state = &self.motion.state;
         if repeats || state.inputs.of(input).shifted(state.now) == poly {
             return Ok(());
         }
@@ -188,7 +188,7 @@ impl Machine {
 
     /// Adds a constant to an input.
     pub(crate) fn add_to_input(&mut self, input: Input, constant: f64) -> Result<(), Error> {
-        let state = self.motion.state();
+        let state = &self.motion.state;
         let mut poly = state.inputs.of(input).shifted(state.now);
         poly.0[0] += constant;
         self.exchange.shift(input, constant);
@@ -254,9 +254,9 @@ impl Machine {
             done
         });
         if let Err(error) = &done {
-            if self.motion.state().now < 0.0 {
+            if self.motion.state.now < 0.0 {
                 // After an event in this step, outputs are those of the event's instant.
-                self.motion.set_present(0.0, self.motion.state().epoch.value());
+                self.motion.set_present(0.0, self.motion.state.epoch.value());
             }
             self.failure = Some(error.clone()).filter(|error| !matches!(error, Error::Cancelled));
         }
@@ -269,7 +269,7 @@ impl Machine {
             self.ledger.work_off(false)?;
             self.peaks.work_off()?;
             // The host's time of an event may be rounded to before it.
-            let target = self.motion.until(to).max(-ROUNDED);
+            let target = self.motion.state.epoch.until(to).max(-ROUNDED);
             let reach = self.motion.reach();
             let end = target.min(reach);
             let next = self.search.next(&mut self.motion, end)?;
@@ -283,7 +283,7 @@ impl Machine {
                     observer.before(self);
                     self.occur(at, event)?;
                     if observer.after(self, event) {
-                        self.motion.set_present(0.0, self.motion.state().epoch.value());
+                        self.motion.set_present(0.0, self.motion.state.epoch.value());
                         return Ok(());
                     }
                 }
@@ -330,7 +330,7 @@ impl Machine {
             Event::End(inside) => self.motion.pass_end(inside),
         }
         if let Some(journal) = &mut self.journal {
-            let epoch = self.motion.state().epoch;
+            let epoch = self.motion.state.epoch;
             let (time, time_rest) = (epoch.value(), epoch.rest());
             journal.push(Record { time, time_rest, event, mode: self.motion.mode() });
         }
@@ -348,7 +348,7 @@ impl Machine {
             if closing == Closing::Blow {
                 self.counters.blows += 1;
             }
-            let damping = damping_in_flight(&self.motion, self.motion.tracks());
+            let damping = damping_in_flight(&self.motion, &self.motion.tracks);
             self.ledger.add(Sums { damping, ..Sums::default() });
         }
         self.motion.switch_tie(Tie::Contact, to)
@@ -360,13 +360,13 @@ impl Machine {
         self.search.bring_tip(&mut self.motion, at);
         self.motion.rotate_others_to(at);
         self.blows.note_stretch(&self.motion, at);
-        let (ends, form) = (self.motion.tracks(), self.search.viscous_form());
+        let (ends, form) = (&self.motion.tracks, self.search.viscous_form());
         let interval = Arc::new(Interval::new(&self.motion, ends, at, form));
         self.peaks.record(&self.motion, &interval);
         let work = interval.given.iter().sum();
         self.blows.note_work(work, work / self.parameters().work_per_length());
         // The barrier's estimate is valid only while the same drilling cycle goes on.
-        let by_series = self.search.sums_series(&self.motion.tracks()[0]);
+        let by_series = self.search.sums_series(&self.motion.tracks[0]);
         let viscous = if goes_on { interval.viscous_of_barrier(by_series) } else { 0.0 };
         self.ledger.defer(interval);
         self.search.stop();
@@ -376,8 +376,8 @@ impl Machine {
 
     /// Moves the epoch to the present time, by one flow from the last event, and restarts the search there.
     fn move_epoch_to_now(&mut self) -> Result<(), Error> {
-        self.motion.rewind();
-        let now = self.motion.state().now;
+        self.motion.return_to_anchors(f64::NEG_INFINITY);
+        let now = self.motion.state.now;
         self.search.stop();
         self.move_epoch(now, true)
     }
@@ -399,9 +399,9 @@ impl Machine {
     pub fn state(&self) -> State {
         State {
             parameters: *self.parameters(),
-            motion: self.motion.state().clone(),
+            motion: self.motion.state.clone(),
             ledger: self.ledger.clone(),
-            counters: Counters { basis_changes: self.motion.basis_changes(), ..self.counters },
+            counters: Counters { basis_changes: self.motion.basis_changes, ..self.counters },
             blows: self.blows.clone(),
             peaks: self.peaks.recorded(),
             step_start: self.peaks.step_start(),
@@ -444,7 +444,7 @@ impl Machine {
 
     /// Repeats the search up to the present of a replaced state.
     fn search_again(&mut self) -> Result<(), Error> {
-        let (now, reach) = (self.motion.state().now, self.motion.reach());
+        let (now, reach) = (self.motion.state.now, self.motion.reach());
         if reach < now - ROUNDED {
             return Err(Error::Corrupt { what: CorruptState::Series });
         }
@@ -480,7 +480,7 @@ impl Machine {
     pub fn counters(&self) -> Counters {
         let work = &self.search.work;
         Counters {
-            basis_changes: self.motion.basis_changes(),
+            basis_changes: self.motion.basis_changes,
             guard_evaluations: work.evaluations,
             samples: work.samples,
             windows: work.windows,

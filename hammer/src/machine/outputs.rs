@@ -79,7 +79,7 @@ pub struct Profile {
 impl Kinematics {
     /// Motion and forces at the present instant.
     pub(crate) fn of(motion: &Motion) -> Self {
-        let (state, graph) = (motion.state(), motion.graph());
+        let (state, graph) = (&motion.state, motion.graph());
         let present = Present::of(motion);
         let frame = Bodies::one(graph.frame);
         let [piston, bit] = [Bodies::PISTON, graph.string()].map(|bodies| present.mean(bodies));
@@ -157,7 +157,7 @@ struct Tied {
 
 impl<'a> Present<'a> {
     fn of(motion: &'a Motion) -> Self {
-        let (state, tracks) = (motion.state(), motion.present());
+        let (state, tracks) = (&motion.state, motion.present());
         let point = |displacement| motion.point(&tracks, displacement, state.now);
         let (tip, line) = (point(Displacement::Tip), motion.tip_line());
         let forces = |line: Coefficients, x: PointMotion| {
@@ -191,7 +191,7 @@ impl<'a> Present<'a> {
     /// the forces on the bodies.
     fn mean(&self, bodies: Bodies) -> [f64; 4] {
         let graph = self.motion.graph();
-        let now = self.motion.state().now;
+        let now = self.motion.state.now;
         let mean = self.motion.point(&self.tracks, Displacement::Mean(bodies), now);
         let mut pushed = [0.0; 2];
         let mut push = |factor: f64, [force, rate]: [f64; 2]| {
@@ -232,7 +232,7 @@ impl Profile {
 
     /// The profile at the present instant.
     pub(crate) fn of(motion: &Motion) -> Self {
-        let (state, graph) = (motion.state(), motion.graph());
+        let (state, graph) = (&motion.state, motion.graph());
         let whole = motion.whole_state();
         let (q, v) = whole.split_at(whole.len() / 2);
         let Material { youngs_modulus: e, damping_time: beta, .. } = motion.parameters().material;

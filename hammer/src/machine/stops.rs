@@ -137,7 +137,7 @@ impl<'a> Stopper<'a> {
         if self.stops.levels.is_empty() {
             return Ok(false);
         }
-        let state = machine.motion.state();
+        let state = &machine.motion.state;
         let (now, time) = (state.now, state.time);
         let mut from = now.max(0.0);
         loop {
@@ -151,11 +151,11 @@ impl<'a> Stopper<'a> {
             };
             let (level, beyond) = self.stops.levels[index];
             let passed = |x: f64| if beyond { x <= level } else { x >= level };
-            let mut exact = machine.motion.state().epoch;
+            let mut exact = machine.motion.state.epoch;
             exact.move_by(at);
             let mut end = exact.value().max(time);
             for tried in 0..TRIED[0] + TRIED[1] {
-                let after = machine.motion.until(end);
+                let after = machine.motion.state.epoch.until(end);
                 if after >= until && end < to || end > to {
                     // An event or the end of the step comes first. The passage is found again after it.
                     machine.motion.set_present(now, time);

@@ -48,9 +48,9 @@ impl Machine {
             return Ok(());
         }
         self.ledger.prepare()?;
-        let damped = self.motion.model().is_damped();
+        let damped = self.motion.model.is_damped();
         self.motion
-            .tracks()
+            .tracks
             .iter()
             .filter(|_| damped)
             .try_for_each(|track| track.system.prepare_damping_form())
@@ -75,12 +75,12 @@ impl Machine {
     /// `psi`: viscous work of the present drilling cycle so far, J; 0 unless its viscous part is
     /// under way.
     pub fn viscous_work_of_cycle(&self) -> f64 {
-        self.motion.state().psi + self.present_stretch().given[1]
+        self.motion.state.psi + self.present_stretch().given[1]
     }
 
     fn present_stretch(&self) -> Interval {
         let tracks = self.motion.present();
-        Interval::new(&self.motion, &tracks, self.motion.state().now, None)
+        Interval::new(&self.motion, &tracks, self.motion.state.now, None)
     }
 
     /// Impulses since the start.
@@ -148,7 +148,7 @@ impl Machine {
     #[cfg(feature = "internals")]
     #[doc(hidden)]
     pub fn tracked(&self) -> (Vec<Track>, Vec<(Event, Signal)>) {
-        let tracks = 0..self.motion.tracks().len();
+        let tracks = 0..self.motion.tracks.len();
         (tracks.map(|i| self.motion.at_anchor(i)).collect(), self.search.tracked().collect())
     }
 
@@ -176,13 +176,13 @@ impl Machine {
 
     /// How far the piston has moved since the start, relative to the body that the drive pushes against, m.
     pub fn swept(&self) -> f64 {
-        self.kinematics().relative.displacement - self.motion.state().began
+        self.kinematics().relative.displacement - self.motion.state.began
     }
 
     /// Pressures in the drive and the return chamber now, with their rates (Pa, Pa/s), of
     /// [`Source::Air`](crate::Source::Air); zeros of any other source.
     pub fn chamber_pressures(&self) -> [[f64; 2]; 2] {
-        let state = self.motion.state();
+        let state = &self.motion.state;
         let Some((air, motion)) = self.air() else { return [[0.0; 2]; 2] };
         if air.vented.is_some() {
             let [value, rate] = state.inputs.of(Input::ExhaustPressure).derivatives_at(state.now);
@@ -219,21 +219,21 @@ impl Machine {
     /// Mass of air taken from the supply since the start, with its rate (kg, kg/s).
     pub fn air_mass(&self) -> [f64; 2] {
         let Some((air, motion)) = self.air() else { return [0.0; 2] };
-        let now = self.motion.state().now;
+        let now = self.motion.state.now;
         let [.., rate] = air.rates(self.parameters(), self.motion.outside(now), motion, now);
         [air.sums_at(motion[0], now).mass, rate]
     }
 
     /// Work of the air in both chambers since the start, `int p_d dV_d + int p_r dV_r`, J.
     pub fn air_work(&self) -> f64 {
-        let now = self.motion.state().now;
+        let now = self.motion.state.now;
         self.air().map_or(0.0, |(air, [places, _])| air.sums_at(places, now).work)
     }
 
     /// Enthalpy that came into the chambers, less their work and what they gained since the start, J:
     /// the error of the air's balance.
     pub fn air_residual(&self) -> f64 {
-        let now = self.motion.state().now;
+        let now = self.motion.state.now;
         self.air().map_or(0.0, |(air, [places, _])| air.residual(self.parameters(), places, now))
     }
 }

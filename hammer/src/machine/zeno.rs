@@ -48,9 +48,9 @@ impl ZenoDetector {
         if self.burst < MAX_BURST {
             return Ok(());
         }
-        let epoch = motion.state().epoch;
+        let epoch = motion.state.epoch;
         let span = epoch.since(self.burst_start);
-        if span * motion.model().fastest() < SHORTEST_SPACING * f64::from(MAX_BURST) {
+        if span * motion.model.fastest() < SHORTEST_SPACING * f64::from(MAX_BURST) {
             let (time, mode) = (epoch.value(), motion.mode());
             let (limit, suspect) = (WorkLimit::Transitions, motion.parameters().suspect());
             return Err(Error::Overwork { time, limit, mode, suspect, work_limit: None });
@@ -67,7 +67,7 @@ impl ZenoDetector {
         if self.simultaneous <= MAX_SIMULTANEOUS {
             return Ok(());
         }
-        let (time, to) = (motion.state().epoch.value(), motion.mode());
+        let (time, to) = (motion.state.epoch.value(), motion.mode());
         Err(Error::Chattering { time, transitions: self.simultaneous, from, to })
     }
 }
@@ -85,7 +85,7 @@ mod tests {
         let model = Model::new(&Parameters::default()).expect("a model");
         let inputs = Inputs::constant(&InputValues::default());
         let motion = Motion::new(model, inputs, 0.0).expect("a scene");
-        let shortest = SHORTEST_SPACING * f64::from(MAX_BURST) / motion.model().fastest();
+        let shortest = SHORTEST_SPACING * f64::from(MAX_BURST) / motion.model.fastest();
         for (part, is_short) in [(0.0, true), (0.9, true), (1.1, false)] {
             let mut detector = ZenoDetector::new(-part * shortest);
             for count in 1..MAX_BURST {
@@ -103,7 +103,7 @@ mod tests {
                 assert!(detector.is_overrun());
             } else {
                 assert_eq!((last, detector.burst), (Ok(()), 0));
-                assert_eq!(detector.burst_start, motion.state().epoch);
+                assert_eq!(detector.burst_start, motion.state.epoch);
             }
         }
     }

@@ -178,7 +178,7 @@ impl Observer for Way {
     fn after(&mut self, machine: &Machine, event: Event) -> bool {
         let motion = machine.motion();
         if event == Event::OPENING {
-            self.rebound = -motion.point(motion.tracks(), Displacement::PISTON, 0.0).velocity;
+            self.rebound = -motion.point(&motion.tracks, Displacement::PISTON, 0.0).velocity;
         }
         let now = motion.milestone().time.value();
         self.struck =

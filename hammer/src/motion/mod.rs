@@ -47,13 +47,14 @@ pub struct PointMotion {
 /// Model, state at the epoch, and the tracks by which it is evaluated later.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    model: Model,
-    state: MotionState,
-    /// The tracks that the search rotates: each is an anchor's vector, at or after its instant.
-    tracks: Vec<Track>,
+    pub(crate) model: Model,
+    /// State at the epoch.
+    pub(crate) state: MotionState,
+    /// The tracks where the search left them: each is an anchor's vector, at or after its instant.
+    pub(crate) tracks: Vec<Track>,
     /// [`MotionState::is_steady`] of the state.
     steady: bool,
-    basis_changes: u64,
+    pub(crate) basis_changes: u64,
     /// Storage for the air's series.
     series: Option<Box<Series>>,
 }
@@ -80,19 +81,9 @@ impl Motion {
         Ok(())
     }
 
-    /// The scene in modal form.
-    pub(crate) fn model(&self) -> &Model {
-        &self.model
-    }
-
     /// Parameters, with the present tunable values.
     pub(crate) fn parameters(&self) -> &Parameters {
         &self.model.parameters
-    }
-
-    /// State at the epoch.
-    pub(crate) fn state(&self) -> &MotionState {
-        &self.state
     }
 
     /// True if no load varies and the polynomial part of the motion is at most a parabola.
@@ -116,11 +107,6 @@ impl Motion {
     /// Discrete state.
     pub(crate) fn mode(&self) -> Mode {
         self.state.mode
-    }
-
-    /// Changes of basis so far.
-    pub(crate) fn basis_changes(&self) -> u64 {
-        self.basis_changes
     }
 
     /// Bodies and ties.
@@ -164,16 +150,6 @@ impl Motion {
         let mut hole: Double = self.state.origin;
         hole.move_by(self.state.memory.unloaded);
         Milestone { time: self.state.epoch, hole }
-    }
-
-    /// The tracks where the search left them: bit and piston, or both joined.
-    pub(crate) fn tracks(&self) -> &[Track] {
-        &self.tracks
-    }
-
-    /// The same, mutable for the search.
-    pub(crate) fn tracks_mut(&mut self) -> &mut [Track] {
-        &mut self.tracks
     }
 
     /// How long after the epoch the motion's polynomials are valid, s.
@@ -289,11 +265,6 @@ impl Motion {
         whole
     }
 
-    /// Converts the host's time to time after the epoch, s.
-    pub(crate) fn until(&self, time: f64) -> f64 {
-        self.state.epoch.until(time)
-    }
-
     /// Sets the present to `now` after the epoch, which the host calls `time`.
     pub(crate) fn set_present(&mut self, now: f64, time: f64) {
         (self.state.now, self.state.time) = (now, time);
@@ -311,11 +282,6 @@ impl Motion {
     /// Rotates the track that ends at the tip to `t`; returns the number of rotations.
     pub(crate) fn rotate_tip_to(&mut self, t: f64) -> u64 {
         self.tracks[0].rotate_to(t)
-    }
-
-    /// Puts the tracks back on their anchors.
-    pub(crate) fn rewind(&mut self) {
-        self.return_to_anchors(f64::NEG_INFINITY);
     }
 
     /// Resets each track that is beyond `at` to its anchor. A guard crosses before an instant already evaluated

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::laws::event::{Bodies, Displacement};
 use crate::laws::mode::{Mode, Relay, RockMode, Tie, TieState};
 use crate::laws::rock::{Memory, Spring};
-use crate::modal::model::Model;
+use crate::modal::{model::Model, system::driven::Driven};
 use crate::numerics::{instant::Double, poly::Poly};
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{Parameters, Source};
@@ -65,13 +65,17 @@ impl Motion {
         }
         let loads = loads(&parameters, &inputs, mode, [drive, anvil].map(Poly::constant));
         let root = graph.bodies[0].mass.sqrt();
+        // Nothing oscillates.
         let still = |group: Group| {
             let flight = [-gap * root, parameters.piston.initial_velocity * root];
             let start = if group == Group::PISTON { flight } else { [0.0; 2] };
-            Anchor::still(&model, group, mode, start, &loads)
+            let system = model.system(group, mode)?;
+            let moves = system.rigid.then(|| system.translation(start, &loads));
+            let driven = Driven::translating(moves.unwrap_or_default());
+            Ok(Anchor { group, z: vec![0.0; 2 * system.blocks()], at: 0.0, driven, form: 0.0 })
         };
         let groups = graph.groups(&mode).into_iter();
-        let mut anchors = groups.map(still).collect::<Result<Vec<_>, _>>()?;
+        let mut anchors = groups.map(still).collect::<Result<Vec<_>, Error>>()?;
         if rock == RockMode::FreeFlight {
             // The strain has moved the tip off the rock surface. This moves it back.
             let bit = anchors[0].group;

@@ -30,23 +30,6 @@ pub struct Anchor {
     pub form: f64,
 }
 
-impl Anchor {
-    /// An anchor without oscillation at the epoch. `start` is displacement and velocity of the translation.
-    pub(crate) fn still(
-        model: &Model,
-        group: Group,
-        mode: Mode,
-        start: [f64; 2],
-        loads: &[Poly; CHANNELS],
-    ) -> Result<Self, Error> {
-        let system = model.system(group, mode)?;
-        let translation =
-            if system.rigid { system.translation(start, loads) } else { Poly::default() };
-        let driven = Driven::translating(translation);
-        Ok(Self { group, z: vec![0.0; 2 * system.blocks()], at: 0.0, driven, form: 0.0 })
-    }
-}
-
 /// Time and hole depth at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Milestone {
@@ -176,7 +159,7 @@ mod tests {
     fn a_state_is_finite_if_each_of_its_numbers_is() {
         let model = Model::new(&Parameters::default()).expect("a model");
         let inputs = Inputs::constant(&InputValues::default());
-        let state = Motion::new(model, inputs, 0.0).expect("a scene").state().clone();
+        let state = Motion::new(model, inputs, 0.0).expect("a scene").state;
         assert!(state.is_finite());
         let numbers: [fn(&mut MotionState, f64); 14] = [
             |s, x| s.epoch = Double::new(x),

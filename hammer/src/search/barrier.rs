@@ -73,7 +73,7 @@ pub struct Barrier {
 impl Barrier {
     /// Starts at the anchor of the tip's track, instant 0.
     pub fn new(motion: &Motion, tip: usize, room: f64, viscosity: f64) -> Self {
-        let (track, is_calm) = (&motion.tracks()[0], motion.is_calm(0));
+        let (track, is_calm) = (&motion.tracks[0], motion.is_calm(0));
         let mut barrier = Self {
             room,
             viscosity,

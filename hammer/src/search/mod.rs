@@ -17,7 +17,7 @@ pub(crate) mod work;
 
 use crate::error::Error;
 use crate::laws::event::RockEvent;
-use crate::laws::event::{Displacement, Event, Guard, Quantity};
+use crate::laws::event::{Displacement, Event, Guard};
 use crate::modal::stretch::Stretch;
 use crate::modal::track::Track;
 use crate::motion::Motion;
@@ -68,7 +68,7 @@ impl Search {
             .map(|air| parameters.air.guards(&air.openings, [air.shut, mode.vented], end, vr));
         let guards = ties
             .chain(parameters.vent_guard(&mode))
-            .chain(mode.rock.guards(&parameters.rock, &motion.state().memory))
+            .chain(mode.rock.guards(&parameters.rock, &motion.state.memory))
             .chain(parameters.drive.guard(mode.relay, vr).filter(|_| working))
             .chain(openings.into_iter().flatten());
         guards.for_each(|guard| {
@@ -84,7 +84,7 @@ impl Search {
         });
         let tip = motion.share(0, Displacement::Tip);
         self.barrier = tip.filter(|_| mode.rock.is_viscous()).map(|tip| {
-            let room = parameters.rock.energy_barrier - motion.state().psi;
+            let room = parameters.rock.energy_barrier - motion.state.psi;
             Barrier::new(motion, tip, room, parameters.rock.viscosity)
         });
         self.known.restart(self.count);
@@ -129,7 +129,7 @@ impl Search {
             self.trackers[..self.count].iter_mut().filter_map(|(_, tracker)| tracker.own());
         let tips = copies.filter(|(index, track)| *index == 0 && track.at <= at);
         let nearest = tips.map(|(_, track)| track).max_by(|a, b| a.at.total_cmp(&b.at));
-        let tip = &mut motion.tracks_mut()[0];
+        let tip = &mut motion.tracks[0];
         if let Some(track) = nearest.filter(|track| track.at > tip.at) {
             std::mem::swap(track, tip);
         }
@@ -165,7 +165,7 @@ impl Search {
             };
             tracker.limit(first.map_or(f64::INFINITY, |(at, _)| at), next.min(limit));
             for _ in 0..RUN {
-                tracker.extend(motion.tracks_mut(), &mut self.work);
+                tracker.extend(&mut motion.tracks, &mut self.work);
                 if let Some(beyond) = tracker.beyond
                     && tracker.root.is_some()
                 {
@@ -204,7 +204,7 @@ impl Search {
     /// Returns an error if the step's work is spent, or if instants are no longer finite.
     #[inline]
     fn check(&self, motion: &Motion, horizon: f64) -> Result<(), Error> {
-        let time = motion.state().epoch.value();
+        let time = motion.state.epoch.value();
         if horizon == f64::NEG_INFINITY {
             return Err(Error::NotFinite { time });
         }
@@ -213,7 +213,7 @@ impl Search {
 
     /// The same check for a second search, which has spent `work` and is proved up to `horizon`.
     pub fn check_beside(&self, motion: &Motion, work: &Work, horizon: f64) -> Result<(), Error> {
-        self.budget.check(motion, work, motion.state().epoch.value() + horizon)
+        self.budget.check(motion, work, motion.state.epoch.value() + horizon)
     }
 
     fn extend_barrier(&mut self, motion: &Motion, limit: f64) {
@@ -294,21 +294,21 @@ pub fn first(one: (f64, Event), other: (f64, Event)) -> (f64, Event) {
 
 /// A guard of the present mode as a function of time after the epoch, rising through zero.
 fn signal(motion: &Motion, guard: &Guard) -> Signal {
-    let (displacement, order) = guard.quantity.parts();
+    let Guard { displacement, order, .. } = *guard;
     let factor = guard.direction.sign();
-    let resolution = motion.model().resolutions[order];
+    let resolution = motion.model.resolutions[order];
     let level = guard.level - if order == 0 { motion.ahead(displacement) } else { 0.0 };
     let mut parts = [None; 2];
     for (part, (track, functional)) in parts.iter_mut().zip(motion.shares(displacement)) {
         *part = Some(Part { track, functional, factor });
     }
     let each = parts.into_iter().flatten();
-    let is_rate = matches!(guard.quantity, Quantity::Velocity(_));
+    let is_rate = order == 1;
     if each.clone().all(|part| motion.is_calm(part.track)) {
         let mut drift = [0.0; 3];
         for part in each {
-            let functional = &motion.tracks()[part.track].system.functionals[part.functional];
-            let state = motion.state();
+            let functional = &motion.tracks[part.track].system.functionals[part.functional];
+            let state = &motion.state;
             let moved = &state.anchors[part.track].driven.translation;
             functional.add_parabola(&state.loads, moved, factor, &mut drift);
         }
@@ -319,7 +319,7 @@ fn signal(motion: &Motion, guard: &Guard) -> Signal {
         // A part in which nothing oscillates belongs to the drift. (Only for displacements that involve a frame:
         // otherwise the track would be rotated in other steps, and round differently.)
         if motion.graph().is_of_frame(displacement) {
-            let system = |part: &Part| &motion.tracks()[part.track].system;
+            let system = |part: &Part| &motion.tracks[part.track].system;
             let moves = |part: &Part| !system(part).functionals[part.functional].still;
             let [one, other] = parts.map(|part| part.filter(moves));
             parts = [one.or(other), one.and(other)];

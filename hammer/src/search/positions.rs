@@ -6,7 +6,7 @@
 use super::tracker::GuardTracker;
 use super::work::Work;
 use super::{re_arm, signal};
-use crate::laws::event::{Direction, Displacement, Event, Guard, Quantity};
+use crate::laws::event::{Direction, Displacement, Event, Guard};
 use crate::modal::track::Track;
 use crate::motion::Motion;
 
@@ -22,13 +22,14 @@ impl Positions {
     /// whether the piston is beyond it.
     pub fn start(motion: &Motion, levels: &[(f64, bool)], from: f64) -> Self {
         let mut tracks: Vec<Track> =
-            (0..motion.tracks().len()).map(|index| motion.at_anchor(index)).collect();
+            (0..motion.tracks.len()).map(|index| motion.at_anchor(index)).collect();
         for track in &mut tracks {
             track.rotate_to(from);
         }
         let tracker = |&(level, beyond): &(f64, bool)| {
             let guard = Guard {
-                quantity: Quantity::Displacement(Displacement::Relative),
+                displacement: Displacement::Relative,
+                order: 0,
                 direction: if beyond { Direction::Falling } else { Direction::Rising },
                 level,
                 event: Event::CLOSING, // Never happens.

@@ -93,7 +93,7 @@ pub(crate) struct Budget {
 impl Budget {
     /// Begins a step.
     pub fn begin_step(&mut self, motion: &Motion, work: &Work) {
-        let coordinates: usize = motion.tracks().iter().map(|track| track.z.len()).sum();
+        let coordinates: usize = motion.tracks.iter().map(|track| track.z.len()).sum();
         self.price = (coordinates + BESIDE) as u64;
         self.start = *work;
         self.paid.set(0);
