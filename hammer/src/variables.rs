@@ -440,10 +440,8 @@ pub const ALONG: [Along; 6] = [
 
 /// A figure of every blow.
 pub struct OfBlow {
-    /// Name of the figure, without index.
+    /// Name of the figure, without index: `step_` before that of the output with the last blow's.
     pub name: &'static str,
-    /// Name of the output with the last blow's figure.
-    pub output: &'static str,
     /// What it is.
     pub description: &'static str,
     /// Reads it.
@@ -453,18 +451,18 @@ pub struct OfBlow {
 /// All figures of a blow.
 #[rustfmt::skip]
 pub const OF_BLOW: [OfBlow; 7] = [
-    OfBlow { name: "step_blow_time", output: "blow_time", description: "Instant of a blow", value: |blow| blow.time },
-    OfBlow { name: "step_blow_speed", output: "blow_speed", description: "Mean speed of the piston over the bit at a blow",
+    OfBlow { name: "step_blow_time", description: "Instant of a blow", value: |blow| blow.time },
+    OfBlow { name: "step_blow_speed", description: "Mean speed of the piston over the bit at a blow",
         value: |blow| blow.speed },
-    OfBlow { name: "step_blow_energy", output: "blow_energy", description: "Half the piston's mass times step_blow_speed squared",
+    OfBlow { name: "step_blow_energy", description: "Half the piston's mass times step_blow_speed squared",
         value: |blow| blow.energy },
-    OfBlow { name: "step_blow_period", output: "blow_period", description: "Time since the blow before, 0 for the first of all",
+    OfBlow { name: "step_blow_period", description: "Time since the blow before, 0 for the first of all",
         value: |blow| blow.period },
-    OfBlow { name: "step_blow_penetration", output: "blow_penetration", description: "Gain of the bit's tip since the blow before",
+    OfBlow { name: "step_blow_penetration", description: "Gain of the bit's tip since the blow before",
         value: |blow| blow.penetration },
-    OfBlow { name: "step_rop", output: "rop", description: "Rate of penetration of the hole since the blow before, by specific energy",
+    OfBlow { name: "step_rop", description: "Rate of penetration of the hole since the blow before, by specific energy",
         value: |blow| blow.rop },
-    OfBlow { name: "step_tip_rate", output: "tip_rate", description: "Gain of the bit's tip per time since the blow before",
+    OfBlow { name: "step_tip_rate", description: "Gain of the bit's tip per time since the blow before",
         value: |blow| blow.tip_rate },
 ];
 
@@ -472,16 +470,16 @@ impl OfBlow {
     /// True of an instant, which hosts count from their own zero.
     #[must_use]
     pub fn is_instant(&self) -> bool {
-        self.output == "blow_time"
+        self.name == "step_blow_time"
     }
 
     /// The row of the output with the last blow's figure; `None` only if the table lacks it.
     #[must_use]
     pub fn row(&self) -> Option<&'static Output> {
-        VARIABLES.iter().find(|row| row.name == self.output).and_then(|row| match &row.role {
-            Role::Output(output) => Some(output),
+        match Variable::named(self.name.strip_prefix("step_")?)?.1.role {
+            Role::Output(ref output) => Some(output),
             _ => None,
-        })
+        }
     }
 }
 

@@ -4,8 +4,8 @@
 //! or until they take too much memory. The integrals are then added one by one in order of time, so that reading an
 //! energy changes no bit of a later one.
 
-use super::interval::{self, Forms, Interval};
-use super::ledger::{Ledger, Sums};
+use super::interval::{self, Forms, Interval, Sums};
+use super::ledger::Ledger;
 use crate::error::Error;
 use serde::{Deserialize, Serialize};
 use std::fmt;

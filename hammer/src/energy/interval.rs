@@ -1,6 +1,5 @@
 //! The interval between two events. Its works, losses and forces follow from the states at both its ends.
 
-use super::ledger::Sums;
 use crate::error::Error;
 use crate::laws::event::Displacement;
 use crate::laws::mode::{Tie, Ties};
@@ -16,6 +15,7 @@ use crate::numerics::poly::Poly;
 use crate::quantities::parameters::Rock;
 use crate::scene::graph::CHANNELS;
 use crate::scene::graph::{Graph, Group};
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -33,6 +33,40 @@ pub(crate) const CROWDED: usize = 1 << 15;
 /// changes no bit of them.
 pub(crate) fn storable() -> usize {
     if STORED.load(Ordering::Relaxed) > PROCESS { CROWDED } else { MOST }
+}
+
+/// Sums over time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Sums {
+    /// Work of the loads, per channel, J.
+    pub work: [f64; CHANNELS],
+    /// Work dissipated in the bars, J.
+    pub damping: f64,
+    /// Work of the dashpot at the tip, J.
+    pub viscous: f64,
+    /// Work dissipated in the rock on loading, J.
+    pub rock: f64,
+    /// Energy put in by changing a parameter, J.
+    pub retuned: f64,
+    /// Impulse of `F_C`, N s.
+    pub contact_impulse: f64,
+    /// Impulse of `F_R`, N s.
+    pub rock_impulse: f64,
+}
+
+impl Sums {
+    /// Adds the sums of another interval.
+    pub fn add(&mut self, other: &Self) {
+        for (a, b) in self.work.iter_mut().zip(other.work) {
+            *a += b;
+        }
+        self.damping += other.damping;
+        self.viscous += other.viscous;
+        self.rock += other.rock;
+        self.retuned += other.retuned;
+        self.contact_impulse += other.contact_impulse;
+        self.rock_impulse += other.rock_impulse;
+    }
 }
 
 /// A force `k u + c u'`.

@@ -25,8 +25,8 @@ pub(crate) mod zeno;
 
 use crate::allowance::Allowance;
 use crate::energy::deferred::DeferredLedger;
-use crate::energy::interval::Interval;
-use crate::energy::ledger::{Ledger, Stored, Sums, damping_in_flight};
+use crate::energy::interval::{Interval, Sums};
+use crate::energy::ledger::{Ledger, Stored, damping_in_flight};
 use crate::energy::peaks::PeakSearch;
 use crate::error::{CorruptState, Error};
 use crate::laws::air::Opening;
