@@ -87,7 +87,7 @@ impl<'a> Host<'a> {
     pub fn set(&self, name: &str, value: f64) {
         let reference = [vr(name)];
         let status = match VARIABLES[reference[0] as usize].role {
-            Role::Parameter { slot: Slot::Integer(_) | Slot::Choice(..), .. } => {
+            Role::Parameter(row) if !matches!(row.slot, Slot::Real(..)) => {
                 self.library.set_ints(false, self.handle, &reference, &[value as i32])
             }
             _ => self.library.set_reals(self.handle, &reference, &[value]),
