@@ -473,10 +473,16 @@ impl OfBlow {
         self.name == "step_blow_time"
     }
 
-    /// The row of the output with the last blow's figure; `None` only if the table lacks it.
+    /// Name of the output with the last blow's figure.
+    #[must_use]
+    pub fn output(&self) -> &'static str {
+        self.name.trim_start_matches("step_")
+    }
+
+    /// The row of that output; `None` only if the table lacks it.
     #[must_use]
     pub fn row(&self) -> Option<&'static Output> {
-        match Variable::named(self.name.strip_prefix("step_")?)?.1.role {
+        match Variable::named(self.output())?.1.role {
             Role::Output(ref output) => Some(output),
             _ => None,
         }

@@ -64,7 +64,7 @@ mod _native {
         // of a rock's file with their units, purposes of a mesh with their usual errors.
         module.add("ARGUMENTS", Argument::all().map(Argument::name).collect::<Vec<_>>())?;
         module.add("MEANS", Averages::names().collect::<Vec<_>>())?;
-        let blow = OF_BLOW.iter().map(|figure| figure.output).chain(["rock_work"]);
+        let blow = OF_BLOW.iter().map(|figure| figure.output()).chain(["rock_work"]);
         module.add("BLOW", blow.collect::<Vec<_>>())?;
         let along = |f: &Along| (f.name, f.description, f.quantity.unit, f.quantity.display);
         module.add("ALONG", ALONG.iter().map(along).collect::<Vec<_>>())?;
