@@ -326,22 +326,25 @@ impl Series {
     /// How long the series holds, s: until one of its last two terms reaches the error allowed.
     pub(super) fn length(&self, air: &Air, problem: &Problem) -> f64 {
         let parameters = problem.parameters;
-        let mut length = problem.left.longest;
-        let mut look = |series: &Powers, scale: f64, allowed: f64| {
-            for k in [ORDER - 1, ORDER] {
-                let part = (series[k] / scale).abs();
-                if part.is_nan() {
-                    length = 0.0;
-                } else if part * math::powi(length, k) > allowed {
-                    length = math::pow(allowed / part, 1.0 / k as f64);
-                }
+        // Of both terms, the largest over what is allowed of it, if the length is 1 s.
+        let (mut most, mut sum) = ([0.0f64; 2], 0.0);
+        let mut look = |series: &Powers, allowed: f64| {
+            for (most, c) in most.iter_mut().zip(&series[ORDER - 1..]) {
+                let part = (c / allowed).abs();
+                (*most, sum) = (most.max(part), sum + part);
             }
         };
         let (error, instant) = (parameters.air.error, instant(parameters.air.error));
-        self.content.iter().for_each(|content| look(content, content[0], error));
-        self.pressures[2..].iter().for_each(|pressure| look(pressure, pressure[0], instant));
+        self.content.iter().for_each(|content| look(content, content[0] * error));
+        self.pressures[2..].iter().for_each(|pressure| look(pressure, pressure[0] * instant));
         if air.openings.as_flattened().contains(&Opening::Partial) {
-            look(&self.places[0], parameters.air.port_height, instant);
+            look(&self.places[0], parameters.air.port_height * instant);
+        }
+        let mut length = if sum.is_nan() { 0.0 } else { problem.left.longest };
+        for (k, most) in (ORDER - 1..).zip(most) {
+            if most * math::powi(length, k) > 1.0 {
+                length = math::pow(1.0 / most, 1.0 / k as f64);
+            }
         }
         let volumes = super::volumes(parameters, self.places.map(|place| place[0]));
         let positive = self.content.iter().all(|content| content[0] > 0.0);

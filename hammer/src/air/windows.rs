@@ -14,6 +14,8 @@ use std::array::from_fn;
 const LOOKS: usize = 8;
 /// Halvings of an interval in search of a negative value of a function that begins at zero.
 const SOON: usize = 20;
+/// Halvings of an eighth of a window that holds a zero, down to rounding.
+const HALVINGS: usize = 50;
 /// Largest error of a force at one instant by the projection, over the error asked of its mean; and the share
 /// of it that is allowed where a projection of fewer powers is tried.
 const LEFT_OUT: f64 = 10.0;
@@ -154,33 +156,17 @@ fn risen(
 }
 
 /// Where a function crosses zero upward between two places; `first`, if it is nowhere negative close behind it.
-fn root(first: f64, high: f64, function: impl Fn(f64) -> f64) -> f64 {
-    let at = |place: f64| [place, function(place)];
+fn root(first: f64, mut high: f64, function: impl Fn(f64) -> f64) -> f64 {
     // A function that begins at zero may fall before it rises.
-    let nearer = (1..=SOON).map(|k| at(first + math::powi(0.5, k) * (high - first)));
-    let below = std::iter::once(at(first)).chain(nearer).find(|[_, value]| *value < 0.0);
-    let (Some(mut low), mut high) = (below, at(high)) else { return first };
-    for step in 0..100 {
-        // Regula falsi; every third step bisects, since regula falsi may keep one end for long.
-        let middle = if step % 3 == 2 {
-            0.5 * (low[0] + high[0])
-        } else {
-            low[0] - low[1] * (high[0] - low[0]) / (high[1] - low[1])
-        };
-        if !(middle > low[0] && middle < high[0]) || high[0] - low[0] < 1e-14 {
-            break;
-        }
-        let found = function(middle);
-        if found < 0.0 {
-            low = [middle, found]
-        } else {
-            high = [middle, found]
-        }
-        if found == 0.0 {
-            break;
-        }
+    let mut nearer = (0..=SOON).map(|k| if k == 0 { 0.0 } else { math::powi(0.5, k) });
+    let below = nearer.find(|part| function(first + part * (high - first)) < 0.0);
+    let Some(part) = below else { return first };
+    let mut low = first + part * (high - first);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if function(middle) < 0.0 { low = middle } else { high = middle }
     }
-    high[0]
+    high
 }
 
 #[cfg(test)]

@@ -69,6 +69,12 @@ impl Drift {
         matches!(self, Self::High(_))
     }
 
+    /// True if [`Self::bends`] holds as long as the drift is valid, not only for the span asked.
+    #[inline]
+    pub fn is_bounded(&self) -> bool {
+        !matches!(self, Self::High(high) if high.bend.is_none())
+    }
+
     /// The first coefficients.
     #[inline]
     pub fn start(&self) -> [f64; 3] {

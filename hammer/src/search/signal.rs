@@ -127,6 +127,12 @@ impl Signal {
         t >= self.reach
     }
 
+    /// How long after `t` bounds of its drift hold, s.
+    #[inline]
+    pub(crate) fn left(&self, t: f64) -> f64 {
+        self.reach - t
+    }
+
     /// Longest step for a drift of high degree, s.
     pub(crate) fn long(&self) -> f64 {
         LONG.min(self.reach)
@@ -292,9 +298,9 @@ pub(crate) struct View<'a> {
 }
 
 impl View<'_> {
-    /// Evaluates the signal, with a drift that is at most a parabola, a tabulated span after the
-    /// track's instant, and leaves the modal vector there in `spare`. It reuses the earlier bounds
-    /// of `known`, if given: they hold for all later times.
+    /// Evaluates the signal a tabulated span after the track's instant, and leaves the modal vector
+    /// there in `spare`. It reuses the earlier bounds of `known`, if given: they hold for all later
+    /// times.
     #[inline]
     pub fn evaluate_ahead(
         &self,

@@ -244,7 +244,7 @@ impl GuardTracker {
             work.windows += 1;
             return self.window(tracks, t, amplitude, work);
         };
-        let far = is_far && !self.signal.drift.is_high();
+        let far = is_far && self.signal.drift.is_bounded();
         let [Some(part), None] = self.signal.parts else {
             self.clear = t + length;
             return;
