@@ -95,6 +95,7 @@ impl Ahead {
     ) -> bool {
         let ([Some(part), None], Some(mut here)) = (signal.parts, self.probe) else { return false };
         let (Some(track), longest) = (&mut self.own, signal.long()) else { return false };
+        let Some((most, _)) = Generator::level_below(longest) else { return false };
         let view = signal.view(part, &track.system);
         let ([rise, fall], before) = (signal.drift.bends(0.0, longest), self.age);
         let mut step = *clear - track.at;
@@ -106,8 +107,9 @@ impl Ahead {
             }
             let Some((short, _)) = worthy(step, here.curvature, here.amplitude) else { break };
             // The bound from the end of a double step must hold there.
-            let room = longest.min(signal.left(track.at));
-            let Some((most, _)) = Generator::level_below(room) else { break };
+            if signal.ends_before(track.at + Generator::length(short + DOUBLE_STEP)) {
+                break;
+            }
             self.age += 1;
             let bounds = (self.age < TRUSTED).then_some(&here);
             // A guard that is likely to cross before the end of a double step takes a shorter one.

@@ -127,12 +127,6 @@ impl Signal {
         t >= self.reach
     }
 
-    /// How long after `t` bounds of its drift hold, s.
-    #[inline]
-    pub(crate) fn left(&self, t: f64) -> f64 {
-        self.reach - t
-    }
-
     /// Longest step for a drift of high degree, s.
     pub(crate) fn long(&self) -> f64 {
         LONG.min(self.reach)
