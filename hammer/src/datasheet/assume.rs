@@ -203,7 +203,6 @@ impl Datasheet {
     }
 }
 
-/// Area of a circle, m2.
 pub(super) fn area(bore: f64) -> f64 {
     0.25 * PI * bore * bore
 }

@@ -20,7 +20,6 @@ const RETURNED: f64 = 0.16;
 /// Height to which a liquid lifts the piston under pressure, m, for a stroke of 1.
 pub(super) const LIFT: f64 = 0.03;
 
-/// The fluid that drives it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fluid {
     Air,
@@ -132,7 +131,6 @@ impl Kind {
         Blow { pressure, bore, mass, energy: f64::NAN, frequency: f64::NAN, flow, height }
     }
 
-    /// The hammer's value for a row.
     pub fn value(&self, row: &Row, off: &Point) -> f64 {
         self.blow(off, row.pressure).value(row.quantity).unwrap_or(row.given)
     }
@@ -218,13 +216,11 @@ impl Row {
 }
 
 impl Datasheet {
-    /// Rows for properties of the hammer.
     pub(super) fn of_hammer(&self) -> impl Iterator<Item = Row> + '_ {
         let all = [Quantity::Pressure, Quantity::Bore, Quantity::PistonMass];
         all.into_iter().filter_map(|quantity| Some(Row::new(quantity, self.get(quantity)?)))
     }
 
-    /// Rows for properties of the blow.
     pub(super) fn rows(&self) -> Vec<Row> {
         let air = self.fluid() == Fluid::Air;
         let known = self

@@ -169,7 +169,6 @@ impl Datasheet {
         Ok((scene, sample))
     }
 
-    /// The given value of a quantity.
     fn get(&self, quantity: Quantity) -> Option<f64> {
         self.known.iter().find(|(q, _)| *q == quantity).map(|(_, value)| *value)
     }

@@ -2,7 +2,6 @@
 
 use crate::quantities::domain::{Domain, ParameterError};
 
-/// A row of the list.
 struct Row {
     quantity: Quantity,
     name: &'static str,

@@ -21,11 +21,9 @@ const MOST: f64 = 0.95;
 const HARDNESS: f64 = 1.75;
 const FEED: f64 = 1.25;
 
-/// A hammer of the sample.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Member {
     pub blow: Blow,
-    /// Its statistical weight.
     pub weight: f64,
     /// Work to the rock over blow energy; stiffness of the rock, N/m.
     pub share: f64,
@@ -36,7 +34,6 @@ pub(super) struct Member {
     pub rate: f64,
 }
 
-/// The sample.
 pub(super) struct Sample {
     pub members: Vec<Member>,
     /// Dimensions of the median hammer.

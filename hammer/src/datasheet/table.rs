@@ -55,7 +55,6 @@ impl Scales {
     }
 }
 
-/// The table.
 pub(super) struct Table {
     nodes: Vec<Logs>,
 }
@@ -74,7 +73,6 @@ impl Table {
         Ok(TABLE.get_or_init(|| Self { nodes }))
     }
 
-    /// Simulates a node.
     fn node(pressure: f64, opening: f64) -> Result<Logs, DatasheetError> {
         let [pressure, opening] = [pressure, opening].map(math::exp);
         let hammer = |supply| {

@@ -35,7 +35,6 @@ pub(crate) fn storable() -> usize {
     if STORED.load(Ordering::Relaxed) > PROCESS { CROWDED } else { MOST }
 }
 
-/// Sums over time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sums {
     /// Work of the loads, per channel, J.
@@ -55,7 +54,6 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Adds the sums of another interval.
     pub fn add(&mut self, other: &Self) {
         for (a, b) in self.work.iter_mut().zip(other.work) {
             *a += b;
@@ -125,12 +123,10 @@ pub(crate) struct Interval {
     loading: Loading,
     /// System of the piston, while it flies alone.
     piston: Option<Arc<System>>,
-    /// The other groups.
     others: Vec<Other>,
     ties: Ties,
     spring: Spring,
     rock: Rock,
-    /// True if the bars are damped.
     damped: bool,
     /// Work given to the rock, J: dissipated on loading, and by the dashpot at the tip.
     pub given: [f64; 2],
@@ -164,7 +160,6 @@ enum Loading {
     /// Constant loads, with parabolas of the tip's track and of a free piston. Nearly all intervals are so, and take
     /// much less memory than polynomials of any degree.
     Constant { loads: [f64; CHANNELS], translations: [[f64; 3]; 2] },
-    /// All others.
     Varying(Box<Polynomials>),
 }
 

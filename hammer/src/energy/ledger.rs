@@ -165,7 +165,6 @@ impl Stored {
         }
     }
 
-    /// The energies at the epoch.
     pub fn at_epoch(motion: &Motion) -> Self {
         let mut tracks = motion.tracks.to_vec();
         for track in &mut tracks {
@@ -174,7 +173,6 @@ impl Stored {
         Self::of(motion, &tracks, 0.0)
     }
 
-    /// Its sum.
     pub fn total(&self) -> f64 {
         self.kinetic + self.strain + self.contact + self.rock
     }
@@ -190,7 +188,6 @@ pub struct Ledger {
 }
 
 impl From<Stored> for Ledger {
-    /// The ledger at the start.
     fn from(start: Stored) -> Self {
         Self { energy_start: start.total(), ..Self::default() }
     }

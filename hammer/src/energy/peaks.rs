@@ -98,7 +98,6 @@ impl PeakSearch {
         Self { searched, step_start, ..Self::default() }
     }
 
-    /// Begins a step at the present.
     pub fn begin_step(&mut self, motion: &Motion) {
         *self = Self::resume(Searched::default(), motion.state.now);
     }

@@ -89,7 +89,6 @@ impl Tie {
     /// Most ties of a scene.
     pub const COUNT: usize = 3 + MAX_RODS;
 
-    /// All ties.
     pub(crate) fn all() -> impl Iterator<Item = Self> {
         let joints = (0..).take(MAX_RODS).map(Self::Joint);
         [Self::Contact, Self::Chuck, Self::String].into_iter().chain(joints)
@@ -173,7 +172,6 @@ impl Ties {
         self
     }
 
-    /// True if a tie holds.
     pub(crate) fn hold(&self, tie: Tie) -> bool {
         self.of(tie) != TieState::Open
     }

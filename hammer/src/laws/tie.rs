@@ -20,7 +20,6 @@ use crate::quantities::parameters::Parameters;
 use crate::quantities::sections::{Body, Segment};
 use crate::quantities::table::name_of;
 
-/// The law of a tie.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TieLaw {
     /// Stiffness and viscosity while it holds.

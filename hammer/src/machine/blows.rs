@@ -82,7 +82,6 @@ pub(crate) enum Closing {
 }
 
 impl Progress {
-    /// All instants stored.
     pub(crate) fn instants(&self) -> impl Iterator<Item = Double> + '_ {
         let milestones = self.milestones.iter().flatten().map(|milestone| milestone.time);
         // Before the first blow the last one has no time.

@@ -83,7 +83,6 @@ struct Cycle {
     rises: bool,
 }
 
-/// The state of the exchange.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Exchange {
     /// Last value set of each input, if it is a constant.

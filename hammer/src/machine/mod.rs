@@ -135,7 +135,6 @@ impl Machine {
         Ok(machine)
     }
 
-    /// The hammer in motion.
     pub(crate) fn motion(&self) -> &Motion {
         &self.motion
     }
@@ -186,7 +185,6 @@ impl Machine {
         self.resume()
     }
 
-    /// Adds a constant to an input.
     pub(crate) fn add_to_input(&mut self, input: Input, constant: f64) -> Result<(), Error> {
         let state = &self.motion.state;
         let mut poly = state.inputs.of(input).shifted(state.now);
@@ -389,7 +387,6 @@ impl Machine {
         Ok(())
     }
 
-    /// Starts the search for the next event at the epoch.
     fn restart_search(&mut self) {
         self.views = Views::default();
         self.search.start(&self.motion);

@@ -48,7 +48,6 @@ pub struct PointMotion {
 #[derive(Clone, Debug)]
 pub struct Motion {
     pub(crate) model: Model,
-    /// State at the epoch.
     pub(crate) state: MotionState,
     /// The tracks where the search left them: each is an anchor's vector, at or after its instant.
     pub(crate) tracks: Vec<Track>,
@@ -104,12 +103,10 @@ impl Motion {
         self.is_steady() || is_calm()
     }
 
-    /// Discrete state.
     pub(crate) fn mode(&self) -> Mode {
         self.state.mode
     }
 
-    /// Bodies and ties.
     pub(crate) fn graph(&self) -> &Graph {
         &self.model.graph
     }
@@ -163,7 +160,6 @@ impl Motion {
         reaches.fold(of_air.min(line), f64::min)
     }
 
-    /// The track of an anchor.
     pub(crate) fn at_anchor(&self, index: usize) -> Track {
         let anchor = &self.state.anchors[index];
         Track { system: self.tracks[index].system.clone(), z: anchor.z.clone(), at: anchor.at }
@@ -369,7 +365,6 @@ impl Motion {
         self.steady = self.state.is_steady();
     }
 
-    /// Sets an input from the epoch on.
     pub(crate) fn set_input(&mut self, input: Input, poly: Poly) {
         self.state.inputs.0[input as usize] = poly;
         self.reload();

@@ -71,7 +71,6 @@ pub(crate) struct Edge {
     pub upper: Option<usize>,
     /// The body below.
     pub lower: usize,
-    /// Both bodies.
     pub ends: Bodies,
     /// All bodies that it separates from the bit.
     pub beyond: Bodies,
@@ -226,7 +225,6 @@ impl Graph {
         &self.bodies[self.bit]
     }
 
-    /// A tie, if the scene has it.
     pub(crate) fn edge(&self, tie: Tie) -> Option<&Edge> {
         self.ties.iter().find(|edge| edge.tie == tie)
     }
@@ -244,7 +242,6 @@ impl Graph {
         }
     }
 
-    /// The group of a body.
     fn group_of(&self, body: usize, mode: &Mode) -> Group {
         let bodies = self.joined_to(body, |tie| mode.ties.hold(tie));
         let spring = bodies.have(self.bit).then(|| Spring::of(mode.rock));

@@ -12,18 +12,14 @@ const _: () = assert!(TERMS <= TAYLOR);
 /// A polynomial of time, by its degree.
 #[derive(Clone, Debug)]
 pub(crate) enum Drift {
-    /// Constant.
     Still(f64),
-    /// Parabola.
     Parabola([f64; 3]),
     /// Higher degree: an input has derivatives.
     High(Box<High>),
 }
 
-/// A drift of high degree.
 #[derive(Clone, Debug)]
 pub(crate) struct High {
-    /// The polynomial.
     pub poly: Poly,
     /// Bound on `|p''|` while the polynomial is valid; none if that is longer than a step may be.
     bend: Option<f64>,
@@ -57,7 +53,6 @@ impl Drift {
         self
     }
 
-    /// Its value, if it is constant.
     #[inline]
     pub fn constant(&self) -> Option<f64> {
         if let Self::Still(c) = self { Some(*c) } else { None }

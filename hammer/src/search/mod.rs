@@ -116,7 +116,6 @@ impl Search {
         sums
     }
 
-    /// Ends the search.
     pub fn stop(&mut self) {
         self.count = 0;
         self.barrier = None;

@@ -28,9 +28,7 @@ pub struct Part {
 /// A signal at one instant.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Probe {
-    /// Value.
     pub value: f64,
-    /// Rate.
     pub slope: f64,
     /// Bound on the modal part from now on.
     pub amplitude: f64,

@@ -53,7 +53,6 @@ impl Work {
         self.samples += 1;
     }
 
-    /// Counts panels of the barrier's series.
     pub(super) fn count_panels(&mut self, panels: u64) {
         self.barrier += PANEL * panels;
     }
@@ -91,7 +90,6 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    /// Begins a step.
     pub fn begin_step(&mut self, motion: &Motion, work: &Work) {
         let coordinates: usize = motion.tracks.iter().map(|track| track.z.len()).sum();
         self.price = (coordinates + BESIDE) as u64;
