@@ -144,7 +144,7 @@ fn the_chucks_force_on_an_advised_casing_errs_by_no_more_than_was_asked_for() {
     // A chuck that is stiffer than the contact also makes the bit's sharpest front.
     let width = bare.front_width();
     (bare.casing.mass, bare.chuck.stiffness) = (40.0, 4.0 * bare.contact.stiffness);
-    let z = bare.impedance();
+    let z = bare.impedance_of(bare.cross_section);
     let chuck = bare.wave_speed() * z / bare.chuck.stiffness;
     assert!((bare.front_width() / chuck - 1.0).abs() < 1e-14 && chuck < width);
 }

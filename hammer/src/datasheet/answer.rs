@@ -29,7 +29,7 @@ impl Datasheet {
         sample: &Sample,
     ) -> Result<Solution, DatasheetError> {
         let found = self.found(&base, sample);
-        let compared = sample.solved().iter().map(|(row, solved)| {
+        let compared = sample.solved.iter().map(|(row, solved)| {
             let Row { quantity, pressure, given, .. } = *row;
             (*row, Comparison { quantity, pressure, given, solved: *solved })
         });

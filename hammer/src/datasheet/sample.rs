@@ -38,7 +38,8 @@ pub(super) struct Sample {
     pub members: Vec<Member>,
     /// Dimensions of the median hammer.
     pub hammer: Blow,
-    solved: Vec<(Row, f64)>,
+    /// The given numbers, and the medians of the sample.
+    pub solved: Vec<(Row, f64)>,
     /// Median impact speed before the limit of steel is applied, m/s.
     pub asked_speed: f64,
 }
@@ -112,11 +113,6 @@ impl Sample {
             member.specific_energy *= measured.unwrap_or(SHARE.0) / SHARE.0;
             member.share = share;
         }
-    }
-
-    /// The given numbers, and the medians of the sample.
-    pub fn solved(&self) -> &[(Row, f64)] {
-        &self.solved
     }
 
     /// Median of a number, and the range of 80 %.

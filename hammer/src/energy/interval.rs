@@ -142,24 +142,15 @@ struct Other {
     driven: Driven,
 }
 
-impl Other {
-    fn new(motion: &Motion, index: usize, end: &Track) -> Self {
-        let anchor = &motion.state.anchors[index];
-        Self {
-            group: anchor.group,
-            system: end.system.clone(),
-            ends: [&anchor.z, &end.z[..]].concat(),
-            driven: anchor.driven.clone(),
-        }
-    }
-}
-
 /// Loads over an interval, and the polynomial part of its motion.
 #[derive(Debug)]
 enum Loading {
     /// Constant loads, with parabolas of the tip's track and of a free piston. Nearly all intervals are so, and take
     /// much less memory than polynomials of any degree.
-    Constant { loads: [f64; CHANNELS], translations: [[f64; 3]; 2] },
+    Constant {
+        loads: [f64; CHANNELS],
+        translations: [[f64; 3]; 2],
+    },
     Varying(Box<Polynomials>),
 }
 
@@ -207,15 +198,22 @@ impl Interval {
         let (state, model) = (&motion.state, &motion.model);
         let anchor = &state.anchors[0];
         let system = |index: usize| motion.tracks[index].system.clone();
+        let ends = |index: usize| [&state.anchors[index].z[..], &tracks[index].z].concat();
+        let other = |index: usize| Other {
+            group: state.anchors[index].group,
+            system: system(index),
+            ends: ends(index),
+            driven: state.anchors[index].driven.clone(),
+        };
         let mut stretch = Self {
             graph: model.graph.clone(),
             group: anchor.group,
             system: system(0),
-            ends: [&anchor.z, &tracks[0].z[..]].concat(),
+            ends: ends(0),
             span,
             loading: Loading::new(motion),
             piston: motion.flying().map(system),
-            others: motion.others().map(|i| Other::new(motion, i, &tracks[i])).collect(),
+            others: motion.others().map(other).collect(),
             ties: state.mode.ties,
             spring: motion.spring(),
             rock: motion.parameters().rock,
@@ -229,10 +227,6 @@ impl Interval {
 
     fn start(&self) -> &[f64] {
         &self.ends[..self.ends.len() / 2]
-    }
-
-    fn end(&self) -> &[f64] {
-        &self.ends[self.ends.len() / 2..]
     }
 
     /// The track on which a force acts, at its start.
@@ -280,10 +274,11 @@ impl Interval {
     }
 
     fn stretch<'a>(&'a self, polynomials: &'a Polynomials) -> Stretch<'a> {
+        let (start, end) = self.ends.split_at(self.ends.len() / 2);
         Stretch {
             system: &self.system,
-            start: self.start(),
-            end: self.end(),
+            start,
+            end,
             span: self.span,
             loads: &polynomials.loads,
             driven: &polynomials.driven[0],

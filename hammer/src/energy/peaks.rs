@@ -89,7 +89,7 @@ pub(crate) struct PeakSearch {
     /// Peaks of the intervals before those.
     searched: Searched,
     /// Start of the present step after the epoch, s (0 if before).
-    step_start: f64,
+    pub step_start: f64,
 }
 
 impl PeakSearch {
@@ -143,11 +143,6 @@ impl PeakSearch {
             pending.fold(&mut searched);
         }
         searched
-    }
-
-    /// Start of the present step after the epoch, s (0 if before).
-    pub fn step_start(&self) -> f64 {
-        self.step_start
     }
 
     /// Peaks of the step up to the present.

@@ -222,8 +222,8 @@ impl Machine {
     }
 
     /// Begins a communication step: replaces the inputs by the values that belong to its middle. Returns the piston's
-    /// relative position if the step's work is compared.
-    pub(super) fn begin_exchange(&mut self, to: f64) -> Result<Option<f64>, Error> {
+    /// relative position and the force from now on if the step's work is compared.
+    pub(super) fn begin_exchange(&mut self, to: f64) -> Result<Option<(f64, Poly)>, Error> {
         let (now, drive) = (self.time(), self.parameters().drive);
         if !matches!(drive.source, Source::Force | Source::Pressure) || to <= now {
             return Ok(None);
@@ -232,7 +232,7 @@ impl Machine {
         let (goes_on, size, before) = (self.exchange.goes_on(now), to - now, self.exchange.last);
         let changed = before.is_none_or(|(_, before)| before != values);
         if goes_on && !changed {
-            return Ok(Some(self.relative_place()));
+            return Ok(Some(self.begun()));
         }
         if goes_on {
             // A jump, as a valve makes it after an event: no straight line joins it to the last value.
@@ -256,7 +256,7 @@ impl Machine {
             self.exchange.compare([instant, drive.of_values(&values)]);
         }
         self.exchange.last = Some(([now, to], values));
-        Ok(Some(self.relative_place()))
+        Ok(Some(self.begun()))
     }
 
     /// Replaces the constant inputs by extrapolated values.
@@ -276,26 +276,21 @@ impl Machine {
         if polys.is_empty() { Ok(()) } else { self.put(&polys) }
     }
 
-    fn relative_place(&self) -> f64 {
-        self.kinematics().relative.displacement
-    }
-
     /// Ends the step that [`Self::begin_exchange`] began at `from`, with the piston's position then and the force
     /// that acted.
     pub(super) fn end_exchange(&mut self, from: f64, begun: Option<(f64, Poly)>) {
         let to = self.time();
         let Some((place, force)) = begun.filter(|_| to > from) else { return };
-        let piece = Piece { span: [from, to], place: [place, self.relative_place()], force };
-        self.exchange.add(piece, self.counters.blows);
+        let place = [place, self.kinematics().relative.displacement];
+        self.exchange.add(Piece { span: [from, to], place, force }, self.counters.blows);
     }
 
-    /// Force of the drive's inputs as a polynomial from now on, N.
-    pub(super) fn handed_force(&self) -> Poly {
+    /// The piston's relative position, m, and the force of the drive's inputs from now on, N.
+    fn begun(&self) -> (f64, Poly) {
         let (state, drive) = (&self.motion.state, self.parameters().drive);
-        let mut sum = Poly::default();
-        for input in Input::ALL {
-            sum = sum.plus(drive.force_per(input), &state.inputs.of(input).shifted(state.now));
-        }
-        sum
+        let force = Input::ALL.into_iter().fold(Poly::default(), |sum, input| {
+            sum.plus(drive.force_per(input), &state.inputs.of(input).shifted(state.now))
+        });
+        (self.kinematics().relative.displacement, force)
     }
 }

@@ -236,8 +236,7 @@ impl Machine {
         if !(to.is_finite() && to >= self.time()) {
             return Err(Error::Backwards { from: self.time(), to });
         }
-        let (from, place) = (self.time(), self.begin_exchange(to)?);
-        let force = place.map(|_| self.handed_force());
+        let (from, begun) = (self.time(), self.begin_exchange(to)?);
         if self.views.ledger.get().is_some() {
             self.ledger.settle(); // Evaluated once here, not at every read.
         }
@@ -258,7 +257,7 @@ impl Machine {
             }
             self.failure = Some(error.clone()).filter(|error| !matches!(error, Error::Cancelled));
         }
-        self.end_exchange(from, place.zip(force));
+        self.end_exchange(from, begun);
         done
     }
 
@@ -401,7 +400,7 @@ impl Machine {
             counters: Counters { basis_changes: self.motion.basis_changes, ..self.counters },
             blows: self.blows.clone(),
             peaks: self.peaks.recorded(),
-            step_start: self.peaks.step_start(),
+            step_start: self.peaks.step_start,
             zeno: self.zeno,
             exchange: self.exchange.clone(),
         }

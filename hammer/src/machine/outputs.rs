@@ -211,7 +211,7 @@ impl<'a> Present<'a> {
                 [edge.upper.is_some_and(|body| bodies.have(body)), bodies.have(edge.lower)];
             push(f64::from(u8::from(below)) - f64::from(u8::from(above)), tied.force);
         }
-        if graph.at_bit(bodies) {
+        if bodies.have(graph.bit) {
             push(-1.0, self.rock);
         }
         let mass = graph.mass(bodies);

@@ -57,7 +57,7 @@ impl Model {
             edge.law.line.stiffness * (above + square(&graph.bodies[edge.lower].top))
         };
         let ties: f64 = graph.ties.iter().map(tied).sum();
-        (mesh + ties + rock * square(&graph.lowest().bottom)).sqrt()
+        (mesh + ties + rock * square(&graph.bodies[graph.bit].bottom)).sqrt()
     }
 
     /// The model with other tunable parameters, without the systems that depend on a changed one.

@@ -30,11 +30,6 @@ impl Parameters {
         (self.material.youngs_modulus / self.material.density).sqrt()
     }
 
-    /// Impedance `Z = A sqrt(E rho)` of the uniform bodies' section, N s/m.
-    pub fn impedance(&self) -> f64 {
-        self.impedance_of(self.cross_section)
-    }
-
     /// Impedance `Z = A sqrt(E rho)` of a section of this area (m2), N s/m.
     pub fn impedance_of(&self, area: f64) -> f64 {
         area * (self.material.youngs_modulus * self.material.density).sqrt()

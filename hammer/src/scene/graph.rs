@@ -86,8 +86,8 @@ pub struct Graph {
     pub frame: usize,
     /// True if air drives the piston.
     aired: bool,
-    /// The body of the bit.
-    bit: usize,
+    /// The body of the bit, which ends at the rock.
+    pub(crate) bit: usize,
     /// Displacements of which groups have shares, with the bodies that contribute.
     listed: Vec<(Displacement, Bodies)>,
     /// Displacements on which loads do work, with their bodies, and the share of each channel's load.
@@ -218,11 +218,6 @@ impl Graph {
     /// True if so many groups are possible that data of pairs of them is not stored.
     pub(crate) fn is_loose(&self) -> bool {
         self.bit > 1
-    }
-
-    /// The body that ends at the rock.
-    pub(crate) fn lowest(&self) -> &Bar {
-        &self.bodies[self.bit]
     }
 
     pub(crate) fn edge(&self, tie: Tie) -> Option<&Edge> {
@@ -419,10 +414,5 @@ impl Graph {
             // Positions of ties are stored relative to where they close.
             Displacement::Tip | Displacement::Tie(_) | Displacement::Top(_) => 0.0,
         }
-    }
-
-    /// True if the bit is among the bodies.
-    pub(crate) fn at_bit(&self, bodies: Bodies) -> bool {
-        bodies.have(self.bit)
     }
 }

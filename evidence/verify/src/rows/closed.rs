@@ -39,7 +39,7 @@ pub fn strike(p: &Parameters, until: f64) -> Result<Struck, Error> {
     m.keep_journal(true);
     let (transit, start) = (p.timescales().piston_transit, mesh::strike());
     m.advance(start + until * transit)?;
-    let (force, mass) = (p.impedance() * SPEED, p.piston_mass());
+    let (force, mass) = (p.impedance_of(p.cross_section) * SPEED, p.piston_mass());
     let at = |t: f64| (t - start) / transit;
     let (mut opened, mut flight, mut first, mut second) = (f64::NAN, 0.0, f64::NAN, f64::NAN);
     for record in m.take_journal().iter().filter(|r| r.event.is_contact()) {

@@ -58,7 +58,7 @@ pub fn spread(p: &Parameters, transits: f64) -> f64 {
     let n = p.piston.elements as f64;
     let airy = (transits / (8.0 * n * n)).cbrt();
     let damping = (p.material.damping_time * transits / transit).sqrt();
-    let penalty = p.impedance() / (2.0 * p.contact.stiffness) / transit;
+    let penalty = p.impedance_of(p.cross_section) / (2.0 * p.contact.stiffness) / transit;
     airy + damping + penalty
 }
 
