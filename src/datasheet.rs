@@ -61,7 +61,7 @@ fn solve(request: &str) -> Result<String, String> {
         let _ = writeln!(text, "set\t{name}\t{value}");
     }
     for row in &found.compared {
-        let (name, unit) = (row.quantity.name(), row.quantity.unit());
+        let (name, unit) = (row.quantity.name(), row.quantity.entry().unit);
         let _ = writeln!(text, "compared\t{name}\t{}\t{}\t{unit}", row.given, row.solved);
     }
     for row in &found.found {

@@ -51,7 +51,7 @@ fn the_scene_strikes_as_the_sample_says() {
 fn what_is_given_is_met() {
     let solution = solved(&[(PistonMass, 8.6), (BlowEnergy, 375.0), (Frequency, 30.0)]);
     for compared in &solution.compared {
-        assert!(compared.off().abs() < compared.quantity.error(), "{compared:?}");
+        assert!(compared.off().abs() < compared.quantity.entry().error, "{compared:?}");
     }
     assert!(solution.contradictions.is_empty(), "{:?}", solution.contradictions);
     // 80 % of a normal number lie within 1.28 of its errors; what is known of the rest of the hammer narrows it.

@@ -7,7 +7,7 @@ use crate::licenses::{self, License};
 use crate::{About, Failure, presets, tell};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use hammer::datasheet::Quantity;
+use hammer::datasheet::{Entry, Quantity};
 use hammer::presets::ROCKS;
 use sha2::{Digest, Sha256};
 use std::ffi::OsStr;
@@ -102,8 +102,7 @@ fn texts(folder: &Path) -> Result<String, Failure> {
 /// What a datasheet may give, as JSON: numbers, and the rock by name.
 fn choices() -> Result<String, Failure> {
     let rows = Quantity::all().map(|quantity| {
-        let (unit, factor) = quantity.field_unit();
-        let (name, meaning) = (quantity.name(), quantity.meaning());
+        let Entry { name, meaning, field: (unit, factor), .. } = quantity.entry();
         serde_json::json!({ "name": name, "meaning": meaning, "field_unit": unit, "factor": factor })
     });
     let rocks: Vec<_> = ROCKS.iter().map(|rock| rock.name).collect();

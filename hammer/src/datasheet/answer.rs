@@ -235,7 +235,7 @@ impl Datasheet {
 /// A sentence about a given number that cannot be met.
 fn sentence(compared: &Comparison) -> String {
     let Comparison { quantity, pressure, given, solved } = *compared;
-    let ((unit, size), name) = (quantity.field_unit(), quantity.name());
+    let ((unit, size), name) = (quantity.entry().field, quantity.name());
     let off = 100.0 * compared.off();
     let [given, solved] = [given / size, solved / size].map(digits);
     let (size, side) = (off.abs(), if off > 0.0 { "more" } else { "less" });

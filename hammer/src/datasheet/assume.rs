@@ -118,7 +118,7 @@ impl Datasheet {
         let fluid = self.fluid();
         let liquid = fluid == Fluid::Liquid;
         let given = |quantity: Quantity, value: f64, error: f64| match self.get(quantity) {
-            Some(value) => (value, quantity.error()),
+            Some(value) => (value, quantity.entry().error),
             None => (value, error),
         };
         let [least, most] = BORE;

@@ -201,7 +201,7 @@ pub(super) struct Row {
 impl Row {
     /// A row for a given number, with the usual error of its quantity.
     fn new(quantity: Quantity, given: f64) -> Self {
-        let error = quantity.error();
+        let error = quantity.entry().error;
         Self { quantity, given, error, pressure: None, series: 0, assumed: false }
     }
 

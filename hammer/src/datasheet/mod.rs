@@ -23,7 +23,7 @@ mod sample;
 mod table;
 
 pub use answer::TURN;
-pub use quantity::Quantity;
+pub use quantity::{Entry, Quantity};
 pub use sample::spread;
 
 use crate::error::Error;

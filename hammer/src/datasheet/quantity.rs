@@ -2,17 +2,21 @@
 
 use crate::quantities::domain::{Domain, ParameterError};
 
-struct Row {
+/// What is known of a number that a datasheet may give.
+pub struct Entry {
     quantity: Quantity,
-    name: &'static str,
-    unit: &'static str,
+    /// Name, as an argument.
+    pub name: &'static str,
+    /// SI unit; `1` for a ratio.
+    pub unit: &'static str,
     /// Unit in which the trade writes it, and its size in the SI unit.
-    field: (&'static str, f64),
-    /// Least and largest of real hammers.
-    range: [f64; 2],
-    /// Relative standard error of a datasheet's number; none if it is not fitted.
-    error: Option<f64>,
-    meaning: &'static str,
+    pub field: (&'static str, f64),
+    /// Least and largest of real hammers, SI.
+    pub range: [f64; 2],
+    /// Relative standard error of a datasheet's number; infinite if it is not fitted.
+    pub error: f64,
+    /// Its meaning.
+    pub meaning: &'static str,
 }
 
 macro_rules! list {
@@ -23,7 +27,7 @@ macro_rules! list {
             $(#[doc = $meaning] $quantity,)+
         }
 
-        const TABLE: &[Row] = &[$(Row {
+        const TABLE: &[Entry] = &[$(Entry {
             quantity: Quantity::$quantity,
             name: $name,
             unit: $unit,
@@ -39,27 +43,27 @@ macro_rules! list {
 // yields beyond 25. Errors are the scatter of makers' numbers.
 #[rustfmt::skip]
 list! {
-    Pressure, "pressure", "Pa", ("bar", 1e5), [1e4, 1e8], Some(0.05), "Supply pressure over that of the exhaust";
-    Bore, "bore", "m", ("mm", 1e-3), [5e-3, 1.0], Some(0.01), "Diameter on which the pressure acts";
-    Stroke, "stroke", "m", ("mm", 1e-3), [1e-3, 1.0], Some(0.05), "From the bit to where the piston turns";
-    PistonMass, "piston_mass", "kg", ("kg", 1.0), [0.05, 2000.0], Some(0.01), "Mass of the piston";
-    BlowEnergy, "blow_energy", "J", ("J", 1.0), [0.5, 5e4], Some(0.05), "Energy of the piston just before it meets the bit";
-    Frequency, "frequency", "Hz", ("1/min", 1.0 / 60.0), [0.5, 500.0], Some(0.02), "Blows per time";
-    ImpactSpeed, "impact_speed", "m/s", ("m/s", 1.0), [0.5, 25.0], Some(0.05), "Speed of the piston just before it meets the bit";
-    Power, "power", "W", ("kW", 1e3), [10.0, 1e6], Some(0.05), "Blow energy times frequency";
-    AirFlow, "air_flow", "m3/s", ("m3/min", 1.0 / 60.0), [1e-4, 5.0], Some(0.15), "Volume of free air per time";
-    Flow, "flow", "m3/s", ("l/min", 1e-3 / 60.0), [1e-6, 0.1], Some(0.25), "Volume of oil or water per time: with the pressure, the power that it brings";
-    Rate, "rop", "m/s", ("m/h", 1.0 / 3600.0), [1e-6, 0.2], Some(0.1), "Measured rate of penetration";
-    Effectiveness, "effectiveness", "1", ("1", 1.0), [1e-3, 1.0], Some(0.02), "Mean driving pressure over the supply's";
-    PistonLength, "piston_length", "m", ("mm", 1e-3), [0.01, 5.0], None, "Length of the piston; as slender as the scene's if not given";
-    BitMass, "bit_mass", "kg", ("kg", 1.0), [0.05, 2000.0], None, "Mass of the bit; as long as the piston if not given";
-    OuterDiameter, "od", "m", ("mm", 1e-3), [0.02, 2.0], None, "Outside diameter of the hammer: says which bore, piston and feed fit";
-    Length, "length", "m", ("mm", 1e-3), [0.1, 10.0], None, "Length of the hammer, in which the piston must have room for its stroke";
-    Hole, "hole", "m", ("mm", 1e-3), [0.02, 2.0], None, "Diameter of the hole: the rock's stiffness, viscosity and barrier grow with its area";
-    Feed, "feed", "N", ("kN", 1e3), [1.0, 1e6], None, "Feed force";
-    Pipe, "pipe", "m", ("mm", 1e-3), [0.01, 2.0], None, "Outside diameter of the drill pipe, past which the flushing air rises";
-    Rotation, "rotation", "Hz", ("1/min", 1.0 / 60.0), [0.01, 10.0], None, "Turns of the bit per time";
-    DampingRatio, "damping_ratio", "1", ("1", 1.0), [0.0, 0.5], None, "Damping ratio of the piston's first elastic mode";
+    Pressure, "pressure", "Pa", ("bar", 1e5), [1e4, 1e8], 0.05, "Supply pressure over that of the exhaust";
+    Bore, "bore", "m", ("mm", 1e-3), [5e-3, 1.0], 0.01, "Diameter on which the pressure acts";
+    Stroke, "stroke", "m", ("mm", 1e-3), [1e-3, 1.0], 0.05, "From the bit to where the piston turns";
+    PistonMass, "piston_mass", "kg", ("kg", 1.0), [0.05, 2000.0], 0.01, "Mass of the piston";
+    BlowEnergy, "blow_energy", "J", ("J", 1.0), [0.5, 5e4], 0.05, "Energy of the piston just before it meets the bit";
+    Frequency, "frequency", "Hz", ("1/min", 1.0 / 60.0), [0.5, 500.0], 0.02, "Blows per time";
+    ImpactSpeed, "impact_speed", "m/s", ("m/s", 1.0), [0.5, 25.0], 0.05, "Speed of the piston just before it meets the bit";
+    Power, "power", "W", ("kW", 1e3), [10.0, 1e6], 0.05, "Blow energy times frequency";
+    AirFlow, "air_flow", "m3/s", ("m3/min", 1.0 / 60.0), [1e-4, 5.0], 0.15, "Volume of free air per time";
+    Flow, "flow", "m3/s", ("l/min", 1e-3 / 60.0), [1e-6, 0.1], 0.25, "Volume of oil or water per time: with the pressure, the power that it brings";
+    Rate, "rop", "m/s", ("m/h", 1.0 / 3600.0), [1e-6, 0.2], 0.1, "Measured rate of penetration";
+    Effectiveness, "effectiveness", "1", ("1", 1.0), [1e-3, 1.0], 0.02, "Mean driving pressure over the supply's";
+    PistonLength, "piston_length", "m", ("mm", 1e-3), [0.01, 5.0], f64::INFINITY, "Length of the piston; as slender as the scene's if not given";
+    BitMass, "bit_mass", "kg", ("kg", 1.0), [0.05, 2000.0], f64::INFINITY, "Mass of the bit; as long as the piston if not given";
+    OuterDiameter, "od", "m", ("mm", 1e-3), [0.02, 2.0], f64::INFINITY, "Outside diameter of the hammer: says which bore, piston and feed fit";
+    Length, "length", "m", ("mm", 1e-3), [0.1, 10.0], f64::INFINITY, "Length of the hammer, in which the piston must have room for its stroke";
+    Hole, "hole", "m", ("mm", 1e-3), [0.02, 2.0], f64::INFINITY, "Diameter of the hole: the rock's stiffness, viscosity and barrier grow with its area";
+    Feed, "feed", "N", ("kN", 1e3), [1.0, 1e6], f64::INFINITY, "Feed force";
+    Pipe, "pipe", "m", ("mm", 1e-3), [0.01, 2.0], f64::INFINITY, "Outside diameter of the drill pipe, past which the flushing air rises";
+    Rotation, "rotation", "Hz", ("1/min", 1.0 / 60.0), [0.01, 10.0], f64::INFINITY, "Turns of the bit per time";
+    DampingRatio, "damping_ratio", "1", ("1", 1.0), [0.0, 0.5], f64::INFINITY, "Damping ratio of the piston's first elastic mode";
 }
 
 impl Quantity {
@@ -71,41 +75,17 @@ impl Quantity {
     /// Whether it is a property of a blow, not of the hammer.
     pub(super) fn of_blow(self) -> bool {
         let of_hammer = [Self::Pressure, Self::Bore, Self::PistonMass, Self::Rate];
-        self.error().is_finite() && !of_hammer.contains(&self)
+        self.entry().error.is_finite() && !of_hammer.contains(&self)
     }
 
-    fn row(self) -> &'static Row {
+    /// What is known of it.
+    pub fn entry(self) -> &'static Entry {
         &TABLE[self as usize]
     }
 
     /// Name, as an argument.
     pub fn name(self) -> &'static str {
-        self.row().name
-    }
-
-    /// SI unit; `1` for a ratio.
-    pub fn unit(self) -> &'static str {
-        self.row().unit
-    }
-
-    /// Unit in which the trade writes it, and its size in the SI unit.
-    pub fn field_unit(self) -> (&'static str, f64) {
-        self.row().field
-    }
-
-    /// Its meaning.
-    pub fn meaning(self) -> &'static str {
-        self.row().meaning
-    }
-
-    /// Least and largest of real hammers, SI.
-    pub fn range(self) -> [f64; 2] {
-        self.row().range
-    }
-
-    /// Relative standard error of a datasheet's number; infinite if it is not fitted.
-    pub fn error(self) -> f64 {
-        self.row().error.unwrap_or(f64::INFINITY)
+        self.entry().name
     }
 
     /// Refuses a number that no hammer has.
@@ -113,8 +93,7 @@ impl Quantity {
     /// # Errors
     /// The number is not in the range of real hammers.
     pub fn check(self, value: f64) -> Result<(), ParameterError> {
-        let [low, high] = self.range();
-        let unit = self.unit().trim_start_matches('1');
-        Domain::Between(low, high).check(self.name(), value, unit)
+        let Entry { name, unit, range: [low, high], .. } = *self.entry();
+        Domain::Between(low, high).check(name, value, unit.trim_start_matches('1'))
     }
 }

@@ -159,7 +159,7 @@ impl Member {
         // determines it, the usual share is used here, and corrected in `take_share`.
         let (drilling, specific_energy) = match sheet.get(Quantity::Rate) {
             Some(rate) => {
-                let rate = rate * about(OF_RATE, Quantity::Rate.error());
+                let rate = rate * about(OF_RATE, Quantity::Rate.entry().error);
                 (SHARE.0, SHARE.0 * own.power() / (area * rate))
             }
             None => (share, p.rock.specific_energy * about(OF_ENERGY, known)),

@@ -85,12 +85,12 @@ impl DeferredLedger {
         self.push(Term::Pending(interval, OnceLock::new()));
     }
 
-    /// Evaluates everything pending if it is much, or if `all`. Integrals that are finished survive an interrupt.
+    /// Evaluates everything pending if it is much. Integrals that are finished survive an interrupt.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
-    pub fn work_off(&mut self, all: bool) -> Result<(), Error> {
-        if self.size <= interval::storable() && !all {
+    pub fn work_off(&mut self) -> Result<(), Error> {
+        if self.size <= interval::storable() {
             return Ok(());
         }
         self.prepare()?;

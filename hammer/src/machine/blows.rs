@@ -4,6 +4,7 @@
 //! mean velocity turned from upward to downward. Everything until the piston has risen and falls again belongs to it:
 //! later collisions of the same fall, slower bounces, and collisions of the rebounding bit with the rising piston.
 
+use super::journal::Counters;
 use crate::laws::air::FREE_DENSITY;
 use crate::laws::event::{Bodies, Displacement};
 use crate::motion::Motion;
@@ -70,17 +71,6 @@ pub struct Progress {
     pub spent: bool,
 }
 
-/// What a closing of the contact begins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Closing {
-    /// Nothing new: it belongs to the present collision.
-    Again,
-    /// A new collision of the same blow.
-    Collision,
-    /// A collision that is a blow.
-    Blow,
-}
-
 impl Progress {
     pub(crate) fn instants(&self) -> impl Iterator<Item = Double> + '_ {
         let milestones = self.milestones.iter().flatten().map(|milestone| milestone.time);
@@ -116,24 +106,24 @@ impl Progress {
         }
     }
 
-    /// The contact closes at the epoch, to which the tracks are rotated.
-    pub(crate) fn note_closing(&mut self, motion: &Motion) -> Closing {
+    /// The contact closes at the epoch, to which the tracks are rotated. Counts a new collision, and a blow.
+    pub(crate) fn note_closing(&mut self, motion: &Motion, counters: &mut Counters) {
         let epoch = motion.state.epoch;
         let same = 2.0 * motion.parameters().struck_transits();
         if self.opened.is_some_and(|opened| epoch.since(opened) <= same) {
-            return Closing::Again;
+            return;
         }
         self.collision = Some(epoch);
+        counters.contacts += 1;
         let speed = |mean| motion.point(&motion.tracks, mean, 0.0).velocity;
         let piston = speed(Displacement::PISTON);
         let relative = piston - speed(Displacement::Mean(Bodies::STRUCK));
         let fast = relative >= motion.parameters().blow.minimum_speed;
-        if piston <= 0.0 || self.spent || !fast {
-            return Closing::Collision;
+        if piston > 0.0 && !self.spent && fast {
+            self.spent = true;
+            counters.blows += 1;
+            self.note_blow(motion, relative);
         }
-        self.spent = true;
-        self.note_blow(motion, relative);
-        Closing::Blow
     }
 
     /// Work given to the rock, J, and the length of hole that it drilled, m.

@@ -265,8 +265,8 @@ impl Machine {
         for input in Input::ALL {
             let read = self.parameters().drive.force_per(input) != 0.0;
             if read && self.exchange.value(input).is_some() {
-                let poly =
-                    input.polynomial(&[values[input as usize]]).map_err(Error::of_input(input))?;
+                let (value, source) = (values[input as usize], self.parameters().drive.source);
+                let poly = input.polynomial(&[value], source).map_err(Error::of_input(input))?;
                 let state = &self.motion.state;
                 if state.inputs.of(input).shifted(state.now) != poly {
                     polys.push((input, poly));

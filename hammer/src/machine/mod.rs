@@ -40,7 +40,7 @@ use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::scene::Scene;
 use crate::search::Search;
-use blows::{Closing, Progress};
+use blows::Progress;
 use exchange::Exchange;
 use journal::{Counters, Record};
 use state::State;
@@ -104,9 +104,8 @@ impl Machine {
         let model = Model::new(parameters)?;
         let inputs = Inputs::constant(inputs);
         for input in Input::ALL {
-            let value = inputs.of(input).0[0];
-            input.polynomial(&[value]).map_err(Error::of_input(input))?;
-            input.check_air(value, parameters.drive.source).map_err(Error::of_input(input))?;
+            let (value, source) = (inputs.of(input).0[0], parameters.drive.source);
+            input.polynomial(&[value], source).map_err(Error::of_input(input))?;
         }
         if !start.is_finite() {
             return Err(Error::Backwards { from: start, to: start });
@@ -167,9 +166,8 @@ impl Machine {
     /// # Errors
     /// A number that is not finite, or too many derivatives; nothing is changed then.
     pub fn set_input(&mut self, input: Input, derivatives: &[f64]) -> Result<(), Error> {
-        let poly = input.polynomial(derivatives).map_err(Error::of_input(input))?;
         let source = self.parameters().drive.source;
-        input.check_air(poly.0[0], source).map_err(Error::of_input(input))?;
+        let poly = input.polynomial(derivatives, source).map_err(Error::of_input(input))?;
         let repeats = self.exchange.repeats(input, &poly) && self.parameters().drive.delay > 0.0;
         let state = &self.motion.state;
         if repeats || state.inputs.of(input).shifted(state.now) == poly {
@@ -263,7 +261,7 @@ impl Machine {
 
     fn run(&mut self, to: f64, observer: &mut impl Observer) -> Result<(), Error> {
         loop {
-            self.ledger.work_off(false)?;
+            self.ledger.work_off()?;
             self.peaks.work_off()?;
             // The host's time of an event may be rounded to before it.
             let target = self.motion.state.epoch.until(to).max(-ROUNDED);
@@ -340,11 +338,7 @@ impl Machine {
             self.blows.note_opening(&self.motion);
         } else {
             self.motion.rotate_to_epoch(Bodies::PISTON);
-            let closing = self.blows.note_closing(&self.motion);
-            self.counters.contacts += u64::from(closing != Closing::Again);
-            if closing == Closing::Blow {
-                self.counters.blows += 1;
-            }
+            self.blows.note_closing(&self.motion, &mut self.counters);
             let damping = damping_in_flight(&self.motion, &self.motion.tracks);
             self.ledger.add(Sums { damping, ..Sums::default() });
         }

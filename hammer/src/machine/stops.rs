@@ -144,9 +144,8 @@ impl<'a> Stopper<'a> {
             let guards = self
                 .guards
                 .get_or_insert_with(|| Positions::start(&machine.motion, &self.stops.levels, from));
-            let (search, motion) = (&machine.search, &machine.motion);
-            let check = |work: &Work, at: f64| search.check_beside(motion, work, at);
-            let Some((at, index)) = guards.first(motion, until, &mut self.work, check)? else {
+            let searched = (&machine.search, &machine.motion);
+            let Some((at, index)) = guards.first(searched, until, &mut self.work)? else {
                 return Ok(false);
             };
             let (level, beyond) = self.stops.levels[index];

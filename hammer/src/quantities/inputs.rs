@@ -107,30 +107,19 @@ impl Input {
         }
     }
 
-    /// Checks that a pressure of the air is positive, if air drives the piston.
+    /// The polynomial of time with this value and these derivatives at present, of a drive with this source.
     ///
     /// # Errors
     ///
-    /// [`InputError::NoPressure`].
-    pub(crate) fn check_air(self, value: f64, source: Source) -> Result<(), InputError> {
+    /// No value, what [`Self::check`] refuses, or a pressure of the air that drives the piston that is not positive.
+    pub(crate) fn polynomial(self, values: &[f64], source: Source) -> Result<Poly, InputError> {
+        let value = *values.first().ok_or(InputError::NoValue)?;
+        values.iter().enumerate().try_for_each(|(order, value)| self.check(order, *value))?;
         let is_air = self.row().reader == Reader::Drive(&[Source::Air]);
         if source == Source::Air && is_air && value <= 0.0 {
             return Err(InputError::NoPressure { value });
         }
-        Ok(())
-    }
-
-    /// The polynomial of time with this value and these derivatives at present.
-    ///
-    /// # Errors
-    ///
-    /// No value, or what [`Self::check`] refuses.
-    pub(crate) fn polynomial(self, derivatives: &[f64]) -> Result<Poly, InputError> {
-        if derivatives.is_empty() {
-            return Err(InputError::NoValue);
-        }
-        derivatives.iter().enumerate().try_for_each(|(order, value)| self.check(order, *value))?;
-        Ok(Poly::taylor(derivatives))
+        Ok(Poly::taylor(values))
     }
 }
 

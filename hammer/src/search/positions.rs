@@ -5,7 +5,8 @@
 
 use super::tracker::GuardTracker;
 use super::work::Work;
-use super::{re_arm, signal};
+use super::{Search, re_arm, signal};
+use crate::error::Error;
 use crate::laws::event::{Direction, Displacement, Event, Guard};
 use crate::modal::track::Track;
 use crate::motion::Motion;
@@ -39,23 +40,22 @@ impl Positions {
         Self { trackers: levels.iter().map(tracker).collect() }
     }
 
-    /// The first passage up to `until` after the epoch, within the motion's reach: its time and level.
+    /// The first passage up to `until` after the epoch, within the motion's reach: its time and level. `search` is
+    /// that of the motion's events, whose work is limited.
     ///
     /// # Errors
-    ///
-    /// Those of `check`, which is given the instant up to which there is no passage.
-    pub fn first<E>(
+    /// [`Error::Overwork`], [`Error::Cancelled`].
+    pub fn first(
         &mut self,
-        motion: &Motion,
+        (search, motion): (&Search, &Motion),
         until: f64,
         work: &mut Work,
-        mut check: impl FnMut(&Work, f64) -> Result<(), E>,
-    ) -> Result<Option<(f64, usize)>, E> {
+    ) -> Result<Option<(f64, usize)>, Error> {
         let mut first: Option<(f64, usize)> = None;
         for (index, (tracker, tracks)) in self.trackers.iter_mut().enumerate() {
             let end = first.map_or(until, |(at, _)| at);
             while tracker.root.is_none() && tracker.clear <= end {
-                check(work, tracker.clear)?;
+                search.check_beside(motion, work, tracker.clear)?;
                 tracker.limit(f64::INFINITY, end);
                 tracker.extend(tracks, work);
                 if let Some(value) = tracker.beyond

@@ -5,7 +5,7 @@ use crate::interrupt::interruptible;
 use crate::machine::guarded;
 use crate::scene::scene_of;
 use hammer::Input;
-use hammer::datasheet::{Datasheet, DatasheetError, Quantity};
+use hammer::datasheet::{Datasheet, DatasheetError, Entry, Quantity};
 use hammer::presets::{Figure, Ground, Inserts, ROCKS, RockError, RockType};
 use hammer::variables::{Parameter, Role, VARIABLES, differences};
 use pyo3::prelude::*;
@@ -20,9 +20,9 @@ type Number = (&'static str, &'static str, &'static str, f64, [f64; 2], f64, &'s
 #[pyfunction]
 pub fn datasheet_numbers() -> Vec<Number> {
     let row = |quantity: Quantity| {
-        let (field, size) = quantity.field_unit();
-        let (range, error) = (quantity.range(), quantity.error());
-        (quantity.name(), quantity.unit(), field, size, range, error, quantity.meaning())
+        let Entry { name, unit, field: (field, size), range, error, meaning, .. } =
+            *quantity.entry();
+        (name, unit, field, size, range, error, meaning)
     };
     Quantity::all().map(row).collect()
 }
@@ -62,7 +62,7 @@ pub fn datasheet<'py>(
     })?;
     let compared = solved.compared.iter();
     let compared: Vec<_> = compared
-        .map(|c| (c.quantity.name(), c.given, c.solved, c.quantity.unit(), c.pressure))
+        .map(|c| (c.quantity.name(), c.given, c.solved, c.quantity.entry().unit, c.pressure))
         .collect();
     let row = PyDict::new(py);
     let mut parameters = differences(&solved.scene.parameters);
