@@ -41,8 +41,8 @@ class _Process:
     """A Gaussian process of outputs that share lengths and nugget."""
 
     def __init__(self, places: Array, values: Array) -> None:
-        self.places, self.values = places, values
-        count = places.shape[1]
+        self.values, count = values, places.shape[1]
+        self.squares = _squares(places, places)
         minimize = need("scipy.optimize").minimize
         bounds = [np.log(LENGTHS)] * count + [np.log(NUGGETS)]
         begin = np.append(np.zeros(count), np.log(1e-3))
@@ -53,7 +53,7 @@ class _Process:
         self.variance = np.sum(values * self.weights, axis=0) / len(values) + 1e-300
 
     def _matrix(self, logs: Array) -> Array:
-        near = _matern(self.places, self.places, np.exp(logs[:-1]))
+        near = _matern(self.squares, np.exp(logs[:-1]))
         return np.asarray(near + np.exp(logs[-1]) * np.eye(len(near)))
 
     def _cost(self, logs: Array) -> float:
@@ -64,10 +64,10 @@ class _Process:
         volume = 2.0 * np.sum(np.log(np.diag(root))) * self.values.shape[1]
         return float(0.5 * (volume + len(white) * np.sum(np.log(variances))))
 
-    def __call__(self, places: Array) -> tuple[Array, Array]:
-        """Means and variances of new points, roughness included."""
-        near = _matern(places, self.places, np.exp(self.logs[:-1]))
-        left = 1.0 + np.exp(self.logs[-1]) - np.sum(near @ self.inverse * near, axis=1)
+    def __call__(self, squares: Array) -> tuple[Array, Array]:
+        """Means and variances of points so far from the known ones, roughness included."""
+        near = _matern(squares, np.exp(self.logs[:-1]))
+        left = 1.0 + np.exp(self.logs[-1]) - np.einsum("ij,ij->i", near @ self.inverse, near)
         return near @ self.weights, np.maximum(left, 0.0)[:, None] * self.variance
 
     def left_out(self) -> Array:
@@ -75,10 +75,15 @@ class _Process:
         return np.asarray(self.weights / np.diag(self.inverse)[:, None])
 
 
-def _matern(first: Array, second: Array, lengths: Array) -> Array:
-    off = (first[:, None] - second[None]) / lengths
-    r = np.sqrt(5.0 * np.sum(off**2, axis=2))
-    return np.asarray((1.0 + r + r**2 / 3.0) * np.exp(-r))
+def _squares(first: Array, second: Array) -> Array:
+    """Squares of the distances between points, by parameter."""
+    return np.asarray((first[:, None] - second[None]) ** 2)
+
+
+def _matern(squares: Array, lengths: Array) -> Array:
+    square = squares @ (5.0 / lengths**2)
+    r = np.sqrt(square)
+    return np.asarray((1.0 + r + square / 3.0) * np.exp(-r))
 
 
 class Emulator:
@@ -109,6 +114,7 @@ class Emulator:
         places, found = places[known], found[known]
         near = np.argsort(np.sum(np.log1p(found**2), axis=1))[:MOST]
         places, found = places[near], found[near]
+        self.places = places
         terms = np.column_stack([np.ones(len(places)), places])
         self.plane, *_ = np.linalg.lstsq(terms, found, rcond=None)
         parts = np.split(
@@ -124,7 +130,8 @@ class Emulator:
 
     def predicted(self, places: Array) -> tuple[Array, Array]:
         """Means of new points, one a row, and their standard deviations."""
-        found = [process(places) for process in self.processes]
+        squares = _squares(places, self.places)
+        found = [process(squares) for process in self.processes]
         terms = np.column_stack([np.ones(len(places)), places])
         means = terms @ self.plane + np.column_stack([mean for mean, _ in found])
         return means, np.sqrt(np.column_stack([variance for _, variance in found]))
@@ -149,7 +156,7 @@ class Emulator:
         rest = 1.0 + sizes[:, self.means :] ** 2
         squares = self.rho(off[:, self.means :] ** 2 / rest)
         total -= 0.5 * np.sum(squares + np.log(rest), axis=1)
-        nearest = np.argmin(np.sum((places[:, None] - self.all[None]) ** 2, axis=2), axis=1)
+        nearest = np.argmin(_squares(places, self.all) @ np.ones(len(self.wide)), axis=1)
         inside = ((places >= 0.0) & (places <= 1.0)).all(axis=1) & np.asarray(self.known)[nearest]
         return np.where(inside, total, -np.inf)
 
