@@ -70,7 +70,7 @@ def functions(folder: Path) -> dict[Callable[..., Any], dict[str, Any]]:
         dth.SNCurve: {"strength": "300 MPa", "cycles": 1e7, "slope": 8},
         dth.Coupling: {"hammer": hammer, "partner": Model(), "step": 1e-3},
         dth.simulate: {"hammer": RIGID, "until": 0.01},
-        dth.steady: {"hammer": RIGID},
+        dth.steady: {"hammer": RIGID, "limit": 0.1},
         dth.sweep: {"hammers": {"feed_force": [4e3]}, "until": 0.01, "base": RIGID},
         dth.trend: {"hammer": RIGID, "widths": {"feed_force": 0.05}, "outputs": ["rop"]},
         dth.calibrate: {
@@ -104,13 +104,14 @@ OTHERS = {"progress"}
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One response for every hammer: what is looked at here are arguments."""
+    """One response for every hammer, and no picture: what is looked at here are arguments."""
     answer = dth.steady(RIGID)
 
     def finished(points: Sequence[object], *_: object, **__: object) -> Iterator[Any]:
         return ((k, answer) for k in range(len(points)))
 
     monkeypatch.setattr(longrun, "finished", finished)
+    monkeypatch.setattr("dth_hammer.run.answers.image", lambda *_: "")
 
 
 def test_every_public_name_is_tried_or_an_answer(tmp_path: Path) -> None:

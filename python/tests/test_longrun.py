@@ -5,18 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from dth_hammer import (
-    Coupling,
-    HammerWarning,
-    simulate,
-    steady,
-    trend,
-)
+from dth_hammer import VARIABLES, Coupling, Hammer, HammerWarning, simulate, steady, trend
 from dth_hammer.errors import DomainError, UnknownNameError
-from dth_hammer.models.hydraulic import Water, WaterDrive
 from dth_hammer.scene.hammers import numbers_of
 from dth_hammer.study.motions import drawn
 from dth_hammer.study.trends import line, sobol
+from test_coupling import Valve
 
 RIGID = {"fidelity": "Rigid"}
 #: Rock so stiff and viscous, with `overdamped`, that blows alternate.
@@ -127,18 +121,22 @@ def test_a_controller_that_changes_nothing_leaves_the_response() -> None:
         steady(RIGID, step=1e-3)
 
 
-def test_a_coupled_model_has_the_mean_of_its_own_blows() -> None:
-    drives = []
+def test_a_relay_outside_has_the_means_of_the_relay_inside() -> None:
+    force, stroke = (VARIABLES[f"drive.{name}"].start or 0.0 for name in ("amplitude", "stroke"))
+    coupled: list[Coupling] = []
 
-    def partner(hammer: object) -> Coupling:
-        drives.append(Coupling(hammer, WaterDrive(substep=1.6e-5), 1e-4))  # type: ignore[arg-type]
-        return drives[-1]
+    def partner(hammer: Hammer) -> Coupling:
+        hammer.stop_at([-stroke, 0.0])
+        coupled.append(Coupling(hammer, Valve(stroke, -force), 5e-3))
+        return coupled[-1]
 
-    found = steady(Water().parameters() | RIGID, partner=partner, step=1e-3, error=0.2)
-    assert found.kind in {"cycle", "irregular"}
-    hammer = drives[0].hammer
-    assert hammer.closed
-    assert found["blow_frequency"] > 5.0
+    own = RIGID | {"drive.source": "Force", "drive_force": -force}
+    found, known = steady(own, partner=partner, step=5e-3), steady(RIGID)
+    assert found.kind == known.kind == "cycle"
+    names = ["rop", "period", "advance", "blow_speed", "blow_energy"]
+    # As above.
+    assert np.allclose(found.mean[names], known.mean[names], rtol=1e-5)
+    assert coupled[0].hammer.closed
 
 
 def test_a_line_is_fitted_with_the_errors_that_its_scatter_makes() -> None:
