@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 use suite::Suite;
 use support::python::{Environment, Needs};
-use support::run::{Failure, cargo, locked, run, target};
+use support::run::{Failure, cargo, locked, run};
 use support::toolchain::browser_lacks;
 
 /// The importer is a workspace of its own.
@@ -140,11 +140,6 @@ fn lint(root: &Path) -> Result<(), Failure> {
     begin("Documentation of the crates", "1 minute the first time");
     let options = ["--workspace", "--no-deps", "--quiet"];
     run(locked(root, "doc").env("RUSTDOCFLAGS", "-D warnings").args(options))?;
-    begin("Clippy of the importer", "1 minute the first time");
-    let mut importer = locked(root, "clippy");
-    importer.args(["--quiet", "--all-targets", "--manifest-path", IMPORTER]);
-    importer.arg("--target-dir").arg(target(root).join("importer"));
-    run(importer.args(["--", "-D", "warnings"]))?;
     let python = python(root, Needs::Suite)?;
     begin("ruff and mypy", "seconds");
     run(python.command("ruff").args(["check", "."]))?;
