@@ -255,11 +255,11 @@ def test_a_signal_s_handler_that_reads_the_hammer_being_stepped_is_told_that_it_
 
         handles(signal.SIGALRM, handler)
         signal.setitimer(signal.ITIMER_REAL, 0.1)
-        hammer.advance(200.0)
+        hammer.advance(60.0)
         assert told[0] == "0.001"
         assert told[1].startswith("busy: this thread is using the same object")
         # The step went on.
-        assert hammer.time == 200.0
+        assert hammer.time == 60.0
 
 
 def test_ctrl_c_is_heard_while_a_thread_waits_for_a_hammer_that_another_steps(
@@ -269,17 +269,17 @@ def test_ctrl_c_is_heard_while_a_thread_waits_for_a_hammer_that_another_steps(
 
     def work() -> None:
         begun.set()
-        hammer.advance(300.0)
+        hammer.advance(100.0)
 
     thread = threading.Thread(target=work)
     thread.start()
     with ctrl_c(0.2, begun):
         # Until the thread has begun, too.
-        while hammer.time < 300.0:
+        while hammer.time < 100.0:
             pass
     assert thread.is_alive()
     thread.join()
-    assert hammer.time == 300.0
+    assert hammer.time == 100.0
 
 
 FORKS = """

@@ -68,6 +68,8 @@ def test_it_says_what_the_run_gives(page: Any) -> None:
     assert rows["feed_force"][:2] == ["6000 N", ""]
     assert rows["drive.amplitude"][1] == "default"
     assert rows["drive.source"][0] == "Relay"
+    # The rate comes first.
+    assert [*rows].index("rate of penetration") < [*rows].index("blow energy")
     # One row per blow.
     assert str(int(last["blow_count"])) in rows
     assert model() in page.text_content()
@@ -86,10 +88,13 @@ def test_inputs_over_time_act_and_what_is_doubtful_is_there(tmp_path: Path) -> N
     inputs = {"feed_force": {"0 s": "4 kN", "100 ms": "8 kN"}, "drive_force": 1e3}
     scene = write(tmp_path, {"inputs": inputs, "until": 0.1})
     with pytest.warns(HammerWarning, match="drive_force is ignored"):
-        out = report(scene, tmp_path / "page.html", units={"rop": "ft/h"})
+        out = report(scene, tmp_path / "page.html", units=["us", {"rop": "mm/s"}])
     text = out.read_text(encoding="utf-8")
     assert "drive_force is ignored" in text
-    assert re.search(r"<td>rop</td><td class=\"number\">[\d.]+</td><td>ft/h</td>", text)
+    # A system of units, and a unit of one's own.
+    assert re.search(r"<td>rop</td><td class=\"number\">[\d.]+</td><td>mm/s</td>", text)
+    assert "rop (mm/s)" in text
+    assert "blow_energy (ft.lbf)" in text
     # Two blows: too few to converge, which is said where the figure would be.
     assert "Not drawn: 2 blows" in text
 
@@ -153,10 +158,3 @@ def test_elasticities_that_there_are_not_are_named(tmp_path: Path) -> None:
     with pytest.raises(UnknownNameError, match="did you mean 'gravity'"):
         report(Scene.read(write(tmp_path, {})), tmp_path / "b.html", gradient=["gravty"])
     assert not (tmp_path / "b.html").exists()
-
-
-def test_a_system_of_units_and_a_unit_of_one_s_own_go_together(tmp_path: Path) -> None:
-    scene = Scene("short", "", None, {"fidelity": "Rigid"}, {}, 0.2)
-    text = report(scene, tmp_path / "page.html", units=["us", {"rop": "mm/s"}]).read_text("utf-8")
-    assert "rop (mm/s)" in text
-    assert "blow_energy (ft.lbf)" in text
