@@ -11,25 +11,19 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-/// A contribution to the sums.
-enum Term {
-    Pending(Arc<Interval>, OnceLock<Sums>),
-    Known(Sums),
-}
-
-/// A linked list, so that a snapshot shares it instead of copying it.
+/// Contributions to the sums: a linked list, so that a snapshot shares it instead of copying it.
 struct Link {
-    term: Term,
+    /// None if the sums are known.
+    interval: Option<Arc<Interval>>,
+    sums: OnceLock<Sums>,
     before: Option<Arc<Link>>,
 }
 
 impl Link {
     /// The contribution. `forms` are those at the end of the previous interval.
     fn sums<'a>(&'a self, forms: &mut Forms<'a>) -> &'a Sums {
-        match &self.term {
-            Term::Pending(interval, sums) => sums.get_or_init(|| interval.sums(forms)),
-            Term::Known(sums) => sums,
-        }
+        let interval = self.interval.as_ref();
+        self.sums.get_or_init(|| interval.map(|it| it.sums(forms)).unwrap_or_default())
     }
 }
 
@@ -82,7 +76,7 @@ impl DeferredLedger {
     /// Adds an interval, not yet integrated.
     pub fn defer(&mut self, interval: Arc<Interval>) {
         self.size += interval.size();
-        self.push(Term::Pending(interval, OnceLock::new()));
+        self.push(Some(interval), OnceLock::new());
     }
 
     /// Evaluates everything pending if it is much. Integrals that are finished survive an interrupt.
@@ -105,7 +99,7 @@ impl DeferredLedger {
     pub fn prepare(&self) -> Result<(), Error> {
         let mut forms = Forms::default();
         for link in self.links() {
-            if let Term::Pending(interval, _) = &link.term {
+            if let Some(interval) = &link.interval {
                 interval.prepare()?;
             }
             link.sums(&mut forms);
@@ -116,11 +110,11 @@ impl DeferredLedger {
 
     /// Adds known integrals.
     pub fn add(&mut self, sums: Sums) {
-        self.push(Term::Known(sums));
+        self.push(None, sums.into());
     }
 
-    fn push(&mut self, term: Term) {
-        self.last = Some(Arc::new(Link { term, before: self.last.take() }));
+    fn push(&mut self, interval: Option<Arc<Interval>>, sums: OnceLock<Sums>) {
+        self.last = Some(Arc::new(Link { interval, sums, before: self.last.take() }));
     }
 
     /// The contributions in order of time.

@@ -187,12 +187,6 @@ pub struct Ledger {
     pub energy_start: f64,
 }
 
-impl From<Stored> for Ledger {
-    fn from(start: Stored) -> Self {
-        Self { energy_start: start.total(), ..Self::default() }
-    }
-}
-
 impl Ledger {
     /// Energies and impulses at the present.
     pub(crate) fn now(&self, motion: &Motion) -> (Energies, Impulses) {

@@ -129,7 +129,8 @@ impl Machine {
             // contact.
             machine.switch_contact(TieState::Pressed)?;
         }
-        machine.ledger = Ledger::from(Stored::at_epoch(&machine.motion)).into();
+        let energy_start = Stored::at_epoch(&machine.motion).total();
+        machine.ledger = Ledger { energy_start, ..Ledger::default() }.into();
         machine.resume()?;
         Ok(machine)
     }
