@@ -264,15 +264,7 @@ static RESULTS: &[Variable] = &[
     output("applied_drive_force", FORCE, 1e3, "Driving force on the piston, positive downward",
         [|m| m.kinematics().applied_drive_force, |m| m.kinematics().applied_drive_force_rates[0]])
         .second(|m| m.kinematics().applied_drive_force_rates[1])
-        .fed_by(
-            &[
-                Input::DriveForce,
-                Input::DrivePressure,
-                Input::ReturnPressure,
-                Input::ExhaustPressure,
-            ],
-            Machine::force_per,
-        ),
+        .fed_by(&[Input::DriveForce, Input::DrivePressure, Input::ReturnPressure, Input::ExhaustPressure], Machine::force_per),
     output("drive_chamber_pressure", PRESSURE, 1e6, "Absolute pressure in the drive chamber when drive.source is Air, else 0",
         [|m| m.chamber_pressures()[0][0], |m| m.chamber_pressures()[0][1]]).positive()
         .fed_by(&[Input::ExhaustPressure], Machine::chamber_pressure_per),
