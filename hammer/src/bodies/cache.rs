@@ -19,11 +19,7 @@ static MODES: Recent<Shape, Arc<Pairs>> = Recent::new(CAPACITY, 1, |_| 1);
 
 /// The modes of a shape in its basis; `None` if they cannot be computed to working accuracy.
 pub fn modes(shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
-    modes_in(&MODES, shape, basis)
-}
-
-fn modes_in(known: &Recent<Shape, Arc<Pairs>>, shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
-    known.find(shape, |shape| pencil::solve(&shape.0, basis).map(Arc::new).ok_or(())).ok()
+    MODES.find(shape, |shape| pencil::solve(&shape.0, basis).map(Arc::new).ok_or(())).ok()
 }
 
 /// Empties the cache, so that a library that is unloaded leaves nothing behind.
@@ -105,29 +101,6 @@ impl<K: Clone, T: Clone> Clone for Recent<K, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quantities::sections::Segment;
-
-    #[test]
-    fn equal_shapes_share_their_modes_and_the_least_difference_does_not() {
-        // A cache of its own, because other tests use the process's.
-        let cache = Recent::new(CAPACITY, 1, |_| 1);
-        let modes_of = |area: f64, degree: usize| {
-            let part = |area| Segment { length: 0.2, area };
-            let sections = Sections::new(&[part(area), part(3e-3)]).expect("two sections");
-            let basis = Basis::new(&sections, degree, 6);
-            let pairs = modes_in(&cache, (sections, degree, 6), &basis).expect("modes");
-            assert_eq!(*pairs, pencil::solve(&sections, &basis).expect("modes"));
-            pairs
-        };
-        let one = modes_of(2e-3, 2);
-        assert!(Arc::ptr_eq(&one, &modes_of(2e-3, 2)));
-        assert!(!Arc::ptr_eq(&one, &modes_of(2e-3f64.next_up(), 2)));
-        assert!(!Arc::ptr_eq(&one, &modes_of(2e-3, 3)));
-        for i in 0..2 * CAPACITY {
-            modes_of(1e-3 + 1e-5 * i as f64, 2);
-        }
-        assert!(!Arc::ptr_eq(&one, &modes_of(2e-3, 2)), "the oldest goes first");
-    }
 
     /// Whether a number was cached; it is cached now.
     fn held(known: &Recent<usize, usize>, key: usize) -> bool {

@@ -123,16 +123,10 @@ impl Parameters {
             let nodes = self.sections(body).nodes(self.spans(body));
             nodes.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max)
         });
-        self.mesh_error(longest[0].max(longest[1]))
+        self.error_behind(self.front_width(), longest[0].max(longest[1]))
     }
 
-    /// Relative error of the forces at an impact, on splines with spans of this length (m), by the
-    /// formula above.
-    pub fn mesh_error(&self, span: f64) -> f64 {
-        self.error_behind(self.front_width(), span)
-    }
-
-    /// The same error behind a front of this width, m.
+    /// The same error behind a front of this width, on splines with spans of this length, m.
     fn error_behind(&self, width: f64, span: f64) -> f64 {
         let k = std::f64::consts::PI / span;
         let damping = 6.0 * self.material.damping_time * self.wave_speed() * width * k * k;

@@ -100,18 +100,6 @@ impl Basis {
         self.functions
     }
 
-    /// The functions at a distance below the upper face (m). At a step these are the functions of the section above
-    /// it.
-    #[cfg(test)]
-    pub fn at(&self, distance: f64) -> Sample {
-        let bottom = |part: &&Part| distance <= part.top + part.section.length;
-        let part = self.parts.iter().find(bottom).unwrap_or(&self.parts[self.parts.len() - 1]);
-        let place = (distance - part.top) / part.section.length * part.spans as f64;
-        // The cast turns a negative number or NaN into 0.
-        let span = (place as usize).min(part.spans - 1);
-        self.sample(part, span, place - span as f64)
-    }
-
     /// The functions at the spans' ends, from the upper face down.
     pub fn at_nodes(&self) -> Vec<Sample> {
         let mut list = vec![self.sample(&self.parts[0], 0, 0.0)];
@@ -219,8 +207,7 @@ mod tests {
             let basis = Basis::new(&body(), degree, 9);
             assert_eq!(basis.functions(), 9 + 3 * degree - 2);
             let ones = vec![1.0; basis.functions()];
-            for i in 0..=100 {
-                let sample = basis.at(0.55 * f64::from(i) / 100.0);
+            for Node { sample, .. } in basis.quadrature() {
                 assert!((sample.value(&ones) - 1.0).abs() < CLOSE);
                 assert_eq!(sample.slope(&ones), 0.0);
             }

@@ -9,6 +9,7 @@ use pulp::{Simd, WithSimd};
 pub const GRID: usize = 8;
 
 /// A polynomial at the points `(i + 1) / GRID`.
+#[derive(Default)]
 pub struct Grid {
     /// Values.
     pub value: [f64; GRID],
@@ -23,14 +24,6 @@ pub struct Grid {
 }
 
 impl Grid {
-    const NOTHING: Self = Self {
-        value: [0.0; GRID],
-        second: [0.0; GRID],
-        third_bound: [0.0; GRID],
-        bend: [0.0; GRID],
-        top: [0.0; GRID],
-    };
-
     /// Bounds on the parts between the points of `q`, from the values at their ends.
     #[inline(always)]
     fn bound<S: Simd>(&mut self, simd: S, q: &[f64; POLY]) {
@@ -95,7 +88,7 @@ fn horner_with<S: Simd>(simd: S, y: &mut [S::f64s], x: &[S::f64s], c: f64) {
 vectorised! {
     /// Evaluates `sum q_k x^k` at all points by Horner's rule.
     pub fn on_grid(q: &'a [f64; POLY]) -> Grid as OnGrid, simd {
-        let mut f = Grid::NOTHING;
+        let mut f = Grid::default();
         let (zero, count) = (simd.splat_f64s(0.0), GRID / S::F64_LANES);
         let x = S::as_simd_f64s(&POINTS).0;
         let (mut p, mut s, mut t) = ([zero; GRID], [zero; GRID], [zero; GRID]);

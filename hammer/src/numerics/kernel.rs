@@ -30,30 +30,19 @@ pub(crate) fn total<S: Simd>(sums: Sums<S>) -> f64 {
     for (out, s) in S::as_mut_simd_f64s(&mut x).0.iter_mut().zip(sums) {
         *out = s;
     }
-    ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
+    across(&x)
 }
 
-/// Adds the lanes of a sum, in the order of [`total`].
+/// Adds the lanes of a sum.
 #[inline(always)]
 pub(crate) fn across(x: &[f64; LANES]) -> f64 {
     ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
 }
 
-#[inline(always)]
-fn dot_with<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
-    let mut sums: Sums<S> = [simd.splat_f64s(0.0); MOST];
-    for (x, y) in groups::<S>(a).zip(groups::<S>(b)) {
-        for g in 0..LANES / S::F64_LANES {
-            sums[g] = simd.add_f64s(sums[g], simd.mul_f64s(x[g], y[g]));
-        }
-    }
-    total::<S>(sums)
-}
-
 /// Rows of a matrix that are processed together, so that their sums fit into the registers.
 pub(crate) const TILE: usize = 4;
 
-/// The products of [`TILE`] rows of `size` numbers with `x`, as [`dot_with`] computes them, but with the lanes of
+/// The products of [`TILE`] rows of `size` numbers with `x`, as [`dot`] computes them, but with the lanes of
 /// each sum not yet added up.
 #[inline(always)]
 pub(crate) fn tile_with<S: Simd>(simd: S, rows: &[f64], size: usize, x: &[f64]) -> [Sums<S>; TILE] {
@@ -130,7 +119,13 @@ vectorised! {
 vectorised! {
     /// `a . b`, in whole groups.
     pub fn dot(a: &'a [f64], b: &'a [f64]) -> f64 as Dot, simd {
-        dot_with(simd, a, b)
+        let mut sums: Sums<S> = [simd.splat_f64s(0.0); MOST];
+        for (x, y) in groups::<S>(a).zip(groups::<S>(b)) {
+            for g in 0..LANES / S::F64_LANES {
+                sums[g] = simd.add_f64s(sums[g], simd.mul_f64s(x[g], y[g]));
+            }
+        }
+        total::<S>(sums)
     }
 }
 

@@ -100,12 +100,9 @@ pub fn clamped_bar() -> Result<Vec<Row>, Error> {
     let (elements, length, speed) = (80, 1.0, 1.0);
     let (youngs_modulus, density, area) = (2e11, 7800.0, 1e-3);
     let material = Material { youngs_modulus, density, damping_time: 0.0 };
-    let bar = |twice: usize| {
-        let part = Segment { length: twice as f64 * length, area };
-        Bar::free(&material, part, twice * elements)
-    };
+    let bar = |length, elements| Bar::free(&material, Segment { length, area }, elements);
     // The clamped bar moves as the upper half of one of twice the length whose middle rests: in every other mode.
-    let (striker, double) = (bar(1), bar(2));
+    let (striker, double) = (bar(length, elements), bar(2.0 * length, 2 * elements));
     let held = |x: &[f64], factor: f64| -> Vec<f64> {
         x.iter().skip(1).step_by(2).map(|x| factor * x).collect()
     };

@@ -212,19 +212,12 @@ impl Response {
     /// The uniform translation from its start, and the loads.
     pub(crate) fn translation(&self, start: [f64; 2], loads: &[Poly; CHANNELS]) -> Poly {
         let mut p = Poly::default();
-        (p.0[0], p.0[1]) = (start[0], start[1]);
-        if self.braked {
-            p.0[1] = 0.0;
-            for (gain, load) in self.gains.iter().zip(loads) {
-                for k in 0..ORDERS {
-                    p.0[k + 1] += gain * load.0[k] / (k + 1) as f64;
-                }
-            }
-            return p;
-        }
+        (p.0[0], p.0[1]) = (start[0], if self.braked { 0.0 } else { start[1] });
         for (gain, load) in self.gains.iter().zip(loads) {
             for k in 0..ORDERS {
-                p.0[k + 2] += gain * load.0[k] / ((k + 1) * (k + 2)) as f64;
+                let (power, factor) =
+                    if self.braked { (k + 1, k + 1) } else { (k + 2, (k + 1) * (k + 2)) };
+                p.0[power] += gain * load.0[k] / factor as f64;
             }
         }
         p

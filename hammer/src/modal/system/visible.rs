@@ -11,7 +11,7 @@ use std::array::from_fn;
 pub(crate) type Pair = [Option<usize>; 2];
 
 /// A block as the equation `y' = B y + b f` of two coordinates, which two displacements see.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct VisibleBlock {
     pub index: usize,
     /// `B`, row by row; a translation is a place and its rate.
@@ -87,10 +87,7 @@ pub(crate) fn blocks(
             is_translation,
             turns: !generator.is_diagonal(index),
             rates: [rates[0].min(rates[1]), rates[0].max(rates[1])],
-            rest: [[0.0; 2]; CHANNELS],
-            held: [[0.0; CHANNELS]; 2],
-            behind: [[0.0; CHANNELS]; 2],
-            further: [[0.0; CHANNELS]; 2],
+            ..VisibleBlock::default()
         };
         if is_translation {
             return Some(block);
