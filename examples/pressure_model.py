@@ -31,11 +31,7 @@ from dth_hammer.fmu import configure
 
 HAMMER, MODEL, UNUSED = "hammer.fmu", "pressure_model.fmu", "unused"
 READ = [
-    "blow_count",
-    "blow_time",
-    "blow_speed",
-    "energy_exchange",
-    "energy_drive",
+    *("blow_count", "blow_time", "blow_speed", "energy_exchange", "energy_drive"),
     "relative_position",
 ]
 STEPS, TRUE_STEP = (1e-3, 1e-4, 2e-5, 5e-6), 5e-7
@@ -82,6 +78,10 @@ class Case:
         """Unit, variable, unit."""
         given = [port for port in self.given if port != UNUSED]
         return [(HAMMER, self.taken, MODEL), *((MODEL, port, HAMMER) for port in given)]
+
+    def every(self, step: float) -> int:
+        """Steps between two looks at the hammer, which is looked at a thousand times."""
+        return max(1, round(self.end / step / 1000))
 
     def delays(self, host: float) -> list[float]:
         """Held, and what is right in a host; once, if they are the same."""
@@ -155,7 +155,7 @@ def by_loop(folder: Path, case: Case, step: float) -> Rows:
     hammer.exitInitializationMode()
     model.setReal(follows, hammer.getReal(place))
     model.exitInitializationMode()
-    rows, every = [], max(1, round(2e-5 / step))
+    rows, every = [], case.every(step)
     for k in range(round(case.end / step)):
         hammer.setReal(taken, model.getReal(given))
         hammer.doStep(k * step, step)
@@ -188,9 +188,9 @@ def by_fmucontainer(folder: Path, case: Case, step: float) -> Rows:
     program = str(Path(sys.executable).with_name("fmucontainer"))
     options = ["-fmu-directory", str(folder), "-container", "container.json"]
     subprocess.run([program, *options], check=True, capture_output=True)
-    file = str(folder / "container.fmu")
+    file, look = str(folder / "container.fmu"), case.every(step) * step
     found = fmpy.simulate_fmu(
-        file, stop_time=case.end, step_size=step, output_interval=max(step, 2e-5), output=READ
+        file, stop_time=case.end, step_size=step, output_interval=look, output=READ
     )
     return {name: np.asarray(found[name][1:], float) for name in READ}
 
@@ -216,7 +216,7 @@ def by_libcosim(folder: Path, case: Case, step: float) -> Rows:
         )
     observer = CosimObserver.create_last_value()
     execution.add_observer(observer)
-    read, rows, every = [names[HAMMER][name] for name in READ], [], max(1, round(2e-5 / step))
+    read, rows, every = [names[HAMMER][name] for name in READ], [], case.every(step)
     for _ in range(round(case.end / step / every)):
         execution.step(every)
         rows.append(observer.last_real_values(units[HAMMER], read))
@@ -235,7 +235,7 @@ def by_ecos(folder: Path, case: Case, step: float) -> Rows:
         structure.make_real_connection(
             f"{Path(source).stem}::{name}", f"{Path(target).stem}::{name}"
         )
-    rows, every = [], max(1, round(2e-5 / step))
+    rows, every = [], case.every(step)
     with EcosSimulation(step, structure=structure) as simulation:
         simulation.init()
         for _ in range(round(case.end / step / every)):
