@@ -37,21 +37,14 @@ impl Row {
 /// If a row does not hold, or if there is none.
 pub fn assert_all(rows: &[Row]) {
     assert!(!rows.is_empty(), "no row was made");
-    let failed: Vec<String> = rows
-        .iter()
-        .filter(|row| !row.holds())
-        .map(|row| {
-            format!(
-                "{}, {}: {} instead of {}, off by {:.3e}, allowed {:.3e}",
-                row.case,
-                row.quantity,
-                row.ours,
-                row.reference,
-                row.difference(),
-                row.tolerance
-            )
-        })
-        .collect();
+    let line = |row: &Row| {
+        let Row { case, quantity, ours, reference, tolerance, .. } = row;
+        let off = row.difference();
+        format!(
+            "{case}, {quantity}: {ours} instead of {reference}, off by {off:.3e}, allowed {tolerance:.3e}"
+        )
+    };
+    let failed: Vec<String> = rows.iter().filter(|row| !row.holds()).map(line).collect();
     assert!(failed.is_empty(), "{}", failed.join("\n"));
 }
 
