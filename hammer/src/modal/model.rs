@@ -25,7 +25,12 @@ pub struct Model {
     /// The systems of groups, each made when first needed. A loose string can have hundreds, so those not used for
     /// longest are dropped.
     systems: Recent<Group, Arc<System>>,
+    /// The passages from one group's system into another's.
+    passages: Recent<[Group; 2], Option<Arc<Passage>>>,
 }
+
+/// Most passages of a scene. Loose strings, which have many groups, take none.
+const PASSAGES: usize = 64;
 
 impl Model {
     /// Prepares the bodies; systems are decomposed on demand.
@@ -42,6 +47,7 @@ impl Model {
             resolutions: parameters.resolutions(),
             graph: Arc::new(graph),
             systems: Recent::new(shared::BUDGET, shared::SCENE, |system| system.bytes()),
+            passages: Recent::new(PASSAGES, 1, |_| 1),
         })
     }
 
@@ -67,7 +73,9 @@ impl Model {
         let mut model = Self { parameters: *tuned, resolutions, ..self.clone() };
         for spring in Spring::ALL {
             if spring.coefficients(&self.parameters.rock) != spring.coefficients(&tuned.rock) {
-                model.systems.retain(|group| group.spring != Some(spring));
+                let stays = |group: &Group| group.spring != Some(spring);
+                model.systems.retain(stays);
+                model.passages.retain(|groups| groups.iter().all(stays));
             }
         }
         model
@@ -93,9 +101,11 @@ impl Model {
         if self.graph.is_loose() {
             return Ok(None);
         }
-        let (old, new) = (self.system(from, mode)?, self.system(to, mode)?);
-        let [overlap] = self.graph.overlaps(from, to)[..] else { return Ok(None) };
-        Ok(new.passage(&old, overlap))
+        self.passages.find([from, to], |_| {
+            let (old, new) = (self.system(from, mode)?, self.system(to, mode)?);
+            let [overlap] = self.graph.overlaps(from, to)[..] else { return Ok(None) };
+            Ok(new.passage(&old, overlap))
+        })
     }
 
     /// The decomposed system of a group.
