@@ -105,8 +105,8 @@ def checks() -> list[str]:
     return [
         f"* {held[1]} of {held[2]} checks hold, against closed forms, exact waves, extended "
         "precision and published benchmarks: `cargo verify`.",
-        f"* Of {drawn[1]} random scenes with {drawn[2]} events {drawn[3]} disagree with a "
-        "solution in extended precision, as the report says: `cargo compare --keep`.",
+        f"* In {drawn[3]} of {drawn[1]} random scenes, with {drawn[2]} events in all, the engine "
+        "and one in extended precision disagree, as the report says: `cargo compare --keep`.",
     ]
 
 
