@@ -87,6 +87,7 @@ def test_the_rock_grows_with_the_area_of_the_hole() -> None:
             "effectiveness = 2",
         ),
         ({"piston_mass": 3.4, "blow_energy": "9.5 MJ", "frequency": 20}, "is the unit right"),
+        ({"piston_mass": 3.4, "impact_speed": 1256, "frequency": 20}, "0.5 to 25 m/s"),
     ],
 )
 def test_what_makes_no_hammer_is_refused_in_words(given: dict[str, Any], message: str) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import pytest
-from dth_hammer import VARIABLES, Hammer, rock
+from dth_hammer import VARIABLES, Hammer, rock, simulate
 
 
 def test_the_fixture_is_a_reference_hammer_at_time_0(hammer: Hammer) -> None:
@@ -20,3 +20,11 @@ def test_a_marker_changes_it(hammer: Hammer) -> None:
 def test_many_hammers(make_hammer: Callable[..., Hammer]) -> None:
     one, two = make_hammer(), make_hammer({"feed_force": "8 kN"})
     assert two["feed_force"] > one["feed_force"]
+
+
+def test_the_assertions_are_fixtures_too(
+    assert_energy_balanced: Callable[..., None], assert_periodic: Callable[..., None]
+) -> None:
+    frame = simulate(until=0.6)
+    assert_energy_balanced(frame)
+    assert_periodic(frame)

@@ -236,6 +236,7 @@ def test_systems_of_units(frame: pd.DataFrame) -> None:
 
 def test_figures_and_blows_do_not_mind_the_units(run: Run) -> None:
     us = run.convert("us")
+    assert us.blows.attrs["units"]["blow_speed"] == "ft/s"
     speeds = (each.blows["blow_speed"].iloc[0] for each in (us, run))
     assert next(speeds) == pytest.approx(next(speeds) / float(12 * INCH))
     for one, two in zip(us.plot().get_axes(), run.plot().get_axes(), strict=True):

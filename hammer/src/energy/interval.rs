@@ -35,6 +35,7 @@ pub(crate) fn storable() -> usize {
     if STORED.load(Ordering::Relaxed) > PROCESS { CROWDED } else { MOST }
 }
 
+/// Works, losses and impulses, summed over time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sums {
     /// Work of the loads, per channel, J.
