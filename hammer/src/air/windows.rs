@@ -158,10 +158,9 @@ fn risen(
 /// Where a function crosses zero upward between two places; `first`, if it is nowhere negative close behind it.
 fn root(first: f64, mut high: f64, function: impl Fn(f64) -> f64) -> f64 {
     // A function that begins at zero may fall before it rises.
-    let mut nearer = (0..=SOON).map(|k| if k == 0 { 0.0 } else { math::powi(0.5, k) });
-    let below = nearer.find(|part| function(first + part * (high - first)) < 0.0);
-    let Some(part) = below else { return first };
-    let mut low = first + part * (high - first);
+    let nearer = (1..=SOON).map(|k| first + math::powi(0.5, k) * (high - first));
+    let below = std::iter::once(first).chain(nearer).find(|&place| function(place) < 0.0);
+    let Some(mut low) = below else { return first };
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
         if function(middle) < 0.0 { low = middle } else { high = middle }
