@@ -193,9 +193,9 @@ impl Loading {
 }
 
 impl Interval {
-    /// The interval from the epoch to `span` after it, to which `tracks` are rotated. `form` is the viscous form at
-    /// its start, if known.
-    pub fn new(motion: &Motion, tracks: &[Track], span: f64, form: Option<f64>) -> Self {
+    /// The interval from the epoch to `span` after it, to which `tracks` are rotated. `known` are the viscous form at
+    /// its start and the viscous work, if they are.
+    pub fn new(motion: &Motion, tracks: &[Track], span: f64, known: [Option<f64>; 2]) -> Self {
         let (state, model) = (&motion.state, &motion.model);
         let anchor = &state.anchors[0];
         let system = |index: usize| motion.tracks[index].system.clone();
@@ -221,7 +221,7 @@ impl Interval {
             damped: model.is_damped(),
             given: [0.0; 2],
         };
-        stretch.given = stretch.rock_work(motion, &tracks[0], form);
+        stretch.given = stretch.rock_work(motion, &tracks[0], known);
         STORED.fetch_add(stretch.size(), Ordering::Relaxed);
         stretch
     }
@@ -360,9 +360,9 @@ impl Interval {
         [sums.rock, sums.viscous] = self.given;
     }
 
-    /// Work given to the rock, J: dissipated on loading, and by the dashpot at the tip. `form` is the dashpot's form
-    /// at the start, if known. It is integrated at once, which is cheap, since each blow reports it.
-    fn rock_work(&self, motion: &Motion, track: &Track, form: Option<f64>) -> [f64; 2] {
+    /// Work given to the rock, J: dissipated on loading, and by the dashpot at the tip. It is integrated at once, which
+    /// is cheap, since each blow reports it.
+    fn rock_work(&self, motion: &Motion, track: &Track, known: [Option<f64>; 2]) -> [f64; 2] {
         if !self.spring.is_loading() {
             return [0.0; 2];
         }
@@ -378,8 +378,10 @@ impl Interval {
         if viscosity <= 0.0 {
             return [lost, 0.0];
         }
-        let form = form.unwrap_or_else(|| self.system.viscous_form().of(self.start()));
-        [lost, viscosity * main.tip_square(tip, &poly.derivative(), form)]
+        let [form, work] = known;
+        let form = || form.unwrap_or_else(|| self.system.viscous_form().of(self.start()));
+        let integrate = || viscosity * main.tip_square(tip, &poly.derivative(), form());
+        [lost, work.unwrap_or_else(integrate)]
     }
 
     /// The viscous work exactly as the search for the energy barrier summed it: by series, accurate to its own

@@ -352,8 +352,8 @@ impl Machine {
         self.search.bring_tip(&mut self.motion, at);
         self.motion.rotate_others_to(at);
         self.blows.note_stretch(&self.motion, at);
-        let (ends, form) = (&self.motion.tracks, self.search.viscous_form());
-        let interval = Arc::new(Interval::new(&self.motion, ends, at, form));
+        let (ends, viscous) = (&self.motion.tracks, self.search.viscous(at));
+        let interval = Arc::new(Interval::new(&self.motion, ends, at, viscous));
         self.peaks.record(&self.motion, &interval);
         let work = interval.given.iter().sum();
         self.blows.note_work(work, work / self.parameters().work_per_length());

@@ -80,7 +80,7 @@ impl Machine {
 
     fn present_stretch(&self) -> Interval {
         let tracks = self.motion.present();
-        Interval::new(&self.motion, &tracks, self.motion.state.now, None)
+        Interval::new(&self.motion, &tracks, self.motion.state.now, [None; 2])
     }
 
     /// Impulses since the start.

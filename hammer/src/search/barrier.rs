@@ -2,7 +2,8 @@
 //!
 //! `psi(t) = psi_0 + CR int p'^2` never falls, so a single value below the barrier at `t` proves that the barrier was
 //! not reached before `t`. Steps may therefore be guesses, and a single value at the end of the searched time may
-//! replace all of them. The integral is exact (see [`crate::modal::stretch`]). Under constant loads the viscous form
+//! replace all of them: the guards go first, and an event that comes soon needs only the work up to it, which the
+//! ledger takes over. The integral is exact (see [`crate::modal::stretch`]). Under constant loads the viscous form
 //! of the state bounds the remaining `int p'^2`; if that cannot reach the barrier, nothing is evaluated.
 
 use crate::modal::stretch::{LITTLE, Stretch};
@@ -65,9 +66,11 @@ pub struct Barrier {
     fine: bool,
     /// True if no load that the tip feels varies.
     is_calm: bool,
-    /// True while it waits for the guards' proofs, at whose end a single value may replace many steps. It does so
-    /// under varying loads only, where a value is expensive.
-    pub waits: bool,
+    /// Until when it waits for the guards' proofs, at whose end a single value may replace many steps; 0 once it has
+    /// waited. Under varying loads, where a value is expensive, it waits for ever; not if a form costs next to nothing.
+    pub waits: f64,
+    /// The instant of the event that ends the mode, and the work up to there, J, if the proof took it.
+    pub ended: Option<[f64; 2]>,
 }
 
 impl Barrier {
@@ -87,7 +90,8 @@ impl Barrier {
             done: 0.0,
             fine: false,
             is_calm,
-            waits: false,
+            waits: 0.0,
+            ended: None,
         };
         if room <= 0.0 {
             barrier.root = Some(0.0);
@@ -96,10 +100,12 @@ impl Barrier {
         } else {
             barrier.drift = motion.poly(0, tip).derivative();
             barrier.form = track.system.viscous_form().of(&track.z);
-            barrier.waits = !is_calm;
+            let is_dear = track.z.len() as u64 > FORM;
+            let soon = if is_dear { GROWTH * barrier.step } else { 0.0 };
+            barrier.waits = if is_calm { soon } else { f64::INFINITY };
             barrier.fine = !is_calm || room < LITTLE * viscosity * barrier.form;
             if is_calm && viscosity * barrier.form < SURELY * room {
-                barrier.clear = f64::INFINITY;
+                (barrier.clear, barrier.waits) = (f64::INFINITY, 0.0);
             }
         }
         barrier
@@ -135,23 +141,22 @@ impl Barrier {
         [v * v, 2.0 * v * a, 2.0 * (a * a + v * jerk)].map(|rate| self.viscosity * rate)
     }
 
-    /// Extends the proof by one step, or locates the instant; nothing is evaluated beyond `limit`. A step begins
-    /// where the previous one ended, not at a limit, so that the instant does not depend on limits.
-    pub(crate) fn extend(&mut self, motion: &Motion, limit: f64, work: &mut Work) {
+    /// Extends the proof by one step, or locates the instant. If all guards are proved up to `end`, a single value
+    /// there may do, on the tip's track if that has come there. A step begins where the previous one ended, not at such
+    /// an end, so that the instant does not depend on them.
+    pub(crate) fn extend(&mut self, motion: &Motion, end: Option<f64>, work: &mut Work) {
+        let waited = std::mem::take(&mut self.waits) > 0.0;
+        if let Some(end) = end.filter(|_| waited)
+            && self.is_clear_until(end, motion, work)
+        {
+            self.clear = end.next_up();
+            return;
+        }
         let left = self.room - self.done;
         let guess = BEYOND * left / self.powers(&self.cursor)[0];
         let span = guess.min(self.step).max(0.0);
         let (_, length) = Generator::level_below(span).unwrap_or((0, Generator::length(0)));
         let mut ahead = self.cursor.clone();
-        if std::mem::take(&mut self.waits) && limit > self.cursor.at + length {
-            work.samples += ahead.rotate_to(limit);
-            work.evaluations += 1;
-            if self.done(motion, &ahead, work) < SURELY * self.room {
-                self.clear = limit.next_up();
-                return;
-            }
-            ahead.clone_from(&self.cursor);
-        }
         work.samples += ahead.rotate_to(self.cursor.at + length);
         work.evaluations += 1;
         let done = self.done(motion, &ahead, work);
@@ -163,6 +168,23 @@ impl Barrier {
         }
         let end = [done, self.powers(&ahead)[0]];
         self.root = Some(self.root(motion, length, end, work));
+    }
+
+    /// True if a single value at `end` shows that the barrier was not reached before.
+    fn is_clear_until(&mut self, end: f64, motion: &Motion, work: &mut Work) -> bool {
+        let tip = &motion.tracks[0];
+        if tip.at == end {
+            let done = self.done(motion, tip, work);
+            self.ended = Some([end, done]).filter(|_| !self.sums(tip));
+            return done < SURELY * self.room;
+        }
+        let mut ahead = self.cursor.clone();
+        if end <= ahead.at + self.step {
+            return false;
+        }
+        work.samples += ahead.rotate_to(end);
+        work.evaluations += 1;
+        self.done(motion, &ahead, work) < SURELY * self.room
     }
 
     /// The root of the rising `psi`, by Newton's method with three derivatives (cheap beside `psi`

@@ -101,9 +101,11 @@ impl Search {
         self.present().iter().map(|(event, tracker)| (*event, tracker.signal.clone()))
     }
 
-    /// The viscous form at the anchor of the tip's track, if the barrier needed it.
-    pub fn viscous_form(&self) -> Option<f64> {
-        self.barrier.as_ref().map(|barrier| barrier.form).filter(|form| *form > 0.0)
+    /// What the barrier needed: the viscous form at the anchor of the tip's track, and the viscous work up to `at`.
+    pub fn viscous(&self, at: f64) -> [Option<f64>; 2] {
+        let Some(barrier) = &self.barrier else { return [None; 2] };
+        let ended = barrier.ended.filter(|[end, _]| *end == at);
+        [Some(barrier.form).filter(|form| *form > 0.0), ended.map(|[_, done]| done)]
     }
 
     /// True if the barrier's work up to the instant of the tip's track comes from series, and must be summed again
@@ -121,11 +123,13 @@ impl Search {
         self.barrier = None;
     }
 
-    /// Rotates the tip's track to `at`, from the nearest of the guards' copies.
+    /// Rotates the tip's track to `at`, from the nearest of the guards' copies. (How far these have come when the
+    /// barrier is reached depends on the steps of the host, so that it begins at the anchors.)
     pub fn bring_tip(&mut self, motion: &mut Motion, at: f64) {
-        motion.return_to_anchors(at);
-        let copies =
-            self.trackers[..self.count].iter_mut().filter_map(|(_, tracker)| tracker.own());
+        let is_barrier = self.barrier.as_ref().is_some_and(|barrier| barrier.root == Some(at));
+        motion.return_to_anchors(if is_barrier { f64::NEG_INFINITY } else { at });
+        let guards = if is_barrier { 0 } else { self.count };
+        let copies = self.trackers[..guards].iter_mut().filter_map(|(_, tracker)| tracker.own());
         let tips = copies.filter(|(index, track)| *index == 0 && track.at <= at);
         let nearest = tips.map(|(_, track)| track).max_by(|a, b| a.at.total_cmp(&b.at));
         let tip = &mut motion.tracks[0];
@@ -154,12 +158,15 @@ impl Search {
             let settled = first.is_some_and(|(at, _)| at <= target);
             let open = |clear: f64| if settled { clear < limit } else { clear <= limit };
             let ends = !open(least);
-            if ends && !self.barrier.as_ref().is_some_and(|barrier| barrier.waits) {
+            if ends && !self.barrier.as_ref().is_some_and(|barrier| barrier.waits > 0.0) {
                 return Ok(first.filter(|(at, _)| *at <= target));
             }
             let tracker = self.trackers[..self.count].get_mut(place).filter(|_| !ends);
             let Some((_, tracker)) = tracker else {
-                self.extend_barrier(motion, limit);
+                if ends && settled {
+                    self.bring_tip(motion, limit);
+                }
+                self.extend_barrier(motion, ends.then_some(limit));
                 continue;
             };
             tracker.limit(first.map_or(f64::INFINITY, |(at, _)| at), next.min(limit));
@@ -194,7 +201,7 @@ impl Search {
 
     fn record_barrier(&mut self) {
         let Some(barrier) = &self.barrier else { return };
-        self.known.clear[self.count] = if barrier.waits { f64::INFINITY } else { barrier.clear };
+        self.known.clear[self.count] = barrier.clear.max(barrier.waits);
         if barrier.root.is_some() {
             self.record_root(self.count);
         }
@@ -215,9 +222,9 @@ impl Search {
         self.budget.check(motion, work, motion.state.epoch.value() + horizon)
     }
 
-    fn extend_barrier(&mut self, motion: &Motion, limit: f64) {
+    fn extend_barrier(&mut self, motion: &Motion, end: Option<f64>) {
         if let Some(barrier) = &mut self.barrier {
-            barrier.extend(motion, limit, &mut self.work);
+            barrier.extend(motion, end, &mut self.work);
         }
         self.record_barrier();
     }
