@@ -1,11 +1,12 @@
 //! A symmetric quadratic form, packed, in vectors (see [`crate::numerics::kernel`]).
 
-use crate::numerics::kernel::{LANES, MOST, Sums, TILE, across, tile_with, total, vectorised};
+use crate::numerics::kernel::{LANES, MOST, Sums, TILE, across, groups, total, vectorised};
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
 /// A symmetric form `x . m x`, packed: row `i` up to its diagonal, rounded up to whole lanes, with off-diagonal
-/// entries doubled. This takes half the memory, and stays in the nearest cache.
+/// entries doubled. This takes half the memory, and stays in the nearest cache. [`TILE`] rows are interleaved, so that a
+/// loop over them reads all numbers in order.
 #[derive(Clone, Debug, Default)]
 pub struct Form {
     rows: Vec<f64>,
@@ -16,21 +17,22 @@ pub struct Form {
 impl Form {
     /// The zero form; its size is a multiple of [`LANES`].
     pub fn zero(size: usize) -> Self {
-        Self { rows: vec![0.0; Self::row(size)], blocks: None }
+        Self { rows: vec![0.0; Self::at(size, 0)], blocks: None }
     }
 
-    /// Where row `i` begins.
-    fn row(i: usize) -> usize {
+    /// Where the entry at `(i, k)` is; at `(i, 0)` of a first row of [`LANES`], the numbers before.
+    fn at(i: usize, k: usize) -> usize {
         // A block of LANES rows has rows of one length, which ends with the block.
-        let (block, rest) = (i / LANES, i % LANES);
-        LANES * (block + 1) * (LANES * block / 2 + rest)
+        let (block, tile) = (i / LANES, i % LANES / TILE * TILE);
+        let start = LANES * (block + 1) * (LANES * block / 2 + tile);
+        start + LANES * (k / LANES * TILE + i % TILE) + k % LANES
     }
 
     /// Sets the entries of the symmetric matrix at `(i, k)` and `(k, i)`, `k` not above `i`.
     #[inline]
     pub(crate) fn set(&mut self, i: usize, k: usize, value: f64) {
         debug_assert!(k <= i, "above the diagonal");
-        self.rows[Self::row(i) + k] = if k == i { value } else { 2.0 * value };
+        self.rows[Self::at(i, k)] = if k == i { value } else { 2.0 * value };
     }
 
     /// The same form, which has no nonzero entries but those at `(i, i)` and `(i, i + apart)`. Sums leave out the
@@ -38,7 +40,7 @@ impl Form {
     pub(crate) fn of_blocks(self, apart: usize) -> Self {
         debug_assert!(apart.is_multiple_of(LANES), "both coordinates are in one lane");
         let entries = |[first, second]: [usize; 2]| {
-            (0..apart).map(|i| self.rows[Self::row(first + i) + second + i]).collect()
+            (0..apart).map(|i| self.rows[Self::at(first + i, second + i)]).collect()
         };
         let blocks = [[0, 0], [apart, 0], [apart, apart]].map(entries);
         Self { rows: Vec::new(), blocks: Some(blocks) }
@@ -65,7 +67,7 @@ impl Form {
             }
         } else {
             for i in 0..x.len() {
-                (0..=i).for_each(|k| add(i, k, self.rows[Self::row(i) + k]));
+                (0..=i).for_each(|k| add(i, k, self.rows[Self::at(i, k)]));
             }
         }
         product
@@ -95,15 +97,26 @@ vectorised! {
     fn quadratic(rows: &'a [f64], x: &'a [f64]) -> f64 as Quadratic, simd {
         // Lanes are summed separately, and only added up at the end.
         let (mut sums, mut rest): (Sums<S>, _) = ([simd.splat_f64s(0.0); MOST], rows);
+        let width = LANES / S::F64_LANES;
         for (block, values) in x.chunks_exact(LANES).enumerate() {
             // The rows of a block are equally long.
             let size = (block + 1) * LANES;
             for values in values.chunks_exact(TILE) {
                 let (tile, next) = rest.split_at(TILE * size);
                 rest = next;
-                for (part, value) in tile_with(simd, tile, size, &x[..size]).iter().zip(values) {
+                let mut parts: [Sums<S>; TILE] = [[simd.splat_f64s(0.0); MOST]; TILE];
+                let entries = S::as_simd_f64s(tile).0.chunks_exact(TILE * width);
+                for (entries, x) in entries.zip(groups::<S>(&x[..size])) {
+                    for (k, part) in parts.iter_mut().enumerate() {
+                        for g in 0..width {
+                            let product = simd.mul_f64s(entries[k * width + g], x[g]);
+                            part[g] = simd.add_f64s(part[g], product);
+                        }
+                    }
+                }
+                for (part, value) in parts.iter().zip(values) {
                     let value = simd.splat_f64s(*value);
-                    for g in 0..LANES / S::F64_LANES {
+                    for g in 0..width {
                         sums[g] = simd.add_f64s(sums[g], simd.mul_f64s(value, part[g]));
                     }
                 }

@@ -19,7 +19,7 @@ pub(crate) type Sums<S> = [<S as Simd>::f64s; MOST];
 
 /// Groups of a slice as vectors: `LANES / S::F64_LANES` a group.
 #[inline(always)]
-fn groups<S: Simd>(x: &[f64]) -> std::slice::ChunksExact<'_, S::f64s> {
+pub(crate) fn groups<S: Simd>(x: &[f64]) -> std::slice::ChunksExact<'_, S::f64s> {
     S::as_simd_f64s(x).0.chunks_exact(LANES / S::F64_LANES)
 }
 
