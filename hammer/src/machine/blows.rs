@@ -6,7 +6,7 @@
 
 use super::journal::Counters;
 use crate::laws::air::FREE_DENSITY;
-use crate::laws::event::{Bodies, Displacement};
+use crate::laws::event::Displacement;
 use crate::motion::Motion;
 use crate::motion::state::Milestone;
 use crate::numerics::instant::Double;
@@ -92,7 +92,7 @@ impl Progress {
                 let driven = &motion.state.anchors[index].driven;
                 driven.translation.derivative().least(at)
             }
-            None => motion.point(&motion.tracks, Displacement::PISTON, at).velocity,
+            None => motion.velocity(Displacement::PISTON, at),
         };
         self.spent = slowest >= 0.0;
     }
@@ -115,9 +115,8 @@ impl Progress {
         }
         self.collision = Some(epoch);
         counters.contacts += 1;
-        let speed = |mean| motion.point(&motion.tracks, mean, 0.0).velocity;
-        let piston = speed(Displacement::PISTON);
-        let relative = piston - speed(Displacement::Mean(Bodies::STRUCK));
+        let piston = motion.velocity(Displacement::PISTON, 0.0);
+        let relative = piston - motion.velocity(Displacement::STRUCK, 0.0);
         let fast = relative >= motion.parameters().blow.minimum_speed;
         if piston > 0.0 && !self.spent && fast {
             self.spent = true;

@@ -223,6 +223,16 @@ impl Motion {
         PointMotion { displacement: sum[0], velocity: sum[1], acceleration: sum[2] }
     }
 
+    /// The rate of a displacement at `t` after the epoch, to which its tracks are rotated.
+    pub(crate) fn velocity(&self, displacement: Displacement, t: f64) -> f64 {
+        let rates = self.shares(displacement).map(|(index, functional)| {
+            let track = &self.tracks[index];
+            let [_, drift] = self.poly(index, functional).derivatives_at(t);
+            drift + kernel::dot(&track.system.functionals[functional].rows[1], &track.z)
+        });
+        rates.sum()
+    }
+
     /// The motion of track `index` from the epoch to `span` later, where it is `end`.
     pub(crate) fn stretch<'a>(&'a self, index: usize, end: &'a Track, span: f64) -> Stretch<'a> {
         let anchor = &self.state.anchors[index];
