@@ -239,7 +239,7 @@ impl Machine {
         if self.views.ledger.get().is_some() {
             self.ledger.settle(); // Evaluated once here, not at every read.
         }
-        self.views = Views::default();
+        self.views.forget();
         self.peaks.begin_step(&self.motion);
         self.blows.step.clear();
         self.search.budget.begin_step(&self.motion, &self.search.work);
@@ -362,7 +362,7 @@ impl Machine {
         let viscous = if goes_on { interval.viscous_of_barrier(by_series) } else { 0.0 };
         self.ledger.defer(interval);
         self.search.stop();
-        self.views = Views::default();
+        self.views.forget();
         self.motion.move_epoch(at, viscous)
     }
 
@@ -382,7 +382,7 @@ impl Machine {
     }
 
     fn restart_search(&mut self) {
-        self.views = Views::default();
+        self.views.forget();
         self.search.start(&self.motion);
     }
 

@@ -27,6 +27,14 @@ pub(super) struct Views {
     pub(super) peaks: OnceLock<Result<Peaks, Error>>,
 }
 
+impl Views {
+    /// Forgets all; it is much larger than what tells whether there is any.
+    pub(super) fn forget(&mut self) {
+        let Self { kinematics, ledger, powers, peaks } = self;
+        (kinematics.take(), ledger.take(), powers.take(), peaks.take());
+    }
+}
+
 impl Machine {
     /// Motion and forces now.
     pub fn kinematics(&self) -> &Kinematics {
