@@ -340,7 +340,12 @@ impl Graph {
 
     /// Index of a displacement among the listed ones.
     pub(crate) fn place(&self, displacement: Displacement) -> Option<usize> {
-        self.listed.iter().position(|(other, _)| *other == displacement)
+        match displacement {
+            // The first, which are asked for most.
+            Displacement::Tip => Some(0),
+            Displacement::Relative => Some(1),
+            _ => self.listed.iter().position(|(other, _)| *other == displacement),
+        }
     }
 
     /// [`Self::share`] of a listed displacement, by its index.
