@@ -1,8 +1,8 @@
 //! Settled cycles of the reference hammer, for a profiler: 12 blows to settle, then as many cycles as the first argument says, in communication steps of 1 ms. With `count` it counts the instructions of a cycle by valgrind: `cargo work-per-cycle`.
 //!
 //! Further arguments: `energies` reads the energies at every step; `rigid`, or a number of elements per bar, changes
-//! the bodies; `air` drives the piston by air; `preset=NAME` is another hammer; `AVX2` and the like choose the
-//! vectors.
+//! the bodies; `air` drives the piston by air; `preset=NAME` is another hammer; `loose` weakens the joints of its rods;
+//! `casing` adds one of 40 kg; `AVX2` and the like choose the vectors.
 
 mod callgrind;
 
@@ -30,6 +30,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "energies" => asked = true,
             "rigid" => parameters.fidelity = Fidelity::Rigid,
             "air" => parameters.drive.source = Source::Air,
+            "loose" => parameters.drill.joint.stiffness = 3e9,
+            "casing" => parameters.casing.mass = 40.0,
             _ if word.starts_with("preset=") => {
                 let preset = Preset::named(&word["preset=".len()..]).ok_or("no such preset")?;
                 (parameters, inputs) = preset.start();

@@ -65,8 +65,12 @@ impl<'a> Stretch<'a> {
 
     /// Change of a displacement.
     pub fn change(&self, index: usize) -> f64 {
+        self.change_of(index, &self.poly(index))
+    }
+
+    /// The same, with its polynomial part.
+    fn change_of(&self, index: usize, poly: &Poly) -> f64 {
         let f = self.functional(index);
-        let poly = self.poly(index);
         let modal = kernel::dot(&f.rows[0], self.end) - kernel::dot(&f.rows[0], self.start);
         poly.at(self.span) - poly.0[0] + modal
     }
@@ -80,14 +84,15 @@ impl<'a> Stretch<'a> {
 
     /// `int load(t) u'(t) dt` of each load, by its channel, for the displacement `index`.
     pub fn works(&self, index: usize) -> impl Fn(usize) -> f64 {
-        let (change, varying) = (self.change(index), OnceCell::new());
+        let poly = self.poly(index);
+        let (change, varying) = (self.change_of(index, &poly), OnceCell::new());
         move |channel| {
             let load = &self.loads[channel];
             if load.is_constant() {
                 return load.0[0] * change;
             }
             let degree = || self.loads.iter().map(Poly::degree).max().unwrap_or_default();
-            let make = || (self.drift_rate(index), self.rate_moments(index, degree()));
+            let make = || (poly.derivative(), self.rate_moments(index, degree()));
             let (rate, moments) = varying.get_or_init(make);
             let [modal, _] = self.moment_and_size(moments, load);
             load.integral_of_product(rate, self.span) + modal

@@ -51,22 +51,27 @@ impl Motion {
         outside(&self.state.inputs).map(|poly| poly.at(t))
     }
 
-    /// Positions of the piston that set the chambers' volumes, and their rates, at `t` after the epoch, to
-    /// which `tracks` are rotated.
-    pub(crate) fn in_cylinder(&self, tracks: &[super::Track], t: f64) -> [Places; 2] {
+    /// Positions of the piston that set the chambers' volumes, and as many of their rates as are asked for, at
+    /// `t` after the epoch, to which `tracks` are rotated.
+    pub(crate) fn in_cylinder<const COUNT: usize>(
+        &self,
+        tracks: &[super::Track],
+        t: f64,
+    ) -> [Places; COUNT] {
         let of = |displacement| {
-            let point = self.point(tracks, displacement, t);
-            [point.displacement + self.ahead(displacement), point.velocity]
+            let mut rates: [f64; COUNT] = self.rates(tracks, displacement, t);
+            rates[0] += self.ahead(displacement);
+            rates
         };
         let x = of(Displacement::Relative);
         let y = if self.graph().is_framed() { of(Displacement::OverStruck) } else { x };
-        [0, 1].map(|order| [x[order], y[order]])
+        from_fn(|order| [x[order], y[order]])
     }
 
     /// Changes the air at the epoch. `change` is given the parameters, the piston's positions and the exhaust's
     /// pressure.
     pub(super) fn change_air(&mut self, change: impl FnOnce(&mut Air, &Parameters, Places, f64)) {
-        let ([_, exhaust], [places, _]) = (self.outside(0.0), self.in_cylinder(&self.tracks, 0.0));
+        let ([_, exhaust], [places]) = (self.outside(0.0), self.in_cylinder(&self.tracks, 0.0));
         if let Some(air) = &mut self.state.air {
             change(air, &self.model.parameters, places, exhaust);
         }

@@ -209,18 +209,28 @@ impl Motion {
         displacement: Displacement,
         t: f64,
     ) -> PointMotion {
+        let [displacement, velocity, acceleration] = self.rates(tracks, displacement, t);
+        PointMotion { displacement, velocity, acceleration }
+    }
+
+    /// A displacement and its first rates, at most three.
+    pub(crate) fn rates<const COUNT: usize>(
+        &self,
+        tracks: &[Track],
+        displacement: Displacement,
+        t: f64,
+    ) -> [f64; COUNT] {
         let shares = self.shares(displacement).take_while(|(index, _)| *index < tracks.len());
         let shares = shares.map(|(index, functional)| {
             let track = &tracks[index];
             let rows = &track.system.functionals[functional].rows;
-            let mut rates: [f64; 3] = self.poly(index, functional).derivatives_at(t);
+            let mut rates: [f64; COUNT] = self.poly(index, functional).derivatives_at(t);
             for (rate, row) in rates.iter_mut().zip(rows) {
                 *rate += kernel::dot(row, &track.z);
             }
             rates
         });
-        let sum = shares.reduce(|a, b| std::array::from_fn(|k| a[k] + b[k])).unwrap_or_default();
-        PointMotion { displacement: sum[0], velocity: sum[1], acceleration: sum[2] }
+        shares.reduce(|a, b| std::array::from_fn(|k| a[k] + b[k])).unwrap_or([0.0; COUNT])
     }
 
     /// The rate of a displacement at `t` after the epoch, to which its tracks are rotated.
@@ -315,7 +325,7 @@ impl Motion {
     /// # Errors
     /// A state that is not finite.
     pub(crate) fn move_epoch(&mut self, at: f64, viscous: f64) -> Result<(), Error> {
-        let places = self.air().map_or([0.0; 2], |_| self.in_cylinder(&self.tracks, at)[0]);
+        let [places] = self.air().map_or([[0.0; 2]; 1], |_| self.in_cylinder(&self.tracks, at));
         for (track, anchor) in self.tracks.iter_mut().zip(&mut self.state.anchors) {
             track.at -= at;
             anchor.z.copy_from_slice(&track.z);

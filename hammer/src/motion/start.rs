@@ -115,7 +115,7 @@ impl Motion {
         }
         motion.hang_piston();
         if parameters.drive.source == Source::Air {
-            let [places, _] = motion.in_cylinder(&motion.tracks, 0.0);
+            let [places] = motion.in_cylinder(&motion.tracks, 0.0);
             let (air, _) = Air::start(&parameters, places, motion.outside(0.0), 0.0);
             motion.state.air = Some(Box::new(air));
         }

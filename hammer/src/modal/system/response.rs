@@ -231,7 +231,7 @@ impl Response {
         let present: f64 =
             loads.iter().zip(self.sizes).map(|(load, size)| size * load.0[0].abs()).sum();
         let mut rate = 0.0f64;
-        for (load, size) in loads.iter().zip(self.sizes) {
+        for (load, size) in loads.iter().zip(self.sizes).filter(|(_, size)| *size != 0.0) {
             let mut factorial = 1.0;
             for (order, c) in load.0.iter().enumerate().take(load.degree() + 1).skip(1) {
                 factorial *= order as f64;
@@ -287,7 +287,8 @@ impl Response {
 
     /// `y += sign sum_j S_j f^(j)(t)`.
     fn add_statics(&self, loads: &[Poly; CHANNELS], t: f64, sign: f64, y: &mut [f64]) {
-        for (statics, load) in self.statics.iter().zip(loads) {
+        let acting = self.statics.iter().zip(loads).zip(self.sizes);
+        for ((statics, load), _) in acting.filter(|(_, size)| *size != 0.0) {
             if load.is_constant() {
                 let factor = sign * load.0[0];
                 if factor != 0.0 {
