@@ -1,7 +1,7 @@
 //! The interval between two events. Its works, losses and forces follow from the states at both its ends.
 
 use crate::error::Error;
-use crate::laws::event::Displacement;
+use crate::laws::event::{Bodies, Displacement};
 use crate::laws::mode::{Tie, Ties};
 use crate::laws::rock::{Coefficients, Spring};
 use crate::modal::stretch::Stretch;
@@ -133,13 +133,16 @@ pub(crate) struct Interval {
     pub given: [f64; 2],
 }
 
-/// A track beside that of the tip.
+/// A track beside that of the tip, since an event last touched it.
 #[derive(Debug)]
 struct Other {
     group: Group,
     system: Arc<System>,
     /// State at the start, then at the end.
     ends: Vec<f64>,
+    /// Length of its own interval, s.
+    span: f64,
+    /// In the time from its start.
     driven: Driven,
 }
 
@@ -193,18 +196,30 @@ impl Loading {
 }
 
 impl Interval {
-    /// The interval from the epoch to `span` after it, to which `tracks` are rotated. `known` are the viscous form at
-    /// its start and the viscous work, if they are.
-    pub fn new(motion: &Motion, tracks: &[Track], span: f64, known: [Option<f64>; 2]) -> Self {
+    /// The interval from the epoch to `span` after it, to which `tracks` are rotated, of all tracks.
+    pub fn whole(motion: &Motion, tracks: &[Track], span: f64) -> Self {
+        Self::new(motion, tracks, motion.graph().all(), span, [None; 2])
+    }
+
+    /// The interval from the epoch to `span` after it, to which `tracks` are rotated, of the groups of `touched`
+    /// bodies. `known` are the viscous form at its start and the viscous work, if they are.
+    pub fn new(
+        motion: &Motion,
+        tracks: &[Track],
+        touched: Bodies,
+        span: f64,
+        known: [Option<f64>; 2],
+    ) -> Self {
         let (state, model) = (&motion.state, &motion.model);
         let anchor = &state.anchors[0];
         let system = |index: usize| motion.tracks[index].system.clone();
-        let ends = |index: usize| [&state.anchors[index].z[..], &tracks[index].z].concat();
-        let other = |index: usize| Other {
-            group: state.anchors[index].group,
-            system: system(index),
-            ends: ends(index),
-            driven: state.anchors[index].driven.clone(),
+        let ends = |index: usize| [state.anchors[index].start().1, &tracks[index].z].concat();
+        let other = |index: usize| {
+            let anchor = &state.anchors[index];
+            let (start, mut driven) = (anchor.start().0, anchor.driven.clone());
+            driven.translation.shift(start);
+            let (group, system, ends) = (anchor.group, system(index), ends(index));
+            Other { group, system, ends, span: span - start, driven }
         };
         let mut stretch = Self {
             graph: model.graph.clone(),
@@ -214,7 +229,7 @@ impl Interval {
             span,
             loading: Loading::new(motion),
             piston: motion.flying().map(system),
-            others: motion.others().map(other).collect(),
+            others: motion.others(touched).map(other).collect(),
             ties: state.mode.ties,
             spring: motion.spring(),
             rock: motion.parameters().rock,
@@ -287,9 +302,9 @@ impl Interval {
     }
 
     fn beside<'a>(&'a self, other: &'a Other, polynomials: &'a Polynomials) -> Stretch<'a> {
-        let Other { system, ends, driven, .. } = other;
+        let Other { system, ends, span, driven, .. } = other;
         let (start, end) = ends.split_at(ends.len() / 2);
-        Stretch { system, start, end, driven, ..self.stretch(polynomials) }
+        Stretch { system, start, end, span: *span, driven, ..self.stretch(polynomials) }
     }
 
     fn share(&self, displacement: Displacement) -> usize {

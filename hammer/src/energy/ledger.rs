@@ -193,7 +193,7 @@ impl Ledger {
         let tracks = motion.present();
         let now = motion.state.now;
         let mut sums = self.sums;
-        let last = Interval::new(motion, &tracks, now, [None; 2]);
+        let last = Interval::whole(motion, &tracks, now);
         sums.add(&last.sums(&mut Forms::default()));
         sums.damping += damping_in_flight(motion, &tracks);
         let stored = Stored::of(motion, &tracks, now);

@@ -152,7 +152,7 @@ impl PeakSearch {
     pub fn now(&self, motion: &Motion) -> Result<Peaks, Error> {
         let mut searched = self.recorded();
         // Windows proceed from the start, so that the state at the end is not needed.
-        let interval = Interval::new(motion, &motion.tracks, motion.state.now, [None; 2]);
+        let interval = Interval::whole(motion, &motion.tracks, motion.state.now);
         Pending::new(motion, Arc::new(interval), self.step_start).fold(&mut searched);
         Error::if_interrupted()?;
         searched.outcome(motion)
@@ -336,7 +336,7 @@ mod tests {
             for step in 0..30 {
                 m.advance(5e-6 * f64::from(step)).expect("a step");
                 let (now, span) = (m.motion().state.now, 2e-5);
-                let interval = Interval::new(m.motion(), &m.motion().tracks, now + span, [None; 2]);
+                let interval = Interval::whole(m.motion(), &m.motion().tracks, now + span);
                 for force in interval.forces().into_iter().flatten() {
                     let at = |t: f64| {
                         let mut track = interval.track(&force);

@@ -286,7 +286,7 @@ impl Machine {
                 None if reach < target => {
                     // The series of slow coordinates are renewed here.
                     observer.before(self);
-                    self.move_epoch(reach, true)?;
+                    self.move_epoch(reach, None)?;
                     self.search.budget.count(None);
                     self.resume()?;
                 }
@@ -301,7 +301,7 @@ impl Machine {
     /// Performs the transition of an event at `at` after the epoch.
     fn occur(&mut self, at: f64, event: Event) -> Result<(), Error> {
         let from = self.mode();
-        self.move_epoch(at, !matches!(event, Event::Rock(_)))?;
+        self.move_epoch(at, Some(event))?;
         self.counters.events += 1;
         self.search.budget.count(Some(event));
         self.zeno.count(&self.motion, at)?;
@@ -346,24 +346,25 @@ impl Machine {
         self.motion.switch_tie(Tie::Contact, to)
     }
 
-    /// Moves the epoch by `at`, and adds the interval before it to the deferred ledger. `goes_on` is true if the
-    /// rock's law stays the same.
-    fn move_epoch(&mut self, at: f64, goes_on: bool) -> Result<(), Error> {
+    /// Moves the epoch by `at`, where an event may happen, and adds the interval before it to the deferred ledger.
+    fn move_epoch(&mut self, at: f64, event: Option<Event>) -> Result<(), Error> {
         self.search.bring_tip(&mut self.motion, at);
         self.motion.rotate_others_to(at);
         self.blows.note_stretch(&self.motion, at);
+        let touched = self.motion.touched(event);
         let (ends, viscous) = (&self.motion.tracks, self.search.viscous(at));
-        let interval = Arc::new(Interval::new(&self.motion, ends, at, viscous));
+        let interval = Arc::new(Interval::new(&self.motion, ends, touched, at, viscous));
         self.peaks.record(&self.motion, &interval);
         let work = interval.given.iter().sum();
         self.blows.note_work(work, work / self.parameters().work_per_length());
         // The barrier's estimate is valid only while the same drilling cycle goes on.
         let by_series = self.search.sums_series(&self.motion.tracks[0]);
+        let goes_on = !matches!(event, Some(Event::Rock(_)));
         let viscous = if goes_on { interval.viscous_of_barrier(by_series) } else { 0.0 };
         self.ledger.defer(interval);
         self.search.stop();
         self.views.forget();
-        self.motion.move_epoch(at, viscous)
+        self.motion.move_epoch(at, touched, viscous)
     }
 
     /// Moves the epoch to the present time, by one flow from the last event, and restarts the search there.
@@ -371,7 +372,7 @@ impl Machine {
         self.motion.return_to_anchors(f64::NEG_INFINITY);
         let now = self.motion.state.now;
         self.search.stop();
-        self.move_epoch(now, true)
+        self.move_epoch(now, None)
     }
 
     /// Continues from the epoch: solves the air's window, then starts the search for the next event.

@@ -90,7 +90,9 @@ impl State {
         let mut instants = self.blows.instants().chain([self.zeno.burst_start]);
         let lag = motion.epoch.until(motion.time) - motion.now;
         // Only the anchor of a lone piston may lie before the epoch.
-        let ahead = |a: &Anchor| a.at > 0.0 || a.at != 0.0 && a.group != Group::PISTON;
+        let ahead = |a: &Anchor| {
+            a.start().0 > a.at || a.at > 0.0 || a.at != 0.0 && a.group != Group::PISTON
+        };
         let strange = |a: &Anchor| a.driven.slow.iter().any(|(index, _)| *index >= a.z.len());
         // Only varying loads need a series, which is renewed at its end.
         let still = motion.loads.iter().all(|load| load.is_constant());

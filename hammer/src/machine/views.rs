@@ -88,7 +88,7 @@ impl Machine {
 
     fn present_stretch(&self) -> Interval {
         let tracks = self.motion.present();
-        Interval::new(&self.motion, &tracks, self.motion.state.now, [None; 2])
+        Interval::whole(&self.motion, &tracks, self.motion.state.now)
     }
 
     /// Impulses since the start.

@@ -21,8 +21,8 @@ mod transition;
 
 use crate::air::series::Series;
 use crate::error::Error;
-use crate::laws::event::{Bodies, Displacement};
-use crate::laws::mode::Mode;
+use crate::laws::event::{Bodies, Displacement, Event};
+use crate::laws::mode::{Mode, Tie};
 use crate::laws::rock::{Coefficients, Spring};
 use crate::modal::model::Model;
 use crate::modal::stretch::Stretch;
@@ -126,10 +126,28 @@ impl Motion {
         self.state.anchors.iter().position(|anchor| anchor.group == Group::PISTON)
     }
 
-    /// The tracks other than that of the tip and that of a lone piston.
-    pub(crate) fn others(&self) -> impl Iterator<Item = usize> {
+    /// Bodies of the groups whose interval in the ledger ends where an event happens, or none: all, except for a
+    /// string with loose joints under constant loads. There it is those that the event touches, those at the tip, and
+    /// those in which a tie holds whose largest force is an output.
+    pub(crate) fn touched(&self, event: Option<Event>) -> Bodies {
+        let graph = self.graph();
+        let ends = match event.filter(|_| graph.is_loose() && self.is_steady()) {
+            Some(Event::Tie(tie, _)) => graph.edge(tie).map_or(graph.all(), |edge| edge.ends),
+            Some(Event::Rock(_)) => Bodies::default(),
+            _ => return graph.all(),
+        };
+        let is_asked = |edge: &Edge| Tie::REPORTED.contains(&edge.tie);
+        let asked = self.ties().map(|(edge, _)| edge).filter(|edge| is_asked(edge));
+        asked.fold(ends.and(Bodies::one(graph.bit)), |all, edge| all.and(edge.ends))
+    }
+
+    /// Tracks of these bodies other than that of the tip and that of a lone piston.
+    pub(crate) fn others(&self, bodies: Bodies) -> impl Iterator<Item = usize> {
         let anchors = self.state.anchors.iter().enumerate().skip(1);
-        anchors.filter(|(_, anchor)| anchor.group != Group::PISTON).map(|(index, _)| index)
+        let theirs = anchors.filter(move |(_, anchor)| {
+            anchor.group != Group::PISTON && anchor.group.bodies.meet(bodies)
+        });
+        theirs.map(|(index, _)| index)
     }
 
     /// The rock law at the tip.
@@ -319,19 +337,25 @@ impl Motion {
         }
     }
 
-    /// Moves the epoch by `at`, to which all tracks but that of a lone piston are rotated. `viscous` is added
-    /// to the work that counts towards the barrier.
+    /// Moves the epoch by `at`, to which all tracks but that of a lone piston are rotated. The ledger's
+    /// intervals of `touched` bodies end there. `viscous` is added to the work that counts towards the barrier.
     ///
     /// # Errors
     /// A state that is not finite.
-    pub(crate) fn move_epoch(&mut self, at: f64, viscous: f64) -> Result<(), Error> {
+    pub(crate) fn move_epoch(
+        &mut self,
+        at: f64,
+        touched: Bodies,
+        viscous: f64,
+    ) -> Result<(), Error> {
         let [places] = self.air().map_or([[0.0; 2]; 1], |_| self.in_cylinder(&self.tracks, at));
         for (track, anchor) in self.tracks.iter_mut().zip(&mut self.state.anchors) {
             track.at -= at;
-            anchor.z.copy_from_slice(&track.z);
             if anchor.group != Group::PISTON {
                 track.at = 0.0;
+                anchor.move_start(at, anchor.group.bodies.meet(touched));
             }
+            anchor.z.copy_from_slice(&track.z);
             anchor.at = track.at;
         }
         let steady = self.is_steady();

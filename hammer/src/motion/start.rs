@@ -72,7 +72,7 @@ impl Motion {
             let system = model.system(group, mode)?;
             let moves = system.rigid.then(|| system.translation(start, &loads));
             let driven = Driven::translating(moves.unwrap_or_default());
-            Ok(Anchor { group, z: vec![0.0; 2 * system.blocks()], at: 0.0, driven, form: 0.0 })
+            Ok(Anchor { z: vec![0.0; 2 * system.blocks()], driven, ..Anchor::of(group) })
         };
         let groups = graph.groups(&mode).into_iter();
         let mut anchors = groups.map(still).collect::<Result<Vec<_>, Error>>()?;

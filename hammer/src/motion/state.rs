@@ -28,6 +28,31 @@ pub struct Anchor {
     pub driven: Driven,
     /// `z.Q z` where the flight of the piston began, J; 0 for a track that ends at the tip.
     pub form: f64,
+    /// Instant, s, and modal vector where an event last touched the group, if later events did not. The ledger
+    /// integrates from there.
+    pub began: Option<(f64, Vec<f64>)>,
+}
+
+impl Anchor {
+    /// An anchor at the epoch, without its motion.
+    pub(crate) fn of(group: Group) -> Self {
+        let (z, driven) = (Vec::new(), Driven::default());
+        Self { group, z, at: 0.0, driven, form: 0.0, began: None }
+    }
+
+    /// Where the ledger's interval of the group begins: instant, s, and modal vector.
+    pub(crate) fn start(&self) -> (f64, &[f64]) {
+        self.began.as_ref().map_or((self.at, &self.z), |(at, z)| (*at, z))
+    }
+
+    /// Moves the epoch by `at`, which the event there touches the group or not.
+    pub(crate) fn move_start(&mut self, at: f64, touched: bool) {
+        let began = self.began.take();
+        if !touched {
+            let (start, z) = began.unwrap_or_else(|| (self.at, self.z.clone()));
+            self.began = Some((start - at, z));
+        }
+    }
 }
 
 /// Time and hole depth at an instant.
@@ -125,7 +150,7 @@ impl MotionState {
         }
         let track = |anchor: &Anchor| {
             let system = model.system(anchor.group, self.mode)?;
-            if anchor.z.len() != 2 * system.blocks() {
+            if [&anchor.z, anchor.start().1].iter().any(|z| z.len() != 2 * system.blocks()) {
                 return Err(Error::Foreign);
             }
             Ok(Track { system, z: anchor.z.clone(), at: anchor.at })
@@ -142,7 +167,9 @@ impl MotionState {
         let driven = || self.anchors.iter().map(|anchor| &anchor.driven);
         let polys = polys.chain(driven().map(|driven| &driven.translation));
         let polys = polys.chain(driven().flat_map(|d| d.slow.iter().map(|(_, poly)| poly)));
+        let starts = self.anchors.iter().filter_map(|a| a.began.as_ref());
         let anchors = self.anchors.iter().flat_map(|a| a.z.iter().chain([&a.at, &a.form]));
+        let anchors = anchors.chain(starts.flat_map(|(at, z)| z.iter().chain([at])));
         doubles.chain(memory).all(f64::is_finite)
             && driven().all(|driven| driven.reach.is_none_or(f64::is_finite))
             && polys.flat_map(|poly| &poly.0).chain(anchors).all(|x| x.is_finite())

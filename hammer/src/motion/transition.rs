@@ -143,8 +143,7 @@ impl Motion {
                 self.state.anchors.push(anchors.swap_remove(same));
                 continue;
             }
-            let (z, driven) = (Vec::new(), Driven::default());
-            self.state.anchors.push(Anchor { group, z, at: 0.0, driven, form: 0.0 });
+            self.state.anchors.push(Anchor::of(group));
             self.tracks.push(Track { system, z: Vec::new(), at: 0.0 });
             *made = true;
         }
