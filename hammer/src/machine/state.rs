@@ -163,7 +163,7 @@ mod tests {
     #[test]
     fn each_part_of_a_state_is_refused_beyond_its_own_bounds() {
         use CorruptState as Is;
-        let cases: [Case<Option<Is>, State>; 27] = [
+        let cases: [Case<Option<Is>, State>; 29] = [
             (Some(Is::NotFinite), |s| s.motion.psi = f64::NAN),
             (Some(Is::NotFinite), |s| s.step_start = f64::NAN),
             (None, |s| s.motion.time += 0.5 * TIME_ROUNDING),
@@ -182,6 +182,8 @@ mod tests {
             (Some(Is::Step), |s| s.step_start = s.motion.now + 1e-9),
             (None, |s| s.motion.anchors[1].at -= 1e-6),
             (Some(Is::Ahead), |s| s.motion.anchors[1].at = 1e-6),
+            (None, |s| s.motion.anchors[0].began = Some((-1e-6, Vec::new()))),
+            (Some(Is::Ahead), |s| s.motion.anchors[0].began = Some((1e-6, Vec::new()))),
             (Some(Is::Ahead), |s| s.motion.anchors[0].at = -1e-6),
             (None, |s| slow(s, -1)),
             (Some(Is::Coordinates), |s| slow(s, 0)),

@@ -188,7 +188,7 @@ mod tests {
         let inputs = Inputs::constant(&InputValues::default());
         let state = Motion::new(model, inputs, 0.0).expect("a scene").state;
         assert!(state.is_finite());
-        let numbers: [fn(&mut MotionState, f64); 14] = [
+        let numbers: [fn(&mut MotionState, f64); 16] = [
             |s, x| s.epoch = Double::new(x),
             |s, x| s.origin = Double::new(x),
             |s, x| s.memory.unloaded = x,
@@ -202,6 +202,8 @@ mod tests {
             |s, x| s.anchors[0].z[0] = x,
             |s, x| s.anchors[0].at = x,
             |s, x| s.anchors[0].form = x,
+            |s, x| s.anchors[0].began = Some((x, Vec::new())),
+            |s, x| s.anchors[0].began = Some((0.0, vec![x])),
             |s, x| s.anchors[0].driven.translation.0[0] = x,
         ];
         for (index, set) in numbers.into_iter().enumerate() {
