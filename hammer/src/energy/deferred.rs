@@ -11,28 +11,37 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-/// Contributions to the sums: a linked list, so that a snapshot shares it instead of copying it.
-struct Link {
-    /// None if the sums are known.
-    interval: Option<Arc<Interval>>,
+/// An interval whose integrals are not yet added: a linked list, so that a snapshot shares it instead of copying it.
+pub(crate) struct Deferred {
+    pub interval: Interval,
     sums: OnceLock<Sums>,
-    before: Option<Arc<Link>>,
+    /// Known sums between the previous interval and this one.
+    known: Vec<Sums>,
+    before: Option<Arc<Deferred>>,
 }
 
-impl Link {
+impl Deferred {
+    /// An interval after `before`, with known sums between them. (Made in place: it is long.)
+    pub fn new(
+        make: impl FnOnce() -> Interval,
+        known: Vec<Sums>,
+        before: Option<Arc<Self>>,
+    ) -> Arc<Self> {
+        Arc::new(Self { interval: make(), sums: OnceLock::new(), known, before })
+    }
+
     /// The contribution. `forms` are those at the end of the previous interval.
     fn sums<'a>(&'a self, forms: &mut Forms<'a>) -> &'a Sums {
-        let interval = self.interval.as_ref();
-        self.sums.get_or_init(|| interval.map(|it| it.sums(forms)).unwrap_or_default())
+        self.sums.get_or_init(|| self.interval.sums(forms))
     }
 }
 
 /// Drops in a loop, since recursion would overflow the stack on a long list.
-impl Drop for Link {
+impl Drop for Deferred {
     fn drop(&mut self) {
         let mut next = self.before.take();
-        while let Some(mut link) = next.and_then(Arc::into_inner) {
-            next = link.before.take();
+        while let Some(mut one) = next {
+            next = Arc::get_mut(&mut one).and_then(|one| one.before.take());
         }
     }
 }
@@ -42,20 +51,29 @@ impl Drop for Link {
 #[serde(from = "Ledger", into = "Ledger")]
 pub(crate) struct DeferredLedger {
     evaluated: Ledger,
-    last: Option<Arc<Link>>,
+    last: Option<Arc<Deferred>>,
+    /// Known sums after the last interval.
+    known: Vec<Sums>,
     /// Numbers stored.
     pub size: usize,
 }
 
 impl From<Ledger> for DeferredLedger {
     fn from(evaluated: Ledger) -> Self {
-        Self { evaluated, last: None, size: 0 }
+        Self { evaluated, ..Self::default() }
     }
 }
 
 impl From<DeferredLedger> for Ledger {
     fn from(deferred: DeferredLedger) -> Self {
         deferred.evaluated()
+    }
+}
+
+/// Without those before.
+impl fmt::Debug for Deferred {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.interval.fmt(f)
     }
 }
 
@@ -74,9 +92,11 @@ impl PartialEq for DeferredLedger {
 
 impl DeferredLedger {
     /// Adds an interval, not yet integrated.
-    pub fn defer(&mut self, interval: Arc<Interval>) {
-        self.size += interval.size();
-        self.push(Some(interval), OnceLock::new());
+    pub fn defer(&mut self, make: impl FnOnce() -> Interval) -> &Arc<Deferred> {
+        let (known, before) = (std::mem::take(&mut self.known), self.last.take());
+        let last = self.last.insert(Deferred::new(make, known, before));
+        self.size += last.interval.size();
+        last
     }
 
     /// Evaluates everything pending if it is much. Integrals that are finished survive an interrupt.
@@ -98,11 +118,9 @@ impl DeferredLedger {
     /// [`Error::Cancelled`].
     pub fn prepare(&self) -> Result<(), Error> {
         let mut forms = Forms::default();
-        for link in self.links() {
-            if let Some(interval) = &link.interval {
-                interval.prepare()?;
-            }
-            link.sums(&mut forms);
+        for pending in self.pending() {
+            pending.interval.prepare()?;
+            pending.sums(&mut forms);
             Error::if_interrupted()?;
         }
         Ok(())
@@ -110,31 +128,25 @@ impl DeferredLedger {
 
     /// Adds known integrals.
     pub fn add(&mut self, sums: Sums) {
-        self.push(None, sums.into());
+        self.known.push(sums);
     }
 
-    fn push(&mut self, interval: Option<Arc<Interval>>, sums: OnceLock<Sums>) {
-        self.last = Some(Arc::new(Link { interval, sums, before: self.last.take() }));
-    }
-
-    /// The contributions in order of time.
-    fn links(&self) -> Vec<&Link> {
-        let mut links = Vec::new();
-        let mut link = self.last.as_deref();
-        while let Some(this) = link {
-            links.push(this);
-            link = this.before.as_deref();
-        }
-        links.reverse();
-        links
+    /// The pending intervals in order of time.
+    fn pending(&self) -> Vec<&Deferred> {
+        let all = std::iter::successors(self.last.as_deref(), |it| it.before.as_deref());
+        let mut all: Vec<_> = all.collect();
+        all.reverse();
+        all
     }
 
     /// The ledger with all pending integrals added.
     pub fn evaluated(&self) -> Ledger {
         let (mut ledger, mut forms) = (self.evaluated.clone(), Forms::default());
-        for link in self.links() {
-            ledger.sums.add(link.sums(&mut forms));
+        for pending in self.pending() {
+            pending.known.iter().for_each(|sums| ledger.sums.add(sums));
+            ledger.sums.add(pending.sums(&mut forms));
         }
+        self.known.iter().for_each(|sums| ledger.sums.add(sums));
         ledger
     }
 

@@ -4,6 +4,7 @@
 //! ([`crate::search::tracker`]), on which a force is a polynomial.
 
 use crate::allowance::Allowance;
+use crate::energy::deferred::Deferred;
 use crate::energy::interval::{self, Force, Interval};
 use crate::error::{Error, WorkLimit};
 use crate::interrupt;
@@ -64,7 +65,7 @@ impl Peaks {
 /// An interval whose peaks are not yet found.
 #[derive(Clone, Debug)]
 pub struct Pending {
-    interval: Arc<Interval>,
+    of: Arc<Deferred>,
     /// Start of the communication step in the interval, s.
     start: f64,
     /// Allowed error of a displacement, m.
@@ -103,10 +104,11 @@ impl PeakSearch {
     }
 
     /// Stores an interval that starts at the epoch.
-    pub fn record(&mut self, motion: &Motion, interval: &Arc<Interval>) {
+    pub fn record(&mut self, motion: &Motion, of: &Arc<Deferred>) {
+        let interval = &of.interval;
         if interval.is_pressed() {
             self.size += interval.size();
-            self.pending.push(Pending::new(motion, interval.clone(), self.step_start));
+            self.pending.push(Pending::new(motion, of.clone(), self.step_start));
         }
         self.step_start = (self.step_start - interval.span).max(0.0);
     }
@@ -132,7 +134,7 @@ impl PeakSearch {
         };
         let done = self.pending.iter().take_while(goes_on).count();
         self.pending.drain(..done);
-        self.size = self.pending.iter().map(|pending| pending.interval.size()).sum();
+        self.size = self.pending.iter().map(|pending| pending.of.interval.size()).sum();
         if self.pending.is_empty() { Ok(()) } else { Err(Error::Cancelled) }
     }
 
@@ -152,27 +154,28 @@ impl PeakSearch {
     pub fn now(&self, motion: &Motion) -> Result<Peaks, Error> {
         let mut searched = self.recorded();
         // Windows proceed from the start, so that the state at the end is not needed.
-        let interval = Interval::whole(motion, &motion.tracks, motion.state.now);
-        Pending::new(motion, Arc::new(interval), self.step_start).fold(&mut searched);
+        let interval = || Interval::whole(motion, &motion.tracks, motion.state.now);
+        Pending::new(motion, Deferred::new(interval, Vec::new(), None), self.step_start)
+            .fold(&mut searched);
         Error::if_interrupted()?;
         searched.outcome(motion)
     }
 }
 
 impl Pending {
-    fn new(motion: &Motion, interval: Arc<Interval>, start: f64) -> Self {
-        Self { interval, start, resolution: COARSE * motion.model.resolutions[0] }
+    fn new(motion: &Motion, of: Arc<Deferred>, start: f64) -> Self {
+        Self { of, start, resolution: COARSE * motion.model.resolutions[0] }
     }
 
     fn fold(&self, searched: &mut Searched) {
-        let forces = self.interval.forces();
+        let forces = self.of.interval.forces();
         if searched.is_over() || forces.iter().all(Option::is_none) {
             return;
         }
         let Searched { peaks, work } = searched;
         for (force, best) in forces.iter().zip(&mut peaks.0) {
             if let Some(force) = force {
-                let mut track = self.interval.track(force);
+                let mut track = self.of.interval.track(force);
                 track.rotate_to(self.start);
                 *best = self.peak(force, &track, *best, work);
             }
@@ -182,7 +185,7 @@ impl Pending {
     /// The larger of `best` and the force's maximum over the interval, from the track `start` on. The search ends
     /// early if `work` exceeds [`BUDGET`], if the call's [`Allowance`] is spent, or by an interrupt.
     fn peak(&self, force: &Force, start: &Track, mut best: f64, work: &mut u64) -> f64 {
-        let (mut track, end) = (start.clone(), self.interval.span);
+        let (mut track, end) = (start.clone(), self.of.interval.span);
         let part = Part { track: 0, functional: force.functional, factor: 1.0 };
         let guard = Signal::new(force.poly, [Some(part), None], 0, self.resolution);
         let (whole, rate) = (track.z.len() as u64 + WINDOW, track.system.rate_max);

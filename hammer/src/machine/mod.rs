@@ -44,7 +44,6 @@ use blows::Progress;
 use exchange::Exchange;
 use journal::{Counters, Record};
 use state::State;
-use std::sync::Arc;
 use views::Views;
 use zeno::ZenoDetector;
 
@@ -353,15 +352,16 @@ impl Machine {
         self.blows.note_stretch(&self.motion, at);
         let touched = self.motion.touched(event);
         let (ends, viscous) = (&self.motion.tracks, self.search.viscous(at));
-        let interval = Arc::new(Interval::new(&self.motion, ends, touched, at, viscous));
-        self.peaks.record(&self.motion, &interval);
+        let make = || Interval::new(&self.motion, ends, touched, at, viscous);
+        let deferred = self.ledger.defer(make);
+        self.peaks.record(&self.motion, deferred);
+        let interval = &deferred.interval;
         let work = interval.given.iter().sum();
-        self.blows.note_work(work, work / self.parameters().work_per_length());
+        self.blows.note_work(work, work / self.motion.parameters().work_per_length());
         // The barrier's estimate is valid only while the same drilling cycle goes on.
         let by_series = self.search.sums_series(&self.motion.tracks[0]);
         let goes_on = !matches!(event, Some(Event::Rock(_)));
         let viscous = if goes_on { interval.viscous_of_barrier(by_series) } else { 0.0 };
-        self.ledger.defer(interval);
         self.search.stop();
         self.views.forget();
         self.motion.move_epoch(at, touched, viscous)

@@ -31,7 +31,7 @@ impl Views {
     /// Forgets all; it is much larger than what tells whether there is any.
     pub(super) fn forget(&mut self) {
         let Self { kinematics, ledger, powers, peaks } = self;
-        (kinematics.take(), ledger.take(), powers.take(), peaks.take());
+        drop((kinematics.take(), ledger.take(), powers.take(), peaks.take()));
     }
 }
 
