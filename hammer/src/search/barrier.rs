@@ -13,6 +13,7 @@ use crate::motion::Motion;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
 use crate::search::tracker::Work;
+use std::cell::OnceCell;
 
 /// Factor that covers the rounding of a form, at most 1e-12 of itself.
 const SURELY: f64 = 1.0 - 1e-9;
@@ -51,7 +52,8 @@ pub struct Barrier {
     pub clear: f64,
     /// Where it is reached, s.
     pub root: Option<f64>,
-    cursor: Track,
+    /// Where the next step begins; at first the anchor, which is not copied before it is needed.
+    cursor: OnceCell<Track>,
     step: f64,
     /// Functional of the tip's displacement.
     tip: usize,
@@ -82,7 +84,7 @@ impl Barrier {
             viscosity,
             clear: 0.0,
             root: None,
-            cursor: track.clone(),
+            cursor: OnceCell::new(),
             step: FIRST_STEP / track.system.rate_max,
             tip,
             drift: Poly::default(),
@@ -117,6 +119,10 @@ impl Barrier {
         self.fine && track.at * track.system.rate_max <= LONGEST
     }
 
+    fn cursor(&self, motion: &Motion) -> &Track {
+        self.cursor.get_or_init(|| motion.at_anchor(0))
+    }
+
     fn done(&self, motion: &Motion, track: &Track, work: &mut Work) -> f64 {
         let stretch = motion.stretch(0, track, track.at);
         work.barrier += track.z.len() as u64 / FORM;
@@ -125,7 +131,7 @@ impl Barrier {
             if let Some(closed) = (!self.is_calm).then(closed).flatten() {
                 return self.viscosity * closed;
             }
-            let Track { at, z, system } = &self.cursor;
+            let Track { at, z, system } = self.cursor(motion);
             work.count_panels(Stretch::panels(system, track.at - at));
             let more = stretch.tip_square_by_series(self.tip, &self.drift, *at, z);
             return self.done + self.viscosity * more;
@@ -153,16 +159,17 @@ impl Barrier {
             return;
         }
         let left = self.room - self.done;
-        let guess = BEYOND * left / self.powers(&self.cursor)[0];
+        let cursor = self.cursor(motion);
+        let guess = BEYOND * left / self.powers(cursor)[0];
         let span = guess.min(self.step).max(0.0);
         let (_, length) = Generator::level_below(span).unwrap_or((0, Generator::length(0)));
-        let mut ahead = self.cursor.clone();
-        work.samples += ahead.rotate_to(self.cursor.at + length);
+        let mut ahead = cursor.clone();
+        work.samples += ahead.rotate_to(cursor.at + length);
         work.evaluations += 1;
         let done = self.done(motion, &ahead, work);
         if done < self.room {
             (self.clear, self.done) = (self.clear.max(ahead.at), done);
-            self.cursor = ahead;
+            self.cursor = ahead.into();
             self.step = GROWTH * length;
             return;
         }
@@ -178,7 +185,7 @@ impl Barrier {
             self.ended = Some([end, done]).filter(|_| !self.sums(tip));
             return done < SURELY * self.room;
         }
-        let mut ahead = self.cursor.clone();
+        let mut ahead = self.cursor(motion).clone();
         if end <= ahead.at + self.step {
             return false;
         }
@@ -191,13 +198,14 @@ impl Barrier {
     /// itself), within a bracket that bisection narrows. `end` is work and power at the bracket's end.
     fn root(&self, motion: &Motion, span: f64, end: [f64; 2], work: &mut Work) -> f64 {
         let (mut low, mut high) = (0.0, span);
-        let start = [self.done, self.powers(&self.cursor)[0]];
+        let cursor = self.cursor(motion);
+        let start = [self.done, self.powers(cursor)[0]];
         let mut x =
             span * reached([start, end].map(|[done, power]| [done - self.room, span * power]));
         let sharp = SHARP * span;
         for _ in 0..100 {
-            let mut at = self.cursor.clone();
-            work.samples += at.rotate_to(self.cursor.at + x);
+            let mut at = cursor.clone();
+            work.samples += at.rotate_to(cursor.at + x);
             work.evaluations += 1;
             let overrun = self.done(motion, &at, work) - self.room;
             if overrun > 0.0 {
@@ -213,11 +221,11 @@ impl Barrier {
             let is_short = (next - x).abs() * at.system.rate_max <= SHORT_STEP;
             let is_sure = (steps[2] - steps[1]).abs() <= sharp && inside == Some(x + steps[2]);
             if is_short && is_sure || (next - x).abs() <= sharp {
-                return self.cursor.at + next;
+                return cursor.at + next;
             }
             x = next;
         }
-        self.cursor.at + x
+        cursor.at + x
     }
 }
 
