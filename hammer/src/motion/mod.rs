@@ -255,8 +255,14 @@ impl Motion {
     pub(crate) fn velocity(&self, displacement: Displacement, t: f64) -> f64 {
         let rates = self.shares(displacement).map(|(index, functional)| {
             let track = &self.tracks[index];
-            let [_, drift] = self.poly(index, functional).derivatives_at(t);
-            drift + kernel::dot(&track.system.functionals[functional].rows[1], &track.z)
+            let own = &track.system.functionals[functional];
+            let [_, speed, bend, ..] = self.state.anchors[index].driven.translation.0;
+            let drift = if self.is_steady() {
+                own.rigid * (speed + 2.0 * bend * t)
+            } else {
+                self.poly(index, functional).derivatives_at::<2>(t)[1]
+            };
+            drift + kernel::dot(&own.rows[1], &track.z)
         });
         rates.sum()
     }
