@@ -60,18 +60,7 @@ impl Search {
         let parameters = motion.parameters();
         let (mode, reach) = (motion.mode(), motion.reach());
         let (vr, working) = (Displacement::Relative, !mode.vented);
-        let ties = motion.graph().ties.iter();
-        let ties = ties.flat_map(|edge| edge.law.guards(edge.tie, mode.ties.of(edge.tie)));
-        let end = parameters.cylinder_end(mode.vented);
-        let openings = motion
-            .air()
-            .map(|air| parameters.air.guards(&air.openings, [air.shut, mode.vented], end, vr));
-        let guards = ties
-            .chain(parameters.vent_guard(&mode))
-            .chain(mode.rock.guards(&parameters.rock, &motion.state.memory))
-            .chain(parameters.drive.guard(mode.relay, vr).filter(|_| working))
-            .chain(openings.into_iter().flatten());
-        guards.for_each(|guard| {
+        let mut track = |guard: Guard| {
             let signal = signal(motion, &guard).within(reach);
             match self.trackers.get_mut(self.count) {
                 Some((event, tracker)) => {
@@ -81,7 +70,19 @@ impl Search {
                 None => self.trackers.push((guard.event, GuardTracker::new(signal, 0.0))),
             }
             self.count += 1;
-        });
+        };
+        // One after the other: a chain of them is long, and would be moved.
+        for edge in &motion.graph().ties {
+            edge.law.guards(edge.tie, mode.ties.of(edge.tie)).for_each(&mut track);
+        }
+        parameters.vent_guard(&mode).into_iter().for_each(&mut track);
+        mode.rock.guards(&parameters.rock, &motion.state.memory).for_each(&mut track);
+        let relay = parameters.drive.guard(mode.relay, vr).filter(|_| working);
+        relay.into_iter().for_each(&mut track);
+        if let Some(air) = motion.air() {
+            let (end, now) = (parameters.cylinder_end(mode.vented), [air.shut, mode.vented]);
+            parameters.air.guards(&air.openings, now, end, vr).into_iter().for_each(&mut track);
+        }
         let tip = motion.share(0, Displacement::Tip);
         self.barrier = tip.filter(|_| mode.rock.is_viscous()).map(|tip| {
             let room = parameters.rock.energy_barrier - motion.state.psi;
@@ -304,20 +305,18 @@ fn signal(motion: &Motion, guard: &Guard) -> Signal {
     let factor = guard.direction.sign();
     let resolution = motion.model.resolutions[order];
     let level = guard.level - if order == 0 { motion.ahead(displacement) } else { 0.0 };
-    let mut parts = [None; 2];
+    let (mut parts, mut drift, mut is_calm) = ([None; 2], [0.0; 3], true);
     for (part, (track, functional)) in parts.iter_mut().zip(motion.shares(displacement)) {
         *part = Some(Part { track, functional, factor });
-    }
-    let each = parts.into_iter().flatten();
-    let is_rate = order == 1;
-    if each.clone().all(|part| motion.is_calm(part.track)) {
-        let mut drift = [0.0; 3];
-        for part in each {
-            let functional = &motion.tracks[part.track].system.functionals[part.functional];
-            let state = &motion.state;
-            let moved = &state.anchors[part.track].driven.translation;
-            functional.add_parabola(&state.loads, moved, factor, &mut drift);
+        is_calm = is_calm && motion.is_calm(track);
+        if is_calm {
+            let functional = &motion.tracks[track].system.functionals[functional];
+            let moved = &motion.state.anchors[track].driven.translation;
+            functional.add_parabola(&motion.state.loads, moved, factor, &mut drift);
         }
+    }
+    let is_rate = order == 1;
+    if is_calm {
         if is_rate {
             drift = [drift[1], 2.0 * drift[2], 0.0];
         }
@@ -333,7 +332,7 @@ fn signal(motion: &Motion, guard: &Guard) -> Signal {
         return Signal::over(Drift::parabola(drift), parts, order, resolution);
     }
     let sum = |sum: Poly, part: Part| sum.plus(factor, &motion.poly(part.track, part.functional));
-    let mut poly = each.fold(Poly::default(), sum);
+    let mut poly = parts.into_iter().flatten().fold(Poly::default(), sum);
     if is_rate {
         poly = poly.derivative();
     }
