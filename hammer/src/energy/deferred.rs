@@ -21,15 +21,6 @@ pub(crate) struct Deferred {
 }
 
 impl Deferred {
-    /// An interval after `before`, with known sums between them. (Made in place: it is long.)
-    pub fn new(
-        make: impl FnOnce() -> Interval,
-        known: Vec<Sums>,
-        before: Option<Arc<Self>>,
-    ) -> Arc<Self> {
-        Arc::new(Self { interval: make(), sums: OnceLock::new(), known, before })
-    }
-
     /// The contribution. `forms` are those at the end of the previous interval.
     fn sums<'a>(&'a self, forms: &mut Forms<'a>) -> &'a Sums {
         self.sums.get_or_init(|| self.interval.sums(forms))
@@ -91,10 +82,11 @@ impl PartialEq for DeferredLedger {
 }
 
 impl DeferredLedger {
-    /// Adds an interval, not yet integrated.
+    /// Adds an interval, not yet integrated. (It is made in its place: it is long.)
     pub fn defer(&mut self, make: impl FnOnce() -> Interval) -> &Arc<Deferred> {
         let (known, before) = (std::mem::take(&mut self.known), self.last.take());
-        let last = self.last.insert(Deferred::new(make, known, before));
+        let deferred = Deferred { interval: make(), sums: OnceLock::new(), known, before };
+        let last = self.last.insert(Arc::new(deferred));
         self.size += last.interval.size();
         last
     }

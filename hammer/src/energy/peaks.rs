@@ -4,7 +4,7 @@
 //! ([`crate::search::tracker`]), on which a force is a polynomial.
 
 use crate::allowance::Allowance;
-use crate::energy::deferred::Deferred;
+use crate::energy::deferred::{Deferred, DeferredLedger};
 use crate::energy::interval::{self, Force, Interval};
 use crate::error::{Error, WorkLimit};
 use crate::interrupt;
@@ -154,9 +154,9 @@ impl PeakSearch {
     pub fn now(&self, motion: &Motion) -> Result<Peaks, Error> {
         let mut searched = self.recorded();
         // Windows proceed from the start, so that the state at the end is not needed.
-        let interval = || Interval::whole(motion, &motion.tracks, motion.state.now);
-        Pending::new(motion, Deferred::new(interval, Vec::new(), None), self.step_start)
-            .fold(&mut searched);
+        let mut alone = DeferredLedger::default();
+        let of = alone.defer(|| Interval::whole(motion, &motion.tracks, motion.state.now));
+        Pending::new(motion, of.clone(), self.step_start).fold(&mut searched);
         Error::if_interrupted()?;
         searched.outcome(motion)
     }

@@ -92,7 +92,7 @@ impl Progress {
                 let driven = &motion.state.anchors[index].driven;
                 driven.translation.derivative().least(at)
             }
-            None => motion.velocity(Displacement::PISTON, at),
+            None => motion.rates::<2>(&motion.tracks, Displacement::PISTON, at)[1],
         };
         self.spent = slowest >= 0.0;
     }
@@ -115,8 +115,9 @@ impl Progress {
         }
         self.collision = Some(epoch);
         counters.contacts += 1;
-        let piston = motion.velocity(Displacement::PISTON, 0.0);
-        let relative = piston - motion.velocity(Displacement::STRUCK, 0.0);
+        let speed = |mean| motion.rates::<2>(&motion.tracks, mean, 0.0)[1];
+        let piston = speed(Displacement::PISTON);
+        let relative = piston - speed(Displacement::STRUCK);
         let fast = relative >= motion.parameters().blow.minimum_speed;
         if piston > 0.0 && !self.spent && fast {
             self.spent = true;

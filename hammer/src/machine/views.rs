@@ -30,8 +30,7 @@ pub(super) struct Views {
 impl Views {
     /// Forgets all; it is much larger than what tells whether there is any.
     pub(super) fn forget(&mut self) {
-        let Self { kinematics, ledger, powers, peaks } = self;
-        drop((kinematics.take(), ledger.take(), powers.take(), peaks.take()));
+        drop((self.kinematics.take(), self.ledger.take(), self.powers.take(), self.peaks.take()));
     }
 }
 

@@ -251,22 +251,6 @@ impl Motion {
         shares.reduce(|a, b| std::array::from_fn(|k| a[k] + b[k])).unwrap_or([0.0; COUNT])
     }
 
-    /// The rate of a displacement at `t` after the epoch, to which its tracks are rotated.
-    pub(crate) fn velocity(&self, displacement: Displacement, t: f64) -> f64 {
-        let rates = self.shares(displacement).map(|(index, functional)| {
-            let track = &self.tracks[index];
-            let own = &track.system.functionals[functional];
-            let [_, speed, bend, ..] = self.state.anchors[index].driven.translation.0;
-            let drift = if self.is_steady() {
-                own.rigid * (speed + 2.0 * bend * t)
-            } else {
-                self.poly(index, functional).derivatives_at::<2>(t)[1]
-            };
-            drift + kernel::dot(&own.rows[1], &track.z)
-        });
-        rates.sum()
-    }
-
     /// The motion of track `index` from the epoch to `span` later, where it is `end`.
     pub(crate) fn stretch<'a>(&'a self, index: usize, end: &'a Track, span: f64) -> Stretch<'a> {
         let anchor = &self.state.anchors[index];
@@ -317,11 +301,6 @@ impl Motion {
                 track.rotate_to(0.0);
             }
         }
-    }
-
-    /// Rotates the track that ends at the tip to `t`; returns the number of rotations.
-    pub(crate) fn rotate_tip_to(&mut self, t: f64) -> u64 {
-        self.tracks[0].rotate_to(t)
     }
 
     /// Resets each track that is beyond `at` to its anchor. A guard crosses before an instant already evaluated
@@ -432,7 +411,7 @@ impl Motion {
 
     /// Adopts tunable parameters at the epoch; positions and memory are unchanged.
     pub(crate) fn retune(&mut self, tuned: Model) -> Result<(), Error> {
-        self.rotate_tip_to(0.0);
+        self.tracks[0].rotate_to(0.0);
         let (state, line) = (self.body_state(&self.tracks[0], 0, 0.0), self.tip_line());
         self.model = tuned;
         // If the tip's spring is unchanged, the basis stays the same and nothing is rounded.

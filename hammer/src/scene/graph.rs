@@ -340,12 +340,10 @@ impl Graph {
 
     /// Index of a displacement among the listed ones.
     pub(crate) fn place(&self, displacement: Displacement) -> Option<usize> {
-        match displacement {
-            // The first, which are asked for most.
-            Displacement::Tip => Some(0),
-            Displacement::Relative => Some(1),
-            _ => self.listed.iter().position(|(other, _)| *other == displacement),
+        if displacement == Displacement::Tip {
+            return Some(0); // The one that is asked for most.
         }
+        self.listed.iter().position(|(other, _)| *other == displacement)
     }
 
     /// [`Self::share`] of a listed displacement, by its index.

@@ -42,7 +42,7 @@ const HALVINGS: usize = 20;
 const FORM: u64 = 16;
 
 /// The search for the barrier along one track.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Barrier {
     /// Viscous work still allowed at the track's anchor, J.
     pub room: f64,
@@ -79,22 +79,8 @@ impl Barrier {
     /// Starts at the anchor of the tip's track, instant 0.
     pub fn new(motion: &Motion, tip: usize, room: f64, viscosity: f64) -> Self {
         let (track, is_calm) = (&motion.tracks[0], motion.is_calm(0));
-        let mut barrier = Self {
-            room,
-            viscosity,
-            clear: 0.0,
-            root: None,
-            cursor: OnceCell::new(),
-            step: FIRST_STEP / track.system.rate_max,
-            tip,
-            drift: Poly::default(),
-            form: 0.0,
-            done: 0.0,
-            fine: false,
-            is_calm,
-            waits: 0.0,
-            ended: None,
-        };
+        let step = FIRST_STEP / track.system.rate_max;
+        let mut barrier = Self { room, viscosity, step, tip, is_calm, ..Self::default() };
         if room <= 0.0 {
             barrier.root = Some(0.0);
         } else if viscosity == 0.0 {

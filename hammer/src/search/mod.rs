@@ -92,14 +92,10 @@ impl Search {
         self.record_barrier();
     }
 
-    fn present(&self) -> &[(Event, GuardTracker)] {
-        &self.trackers[..self.count]
-    }
-
     /// The guards of the present mode.
     #[cfg(feature = "internals")]
     pub fn tracked(&self) -> impl Iterator<Item = (Event, Signal)> {
-        self.present().iter().map(|(event, tracker)| (*event, tracker.signal.clone()))
+        self.trackers[..self.count].iter().map(|(event, tracker)| (*event, tracker.signal.clone()))
     }
 
     /// What the barrier needed: the viscous form at the anchor of the tip's track, and the viscous work up to `at`.
@@ -137,7 +133,7 @@ impl Search {
         if let Some(track) = nearest.filter(|track| track.at > tip.at) {
             std::mem::swap(track, tip);
         }
-        self.work.samples += motion.rotate_tip_to(at);
+        self.work.samples += motion.tracks[0].rotate_to(at);
     }
 
     /// The first event up to `target`: its time after the epoch, and its kind. The target must lie
@@ -152,7 +148,7 @@ impl Search {
     ) -> Result<Option<(f64, Event)>, Error> {
         loop {
             let first = self.known.first;
-            let Front { least, place, next } = self.known.front();
+            let (least, place, next) = self.known.front();
             self.check(motion, first.map_or(least, |(at, _)| at.min(least)))?;
             let limit = first.map_or(target, |(at, _)| at.min(target));
             // A guard that is clear until the limit may still cross at the limit.
@@ -234,7 +230,8 @@ impl Search {
     /// false if none is tracked.
     pub fn never(&self, motion: &Motion, rank: u8) -> bool {
         let tracks = motion.present();
-        let mut tracked = self.present().iter().filter(|(e, _)| e.rank() == rank).peekable();
+        let mut tracked =
+            self.trackers[..self.count].iter().filter(|(e, _)| e.rank() == rank).peekable();
         tracked.peek().is_some() && tracked.all(|(_, w)| w.root.is_none() && w.never(&tracks))
     }
 }
@@ -260,15 +257,6 @@ struct Known {
     first: Option<(f64, Event)>,
 }
 
-/// The guard that is least far proved.
-struct Front {
-    /// Instant until which it is clear; minus infinity for NaN.
-    least: f64,
-    place: usize,
-    /// Instant until which all others are clear.
-    next: f64,
-}
-
 impl Known {
     fn restart(&mut self, guards: usize) {
         self.clear.clear();
@@ -277,18 +265,19 @@ impl Known {
         self.first = None;
     }
 
+    /// Until when the guard is clear that is least far proved (minus infinity for NaN), its place, and until when all
+    /// others are.
     #[inline]
-    fn front(&self) -> Front {
-        let ever = f64::INFINITY;
-        let mut front = Front { least: ever, place: 0, next: ever };
-        for (place, &clear) in self.clear.iter().enumerate() {
-            if clear < front.least {
-                front = Front { least: clear, place, next: front.least };
-            } else if clear < front.next {
-                front.next = clear;
+    fn front(&self) -> (f64, usize, f64) {
+        let (mut least, mut place, mut next) = (f64::INFINITY, 0, f64::INFINITY);
+        for (i, &clear) in self.clear.iter().enumerate() {
+            if clear < least {
+                (least, place, next) = (clear, i, least);
+            } else if clear < next {
+                next = clear;
             }
         }
-        front
+        (least, place, next)
     }
 }
 
