@@ -80,12 +80,12 @@ fn turned<S: Simd>(simd: S, e: &[S::f64s], g: usize, x: S::f64s, y: S::f64s) -> 
 
 /// Declares a function that is compiled for each kind of vectors.
 macro_rules! vectorised {
-    ($(#[$doc:meta])* $vis:vis fn $name:ident$(<const $n:ident>)?($($arg:ident: $kind:ty),*) -> $out:ty as $op:ident, $simd:ident $body:block) => {
-        struct $op<'a $(, const $n: usize)?> {
+    ($(#[$doc:meta])* $vis:vis fn $name:ident($($arg:ident: $kind:ty),*) -> $out:ty as $op:ident, $simd:ident $body:block) => {
+        struct $op<'a> {
             $($arg: $kind),*
         }
 
-        impl<'a $(, const $n: usize)?> WithSimd for $op<'a $(, $n)?> {
+        impl<'a> WithSimd for $op<'a> {
             type Output = $out;
 
             #[inline(always)]
@@ -97,8 +97,8 @@ macro_rules! vectorised {
 
         $(#[$doc])*
         #[inline]
-        $vis fn $name<'a $(, const $n: usize)?>($($arg: $kind),*) -> $out {
-            dispatch($op::<$($n)?> { $($arg),* })
+        $vis fn $name<'a>($($arg: $kind),*) -> $out {
+            dispatch($op { $($arg),* })
         }
     };
 }

@@ -5,11 +5,9 @@ use crate::numerics::vectors::dispatch;
 use num_complex::Complex64 as C;
 use pulp::{Simd, WithSimd};
 
-/// Position of an unused place of a group. Its contribution to a sum is below rounding, and its square does not
+/// Position of the unused places of a group. Their contribution to a sum is below rounding, and its square does not
 /// overflow.
-pub const FAR: f64 = 1e60;
-/// The same of both points of a pair.
-pub const AWAY: [f64; 4] = [FAR, 0.0, FAR, 0.0];
+const FAR: f64 = 1e60;
 
 /// Pairs of points with associated numbers, stored group by group, one column after the other.
 #[derive(Clone, Debug)]
@@ -19,12 +17,17 @@ pub struct Pairs {
 }
 
 impl Pairs {
-    /// `count` pairs, all with these numbers in the first columns and zeros in the others.
-    pub fn new<const ENDS: usize>(count: usize, columns: usize, unused: [f64; ENDS]) -> Self {
-        let count = count.next_multiple_of(LANES);
-        let mut pairs = Self { columns, numbers: vec![0.0; count * columns] };
-        (0..count).for_each(|i| pairs.set(i, 0, unused));
+    /// `count` pairs, all at the unused position.
+    pub fn new(count: usize, columns: usize) -> Self {
+        let numbers = vec![0.0; count.next_multiple_of(LANES) * columns];
+        let mut pairs = Self { columns, numbers };
+        (0..count.next_multiple_of(LANES)).for_each(|i| pairs.banish(i));
         pairs
+    }
+
+    /// Moves pair `i` to the unused position, where it contributes nothing.
+    pub fn banish(&mut self, i: usize) {
+        self.set(i, 0, [FAR, 0.0, FAR, 0.0]);
     }
 
     /// Writes columns of pair `i`, from `first` on.
@@ -63,6 +66,11 @@ fn times<S: Simd>(simd: S, a: Z<S>, b: Z<S>) -> Z<S> {
         simd.sub_f64s(simd.mul_f64s(a[0], b[0]), simd.mul_f64s(a[1], b[1])),
         simd.add_f64s(simd.mul_f64s(a[0], b[1]), simd.mul_f64s(a[1], b[0])),
     ]
+}
+
+#[inline(always)]
+fn scaled<S: Simd>(simd: S, w: S::f64s, z: Z<S>) -> Z<S> {
+    [simd.mul_f64s(w, z[0]), simd.mul_f64s(w, z[1])]
 }
 
 /// Columns `k` and `k + 1` of a group, their vectors `g`.
@@ -107,9 +115,9 @@ fn complex(lanes: &Lanes) -> C {
 /// Result of [`weighed`].
 #[derive(Clone, Copy, Debug)]
 pub struct Weighed<const WEIGHTS: usize> {
-    /// `sum 1 / (a - x)`.
+    /// `sum 1 / (s - a) + 1 / (s - b)`.
     pub poles: C,
-    /// For each weight `sum w / (a - x)`, and its derivative.
+    /// For each weight `sum w / ((s - a) (s - b))`, and its derivative.
     pub sums: [[C; 2]; WEIGHTS],
 }
 
@@ -120,76 +128,99 @@ impl<const WEIGHTS: usize> Weighed<WEIGHTS> {
     }
 }
 
-/// A point given as an offset from a real one.
-pub type Beside = (f64, C);
+/// Columns of a pair before its weights.
+pub const ENDS: usize = 4;
 
-/// The real part of `a - x` of a group's vectors `g`, and the inverse of its squared magnitude; `square` is that of the
-/// imaginary part.
 #[inline(always)]
-fn apart<S: Simd>(simd: S, a: S::f64s, [base, offset, square]: [S::f64s; 3]) -> [S::f64s; 2] {
-    let real = simd.sub_f64s(simd.sub_f64s(a, base), offset);
-    let size = simd.add_f64s(simd.mul_f64s(real, real), square);
-    [real, simd.div_f64s(simd.splat_f64s(1.0), size)]
-}
-
-vectorised! {
-    /// Sums over real poles, stored before so many weights, at a point.
-    pub fn weighed<const WEIGHTS>(pairs: &'a Pairs, x: Beside) -> Weighed<WEIGHTS> as WeighedAt, simd {
-        let (base, offset) = x;
-        let width = LANES / S::F64_LANES;
-        let at = [base, offset.re, offset.im * offset.im].map(|x| simd.splat_f64s(x));
-        let (mut poles, mut lanes) = (Lanes::default(), [[[0.0; LANES]; 4]; WEIGHTS]);
-        let numbers = S::as_simd_f64s(&pairs.numbers).0;
-        let zero = simd.splat_f64s(0.0);
-        // Vector by vector, because the sums of a whole group do not fit into the registers.
-        for g in 0..width {
-            let (mut each, mut parts) = ([zero; 2], [[zero; 4]; WEIGHTS]);
-            for group in numbers.chunks_exact((1 + WEIGHTS) * width) {
-                // 1 / (r - i y) = q (r + i y) with q = 1 / (r^2 + y^2); its square has the real part q - 2 y^2 q^2.
-                let [real, q] = apart(simd, group[g], at);
-                let p = simd.mul_f64s(real, q);
-                let terms = [p, q, simd.mul_f64s(q, q), simd.mul_f64s(p, q)];
-                each = plus(simd, each, [p, q]);
-                for (k, sums) in parts.iter_mut().enumerate() {
-                    let w = group[(1 + k) * width + g];
-                    for (sum, term) in sums.iter_mut().zip(terms) {
-                        *sum = simd.add_f64s(*sum, simd.mul_f64s(w, term));
-                    }
-                }
-            }
-            keep::<S>(&mut poles, g, each);
-            for (lanes, part) in lanes.iter_mut().flatten().zip(parts.iter().flatten()) {
-                S::as_mut_simd_f64s(lanes).0[g] = *part;
+fn weighed_with<S: Simd, const WEIGHTS: usize>(
+    simd: S,
+    pairs: &Pairs,
+    at: Point,
+) -> Weighed<WEIGHTS> {
+    let width = LANES / S::F64_LANES;
+    let (mut poles, mut sums) = (Lanes::default(), [[Lanes::default(); 2]; WEIGHTS]);
+    let (base, offset) = (splat(simd, at.base), splat(simd, at.offset));
+    let numbers = S::as_simd_f64s(&pairs.numbers).0;
+    // Vector by vector, because the sums of a whole group do not fit into the registers.
+    for g in 0..width {
+        let zero = splat(simd, C::default());
+        let (mut each, mut parts) = (zero, [[zero; 2]; WEIGHTS]);
+        for group in numbers.chunks_exact((ENDS + WEIGHTS) * width) {
+            let a = plus(simd, minus(simd, base, point::<S>(group, 0, g)), offset);
+            let b = plus(simd, minus(simd, base, point::<S>(group, 2, g)), offset);
+            let compliance = inverse(simd, times(simd, a, b));
+            let both = times(simd, plus(simd, a, b), compliance);
+            let fall = times(simd, both, compliance);
+            each = plus(simd, each, both);
+            for (k, [sum, slope]) in parts.iter_mut().enumerate() {
+                let w = group[(ENDS + k) * width + g];
+                *sum = plus(simd, *sum, scaled(simd, w, compliance));
+                *slope = minus(simd, *slope, scaled(simd, w, fall));
             }
         }
-        let y = offset.im;
-        let jet = |lanes: [[f64; LANES]; 4]| {
-            let [p, q, square, product] = lanes.map(|lanes| across(&lanes));
-            [C::new(p, y * q), C::new(q - 2.0 * y * y * square, 2.0 * y * product)]
-        };
-        let [p, q] = poles.map(|lanes| across(&lanes));
-        Weighed { poles: C::new(p, y * q), sums: lanes.map(jet) }
+        keep::<S>(&mut poles, g, each);
+        for (lanes, part) in sums.iter_mut().flatten().zip(parts.iter().flatten()) {
+            keep::<S>(lanes, g, *part);
+        }
+    }
+    let jet = |[sum, slope]: [Lanes; 2]| [complex(&sum), complex(&slope)];
+    Weighed { poles: complex(&poles), sums: sums.map(jet) }
+}
+
+struct WeighedBy<'a, const WEIGHTS: usize>(&'a Pairs, Point);
+
+impl<const WEIGHTS: usize> WithSimd for WeighedBy<'_, WEIGHTS> {
+    type Output = Weighed<WEIGHTS>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Weighed<WEIGHTS> {
+        weighed_with(simd, self.0, self.1)
     }
 }
 
+/// Sums over pairs of points at a point, with so many weights for each pair.
+#[inline]
+pub fn weighed<const WEIGHTS: usize>(pairs: &Pairs, at: Point) -> Weighed<WEIGHTS> {
+    dispatch(WeighedBy(pairs, at))
+}
+
 vectorised! {
-    /// `1 / (a - x)` of every pole, unused places included: real and imaginary parts.
-    pub fn inverses(pairs: &'a Pairs, x: Beside) -> [Vec<f64>; 2] as Inverses, simd {
+    /// `1 / ((s - a) (s - b))` of every pair, unused places included: real and imaginary parts.
+    pub fn inverse_products(pairs: &'a Pairs, at: Point) -> [Vec<f64>; 2] as InverseProducts, simd {
         let width = LANES / S::F64_LANES;
-        let (base, offset) = x;
-        let at = [base, offset.re, offset.im * offset.im].map(|x| simd.splat_f64s(x));
-        let y = simd.splat_f64s(offset.im);
+        let (base, offset) = (splat(simd, at.base), splat(simd, at.offset));
         let length = pairs.numbers.len() / pairs.columns;
         let (mut real, mut imaginary) = (vec![0.0; length], vec![0.0; length]);
         let to = groups_mut::<S>(&mut real).zip(groups_mut::<S>(&mut imaginary));
         let from = S::as_simd_f64s(&pairs.numbers).0.chunks_exact(pairs.columns * width);
         for (group, (real, imaginary)) in from.zip(to) {
             for g in 0..width {
-                let [r, q] = apart(simd, group[g], at);
-                [real[g], imaginary[g]] = [simd.mul_f64s(r, q), simd.mul_f64s(y, q)];
+                let a = plus(simd, minus(simd, base, point::<S>(group, 0, g)), offset);
+                let b = plus(simd, minus(simd, base, point::<S>(group, 2, g)), offset);
+                [real[g], imaginary[g]] = inverse(simd, times(simd, a, b));
             }
         }
         [real, imaginary]
+    }
+}
+
+vectorised! {
+    /// Square of the distance to the nearest point of all pairs.
+    pub fn nearest(pairs: &'a Pairs, at: Point) -> f64 as Nearest, simd {
+        let width = LANES / S::F64_LANES;
+        let (base, offset) = (splat(simd, at.base), splat(simd, at.offset));
+        let mut least = simd.splat_f64s(f64::INFINITY);
+        for group in S::as_simd_f64s(&pairs.numbers).0.chunks_exact(pairs.columns * width) {
+            for g in 0..width {
+                let a = plus(simd, minus(simd, base, point::<S>(group, 0, g)), offset);
+                let b = plus(simd, minus(simd, base, point::<S>(group, 2, g)), offset);
+                least = simd.min_f64s(least, simd.min_f64s(square(simd, a), square(simd, b)));
+            }
+        }
+        // The least over all lanes does not depend on their number or order.
+        let mut lanes = [f64::INFINITY; LANES];
+        S::as_mut_simd_f64s(&mut lanes).0[0] = least;
+        lanes.into_iter().fold(f64::INFINITY, f64::min)
     }
 }
 

@@ -2,10 +2,9 @@
 //! near a root are rows and columns of their own, so that no power of their compliance has to cancel.
 
 use crate::modal::spectrum::jet::Jet;
-use crate::modal::spectrum::secular::{At, MOST, PAIRS, Root, Secular, size};
-use crate::numerics::poles::{self, FAR};
+use crate::modal::spectrum::secular::{MOST, PAIRS, Root, Secular, size};
+use crate::numerics::poles;
 use num_complex::Complex64 as C;
-use std::array::from_fn;
 
 /// A matrix of which the first rows and columns are used.
 type Matrix = [[Jet; MOST]; MOST];
@@ -36,41 +35,44 @@ impl Secular {
     /// `1 + kappa R` of an expanded determinant, without the modes that dominate ([`Self::borders`]);
     /// `sum 1 / (s - pole)` over all poles; and the compliances `1 / d` of the modes that dominate.
     fn matrix(&self, root: Root) -> (Matrix, C, Vec<(usize, Jet)>) {
-        let (at, borders) = (self.at(root), self.borders(root));
+        let (s, at, borders) = (self.value(root), self.point(root), self.borders(root));
         let mut others = self.others.borrow_mut();
-        borders.iter().for_each(|mode| others.set(*mode, 0, [FAR]));
+        borders.iter().for_each(|mode| others.banish(*mode));
         let order = self.system.shapes.len();
-        let (poles, sums) = match order {
-            2 => poles::weighed::<4>(&others, at.x).list(),
-            3 => poles::weighed::<6>(&others, at.x).list(),
-            _ => poles::weighed::<10>(&others, at.x).list(),
+        let (mut poles, sums) = match order {
+            2 => poles::weighed::<4>(&others, at).list(),
+            3 => poles::weighed::<6>(&others, at).list(),
+            _ => poles::weighed::<10>(&others, at).list(),
         };
-        borders.iter().for_each(|mode| others.set(*mode, 0, [self.system.omega2[*mode]]));
+        for &mode in &borders {
+            let [a, b] = [0, 1].map(|side| self.sites[2 * mode + side]);
+            others.set(mode, 0, [a.re, a.im, b.re, b.im]);
+        }
         let mut matrix = Matrix::default();
-        let stiff: [Jet; MOST] = from_fn(|a| if a < order { self.stiff(a, &at) } else { ONE });
         let used = PAIRS.into_iter().take_while(|[_, b]| *b < order);
-        for ([a, b], sum) in used.zip(sums) {
+        for ([a, b], [at, slope]) in used.zip(sums) {
             for (row, column) in [(a, b), (b, a)] {
-                matrix[row][column] = stiff[row] * at.jet(sum);
+                matrix[row][column] = self.stiff(row, s) * Jet { at, slope };
             }
             if a == b {
                 matrix[a][a].at += 1.0;
             }
         }
         let compliance = |mode: usize| {
-            let inverse = ((self.system.omega2[mode] - at.x.0) - at.x.1).inv();
-            (mode, at.jet([inverse, inverse * inverse]))
+            let [one, other] = [0, 1].map(|side| self.off_pole(root, 2 * mode + side).inv());
+            let (both, compliance) = (one + other, one * other);
+            poles += both;
+            (mode, Jet { at: compliance, slope: -compliance * both })
         };
-        let compliances: Vec<_> = borders.into_iter().map(compliance).collect();
-        let all = poles + compliances.iter().map(|(_, own)| own.at).sum::<C>();
-        (matrix, self.pole_sum(&at, all), compliances)
+        let compliances = borders.into_iter().map(compliance).collect();
+        (matrix, poles, compliances)
     }
 
     /// Borders a matrix with a mode, as row and column `order`, the column times `scale`.
-    fn border(&self, matrix: &mut Matrix, at: &At, (order, mode): (usize, usize), scale: Jet) {
+    fn border(&self, matrix: &mut Matrix, s: C, (order, mode): (usize, usize), scale: Jet) {
         for (a, shape) in self.system.shapes.iter().enumerate() {
             let phi = Jet { at: shape[mode].into(), slope: C::default() };
-            matrix[a][order] = self.stiff(a, at) * phi * scale;
+            matrix[a][order] = self.stiff(a, s) * phi * scale;
             matrix[order][a].at = -phi.at;
         }
     }
@@ -79,10 +81,10 @@ impl Secular {
     /// dominate ([`Self::borders`]); `R` is without them, so that no power of `1 / d` has to cancel. At a root the
     /// matrix is singular, and its null vector has the forces of the attachments and the amplitudes of these modes.
     fn bordered(&self, root: Root) -> (Matrix, usize) {
-        let (at, (mut matrix, _, compliances)) = (self.at(root), self.matrix(root));
+        let (s, (mut matrix, _, compliances)) = (self.value(root), self.matrix(root));
         let mut order = self.system.shapes.len();
         for (mode, compliance) in compliances {
-            self.border(&mut matrix, &at, (order, mode), ONE);
+            self.border(&mut matrix, s, (order, mode), ONE);
             matrix[order][order].at = 1.0 / compliance.at;
             order += 1;
         }
@@ -92,10 +94,10 @@ impl Secular {
     /// The determinant, its derivative, and `sum 1 / (s - pole)`.
     pub(crate) fn expanded_function(&self, root: Root) -> (C, C, C) {
         // det(A + u v' / d) = det((A, u / d), (-v', 1)).
-        let (at, (mut matrix, poles, compliances)) = (self.at(root), self.matrix(root));
+        let (s, (mut matrix, poles, compliances)) = (self.value(root), self.matrix(root));
         let mut order = self.system.shapes.len();
         for (mode, compliance) in compliances {
-            self.border(&mut matrix, &at, (order, mode), compliance);
+            self.border(&mut matrix, s, (order, mode), compliance);
             matrix[order][order].at = ONE.at;
             order += 1;
         }

@@ -78,8 +78,6 @@ impl Deflated {
                 }
             }
         }
-        // Rigid bodies do not read it, so that it must not round anything either.
-        left.beta = if left.omega2.iter().all(|w2| *w2 == 0.0) { 0.0 } else { left.beta };
         let sizes = |shape: &Vec<f64>| (shape.iter().map(|x| x.abs()).collect(), norm(shape));
         left.sizes = left.shapes.iter().map(sizes).collect();
         (left, blocks)

@@ -6,14 +6,13 @@
 //! jet          functions of s with their derivatives
 //! secular      the function whose zeros are the eigenvalues, and its vectors
 //! bordered     the same of more than two attachments
-//! joined       the modes of bodies that are joined
-//! undamped     nearly the zeros: those without damping
 //! roots        all zeros at once
 //! pairing      roots into pairs, and pairs into blocks
 //! states       displacements with velocities, in which vectors are orthogonal
 //! refinement   an eigenpair by Newton's method, its residuals in twice the digits
 //! schur        eigenvectors of a matrix
 //! dense        eigenpairs that the roots do not give
+//! joined       the modes of bodies that are joined
 //! reaction     the displacement of a stiff attachment, from the force in it
 //! ```
 
@@ -30,7 +29,6 @@ mod roots;
 mod schur;
 mod secular;
 mod states;
-mod undamped;
 
 use crate::error::SpectrumError;
 use crate::interrupt;
@@ -111,7 +109,7 @@ impl Spectrum {
 
 impl Coupled {
     fn new(secular: Secular) -> Self {
-        let (roots, end) = Roots { secular: &secular }.solve();
+        let (roots, end) = Roots::new(&secular).solve();
         Self { secular, roots, end }
     }
 

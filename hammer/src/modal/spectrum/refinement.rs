@@ -283,7 +283,7 @@ mod tests {
         let omega2 = &[0.0, 1e6, 3e7, 4e8];
         let structure = Structure { attachments, ..Structure::free(omega2, 1e-7) };
         let secular = Secular::new(Deflated::new(&structure).0);
-        let mut roots = Roots { secular: &secular }.solve().0;
+        let mut roots = Roots::new(&secular).solve().0;
         roots.retain(|root| secular.value(*root).im > 0.0);
         assert_eq!(roots.len(), 4);
         for root in roots {

@@ -4,10 +4,9 @@
 use crate::error::SpectrumError;
 use crate::interrupt;
 use crate::modal::spectrum::block::is_real;
-use crate::modal::spectrum::secular::{Root, Secular, WEIGHTS};
-use crate::modal::spectrum::undamped;
+use crate::modal::spectrum::secular::{Root, Secular};
 use crate::numerics::math::norm;
-use crate::numerics::poles::{self, AWAY, PLACES, Pairs, Point};
+use crate::numerics::poles::{self, Pairs, Point};
 use num_complex::Complex64 as C;
 
 /// Sweeps of the iteration; tens are needed at most.
@@ -24,8 +23,6 @@ const ASIDE: C = C::new(-0.06, 0.05);
 /// step, which must be below [`WHOLE`], gives it all.
 const HALF: f64 = 1e-8;
 const WHOLE: f64 = 1e-14;
-/// After such a small step other roots do not matter to the next one.
-const ALONE: f64 = 1e-6;
 
 /// Two nearly coincident roots are accurate to the square root of rounding only.
 const COINCIDENT: f64 = 1e-6;
@@ -33,15 +30,9 @@ const COINCIDENT: f64 = 1e-6;
 /// find it afterwards.
 const ROUGH: f64 = 1e-2;
 
-/// Number of consecutive steps below these limits. A step so much smaller than the last that the next would be below the
-/// second one is both.
-fn steps_in_place(before: u8, [last, size]: [f64; 2], rough: f64) -> u8 {
-    let whole = WHOLE.max(rough);
-    match size {
-        _ if size * size <= whole * last => 2,
-        _ if size <= whole => before + 1,
-        _ => u8::from(size <= HALF),
-    }
+/// Number of consecutive steps below these limits.
+fn steps_in_place(before: u8, size: f64, rough: f64) -> u8 {
+    if size <= WHOLE.max(rough) { before + 1 } else { u8::from(size <= HALF) }
 }
 
 /// Sweeps after which a root with these few digits may count as settled.
@@ -59,12 +50,26 @@ enum Step {
 
 /// The iteration.
 pub(crate) struct Roots<'a> {
-    pub(crate) secular: &'a Secular,
+    secular: &'a Secular,
+    /// Squared distance of each pole to the next.
+    gaps: Vec<f64>,
 }
 
-impl Roots<'_> {
-    /// A place of each root, near the known ones.
-    fn start(&self, near: &[Option<C>]) -> Vec<Root> {
+impl<'a> Roots<'a> {
+    pub(crate) fn new(secular: &'a Secular) -> Self {
+        let mut sites = secular.pairs.clone();
+        let mut gap = |j: usize| {
+            let (here, other) = (secular.sites[j], secular.sites[j ^ 1]);
+            sites.banish(j / 2);
+            let others = poles::nearest(&sites, Point { base: here, offset: C::default() });
+            let ends = &secular.sites[j & !1..][..2];
+            sites.set(j / 2, 0, [ends[0].re, ends[0].im, ends[1].re, ends[1].im]);
+            others.min((other - here).norm_sqr())
+        };
+        Self { secular, gaps: (0..secular.sites.len()).map(&mut gap).collect() }
+    }
+
+    fn start(&self) -> Vec<Root> {
         let (system, poles) = (&self.secular.system, &self.secular.poles);
         let n = system.omega2.len();
         let stiffening: f64 = system
@@ -95,13 +100,6 @@ impl Roots<'_> {
                 let step = if side == 0 { C::new(-0.11, 0.43) } else { C::new(-0.17, -0.37) };
                 roots.push(Root { pole: 2 * i + side, offset: gap * step });
             }
-            if let Some(known) = near.get(i).copied().flatten() {
-                let mut root = Root { pole: 2 * i, offset: known - poles[2 * i] };
-                self.rebase(&mut root);
-                if root.offset != C::default() {
-                    (roots[2 * i], roots[2 * i + 1]) = (root, self.mirrored(root));
-                }
-            }
         }
         roots
     }
@@ -120,36 +118,27 @@ impl Roots<'_> {
     /// or do not fit the trace.
     pub(crate) fn solve(&self) -> (Vec<Root>, Result<(), SpectrumError>) {
         let (mut roots, mut end) = (Vec::new(), Err(SpectrumError::Unsettled));
-        for (near, ties) in [(true, true), (false, true), (false, false)] {
+        for ties in [true, false] {
             if end.is_err() && end != Err(SpectrumError::Cancelled) {
-                let near = if near { undamped::roots(&self.secular.system) } else { Vec::new() };
-                roots = self.start(&near);
-                let turns = |i: usize| self.secular.poles[2 * i].im > 0.0;
-                let known = |i: usize| near.get(i).is_some_and(Option::is_some);
-                let tied = (0..roots.len() / 2).map(|i| ties && (turns(i) || known(i)));
-                end = self.settle(&mut roots, &mut tied.collect::<Vec<_>>(), !near.is_empty());
+                roots = self.start();
+                end = self.settle(&mut roots, ties);
             }
         }
         (roots, end)
     }
 
     /// Iterates. Roots of a mode that are tied are conjugates and take one common step, until they come
-    /// near the real axis, where they may separate. Those known to few digits settle after [`PATIENCE`] sweeps. From a
-    /// good start, `quick` takes a step in proportion for the last.
-    fn settle(
-        &self,
-        roots: &mut [Root],
-        tied: &mut [bool],
-        quick: bool,
-    ) -> Result<(), SpectrumError> {
+    /// near the real axis, where they may separate. Those known to few digits settle after [`PATIENCE`] sweeps.
+    fn settle(&self, roots: &mut [Root], ties: bool) -> Result<(), SpectrumError> {
         let start = roots.to_vec();
-        let mut sites = Pairs::new(tied.len(), PLACES, AWAY);
+        let turns = |i: usize| ties && self.secular.poles[2 * i].im > 0.0;
+        let mut tied: Vec<bool> = (0..self.gaps.len() / 2).map(turns).collect();
+        let mut sites = Pairs::new(tied.len(), poles::PLACES);
         for (i, _) in tied.iter().enumerate().filter(|(_, tied)| **tied) {
             roots[2 * i + 1] = self.mirrored(roots[2 * i]);
         }
         (0..roots.len()).for_each(|k| self.place(&mut sites, k, roots[k]));
         let mut settled = vec![0u8; roots.len()];
-        let mut last = vec![if quick { 1.0 } else { 0.0 }; roots.len()];
         if let Some(mode) = self.secular.sliding() {
             roots[2 * mode].offset = C::default();
             self.place(&mut sites, 2 * mode, roots[2 * mode]);
@@ -165,7 +154,7 @@ impl Roots<'_> {
                 if interrupt::is_set() {
                     return Err(SpectrumError::Cancelled);
                 }
-                match self.correction(roots, &mut sites, k, quick && last[k] < ALONE) {
+                match self.correction(roots, &mut sites, k) {
                     Step::By(step) => {
                         let value = self.secular.value(roots[k]);
                         // A root that is rounded to its pole is very near to it, but not there.
@@ -175,13 +164,11 @@ impl Roots<'_> {
                         let near = roots[k].offset.norm_sqr().min(value.norm_sqr());
                         let size = (step.norm_sqr() / near).sqrt();
                         let rough = if sweep > PATIENCE { self.rough() } else { 0.0 };
-                        settled[k] = steps_in_place(settled[k], [last[k], size], rough);
-                        last[k] = if quick { size } else { 0.0 };
+                        settled[k] = steps_in_place(settled[k], size, rough);
                         self.rebase(&mut roots[k]);
                     }
                     Step::Exact => {
                         settled[k] = 2;
-                        [k, k ^ 1].into_iter().for_each(|k| self.place(&mut sites, k, roots[k]));
                         continue;
                     }
                     Step::Blocked => {
@@ -198,8 +185,9 @@ impl Roots<'_> {
                         settled[k] = 0;
                         roots[k + 1].offset += norm(value) * ASIDE;
                     }
+                    self.place(&mut sites, k + 1, roots[k + 1]);
                 }
-                [k, k ^ 1].into_iter().for_each(|k| self.place(&mut sites, k, roots[k]));
+                self.place(&mut sites, k, roots[k]);
             }
             if !moving {
                 return self.check(roots);
@@ -220,19 +208,19 @@ impl Roots<'_> {
         Root { pole, offset: root.offset.conj() }
     }
 
-    /// The Ehrlich-Aberth step `1 / (P'/P - sum_k 1/(x - x_k))`, `P = f prod d_i`; of a root that is `alone` without the
-    /// last sum. It takes the mode's roots out of `sites`.
-    fn correction(&self, roots: &[Root], sites: &mut Pairs, k: usize, alone: bool) -> Step {
+    /// The Ehrlich-Aberth step `1 / (P'/P - sum_k 1/(x - x_k))`, `P = f prod d_i`.
+    fn correction(&self, roots: &[Root], sites: &mut Pairs, k: usize) -> Step {
         let (f, slope, poles) = self.secular.function(roots[k]);
         if f == C::default() {
             return Step::Exact;
         }
         let mut sum = slope / f + poles;
-        if !alone {
-            sites.set(k / 2, 0, AWAY);
-            sum -= poles::inverse_distances(sites, self.secular.point(roots[k]));
-            sum -= self.secular.difference(roots[k], roots[k ^ 1]).inv();
-        }
+        let other = k ^ 1;
+        sites.banish(k / 2);
+        sum -= poles::inverse_distances(sites, self.secular.point(roots[k]));
+        sum -= self.secular.difference(roots[k], roots[other]).inv();
+        self.place(sites, k, roots[k]);
+        self.place(sites, other, roots[other]);
         let step = 1.0 / sum;
         if step.is_finite() { Step::By(step) } else { Step::Blocked }
     }
@@ -244,23 +232,25 @@ impl Roots<'_> {
         sites.set(k / 2, 4 + 2 * (k % 2), [offset.re, offset.im]);
     }
 
-    /// Moves the origin of a root to its nearest pole. The poles of one side lie on a curve in their order, no more of
-    /// them in one place than there are attachments.
+    /// Moves the origin of a root to its nearest pole.
     fn rebase(&self, root: &mut Root) {
-        let steps = (1..=WEIGHTS.len()).map(|step| 2 * step);
-        loop {
-            let here = root.pole;
-            let near = steps.clone().flat_map(|step| [here.wrapping_sub(step), here + step]);
-            let near = near.chain([here ^ 1]).filter(|j| *j < self.secular.poles.len());
-            let distance = |j: usize| self.secular.off_pole(*root, j).norm_sqr();
-            let best = near.map(|j| (distance(j), j)).min_by(|a, b| a.0.total_cmp(&b.0));
-            match best {
-                Some((least, best)) if least < root.offset.norm_sqr() => {
-                    *root = Root { pole: best, offset: self.secular.off_pole(*root, best) };
-                }
-                _ => return,
+        let mut best = root.pole;
+        let mut distance = root.offset.norm_sqr();
+        // No other pole is much nearer within half the distance to the next.
+        if 4.0 * distance < self.gaps[root.pole] {
+            return;
+        }
+        if poles::nearest(&self.secular.pairs, self.secular.point(*root)) >= 0.5 * distance {
+            return;
+        }
+        for j in 0..self.secular.poles.len() {
+            let d = self.secular.off_pole(*root, j).norm_sqr();
+            if d < 0.5 * distance {
+                (best, distance) = (j, d);
             }
         }
+        root.offset = self.secular.off_pole(*root, best);
+        root.pole = best;
     }
 
     /// The sum of the roots is minus the trace of the damping.

@@ -1,8 +1,8 @@
 //! The secular function: its zeros are the eigenvalues; its matrix gives their vectors.
 //!
-//! A mode has the dynamic stiffness `d_i = s^2 + beta w_i^2 s + w_i^2 = (1 + beta s) (w_i^2 - x)`,
-//! `x = -s^2 / (1 + beta s)`. With the receptances `R_ab = sum_i phi_{a,i} phi_{b,i} / (w_i^2 - x)` and
-//! `kappa_a = (k_a + c_a s) / (1 + beta s)`, the eigenvalues are the zeros of
+//! With the receptances `R_ab = sum_i phi_{a,i} phi_{b,i} / d_i(s)`,
+//! `d_i = s^2 + beta w_i^2 s + w_i^2`, and `kappa_a = k_a + c_a s`, the eigenvalues are the
+//! zeros of
 //!
 //! ```text
 //! f(s) = det(1 + kappa R) = 1 + kappa_1 R_11 + kappa_2 R_22
@@ -11,8 +11,8 @@
 //!
 //! for two attachments, and the same determinant of higher order for three and four.
 //!
-//! A point `s` is stored as an offset from its nearest pole, and so is its `x` where it is used: differences of
-//! `w_i^2` are exact, so that no `w_i^2 - x` cancels (as in LAPACK's `dlaed4`).
+//! A point `s` is stored as an offset from its nearest pole, so that `d_i` does not cancel there
+//! (as in LAPACK's `dlaed4`).
 //!
 //! For a strongly overdamped mode, `beta w_i > 2`, the slow pole tends to `-1 / beta`:
 //! `s + 1 / beta = -s^2 / (beta w_i^2)`. Where many such poles crowd there, these small numbers are
@@ -20,7 +20,7 @@
 
 use crate::modal::spectrum::deflation::Deflated;
 use crate::modal::spectrum::jet::Jet;
-use crate::numerics::poles::{self, Beside, FAR, Pairs, Point, Weighed};
+use crate::numerics::poles::{self, Pairs, Point, Weighed};
 use num_complex::Complex64 as C;
 use std::cell::RefCell;
 
@@ -29,21 +29,6 @@ use std::cell::RefCell;
 pub(crate) struct Root {
     pub(crate) pole: usize,
     pub(crate) offset: C,
-}
-
-/// A root as the sums over the modes need it: `s`, `1 / (1 + beta s)`, `x` beside its pole, and `dx / ds`.
-pub(crate) struct At {
-    s: C,
-    inverse: C,
-    pub(crate) x: Beside,
-    rise: C,
-}
-
-impl At {
-    /// A sum over the modes, from its value and derivative at `x`.
-    pub(crate) fn jet(&self, [at, slope]: [C; 2]) -> Jet {
-        Jet { at, slope: slope * self.rise }
-    }
 }
 
 /// Magnitude, for numbers whose squares neither overflow nor underflow.
@@ -59,10 +44,10 @@ pub(crate) const PAIRS: [[usize; 2]; 10] =
 pub(crate) const MOST: usize = 6;
 
 /// Weights in the sums over the poles for one attachment to four.
-pub(crate) const WEIGHTS: [usize; 4] = [1, 4, 6, 10];
+const WEIGHTS: [usize; 4] = [1, 4, 6, 10];
 
-/// Receptances: those of the vibrating modes, `-1 / x` of the bodies' translation, and
-/// the sum of `minor_i / (w_i^2 - x)` that joins the two in the determinant.
+/// Receptances: those of the vibrating modes, `1 / s^2` of the bodies' translation, and
+/// the sum of `minor_i / d_i` that joins the two in the determinant.
 #[derive(Clone, Copy, Debug, Default)]
 struct Receptance {
     r11: Jet,
@@ -74,7 +59,7 @@ struct Receptance {
     poles: C,
 }
 
-/// The translations' part of the determinant `R11 R22 - R12^2` after their common `-1 / x` has
+/// The translations' part of the determinant `R11 R22 - R12^2` after their common `1 / s^2` has
 /// cancelled (Cauchy and Binet): squared minors `(phi_{1,i} phi_{2,j} - phi_{2,i} phi_{1,j})^2`.
 /// Without this, a stiff contact between heavy bodies on soft rock would lose ten digits.
 #[derive(Default)]
@@ -182,21 +167,21 @@ impl Secular {
     fn over(system: Deflated, poles: Vec<C>, sites: Vec<C>, origin: f64) -> Self {
         let translations = Translations::new(&system);
         let (weights, expanded) = (WEIGHTS[system.shapes.len() - 1], is_expanded(&system));
-        let mut pairs = Pairs::new(system.omega2.len(), 1 + weights, [FAR]);
-        for (i, &omega2) in system.omega2.iter().enumerate() {
-            pairs.set(i, 0, [omega2]);
+        let mut pairs = Pairs::new(system.omega2.len(), poles::ENDS + weights);
+        for (i, ends) in sites.chunks_exact(2).enumerate() {
+            pairs.set(i, 0, [ends[0].re, ends[0].im, ends[1].re, ends[1].im]);
             let x = system.shapes[0][i];
             match &system.shapes[..] {
-                [_] => pairs.set(i, 1, [x * x]),
+                [_] => pairs.set(i, poles::ENDS, [x * x]),
                 [_, _] if !expanded && translations.modes.contains(&i) => {}
                 [_, y] if !expanded => {
                     let y = y[i];
-                    pairs.set(i, 1, [x * x, x * y, y * y, translations.minors[i]]);
+                    pairs.set(i, poles::ENDS, [x * x, x * y, y * y, translations.minors[i]]);
                 }
                 shapes => {
                     let used = PAIRS.into_iter().take_while(|[_, b]| *b < shapes.len());
                     for (k, [a, b]) in used.enumerate() {
-                        pairs.set(i, 1 + k, [shapes[a][i] * shapes[b][i]]);
+                        pairs.set(i, poles::ENDS + k, [shapes[a][i] * shapes[b][i]]);
                     }
                 }
             }
@@ -243,38 +228,23 @@ impl Secular {
         Point { base: self.sites[root.pole], offset: root.offset }
     }
 
-    /// What the sums over the modes need of a root.
-    pub(crate) fn at(&self, root: Root) -> At {
-        let (beta, s) = (self.system.beta, self.value(root));
-        let (crowded, near) = (self.origin != 0.0, self.sites[root.pole] + root.offset);
-        let grown = if crowded { beta * near } else { 1.0 + beta * s };
-        let inverse = grown.inv();
-        let d = root.offset * self.off_pole(root, root.pole ^ 1);
-        let x = (self.system.omega2[root.pole / 2], -d * inverse);
-        At { s, inverse, x, rise: -s * (1.0 + grown) * inverse * inverse }
-    }
-
-    /// `sum 1 / (s - pole)` from the modes' `sum 1 / (w^2 - x)`.
-    pub(crate) fn pole_sum(&self, at: &At, sum: C) -> C {
-        let trace = self.system.omega2.len() as f64 * self.system.beta;
-        trace * at.inverse - at.rise * sum
-    }
-
-    fn receptance(&self, at: &At) -> Receptance {
+    fn receptance(&self, root: Root) -> Receptance {
+        let jet = |[at, slope]: [C; 2]| Jet { at, slope };
+        let at = self.point(root);
         if self.system.shapes.len() == 1 {
-            let Weighed { poles, sums: [r11] } = poles::weighed(&self.pairs, at.x);
-            let (r11, poles) = (at.jet(r11), self.pole_sum(at, poles));
-            return Receptance { r11, poles, ..Receptance::default() };
+            let Weighed { poles, sums: [r11] } = poles::weighed(&self.pairs, at);
+            return Receptance { r11: jet(r11), poles, ..Receptance::default() };
         }
-        let Weighed { poles, sums } = poles::weighed(&self.pairs, at.x);
-        let [r11, r12, r22, joined] = sums.map(|sum| at.jet(sum));
+        let Weighed { poles, sums } = poles::weighed(&self.pairs, at);
+        let [r11, r12, r22, joined] = sums.map(jet);
         let free = if self.translations.modes.is_empty() {
             Jet::default()
         } else {
-            let inverse = (at.s * at.s * at.inverse).inv();
-            at.jet([inverse, inverse * inverse])
+            let inverse = self.value(root).inv();
+            let square = inverse * inverse;
+            Jet { at: square, slope: -2.0 * square * inverse }
         };
-        Receptance { r11, r12, r22, free, joined, poles: self.pole_sum(at, poles) }
+        Receptance { r11, r12, r22, free, joined, poles }
     }
 
     /// `R_ab` with the translations.
@@ -308,11 +278,17 @@ impl Secular {
         det
     }
 
-    /// `(k_a + c_a s) / (1 + beta s)`.
-    pub(crate) fn stiff(&self, a: usize, at: &At) -> Jet {
+    /// `k_a + c_a s`.
+    pub(crate) fn stiff(&self, a: usize, s: C) -> Jet {
         let (k, c) = self.system.springs[a];
-        let stiffness = (k + c * at.s) * at.inverse;
-        Jet { at: stiffness, slope: (c - self.system.beta * stiffness) * at.inverse }
+        Jet { at: k + c * s, slope: C::new(c, 0.0) }
+    }
+
+    /// `1 / d_i` of every mode.
+    pub(crate) fn compliances(&self, root: Root) -> Vec<C> {
+        let [real, imaginary] = poles::inverse_products(&self.pairs, self.point(root));
+        let places = real.iter().zip(&imaginary).take(self.system.omega2.len());
+        places.map(|(re, im)| C::new(*re, *im)).collect()
     }
 
     /// The secular function, its derivative, and `sum 1 / (s - pole)`.
@@ -320,80 +296,82 @@ impl Secular {
         if self.expanded {
             return self.expanded_function(root);
         }
-        let at = self.at(root);
-        let (r, first) = (self.receptance(&at), self.stiff(0, &at));
+        let s = self.value(root);
+        let r = self.receptance(root);
+        let stiff = |a: usize| self.stiff(a, s);
+        let first = stiff(0) * r.r11;
         if self.system.shapes.len() == 1 {
-            let f = first * r.r11;
-            return (1.0 + f.at, f.slope, r.poles);
+            return (1.0 + first.at, first.slope, r.poles);
         }
-        let second = self.stiff(1, &at);
         let own = [self.whole(&r, 0, 0), self.whole(&r, 1, 1)];
         let det = self.determinant(&r, own);
-        let mut f = first * own[0];
-        f.add(1.0, second * own[1]);
-        f.add(1.0, first * second * det);
+        let mut f = stiff(0) * own[0];
+        f.add(1.0, stiff(1) * own[1]);
+        f.add(1.0, stiff(0) * stiff(1) * det);
         (1.0 + f.at, f.slope, r.poles)
     }
 
     /// Amplitudes of the attachments' forces in the eigenvector at `s`, from one row of the
     /// singular 2 by 2 matrix `1 + kappa R`: analytic in `s`.
-    fn forces(&self, r: &Receptance, kappa: [C; 2], second: bool) -> [C; 2] {
+    fn forces(&self, r: &Receptance, s: C, second: bool) -> [C; 2] {
+        let kappa = |a: usize| self.system.springs[a].0 + self.system.springs[a].1 * s;
         let cross = self.whole(r, 0, 1).at;
         if second {
-            [-kappa[0] * cross, 1.0 + kappa[0] * self.whole(r, 0, 0).at]
+            [-kappa(0) * cross, 1.0 + kappa(0) * self.whole(r, 0, 0).at]
         } else {
-            [1.0 + kappa[1] * self.whole(r, 1, 1).at, -kappa[1] * cross]
+            [1.0 + kappa(1) * self.whole(r, 1, 1).at, -kappa(1) * cross]
         }
     }
 
     /// True if the matrix's second row, which is larger, gives the eigenvector at `s` more accurately.
-    fn prefers_second(&self, r: &Receptance, kappa: [C; 2]) -> bool {
+    fn prefers_second(&self, r: &Receptance, s: C) -> bool {
+        let square = |f: [C; 2]| f[0].norm_sqr() + f[1].norm_sqr();
         // The rows are compared as compliances: each is divided by its spring's stiffness.
-        let row = |second: bool| {
-            let [one, other] = self.forces(r, kappa, second);
-            (one.norm_sqr() + other.norm_sqr()) * kappa[usize::from(second)].norm_sqr()
+        let spring = |i: usize| {
+            let (k, c) = self.system.springs[i];
+            (k + c * s).norm_sqr()
         };
-        row(true) > row(false)
+        square(self.forces(r, s, true)) * spring(1) > square(self.forces(r, s, false)) * spring(0)
     }
 
-    /// The eigenvector's amplitudes: `sum_a phi_{a,i} F_a` of the attachments' forces, over `w_i^2 - x`.
+    /// The eigenvector's amplitudes: `sum_a phi_{a,i} F_a` of the attachments' forces, over `d_i`.
     fn amplitudes(&self, root: Root, forces: &[C; MOST]) -> Vec<C> {
-        let (shapes, at) = (&self.system.shapes, self.at(root));
-        let [real, imaginary] = poles::inverses(&self.pairs, at.x);
-        let compliances = real.into_iter().zip(imaginary).map(|(re, im)| C::new(re, im));
-        let modes = compliances.take(self.system.omega2.len()).enumerate();
-        if let [shape] = &shapes[..] {
-            return modes.map(|(i, compliance)| shape[i] * compliance).collect();
-        }
+        let (shapes, compliances) = (&self.system.shapes, self.compliances(root));
         if !self.expanded {
-            let pushes = modes.zip(self.pushes(&at));
-            return pushes.map(|((_, compliance), push)| push * compliance).collect();
+            let pushes = self.pushes(root).into_iter().zip(compliances);
+            return pushes.map(|(push, compliance)| push * compliance).collect();
         }
         let push = |i: usize| forces.iter().zip(shapes).map(|(f, shape)| f * shape[i]).sum::<C>();
-        let mut amplitudes: Vec<C> = modes.map(|(i, compliance)| push(i) * compliance).collect();
+        let each = compliances.iter().enumerate().map(|(i, compliance)| push(i) * compliance);
+        let mut amplitudes: Vec<C> = each.collect();
         for (mode, own) in self.borders(root).into_iter().zip(&forces[shapes.len()..]) {
             amplitudes[mode] = *own;
         }
         amplitudes
     }
 
-    /// `sum_a phi_{a,i} F_a` for each mode, of two attachments whose determinant is not expanded.
-    fn pushes(&self, at: &At) -> Vec<C> {
+    /// `sum_a phi_{a,i} F_a` for each mode, of one attachment or of two whose determinant is not expanded.
+    fn pushes(&self, root: Root) -> Vec<C> {
         let shapes = &self.system.shapes;
-        let (r, kappa) = (self.receptance(at), [0, 1].map(|a| self.stiff(a, at).at));
-        let second = self.prefers_second(&r, kappa);
+        if shapes.len() == 1 {
+            return shapes[0].iter().map(|&x| C::new(x, 0.0)).collect();
+        }
+        let (s, r) = (self.value(root), self.receptance(root));
+        let second = self.prefers_second(&r, s);
+        let forces = self.forces(&r, s, second);
         let (mine, other) = if second { (1, 0) } else { (0, 1) };
         let (x, y) = (&shapes[mine], &shapes[other]);
         let own = [r.r11, r.r22][other].at;
-        // Below the bars' resonances, the translations cancel, and a part of the sum remains.
-        if self.translations.moved[2 * other] * size(r.free.at) <= size(own) {
-            let [f, g] = self.forces(&r, kappa, second);
-            return shapes[0].iter().zip(&shapes[1]).map(|(x, y)| x * f + y * g).collect();
-        }
+        let kappa = self.system.springs[other].0 + self.system.springs[other].1 * s;
+        // Below the bars' resonances, this is what remains of the sum when the translations cancel.
+        let slow = self.translations.moved[2 * other] * size(r.free.at) > size(own);
         let push = |i: usize| {
+            if !slow {
+                return shapes[0][i] * forces[0] + shapes[1][i] * forces[1];
+            }
             let minor = |&a: &usize| (x[i] * y[a] - y[i] * x[a]) * y[a];
             let moved: f64 = self.translations.modes.iter().map(minor).sum();
-            x[i] + kappa[other] * (x[i] * own - y[i] * r.r12.at + moved * r.free.at)
+            x[i] + kappa * (x[i] * own - y[i] * r.r12.at + moved * r.free.at)
         };
         (0..self.system.omega2.len()).map(push).collect()
     }
