@@ -134,9 +134,9 @@ class Pages:
         page.evaluate("document.querySelectorAll('.panel').forEach((panel) => (panel.open = true))")
         return page
 
-    def leave(self) -> None:
-        """Ends what runs in the pages, which had nothing to complain of."""
-        while self.used:
+    def leave(self, before: int = 0) -> None:
+        """Ends what runs in all pages after the first ones, which had nothing to complain of."""
+        while len(self.used) > before:
             kind, page = self.used.pop()
             page.goto("about:blank")
             self.idle[kind].append(page)
@@ -154,8 +154,9 @@ def pages(browser: Browser) -> Pages:
 @pytest.fixture
 def opened(pages: Pages) -> Iterator[OPEN]:
     """Opens pages for one test."""
+    before = len(pages.used)
     yield pages.open
-    pages.leave()
+    pages.leave(before)
 
 
 def wait(page: Page, condition: str) -> None:
