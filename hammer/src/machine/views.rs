@@ -28,7 +28,7 @@ pub(super) struct Views {
 }
 
 impl Views {
-    /// Forgets all; it is much larger than what tells whether there is any.
+    /// Forgets all, without writing over the values, which are long.
     pub(super) fn forget(&mut self) {
         drop((self.kinematics.take(), self.ledger.take(), self.powers.take(), self.peaks.take()));
     }

@@ -45,7 +45,7 @@ impl Anchor {
         self.began.as_ref().map_or((self.at, &self.z), |(at, z)| (*at, z))
     }
 
-    /// Moves the epoch by `at`, which the event there touches the group or not.
+    /// Moves the epoch by `at`, to an event that touches the group or does not.
     pub(crate) fn move_start(&mut self, at: f64, touched: bool) {
         let began = self.began.take();
         if !touched {
