@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import pytest
 from dth_hammer import DomainError, HammerWarning, Run, UnknownNameError, simulate
 
@@ -76,3 +77,60 @@ def test_derivatives_of_a_motion_that_does_not_settle_are_not_told() -> None:
     # Earlier they are there, and hold for less than a millionth.
     with pytest.warns(HammerWarning, match="hold for .*e-08 of it at most"):
         simulate({"feed_force": 0.0}, 0.5, step=0.5, gradient=by, outputs=outputs)
+
+
+#: Hammers under air and under a valve, in a casing and without one.
+DRAWN: list[tuple[str, dict[str, Any], list[str]]] = [
+    ("air_4_inch", {}, ["rock.stiffness", "supply_pressure"]),
+    ("air_6_inch", {"casing.mass": 0.0}, ["rock.stiffness", "air.supply_area"]),
+    ("air_3_5_inch", {"fidelity": "Rigid"}, ["rock.stiffness", "feed_force"]),
+    ("reference", SMALL | {"casing.mass": 60.0}, ["rock.stiffness", "feed_force"]),
+    ("reference", SMALL, ["rock.stiffness", "drive.stroke"]),
+]
+READ = ["tip_depth", "blow_energy", "energy_drive", "rop"]
+
+
+@pytest.mark.filterwarnings("ignore::dth_hammer.HammerWarning")
+def test_the_errors_that_are_told_hold_under_air_and_in_a_casing() -> None:
+    held, random = [], np.random.default_rng(71)
+    for preset, over, by in DRAWN:
+        for _ in range(2):
+            # A hammer of its own each time.
+            scene = over | {"rock.unloading_ratio": float(random.uniform(4.0, 10.0))}
+            run = simulate(
+                scene, 0.09, preset=preset, gradient=by, outputs=[*READ, "blow_count"], step=0.03
+            )
+            assert run["blow_count"].iloc[-1] >= 2.0, preset
+            slopes, errors = (run.gradient(errors=told).iloc[-1] for told in (False, True))
+            fine = scene | {"air.error": 1e-11} if preset.startswith("air") else scene
+            for name, value in run.by.items():
+                held += _held(preset, fine, name, value, (slopes, errors))
+    assert len(held) > 50
+    # An error is an estimate: 95 of 100 hold what it says.
+    assert np.mean(held) >= 0.95, held
+
+
+def _held(
+    preset: str, scene: dict[str, Any], name: str, value: float, told: tuple[Any, Any]
+) -> list[bool]:
+    """Whether derivatives by one number are within their errors, of those that are known better.
+
+    What they are is known from differences of the fourth order, with two steps: from each other
+    these tell their own error.
+    """
+
+    def at(part: float) -> Any:
+        changed = scene | {name: value * (1.0 + part)}
+        run = simulate(changed, 0.09, preset=preset, outputs=[*READ, "blow_count"], step=0.09)
+        return run.frame[READ].iloc[-1]
+
+    def slope(part: float) -> Any:
+        far, near = (at(k * part) - at(-k * part) for k in (2, 1))
+        return (8.0 * near - far) / (12.0 * part * value)
+
+    finer, coarser = slope(4e-6), slope(8e-6)
+    slopes, errors = (part.xs(name, level="by")[READ] for part in told)
+    known = (finer - coarser).abs()
+    # Where the events change between the steps nothing is known.
+    sharp = known < 1e-4 * finer.abs() + errors
+    return [*((slopes - finer).abs() <= errors + known)[sharp]]

@@ -66,6 +66,23 @@ FREE = Fraction("14.7") * PSI / 101_325 * KELVIN / ((60 - 32) * Fraction(5, 9) +
         ("750 scfm", "m3/s", 750 * CFM * FREE),
         ('5-1/2"', "m", Fraction(11, 2) * INCH),
         ("5 %", "1", Fraction(1, 20)),
+        ("5½ in", "m", Fraction(11, 2) * INCH),
+        ("140 MM", "m", Fraction(140, 1000)),
+        ("380 lpm", "m3/s", Fraction(380, 60_000)),
+        ("1 700 spm", "Hz", Fraction(1700, 60)),
+        ("24 bar(g)", "Pa", Fraction(2_400_000)),
+        ("24 kp/cm2", "Pa", 24 * GRAVITY * 10_000),
+        ("2 atm", "Pa", Fraction(202_650)),
+        ("25 ksi", "Pa", 25_000 * PSI),
+        ("1900 kg", "N", 1900 * GRAVITY),
+        ("2 t", "N", 2000 * GRAVITY),
+        ("4.2 klbf", "N", 4200 * POUND * GRAVITY),
+        ("81.5 daN.m", "J", Fraction(815)),
+        ("60 lb/in", "N/m", 60 * POUND * GRAVITY / INCH),
+        ("18 M/HR", "m/s", Fraction(18, 3600)),
+        ("18 metres per hour", "m/s", Fraction(18, 3600)),
+        ("20 °C", "K", 20 + KELVIN),
+        ("68 degF", "K", 20 + KELVIN),
     ],
 )
 def test_a_unit_of_the_field_is_the_number_by_its_definition(
@@ -82,12 +99,31 @@ def test_a_unit_of_the_field_is_the_number_by_its_definition(
         ("3 mph", "m/s", "rop", "may be several units: give m/h"),
         ("24 barg", "Pa", "supply_pressure", "is absolute"),
         ("1,5 m", "m", "x", "a decimal is written 1.5"),
+        ("1,700 bpm", "Hz", "frequency", r"a decimal is written 1.700, thousands 1700"),
+        ("25 bpm", "Hz", "rotation", "is of turns, not of blows"),
+        ("24 bar(a)", "Pa", "pressure", "is over the air's"),
+        ("20 Nm3/min", "m3/s", "flow", "is not of air"),
+        ("750 acfm", "m3/s", "air_flow", "give scfm"),
+        ("2 tons", "N", "feed", "give t or 2000 lb"),
+        ("3 min/m", "m/s", "impact_speed", "is given in m/s"),
     ],
 )
 def test_what_may_be_meant_otherwise_is_asked(text: str, unit: str, name: str, asked: str) -> None:
     with pytest.raises(DomainError, match=asked):
         quantities.read(text, unit, name)
     assert quantities.read("1500 rpm", "Hz", "rotation") == 25.0
+    # A rate of drilling alone is told as time per length, too.
+    assert quantities.read("4 min/m", "m/s", "rop") == pytest.approx(1 / 240, rel=1e-15)
+
+
+def test_air_is_free_air_by_the_law_of_ideal_gases() -> None:
+    for text, kelvins, bars in (
+        ("20 Nm3/min", KELVIN, Fraction("1.01325")),
+        ("20 Sm3/min", KELVIN + 15, Fraction("1.01325")),
+        ("20 m3/min FAD", KELVIN + 20, Fraction(1)),
+    ):
+        free = Fraction(20, 60) * bars / Fraction("1.01325") * KELVIN / kelvins
+        assert quantities.read(text, "m3/s", "air_flow") == float(free)
 
 
 def test_a_unit_that_stands_once_is_that_of_all_or_refused() -> None:

@@ -33,7 +33,8 @@ pub fn derivatives<'py>(
     let (scene, by) = (scene_of(&numbers)?, named(&by)?);
     let raised = Mutex::new(None);
     let sample = |at: &Scene| {
-        let changed = by.iter().filter(|argument| argument.value(at) != argument.value(&scene));
+        // All arguments, not those of the derivatives alone: the engine makes the air's error smaller, too.
+        let changed = Argument::all().filter(|argument| argument.value(at) != argument.value(&scene));
         let changed: HashMap<&str, f64> = changed.map(|a| (a.name(), a.value(at))).collect();
         // The engine refuses values outside the domain, so that derivatives know its edges.
         at.parameters.validate()?;

@@ -17,8 +17,9 @@ if TYPE_CHECKING:
 
     from .hammer import Hammer
 
-#: Between an output and what it is differentiated by, in the name of a table's column.
-PER = " per "
+#: Between an output and what it is differentiated by, in the name of a table's column, and the
+#: ending of the column that has the derivative's error.
+PER, ERROR = " per ", "_error"
 #: A derivative above SHARP times output over parameter is dropped: the motion does not settle. One
 #: that holds over less than NARROW of the parameter gets a warning.
 SHARP, NARROW = 1e4, 1e-7
@@ -32,6 +33,8 @@ class Derivatives:
 
     #: Of the shape of what is read, by each; where events change places the mean of both sides.
     values: list[Array]
+    #: Their estimated errors, of the same shape.
+    errors: list[Array]
     #: How far each may change before events change their order, to first order.
     reach: Array
     #: Where derivatives hold on one side at most, in words.
@@ -56,8 +59,9 @@ def derivatives(numbers: Mapping[str, float], by: Sequence[str], again: Again) -
         return np.ascontiguousarray(values, dtype=float).ravel(), hammer.machine
 
     rows = _native.derivatives(dict(numbers), differentiable(by), run)
-    values, _, reach, nonsmooth = ([*part] for part in zip(*rows, strict=True))
-    return Derivatives([v.reshape(shape[0]) for v in values], np.array(reach), nonsmooth)
+    values, errors, reach, nonsmooth = ([*part] for part in zip(*rows, strict=True))
+    tables = ([row.reshape(shape[0]) for row in part] for part in (values, errors))
+    return Derivatives(*tables, np.array(reach), nonsmooth)
 
 
 def warnings_of(found: Derivatives, rows: Array, at: Mapping[str, float]) -> list[str]:
@@ -75,7 +79,7 @@ def warnings_of(found: Derivatives, rows: Array, at: Mapping[str, float]) -> lis
     for k, (name, value) in enumerate(at.items()):
         scale = abs(value) or 1.0
         lost = np.abs(found.values[k]) * scale > SHARP * sizes
-        found.values[k][lost] = np.nan
+        found.values[k][lost] = found.errors[k][lost] = np.nan
         meant = "`trend` tells what means depend on"
         if lost.any() or np.isnan(found.values[k]).any():
             texts.append(f"not smooth in {name}: the motion does not settle; {meant}")
@@ -103,30 +107,36 @@ def column(output: str, by: str) -> str:
 
 
 def with_derivatives(frame: pd.DataFrame, found: Derivatives, by: Iterable[str]) -> pd.DataFrame:
-    """A run's table with a column for each derivative of what is a number."""
+    """A run's table with columns for each derivative of what is a number, and for its error."""
     import pandas as pd  # noqa: PLC0415
 
     columns = {
-        column(str(output), name): values[:, i]
+        column(str(output), name) + ending: values[:, i]
         for i, output in enumerate(frame)
         if frame[output].dtype.kind in "fiub"
-        for name, values in zip(by, found.values, strict=True)
+        for name, *pair in zip(by, found.values, found.errors, strict=True)
+        for ending, values in zip(("", ERROR), pair, strict=True)
     }
     whole = pd.concat([frame, pd.DataFrame(columns, index=frame.index)], axis=1)
     whole.attrs = frame.attrs
     return whole
 
 
-def derivatives_in(frame: pd.DataFrame, by: Mapping[str, float]) -> pd.DataFrame:
-    """The derivatives among the columns of a run's table; elasticities by what has a value here."""
+def derivatives_in(
+    frame: pd.DataFrame, by: Mapping[str, float], *, errors: bool = False
+) -> pd.DataFrame:
+    """The derivatives among the columns of a run's table, or their errors; elasticities by what
+    has a value here.
+    """
     import pandas as pd  # noqa: PLC0415
 
-    pairs = [tuple(str(c).split(PER)) for c in frame if PER in str(c)]
-    if not pairs:
+    names = [str(c) for c in frame if PER in str(c) and not str(c).endswith(ERROR)]
+    if not names:
         raise DthHammerError("no derivatives in this run: simulate(..., gradient=[...])")
-    table = frame[[column(*pair) for pair in pairs]].copy()
+    pairs = [tuple(name.split(PER)) for name in names]
+    table = frame[[name + ERROR * errors for name in names]].copy()
     table.columns = pd.MultiIndex.from_tuples(pairs, names=["output", "by"])
     for output, name in pairs:
         if name in by:
             table[output, name] *= by[name] / frame[output]
-    return table
+    return table.abs() if errors else table

@@ -160,16 +160,22 @@ class Run(answers.Answer):
         si = self.convert("si")
         return answers.overview(si.frame, si.blows)
 
-    def gradient(self, *, elasticities: bool = False) -> pd.DataFrame:
-        """The derivatives in a run that `simulate` made with ``gradient``.
+    def gradient(self, *, elasticities: bool = False, errors: bool = False) -> pd.DataFrame:
+        """The derivatives in a run that `simulate` made with ``gradient``, or their errors.
+
+        They are differences of runs, under air with ``air.error`` at its least, 1e-11. An error is
+        estimated from differences with other steps and from the rounding of the runs; where events
+        change their order at this very point, it is at least half the difference of both sides.
 
         Args:
             elasticities: ``d ln output / d ln parameter`` instead of the derivatives.
+            errors: the estimated errors, in the unit of the derivatives, in place of these.
 
         Returns:
             The same rows, with columns of two levels: output, and what it is differentiated by.
         """
-        return derivatives_in(self.frame, self.by if elasticities else {})
+        by = self.by if elasticities else {}
+        return derivatives_in(self.frame, by, errors=errors)
 
     def in_words(self) -> list[str]:
         """Blows and time."""
