@@ -7,9 +7,11 @@ with powers, as the engine declares them (``N.s/m``, ``m2``) or as Python and pi
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 import math
 import re
+import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
@@ -29,10 +31,12 @@ else:
     Value = float | int | bool | str
 
 #: Whole and fraction of an inch, as drill bits are sold: ``5 1/2 in``, ``5-1/2"``.
-INCHES = re.compile(r"(?:(\d+)[ -]+)?(\d+)/(\d+)\s*(?:in|inch|inches|\"|″)", re.IGNORECASE)
+INCHES = re.compile(r"(?:(\d+)[ -]+)?(\d+)/(\d+)\s*(?:in\.?|inch|inches|\"|″|”|'')", re.IGNORECASE)
 NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 #: What a unit begins with, and how long it may be.
-UNIT = re.compile(r"(?:1/)?[^\W\d_].{0,39}|[%\"″]")
+UNIT = re.compile(r"(?:1?/)?[^\W\d_].{0,39}|[%\"″”]|''|°.{1,10}")
+#: A space between groups of three digits, as ISO 80000 writes them.
+GROUPS = re.compile(r"(?<=\d)[ \u00a0\u202f](?=\d{3}(?!\d))")
 #: A symbol with its power, in a unit as `_parsed` has rewritten it.
 SYMBOL = re.compile(r"([^\W\d_]+)(-?\d)?")
 #: By symbol: how many, and powers of metre, kilogram and second; these take prefixes.
@@ -62,12 +66,19 @@ OTHERS: Mapping[str, tuple[Any, int, int, int]] = {
     "min": (60, 0, 0, 1),
     "h": (3600, 0, 0, 1),
     "t": (1000, 0, 1, 0),
+    "tf": (1000 * GRAVITY, 1, 1, -2),
     "in": ("0.0254", 1, 0, 0),
     "ft": ("0.3048", 1, 0, 0),
     "lb": (POUND, 0, 1, 0),
     "lbf": (POUND * GRAVITY, 1, 1, -2),
+    "klb": (1000 * POUND, 0, 1, 0),
+    "klbf": (1000 * POUND * GRAVITY, 1, 1, -2),
     "kgf": (GRAVITY, 1, 1, -2),
+    "daN": (10, 1, 1, -2),
     "psi": (PSI, -1, 1, -2),
+    "ksi": (1000 * PSI, -1, 1, -2),
+    "atm": (101_325, -1, 1, -2),
+    "at": (GRAVITY * 10_000, -1, 1, -2),
     "blows": (1, 0, 0, 0),
     "bpm": (Fraction(1, 60), 0, 0, -1),
     "cfm": (CFM, 3, 0, -1),
@@ -76,31 +87,67 @@ OTHERS: Mapping[str, tuple[Any, int, int, int]] = {
     "rpm": (Fraction(1, 60), 0, 0, -1),
     "r": (1, 0, 0, 0),
 }
-#: Words of the trade, however they are written, by those of the tables.
+#: Words of the trade, in small letters, by units as `_parsed` reads them.
 TRADE: Mapping[str, str] = {
-    **{name.lower(): name for name in ("psi", "bar", "cfm", "bpm", "kN", "kW", "kPa", "kg", "Hz")},
-    **{name: name for name in ("hp", "rpm", "lb", "lbf", "blows", "r", "mm", "in", "ft", "h")},
-    **{"psig": "psi", "barg": "bar", "scfm": "scfm", "lbs": "lb", "inches": "in", "feet": "ft"},
-    **{"nm": "N.m", "fph": "ft/h", '"': "in", "″": "in", "%": "%", "percent": "%"},
-    **{"inch": "in", "hr": "h", "blow": "blows", "rev": "r", "turns": "r"},
+    word: unit
+    for unit, words in {
+        **{"m": "metre metres meter meters", "ft": "feet foot", "in": "inch inches \" ″ ” ''"},
+        **{"s": "sec secs second seconds", "min": "mins minute minutes", "h": "hr hrs hour hours"},
+        **{"kg": "kgs", "lb": "lbs pound pounds", "t": "tonne tonnes", "N": "newton newtons"},
+        **{"kgf": "kp", "tf": "tonnef", "klbf": "kip kips", "klb": "klbs", "J": "joule joules"},
+        **{"Pa": "pascal", "MPa": "mpa", "W": "watt watts", "hp": "bhp", "Hz": "hertz cps"},
+        **{"l": "lit ltr litre litres liter liters", "l/min": "lpm", "l/s": "lps"},
+        **{"blows": "blow b strokes stroke impacts impact", "bpm": "spm", "1/min": "/min min-1"},
+        **{"r": "rev revs revolution revolutions turn turns", "%": "% percent"},
+        **{"N.m": "nm", "kN.m": "knm", "daN.m": "danm", "kgf.m": "kgm kgfm kpm"},
+        **{"ft.lbf": "ftlb ftlbs ftlbf", "ft/h": "fph", "ft/min": "fpm"},
+    }.items()
+    for word in words.split()
 }
-#: Ambiguous units, and what to write instead.
+#: Words that stand for several units, and what to write instead.
 ASKED: Mapping[str, str] = {
     "mph": "m/h or ft/h (miles are no rate of drilling)",
-    "ps": "hp or kW",
-    "ton": "t or 2000 lb",
-    "gal": "l (gallons are American or British)",
+    **dict.fromkeys(("ps", "cv", "ch"), "hp or kW"),
+    **dict.fromkeys(("ton", "tons", "tonf"), "t or 2000 lb"),
+    **dict.fromkeys(("gal", "gals", "gallon", "gallons"), "l (gallons are American or British)"),
     "gpm": "l/min (gallons are American or British)",
+    **dict.fromkeys(("acfm", "icfm"), "scfm, or Nm3/min (their inlets differ)"),
+    "ipm": "in/min or bpm",
+}
+#: A pressure over that of the air, or an absolute one.
+GAUGE = re.compile(r"(k?pa|mpa|m?bar|psi|atm|at)[ .]?[([]?(g|ga|gauge|a|abs|absolute)[)\]]?", re.I)
+#: Cubic metres of air: normal (0 degC), standard (15 degC), and as ISO 1217 has a compressor's
+#: inlet (20 degC, 1 bar), over the engine's free air, which is normal.
+FREE = re.compile(r"([NS])[ .]?m3(?=/|$)|[ .]?[([]?(FAD)[)\]]?$", re.I)
+NORMAL: Mapping[str, Fraction] = {
+    "n": Fraction(1),
+    "s": Fraction("273.15") / Fraction("288.15"),
+    "f": Fraction("273.15") / Fraction("293.15") / Fraction("1.01325"),
+}
+#: Kelvins in a degree, and degrees at 0 K.
+DEGREES: Mapping[str, tuple[Fraction, Fraction]] = {
+    **dict.fromkeys(("degc", "°c", "c", "celsius"), (Fraction(1), Fraction("273.15"))),
+    **dict.fromkeys(("degf", "°f", "f", "fahrenheit"), (Fraction(5, 9), Fraction("459.67"))),
 }
 #: Absolute pressures: all others are above that of the air.
 ABSOLUTE = ("supply_pressure", "exhaust_pressure")
-#: Units of turns, which blows do not have, and the word in the names of what has them.
-TURNS, ROTATION = ("rpm", "r", "rev", "turns"), "rotation"
+#: Units of turns, of blows, and the word in the names of what turns.
+TURNS, BLOWS, ROTATION = ("rpm", "r"), ("bpm", "blows"), "rotation"
+#: Rates of drilling, which may be told as time per length.
+DRILLED = ("rop", "rop_mean", "tip_rate")
 UNITS = {
     prefix + symbol: (Fraction(many) * Fraction(of[0]), *of[1:])
     for prefix, many in PREFIXES.items()
     for symbol, of in METRIC.items()
+    # What nobody writes, and looks like the millimetre and its kind in capitals.
+    if not (prefix in "MG" and symbol in "mgslL")
 } | {**METRIC, **OTHERS}
+#: By their small letters, where these are of one unit.
+SMALL = {
+    name.lower(): name
+    for name, size in UNITS.items()
+    if all(UNITS[other] == size for other in UNITS if other.lower() == name.lower())
+}
 #: Units of the field by those of the table: metric, then those of the oil field.
 FIELD: Mapping[str, tuple[str, ...]] = {
     "m": ("mm", "cm", "in", "ft"),
@@ -296,19 +343,27 @@ def known(unit: str) -> str:
 
 
 def _read_text(text: str, unit: str, name: str) -> float:
-    try:
+    with contextlib.suppress(ValueError):
         return float(text)
-    except ValueError:
-        pass
+    text = re.sub("[¼½¾⅛⅜⅝⅞]", lambda part: " " + unicodedata.normalize("NFKC", part[0]), text)
+    text = GROUPS.sub("", text.replace("\N{FRACTION SLASH}", "/").strip())
     if inches := INCHES.fullmatch(text):
         whole, part, of = (int(group or 0) for group in inches.groups())
         if of:
             return float((whole + Fraction(part, of)) * _factor("in", unit, name))
     match = NUMBER.fullmatch(text)
     if match is None or not UNIT.fullmatch(match[2]):
-        comma = " (a decimal is written 1.5)" if re.search(r"\d,\d", text) else ""
-        raise DomainError(f"{name} = {text!r} is not a number, nor one with a unit{comma}")
-    factor, number = _factor(match[2], unit, name), float(match[1])
+        hint = ""
+        if comma := re.search(r"\d+,(\d+)", text):
+            hint = f" (a decimal is written {comma[0].replace(',', '.')}"
+            hint += f", thousands {comma[0].replace(',', '')})" if len(comma[1]) == 3 else ")"
+        raise DomainError(f"{name} = {text!r} is not a number, nor one with a unit{hint}")
+    number = float(match[1])
+    if unit == "K" and (degrees := DEGREES.get(match[2].lower())):
+        return float((Fraction(match[1]) + degrees[1]) * degrees[0])
+    if unit == "m/s" and name in DRILLED and _parsed(_plain(match[2]))[1] == (-1, 0, 1):
+        return 1.0 / (number * float(_parsed(_plain(match[2]))[0])) if number else math.inf
+    factor = _factor(match[2], unit, name)
     if number == 0.0 or not math.isfinite(number):
         return number
     try:
@@ -322,39 +377,58 @@ def _factor(given: str, wanted: str, name: str) -> Fraction:
     """Returns the factor from the given unit to SI."""
     if given == wanted:
         return Fraction(1)
-    if given.lower() in ASKED:
-        raise DomainError(f"{name}: {given!r} may be several units: give {ASKED[given.lower()]}")
-    if wanted in ("", "1") and TRADE.get(given.replace(" ", "").lower()) == "%":
+    text, free = _plain(given), Fraction(1)
+    words = re.findall(r"[^\W\d_]+", text.lower())
+    if asked := [ASKED[word] for word in words if word in ASKED]:
+        raise DomainError(f"{name}: {given!r} may be several units: give {asked[0]}")
+    if wanted in ("", "1") and TRADE.get(text.lower()) == "%":
         return Fraction(1, 100)
-    if given.lower() in ("barg", "psig") and name in ABSOLUTE:
-        raise DomainError(
-            f"{name} is absolute, not over the air's as {given!r} says: add 1.013 bar"
-        )
-    (factor, powers), (one, wanted_powers) = _parsed(given), _parsed(wanted)
-    if powers == (wanted_powers[0] - 1, 1, wanted_powers[2] + 2) and wanted in ("Pa", "J"):
+    if gauge := GAUGE.fullmatch(text):
+        text = gauge[1]
+        over = gauge[2].lower().startswith("g")
+        if wanted == "Pa" and over == (name in ABSOLUTE):
+            kind = "absolute, not over the air's" if over else "over the air's, not absolute"
+            how = "add" if over else "subtract"
+            raise DomainError(f"{name} is {kind} as {given!r} says: {how} 1.013 bar")
+    if air := FREE.search(text):
+        text, free = FREE.sub("m3" if air[1] else "", text), NORMAL[(air[1] or air[2])[0].lower()]
+    if (air or "scfm" in words) and "flow" in name and "air" not in name:
+        raise DomainError(f"{name} is not of air as {given!r} says: give {known(wanted)}")
+    (factor, powers), (one, wanted_powers) = _parsed(text), _parsed(wanted)
+    weight = powers == (wanted_powers[0] - 1, 1, wanted_powers[2] + 2)
+    if weight and wanted in ("Pa", "J", "N", "N/m"):
         # Kilograms and pounds of weight, as in kg/cm2 and ft-lb.
         factor, powers = factor * GRAVITY, wanted_powers
-    turns = wanted == "Hz" and {*re.split(r"\W+", given.lower())} & {*TURNS}
     if not factor or powers != wanted_powers or wanted in ("", "1"):
         raise DomainError(f"{name} is given in {known(wanted)}, not in {given!r}")
-    if turns and ROTATION not in name:
+    words = [TRADE.get(word, word) for word in words] if wanted == "Hz" else []
+    if ROTATION not in name and {*words} & {*TURNS}:
         raise DomainError(f"{name} is of blows, not of turns as {given!r} says: give bpm or Hz")
-    return factor / one
+    if ROTATION in name and {*words} & {*BLOWS}:
+        raise DomainError(f"{name} is of turns, not of blows as {given!r} says: give rpm")
+    return free * factor / one
+
+
+def _plain(unit: str) -> str:
+    """A unit with its powers as digits and ``per`` as a stroke."""
+    text = re.sub(r"\*\*|\^", "", unit.strip()).replace("″", '"').replace("⁻", "-")
+    text = unicodedata.normalize("NFKC", text)
+    return re.sub(r"(?<=\w)\.$", "", re.sub(r"\s+per\s+|\s*/\s*", "/", text, flags=re.I))
 
 
 def _parsed(unit: str) -> tuple[Fraction, tuple[int, int, int]]:
     """Parses a unit: factor to SI (0 if unknown), powers of metre, kilogram and second."""
-    text = unit.replace("**", "").replace("^", "").replace("²", "2").replace("³", "3")
-    text = TRADE.get(text.lower(), text) if text not in UNITS else text
+    text = unit if unit in UNITS else TRADE.get(unit.lower(), unit)
     text = re.sub(r"(?<=[a-zA-Z])-(?=[a-zA-Z])", ".", text)
-    first, *rest = re.split(r"\s*([.*·/ ])\s*", text)
+    first, *rest = re.split(r"\s*([.*·⋅/ ])\s*", text)
     total, powers = Fraction(1), [0, 0, 0]
     for operator, part in zip(["*", *rest[::2]], [first, *rest[1::2]], strict=True):
         if part == "1":
             continue
         match = SYMBOL.fullmatch(part)
         symbol = match[1] if match else ""
-        symbol = symbol if symbol in UNITS else TRADE.get(symbol.lower(), "")
+        if symbol not in UNITS:
+            symbol = TRADE.get(symbol.lower(), SMALL.get(symbol.lower(), ""))
         if match is None or symbol not in UNITS:
             return Fraction(0), (0, 0, 0)
         factor, *of = UNITS[symbol]
