@@ -34,7 +34,8 @@ pub fn derivatives<'py>(
     let raised = Mutex::new(None);
     let sample = |at: &Scene| {
         // All arguments, not those of the derivatives alone: the engine makes the air's error smaller, too.
-        let changed = Argument::all().filter(|argument| argument.value(at) != argument.value(&scene));
+        let changed =
+            Argument::all().filter(|argument| argument.value(at) != argument.value(&scene));
         let changed: HashMap<&str, f64> = changed.map(|a| (a.name(), a.value(at))).collect();
         // The engine refuses values outside the domain, so that derivatives know its edges.
         at.parameters.validate()?;

@@ -60,8 +60,8 @@ def derivatives(numbers: Mapping[str, float], by: Sequence[str], again: Again) -
 
     rows = _native.derivatives(dict(numbers), differentiable(by), run)
     values, errors, reach, nonsmooth = ([*part] for part in zip(*rows, strict=True))
-    tables = ([row.reshape(shape[0]) for row in part] for part in (values, errors))
-    return Derivatives(*tables, np.array(reach), nonsmooth)
+    values, errors = ([row.reshape(shape[0]) for row in part] for part in (values, errors))
+    return Derivatives(values, errors, np.array(reach), nonsmooth)
 
 
 def warnings_of(found: Derivatives, rows: Array, at: Mapping[str, float]) -> list[str]:
