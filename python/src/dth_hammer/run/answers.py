@@ -1,4 +1,4 @@
-"""How notebooks show results: figures beside tables."""
+"""How results are displayed: as text, as HTML in notebooks, and as figures."""
 
 from __future__ import annotations
 
@@ -32,21 +32,21 @@ def image(figure: Figure, caption: str, dpi: int = 130) -> str:
 
 
 class Answer:
-    """What a function has found: in words, as a table, and where it has one as a figure."""
+    """The result of a function: sentences, a table, and for some results a figure."""
 
-    #: Of the figure that `plot` draws; nothing of what has none.
+    #: Caption of the figure that `plot` draws; empty for a result without a figure.
     caption = ""
 
     def in_words(self) -> list[str]:
-        """What is told above the table, a sentence each."""
+        """Returns the sentences that are displayed above the table."""
         return []
 
     def to_frame(self) -> pd.DataFrame:
-        """Returns its numbers as a table."""
+        """Returns the result's numbers as a table."""
         raise NotImplementedError
 
     def plot(self) -> Figure:
-        """Draws it."""
+        """Draws the result's figure."""
         raise NotImplementedError
 
     def __repr__(self) -> str:
@@ -55,14 +55,14 @@ class Answer:
         return "\n".join([*self.in_words(), text])
 
     def _repr_html_(self) -> str:
-        """Returns HTML for notebooks: the table alone where matplotlib is missing."""
+        """Returns HTML for notebooks; without matplotlib only sentences and table."""
         texts = "".join(f"<p>{html.escape(text)}</p>" for text in self.in_words())
-        found = texts + self.to_frame().to_html(
+        markup = texts + self.to_frame().to_html(
             max_rows=20, float_format="{:.6g}".format, na_rep=""
         )
         with suppress(MissingError, TooFewBlowsError):
-            return found + image(self.plot(), self.caption, 90) if self.caption else found
-        return found
+            return markup + image(self.plot(), self.caption, 90) if self.caption else markup
+        return markup
 
 
 def _styled(width: float, height: float) -> AbstractContextManager[Figure]:
@@ -72,10 +72,10 @@ def _styled(width: float, height: float) -> AbstractContextManager[Figure]:
 
 
 def energies(works: Mapping[str, float]) -> Figure:
-    """Energy of a blow or a cycle: what was put in, and where it went."""
-    put = ("drive", "gravity", "feed")
+    """Draws the energies (J) of a blow or a cycle: work done on the hammer, and where it went."""
+    sources = ("drive", "gravity", "feed")
     names = [name.removeprefix("energy_").replace("_", " ") for name in works]
-    colours = [BLUE if name in put else ORANGE for name in names]
+    colours = [BLUE if name in sources else ORANGE for name in names]
     with _styled(6.5, 0.8 + 0.3 * len(works)) as figure:
         axes = figure.subplots()
         axes.barh(names, [*works.values()], color=colours)
@@ -85,7 +85,7 @@ def energies(works: Mapping[str, float]) -> Figure:
 
 
 def residuals(table: pd.DataFrame) -> Figure:
-    """How far the fitted hammer is from each measurement or sample, over the error."""
+    """Draws the residuals of a fit: fitted minus measured value, divided by the standard error."""
     over_time = table.index.name == "time"
     label = "fitted less measured, over the error; grey: 95 of 100"
     with _styled(6.5, 3.0 if over_time else 0.9 + 0.3 * len(table)) as figure:
@@ -103,9 +103,16 @@ def residuals(table: pd.DataFrame) -> Figure:
     return figure
 
 
-def history(table: pd.DataFrame, chosen: float, kept: float) -> Figure:
-    """The goal of every design tried, in order; ``kept``: by how much a limit may be passed."""
-    inside = (table.filter(like="past ").fillna(0.0) <= kept).all(axis=1).to_numpy()
+def history(table: pd.DataFrame, chosen: float, tolerance: float) -> Figure:
+    """Draws the goal of every design in the order of trial.
+
+    Args:
+        table: one row per design, with the columns ``goal`` and ``past ...`` (by how much the
+            design exceeds each limit, relative to the limit).
+        chosen: goal of the chosen design.
+        tolerance: a design counts as within a limit if it exceeds it by no more than this.
+    """
+    inside = (table.filter(like="past ").fillna(0.0) <= tolerance).all(axis=1).to_numpy()
     number, goal = np.arange(1, len(table) + 1), table["goal"]
     with _styled(6.5, 3.0) as figure:
         axes = figure.subplots()
@@ -119,7 +126,7 @@ def history(table: pd.DataFrame, chosen: float, kept: float) -> Figure:
 
 
 def exchanged(table: pd.DataFrame, end: float) -> Figure:
-    """Inputs of a coupled hammer as it had them over its steps, and the piston over the bit."""
+    """Draws the inputs of a coupled hammer, step by step, and the height of piston above bit."""
     names = [name for name in table if not str(name).startswith("relative_")]
     times = np.append(table.index, end)
     with _styled(7.0, 4.5) as figure:
@@ -136,7 +143,7 @@ def exchanged(table: pd.DataFrame, end: float) -> Figure:
 
 
 def overview(frame: pd.DataFrame, blows: pd.DataFrame) -> Figure:
-    """A run at a glance: length drilled, energy and speed of the blows, rate of penetration."""
+    """Draws drilled length, speed and energy of the blows, and rate of penetration over time."""
     rows: tuple[tuple[str, float, str, str], ...] = (
         ("drilled_length", 1e3, "drilled length (mm)", BROWN),
         ("blow_speed", 1.0, "impact speed (m/s)", ORANGE),

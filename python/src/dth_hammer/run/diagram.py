@@ -23,13 +23,16 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-#: Outputs that tell what happens meanwhile.
+#: Outputs that a wave diagram shows beside the stresses.
 BESIDE = ("contact_closed", "contact_force", "rock_mode", "rock_force")
 
 
 @dataclass(frozen=True)
 class Bar:
-    """One body: one row per instant, one column per element or node, top to bottom."""
+    """Stress and velocity in one body.
+
+    Arrays have one row per instant and one column per element or node, from top to bottom.
+    """
 
     #: Positions of the nodes below the face where piston and bit meet, m.
     nodes: Array
@@ -40,7 +43,7 @@ class Bar:
 
     @property
     def centres(self) -> Array:
-        """Positions of the middles of the elements, m."""
+        """Positions of the centres of the elements, m."""
         return 0.5 * (self.nodes[1:] + self.nodes[:-1])
 
 
@@ -48,11 +51,11 @@ class Bar:
 class Waves(answers.Answer):
     """Stress and velocity in space and time; positions are those of the unstrained bars."""
 
-    #: Instants, s, from the impact if there is one.
+    #: Instants, s, counted from the impact if the run has one.
     time: Array
     piston: Bar
     bit: Bar
-    #: Contact and rock at the same instants.
+    #: State and force of the contact and of the rock at the same instants.
     beside: pd.DataFrame
     #: ``impact``, its instant (s), and ``front``, the stress behind the front in the bit (Pa).
     notes: Mapping[str, float] = field(default_factory=dict)
@@ -60,7 +63,7 @@ class Waves(answers.Answer):
     caption = "Stress waves of the last blow"
 
     def in_words(self) -> list[str]:
-        """The impact, and the largest stresses."""
+        """Returns the instant of the impact, and the smallest and largest stress of each body."""
         lines = [f"impact at {self.notes['impact']:.6f} s"] if self.notes else []
         for name, bar in (("piston", self.piston), ("bit", self.bit)):
             low, high = bar.stress.min() * 1e-6, bar.stress.max() * 1e-6
@@ -68,12 +71,12 @@ class Waves(answers.Answer):
         return lines
 
     def plot(self) -> Figure:
-        """Draws stress over place and time."""
+        """Draws the stress over position and time."""
         figure: Figure = need("dth_hammer.figures").wave_diagram(self)
         return figure
 
     def to_frame(self) -> pd.DataFrame:
-        """The stresses in long form: time, body, position and stress in each row."""
+        """Returns the stresses in long form: time, body, position and stress in each row."""
         import pandas as pd  # noqa: PLC0415
 
         parts = []
@@ -92,7 +95,7 @@ class Waves(answers.Answer):
 
     @classmethod
     def of(cls, run: Run) -> Waves:
-        """The waves in a run that `simulate` made with ``waves=True``."""
+        """Takes the waves from a run that `simulate` made with ``waves=True``."""
         frame = run.convert("si").frame
 
         def columns(family: str) -> Array:
@@ -123,17 +126,17 @@ def waves(
 ) -> Waves:
     """Returns stress and velocity along piston and bit after the last impact before ``until``.
 
-    ``notes["front"]`` is the stress behind the front in the bit for the impact speed ``v``,
-    ``E v / c0 Ap / (Ap + Ab)`` with the areas that meet (Saint-Venant), Pa; ``notes["impact"]`` is
-    the instant of the impact, s.
+    ``notes["impact"]`` is the instant of the impact, s. ``notes["front"]`` is the stress behind the
+    first wave front in the bit, Pa: ``E v / c0 Ap / (Ap + Ab)`` (Saint-Venant) with the impact
+    speed ``v`` and the areas ``Ap`` of the piston and ``Ab`` of the bit where they meet.
 
     Args:
         hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
         until: the waves are those of the last impact before this time: s, or text with a unit.
-        preset: parameter set that a mapping is laid over.
-        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
-        times: instants to look at, in seconds from the impact. If not given: four times a
-            wave's way through both bodies and back, four instants an element passed.
+        preset: preset that provides all parameters that a mapping does not give.
+        rock: the rock to drill: a name, a class, a strength or a file, as for `dth_hammer.rock`.
+        times: instants of the record, in seconds from the impact. By default it covers four round
+            trips of a wave through both bodies, with four instants while a wave passes an element.
 
     Example:
         >>> from dth_hammer import waves
@@ -150,8 +153,8 @@ def waves(
     all_numbers = whole(given)
     modulus = all_numbers["material.youngs_modulus"]
     speed = float(np.sqrt(modulus / all_numbers["material.density"]))
-    since = _times(given, speed) if times is None else np.asarray(times, dtype=float)
-    run = simulate(run, times=impact + since, outputs=BESIDE, waves=True)
+    times_from_impact = _times(given, speed) if times is None else np.asarray(times, dtype=float)
+    run = simulate(run, times=impact + times_from_impact, outputs=BESIDE, waves=True)
     piston, bit = (_native.bodies(given)[body]["sections"] for body in BODIES)
     above, below = piston[-1][1], bit[0][1]
     front = above / (above + below) * modulus * blow_speed / speed

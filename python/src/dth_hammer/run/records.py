@@ -1,4 +1,4 @@
-"""Records of a sensor over time, and what a hammer would have shown there."""
+"""Measured records of a sensor over time, and the same record as a simulated hammer gives it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -21,12 +21,13 @@ class Record:
     """Samples of a force or a motion, as a sensor gives them.
 
     Args:
-        signal: an output: ``contact_force``, ``rock_force``,
+        signal: name of an output: ``contact_force``, ``rock_force``,
             ``piston_velocity``, ``bit_tip_position`` and so on.
-        samples: values in SI units over time in seconds, rising.
-        error: standard error of a sample, or one for each.
-        blow: the impact that times count from, 1 the first; ``None``: from the start. Of a
-            hammer that drills steadily, any blow that has forgotten the start.
+        samples: values in SI units; the index is the time in seconds and must increase.
+        error: standard error of every sample, or one for each sample.
+        blow: number of the impact at which the record's time is 0; the first impact is 1. With
+            ``None`` time counts from the start of the simulation. If the record comes from steady
+            drilling, choose any blow late enough that the start no longer matters.
 
     Example:
         >>> from dth_hammer import Record, simulate
@@ -67,25 +68,25 @@ class Record:
 
     @property
     def values(self) -> Array:
-        """The samples."""
+        """Values of the samples, in SI units."""
         return self.samples.to_numpy(float)
 
     @property
     def errors(self) -> Array:
-        """A standard error each."""
+        """Standard errors of the samples, in SI units."""
         given = np.asarray(self.error, dtype=float)
         return np.full(len(self.samples), float(given)) if given.ndim == 0 else given
 
 
 def simulated(record: Record, parameters: Mapping[str, float]) -> Array:
-    """Returns the samples of a record that a hammer with these parameters would have shown."""
-    began = 0.0 if record.blow is None else _impact(parameters, record.blow)
+    """Returns the samples that a hammer with these parameters gives at the record's times."""
+    origin = 0.0 if record.blow is None else _impact(parameters, record.blow)
     with Hammer(parameters, quiet=True) as hammer:
-        return hammer.run(began + record.times, [record.signal], {})[0].ravel()
+        return hammer.run(origin + record.times, [record.signal], {})[0].ravel()
 
 
 def _impact(numbers: Mapping[str, float], number: int) -> float:
-    """The instant of an impact, s."""
+    """Returns the instant of an impact, s; the first impact has the number 1."""
     with Hammer(numbers, quiet=True) as hammer:
         hammer.stop_at(blows=True)
         for _ in range(number):
