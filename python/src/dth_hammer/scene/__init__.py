@@ -1,1 +1,1 @@
-"""What a run starts from: names, units, parameters, rocks, meshes, inputs over time."""
+"""Everything that defines a run: variables, units, parameters, rocks, meshes, inputs over time."""

@@ -1,9 +1,9 @@
-"""The range of a rate of penetration: that of the rock's specific energy.
+"""The uncertainty range of a rate of penetration.
 
-The work that breaks a volume of rock is the least known number of a rate.
-`rock.specific_energy_factor` says up to which factor it is known, so a rate `r` lies between
-`r / factor` and `r * factor`. How single blows differ from each other (the spread) is another
-number.
+The range comes from the rock's specific energy (work per volume of broken rock), which is the
+least known number that a rate depends on. It is known up to the factor
+`rock.specific_energy_factor`, so a rate `r` lies between `r / factor` and `r * factor`. The spread
+from blow to blow is a different number and is not part of this range.
 """
 
 from collections.abc import Iterable, Mapping
@@ -13,48 +13,49 @@ import pandas as pd
 
 from .variables import Value, numbers, whole
 
-#: Metres an hour in a metre a second.
+#: Number of metres per hour in one metre per second.
 PER_HOUR = 3600.0
 #: Outputs that are rates of penetration.
 RATES = ("rop", "rop_mean")
-#: Endings of the columns that have the range of a rate.
+#: Suffixes of the columns that hold the lower and upper end of a rate's range.
 SIDES = ("_low", "_high")
-#: Least ratio of the ends of a range that two digits show.
+#: A range is displayed if its upper end is more than this times its lower end.
 VISIBLE = 1.05
-#: Digits of the ends of a range.
+#: Significant digits of the displayed ends of a range.
 DIGITS = 2
 
 
 def factor(parameters: Mapping[str, Value]) -> float:
-    """Up to which factor the rates of a hammer with these parameters are known."""
+    """Returns the factor up to which the rates of a hammer with these parameters are known."""
     return whole(numbers(None, parameters))["rock.specific_energy_factor"]
 
 
 def band(rate: float, parameters: Mapping[str, Value]) -> tuple[float, float]:
-    """The least and the largest rate that the range of the specific energy allows."""
-    wide = factor(parameters)
-    return rate / wide, rate * wide
+    """Returns the lowest and the highest rate within the range of the specific energy."""
+    known_factor = factor(parameters)
+    return rate / known_factor, rate * known_factor
 
 
 def with_band(rate: float, parameters: Mapping[str, Value]) -> str:
-    """A rate (m/s) with its range in words: ``10.9 m/h (7.0 to 17)``."""
+    """Returns a rate (given in m/s) and its range as text: ``10.9 m/h (7.0 to 17)``."""
     low, high = (PER_HOUR * side for side in band(rate, parameters))
     return f"{PER_HOUR * rate:.3g} m/h ({interval(low, high)})"
 
 
 def beside(table: pd.DataFrame, column: str, wide: float, rate: str = "rop") -> pd.DataFrame:
-    """A table with columns ``low`` and ``high`` behind one: the range of the rate among its rows.
+    """Inserts the columns ``low`` and ``high``, the range of a rate, after the given column.
 
-    It is NaN for every other row.
+    The row named ``rate`` gets the range; all other rows get NaN. ``wide`` is the factor up to
+    which the rate is known. The table is changed in place and returned.
     """
-    known, at = table[column].where(table.index == rate), [*table].index(column) + 1
-    table.insert(at, "low", known / wide)
-    table.insert(at + 1, "high", known * wide)
+    rates, position = table[column].where(table.index == rate), [*table].index(column) + 1
+    table.insert(position, "low", rates / wide)
+    table.insert(position + 1, "high", rates * wide)
     return table
 
 
 def with_sides(names: Iterable[str]) -> list[str]:
-    """Names of columns, with those of its range behind each rate: ``rop_low``, ``rop_high``."""
+    """Returns the column names, each rate followed by its range: ``rop_low``, ``rop_high``."""
     return [
         column
         for name in names
@@ -63,7 +64,7 @@ def with_sides(names: Iterable[str]) -> list[str]:
 
 
 def sides(row: Mapping[str, float], parameters: Mapping[str, Value]) -> dict[str, float]:
-    """The range of each rate in a row of outputs, as ``rop_low`` and ``rop_high``."""
+    """Returns the range of each rate in a row of outputs, such as ``rop_low`` and ``rop_high``."""
     return {
         name + side: value
         for name in RATES
@@ -73,14 +74,14 @@ def sides(row: Mapping[str, float], parameters: Mapping[str, Value]) -> dict[str
 
 
 def in_words(rate: float, parameters: Mapping[str, Value]) -> str:
-    """A rate (m/s) with its range, and why it has one; nothing where there is no rate."""
+    """Returns a rate (m/s), its range and the reason for the range as text; "" for NaN."""
     if not np.isfinite(rate):
         return ""
     return f"rate of penetration {with_band(rate, parameters)}: {reason(parameters)}"
 
 
 def reason(parameters: Mapping[str, Value]) -> str:
-    """Why a rate has a range, and which."""
+    """Returns the reason for the range of a rate, with the range of the specific energy."""
     energy = whole(numbers(None, parameters))["rock.specific_energy"]
     low, high = (1e-6 * side for side in band(energy, parameters))
     return (
@@ -90,24 +91,27 @@ def reason(parameters: Mapping[str, Value]) -> str:
 
 
 def sentence(parameters: Mapping[str, Value]) -> str:
-    """The same as a sentence."""
+    """Returns the text of `reason` as a sentence, with a capital letter and a full stop."""
     text = reason(parameters)
     return f"{text[0].upper()}{text[1:]}."
 
 
 def interval(low: float, high: float, digits: int = DIGITS) -> str:
-    """Two numbers to two digits, ``130 to 310``, or more."""
+    """Returns an interval as text, ``130 to 310``, with two or more significant digits."""
     two = f"{_two_digits(low)} to {_two_digits(high)}"
     return f"{low:.{digits}g} to {high:.{digits}g}" if digits > DIGITS else two
 
 
 def ranged(low: float, high: float) -> str:
-    """The interval of a range that two digits can show, else nothing."""
+    """Returns a range as text, or "" if it is too narrow for two digits to show it."""
     return interval(low, high) if low * VISIBLE < high else ""
 
 
 def to_digits(number: float, low: float, high: float) -> str:
-    """A number to the digits that its range leaves: two where it is wide, four without one."""
+    """Returns a number with as many significant digits as its range justifies.
+
+    That is two digits for a wide range, three for a narrow one, four for one too narrow to show.
+    """
     if low * VISIBLE >= high:
         return f"{number:.4g}"
     return _two_digits(number) if low * 1.3 < high else f"{float(f'{number:.3g}'):.6g}"

@@ -1,4 +1,4 @@
-"""One hammer, however it is given: what every function and every command takes first."""
+"""Reads the first argument of every function and command: a hammer, in any accepted form."""
 
 import re
 from collections.abc import Mapping
@@ -14,36 +14,39 @@ from .variables import PRESETS, VARIABLES, Value, numbers
 
 
 class Simulated(Protocol):
-    """What was simulated, such as a `Run`."""
+    """A result of a simulation, such as a `Run`, that knows its scene."""
 
     @property
     def scene(self) -> Scene:
-        """What it was made from."""
+        """The scene that was simulated."""
 
 
-#: Parameters by name, a preset's name, a scene or the path of its file, a datasheet, a run.
+#: Parameters by name, a preset's name, a scene or the path of its file, a datasheet, or a run.
 Hammerlike = Mapping[str, Value] | Scene | str | Path | Datasheet | Simulated | None
-#: What `dth_hammer.rock` takes, or what it returns.
+#: A rock: the name that `dth_hammer.rock` takes, or the parameters that it returns.
 Rocklike = str | Mapping[str, Value] | None
 
 
 def scene_of(hammer: Hammerlike, rock: Rocklike = None, preset: str | None = None) -> Scene:
-    """The scene of a hammer in a rock; under a mapping lies a preset.
+    """Returns the scene of a hammer in a rock.
 
-    Numbers of a rock in a mapping go before those of ``rock``, which takes the place of all that a
-    scene, a datasheet or a run has of its own.
+    ``preset`` provides the parameters that ``hammer`` does not give. ``rock`` replaces all rock
+    parameters of a scene, a datasheet or a run; rock parameters that a mapping gives explicitly
+    take precedence over ``rock``.
     """
-    found = _read(hammer)
+    scene = _read(hammer)
     if preset is not None:
-        if found.preset not in (None, preset):
-            raise DomainError(f"the hammer is of the preset {found.preset!r}, not of {preset!r}")
-        found = replace(found, preset=preset)
+        if scene.preset not in (None, preset):
+            raise DomainError(f"the hammer is of the preset {scene.preset!r}, not of {preset!r}")
+        scene = replace(scene, preset=preset)
     if rock is None:
-        return found
-    own = found.parameters
+        return scene
+    parameters = scene.parameters
     if not isinstance(hammer, Mapping):
-        own = {n: v for n, v in own.items() if n.partition(".")[0] != ROCK}
-    return replace(found, parameters={**({ROCK: rock} if isinstance(rock, str) else rock), **own})
+        parameters = {n: v for n, v in parameters.items() if n.partition(".")[0] != ROCK}
+    return replace(
+        scene, parameters={**({ROCK: rock} if isinstance(rock, str) else rock), **parameters}
+    )
 
 
 def _read(hammer: Hammerlike) -> Scene:
@@ -54,13 +57,13 @@ def _read(hammer: Hammerlike) -> Scene:
     if isinstance(hammer, Datasheet):
         return Scene("Hammer of a datasheet", parameters=dict(hammer.parameters))
     if not isinstance(hammer, str | Path):
-        found = getattr(hammer, "scene", None)
-        if not isinstance(found, Scene):
+        scene = getattr(hammer, "scene", None)
+        if not isinstance(scene, Scene):
             raise DomainError(
                 f"hammer = {hammer!r} is not parameters by name, a preset, a scene or its file, "
                 "a datasheet or a run"
             )
-        return found
+        return scene
     if str(hammer) in PRESETS:
         return Scene(str(hammer).replace("_", " "), preset=str(hammer))
     if Path(hammer).suffix.lower() == ".json" or Path(hammer).is_file():
@@ -80,7 +83,7 @@ def _read(hammer: Hammerlike) -> Scene:
 def numbers_of(
     hammer: Hammerlike, preset: str | None = None, rock: Rocklike = None
 ) -> dict[str, float]:
-    """The checked numbers of a hammer whose inputs do not change."""
+    """Returns the checked numbers of a hammer whose inputs are constant."""
     scene = scene_of(hammer, rock, preset)
     fixed = {n: v for n, v in scene.inputs.items() if isinstance(v, (int, float, str))}
     if moving := {*scene.inputs} - {*fixed}:

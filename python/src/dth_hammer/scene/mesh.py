@@ -1,4 +1,4 @@
-"""The mesh that a result with a given error needs, by the engine's rule."""
+"""The mesh that a result needs for a given error, by the engine's rule."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from .variables import VARIABLES, whole
 BODIES = ("piston", "bit")
 ELEMENTS = ("piston.elements", "bit.elements")
 FIDELITY, ELASTIC = "fidelity", "Elastic"
-#: What a mesh may be for, and the error of it that is asked for where none is given.
+#: Results that a mesh can be chosen for, each with its default relative error.
 READINGS = dict(_native.READINGS)
 
 
@@ -22,34 +22,40 @@ READINGS = dict(_native.READINGS)
 class Mesh:
     """A mesh, and the error for which it was chosen."""
 
-    #: What it is for: rate, force or stress.
+    #: The result that it was chosen for: rate, force or stress.
     of: str
-    #: Relative error of it that was asked for.
+    #: Relative error of that result for which it was chosen.
     error: float
-    #: Width of the sharpest front, m.
+    #: Width of the sharpest wave front, m.
     front: float
-    #: Longest span, m.
+    #: Longest span of the mesh, m.
     span: float
-    #: Degree and spans by parameter.
+    #: Degree and number of spans, by the names of the parameters that set them.
     parameters: Mapping[str, int]
 
 
-#: Outputs that an impact's front makes.
+#: Outputs that depend on the wave front of an impact, and so need a finer mesh than a rate.
 FORCES = tuple(f"{tie}_force{of}" for tie in ("contact", "rock", "chuck") for of in ("", "_peak"))
 
 
 def coarse_for(names: Iterable[str], waves: bool, given: Mapping[str, float]) -> tuple[str, ...]:
-    """Warns that forces (of these outputs) or stresses are asked for on a mesh made for a rate."""
+    """Returns a warning if forces or stresses are requested on a mesh that suits only a rate.
+
+    Args:
+        names: requested outputs; those in `FORCES` need the finer mesh.
+        waves: whether stresses along the bodies are requested.
+        given: numbers of the hammer.
+    """
     asked = [name for name in FORCES if name in names] + ["stresses"] * waves
     if not asked or whole(given)[FIDELITY] != VARIABLES[FIDELITY].number(ELASTIC):
         return ()
     reading = "stress" if waves else "force"
-    error, usual = float(_native.force_error(dict(given))), READINGS[reading]
-    if error <= usual:
+    error, default_error = float(_native.force_error(dict(given))), READINGS[reading]
+    if error <= default_error:
         return ()
     return (
         f"{', '.join(asked)}: this mesh is fine enough for a rate; the force of an impact errs by "
-        f"up to {error:.0%} on it. mesh_for(of={reading!r}) has a mesh for {usual:.0%}",
+        f"up to {error:.0%} on it. mesh_for(of={reading!r}) has a mesh for {default_error:.0%}",
     )
 
 
@@ -67,13 +73,13 @@ def mesh_for(
     Args:
         hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
         error: largest relative error, between 0 and 1. If None, the engine's choice for the result.
-        preset: parameter set that a mapping is laid over.
-        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
-        of: the result: a ``rate`` (also period, energy and power of blows), a ``force`` (the
-            largest of contact or rock), or a ``stress`` along the bodies.
+        preset: preset that provides all parameters that a mapping does not give.
+        rock: the rock to drill: a name, a class, a strength or a file, as for `dth_hammer.rock`.
+        of: the result: a ``rate`` (also for period, energy and power of blows), a ``force`` (the
+            largest force of the contact or the rock), or a ``stress`` along the bodies.
 
     Raises:
-        DomainError: the error is not between 0 and 1, the result is none of these, or the error
+        DomainError: the error is not between 0 and 1, ``of`` is none of these results, or the error
             needs more spans than a body may have.
 
     Example:
@@ -96,7 +102,7 @@ def mesh_for(
             "or damp more"
         )
     degree, *spans = advice
-    # In the order of the engine, a casing last.
+    # The engine lists the bodies in this order; a casing without sections has no entry.
     elements = dict(zip((*ELEMENTS, "casing.elements"), spans, strict=False))
     chosen = {"mesh.degree": degree, **elements}
     bodies = [*_native.bodies({**given, **chosen}).values()][: len(spans)]

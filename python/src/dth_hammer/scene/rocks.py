@@ -1,7 +1,7 @@
-"""Rocks beside any hammer: by name, class, strength, or from a file. The engine has them.
+"""Rocks by name, class or strength, which the engine provides, or from a file.
 
-A file of a rock is JSON, ``{"hardness": "1.6 GPa", "unloading_ratio": 3, ...}``; what it leaves out
-is the reference's.
+A rock file is JSON, ``{"hardness": "1.6 GPa", "unloading_ratio": 3, ...}``. Numbers that it leaves
+out are those of the reference rock.
 """
 
 import json
@@ -21,37 +21,38 @@ class Figure:
     """A property of a rock: value, range and source."""
 
     value: float
-    #: The least and the largest that the source allows.
+    #: Lowest and highest value according to the source.
     low: float
     high: float
     unit: str
-    #: Where it is from.
+    #: The publication or the reasoning that the value comes from.
     source: str
-    #: False of an assumption.
+    #: Whether the value was measured; False for an assumption.
     measured: bool
 
 
-#: By name of the rock and of the number: ``hardness``, ``unloading_ratio``, ``specific_energy``.
+#: Properties by the name of the rock, then by the name of the property: ``hardness``,
+#: ``unloading_ratio``, ``specific_energy``.
 ROCKS: Mapping[str, Mapping[str, Figure]] = {
     name: {row[0]: Figure(*row[1:]) for row in rows} for name, rows in _native.rocks()
 }
 
 
-#: What a file of a rock may have, with SI units.
+#: Numbers that a rock file may contain, with their SI units.
 UNITS: Mapping[str, str] = dict(_native.GROUND)
-#: The word that may stand beside a hammer's parameters.
+#: Key by which a rock may be named among a hammer's parameters.
 ROCK = "rock"
 
 
 class Rock(dict[str, float]):
     """The parameters of a rock under a bit, for `simulate`, `sweep` and so on."""
 
-    #: What is assumed in them, a sentence each.
+    #: The assumptions behind the numbers, one sentence each.
     assumed: tuple[str, ...] = ()
 
 
 def described(name: str) -> tuple[dict[str, float], list[str]]:
-    """What a rock is to any bit, and what is assumed in it."""
+    """Returns the properties of a rock, which hold for any bit, and the assumptions in them."""
     path = Path(name)
     if path.suffix == ".json":
         content = outputs.read_object(path, UNITS, "number of a rock")
@@ -62,23 +63,27 @@ def described(name: str) -> tuple[dict[str, float], list[str]]:
         pairs, assumed = _native.ground(name)
     except DomainError as refused:
         unknown = UnknownNameError("rock", name, ROCKS)
-        unknown.args = refused.args  # It has those that there are.
+        unknown.args = refused.args  # The engine's message lists the rocks that exist.
         raise unknown from None
     return dict(pairs), assumed
 
 
 def beside(chosen: dict[str, Value], over: Mapping[str, Value]) -> dict[str, Value]:
-    """A hammer's parameters with others laid over them; ``rock`` among these is under its bit."""
+    """Returns the parameters ``chosen``, overridden by those of ``over``.
+
+    If ``over`` has the key ``rock``, the parameters of that rock under the hammer's bit are added;
+    rock parameters that ``over`` gives itself take precedence.
+    """
     text = over.get(ROCK)
     if text is None:
         return {**chosen, **over}
-    own = {name: value for name, value in over.items() if name != ROCK}
-    hole = own.get("hole.diameter", chosen.get("hole.diameter", _native.REFERENCE_HOLE))
-    return {**chosen, **rock(str(text), hole=hole), **own}
+    explicit = {name: value for name, value in over.items() if name != ROCK}
+    hole = explicit.get("hole.diameter", chosen.get("hole.diameter", _native.REFERENCE_HOLE))
+    return {**chosen, **rock(str(text), hole=hole), **explicit}
 
 
 def write(path: Path, parameters: Mapping[str, float]) -> None:
-    """Writes the rock of a hammer to a file."""
+    """Writes the rock of a hammer to a rock file."""
     outputs.check(path, (".json",))
     path.write_text(json.dumps(dict(_native.ground_of(parameters)), indent=2) + "\n", "utf-8")
 
@@ -95,20 +100,22 @@ def rock(
 ) -> Rock:
     """Returns the parameters of a rock under a bit with spherical inserts.
 
-    ``KR = 2 pi R H n`` of ``n`` inserts of radius ``R`` in rock of hardness ``H``. `ROCKS` has each
-    number with its source and scatter; what is assumed is in ``.assumed``.
+    The stiffness of ``n`` inserts with the tip radius ``R`` in rock of hardness ``H`` is
+    ``KR = 2 pi R H n``. `ROCKS` lists each number with its source and scatter; the attribute
+    ``assumed`` of the result lists the assumptions.
 
     Args:
-        name: a key of `ROCKS` or a word that only one has (``"granite"``), a class (``"R5"``,
-            ``"very strong"``), a strength (``"180 MPa"``), or a file of a rock.
-        hole: diameter of the hole, m or text with a unit; it decides the inserts if none are given.
+        name: a key of `ROCKS` or a word that only one key has (``"granite"``), a class (``"R5"``,
+            ``"very strong"``), a strength (``"180 MPa"``), or the path of a rock file.
+        hole: diameter of the hole, m or text with a unit; it determines the number and the radius
+            of the inserts where they are not given.
         inserts: number of inserts.
         insert_radius: radius of the tip of an insert, m or text with a unit.
-        rebound: share of an insert's work that the rock gives back, in place of the table's.
-        specific_energy: work per volume that drilling takes, J/m3, in place of the table's.
+        rebound: share of an insert's work that the rock gives back, instead of the table's value.
+        specific_energy: work per volume of drilled rock, J/m3, instead of the table's value.
 
     Raises:
-        DomainError: there is no such rock or bit; the message has those that there are.
+        DomainError: there is no such rock or bit; the message lists those that exist.
 
     Example:
         >>> from dth_hammer import rock
@@ -130,17 +137,17 @@ def rock(
     values = dict(_native.ground_under(numbers, count, radius))
     if hole is not None:
         values["hole.diameter"] = quantities.read(hole, "m", "hole")
-    found = Rock(values)
+    parameters = Rock(values)
     if specific_energy is not None:
         assumed = [text for text in assumed if "pecific energy" not in text]
-    found.assumed = (*bit, *assumed)
-    return found
+    parameters.assumed = (*bit, *assumed)
+    return parameters
 
 
 def _bit(
     hole: Value | None, inserts: int | None, insert_radius: Value | None
 ) -> tuple[int, float, list[str]]:
-    """Inserts of a bit, the radius of each one's tip (m), and what is assumed of them."""
+    """Returns the number of inserts, the radius of their tips (m) and the assumptions made."""
     radius = None
     if insert_radius is not None:
         radius = quantities.read(insert_radius, "m", "insert_radius")
@@ -148,6 +155,13 @@ def _bit(
         return int(inserts), radius, []
     if hole is None:
         raise DomainError("the bit is not known: give hole, or inserts and insert_radius")
-    usual, own = _native.inserts(quantities.read(hole, "m", "hole"))
-    count, tip = usual if inserts is None else int(inserts), own if radius is None else radius
-    return count, tip, [f"The bit has {count} inserts of {1e3 * tip:.3g} mm at their tips."]
+    usual_count, usual_radius = _native.inserts(quantities.read(hole, "m", "hole"))
+    count, tip_radius = (
+        usual_count if inserts is None else int(inserts),
+        usual_radius if radius is None else radius,
+    )
+    return (
+        count,
+        tip_radius,
+        [f"The bit has {count} inserts of {1e3 * tip_radius:.3g} mm at their tips."],
+    )

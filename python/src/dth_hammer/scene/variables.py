@@ -1,6 +1,6 @@
-"""The engine's table of quantities: names, units, domains, meanings, and the presets.
+"""The engine's table of variables: names, units, domains, meanings, and the presets.
 
-Nothing of it is written in this package: it is all read from the native module.
+All of it is read from the native module; nothing is repeated here.
 """
 
 from __future__ import annotations
@@ -26,17 +26,17 @@ if TYPE_CHECKING:
     Array = NDArray[Any]
 else:
     Array = Any
-#: What a user may write for a number.
+#: The types that a user may give for a number.
 Value = quantities.Value
-#: A member of a family along the bodies, counted from 1.
+#: Name and index (from 1) of a variable along the bodies, such as ``bit_stress[12]``.
 INDEXED = re.compile(r"(\w+)\[([1-9]\d*)\]")
-#: Communication step and duration, s, where none is given: those that the FMU proposes too.
+#: Default communication step and duration, s; the FMU proposes the same values.
 STEP, UNTIL = _native.STEP, _native.UNTIL
 
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable."""
+    """A parameter, input, output or local variable of the engine."""
 
     name: str
     reference: int
@@ -51,26 +51,26 @@ class Variable:
     maximum: float | None = None
     #: The declared type, for instance Length or Count.
     quantity: str = ""
-    #: Labels of an enumeration by value.
+    #: Labels of an enumeration, by their numbers.
     labels: Mapping[int, str] = field(default_factory=dict)
 
     @property
     def settable(self) -> bool:
-        """Whether it can be set."""
+        """Whether a user can set it: parameters and inputs."""
         return self.causality in ("parameter", "input")
 
     @property
     def counts(self) -> bool:
-        """Whether the value is a count, although its port is a Real."""
+        """Whether the value is a whole number, although the FMU declares it as a Real."""
         return self.quantity == "Count"
 
     @property
     def tunable(self) -> bool:
-        """Whether it may be set between steps."""
+        """Whether it may be changed between steps."""
         return self.causality == "input" or self.variability == "tunable"
 
     def number(self, value: Value) -> float:
-        """The value in the declared unit, checked against the declared domain."""
+        """Converts a value to the declared unit and checks it against the declared domain."""
         if self.labels and isinstance(value, str):
             number = self._label(value)
         else:
@@ -84,7 +84,7 @@ class Variable:
         return number
 
     def text(self, number: float) -> str:
-        """Returns a number as it is written: a label, or with the declared unit."""
+        """Returns a number as text: its label, or the number with the declared unit."""
         if label := self.labels.get(int(number)) if self.labels else None:
             return label
         return f"{number:g} {self.unit if self.unit != '1' else ''}".rstrip()
@@ -94,7 +94,7 @@ class Variable:
         return (low is None or number >= low) and (high is None or number <= high)
 
     def domain(self) -> str:
-        """The declared domain in words."""
+        """Returns the declared domain as text, such as ``above 0``."""
         if self.labels:
             allowed = [label for value, label in self.labels.items() if self._holds(value)]
             return "one of " + ", ".join(allowed) if len(allowed) > 1 else allowed[0]
@@ -105,13 +105,14 @@ class Variable:
             return f"within {low:g} and {high:g}"
         if low is not None:
             below = math.nextafter(low, -math.inf)
-            # A bound that is not itself allowed is declared as the next number above it.
+            # An exclusive bound is declared as the next floating-point number above it. Of two
+            # neighbouring floats, the one that a person chose as the bound prints shorter.
             above = len(repr(below)) < len(repr(low)) or below == 0.0
             return f"above {below:g}" if above else f"at least {low:g}"
         return "any number" if high is None else f"at most {high:g}"
 
     def _label(self, text: str) -> float:
-        """The value of an enumeration's label, or a number as it is."""
+        """Returns the number of an enumeration's label; text of a number is converted as it is."""
         for value, label in self.labels.items():
             if text.strip() == label:
                 return float(value)
@@ -122,18 +123,18 @@ class Variable:
 
 
 class Variables(Mapping[str, Variable]):
-    """All variables by name; a wrong name is answered with the nearest right one."""
+    """All variables by name; the error for an unknown name proposes the most similar one."""
 
     def __init__(self) -> None:
         self._table = {row["name"]: Variable(**row) for row in _native.variables()}
-        #: What there is along the bodies, as many as a mesh needs.
+        #: Variables along the bodies, which have one element per node or element of the mesh.
         self.families = {
             name: Variable(name, -1, "Real", "output", "continuous", text, unit, display or "")
             for name, text, unit, display in _native.ALONG
         }
 
     def __getitem__(self, name: str) -> Variable:
-        """The variable, or an error that names the nearest one."""
+        """Returns the variable; for an unknown name, the error proposes the most similar one."""
         variable = self._table.get(name)
         if variable is None:
             match = INDEXED.fullmatch(name)
@@ -143,7 +144,7 @@ class Variables(Mapping[str, Variable]):
         return variable
 
     def __contains__(self, name: object) -> bool:
-        """Whether there is such a variable."""
+        """Whether a variable with this name is in the table."""
         return name in self._table
 
     def __iter__(self) -> Iterator[str]:
@@ -151,15 +152,15 @@ class Variables(Mapping[str, Variable]):
         return iter(self._table)
 
     def __len__(self) -> int:
-        """How many there are."""
+        """Number of variables in the table."""
         return len(self._table)
 
     def of(self, *causalities: str) -> list[Variable]:
-        """Variables of some causalities, in the order of the table."""
+        """Returns the variables of the given causalities, in the order of the table."""
         return [v for v in self._table.values() if v.causality in causalities]
 
     def settable(self, name: str) -> Variable:
-        """A parameter or an input by name."""
+        """Returns a parameter or an input by name."""
         variable = self._table.get(name)
         if variable is None or not variable.settable:
             names = [v.name for v in self.of("parameter", "input")]
@@ -169,7 +170,7 @@ class Variables(Mapping[str, Variable]):
 
 @dataclass(frozen=True)
 class Preset:
-    """A hammer by name: what differs from the reference."""
+    """A hammer with a name: the values that differ from the reference hammer."""
 
     name: str
     description: str
@@ -185,7 +186,13 @@ def numbers(
     parameters: Mapping[str, Value] | None,
     under: Mapping[str, float] | None = None,
 ) -> dict[str, float]:
-    """Checked numbers of a preset with parameters laid over it, ``rock`` among them too."""
+    """Returns the checked numbers of a preset, overridden by parameters.
+
+    Args:
+        preset: name of the preset, None for the reference hammer.
+        parameters: values by name; the key ``rock`` may name a rock.
+        under: numbers that both the preset and the parameters override.
+    """
     if preset is not None and preset not in PRESETS:
         error = UnknownNameError("preset", preset, PRESETS)
         instead = _native.instead_of(preset)
@@ -196,12 +203,12 @@ def numbers(
 
 
 def whole(given: Mapping[str, float]) -> dict[str, float]:
-    """Numbers of all parameters and inputs: those given, else the start values."""
+    """Returns the numbers of all parameters and inputs: those given, else the start values."""
     settable = VARIABLES.of("parameter", "input")
     return {v.name: given.get(v.name, v.start or 0.0) for v in settable}
 
 
 @functools.cache
 def model() -> str:
-    """Version of the engine and a hash of its sources, for provenance."""
+    """Returns the version of the engine and a hash of its sources, for provenance."""
     return f"dth-hammer {metadata.version('dth-hammer')} {_native.ENGINE}"
