@@ -1,1 +1,1 @@
-"""Many runs: long-run means, sweeps, trends, fits, designs, fatigue."""
+"""Studies of many runs: long-run means, sweeps, trends, fits, optimisation, fatigue."""

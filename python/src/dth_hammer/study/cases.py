@@ -1,4 +1,4 @@
-"""One run of a sweep: what it is made of, what distinguishes it from others, and its row."""
+"""One run of a sweep: its settings, the key that distinguishes it from other runs, and its row."""
 
 import hashlib
 import json
@@ -18,11 +18,12 @@ from ..scene.variables import STEP, VARIABLES, model
 from .longrun import KIND, Wanted, answered
 from .store import RUN
 
-#: Columns beside parameters and outputs: what tells runs apart, how long one is, of which
-#: model, what it was refused for, and what was doubtful.
-ROWS = 5  # version of what a row has
+#: Version of the format of a row. It is part of a run's key, so old rows are not reused.
+ROWS = 5
+#: Columns beside parameters and outputs: name of the case, duration (s), version of the model,
+#: the error of a refused run, and warnings.
 CASE, UNTIL, MODEL, ERROR, WARNING = "case", "until", "model", "error", "warning"
-#: Marks a row that is returned and not stored.
+#: Marks a row that is returned to the caller but not stored in the file.
 PASSING = "passing"
 #: One row of the table.
 Row = dict[str, Any]
@@ -30,32 +31,33 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Case:
-    """What the runs of a sweep need besides their grid point.
+    """The settings that a run of a sweep needs besides its grid point.
 
-    Inputs and the controller act at communication points, so a case that has one of them has
-    a ``step`` too: that of `simulate` if it gives none.
+    Inputs and the controller act at communication points, so a case with inputs or a controller
+    also has a ``step``; by default it is that of `simulate`.
     """
 
-    #: The point of the grid is laid over these.
+    #: Parameters of all runs; those of the grid point override them.
     parameters: Mapping[str, float] = field(default_factory=dict)
     #: Inputs over time, as `simulate` takes them.
     inputs: Mapping[str, Signal] = field(default_factory=dict)
-    #: Called with the hammer before each step. Each run has a copy of its own.
+    #: Called with the hammer before each step. Each run has its own copy.
     control: Callable[[Hammer], None] | None = None
     step: float | str | None = None
-    #: Tells the rows of one state of the code from those of another in a sweep's file.
+    #: Version of the user's functions. Change it with them, so that a sweep's file does not mix
+    #: rows of the old and the new code.
     version: int | str | None = None
 
     @property
     def moves(self) -> bool:
-        """Returns whether inputs change during the run."""
+        """Whether Python code or changing inputs act during the run."""
         return bool(self.inputs) or self.control is not None
 
     def identity(self, name: str) -> list[Any]:
-        """Returns a key that distinguishes its rows from others: its data and its code's version.
+        """Returns the data and the code's version that distinguish its rows from those of others.
 
         Raises:
-            DomainError: it has code and no version.
+            DomainError: the case has functions but no version.
         """
         if not self.moves:
             return []
@@ -71,7 +73,7 @@ class Case:
 
 
 def _data(name: str, signal: Signal) -> Any:
-    """Returns an input (a number or a Series) as numbers."""
+    """Returns a constant or tabulated input as plain numbers, which JSON can store."""
     if points := points_in(name, signal):
         return [part.tolist() for part in points]
     return VARIABLES.settable(name).number(signal)
@@ -79,21 +81,22 @@ def _data(name: str, signal: Signal) -> Any:
 
 @dataclass(frozen=True)
 class Job:
-    """One run of a sweep: all that a worker must know of it."""
+    """One run of a sweep, with everything that a worker needs to simulate it."""
 
-    #: What makes it the same run: the model, all that is set, how long, what is read.
+    #: Hash of the model's version, all settings, the duration and the requested outputs. Two runs
+    #: with the same key have the same row.
     key: str
-    #: Of the case.
+    #: Name of the case.
     name: str
     case: Case
     numbers: Mapping[str, float]
-    #: How long it is, s, or how its long-run response is sought.
+    #: Duration, s, or the accuracy to which the long-run response is computed.
     until: float | Wanted
-    #: What is read at its end, or the columns of its response.
+    #: Outputs that are read at the end of the run, or the columns of the long-run response.
     names: Sequence[str]
 
     def played(self) -> Row:
-        """Runs what Python acts on and returns the final values."""
+        """Runs a hammer on which Python code or changing inputs act, and returns its row."""
         assert not isinstance(self.until, Wanted)
         try:
             signals = signals_of(self.case.inputs)
@@ -107,28 +110,28 @@ class Job:
             return self.result([], str(error), [])
         except Exception as error:
             # Any other error comes from the user's input or controller. It may be temporary (a full
-            # disk, a lost connection), so the next sweep tries again.
+            # disk, a lost connection), so the row is not stored and the next sweep tries again.
             return self.result([], f"{type(error).__name__}: {error}", []) | {PASSING: True}
 
     def row(self, values: Sequence[float], refused: str, warnings: Sequence[str]) -> Row:
-        """The row of what the engine answers, or why it does not."""
+        """Returns the row of a run, from the engine's values or from its reason for refusing it."""
         if refused or not isinstance(self.until, Wanted):
             return self.result(values, refused, warnings)
-        found = answered(values, self.numbers, warnings)
-        row = self.result([math.nan] * len(self.names), "", found.warnings)
-        means = [name for name in self.names if name in found.outputs.index]
-        row |= {KIND: found.kind, "blows": found.blows, "reached": float(found.reached)}
-        row |= {name: float(found.mean[name]) for name in means}
+        response = answered(values, self.numbers, warnings)
+        row = self.result([math.nan] * len(self.names), "", response.warnings)
+        means = [name for name in self.names if name in response.outputs.index]
+        row |= {KIND: response.kind, "blows": response.blows, "reached": float(response.reached)}
+        row |= {name: float(response.mean[name]) for name in means}
         row |= sides(row, self.numbers)
-        return row | {f"{name}_error": float(found.error[name]) for name in means}
+        return row | {f"{name}_error": float(response.error[name]) for name in means}
 
     def result(self, values: Sequence[float], refused: str, warnings: Iterable[str]) -> Row:
-        """Returns the row of a run: the requested outputs, empty if the run was refused."""
+        """Returns the row of a run with the requested outputs, which are NaN for a refused run."""
         row: Row = {RUN: self.key, CASE: self.name, **self.numbers}
         end = math.nan if isinstance(self.until, Wanted) else self.until
         row |= {UNTIL: end, MODEL: model()}
-        read = [math.nan] * len(self.names) if refused else values
-        row |= dict(zip(self.names, read, strict=True))
+        outputs = [math.nan] * len(self.names) if refused else values
+        row |= dict(zip(self.names, outputs, strict=True))
         row |= sides(row, self.numbers)
         if KIND in self.names:
             row[KIND] = ""
@@ -145,7 +148,16 @@ def planned(
     names: Sequence[str],
     stored: bool,
 ) -> list[Job]:
-    """Returns the checked runs of a case over the grid; ``kept``: rows go to a file."""
+    """Returns the checked runs of a case, one for each grid point.
+
+    Args:
+        name: name of the case.
+        case: settings of all runs.
+        points: parameters of each grid point.
+        until: duration, s, or the accuracy of the long-run response.
+        names: outputs to read.
+        stored: whether the rows go to a file; then functions of the case need a version.
+    """
     code = case.identity(name) if stored else []
     if case.moves and not isinstance(until, Wanted):
         signals_of(case.inputs)

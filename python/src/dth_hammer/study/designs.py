@@ -1,4 +1,4 @@
-"""Designs that an optimisation tries, each as it is or over a tolerance."""
+"""The designs that an optimisation tries, each simulated as it is or averaged over a tolerance."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,18 +14,20 @@ from .longrun import Steady, Wanted, responses
 from .measures import measure, unit
 from .trends import fitted, lost, sobol
 
-#: A mean by name, or a function of a `Steady`.
+#: A measure of a hammer: the name of a mean, or a function of a `Steady`.
 Measure = str | Callable[[Steady], float]
-#: Lower and upper limit; None where there is none.
+#: Lower and upper limit; None for no limit on that side.
 Limit = tuple[Value | None, Value | None]
-#: Limits of what a goal may be: names, functions, or both.
+#: Limits by measure; a measure is a name or a function.
 Limits = Mapping[str, Limit] | Mapping[Callable[[Steady], float], Limit] | Mapping[Measure, Limit]
 
-#: A refused design is so much worse than the worst, in spreads of what was found.
+#: Penalty of a refused design: its cost exceeds the worst known cost by this many times the
+#: difference between the worst and the best known cost.
 WORSE = 1.0
-#: Limits are kept to this part.
+#: A limit counts as satisfied if it is exceeded by no more than this, relative to the limit.
 KEPT = 1e-4
-#: Starts whose best designs agree to this part, or to their errors, are enough.
+#: The search needs no further starts if the best goals of the first ones agree within this relative
+#: difference, or within twice their combined standard error.
 AGREED = 3e-3
 
 
@@ -33,16 +35,21 @@ AGREED = 3e-3
 class Row:
     """A design that was tried."""
 
+    #: Number of the start that tried it; -1 for designs that only probe the optimum.
     start: int
-    #: Within the bounds, from 0 to 1.
+    #: Free numbers, scaled so that 0 and 1 are their bounds.
     place: Array
-    #: To be made small; by how much limits are passed, over their size.
+    #: The quantity to minimise: the goal, with its sign changed if it is to be maximised.
     cost: float = np.inf
+    #: By how much each limit is exceeded, relative to the limit; negative within the limit.
     passed: Array = field(default_factory=lambda: np.zeros(0))
+    #: Mean of the goal over the hammers of the design.
     goal: float = np.nan
-    #: The goal of the design itself, the standard error of the mean, and hammers that it is of.
+    #: Goal of the design itself, without the tolerance.
     nominal: float = np.nan
+    #: Standard error of `goal`.
     error: float = np.nan
+    #: Number of hammers that `goal` is the mean of.
     hammers: int = 1
     steady: Steady | None = None
     refused: str = ""
@@ -54,7 +61,7 @@ class Row:
 
 
 class Problem:
-    """A goal, what is free, and what was tried."""
+    """An optimisation problem: the goal, the free numbers, and the designs tried so far."""
 
     def __init__(
         self,
@@ -78,7 +85,7 @@ class Problem:
         self.limits: list[_Side] = []
         self.wanted, self.sign, self.stopped, self.tolerance = Wanted(), -1.0, False, 0.0
         self.rows: list[Row] = []
-        #: A bar of progress, if it is wanted.
+        #: Progress bar; None if the user does not want one.
         self.bar: Any = None
 
     def _number(self, name: str, value: Value) -> float:
@@ -87,17 +94,21 @@ class Problem:
         return read(value, "1", name)
 
     def begin(self) -> Array:
-        """Returns the scene's own point, moved inside the bounds."""
-        known, middle = whole(self.given), 0.5 * (self.low + self.high)
-        at = [known.get(name, m) for name, m in zip(self.names, middle, strict=True)]
-        return np.asarray(np.clip((np.array(at) - self.low) / (self.high - self.low), 0.0, 1.0))
+        """Returns the hammer's own design, moved inside the bounds and scaled to 0 to 1."""
+        own_values, middle = whole(self.given), 0.5 * (self.low + self.high)
+        place = [own_values.get(name, m) for name, m in zip(self.names, middle, strict=True)]
+        return np.asarray(np.clip((np.array(place) - self.low) / (self.high - self.low), 0.0, 1.0))
 
     def values(self, place: Array) -> Array:
-        """The free numbers of a design."""
+        """Returns the free numbers, in SI units, of a scaled design."""
         return np.asarray(self.low + np.clip(place, 0.0, 1.0) * (self.high - self.low))
 
     def offsets(self, pairs: int) -> Array:
-        """The design itself, and pairs of hammers to either side of it, over the tolerance."""
+        """Returns the offsets of a design's hammers, in units of the tolerance.
+
+        The first row is the design itself. The others are Sobol points and their mirror images, so
+        that a linear dependence cancels in the mean.
+        """
         count = len(self.names)
         if not (pairs and self.tolerance):
             return np.zeros((1, count))
@@ -105,19 +116,20 @@ class Problem:
         return np.concatenate([np.zeros((1, count)), half, -half])
 
     def numbers(self, values: Array) -> dict[str, float]:
-        """The hammer of the free numbers."""
+        """Returns the checked numbers of the hammer with these free numbers."""
         chosen = dict(zip(self.names, map(float, values), strict=True))
-        made = self.design(chosen) if self.design else chosen
-        if not isinstance(made, Mapping):
-            raise DomainError(f"design returned {made!r}, not parameters by name")
+        parameters = self.design(chosen) if self.design else chosen
+        if not isinstance(parameters, Mapping):
+            raise DomainError(f"design returned {parameters!r}, not parameters by name")
         return {
             **self.given,
-            **{name: VARIABLES.settable(name).number(x) for name, x in made.items()},
+            **{name: VARIABLES.settable(name).number(x) for name, x in parameters.items()},
         }
 
     def tried(self, start: int, place: Array, pairs: int = 0) -> Row:
-        """Simulates a design, alone or over the tolerance; if it is refused or stalls anywhere it
-        counts as worse than all others.
+        """Simulates a design, alone or with pairs of hammers within the tolerance.
+
+        If any of these hammers is refused or stalls, the design counts as worse than all others.
         """
         offsets = self.offsets(pairs)
         for row in self.rows:
@@ -127,17 +139,17 @@ class Problem:
         if self.stopped:
             raise KeyboardInterrupt
         row = Row(start, np.array(place), hammers=len(offsets))
-        off = self.values(place) * (1.0 + self.tolerance * offsets)
+        free_numbers = self.values(place) * (1.0 + self.tolerance * offsets)
         try:
-            numbers = [self.numbers(values) for values in off]
-            found = responses(numbers, self.wanted, stopped=lambda: self.stopped)
+            numbers = [self.numbers(values) for values in free_numbers]
+            answers = responses(numbers, self.wanted, stopped=lambda: self.stopped)
         except DthHammerError as error:
-            found = [str(error)]
-        # What a goal or a limit raises is its own fault, not the design's.
-        if bad := next((answer for answer in found if lost(answer)), None):
-            row.refused = bad if isinstance(bad, str) else bad.kind
+            answers = [str(error)]
+        # Goal and limits are evaluated outside the try block: their errors must reach the user.
+        if failure := next((answer for answer in answers if lost(answer)), None):
+            row.refused = failure if isinstance(failure, str) else failure.kind
         else:
-            self._measured(row, [a for a in found if isinstance(a, Steady)], offsets)
+            self._measured(row, [a for a in answers if isinstance(a, Steady)], offsets)
         if row.steady is None:
             row.passed = np.zeros(len(self.limits))
         self.rows.append(row)
@@ -145,44 +157,47 @@ class Problem:
             self.bar.update()
         return row
 
-    def _measured(self, row: Row, found: Sequence[Steady], offsets: Array) -> None:
-        goals = np.array([self.goal(answer) for answer in found])
+    def _measured(self, row: Row, answers: Sequence[Steady], offsets: Array) -> None:
+        goals = np.array([self.goal(answer) for answer in answers])
         if not np.isfinite(goals).all():
             row.refused = "the goal is no number"
             return
-        row.steady, row.nominal, row.goal = found[0], float(goals[0]), float(goals.mean())
+        row.steady, row.nominal, row.goal = answers[0], float(goals[0]), float(goals.mean())
         row.cost = self.sign * row.goal
         if len(goals) > 1:
-            # By what a plane leaves.
-            *_, left = fitted(np.column_stack([np.ones(len(goals)), offsets]), goals)
-            row.error = left / float(np.sqrt(len(goals)))
+            # The scatter of the mean is what remains after a linear fit in the offsets.
+            *_, scatter = fitted(np.column_stack([np.ones(len(goals)), offsets]), goals)
+            row.error = scatter / float(np.sqrt(len(goals)))
         row.passed = np.array(
             [
-                way * (np.mean([of(answer) for answer in found]) / size - edge)
-                for _, of, way, size, edge in self.limits
+                sign * (np.mean([function(answer) for answer in answers]) / size - edge)
+                for _, function, sign, size, edge in self.limits
             ]
         )
 
     def compared(self) -> list[Row]:
-        """The designs that keep the limits and can be compared: those over the tolerance."""
+        """Returns the designs that satisfy the limits and may be compared with each other.
+
+        With a tolerance these are only the designs whose goal is a mean over several hammers.
+        """
         rows = [row for row in self.rows if row.feasible and row.start >= 0]
         return [row for row in rows if row.hammers > 1] if self.tolerance else rows
 
     def agreed(self) -> bool:
-        """Whether the best designs of the starts so far are equally good."""
+        """Returns whether the best designs of all starts so far are equally good."""
         starts = {row.start for row in self.rows}
-        ends = [[r for r in self.compared() if r.start == k] for k in starts]
-        if not all(ends):
+        rows_by_start = [[r for r in self.compared() if r.start == k] for k in starts]
+        if not all(rows_by_start):
             return False
-        found = [min(rows, key=lambda row: row.cost) for rows in ends]
-        goals = [row.goal for row in found]
-        errors = np.nan_to_num([row.error for row in found])
+        best_rows = [min(rows, key=lambda row: row.cost) for rows in rows_by_start]
+        goals = [row.goal for row in best_rows]
+        errors = np.nan_to_num([row.error for row in best_rows])
         return bool(
             np.ptp(goals) <= max(AGREED * abs(goals[0]), 2.0 * float(np.hypot.reduce(errors)))
         )
 
     def best(self) -> Row:
-        """The best design that keeps the limits."""
+        """Returns the best design that satisfies the limits."""
         rows = self.compared() or [row for row in self.rows if row.feasible]
         if not rows:
             why = next((row.refused for row in self.rows if row.refused), "the limits")
@@ -200,18 +215,18 @@ class Problem:
         return (worst + WORSE * max(worst - min(known, default=0.0), 0.1 * abs(worst))) / scale
 
 
-#: Name, measure, side, size, and limit over its size.
+#: One side of a limit: name, measure, sign (-1 lower, 1 upper), size of the limit, limit over size.
 _Side = tuple[str, Callable[[Steady], float], float, float, float]
 
 
 def limits_of(limits: Limits) -> Iterator[_Side]:
-    """Returns one number per side of each limit; a positive one violates the limit."""
+    """Yields the sides of all limits, in the units of the measures."""
     for given, pair in limits.items():
         name = given if isinstance(given, str) else getattr(given, "__name__", "limit")
-        of = measure(given)
-        for bound, way in zip(alike(pair, name), (-1.0, 1.0), strict=True):
+        function = measure(given)
+        for bound, sign in zip(alike(pair, name), (-1.0, 1.0), strict=True):
             if bound is None:
                 continue
             number = read(bound, unit(given) if isinstance(given, str) else "1", name)
             size = abs(number) or 1.0
-            yield name, of, way, size, number / size
+            yield name, function, sign, size, number / size

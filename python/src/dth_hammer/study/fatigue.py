@@ -1,4 +1,4 @@
-"""Fatigue life of the elastic bodies: stress histories of settled blows, counted by rainflow."""
+"""Fatigue life of the elastic bodies, from the stresses of settled blows and rainflow counting."""
 
 from __future__ import annotations
 
@@ -22,24 +22,25 @@ from ..scene.variables import Array, whole
 from .longrun import Steady
 from .response import steady
 
-#: Periods that are left out at the start, and those that are counted of blows that do not repeat.
+#: Blow periods that are skipped at the start, and blows that are counted if they do not repeat.
 SETTLED, IRREGULAR = 60, 10
-#: Samples while a wave passes an element, and how many are made at a time.
-FINE, MOST = 8, 20_000
-#: Ranges below this part of a place's largest are not counted: with a slope up to 15, a million of
-#: them do 1e-9 of the damage of the largest.
+#: Samples while a wave passes an element, and samples that are computed in one block.
+FINE, BLOCK = 8, 20_000
+#: Stress ranges below this share of the largest range at a place are not counted. With a slope of
+#: 8, a million such cycles do 1e-10 of the damage of the largest one; with a slope of 5, 1e-4.
 LEAST = 0.01
-#: Relative error of the hours for which a mesh is chosen; the stress errs by no more than usual.
+#: Relative error of the hours for which a mesh is chosen, unless the default error of a stress is
+#: stricter.
 LIFE_ERROR = 0.2
 
 
 @typed()
 @dataclass(frozen=True)
 class SNCurve:
-    """A line in logarithms: ``N = cycles (strength / S)^slope`` for the stress amplitude ``S``.
+    """An S-N line: ``N = cycles (strength / S)^slope`` cycles at the stress amplitude ``S``.
 
-    Numbers, or text with units. None is known to this package: it is of the steel, its surface and
-    its heat treatment, and makes hours shorter or longer by powers of ten.
+    Give numbers in SI units or text with units. There is no default, because the line depends on
+    the steel, its surface and its heat treatment, and changes the hours by powers of ten.
 
     Example:
         >>> from dth_hammer import SNCurve
@@ -47,12 +48,12 @@ class SNCurve:
         1e-07 of the life per cycle
     """
 
-    #: Stress amplitude (half of the range) that is borne so many times, Pa.
+    #: Stress amplitude (half of the range) that the steel survives ``cycles`` times, Pa.
     strength: Any
     cycles: float
-    #: Exponent, 1 to 50.
+    #: Exponent, above 0 and at most 50.
     slope: float
-    #: Ultimate strength, Pa; if it is given, tensile means shorten the life (Goodman):
+    #: Ultimate strength, Pa. If it is given, a tensile mean stress shortens the life (Goodman):
     #: ``S = amplitude / (1 - mean / ultimate)``.
     ultimate: Any = None
 
@@ -70,7 +71,7 @@ class SNCurve:
 
     @classmethod
     def read(cls, text: str) -> SNCurve:
-        """From text: ``300 MPa,1e7,8``, or with the ultimate strength ``300 MPa,1e7,8,1 GPa``."""
+        """Reads text: ``300 MPa,1e7,8``, or with the ultimate strength ``300 MPa,1e7,8,1 GPa``."""
         parts = [part.strip() for part in text.split(",")]
         try:
             cycles, slope = map(float, parts[1:3])
@@ -82,7 +83,7 @@ class SNCurve:
         return cls(parts[0], cycles, slope, *parts[3:])
 
     def damage(self, amplitude: Array, mean: Array) -> Array:
-        """Part of the life that a cycle of an amplitude and a mean takes, Pa."""
+        """Returns the share of the life that a cycle with this amplitude and mean (Pa) consumes."""
         stress = np.asarray(amplitude, float)
         if self.ultimate is not None:
             left = 1.0 - np.maximum(mean, 0.0) / self.ultimate
@@ -92,43 +93,44 @@ class SNCurve:
 
 @dataclass(frozen=True, repr=False)
 class Life(answers.Answer):
-    """Fatigue life of the bodies, place by place."""
+    """Fatigue life of the bodies at every element."""
 
-    #: A row an element: body, section (from 1, at the top), position (m below the face where the
+    #: One row per element: body, section (1 is the top one), position (m below the face where the
     #: bodies meet), least and largest stress (Pa, tension positive), largest range (Pa), counted
     #: cycles per blow, damage per blow, hours.
     places: pd.DataFrame = field(repr=False)
     curve: SNCurve
-    #: Blows that were counted, and their time, s.
+    #: Number of blows that were counted.
     blows: int
+    #: Duration of these blows, s.
     time: float
-    #: ``cycle``, or ``irregular``: then another stretch would give other numbers.
+    #: ``cycle`` or ``irregular``. If irregular, counting other blows would give other numbers.
     kind: str
-    #: Degree and spans by parameter, and the relative error of stresses that they leave, by the
-    #: engine's rule.
+    #: Degree and number of spans, by the names of the parameters that set them.
     mesh: Mapping[str, int]
+    #: Relative error of stresses on this mesh, by the engine's rule.
     stress_error: float
 
     @property
     def life_error(self) -> float:
-        """The mesh's relative error of the hours: the life goes with a power of stress."""
+        """Relative error of the hours due to the mesh: ``(1 + stress_error)^slope - 1``."""
         return float((1.0 + self.stress_error) ** self.curve.slope - 1.0)
 
     @property
     def worst(self) -> pd.Series:
-        """The place that breaks first, as a row of `places`."""
+        """The element that breaks first, as a row of `places`."""
         return self.places.iloc[int(self.places["hours"].to_numpy().argmin())]
 
     @property
     def sections(self) -> pd.DataFrame:
-        """Returns a table with the worst place of each section."""
+        """The worst element of each section."""
         first = self.places.groupby(["body", "section"], sort=False)["hours"].idxmin()
         table = self.places.loc[first].reset_index(drop=True)
         table.attrs = self.places.attrs
         return table
 
     def in_words(self) -> list[str]:
-        """What breaks first, and how well that is known."""
+        """Returns what breaks first and when, the errors, and the blows that were counted."""
         worst, hours = self.worst, f"{self.worst['hours']:.4g} h"
         head = f"first: {worst['body']} at {worst['position'] * 1e3:.1f} mm after {hours}"
         mesh = ", ".join(f"{name} {value}" for name, value in self.mesh.items())
@@ -137,7 +139,7 @@ class Life(answers.Answer):
         return [head, f"mesh: {mesh}: {error}", counted]
 
     def to_frame(self) -> pd.DataFrame:
-        """Returns the worst place of each section, in mm, MPa and hours."""
+        """Returns the worst element of each section, in mm, MPa and hours."""
         units = {"position": "mm", "least": "MPa", "largest": "MPa", "range": "MPa"}
         return quantities.with_units(quantities.convert(self.sections, units))
 
@@ -153,27 +155,27 @@ def life(
 ) -> Life:
     """Estimates the hours until piston, bit and an elastic casing break by fatigue.
 
-    The stress at the middle of each element over a settled cycle (or over ten blows, where they do
-    not repeat) is sampled eight times while a wave passes the element; turning points lie on the
-    parabola through three samples. Ranges are counted by rainflow (ASTM E1049), damages are added
-    (Miner): ``hours = time / damage``.
+    The stress at the centre of each element is sampled over a settled cycle, or over ten blows if
+    they do not repeat. There are eight samples while a wave passes an element, and each turning
+    point is taken from the parabola through three samples. Stress ranges are counted by rainflow
+    (ASTM E1049) and their damages are added (Miner): ``hours = time / damage``.
 
-    Unless the hammer's parameters name degree or spans, the mesh is chosen for a stress from which
-    the hours err by a fifth at most; `Life.stress_error` says what the mesh leaves.
+    Unless the hammer's parameters give degree or spans, the mesh is chosen so fine that the hours
+    err by a fifth at most. `Life.stress_error` is the error that remains on the mesh used.
 
-    The stress is nominal and axial: the effects of notches, splines, bending, contact and
-    hardening must be in the curve.
+    The stress is nominal and axial: the S-N line must include the effects of notches, splines,
+    bending, contact and hardening.
 
     Args:
         hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
         curve: the S-N line.
-        preset: parameter set that a mapping is laid over.
-        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
+        preset: preset that provides all parameters that a mapping does not give.
+        rock: the rock to drill: a name, a class, a strength or a file, as for `dth_hammer.rock`.
         progress: shows blows and error so far.
 
     Raises:
         RefusedError: the hammer comes to rest, or its bodies are rigid.
-        MissingError: `rainflow` is not installed; the message has the command.
+        MissingError: `rainflow` is not installed; the message has the command that installs it.
 
     Example:
         >>> from dth_hammer import SNCurve, life
@@ -183,14 +185,14 @@ def life(
         bit 3654 h
     """
     need("rainflow")
-    own = scene_of(hammer, rock, preset).parameters
-    given = _meshed(numbers_of(hammer, preset, rock), own, curve)
+    parameters = scene_of(hammer, rock, preset).parameters
+    given = _meshed(numbers_of(hammer, preset, rock), parameters, curve)
     names = [name for name in _native.wave_names(given) if "_stress[" in name]
-    found = steady(given, progress=progress)
-    if found.kind == "stalled":
+    response = steady(given, progress=progress)
+    if response.kind == "stalled":
         raise RefusedError("the hammer comes to rest: it strikes no blows")
-    blows = found.blows if found.repeats else IRREGULAR
-    period = float(found.mean["period"])
+    blows = response.blows if response.repeats else IRREGULAR
+    period = float(response.mean["period"])
     begin, end = SETTLED * period, (SETTLED + blows) * period
     turns: list[list[Array]] = [[] for _ in names]
     for block in _samples(given, names, begin, end):
@@ -209,7 +211,7 @@ def life(
     spans = [name for name in (*ELEMENTS, "casing.elements") if name.split(".")[0] in bodies]
     mesh = {name: int(values[name]) for name in ("mesh.degree", *spans)}
     error = float(_native.force_error(given))
-    return Life(table, curve, blows, blows * period, found.kind, mesh, error)
+    return Life(table, curve, blows, blows * period, response.kind, mesh, error)
 
 
 def _meshed(given: dict[str, float], own: Iterable[str], curve: SNCurve) -> dict[str, float]:
@@ -217,21 +219,21 @@ def _meshed(given: dict[str, float], own: Iterable[str], curve: SNCurve) -> dict
     if any(name == "mesh.degree" or name.endswith(".elements") for name in own):
         return given
     error = (1.0 + LIFE_ERROR) ** (1.0 / curve.slope) - 1.0
-    usual = READINGS["stress"]
+    default_error = READINGS["stress"]
     try:
-        return {**given, **mesh_for(given, min(error, usual), of="stress").parameters}
+        return {**given, **mesh_for(given, min(error, default_error), of="stress").parameters}
     except DomainError:
-        # Fronts that no mesh resolves, or a string that needs all there is: its error is told.
+        # The wave fronts are too sharp for any allowed mesh. `Life.stress_error` reports the error.
         return given
 
 
 def _elastic(given: Mapping[str, float]) -> dict[str, Any]:
-    """The bodies that carry waves, with their sections and nodes."""
+    """Returns the elastic bodies by name, with their sections and nodes."""
     return {name: body for name, body in _native.bodies(dict(given)).items() if body["elastic"]}
 
 
 def _places(name: str, body: Mapping[str, Any]) -> pd.DataFrame:
-    """Returns the positions of a body's stresses and the section of each."""
+    """Returns the section and the position of each element of a body."""
     nodes = body["nodes"]
     middles = 0.5 * (nodes[1:] + nodes[:-1])
     ends = np.cumsum([length for length, _ in body["sections"]])
@@ -243,7 +245,11 @@ def _places(name: str, body: Mapping[str, Any]) -> pd.DataFrame:
 def _samples(
     given: Mapping[str, float], names: list[str], begin: float, end: float
 ) -> Iterator[Array]:
-    """Stresses at equal steps, in blocks that share two rows with the block before."""
+    """Yields stresses at equal time steps, in blocks of rows.
+
+    Each block begins with the last two rows of the block before, so that no turning point between
+    two blocks is missed.
+    """
     values = whole(given)
     speed = math.sqrt(values["material.youngs_modulus"] / values["material.density"])
     spans = [np.diff(body["nodes"]).min() for body in _elastic(given).values()]
@@ -252,41 +258,48 @@ def _samples(
     machine, selection = _native.Machine(dict(given)), _native.Selection(names)
     machine.advance(begin)
     overlap = np.empty((0, len(names)))
-    for start in range(1, len(times), MOST):
-        rows, _ = machine.run(times[start : start + MOST], selection, {})
+    for start in range(1, len(times), BLOCK):
+        rows, _ = machine.run(times[start : start + BLOCK], selection, {})
         block = np.concatenate((overlap, np.asarray(rows)))
         yield block
         overlap = block[-2:]
 
 
-def largest_stress(found: Steady, body: str) -> float:
-    """Returns the largest axial stress of a body over the blows of a response, Pa, on its mesh."""
-    given = dict(found.parameters)
+def largest_stress(response: Steady, body: str) -> float:
+    """Returns the largest axial stress (Pa) of a body over the settled blows of a response."""
+    given = dict(response.parameters)
     if body not in _elastic(given):
         raise RefusedError(f"the {body} is rigid: it has no stress")
     names = [name for name in _native.wave_names(given) if name.startswith(f"{body}_stress[")]
-    blows, period = found.blows if found.repeats else IRREGULAR, found["period"]
+    blows, period = response.blows if response.repeats else IRREGULAR, response["period"]
     blocks = _samples(given, names, SETTLED * period, (SETTLED + blows) * period)
     return max(float(np.abs(block).max()) for block in blocks)
 
 
 def turning_points(samples: Array) -> Array:
-    """Values where samples at equal steps turn, on the parabolas through three of them."""
+    """Returns the extremes of samples at equal steps, from parabolas through three samples."""
     before, here, after = samples[:-2], samples[1:-1], samples[2:]
     turns = (here - before) * (after - here) < 0.0
-    b, h, a = before[turns], here[turns], after[turns]
-    return np.asarray(h - (a - b) ** 2 / (8.0 * (a - 2.0 * h + b)))
+    left, centre, right = before[turns], here[turns], after[turns]
+    return np.asarray(centre - (right - left) ** 2 / (8.0 * (right - 2.0 * centre + left)))
 
 
 def ranges(turns: Iterable[float]) -> Array:
-    """Range, mean and count (1, or a half) of the cycles of a history, by rainflow (ASTM E1049)."""
+    """Returns the cycles of a history by rainflow counting (ASTM E1049).
+
+    Each row has the range, the mean and the count, which is 1 or 0.5.
+    """
     rainflow: Any = need("rainflow")
-    found = [row[:3] for row in rainflow.extract_cycles(turns)]
-    return np.array(found, dtype=float).reshape(-1, 3)
+    rows = [row[:3] for row in rainflow.extract_cycles(turns)]
+    return np.array(rows, dtype=float).reshape(-1, 3)
 
 
 def _counted(turns: Array, curve: SNCurve) -> dict[str, float]:
-    """Returns the damage of a place's history, which repeats: it begins at its largest value."""
+    """Returns extreme stresses, cycles and damage at one place.
+
+    The history repeats, so it is rotated to begin and end at its largest value: rainflow counting
+    then closes every cycle.
+    """
     top = int(np.argmax(turns))
     history = _filtered(np.concatenate((turns[top:], turns[: top + 1])))
     counted = ranges(history)
@@ -301,7 +314,7 @@ def _counted(turns: Array, curve: SNCurve) -> dict[str, float]:
 
 
 def _filtered(turns: Array) -> Array:
-    """Returns the history without the turns that are too close to the one kept before."""
+    """Returns the turning points without those of ranges too small to matter, see `LEAST`."""
     least, history = LEAST * float(np.ptp(turns)), [float(turns[0])]
     rising = 0.0
     for value in map(float, turns[1:]):

@@ -1,4 +1,4 @@
-"""Long-run means over blows, with errors, of hammers that repeat or not."""
+"""Long-run means over blows, with standard errors, whether or not the blows repeat."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from ..scene.variables import VARIABLES, Array, Value, whole
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Names of the means, in their order.
+#: Names of the means, in the engine's order.
 MEANS: tuple[str, ...] = tuple(_native.MEANS)
-#: Means whose errors end a simulation, unless others are named.
+#: A simulation ends when the errors of these means are small enough, unless the user names others.
 RATES = ("rop", "tip_rate")
-#: What a table calls the kind of a response.
+#: Column with the kind of a response.
 KIND = "kind"
-#: Units of those that are no variables.
+#: Units of the means that are not variables of the engine.
 UNITS = {
     "blow_frequency": "Hz",
     "period": "s",
@@ -36,48 +36,51 @@ UNITS = {
     "rebound_speed": "m/s",
     "rebound_ratio": "1",
 }
-#: A warning where blows have run out.
+#: Warning of a simulation that ended at its largest number of blows.
 NOT_REACHED = (
     "the error asked for is not reached after {} blows: allow more blows, or a larger error"
 )
 #: Interval between updates of the progress bar, s.
 PART = 0.3
-#: Fewest blows of a mean.
+#: Smallest value that the limit of blows may have.
 FEWEST = 100
-#: Energies of a blow.
+#: Names of the energies of a blow.
 WORKS = tuple(name for name in MEANS if name.startswith("energy_"))
 
 
 @dataclass(frozen=True, repr=False)
 class Steady(answers.Answer):
-    """A long-run response."""
+    """The long-run response of a hammer."""
 
-    #: ``cycle``, ``cycle of 2`` and so on, ``irregular``, ``stalled``.
+    #: ``cycle`` if every blow is like the one before, ``cycle of 2`` if every second one is, and so
+    #: on; ``irregular`` if blows do not repeat; ``stalled`` if there are no blows.
     kind: str
-    #: Mean, the range that the rock's specific energy leaves of a rate of penetration (``low``,
-    #: ``high``), standard error and spread from blow to blow of each output, and its unit. A rate
-    #: of penetration is the advance over the time of all blows; energies are those of a blow.
+    #: One row per output, with the columns ``mean``, ``low`` and ``high`` (the range of a rate of
+    #: penetration that follows from the rock's specific energy), ``error`` (standard error),
+    #: ``spread`` (standard deviation from blow to blow) and ``unit``. A rate of penetration is the
+    #: advance of all blows divided by their time; energies are per blow.
     outputs: pd.DataFrame
-    #: Blows that the means are of.
+    #: Number of blows in the means.
     blows: int
-    #: Whether the error asked for was reached.
+    #: Whether the requested error was reached.
     reached: bool
-    #: Numbers of all that was set, by name, in SI units.
+    #: Numbers of all parameters and inputs that were set, by name, in SI units.
     parameters: Mapping[str, float] = field(repr=False)
-    #: What was warned of.
+    #: Warnings about this hammer.
     warnings: tuple[str, ...] = ()
-    #: With ``starts``: a row for each motion that was met, with its kind, its share of the starts
-    #: and its means; that of the scene's own start is the first.
+    #: Motions that the hammer settles to, if ``starts`` were requested: one row per motion with its
+    #: kind, its share of the starts and its means. The first row is the motion from the hammer's
+    #: own start.
     motions: pd.DataFrame | None = field(default=None, repr=False)
 
     @property
     def mean(self) -> pd.Series:
-        """Means by name, SI units."""
+        """Means by name, in SI units."""
         return self.outputs["mean"]
 
     @property
     def error(self) -> pd.Series:
-        """Standard errors of the means; 0 of blows that repeat."""
+        """Standard errors of the means; 0 if the blows repeat."""
         return self.outputs["error"]
 
     @property
@@ -91,14 +94,14 @@ class Steady(answers.Answer):
         return self.kind.startswith("cycle")
 
     def __getitem__(self, name: str) -> float:
-        """Returns a mean, or the value of a parameter that was set."""
+        """Returns a mean, or the number of a parameter that was set."""
         if name in self.parameters and name not in self.outputs.index:
             return self.parameters[name]
         return float(self.mean[named(name)])
 
     @property
     def rate(self) -> str:
-        """The rate of penetration with the range that the rock's specific energy leaves of it."""
+        """The rate of penetration and its range, as text."""
         return in_words(self["rop"], self.parameters)
 
     def specific_energy(self, rate: Value) -> float:
@@ -108,10 +111,10 @@ class Steady(answers.Answer):
         the hole's diameter ``D`` (``hole.diameter``).
 
         Args:
-            rate: of penetration, m/s or text with a unit (``"30 m/h"``).
+            rate: measured rate of penetration, m/s or text with a unit (``"30 m/h"``).
 
         Raises:
-            DomainError: no rate above 0.
+            DomainError: the rate is not above 0.
             RefusedError: the hammer comes to rest.
         """
         number = quantities.read(rate, "m/s", "rate")
@@ -127,8 +130,8 @@ class Steady(answers.Answer):
         """Returns the rock's specific energy and its uncertainty from one measured rate.
 
         Args:
-            rate: of penetration, as for `specific_energy`.
-            scatter: of the measured rate, a share of it.
+            rate: measured rate of penetration, as for `specific_energy`.
+            scatter: relative uncertainty of the measured rate, 0 to 1.
         """
         if not 0.0 <= scatter <= 1.0:
             raise DomainError(f"scatter = {scatter:g} is not a share of the rate, 0 to 1")
@@ -140,44 +143,44 @@ class Steady(answers.Answer):
     caption = "Energy of a blow"
 
     def in_words(self) -> list[str]:
-        """The kind of motion, and the rate."""
+        """Returns the kind of motion and the number of blows, then the rate of penetration."""
         text = f"{self.kind}, {self.blows} blows" + ("" if self.reached else ", error not reached")
         return [text, self.rate] if self.rate else [text]
 
     def to_frame(self) -> pd.DataFrame:
-        """Returns means, ranges, errors and spreads, a row each."""
+        """Returns means, ranges, errors and spreads, one row per output."""
         return self.outputs
 
     def plot(self) -> Figure:
-        """Plots the energy of a blow: work beside losses."""
+        """Plots the energies of a blow: work done on the hammer, and losses."""
         return answers.energies(dict(self.mean[[*WORKS]]))
 
 
 def named(name: str) -> str:
-    """Returns the name of a mean; raises if there is none."""
+    """Returns the name; raises an `UnknownNameError` if no mean has it."""
     if name not in MEANS:
         raise UnknownNameError("mean", name, MEANS)
     return name
 
 
 def unit(name: str) -> str:
-    """Unit of a mean."""
+    """Returns the unit of a mean."""
     return UNITS.get(name) or VARIABLES[name].unit
 
 
-#: The engine's own.
+#: The engine's default settings of a long-run simulation.
 DEFAULTS = _native.wanted()
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """How long-run responses are found."""
+    """When a long-run simulation ends."""
 
-    #: Largest standard error of both rates, or by name of any means, over the mean.
+    #: Largest relative standard error: one number for both rates, or numbers by name of a mean.
     error: float | Mapping[str, float] = DEFAULTS["error"]
-    #: Most blows simulated.
+    #: Largest number of blows to simulate.
     blows: int = int(DEFAULTS["blows"])
-    #: Without a blow for so long it is stalled, s.
+    #: A hammer without a blow for this time (s) is stalled.
     limit: float = DEFAULTS["limit"]
 
     def __post_init__(self) -> None:
@@ -189,28 +192,31 @@ class Wanted:
 
     @property
     def by_mean(self) -> dict[str, float]:
-        """Errors by the names of the means."""
+        """Largest relative standard errors by name of a mean."""
         if isinstance(self.error, Mapping):
             return {named(name): error for name, error in self.error.items()}
         return dict.fromkeys(RATES, self.error)
 
     @property
     def errors(self) -> list[float]:
-        """An error for each mean, infinity where any will do."""
+        """Largest relative standard error of each mean; infinity where none is requested."""
         return [self.by_mean.get(name, np.inf) for name in MEANS]
 
     @property
     def ways(self) -> tuple[list[float], int, float, int]:
-        """The same as the engine takes it, with the most blows after which a motion may repeat."""
+        """These settings as the engine takes them.
+
+        The last number is the largest number of blows in a cycle that the engine looks for.
+        """
         return self.errors, self.blows, self.limit, int(DEFAULTS["repeating"])
 
 
 def responses(
     points: Sequence[Mapping[str, float]], wanted: Wanted, **ways: Any
 ) -> list[Steady | str]:
-    """Returns the long-run responses of many hammers in their order, found as by `finished`."""
-    found = dict(finished(points, wanted, **ways))
-    return [found[k] for k in range(len(points))]
+    """Returns the long-run responses of many hammers in their order; text is a refusal's reason."""
+    response_by_index = dict(finished(points, wanted, **ways))
+    return [response_by_index[k] for k in range(len(points))]
 
 
 def finished(
@@ -220,9 +226,10 @@ def finished(
     progress: bool = False,
     stopped: Callable[[], bool] = lambda: False,
 ) -> Iterator[tuple[int, Steady | str]]:
-    """Yields the long-run responses of many hammers as they finish; text says why one is refused.
+    """Yields index and long-run response of many hammers, in the order in which they finish.
 
-    Ctrl-C ends all, and so does ``stopped``: a thread that is not the main one hears of no signal.
+    The response of a refused hammer is the reason, as text. Ctrl-C ends all runs. ``stopped`` does
+    the same if it returns True; other threads need it, since only the main thread gets signals.
     """
     scenes = [[*point.items()] for point in points]
     if not scenes:
@@ -252,21 +259,23 @@ def cores() -> int:
 def answered(
     values: Sequence[float], point: Mapping[str, float], warnings: Sequence[str]
 ) -> Steady:
-    """Returns a response from the engine's answer."""
+    """Returns the response that the engine's numbers describe."""
     repeating, blows, reached, *numbers = values
     kinds = {-1: "stalled", 0: "irregular", 1: "cycle"}
     kind = kinds.get(int(repeating), f"cycle of {repeating:g}")
-    parts = np.array(numbers).reshape(3, len(MEANS))
+    statistics = np.array(numbers).reshape(3, len(MEANS))
     if kind == "stalled":
-        parts[:] = np.nan
-    short = () if reached > 0.5 else (NOT_REACHED.format(int(blows)),)
-    reasons = (*warnings, *short)
-    return Steady(kind, tabled(parts, point), int(blows), not short, dict(point), reasons)
+        statistics[:] = np.nan
+    not_reached = () if reached > 0.5 else (NOT_REACHED.format(int(blows)),)
+    reasons = (*warnings, *not_reached)
+    return Steady(
+        kind, tabled(statistics, point), int(blows), not not_reached, dict(point), reasons
+    )
 
 
-def tabled(parts: Array, given: Mapping[str, float]) -> pd.DataFrame:
-    """Returns means, errors and spreads as a table of outputs."""
-    columns = dict(zip(("mean", "error", "spread"), parts, strict=True))
+def tabled(statistics: Array, given: Mapping[str, float]) -> pd.DataFrame:
+    """Returns the table `Steady.outputs` of means, errors and spreads."""
+    columns = dict(zip(("mean", "error", "spread"), statistics, strict=True))
     frame = pd.DataFrame(columns, index=pd.Index(MEANS, name="output"))
     frame = beside(frame, "mean", factor(given))
     frame["unit"] = [unit(name) for name in MEANS]
@@ -275,16 +284,20 @@ def tabled(parts: Array, given: Mapping[str, float]) -> pd.DataFrame:
 
 @contextmanager
 def telling(shown: bool, total: int = 1) -> Iterator[Callable[..., None]]:
-    """A progress bar, if it is wanted, as what is told blows so far and error over that wanted."""
-    many = {"total": total, "unit": "hammer"}
-    drawn = bar(shown, **(many if total > 1 else {"unit": "blow"}))
-    with nullcontext() if drawn is None else drawn:
+    """Opens a progress bar, if one is shown, and yields the function that updates it.
+
+    Its arguments are the number of blows so far, the ratio of the error to the requested error, and
+    the number of finished hammers.
+    """
+    options = {"total": total, "unit": "hammer"}
+    progress_bar = bar(shown, **(options if total > 1 else {"unit": "blow"}))
+    with nullcontext() if progress_bar is None else progress_bar:
 
         def tell(blows: int, error_ratio: float, done: int = 0) -> None:
-            if drawn is not None:
-                drawn.n = done if total > 1 else blows
+            if progress_bar is not None:
+                progress_bar.n = done if total > 1 else blows
                 known = np.isfinite(error_ratio)
                 text = f"{error_ratio:.2g} times the one wanted" if known else "not yet known"
-                drawn.set_postfix_str(f"error {text}")
+                progress_bar.set_postfix_str(f"error {text}")
 
         yield tell

@@ -1,4 +1,4 @@
-"""The motions that a hammer settles to from several starts."""
+"""The motions that a hammer settles to from several initial states."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -10,10 +10,10 @@ from ..errors import DomainError
 from ..scene.variables import whole
 from .longrun import Steady
 
-#: How a start is chosen.
+#: Parameters that set the initial state.
 VELOCITY, GAP = "piston.initial_velocity", "contact.initial_gap"
-#: Two motions are one if these means of them agree: those of cycles to this part, others within so
-#: many standard errors of their difference.
+#: Two responses are of the same motion if these means agree: within `DEVIATIONS` standard errors of
+#: the difference, plus the relative difference `SAME`, which alone counts for cycles.
 COMPARED = ["period", "tip_rate", "blow_speed"]
 SAME, DEVIATIONS = 1e-6, 4.0
 
@@ -21,8 +21,10 @@ SAME, DEVIATIONS = 1e-6, 4.0
 def drawn(
     given: Mapping[str, float], speed: float, count: int, seed: int
 ) -> list[dict[str, float]]:
-    """Returns a hammer for each start that is drawn: the piston anywhere above the bit, up to the
-    gap of its own start, with any speed up to that of a blow.
+    """Returns hammers with random initial states of the piston.
+
+    Its gap to the bit is drawn between 0 and the hammer's own initial gap, its velocity between
+    ``-speed`` and ``speed``, m/s.
     """
     if seed < 0:
         raise DomainError(f"seed = {seed} must be 0 or more")
@@ -34,7 +36,7 @@ def drawn(
 
 
 def same(one: Steady, other: Steady) -> bool:
-    """Returns whether two responses are of one motion, as far as their errors tell."""
+    """Returns whether two responses are of the same motion, within their errors."""
     if one.kind != other.kind or one.kind == "stalled":
         return one.kind == other.kind
     means = one.mean[COMPARED] - other.mean[COMPARED]
@@ -44,19 +46,19 @@ def same(one: Steady, other: Steady) -> bool:
 
 
 def met(own: Steady, others: Sequence[Steady | str]) -> tuple[pd.DataFrame, list[str]]:
-    """Returns one row per motion, and what is to be warned of.
+    """Returns a table with one row per motion, and warnings.
 
-    A row has the motion's kind, its share of the starts, and its means. The first is that of the
-    hammer's own start, the others follow by their shares.
+    A row has the motion's kind, its number and share of the starts, and its means. The first motion
+    is that from the hammer's own start; the others follow, the most frequent first.
     """
     answers = [own, *(other for other in others if not isinstance(other, str))]
     motions: list[list[Steady]] = []
     for answer in answers:
-        known = next((m for m in motions if same(m[0], answer)), None)
-        if known is None:
+        motion = next((m for m in motions if same(m[0], answer)), None)
+        if motion is None:
             motions.append([answer])
         else:
-            known.append(answer)
+            motion.append(answer)
     motions[1:] = sorted(motions[1:], key=len, reverse=True)
     rows = [
         {"kind": m[0].kind, "starts": len(m), "share": len(m) / len(answers), **m[0].mean}
@@ -70,7 +72,7 @@ def met(own: Steady, others: Sequence[Steady | str]) -> tuple[pd.DataFrame, list
 
 
 def _listed(motions: Sequence[Mapping[str, Any]]) -> str:
-    """Returns shares and rates of motions, in words."""
+    """Returns shares and rates of the motions as text."""
     texts = []
     for row in motions:
         rate = "" if row["kind"] == "stalled" else f" at {1e3 * row['tip_rate']:.4g} mm/s (tip)"

@@ -1,8 +1,8 @@
-"""The best design within bounds and limits, by the means of the long-run response.
+"""The best design within bounds and limits, judged by long-run means.
 
-A goal jumps from design to design, by up to some per cent: of many designs the best single one has
-won by luck. What is made large is therefore the mean over hammers whose free numbers are off by a
-stated tolerance, as those that are made will be.
+The goal jumps by up to a few per cent between neighbouring designs, so the single best of many
+designs is partly luck. The search therefore maximises the mean over hammers whose free numbers
+deviate from the design by a stated tolerance, as those of manufactured hammers do.
 """
 
 from __future__ import annotations
@@ -29,19 +29,21 @@ from .trends import line, sobol
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Over the bounds: first and last step of a start, and those from the best of all starts.
+#: Trust-region radii as shares of the distance between the bounds: first and last of each start,
+#: then first and last of the final search from the best start.
 FIRST, COARSE, NEAR, LAST = 0.25, 0.02, 0.05, 5e-3
-#: Pairs of hammers that a mean over the tolerance is of: while searching, and in the end.
+#: Pairs of hammers in a mean over the tolerance: during the search, and in the final comparison.
 PAIRS, FINAL = 4, 16
-#: Number of best designs that are compared in the end.
+#: Number of best designs in the final comparison.
 CANDIDATES = 3
-#: While searching, errors of means may be so many times larger, up to the second number.
+#: During the search the allowed error of a mean is this many times larger, at most `LOOSEST`.
 LOOSE, LOOSEST = 4.0, 0.02
-#: Steps of a start, for each parameter.
+#: Largest number of evaluations of a search, for each free number (plus one).
 STEPS = 20
-#: Half of the box about the optimum in which it is looked at, over the bounds.
+#: Half width of the box in which slopes at the optimum are fitted, as a share of the distance
+#: between the bounds.
 AROUND = 0.02
-#: A parameter at less than this part of the bounds from one of them is at it.
+#: A free number is at a bound if it is nearer to it than this share of the distance between bounds.
 AT = 5e-3
 
 
@@ -49,51 +51,55 @@ AT = 5e-3
 class Optimum(answers.Answer):
     """The best design found."""
 
+    #: Free numbers of the best design.
     parameters: pd.Series
-    #: Mean of the goal over the tolerance, and its standard error: by the scatter of the hammers in
-    #: it, or without a tolerance by the errors of the means that the goal is made of.
+    #: Goal of the best design, averaged over the tolerance.
     value: float
+    #: Standard error of `value`. It follows from the scatter of the hammers in the mean; without a
+    #: tolerance, from the errors of the long-run means in the goal.
     error: float
-    #: The goal of the design itself, and its long-run response.
+    #: Goal of the design itself, without the tolerance.
     nominal: float
+    #: Long-run response of the design itself.
     steady: Steady
-    #: Bounds that hold it back, and limits.
+    #: Free numbers that are at a bound.
     at_bounds: tuple[str, ...]
+    #: Limits that the design just satisfies.
     at_limits: tuple[str, ...]
-    #: Parameters on which the goal does not depend there, within what it jumps.
+    #: Free numbers that have no significant effect on the goal near the optimum.
     flat: tuple[str, ...]
-    #: By how much the goal jumps from design to design there, as a part of it.
+    #: Relative scatter of the goal between neighbouring designs near the optimum.
     roughness: float
-    #: ``optimal``, ``held``, ``rough``, ``flat`` or ``stopped``, and what that means.
+    #: ``optimal``, ``held``, ``rough``, ``flat`` or ``stopped``; `message` explains it.
     status: str
     message: str
-    #: All designs in the order in which they were tried: start, parameters, goal, its error, of how
-    #: many hammers it is the mean, limits, the rate of penetration with its range (``rop_low``,
-    #: ``rop_high``), and why one was refused.
+    #: All designs in the order of trial: start, free numbers, goal, its error, the number of
+    #: hammers in its mean, by how much each limit is exceeded, the rate of penetration with its
+    #: range (``rop_low``, ``rop_high``), and the reason if the design was refused.
     history: pd.DataFrame = field(repr=False)
 
     @property
     def evaluations(self) -> int:
-        """Number of designs that were tried."""
+        """Number of designs tried."""
         return len(self.history)
 
     @property
     def hammers(self) -> int:
-        """Number of hammers that were simulated for them."""
+        """Number of hammers simulated for all designs."""
         return int(self.history["hammers"].sum())
 
     caption = "The goal of every design"
 
     def in_words(self) -> list[str]:
-        """The goal, how it was found, and the rate."""
+        """Returns the goal with the status of the search, then the rate of penetration."""
         return [f"{self.value:.6g} ({self.status}): {self.message}", self.steady.rate]
 
     def to_frame(self) -> pd.DataFrame:
-        """Returns the parameters."""
+        """Returns the free numbers of the best design."""
         return self.parameters.to_frame("value")
 
     def plot(self) -> Figure:
-        """Plots the goal of every design that was tried, in order."""
+        """Plots the goal of every design in the order of trial."""
         return answers.history(self.history, self.value, KEPT)
 
 
@@ -116,10 +122,13 @@ def optimise(
 ) -> Optimum:
     """Finds the parameters, within bounds, for which a long-run mean is largest.
 
-    COBYQA (`scipy.optimize.minimize`), which needs no derivatives, from two starts side by side
-    with single hammers, and from the others where the best designs of these differ; then once
-    more from the best of all with means over the tolerance. The best designs of that are compared
-    by means over more hammers, and the optimum is looked at through a plane over a small box.
+    The search uses COBYQA (`scipy.optimize.minimize`), which needs no derivatives:
+
+    1. It searches from two starts in parallel, with one hammer per design. If the two best designs
+       differ, it searches from the other starts too.
+    2. It searches once more from the best design of all starts, now with means over the tolerance.
+    3. It compares the best designs of that search by means over more hammers.
+    4. It fits a plane to the goal in a small box around the optimum, for slopes and roughness.
 
     Args:
         hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
@@ -127,24 +136,24 @@ def optimise(
             ``bit_mass``, ``piston_stress`` or ``bit_stress`` (largest axial stress of a settled
             cycle, on the hammer's own mesh); or a function of a `Steady`:
             ``lambda s: s["energy_drive"] / s["advance"]``.
-        free: bounds by name: parameters, inputs, or what ``design`` takes.
+        free: bounds by name of a parameter or an input, or of a number that ``design`` takes.
         least: looks for the smallest value instead of the largest.
-        limits: lower and upper limits of what a goal may be, None where there is none:
+        limits: lower and upper limits by measure (whatever a goal may be), None for no limit:
             ``{"blow_energy": (None, "240 J")}``.
-        preset: parameter set that a mapping is laid over.
-        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
-        design: makes parameters of the free numbers, for instance a shape of a given mass.
-        tolerance: by which each free number may be off, a part of its value: goal and limits are
-            means over hammers that are off by so much, those of a design at a bound to either side
-            of it; 0 for the design alone.
-        starts: number of starts at most; the first is where the hammer is, or the middle of the
-            bounds.
+        preset: preset that provides all parameters that a mapping does not give.
+        rock: the rock to drill: a name, a class, a strength or a file, as for `dth_hammer.rock`.
+        design: returns parameters for given free numbers, for instance a shape of a given mass.
+        tolerance: relative deviation of the free numbers of manufactured hammers. Goal and limits
+            are means over hammers that deviate by up to this in both directions, also beyond a
+            bound; with 0 only the design itself counts.
+        starts: largest number of starts; the first is the hammer's own design, moved inside the
+            bounds. A number that the hammer does not have starts at the middle of its bounds.
         error: relative standard error of the rate of penetration of each design.
         seed: random seed of the other starts.
         progress: shows how many designs were tried.
 
     Raises:
-        RefusedError: no design keeps the limits, or none has a long-run response.
+        RefusedError: no design satisfies the limits, or none has a long-run response.
 
     Example:
         >>> from dth_hammer import optimise
@@ -163,100 +172,107 @@ def optimise(
         raise DomainError(f"tolerance = {tolerance:g} is not a part of a number, 0 to 1")
     problem.tolerance = tolerance
     problem.bar = bar(progress, unit="design")
-    begun = [problem.begin(), *(0.5 + 0.5 * sobol(len(problem.names), starts, seed))][:starts]
-    inner = np.clip(begun, 0.05, 0.95)
-    strict = problem.wanted
-    problem.wanted = replace(strict, error=max(min(LOOSE * error, LOOSEST), error))
+    start_places = [problem.begin(), *(0.5 + 0.5 * sobol(len(problem.names), starts, seed))][
+        :starts
+    ]
+    inner = np.clip(start_places, 0.05, 0.95)
+    strict_settings = problem.wanted
+    problem.wanted = replace(strict_settings, error=max(min(LOOSE * error, LOOSEST), error))
     _begin(problem, inner[:2], 0)
     if len(inner) > 2 and not problem.agreed():
         _begin(problem, inner[2:], 2)
     problem.rows.sort(key=lambda row: row.start)
     if not tolerance:
-        problem.wanted = strict
-    ended = _search(problem, starts, problem.best().place, (NEAR, LAST), PAIRS)
-    problem.wanted = strict
-    return _described(problem, _chosen(problem), seed, stopped=not ended)
+        problem.wanted = strict_settings
+    converged = _search(problem, starts, problem.best().place, (NEAR, LAST), PAIRS)
+    problem.wanted = strict_settings
+    return _described(problem, _chosen(problem), seed, stopped=not converged)
 
 
 def _begin(problem: Problem, begun: Array, first: int) -> None:
-    """Searches from several starts side by side, then takes the mean of the best of each."""
+    """Searches from several starts in parallel, then averages each best design over the tolerance.
 
-    def one(k: int) -> None:
+    ``first`` is the number of the first of these starts.
+    """
+
+    def search(k: int) -> None:
         _search(problem, first + k, begun[k], (FIRST, COARSE), 0)
-        alone = [row for row in problem.rows if row.start == first + k and row.feasible]
-        if alone:
-            best = min(alone, key=lambda row: row.cost)
+        own_rows = [row for row in problem.rows if row.start == first + k and row.feasible]
+        if own_rows:
+            best = min(own_rows, key=lambda row: row.cost)
             problem.tried(first + k, best.place, PAIRS)
 
     with ThreadPoolExecutor(max_workers=len(begun)) as crew:
         try:
-            [*crew.map(one, range(len(begun)))]
+            [*crew.map(search, range(len(begun)))]
         except BaseException:
             problem.stopped = True
             raise
 
 
 def _chosen(problem: Problem) -> Row:
-    """The best by means over more hammers of the designs that were best by few."""
+    """Returns the best of the leading designs, compared by means over more hammers."""
     rows = sorted(problem.compared(), key=lambda row: row.cost)
     if not problem.tolerance:
         return problem.best()
     places = list({tuple(row.place): row for row in rows}.values())[:CANDIDATES]
-    again = [problem.tried(row.start, row.place, FINAL) for row in places]
-    return min([row for row in again if row.feasible] or rows, key=lambda row: row.cost)
+    rows_over_more = [problem.tried(row.start, row.place, FINAL) for row in places]
+    return min([row for row in rows_over_more if row.feasible] or rows, key=lambda row: row.cost)
 
 
 def _search(
     problem: Problem, start: int, begun: Array, steps: tuple[float, float], pairs: int
 ) -> bool:
-    """Runs one start with a given first and last step; returns whether it converged."""
+    """Searches from one start with a first and a last step; returns whether it converged."""
     scipy = need("scipy.optimize")
     count = len(begun)
-    held = []
+    constraints = []
     if problem.limits:
-        inside = scipy.NonlinearConstraint(
+        limits = scipy.NonlinearConstraint(
             lambda x: problem.tried(start, x, pairs).passed, -np.inf, 0.0
         )
-        held.append(inside)
-    ending = scipy.minimize(
+        constraints.append(limits)
+    result = scipy.minimize(
         lambda x: problem.cost(problem.tried(start, x, pairs)),
         begun,
         method="COBYQA",
         bounds=[(0.0, 1.0)] * count,
-        constraints=held,
+        constraints=constraints,
         options={
             "initial_tr_radius": steps[0],
             "final_tr_radius": steps[1],
             "maxfev": STEPS * (count + 1),
         },
     )
-    return bool(ending.success)
+    return bool(result.success)
 
 
 def _described(problem: Problem, best: Row, seed: int, *, stopped: bool) -> Optimum:
-    found = best.steady
-    assert found is not None, "a design that keeps its limits has a response"
+    response = best.steady
+    assert response is not None, "a design that keeps its limits has a response"
     slopes, errors, rough = _around(problem, best, seed)
     values = problem.values(best.place)
-    edge = np.minimum(best.place, 1.0 - best.place) <= AT
+    at_bound = np.minimum(best.place, 1.0 - best.place) <= AT
     names = problem.names
     flat = tuple(
         name
         for k, name in enumerate(names)
-        if np.isfinite(slopes[k]) and abs(slopes[k]) <= 2.0 * errors[k] and not edge[k]
+        if np.isfinite(slopes[k]) and abs(slopes[k]) <= 2.0 * errors[k] and not at_bound[k]
     )
-    at_bounds = tuple(name for name, at in zip(names, edge, strict=True) if at)
-    tight = zip(problem.limits, best.passed, strict=True)
-    at_limits = tuple(dict.fromkeys(side[0] for side, passed in tight if passed > -1e-2))
+    at_bounds = tuple(
+        name for name, is_at_bound in zip(names, at_bound, strict=True) if is_at_bound
+    )
+    limit_rows = zip(problem.limits, best.passed, strict=True)
+    at_limits = tuple(dict.fromkeys(side[0] for side, passed in limit_rows if passed > -1e-2))
     status, message = _status(problem, best, (slopes, errors, rough), at_bounds + at_limits)
     if stopped:
         status, message = "stopped", "the search did not end by itself: this is the best so far"
     return Optimum(
         parameters=pd.Series(values, index=pd.Index(names), name="value"),
         value=best.goal,
-        error=best.error if best.hammers > 1 else _error(problem.goal, found),
+        error=best.error if best.hammers > 1 else _error(problem.goal, response),
         nominal=best.nominal,
-        steady=found,
+        steady=response,
         at_bounds=at_bounds,
         at_limits=at_limits,
         flat=flat,
@@ -267,18 +283,21 @@ def _described(problem: Problem, best: Row, seed: int, *, stopped: bool) -> Opti
     )
 
 
-def _error(goal: Callable[[Steady], float], found: Steady) -> float:
-    """Standard error of a goal by those of the means, as if these were independent."""
-    here, square = goal(found), 0.0
-    for name in found.error.index[found.error > 0.0]:
-        outputs = found.outputs.copy()
-        outputs.loc[name, "mean"] += found.error[name]
-        square += (goal(replace(found, outputs=outputs)) - here) ** 2
+def _error(goal: Callable[[Steady], float], response: Steady) -> float:
+    """Returns the standard error of a goal from those of the means, taken as independent."""
+    value, square = goal(response), 0.0
+    for name in response.error.index[response.error > 0.0]:
+        outputs = response.outputs.copy()
+        outputs.loc[name, "mean"] += response.error[name]
+        square += (goal(replace(response, outputs=outputs)) - value) ** 2
     return float(np.sqrt(square))
 
 
 def _around(problem: Problem, best: Row, seed: int) -> tuple[Array, Array, float]:
-    """Slopes of the goal's logarithm over the bounds, their errors, and the roughness."""
+    """Returns slopes of the goal's logarithm near the optimum, their errors, and the roughness.
+
+    The slopes are with respect to the free numbers scaled to 0 to 1 between their bounds.
+    """
     count = len(problem.names)
     places = np.clip(best.place + AROUND * sobol(count, 2 * count + 4, seed), 0.0, 1.0)
     goals = np.array([problem.tried(-1, place).goal for place in places])
@@ -295,17 +314,17 @@ def _status(
     if not np.isfinite(rough):
         return "rough", "most designs close to it are refused"
     free = np.minimum(best.place, 1.0 - best.place) > AT
-    rises = np.abs(slopes) > 3.0 * np.maximum(errors, 1e-12)
-    gains = float(np.max(np.abs(slopes[free]) * AROUND, initial=0.0))
-    by = f", held by {', '.join(held)}" if held else ""
+    significant = np.abs(slopes) > 3.0 * np.maximum(errors, 1e-12)
+    largest_gain = float(np.max(np.abs(slopes[free]) * AROUND, initial=0.0))
+    held_text = f", held by {', '.join(held)}" if held else ""
     if held and not free.any():
-        return "held", f"all that is free is at a bound, beyond which the goal may go on{by}"
-    if not (rises & free).any() and rough < 1e-9:
-        return "flat", f"nothing that is free changes the goal there{by}"
-    if rough > 0.2 * gains and rough > min(problem.wanted.by_mean.values()):
+        return "held", f"all that is free is at a bound, beyond which the goal may go on{held_text}"
+    if not (significant & free).any() and rough < 1e-9:
+        return "flat", f"nothing that is free changes the goal there{held_text}"
+    if rough > 0.2 * largest_gain and rough > min(problem.wanted.by_mean.values()):
         text = f"the goal jumps by {100 * rough:.2g} % from design to design: others are as good"
-        return "rough", text + by
-    return "optimal", f"the best of {len(problem.rows)} designs{by}"
+        return "rough", text + held_text
+    return "optimal", f"the best of {len(problem.rows)} designs{held_text}"
 
 
 def _history(problem: Problem) -> pd.DataFrame:

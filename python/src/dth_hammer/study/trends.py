@@ -1,8 +1,8 @@
-"""What the long-run response depends on over a width that the user states.
+"""How the long-run response depends on parameters, over widths that the user states.
 
-A response is piecewise smooth with hundreds of pieces; an exact derivative holds on one of them.
-A trend is what is left over many: a straight line through means at points spread over the box of
-widths, in logarithms, with what it leaves.
+A response is piecewise smooth with hundreds of pieces, and an exact derivative holds only on one
+of them. A trend describes many pieces: it is a straight line in logarithms, fitted to means at
+points spread over the box of the widths. The residual scatter is given as the roughness.
 """
 
 from __future__ import annotations
@@ -27,24 +27,23 @@ from .longrun import Steady, Wanted, named, responses
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: What depends, if nobody says.
+#: Default outputs of a trend.
 OUTPUTS = ("rop", "blow_frequency", "blow_speed", "blow_energy", "rebound_ratio", "rock_force_peak")
-#: Points of a design are at least so many times its coefficients.
+#: Default number of points per coefficient of the fit.
 POINTS = 4
-#: A curve is fitted if it leaves less than this part of what a straight line leaves, squared, for
-#: each coefficient more.
+#: Squares are added to a straight line if they reduce the residual variance below this share.
 PAYS = 0.8
 
 
 @dataclass(frozen=True)
 class Line:
-    """A fit of one output in the logarithms: ``ln y = value + slopes . ln(x / x0)``."""
+    """A fit of one output in logarithms: ``ln y = ln value + slopes . ln(x / x0)``."""
 
     value: float
     slopes: Array
-    #: Covariance of the slopes, and of value and slopes.
+    #: Covariance matrix of the constant term and the slopes.
     covariance: Array
-    #: Standard deviation of what is left, over the output.
+    #: Standard deviation of the residuals, relative to the output.
     left: float
 
 
@@ -52,29 +51,29 @@ class Line:
 class Trend(answers.Answer):
     """Trends of outputs over parameters."""
 
-    #: ``d ln output / d ln parameter`` over the widths, and its standard error: a row for each
-    #: output and parameter.
+    #: Elasticity ``d ln output / d ln parameter`` over the widths, and its standard error: one row
+    #: for each output and parameter.
     table: pd.DataFrame
-    #: What is left of each output beside the trend, as a part of it: jumps from piece to piece. The
-    #: errors of the means are taken off.
+    #: Relative standard deviation of each output around its trend, caused by jumps between the
+    #: smooth pieces. The statistical errors of the means are already subtracted.
     roughness: pd.Series
-    #: Widths, as a part of each parameter, both ways.
+    #: Relative half width of each parameter's interval.
     widths: pd.Series
-    #: Means in the middle, by the fit, with the range of a rate of penetration (``low``, ``high``).
+    #: Fitted means at the centre, with the range of a rate of penetration (``low``, ``high``).
     middle: pd.DataFrame
-    #: The points and the means there; of a rate of penetration also its range, as in `middle`, in
-    #: columns ``rop_low`` and ``rop_high``.
+    #: Parameters and means at each point; for a rate of penetration also its range, in the columns
+    #: ``rop_low`` and ``rop_high``.
     points: pd.DataFrame = field(repr=False)
-    #: Why points have none.
+    #: Why some points have no response.
     refused: tuple[str, ...] = ()
-    #: Kinds of motion that were met, and how often.
+    #: Number of points with each kind of motion.
     kinds: Mapping[str, int] = field(default_factory=dict)
-    #: Numbers of all that was set in the middle, by name, in SI units.
+    #: Numbers of all parameters and inputs that were set at the centre, by name, in SI units.
     parameters: Mapping[str, float] = field(default_factory=dict, repr=False)
 
     @property
     def elasticities(self) -> pd.DataFrame:
-        """Returns the trends as a table of outputs by parameters."""
+        """The elasticities, one row per output and one column per parameter."""
         return (
             self.table["elasticity"]
             .unstack("by")
@@ -82,7 +81,7 @@ class Trend(answers.Answer):
         )
 
     def plot(self) -> Figure:
-        """Plots the effect of each width on each output, largest first (a tornado chart)."""
+        """Plots the effect of each parameter on each output as a tornado chart."""
         styled = need("dth_hammer.figures.style").styled
         outputs = [*self.roughness.index]
         height = 0.8 + 0.32 * len(self.widths)
@@ -90,19 +89,19 @@ class Trend(answers.Answer):
         with styled(7.5, height * len(outputs)) as chart:
             axes: Any = chart.subplots(len(outputs), 1, squeeze=False)[:, 0]
             for axis, output in zip(axes, outputs, strict=True):
-                # Per cent of the output that each width changes, and its error, the widest first.
-                part = self.table.loc[output].mul(100.0 * self.widths, axis=0)
-                part = part.sort_values("elasticity", key=abs, ascending=False)
-                sizes, places = part["elasticity"], np.arange(len(part))[::-1]
-                for way, colour in ((1.0, "#0072b2"), (-1.0, "#e69f00")):
-                    label = "more of it" if way > 0 else "less of it"
-                    axis.barh(places, way * sizes, color=colour, height=0.6, label=label)
+                # Change of the output in per cent when a parameter changes by its width.
+                effects = self.table.loc[output].mul(100.0 * self.widths, axis=0)
+                effects = effects.sort_values("elasticity", key=abs, ascending=False)
+                sizes, places = effects["elasticity"], np.arange(len(effects))[::-1]
+                for sign, colour in ((1.0, "#0072b2"), (-1.0, "#e69f00")):
+                    label = "more of it" if sign > 0 else "less of it"
+                    axis.barh(places, sign * sizes, color=colour, height=0.6, label=label)
                 axis.errorbar(
-                    sizes, places, xerr=2.0 * part["error"], fmt="none", ecolor="#222222", lw=1.2
+                    sizes, places, xerr=2.0 * effects["error"], fmt="none", ecolor="#222222", lw=1.2
                 )
                 rough = 100.0 * float(self.roughness[output])
                 axis.axvspan(-rough, rough, color="#999999", alpha=0.3, lw=0, label="roughness")
-                labels = [f"{n} ±{100 * self.widths[n]:g} %" for n in part.index]
+                labels = [f"{n} ±{100 * self.widths[n]:g} %" for n in effects.index]
                 axis.set_yticks(places, labels)
                 axis.axvline(0.0, color="#222222", lw=0.8)
                 axis.set_title(output, fontsize="medium", loc="left")
@@ -112,14 +111,14 @@ class Trend(answers.Answer):
         return chart
 
     def to_frame(self) -> pd.DataFrame:
-        """Returns the trends, and the roughness beside them."""
+        """Returns the elasticities, with the roughness in the last column."""
         return self.elasticities.assign(roughness=self.roughness)
 
     def in_words(self) -> list[str]:
-        """Widths and number of points, then the rate in the middle with its range."""
+        """Returns widths and number of points, then the rate at the centre with its range."""
         widths = ", ".join(f"{name} +-{100 * width:g} %" for name, width in self.widths.items())
-        met = ", ".join(f"{count} {kind}" for kind, count in self.kinds.items())
-        text = f"trends over {widths}: {len(self.points)} points ({met})"
+        motions = ", ".join(f"{count} {kind}" for kind, count in self.kinds.items())
+        text = f"trends over {widths}: {len(self.points)} points ({motions})"
         if "rop" not in self.middle.index:
             return [text]
         return [text, in_words(self.middle["mean"]["rop"], self.parameters)]
@@ -138,18 +137,19 @@ def trend(
     seed: int = 1,
     progress: bool = False,
 ) -> Trend:
-    """Finds what long-run means depend on: a power law, fitted over a range of parameters.
+    """Finds how long-run means depend on parameters, by a power law fitted over stated widths.
 
-    ``ln y = a + sum of e_k ln(x_k / x0_k)``: an elasticity ``e_k`` says by how many per cent an
-    output changes for one per cent of a parameter, over the stated width. Points are Sobol's.
+    The power law is ``ln y = a + sum of e_k ln(x_k / x0_k)``. The elasticity ``e_k`` says by how
+    many per cent an output changes if a parameter changes by one per cent. The hammers are at the
+    points of a Sobol sequence.
 
     Args:
         hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
-        widths: by parameter or constant input, how far from its value, as a part of it: 0.05.
-        outputs: means of the long-run response, as ``rop`` or ``blow_energy``.
-        preset: parameter set that a mapping is laid over.
-        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
-        points: number of hammers, rounded up to a power of two; four a coefficient if not given.
+        widths: relative half widths by parameter or constant input: 0.05 means 5 % to either side.
+        outputs: means of the long-run response, such as ``rop`` or ``blow_energy``.
+        preset: preset that provides all parameters that a mapping does not give.
+        rock: the rock to drill: a name, a class, a strength or a file, as for `dth_hammer.rock`.
+        points: number of hammers, rounded up to a power of two; by default four per coefficient.
         error: relative standard error of the rate of penetration at each point.
         seed: random seed of the points.
         progress: shows a progress bar.
@@ -161,36 +161,38 @@ def trend(
         {'feed_force': -0.05}
     """
     given, names = numbers_of(hammer, preset, rock), [named(name) for name in outputs]
-    wide = box_of(given, widths or {})
-    count = points or POINTS * (len(wide) + 2)
-    if count < len(wide) + 3:
-        raise DomainError(f"points = {count}: {len(wide)} parameters need {len(wide) + 3} or more")
-    half = np.log1p([*wide.values()])
-    logs = sobol(len(wide), count, seed) * half
-    origin = np.array([whole(given)[name] for name in wide])
-    scenes = [given | dict(zip(wide, map(float, x), strict=True)) for x in origin * np.exp(logs)]
-    found = responses(scenes, Wanted(error=error), progress=progress)
-    refused = tuple(dict.fromkeys(a if isinstance(a, str) else a.kind for a in found if lost(a)))
-    means, errors = table_of(found, names)
-    known = int(np.isfinite(means[:, 0]).sum()) if names else 0
-    if known < len(wide) + 3:
-        raise RefusedError(f"only {known} of {len(found)} points have a response: {refused[:1]}")
+    box = box_of(given, widths or {})
+    count = points or POINTS * (len(box) + 2)
+    if count < len(box) + 3:
+        raise DomainError(f"points = {count}: {len(box)} parameters need {len(box) + 3} or more")
+    log_widths = np.log1p([*box.values()])
+    logs = sobol(len(box), count, seed) * log_widths
+    origin = np.array([whole(given)[name] for name in box])
+    scenes = [given | dict(zip(box, map(float, x), strict=True)) for x in origin * np.exp(logs)]
+    results = responses(scenes, Wanted(error=error), progress=progress)
+    refused = tuple(dict.fromkeys(a if isinstance(a, str) else a.kind for a in results if lost(a)))
+    means, errors = table_of(results, names)
+    complete = int(np.isfinite(means[:, 0]).sum()) if names else 0
+    if complete < len(box) + 3:
+        raise RefusedError(
+            f"only {complete} of {len(results)} points have a response: {refused[:1]}"
+        )
     if refused:
-        warn(f"{len(found) - known} of {len(found)} points have no response: {refused[0]}")
+        warn(f"{len(results) - complete} of {len(results)} points have no response: {refused[0]}")
     lines = [line(logs, means[:, k]) for k in range(len(names))]
     rows = [dict(zip(names, map(float, row), strict=True)) for row in means]
     rows = [{**scene, **row, **sides(row, scene)} for scene, row in zip(scenes, rows, strict=True)]
-    frame = pd.DataFrame(rows, columns=pd.Index([*wide, *with_sides(names)]))
-    kinds = pd.Series([a.kind for a in found if isinstance(a, Steady)]).value_counts()
+    frame = pd.DataFrame(rows, columns=pd.Index([*box, *with_sides(names)]))
+    kinds = pd.Series([a.kind for a in results if isinstance(a, Steady)]).value_counts()
     sampled = np.nanmean((errors / means) ** 2, axis=0)
     return Trend(
-        table=_table(names, [*wide], lines),
+        table=_table(names, [*box], lines),
         roughness=pd.Series(
             [np.sqrt(max(0.0, fit.left**2 - s)) for fit, s in zip(lines, sampled, strict=True)],
             index=pd.Index(names, name="output"),
             name="roughness",
         ),
-        widths=pd.Series(dict(wide), name="width", dtype=float),
+        widths=pd.Series(dict(box), name="width", dtype=float),
         middle=beside(
             pd.DataFrame({"mean": [fit.value for fit in lines]}, names), "mean", factor(given)
         ),
@@ -202,12 +204,12 @@ def trend(
 
 
 def lost(answer: Steady | str) -> bool:
-    """Returns whether there is no response."""
+    """Returns whether a hammer has no response: it was refused, or it stalled."""
     return isinstance(answer, str) or answer.kind == "stalled"
 
 
 def table_of(answers: Sequence[Steady | str], names: Sequence[str]) -> tuple[Array, Array]:
-    """Returns means and errors, one row per hammer; NaN where there is none."""
+    """Returns means and errors, one row per hammer; those of refused hammers are NaN."""
     rows = np.full((2, len(answers), len(names)), np.nan)
     for k, answer in enumerate(answers):
         if not isinstance(answer, str):
@@ -216,7 +218,7 @@ def table_of(answers: Sequence[Steady | str], names: Sequence[str]) -> tuple[Arr
 
 
 def box_of(given: Mapping[str, float], widths: Mapping[str, float]) -> dict[str, float]:
-    """Checks the widths."""
+    """Returns the widths after checking their names and values."""
     if not (widths and isinstance(widths, Mapping)):
         raise DomainError('give widths by parameter: {"rock.stiffness": 0.05}')
     values = whole(given)
@@ -230,7 +232,7 @@ def box_of(given: Mapping[str, float], widths: Mapping[str, float]) -> dict[str,
 
 
 def sobol(dimensions: int, count: int, seed: int) -> Array:
-    """Returns space-filling points in [-1, 1], a power of two of them, without repetition."""
+    """Returns Sobol points in [-1, 1]; their number is ``count`` rounded up to a power of two."""
     if seed < 0:
         raise DomainError(f"seed = {seed} must be 0 or more")
     qmc = need("scipy.stats").qmc
@@ -240,20 +242,20 @@ def sobol(dimensions: int, count: int, seed: int) -> Array:
 
 
 def line(logs: Array, values: Array) -> Line:
-    """Fits an output by least squares in logarithms, with squares where these reduce the error."""
-    known = np.isfinite(values)
-    y = values[known]
+    """Fits an output by least squares in logarithms, with squares if these pay, see `PAYS`."""
+    finite = np.isfinite(values)
+    y = values[finite]
     middle = float(np.mean(y))
     signed = len(y) and (np.sign(y) == np.sign(middle)).all() and middle != 0.0
-    # What changes its sign has no logarithm: parts of its mean then.
+    # An output that changes sign has no logarithm: fit its relative deviation from the mean.
     targets = np.log(y / middle) if signed else y / middle - 1.0
-    straight = np.column_stack([np.ones(len(y)), logs[known]])
-    curved = np.column_stack([straight, logs[known] ** 2 - np.mean(logs[known] ** 2, axis=0)])
+    straight = np.column_stack([np.ones(len(y)), logs[finite]])
+    curved = np.column_stack([straight, logs[finite] ** 2 - np.mean(logs[finite] ** 2, axis=0)])
     fit = fitted(straight, targets)
     if len(y) > curved.shape[1] + 3:
-        other = fitted(curved, targets)
-        if other[2] ** 2 < PAYS * fit[2] ** 2:
-            fit = other
+        curved_fit = fitted(curved, targets)
+        if curved_fit[2] ** 2 < PAYS * fit[2] ** 2:
+            fit = curved_fit
     coefficients, covariance, left = fit
     width = logs.shape[1] + 1
     value = middle * (np.exp(coefficients[0]) if signed else 1.0 + coefficients[0])
@@ -261,11 +263,11 @@ def line(logs: Array, values: Array) -> Line:
 
 
 def fitted(basis: Array, targets: Array) -> tuple[Array, Array, float]:
-    """Coefficients, their covariance, and the standard deviation of what is left."""
+    """Returns coefficients, their covariance, and the standard deviation of the residuals."""
     coefficients, *_ = np.linalg.lstsq(basis, targets, rcond=None)
-    free = len(targets) - basis.shape[1]
-    left = float(np.sum((targets - basis @ coefficients) ** 2)) / max(free, 1)
-    return coefficients, left * np.linalg.pinv(basis.T @ basis), float(np.sqrt(left))
+    degrees_of_freedom = len(targets) - basis.shape[1]
+    variance = float(np.sum((targets - basis @ coefficients) ** 2)) / max(degrees_of_freedom, 1)
+    return coefficients, variance * np.linalg.pinv(basis.T @ basis), float(np.sqrt(variance))
 
 
 def _table(names: Sequence[str], by: Sequence[str], lines: Sequence[Line]) -> pd.DataFrame:

@@ -1,4 +1,4 @@
-"""Workers of a sweep: threads of the engine, or an executor."""
+"""The workers that simulate a sweep: threads of the engine, or a user's executor."""
 
 import pickle
 from collections.abc import Generator, Iterator, Sequence
@@ -10,27 +10,27 @@ from ..extras import need
 from .cases import Job, Row
 from .longrun import Wanted, cores
 
-#: The engine's threads make a part of what comes within this time, s.
+#: Longest time between two reports of finished runs, s.
 PART = 0.5
-#: Most runs of an executor's task.
+#: Largest number of runs in one task of an executor.
 TASK = 25
 
 
 def parts_of(
     runs: Sequence[Job], scheduler: Executor | None, workers: int | None
 ) -> Generator[list[Row], None, None]:
-    """Yields the rows of runs in parts, as they are completed."""
+    """Yields the rows of the runs, a few at a time, as they are completed."""
     if scheduler is not None:
         size = max(1, min(TASK, len(runs) // 40))
         yield from _by_executor(scheduler, [runs[i : i + size] for i in range(0, len(runs), size)])
         return
     yield from _by_engine([run for run in runs if not run.case.moves], workers or cores())
-    # What Python plays holds Python's lock: threads would wait for each other.
+    # Runs with Python code hold the interpreter's lock, so threads would not make them faster.
     yield from ([run.played()] for run in runs if run.case.moves)
 
 
 def _by_engine(runs: Sequence[Job], count: int) -> Iterator[list[Row]]:
-    """Threads of the engine, which need nothing of Python while they work."""
+    """Simulates runs on the engine's threads, which do not hold Python's lock while they work."""
     if not runs:
         return
     until, scenes = runs[0].until, [[*run.numbers.items()] for run in runs]
@@ -39,12 +39,12 @@ def _by_engine(runs: Sequence[Job], count: int) -> Iterator[list[Row]]:
     else:
         native = _native.Batch(scenes, until, _native.Selection([*runs[0].names]), count)
     try:
-        while (found := native.take(len(runs), PART)) is not None:
-            if found:
-                yield [runs[k].row(values, why, notes) for k, values, why, notes in found]
+        while (ready := native.take(len(runs), PART)) is not None:
+            if ready:
+                yield [runs[k].row(values, why, notes) for k, values, why, notes in ready]
     except KeyboardInterrupt:
-        if found := native.stop():
-            yield [runs[k].row(values, why, notes) for k, values, why, notes in found]
+        if ready := native.stop():
+            yield [runs[k].row(values, why, notes) for k, values, why, notes in ready]
         raise
     finally:
         native.stop()
@@ -55,7 +55,7 @@ def _by_executor(crew: Executor, tasks: Sequence[Sequence[Job]]) -> Iterator[lis
     pending = {crew.submit(_rows, dumps(task)) for task in tasks}
     try:
         while pending:
-            # Some systems hear of Ctrl-C between two waits only.
+            # On some systems Ctrl-C takes effect only between two waits, so each wait is short.
             done, pending = wait(pending, PART, FIRST_COMPLETED)
             for future in done:
                 yield future.result()
