@@ -1,4 +1,4 @@
-# ruff: noqa: E402, what a plain install lacks is named before it is imported
+# ruff: noqa: E402, `need` must run first to report a missing matplotlib
 """Figures of a run of `dth_hammer.simulate`: each returns a matplotlib figure."""
 
 import itertools
@@ -37,7 +37,7 @@ __all__ = [
     "settled_cycle",
     "wave_diagram",
 ]
-# Distinct in print and to colour-blind readers (Okabe and Ito).
+# Colours that remain distinct in print and to colour-blind readers (Okabe and Ito).
 PISTON, BIT, ROCK, DARK = "#d55e00", "#0072b2", "#8c6d31", "#444444"
 COLOURS = {
     "FreeFlight": "#999999",
@@ -46,7 +46,7 @@ COLOURS = {
     "Backward": "#56b4e9",
     "Standstill": "#009e73",
 }
-#: The rock law's modes, short as the paper writes them, the bit free to the bit held.
+#: Abbreviations of the rock law's modes as in the paper, from the free bit to the bit at rest.
 MODES = dict(zip(COLOURS, ("FF", "DFC", "FC", "BC", "SS"), strict=True))
 PRESSURES = {
     "drive_chamber_pressure": ("drive chamber", PISTON),
@@ -72,10 +72,11 @@ def settled_cycle(
     outlook: float = 4e-3,
     fine: float = 1e-6,
 ) -> Run:
-    """Simulates, and returns the last whole blow period before ``until``, time 0 at its impact.
+    """Simulates a hammer and returns the last complete blow period before ``until``.
 
-    For ``outlook`` seconds after the impact the outputs are read every ``fine`` seconds;
-    the rest of the period at a fiftieth of that rate. ``notes["period"]`` has its length.
+    Time 0 is the impact at which the period begins. Outputs are recorded every ``fine`` seconds for
+    ``outlook`` seconds after the impact, and every ``50 * fine`` seconds in the rest of the period.
+    ``notes["period"]`` is the length of the period, s.
 
     Example:
         >>> from dth_hammer import figures
@@ -100,7 +101,7 @@ def settled_cycle(
 
 
 def cycle(run: Run) -> Figure:
-    """Draws displacements, velocities and modes (the paper's Figure 3) of a `settled_cycle`.
+    """Draws displacements, velocities and modes of a `settled_cycle`, as in the paper's Figure 3.
 
     Example:
         >>> from dth_hammer import figures
@@ -111,16 +112,16 @@ def cycle(run: Run) -> Figure:
     with styled(7.5, 7.2) as figure:
         grid = figure.subplots(3, 2, sharex="col", height_ratios=(1, 1, 1.15))
         for column, (start, end) in enumerate(((-0.03 * period, 1.03 * period), (0.0, outlook))):
-            part = frame[(frame.index >= start - 1e-5) & (frame.index <= end)]
+            frame_part = frame[(frame.index >= start - 1e-5) & (frame.index <= end)]
             base = np.interp(0.0, frame.index, frame["tip_depth"])
-            _displacements(grid[0, column], part, base, notes["gap"])
-            _velocities(grid[1, column], part)
-            _statuses(grid[2, column], part)
+            _displacements(grid[0, column], frame_part, base, notes["gap"])
+            _velocities(grid[1, column], frame_part)
+            _statuses(grid[2, column], frame_part)
             for letter, axes in zip("abc", grid[:, column], strict=True):
                 axes.set_title(f"({letter}{column + 1})", loc="left", pad=3)
                 axes.set_xlim(start * 1e3, end * 1e3)
             grid[-1, column].set_xlabel("time since impact (ms)")
-        bit = (part["bit_position"] - base) * 1e3
+        bit = (frame_part["bit_position"] - base) * 1e3
         margin = float(np.ptp(bit))
         grid[0, 1].set_ylim(bit.min() - margin, bit.max() + 0.4 * margin)
         grid[0, 0].set_title("one blow period")
@@ -142,7 +143,7 @@ def cycle(run: Run) -> Figure:
 
 
 def _settled(run: Run) -> tuple[pd.DataFrame, Mapping[str, float]]:
-    """The frame in SI units and its notes, if the run is one of `settled_cycle`."""
+    """Returns the frame in SI units and the notes of a run that `settled_cycle` made."""
     if not {"period", "outlook", "gap"} <= run.notes.keys():
         raise DthHammerError(
             "this figure shows one settled cycle: give it what settled_cycle makes"
@@ -177,7 +178,7 @@ def _statuses(axes: Axes, part: pd.DataFrame) -> None:
 
 
 def rock_cycles(run: Run) -> Figure:
-    """Draws the rock force over the penetration after an impact: the bilinear cycles.
+    """Draws the rock force over the penetration after an impact, as in the bilinear rock law.
 
     Example:
         >>> from dth_hammer import figures
@@ -192,7 +193,8 @@ def rock_cycles(run: Run) -> Figure:
     with styled(6.0, 4.2) as figure:
         axes = figure.subplots()
         for name in MODES:
-            # A piece belongs to the mode at its start; a jump of the force, to the viscous mode.
+            # A line segment has the colour of the mode at its start. A jump of the force occurs
+            # where the viscous mode begins or ends, so it has that mode's colour.
             jump = (mode[:-1] == "DissipativeForward") | (mode[1:] == "DissipativeForward")
             owner = np.where(jump, "DissipativeForward", mode[:-1])
             inside = np.append(owner == name, False)
@@ -207,9 +209,9 @@ def rock_cycles(run: Run) -> Figure:
 
 
 def indicator(run: Run) -> Figure:
-    """Draws the driving force over the piston's position, and pressures of chambers with air.
+    """Draws the driving force over the piston's height, and the pressures of air chambers.
 
-    The area inside the force's loop is the work of the drive.
+    The area enclosed by the force is the work that the drive does in one blow.
 
     Example:
         >>> from dth_hammer import figures
@@ -229,7 +231,7 @@ def indicator(run: Run) -> Figure:
         for upper in above:
             upper.set_ylabel("pressure (bar)")
             upper.legend()
-        # A cycle begins and ends on the bit.
+        # The cycle begins and ends with the piston on the bit, so the curve is closed.
         axes.fill(-1e3 * place, 1e-3 * force, color=PISTON, alpha=0.12, lw=0)
         axes.plot(-1e3 * place, 1e-3 * force, color=PISTON)
         axes.axhline(0.0, color=DARK, lw=0.6)
@@ -246,7 +248,7 @@ def at_blows(
     preset: str | None = None,
     rock: Rocklike = None,
 ) -> Run:
-    """Simulates, and returns the outputs at the instants of the blows, as `ledger` needs them.
+    """Simulates a hammer and returns its outputs at the instants of the blows, for `ledger`.
 
     Example:
         >>> from dth_hammer import figures
@@ -261,9 +263,9 @@ def at_blows(
 
 
 def ledger(run: Run) -> Figure:
-    """Draws the energy per blow, work beside losses, of a run of `at_blows`.
+    """Draws the energy of each blow of a run that `at_blows` made: work done, and where it went.
 
-    The last blow stands apart, larger, with its numbers.
+    The last blow is drawn again at the right, enlarged and with its numbers.
 
     Example:
         >>> from dth_hammer import figures
@@ -285,7 +287,7 @@ def ledger(run: Run) -> Figure:
             _stack(every, numbers - 0.2, into, INTO_COLOURS, 0.36),
             _stack(every, numbers + 0.2, out, OUT_COLOURS, 0.36),
         ]
-        # Stacked bars cling to their own edges: leave room by hand.
+        # Matplotlib adds no margin beyond stacked bars, so set the limits explicitly.
         low, high = min(b[0] for b in bounds), max(b[1] for b in bounds)
         every.set_ylim(1.05 * low, 1.08 * high)
         every.set_xlabel("blow (left: work done, right: where it went)")
@@ -319,7 +321,7 @@ def _stack(
 def _name_parts(
     axes: Axes, side: int, parts: Mapping[str, Any], colours: tuple[str, ...], room: float
 ) -> None:
-    """Names and numbers beside a bar, pushed apart where its parts are thin."""
+    """Writes names and numbers of its parts beside a bar, spread out where the parts are thin."""
     values = {label: float(v[0]) for label, v in parts.items()}
     middles, top, bottom = [], 0.0, 0.0
     for value in values.values():
@@ -348,20 +350,20 @@ def _name_parts(
 
 
 def _apart(wanted: list[float], room: float, top: float) -> list[float]:
-    """Returns positions near those wanted, at least ``room`` apart, none above the top."""
-    order = sorted(range(len(wanted)), key=wanted.__getitem__)
+    """Returns positions close to those wanted, at least ``room`` apart and none above ``top``."""
+    from_below = sorted(range(len(wanted)), key=wanted.__getitem__)
     places = list(wanted)
-    for below, above in itertools.pairwise(order):
+    for below, above in itertools.pairwise(from_below):
         places[above] = max(places[above], places[below] + room)
     ceiling = top
-    for index in reversed(order):
+    for index in reversed(from_below):
         places[index] = min(places[index], ceiling)
         ceiling = places[index] - room
     return places
 
 
 def convergence(run: Run) -> Figure:
-    """Draws how far each blow is from the last one, as the hammer settles.
+    """Draws the relative difference of each blow from the last one while the hammer settles.
 
     Example:
         >>> from dth_hammer import figures, simulate
@@ -390,9 +392,9 @@ def convergence(run: Run) -> Figure:
 
 
 def wave_diagram(waves: Waves, life: Life | None = None) -> Figure:
-    """Draws the stress in piston and bit over place and time, with contact and rock mode.
+    """Draws the stress in piston and bit over position and time, with contact and rock mode.
 
-    If a life is given, the place that breaks first is marked.
+    If ``life`` is given, a line marks the position that breaks first.
 
     Example:
         >>> from dth_hammer import figures, waves
@@ -402,7 +404,7 @@ def wave_diagram(waves: Waves, life: Life | None = None) -> Figure:
     with styled(7.5, 6.2) as figure:
         plane, strip = figure.subplots(1, 2, sharey=True, width_ratios=(1, 0.045))
         bars = (waves.piston, waves.bit)
-        # One scale for both signs, so that white is no stress.
+        # The scale is symmetric, so that white means zero stress.
         limit = max(float(np.abs(bar.stress).max()) for bar in bars) * 1e-6
         for bar in bars:
             mesh = plane.pcolormesh(
@@ -433,7 +435,7 @@ def wave_diagram(waves: Waves, life: Life | None = None) -> Figure:
 
 
 def _worst_place(axes: Axes, worst: pd.Series, ends: tuple[float, float]) -> None:
-    """A line along the place that breaks first, named on the side where its body has more room."""
+    """Marks the position that breaks first by a line, labelled on the side with more room."""
     place = worst["position"] * 1e3
     axes.axvline(place, color="black", linewidth=1.2, linestyle=":", gid=ON_COLOUR)
     left = place > 0.5 * ends[worst["body"] == "bit"]
@@ -453,25 +455,26 @@ def _worst_place(axes: Axes, worst: pd.Series, ends: tuple[float, float]) -> Non
 
 
 def _mark(scale: Axes, value: float, text: str) -> None:
-    """A line across a colour scale, named below it."""
+    """Marks a value on a colour scale by a line with a label below."""
     scale.axvline(value, color="black", linewidth=1.2, gid=ON_COLOUR)
     place: dict[str, Any] = {"xytext": (0, -3), "textcoords": "offset points"}
     scale.annotate(text, (value, 0.0), **place, ha="center", va="top", fontsize=8)
 
 
 def _edges(points: Array) -> Array:
-    """Bounds of the intervals around points."""
+    """Returns the bounds of the intervals around points, halfway between neighbours."""
     middle = 0.5 * (points[1:] + points[:-1])
     return np.concatenate((points[:1], middle, points[-1:]))
 
 
 def _contact_line(axes: Axes, time: Array, closed: Array, ends: tuple[float, float]) -> None:
-    """Where the bodies meet: a line while they do; its ends are drawn through both."""
+    """Draws a thick line while the bodies touch, and dashed lines at the ends of each contact."""
     axes.axvline(0.0, color="0.4", linewidth=0.6, gid=ON_COLOUR)
     axes.plot(np.where(closed, 0.0, np.nan), time, color="black", linewidth=2.2, gid=ON_COLOUR)
     events = np.flatnonzero(np.diff(closed.astype(int)))
     left, span = 0.985 * ends[0] + 0.015 * ends[1], time[-1] - time[0]
-    # Beside its line inside the contact; in their order and apart where contacts are short.
+    # A label is on the side of its line on which the contact is closed. Labels of short contacts
+    # keep their order and are spread out.
     wanted = np.maximum.accumulate(
         [time[i] + (-0.016 if closed[i] else 0.016) * span for i in events]
     )
@@ -484,7 +487,7 @@ def _contact_line(axes: Axes, time: Array, closed: Array, ends: tuple[float, flo
 
 
 def _mode_strip(axes: Axes, time: Array, modes: Array) -> None:
-    """The rock law's mode as a band of colours, named where there is room."""
+    """Draws the rock law's mode over time as a coloured strip, labelled where there is room."""
     bounds = np.flatnonzero(modes[1:] != modes[:-1]) + 1
     for start, end in zip([0, *bounds], [*bounds, len(time) - 1], strict=True):
         mode, height = modes[start], time[end] - time[start]

@@ -1,4 +1,4 @@
-"""Figures for a dark page: the same figure, its colours turned."""
+"""Changes the colours of a figure for a page with a dark background."""
 
 import colorsys
 from typing import Any
@@ -11,18 +11,20 @@ from matplotlib.patches import Patch
 from matplotlib.spines import Spine
 from matplotlib.text import Text
 
-#: What stands for white; text on it is as light as it was dark.
+#: Background colour that replaces white.
 PAPER = "#1e2129"
-#: What is drawn over painted ground, by its ``gid``, keeps its colour as the ground does.
+#: The ``gid`` of artists that are drawn over coloured areas. They keep their colour, because the
+#: areas keep theirs.
 ON_COLOUR = "on colour"
-#: Below this a colour is a grey; above, it is made at least so light.
+#: A colour whose channels differ by less than `GREY` is a grey, which is inverted. Any other colour
+#: gets at least the lightness `LIGHT`.
 GREY, LIGHT = 0.12, 0.6
 
 
 def darken(figure: Figure) -> Figure:
-    """Turns a figure's colours for a dark page, in place: greys invert, hues grow lighter.
+    """Changes a figure's colours in place for a dark page: inverts greys and lightens colours.
 
-    What a colour map paints stays as it is: its scale tells what it means.
+    Areas coloured by a colour map keep their colours, so that they still match the colour scale.
 
     Example:
         >>> from matplotlib.colors import to_hex
@@ -50,7 +52,7 @@ def darken(figure: Figure) -> Figure:
             artist.set_edgecolor([_turned(c) for c in artist.get_edgecolor()])
             artist.set_facecolor([_turned(c) for c in artist.get_facecolor()])
     for axes in figure.get_axes():
-        # Ticks are made anew when a figure is drawn: their colour is a parameter.
+        # Matplotlib creates the ticks again at each drawing, so their colour must be a parameter.
         axes.tick_params(which="both", color=_turned("black"), labelcolor=_turned("black"))
     return figure
 

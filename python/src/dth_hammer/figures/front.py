@@ -1,4 +1,4 @@
-"""The page of a report that is handed on: one sheet, A4, that says what the hammer is and does."""
+"""The first page of a report: one A4 sheet with the hammer's drawing, numbers and assumptions."""
 
 import datetime
 import math
@@ -14,22 +14,22 @@ from ..scene.datasheet import Datasheet
 from ..scene.rocks import ROCK, described
 from ..scene.variables import PRESETS, VARIABLES, whole
 
-#: The six numbers, by their names in the table of what an engineer hands on.
+#: The six main results, by their names in the headline table.
 NUMBERS = (
     *("rate of penetration", "frequency", "blow energy"),
     *("impact speed", "power to the rock", "largest rock force"),
 )
-#: What to give the hammer, beside feed and pressure.
+#: What the hammer must be supplied with, in addition to feed and pressure.
 USE = (
     *("free air", "oil or water taken", "up-hole velocity of the air"),
     *("rotation for 10 to 19 mm of advance per turn", "advance per turn"),
 )
-#: The head of a bit of one section, as a part of it.
+#: Length of the bit's head as a share of the bit, for a bit of one section.
 HEAD = 0.3
 SCALES = (1, 2, 5, 10, 20, 50)
-#: A casing's outside diameter over the hole's where only its mass is known: the hole that is usual.
+#: Usual ratio of a casing's outside diameter to the hole's, for a casing given only by its mass.
 CASED = 1 / 1.15
-#: Room of the drawing on the sheet, mm.
+#: Size of the drawing on the sheet, mm.
 WIDTH, HEIGHT = 176.0, 44.0
 COLOURS = {"piston": "#d55e00", "bit": "#0072b2"}
 STYLE = """
@@ -58,14 +58,14 @@ STYLE = """
 def front(
     run: Run, table: pd.DataFrame, sheet: Datasheet | None, *, who: tuple[str, str], image: str
 ) -> str:
-    """The sheet, as HTML.
+    """Returns the sheet as HTML.
 
     Args:
-        run: of the hammer.
-        table: its numbers, as displayed.
-        sheet: what it was found from.
-        who: the hammer's name, that of the run if empty, and whom the sheet is for.
-        image: a figure, as an element.
+        run: a run of the hammer.
+        table: the headline table in display units.
+        sheet: the datasheet that the hammer was derived from, if any.
+        who: name of the hammer (if empty, that of the run's scene) and name of the customer.
+        image: the figure of the rock force as an HTML element; may be empty.
     """
     given, (name, customer), scene = whole(run.parameters), who, run.scene
     when = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
@@ -92,19 +92,19 @@ def front(
 
 
 def _supply(given: Mapping[str, float]) -> list[tuple[str, str]]:
-    """Feed and pressure, in the units of the trade."""
+    """Returns the rows of feed and pressure, in field units."""
     rows = [("feed", f"{1e-3 * given['feed_force']:.3g} kN")]
     source = VARIABLES["drive.source"].labels[int(given["drive.source"])]
     if source == "Air":
-        over = given["supply_pressure"] - given["exhaust_pressure"]
-        rows.insert(0, ("pressure of the air over the exhaust's", f"{1e-5 * over:.3g} bar"))
+        gauge = given["supply_pressure"] - given["exhaust_pressure"]
+        rows.insert(0, ("pressure of the air over the exhaust's", f"{1e-5 * gauge:.3g} bar"))
     return rows
 
 
 def _rows(
     table: pd.DataFrame, names: tuple[str, ...], first: list[tuple[str, str]] | None = None
 ) -> str:
-    """Numbers in words, to the digits that their ranges leave."""
+    """Returns an HTML table of numbers with as many digits as their ranges justify."""
     rows = list(first or ())
     for name in names:
         if name not in table:
@@ -120,45 +120,49 @@ def _rows(
 
 
 def sections(given: Mapping[str, float], body: str) -> list[tuple[float, float]]:
-    """Length and diameter of each section of a body, mm: of full sections with its areas."""
+    """Returns the length and the diameter (mm) of each section of a body.
+
+    The diameter is that of a solid cylinder with the section's area.
+    """
     parts = _native.bodies(given)[body]["sections"]
     return [(1e3 * length, 2e3 * math.sqrt(area / math.pi)) for length, area in parts]
 
 
 def casing(given: Mapping[str, float]) -> list[tuple[float, float]]:
-    """Length and outside diameter of the casing's sections, mm, about a bore as wide as the piston.
+    """Returns the length and the outside diameter (mm) of each section of the casing.
 
-    Of a mass alone, one as thick as the hole lets it be, and as long as it then has to be.
+    Its bore is as wide as the piston. If only the casing's mass is known, its outside diameter is
+    the usual one for the hole, and its length follows from the mass.
     """
     bore = max(diameter for _, diameter in sections(given, "piston"))
     if given["casing.segments"]:
         return [(x, math.hypot(bore, steel)) for x, steel in sections(given, "casing")]
     outside = max(CASED * 1e3 * given["hole.diameter"], 1.05 * bore)
     area = 1e-6 * math.pi / 4 * (outside**2 - bore**2)
-    long = 1e3 * given["casing.mass"] / (given["material.density"] * area)
-    return [(long, outside)] if long else []
+    length = 1e3 * given["casing.mass"] / (given["material.density"] * area)
+    return [(length, outside)] if length else []
 
 
-def scale_of(long: float, wide: float) -> int:
-    """The largest scale at which so many millimetres fit, ``1 : n``."""
-    fits = (n for n in SCALES if long / n <= WIDTH - 6 and wide / n <= HEIGHT - 14)
+def scale_of(length: float, width: float) -> int:
+    """Returns the ``n`` of the largest scale ``1 : n`` at which a length and a width (mm) fit."""
+    fits = (n for n in SCALES if length / n <= WIDTH - 6 and width / n <= HEIGHT - 14)
     return next(fits, SCALES[-1])
 
 
 def drawing(given: Mapping[str, float]) -> str:
-    """Casing, piston and bit in the hole, lying, to scale: an SVG in millimetres of the sheet."""
-    bodies, cased = {body: sections(given, body) for body in COLOURS}, casing(given)
+    """Returns a drawing to scale of casing, piston and bit in the hole, top to the left, as SVG."""
+    bodies, casing_sections = {body: sections(given, body) for body in COLOURS}, casing(given)
     hole = 1e3 * given["hole.diameter"]
     inside = sum(length for parts in bodies.values() for length, _ in parts)
     # The casing ends where the bit's head begins.
     below = sum(length for length, _ in bodies["bit"][1:]) or HEAD * bodies["bit"][0][0]
-    before = max(0.0, sum(length for length, _ in cased) - (inside - below))
-    wide = max(hole, *(d for parts in (*bodies.values(), cased) for _, d in parts))
-    scale = scale_of(before + inside, wide)
+    before = max(0.0, sum(length for length, _ in casing_sections) - (inside - below))
+    width = max(hole, *(d for parts in (*bodies.values(), casing_sections) for _, d in parts))
+    scale = scale_of(before + inside, width)
     middle, begin, shapes = (HEIGHT - 9) / 2, (WIDTH - (before + inside) / scale) / 2, []
     x, end = begin + before / scale, begin + (before + inside - below) / scale
     bore = max(diameter for _, diameter in bodies["piston"])
-    for length, outside in reversed(cased):
+    for length, outside in reversed(casing_sections):
         end -= length / scale
         wall = (outside - bore) / scale / 2
         for edge in (middle - outside / scale / 2, middle + bore / scale / 2):
@@ -166,7 +170,7 @@ def drawing(given: Mapping[str, float]) -> str:
                 f"M{end:.3f} {edge:.3f}h{length / scale:.3f}v{wall:.3f}h{-length / scale:.3f}z"
             )
             shapes.append(f'<path d="{outline}" fill="#a9adb3" stroke="#555" stroke-width=".2"/>')
-    words = []
+    labels = []
     for body, parts in bodies.items():
         for length, diameter in parts:
             size = f'width="{length / scale:.3f}" height="{diameter / scale:.3f}"'
@@ -174,20 +178,20 @@ def drawing(given: Mapping[str, float]) -> str:
             colour = f'fill="{COLOURS[body]}33" stroke="{COLOURS[body]}" stroke-width=".4"'
             shapes.append(f"<rect {place} {size} {colour}/>")
             x += length / scale
-        own = sum(length for length, _ in parts)
-        label = f"{body} {own:.0f} mm, &#8960; {max(d for _, d in parts):.0f} mm"
-        words.append(f'<tspan fill="{COLOURS[body]}">{label}</tspan>')
+        body_length = sum(length for length, _ in parts)
+        label = f"{body} {body_length:.0f} mm, &#8960; {max(d for _, d in parts):.0f} mm"
+        labels.append(f'<tspan fill="{COLOURS[body]}">{label}</tspan>')
     for side in (-1, 1):
         y = middle + side * hole / scale / 2
         shapes.append(
             f'<line x1="{begin - 2:.2f}" x2="{x + 2:.2f}" y1="{y:.2f}" y2="{y:.2f}"'
             ' stroke="#8c6d31" stroke-width=".4" stroke-dasharray="2 1"/>'
         )
-    if cased:
-        made = "" if given["casing.segments"] else ", as long as its mass makes it"
-        words.append(f"grey: the casing{made}")
-    last = f"Dashed: the hole of {hole:.0f} mm. Scale 1 : {scale}, full sections."
-    for line, y in (("; ".join(words), HEIGHT - 6), (last, HEIGHT - 2)):
+    if casing_sections:
+        assumption = "" if given["casing.segments"] else ", as long as its mass makes it"
+        labels.append(f"grey: the casing{assumption}")
+    note = f"Dashed: the hole of {hole:.0f} mm. Scale 1 : {scale}, full sections."
+    for line, y in (("; ".join(labels), HEIGHT - 6), (note, HEIGHT - 2)):
         shapes.append(f'<text x="{WIDTH / 2}" y="{y}">{line}</text>')
     return (
         f'<svg viewBox="0 0 {WIDTH:g} {HEIGHT:g}" style="max-width:{WIDTH:g}mm" role="img" '

@@ -13,19 +13,19 @@ from ..scene.datasheet import Datasheet
 from ..scene.quantities import Fixed, displayed
 from ..study.fatigue import Life
 
-#: What a bit turns.
+#: Name of the row with the bit's rotation speed.
 TURNS = "rotation for 10 to 19 mm of advance per turn"
-#: Rows of a summary that are told; a datasheet has ranges of numbers of the same names.
+#: Rows of a run's summary to report; a datasheet has ranges for numbers of the same names.
 SUMMARISED = (
     *("rate of penetration", "frequency", "blow energy", "impact speed", "power of the blows"),
     *("work to the rock over blow energy", "power to the rock", "free air"),
 )
-#: Units in which a number is shown, where not as any is told.
+#: Display units of numbers that differ from the default display unit.
 SHOWN: Mapping[str, str] = {
     **{"frequency": "1/min", TURNS: "1/min", "oil or water taken": "l/min"},
     "life of what breaks first": "h",
 }
-#: What a datasheet finds that a run does not have.
+#: Numbers that only a datasheet provides, not a run.
 FOUND = (
     *("piston mass", "feed", "bore", "height where the piston turns"),
     *(TURNS, "advance per turn"),
@@ -39,14 +39,15 @@ Row = tuple[float, float, float, str]
 def headline(
     run: Run, sheet: Datasheet | None, waves: Waves | None, life: Life | None
 ) -> pd.DataFrame:
-    """Numbers of a hammer, a column each; rows ``value``, ``least`` and ``largest``.
+    """Returns the numbers of a hammer, one per column.
 
-    ``least`` and ``largest`` are those of the range of what is not determined. Forces and stresses
-    are the largest of the run's second half and of the last blow.
+    The rows are ``value``, ``least`` and ``largest``; the last two are the ends of the range that
+    remains because some numbers are not known. Forces are the largest of the second half of the
+    run, stresses those of the last blow.
     """
-    blows = _blows(run, sheet)
-    # The air of a hammer with its air inside is that of its blows.
-    rows = {**blows, **(_drive(sheet) | blows), **_loads(run, waves, sheet)}
+    blow_rows = _blows(run, sheet)
+    # If the engine simulates the air, its consumption in the run replaces the datasheet's.
+    rows = {**blow_rows, **(_drive(sheet) | blow_rows), **_loads(run, waves, sheet)}
     if life is not None:
         seconds, factor = 3600.0 * float(life.worst["hours"]), 1.0 + life.life_error
         rows["life of what breaks first"] = seconds, seconds / factor, seconds * factor, "s"
@@ -64,7 +65,7 @@ def _plain(number: float, unit: str) -> Row:
 
 
 def _blows(run: Run, sheet: Datasheet | None) -> dict[str, Row]:
-    """Rate, blows, energy, power, share; with the ranges of a datasheet if there is one."""
+    """Returns the numbers of a run's summary, with the ranges of a datasheet if there is one."""
     try:
         summary = run.summary()
     except TooFewBlowsError:
@@ -77,9 +78,9 @@ def _blows(run: Run, sheet: Datasheet | None) -> dict[str, Row]:
         mean, unit = float(means[name]), str(units[name])
         rows[name] = _plain(mean, unit)
         if sheet is not None and name in sheet.ranges:
-            # As the sheet tells it: the run is of its middle hammer alone.
-            own = next(value for found, value, _ in sheet.found if found == name)
-            rows[name] = own, *sheet.ranges[name], unit
+            # Use the datasheet's own value, since the run is of the middle one of its hammers.
+            sheet_value = next(value for found, value, _ in sheet.found if found == name)
+            rows[name] = sheet_value, *sheet.ranges[name], unit
         elif name == "rate of penetration":
             low, high = band(mean, run.parameters)
             rows[name], turn = (mean, low, high, unit), _native.TURN
@@ -88,7 +89,7 @@ def _blows(run: Run, sheet: Datasheet | None) -> dict[str, Row]:
 
 
 def _drive(sheet: Datasheet | None) -> dict[str, Row]:
-    """What a datasheet finds of the drive, and the air or the liquid that it takes."""
+    """Returns what a datasheet determines about the drive, and the air or liquid it consumes."""
     if sheet is None:
         return {}
     rows: dict[str, Row] = {
@@ -101,13 +102,13 @@ def _drive(sheet: Datasheet | None) -> dict[str, Row]:
 
 
 def _loads(run: Run, waves: Waves | None, sheet: Datasheet | None) -> dict[str, Row]:
-    """Largest forces and stresses."""
-    half = run.convert("si").frame
-    half = half[half.index >= half.index[-1] / 2]
+    """Returns the largest forces and stresses, with the ranges that a datasheet implies."""
+    second_half = run.convert("si").frame
+    second_half = second_half[second_half.index >= second_half.index[-1] / 2]
     rows = {
-        label: _plain(float(half[name].max()), "N")
+        label: _plain(float(second_half[name].max()), "N")
         for name, label in FORCES.items()
-        if name in half
+        if name in second_half
     }
     for body in ("piston", "bit") if waves is not None else ():
         stress = getattr(waves, body).stress
@@ -115,10 +116,11 @@ def _loads(run: Run, waves: Waves | None, sheet: Datasheet | None) -> dict[str, 
         rows[f"largest compression in the {body}"] = _plain(float(-stress.min()), "Pa")
     if sheet is None:
         return rows
-    # Waves grow with the speed of the impact.
-    found = {name: value for name, value, _ in sheet.found}
+    # Forces and stresses are proportional to the impact speed, so they have its relative range
+    # where the datasheet has no range of their own.
+    own_values = {name: value for name, value, _ in sheet.found}
     for name, (value, _, _, unit) in rows.items():
-        of = name if name in found else "impact speed"
-        low, high = (value * side / found[of] for side in sheet.ranges[of])
+        scaling_name = name if name in own_values else "impact speed"
+        low, high = (value * side / own_values[scaling_name] for side in sheet.ranges[scaling_name])
         rows[name] = value, low, high, unit
     return rows

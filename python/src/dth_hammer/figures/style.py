@@ -1,5 +1,5 @@
-# ruff: noqa: E402, what a plain install lacks is named before it is imported
-"""The one style of all figures, also where a file is written or a page shows them."""
+# ruff: noqa: E402, `need` must run first to report a missing matplotlib
+"""The style of all figures, also when they are saved or shown in a notebook."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -28,14 +28,14 @@ STYLE: dict[Any, Any] = {
     "xtick.top": True,
     "ytick.right": True,
     "figure.dpi": 200,
-    # Letters stay letters, which a journal asks for.
+    # Embed TrueType fonts, so that text stays text, as journals require.
     "pdf.fonttype": 42,
     "ps.fonttype": 42,
 }
 
 
 class StyledFigure(Figure):
-    """A figure that keeps its style: matplotlib resolves fonts and ticks only when it draws."""
+    """A figure that applies the style when it is drawn, as matplotlib chooses fonts only then."""
 
     def draw(self, renderer: RendererBase) -> None:
         """Draws the figure in the style."""
@@ -50,6 +50,6 @@ class StyledFigure(Figure):
 
 @contextmanager
 def styled(width: float, height: float, **named: Any) -> Iterator[StyledFigure]:
-    """A new figure of this size, inches; what is drawn inside is in the style."""
+    """Opens a new figure of this size in inches; everything drawn in the block has the style."""
     with mpl.rc_context(STYLE):
         yield StyledFigure(figsize=(width, height), **{"layout": "constrained", **named})

@@ -1,4 +1,4 @@
-"""The hammer as a file for other programs: FMUs and systems of them."""
+"""The hammer as a file for other programs: FMUs, and systems of FMUs."""
 
 from .package import Package, find, load
 from .system import write_system

@@ -1,10 +1,10 @@
-"""A hammer and its drive in one file: an SSP system that a host couples.
+"""Writes a hammer and its drive to one file: an SSP system that a host program co-simulates.
 
-With FMI 2.0 the file is of SSP 1.0, with FMI 3.0 of SSP 2.0.
+With FMI 2.0 the file follows SSP 1.0, with FMI 3.0 SSP 2.0.
 
-The hammer in it starts as the scene, so a host need not set an enumeration, which many cannot.
-Variables of equal names are connected: a drive that gives ``drive_pressure`` and takes
-``relative_position`` needs no more to be said.
+The hammer's FMU in it has the scene as its start values, because many hosts cannot set an
+enumeration. Variables of equal names are connected: a drive with the output ``drive_pressure`` and
+the input ``relative_position`` needs no further description.
 """
 
 from __future__ import annotations
@@ -32,19 +32,20 @@ if TYPE_CHECKING:
     from fmpy.model_description import ModelDescription, ModelVariable
 
 HAMMER = "hammer"
-#: Step of the exchange that is proposed, s: `examples/pressure_model.py` measures others.
+#: Default communication step, s; `examples/pressure_model.py` compares it with others.
 STEP = 1e-5
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
-#: What libcosim reads its step from; others pass over it.
+#: Namespace of the annotation that gives libcosim its step; other hosts ignore it.
 OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
-#: Types that a connector can have without naming another file's enumeration.
+#: Types that a connector may have. Enumerations are left out, as they refer to another file.
 TYPES = ("Real", "Integer", "Boolean", "String", "Float64", "Int32")
-#: Those that have a unit; exponents of base units, offset and factor where nothing is said.
+#: Types that have a unit.
 REALS = ("Real", "Float64")
+#: Default exponents of the base units, and default offset and factor of a unit.
 BASES = dict.fromkeys(("kg", "m", "s", "A", "K", "mol", "cd", "rad", "offset"), 0) | {"factor": 1}
 
-#: A variable of a component: the component's name, the variable's.
+#: A variable of a component: the name of the component and the name of the variable.
 Port = tuple[str, str]
 
 
@@ -63,24 +64,26 @@ def write_system(
 ) -> list[tuple[Port, Port]]:
     """Writes an archive (``.ssp``) of a hammer and its partners, connected by name.
 
-    It is of SSP 1.0, or of SSP 2.0 if the hammer is of FMI 3.0: then partners may be of either.
+    With FMI 2 the archive follows SSP 1.0. With FMI 3 it follows SSP 2.0, and partners may be FMUs
+    of FMI 2.0 or FMI 3.0.
 
     Args:
         hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
         out: the .ssp to write.
         partners: FMUs for co-simulation by the names of their components, for instance a drive.
-        preset: parameter set that a mapping is laid over.
-        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
-        step: step of the exchange that the file proposes, s, or text with a unit.
-        until: end that the file proposes, s, or text with a unit.
-        fmu: file of the hammer, in place of the one in the package.
-        fmi: version of FMI, 2 or 3, of the one in the package.
+        preset: preset that provides all parameters that a mapping does not give.
+        rock: the rock to drill: a name, a class, a strength or a file, as for `dth_hammer.rock`.
+        step: communication step that the file proposes, s, or text with a unit.
+        until: end time that the file proposes, s, or text with a unit.
+        fmu: FMU of the hammer to use instead of the package's own.
+        fmi: version of FMI, 2 or 3, of the package's own FMU.
 
-    Returns what is connected, from an output to an input.
+    Returns the connections, each from an output to an input.
 
     Raises:
-        DthHammerError: if a partner has nothing to do with the hammer, or two give one input.
-        FmuNotFoundError: if a partner is no FMU for co-simulation of such a version.
+        DthHammerError: a partner shares no variable with the hammer, or two partners give the same
+            input.
+        FmuNotFoundError: a partner is not an FMU for co-simulation of a suitable version.
     """
     package = load(fmu, fmi=fmi)
     size = quantities.duration(step, "step")
@@ -92,17 +95,18 @@ def write_system(
             raise DomainError(f"{what}: use a word other than {HAMMER!r}")
         descriptions[name] = _described(Path(path), package.fmi)
     connected = _connect(descriptions)
-    # The hammer comes last: hosts that initialise in order then pass it its partners' start values.
+    # The hammer comes last, so that hosts which initialise the components in order pass it the
+    # start values of its partners.
     descriptions[HAMMER] = descriptions.pop(HAMMER)
     out = check(out, (".ssp",))
     scene = scene_of(hammer, rock, preset)
     ports = [port for _, (component, port) in connected if component == HAMMER]
-    for _, why in _native.unread(start_values(package.description, scene)[0], ports):
-        warn(why)
+    for _, sentence in _native.unread(start_values(package.description, scene)[0], ports):
+        warn(sentence)
     with tempfile.TemporaryDirectory() as folder:
-        own = Path(folder, f"{HAMMER}.fmu")
-        configure(scene, own, fmu=package)
-        files = {HAMMER: own} | {name: Path(path) for name, path in partners.items()}
+        hammer_file = Path(folder, f"{HAMMER}.fmu")
+        configure(scene, hammer_file, fmu=package)
+        files = {HAMMER: hammer_file} | {name: Path(path) for name, path in partners.items()}
         _write(out, _structure(out.stem, descriptions, connected, size, end), files)
     return connected
 
@@ -122,7 +126,7 @@ def _described(path: Path, fmi: int) -> ModelDescription:
 
 
 def _ports(description: ModelDescription, causality: str) -> dict[str, ModelVariable]:
-    """A component's ports, by name; an array is none."""
+    """Returns the scalar ports of a component by name."""
     return {
         v.name: v
         for v in description.modelVariables
@@ -131,25 +135,25 @@ def _ports(description: ModelDescription, causality: str) -> dict[str, ModelVari
 
 
 def _connect(descriptions: Mapping[str, ModelDescription]) -> list[tuple[Port, Port]]:
-    hammer, found = descriptions[HAMMER], []
+    hammer, connections = descriptions[HAMMER], []
     wanted, offered = _ports(hammer, "input"), _ports(hammer, "output")
     sources: dict[str, str] = {}
     for name, partner in descriptions.items():
         if name == HAMMER:
             continue
-        gives = [n for n in _ports(partner, "output") if n in wanted]
-        takes = [n for n in _ports(partner, "input") if n in offered]
-        if not gives and not takes:
+        given_ports = [n for n in _ports(partner, "output") if n in wanted]
+        taken_ports = [n for n in _ports(partner, "input") if n in offered]
+        if not given_ports and not taken_ports:
             raise DthHammerError(
                 f"{name} shares no name with the hammer, which takes {', '.join(wanted)}"
             )
-        for port in gives:
+        for port in given_ports:
             if port in sources:
                 raise DthHammerError(f"both {sources[port]} and {name} give {port}")
             sources[port] = name
-        found += [((name, port), (HAMMER, port)) for port in gives]
-        found += [((HAMMER, port), (name, port)) for port in takes]
-    return found
+        connections += [((name, port), (HAMMER, port)) for port in given_ports]
+        connections += [((HAMMER, port), (name, port)) for port in taken_ports]
+    return connections
 
 
 def _structure(
@@ -159,7 +163,7 @@ def _structure(
     step: float,
     end: float,
 ) -> bytes:
-    """The text of ``SystemStructure.ssd``."""
+    """Returns the text of ``SystemStructure.ssd``."""
     for prefix, uri in (("ssd", SSD), ("ssc", SSC), ("osp", OSP)):
         ET.register_namespace(prefix, uri)
     version = {"2.0": "1.0", "3.0": "2.0"}[descriptions[HAMMER].fmiVersion]
@@ -191,7 +195,8 @@ def _add_component(
     defined = {unit.name for unit in description.unitDefinitions if unit.baseUnit}
     for kind in ("input", "output"):
         for port, variable in _ports(description, kind).items():
-            # An input that nothing gives keeps its start value: some hosts would set it to 0.
+            # Leave out unconnected inputs: some hosts would set them to 0 instead of keeping their
+            # start values.
             if kind == "input" and (name, port) not in given:
                 continue
             attributes = {"name": port, "kind": kind}
@@ -202,7 +207,7 @@ def _add_component(
 
 
 def _add_units(root: ET.Element, descriptions: Iterable[ModelDescription]) -> None:
-    """Defines every unit that a connector names, as the component's own description does."""
+    """Defines every unit that a connector uses, copied from the components' descriptions."""
     wanted = {name for node in root.iter() if (name := node.get("unit"))}
     defined = [unit for d in descriptions for unit in d.unitDefinitions if unit.baseUnit]
     base_units = {unit.name: unit.baseUnit for unit in defined}
@@ -210,7 +215,7 @@ def _add_units(root: ET.Element, descriptions: Iterable[ModelDescription]) -> No
     for name in sorted(wanted):
         unit = ET.SubElement(units, f"{{{SSC}}}Unit", {"name": name})
         numbers = {part: getattr(base_units[name], part) for part in BASES}
-        # What is 0, or of a factor 1, need not be written.
+        # Attributes with their default value may be left out.
         written = {part: repr(x) for part, x in numbers.items() if x != BASES[part]}
         ET.SubElement(unit, f"{{{SSC}}}BaseUnit", written)
 

@@ -1,11 +1,14 @@
-"""FMUs for other hosts: one that starts as a scene, or has arrays.
+"""Variants of the FMU: with the start values of a scene, or with arrays.
 
-Many hosts cannot set an enumeration, some set nothing at all. `configure` writes the scene
-into the description's start values, and so that the library knows of it into a section that the
-library keeps for it. The GUID (in FMI 3.0 the instantiation token), which every host hands over,
-says that both belong together: the plain one and a sign of that text. FMI 3.0 has arrays of waves
-and blows, which many importers stop at, so they are in a variant too. But for the section the
-libraries are the same.
+Many hosts cannot set an enumeration, and some cannot set any parameter. `configure` therefore
+writes a scene into the start values of the model description. It also writes the scene, as text,
+into a section of the library that is reserved for it, because the library does not read the
+description. Every host passes the GUID (in FMI 3.0 the instantiation token) to the library. Here it
+is the plain FMU's GUID followed by a hash of that text, so the library can check that description
+and section belong together.
+
+With FMI 3.0 the FMU can also list arrays of waves and blows. They are in a variant, because many
+importers reject arrays. Apart from the section, the libraries of all variants are identical.
 """
 
 import html
@@ -27,18 +30,18 @@ from ..scene.variables import VARIABLES, Value, Variable
 from .package import DESCRIPTION, IDENTITY, Package, inspect, load
 
 DOCUMENTATION = "documentation/index.html"
-#: Where the documentation tells what a file was configured to.
+#: Placeholder in the documentation that is replaced by the list of start values.
 NOTE = "<!--configured-->"
 ARRAYS = "-arrays"
-#: What the section of a library begins with, and how many bytes it has behind that.
+#: Bytes at the beginning of the library's section, and the number of bytes that follow them.
 MARK, ROOM = b"dth_hammer: this unit starts as:", 1 << 14
 BINARIES = "binaries/"
-#: Where a description tells how the section says start values, by the version of FMI.
+#: By version of FMI: the element of the description that specifies the format of the section.
 TOLD = {
     2: "VendorAnnotations/Tool[@name='dth_hammer.start_values']/StartValues",
     3: "Annotations/Annotation[@type='dth_hammer.start_values']/StartValues",
 }
-#: Files that are of the plain FMU alone, as its reference results.
+#: Folder of files that hold only for the plain FMU, such as its reference results.
 PLAIN = "extra/"
 TRUTHS = {0: "false", 1: "true"}
 
@@ -54,28 +57,28 @@ def configure(
     fmu: str | Path | Package | None = None,
     fmi: int = 2,
 ) -> int:
-    """Writes an FMU whose start values are a scene's: one file is one hammer.
+    """Writes an FMU with the start values of a scene: the file then is one particular hammer.
 
-    Any host then simulates that hammer without setting anything; it may still set what the
-    plain FMU lets it set.
+    Any host simulates that hammer without setting any parameter. It can still set all that can be
+    set in the plain FMU.
 
     Args:
-        hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`;
-            start values of inputs too; of an FMU of FMI 3.0 those of its events and lengths of
-            arrays.
+        hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
+            It may include start values of inputs and, for FMI 3.0, the parameters of the FMU's
+            events and the lengths of its arrays.
         out: the .fmu to write.
-        preset: parameter set that a mapping is laid over.
-        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
+        preset: preset that provides all parameters that a mapping does not give.
+        rock: the rock to drill: a name, a class, a strength or a file, as for `dth_hammer.rock`.
         arrays: with FMI 3, lists stress and velocity along the bodies, and the blows of a step, as
             arrays.
-        fmu: file to use in place of the one in the package.
-        fmi: version of FMI, 2 or 3, of the one in the package.
+        fmu: FMU to start from instead of the package's own.
+        fmi: version of FMI, 2 or 3, of the package's own FMU.
 
     Returns the number of outputs added.
 
     Raises:
-        DomainError, DomainError, UnknownNameError: for what cannot be set so.
-        RefusedError: if the engine refuses the scene; nothing is written then.
+        DomainError, UnknownNameError: a name or a value cannot be set.
+        RefusedError: the engine refuses the scene; then nothing is written.
 
     Example:
         >>> from dth_hammer import fmu
@@ -89,7 +92,7 @@ def configure(
     added = _list_arrays(root, package) if arrays else 0
     rows = _rows(root)
     given, beside = start_values(root, scene_of(hammer, rock, preset))
-    # The engine judges the scene before a file is written.
+    # The engine checks the scene before a file is written.
     Hammer(given, quiet=True).close()
     if unknown := [name for name in given if name not in rows]:
         raise DthHammerError(f"{package.path.name} is of an older version: it has no {unknown[0]}")
@@ -103,7 +106,10 @@ def configure(
 
 
 def start_values(root: ET.Element, scene: Scene) -> tuple[dict[str, float], dict[str, float]]:
-    """Checked numbers of a scene, and of what an FMU of FMI 3.0 has beside the hammer's own."""
+    """Returns the checked numbers of a scene.
+
+    The second mapping has the parameters that only the FMU of FMI 3.0 has, see `_beside`.
+    """
     more = {v.name: v for v in _beside(root)}
     beside = {n: more[n].number(value) for n, value in scene.parameters.items() if n in more}
     own: dict[str, Value] = {n: v for n, v in scene.parameters.items() if n not in more}
@@ -111,8 +117,8 @@ def start_values(root: ET.Element, scene: Scene) -> tuple[dict[str, float], dict
 
 
 def _beside(root: ET.Element) -> list[Variable]:
-    """Parameters that the hammer does not have: events, and lengths of arrays."""
-    found = []
+    """Returns the FMU's parameters that the hammer does not have: events and array lengths."""
+    variables = []
     for name, (reference, node) in _rows(root).items():
         attributes = node.attrib
         if name in VARIABLES or attributes.get("causality") not in (
@@ -125,14 +131,14 @@ def _beside(root: ET.Element) -> list[Variable]:
         labels = TRUTHS if node.tag == "Boolean" else {}
         words = (name, reference, kind, "parameter", "fixed", attributes.get("description", ""))
         unit = attributes.get("unit", "")
-        found.append(Variable(*words, unit, minimum=low, maximum=high, labels=labels))
-    return found
+        variables.append(Variable(*words, unit, minimum=low, maximum=high, labels=labels))
+    return variables
 
 
 def _identify(
     root: ET.Element, package: Package, given: Mapping[str, float], *, arrays: bool
 ) -> str:
-    """Signs the GUID, which every host hands over, and returns the text it stands for."""
+    """Writes the GUID with the hash of the section's text, and returns that text."""
     identity = IDENTITY[package.fmi]
     plain, begin = _identity_parts(root, package)
     rest = _section(package)
@@ -147,7 +153,7 @@ def _identify(
 
 
 def _sign(text: str) -> str:
-    """A dash and a text's hash, FNV-1a of 64 bits, as the library computes it."""
+    """Returns a dash and the text's hash (64-bit FNV-1a), as the library computes it."""
     number = 0xCBF29CE484222325
     for byte in text.encode():
         number = (number ^ byte) * 0x100000001B3 % 2**64
@@ -155,7 +161,7 @@ def _sign(text: str) -> str:
 
 
 def _section(package: Package) -> str:
-    """The text in a file's libraries."""
+    """Returns the text in the section of an FMU's libraries."""
     with zipfile.ZipFile(package.path) as archive:
         for name in archive.namelist():
             _, mark, rest = (archive.read(name) if name.startswith(BINARIES) else b"").partition(
@@ -167,13 +173,13 @@ def _section(package: Package) -> str:
 
 
 def _filled(library: bytes, text: str) -> bytes:
-    """A library with a text in its section."""
+    """Returns the library with the text written to its section."""
     before, mark, rest = library.partition(MARK)
     return before + mark + text.encode().ljust(ROOM, b"\0") + rest[ROOM:] if mark else library
 
 
 def _identity_parts(root: ET.Element, package: Package) -> tuple[str, str]:
-    """The plain identity, and what comes between it and start values."""
+    """Returns the plain FMU's GUID, and the text that precedes the start values in the section."""
     node = root.find(TOLD[package.fmi])
     texts = () if node is None else node.attrib.values()
     match = next((re.fullmatch(r"(.*)(-\w+-)\{.*", text) for text in texts), None)
@@ -183,13 +189,13 @@ def _identity_parts(root: ET.Element, package: Package) -> tuple[str, str]:
 
 
 def _started(text: str) -> dict[int, float]:
-    """Start values by reference, as a configured FMU's library has them."""
+    """Reads the start values, by value reference, from a section's text."""
     pairs = (pair.split(":") for pair in text.split(",") if pair)
     return {int(at): struct.unpack(">d", bytes.fromhex(bits))[0] for at, bits in pairs}
 
 
 def _rows(root: ET.Element) -> dict[str, tuple[int, ET.Element]]:
-    """Value references by name, as this file has them, and what has the start value."""
+    """Returns each variable's value reference and the element with its start value, by name."""
     nodes = root.iterfind("ModelVariables/*")
     return {
         node.attrib["name"]: (
@@ -201,14 +207,14 @@ def _rows(root: ET.Element) -> dict[str, tuple[int, ET.Element]]:
 
 
 def _written(kind: str, number: float) -> str:
-    """A start value of a type of either standard."""
+    """Returns a start value as text, for a type of FMI 2.0 or 3.0."""
     if kind == "Boolean":
         return TRUTHS[int(number)]
     return repr(float(number)) if kind in ("Real", "Float64") else f"{number:.0f}"
 
 
 def _list_arrays(root: ET.Element, package: Package) -> int:
-    """Lists the arrays and returns the number of outputs added."""
+    """Adds the arrays to the description and returns the number of outputs added."""
     node = root.find("Annotations/Annotation[@type='dth_hammer.arrays']/Arrays")
     variables, structure = root.find("ModelVariables"), root.find("ModelStructure")
     if node is None or variables is None or structure is None:
@@ -227,10 +233,10 @@ def _list_arrays(root: ET.Element, package: Package) -> int:
             continue
         added += 1
         unknown = {"valueReference": attributes["valueReference"]}
-        # Outputs come before what is unknown at the start.
+        # The standard requires outputs before initial unknowns.
         place = [part.tag for part in structure].index("InitialUnknown")
         structure.insert(place, ET.Element("Output", unknown | {"dependencies": ""}))
-        # It depends on all that an output does which is not 0 at the start.
+        # Initially, an array depends on what the output with the most dependencies depends on.
         widest = max((part.get("dependencies", "") for part in structure), key=len)
         ET.SubElement(structure, "InitialUnknown", unknown | {"dependencies": widest})
     return added
