@@ -7,11 +7,11 @@ pyo3::import_exception!(dth_hammer.errors, DomainError);
 pyo3::import_exception!(dth_hammer.errors, RefusedError);
 pyo3::import_exception!(dth_hammer.errors, UnknownNameError);
 
-/// Why a call failed. It becomes an exception when the interpreter is held again.
+/// Why a call failed. It is converted to a Python exception once the interpreter's lock is held again.
 pub enum Failure {
     /// An error of the engine.
     Refused(String),
-    /// An exception that Python raised meanwhile, such as `KeyboardInterrupt`.
+    /// An exception that Python raised during the call, such as `KeyboardInterrupt`.
     Python(PyErr),
 }
 
@@ -27,7 +27,7 @@ impl Failure {
         Self::Refused(text.to_owned())
     }
 
-    /// The error of calls after a panic of the same object.
+    /// The error of every call on an object after a call on it has panicked.
     pub fn broken() -> Self {
         Self::Refused("an internal error has ended this hammer: make another".into())
     }

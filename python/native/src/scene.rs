@@ -1,4 +1,4 @@
-//! Parameters and start values of inputs by name, and everything that follows from them without a run.
+//! Scenes from parameters and start values of inputs by name, and everything that can be computed without a run.
 
 use crate::failure::{Failure, refused};
 use crate::table::row;
@@ -23,21 +23,21 @@ pub fn scene_of(numbers: &HashMap<String, f64>) -> PyResult<Scene> {
     Ok(scene)
 }
 
-/// The parameters of a scene, checked.
+/// The parameters of the scene with these numbers, after the engine has checked them.
 fn checked(numbers: &HashMap<String, f64>) -> PyResult<Parameters> {
     let parameters = scene_of(numbers)?.parameters;
     parameters.validate().map_err(Failure::from)?;
     Ok(parameters)
 }
 
-/// A body of a hammer, a mapping in Python.
+/// A body of a hammer; in Python it is a mapping.
 #[derive(IntoPyObject)]
 struct Shape<'py> {
     /// True if it is elastic.
     elastic: bool,
     /// Lengths (m) and areas (m2) of its sections, from top to bottom.
     sections: Vec<(f64, f64)>,
-    /// Distances of the mesh's nodes below its upper face, m.
+    /// Distances of the mesh's nodes from the body's upper face, m.
     nodes: Bound<'py, PyArray1<f64>>,
 }
 
@@ -54,14 +54,15 @@ pub fn bodies(py: Python<'_>, numbers: HashMap<String, f64>) -> PyResult<Bound<'
     parameters.bodies().map(|body| (body.name(), shape(body))).into_py_dict(py)
 }
 
-/// Relative error of the forces at an impact on the scene's own mesh, by the engine's formula.
+/// Relative error of the forces of an impact on the scene's own mesh, by the engine's formula.
 #[pyfunction]
 pub fn force_error(numbers: HashMap<String, f64>) -> PyResult<f64> {
     Ok(checked(&numbers)?.force_error())
 }
 
-/// Width of the sharpest front (m), and degree and spans of piston, bit and a casing of sections for a relative error
-/// of at most `error`, if there is such a mesh.
+/// Width of the sharpest wave front (m), and a mesh with a relative error of at most `error`, if there is one.
+///
+/// The mesh is given as its degree, followed by the spans of piston, bit and (if it has sections) casing.
 #[pyfunction]
 pub fn mesh(
     numbers: HashMap<String, f64>,
@@ -77,7 +78,7 @@ pub fn mesh(
     Ok((parameters.front_width(), list))
 }
 
-/// Names of all values along the bodies of a hammer.
+/// Names of all variables along the bodies of a hammer, such as `bit_stress[12]`.
 #[pyfunction]
 pub fn wave_names(numbers: HashMap<String, f64>) -> PyResult<Vec<String>> {
     let parameters = checked(&numbers)?;
@@ -90,7 +91,7 @@ pub fn wave_names(numbers: HashMap<String, f64>) -> PyResult<Vec<String>> {
     Ok(ALONG.iter().flat_map(members).collect())
 }
 
-/// Those of these names that a scene does not read, each with a sentence that says why.
+/// The parameters and inputs, among these names, that have no effect in a scene, each with a sentence that says why.
 #[pyfunction]
 pub fn unread(
     numbers: HashMap<String, f64>,
@@ -105,7 +106,7 @@ pub fn unread(
     Ok(found)
 }
 
-/// Warnings about a scene whose numbers with these names were set, and about its drive once it runs.
+/// Warnings about a scene, given the names of the numbers that were set; if it `runs`, also about its drive.
 #[pyfunction]
 pub fn diagnostics(
     numbers: HashMap<String, f64>,
@@ -115,7 +116,7 @@ pub fn diagnostics(
     Ok(warnings(&scene_of(&numbers)?, &names, runs))
 }
 
-/// The same for a scene.
+/// Warnings as of [`diagnostics`], for a scene of the engine.
 pub fn warnings(scene: &Scene, names: &[String], runs: bool) -> Vec<String> {
     let (parameters, inputs) = (&scene.parameters, &scene.inputs);
     let unread = names.iter().filter_map(|name| row(name).ok()?.1.unread(parameters));

@@ -1,10 +1,11 @@
 //! Access to an object by one call at a time.
 //!
-//! A call that finds the object in use
-//! * waits, if another thread uses it, and handles signals meanwhile;
-//! * is refused, if its own thread uses it: it comes from a signal's handler, or from a function that
-//!   the engine calls, and would wait for itself;
-//! * is refused, if the thread that used it does not exist in this forked process.
+//! If a call finds the object in use, there are three cases:
+//! * Another thread is using it. The call waits, and handles signals while it waits.
+//! * Its own thread is using it. The call comes from a signal handler or from a callback of the engine and would wait
+//!   for itself, so it is refused.
+//! * The thread that was using it does not exist in this process, because the process was forked meanwhile. The call
+//!   is refused.
 
 use crate::failure::Failure;
 use crate::interrupt::PAUSE;
@@ -15,7 +16,7 @@ use std::sync::{Mutex, MutexGuard};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// Shortest and longest interval at which a waiting call looks again.
+/// Shortest and longest interval at which a waiting call tries again.
 const LOOKS: [Duration; 2] = [Duration::from_micros(20), Duration::from_millis(1)];
 
 /// Number of forks that led to this process.
@@ -24,11 +25,11 @@ static FORKS: AtomicU32 = AtomicU32::new(0);
 static THREADS: AtomicU32 = AtomicU32::new(0);
 
 thread_local! {
-    /// This thread's number, from 1. In a forked process it is first that of the thread that forked.
+    /// This thread's number, from 1. After a fork, the child's first thread has the number of the thread that forked.
     static NUMBER: u32 = THREADS.fetch_add(1, Ordering::Relaxed) + 1;
 }
 
-/// Called by Python in the child of a fork: distinguishes objects in use from those that a missing thread was using.
+/// Called by Python in the child process after a fork, to recognise objects that a missing thread was using.
 #[pyfunction]
 pub fn forked() {
     FORKS.fetch_add(1, Ordering::Relaxed);
@@ -39,25 +40,26 @@ fn present() -> u64 {
     (u64::from(FORKS.load(Ordering::Relaxed)) << 32) | u64::from(NUMBER.with(|number| *number))
 }
 
-/// An object that one call at a time uses.
+/// An object that only one call at a time can use.
 pub struct Turn<T> {
     inner: Mutex<T>,
     /// True after a panic.
     broken: AtomicBool,
-    /// The thread that uses it, if any.
+    /// The thread that is using it; 0 if none is.
     user: AtomicU64,
-    /// Forks that led to the process that created it.
+    /// The number of forks that led to the process that created it.
     forks: u32,
 }
 
-/// The object while it is used.
+/// Exclusive access to the object; it ends when this value is dropped.
 pub struct Use<'a, T> {
     pub object: MutexGuard<'a, T>,
     turn: &'a Turn<T>,
 }
 
 impl<T: Send> Use<'_, T> {
-    /// Does work on the object, on any thread. A panic becomes a failure, after which the object cannot be used.
+    /// Returns a closure that does the work on the object, on any thread. A panic becomes a failure; after it the object
+    /// cannot be used any more.
     pub fn attempt<R>(
         &mut self,
         work: impl FnOnce(&mut T) -> Result<R, Failure> + Send,
@@ -85,17 +87,17 @@ impl<T: Send> Turn<T> {
         Self { inner: Mutex::new(object), broken, user, forks }
     }
 
-    /// Whether this process created it; the object's threads exist in no other.
+    /// Whether this process created it. The threads of the object exist only in that process.
     pub fn is_at_home(&self) -> bool {
         self.forks == FORKS.load(Ordering::Relaxed)
     }
 
-    /// The object itself, which has no other user.
+    /// The object itself; the exclusive reference proves that nothing else uses it.
     pub fn get_mut(&mut self) -> Option<&mut T> {
         self.inner.get_mut().ok()
     }
 
-    /// Begins to use it, if it is free.
+    /// Begins to use the object; returns `None` if it is in use.
     ///
     /// # Errors
     /// An earlier call has panicked.
@@ -108,10 +110,10 @@ impl<T: Send> Turn<T> {
         Ok(Some(Use { object, turn: self }))
     }
 
-    /// Begins to use it as soon as it is free.
+    /// Waits until the object is free, then begins to use it.
     ///
     /// # Errors
-    /// It would wait for ever, a signal's handler raised an exception, or an earlier call has panicked.
+    /// The call would wait for ever, a signal handler raised an exception, or an earlier call has panicked.
     pub fn begin(&self, py: Python<'_>) -> Result<Use<'_, T>, Failure> {
         let (mut look, mut asked) = (LOOKS[0], Instant::now());
         loop {
