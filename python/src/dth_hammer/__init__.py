@@ -1,7 +1,8 @@
 """Run, couple, sweep and test with a down-the-hole percussive drilling hammer.
 
-The physics is a native module, exact in time between events; this package is what Python is for.
-What it offers is listed in ``__init__.pyi``, and loaded when it is used first.
+A native module simulates the hammer, exactly in time between events. This package adds studies,
+coupling, figures and files. ``__init__.pyi`` lists the public names; each is imported when it is
+first used.
 """
 
 import ast
@@ -11,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 _LISTED = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
-#: The module of each name.
+#: The module that each public name is imported from; None for a name that is a module itself.
 _PLACES: dict[str, str | None] = {
     name.name: node.module
     for node in _LISTED.body

@@ -28,34 +28,34 @@ FORMATS = {".xlsx": ["xlsxwriter"], ".mat": ["scipy"], ".parquet": ["pyarrow"]}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs a command; an error of the input is printed as one line."""
+    """Runs a command and returns the exit code; an error in the input is printed as one line."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            # The terminal may lack the plus-minus sign.
+            # The terminal's encoding may lack a character, such as the plus-minus sign.
             stream.reconfigure(errors="replace")
-    given = [*(sys.argv[1:] if arguments is None else arguments)]
+    words = [*(sys.argv[1:] if arguments is None else arguments)]
     try:
-        if not given:
+        if not words:
             _parser().print_help()
             print(FIRST)
-        if given and given[0][:1] != "-" and given[0] not in COMMANDS:
-            raise UnknownNameError("command", given[0], COMMANDS)
-        # Commands are imported when chosen: imports take most of the start-up time.
-        options = _parser().parse_args(given) if given else None
+        if words and words[0][:1] != "-" and words[0] not in COMMANDS:
+            raise UnknownNameError("command", words[0], COMMANDS)
+        # A command's module is imported only when chosen, since imports dominate the start-up time.
+        options = _parser().parse_args(words) if words else None
         with warnings.catch_warnings():
             warnings.simplefilter("always", HammerWarning)
             warnings.showwarning = _teller()
             if options is not None:
                 need_all(_packages(options))
                 for option in getattr(options.module, "ALSO", ()):
-                    # Files that are to be written, before any work is done.
+                    # Check that output files can be written before doing any work.
                     if (value := getattr(options, option.dest)) is not None:
                         setattr(options, option.dest, option.check(value))
                 options.module.run(options)
         if sys.stdout is not None:
             sys.stdout.flush()
     except BrokenPipeError:
-        # The reader has closed the pipe; Python must not complain at exit.
+        # The reader has closed the pipe. Without this, Python prints another error when it exits.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except KeyboardInterrupt as stop:
         print(f"\ndth-hammer: {str(stop) or 'stopped'}", file=sys.stderr)
@@ -64,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"dth-hammer: {error}", file=sys.stderr)
         return 2
     except OSError as error:
-        # A disk that is full: Python must not complain again at exit.
+        # The disk may be full. Without this, Python prints the same error again when it exits.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         print(f"dth-hammer: cannot write: {error.strerror}", file=sys.stderr)
         return 2
@@ -82,10 +82,10 @@ def _parser() -> argparse.ArgumentParser:
 
 
 class _Command(argparse.ArgumentParser):
-    """Imports its command when it is chosen."""
+    """The parser of a command, which imports the command's module when it is chosen."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Adds the command's options before they are read."""
+        """Imports the command and adds its options before it parses the arguments."""
         from .commands.options import Call  # noqa: PLC0415
 
         module: Any = importlib.import_module(f".commands.{self.prog.split()[-1]}", __package__)
@@ -101,21 +101,21 @@ class _Command(argparse.ArgumentParser):
 
 
 def _packages(options: argparse.Namespace) -> list[str]:
-    """The optional packages that a command needs with these options."""
-    found = [*getattr(options.module, "NEEDS", ())]
+    """Returns the optional packages that a command needs with these options."""
+    packages = [*getattr(options.module, "NEEDS", ())]
     if getattr(options, "quiet", True) is False:
-        found.append("tqdm")
+        packages.append("tqdm")
     if getattr(options, "plot", None) or getattr(options, "report", None):
-        found.append("matplotlib")
+        packages.append("matplotlib")
     if getattr(options, "sn", None):
-        found.append("rainflow")
+        packages.append("rainflow")
     if (out := getattr(options, "out", None)) is not None:
-        found += FORMATS.get(out.suffix.lower(), [])
-    return list(dict.fromkeys(found))
+        packages += FORMATS.get(out.suffix.lower(), [])
+    return list(dict.fromkeys(packages))
 
 
 class _Version(argparse.Action):
-    """Prints the versions of the package and of the FMU that is found."""
+    """Prints the versions of the package and of the FMU in it."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         from . import __version__  # noqa: PLC0415
@@ -126,13 +126,13 @@ class _Version(argparse.Action):
 
 
 def _teller() -> Callable[..., None]:
-    """What prints each warning once, as one line."""
+    """Returns a function that prints a warning as one line, and each text only once."""
 
     @functools.cache
-    def tell(text: str) -> None:
+    def print_once(text: str) -> None:
         print(f"dth-hammer: warning: {text}", file=sys.stderr)
 
-    return lambda message, *_, **__: tell(str(message))
+    return lambda message, *_, **__: print_once(str(message))
 
 
 if __name__ == "__main__":

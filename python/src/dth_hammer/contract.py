@@ -17,11 +17,11 @@ def typed(**remedies: str) -> Callable[[Made], Made]:
     """Wraps a function or class so that an argument of a wrong type raises a `DomainError`.
 
     Args:
-        remedies: what to do instead, by argument.
+        remedies: advice to add to the error message, by the argument's name.
     """
 
-    def decorate(made: Made) -> Made:
-        function: Any = made.__init__ if isinstance(made, type) else made  # type: ignore[misc]
+    def decorate(target: Made) -> Made:
+        function: Any = target.__init__ if isinstance(target, type) else target  # type: ignore[misc]
         signature = inspect.signature(function)
         hints: dict[str, Any] = {}
 
@@ -33,35 +33,35 @@ def typed(**remedies: str) -> Callable[[Made], Made]:
             except TypeError as error:
                 for name in {*named} - {*signature.parameters}:
                     known = [n for n in signature.parameters if n != "self"]
-                    raise UnknownNameError(f"argument of {made.__name__}", name, known) from None
-                raise DomainError(f"{made.__name__}: {error}") from None
+                    raise UnknownNameError(f"argument of {target.__name__}", name, known) from None
+                raise DomainError(f"{target.__name__}: {error}") from None
             for name, value in given.items():
                 if wrong := _wrong(value, hints[name], name):
                     remedy = f"; {remedies[name]}" if name in remedies else ""
-                    raise DomainError(f"{made.__name__}: {wrong}{remedy}")
+                    raise DomainError(f"{target.__name__}: {wrong}{remedy}")
             return function(*arguments, **named)
 
-        if isinstance(made, type):
-            made.__init__ = checked  # type: ignore[misc]
-            return made
+        if isinstance(target, type):
+            target.__init__ = checked  # type: ignore[misc]
+            return target
         return checked  # type: ignore[return-value]
 
     return decorate
 
 
 def hints_of(function: Callable[..., Any]) -> dict[str, Any]:
-    """Returns the annotations of the arguments."""
+    """Returns the annotations of a function's arguments by name."""
     parameters = inspect.signature(function, eval_str=True).parameters
     return {n: Any if p.annotation is p.empty else p.annotation for n, p in parameters.items()}
 
 
 def _wrong(value: Any, hint: Any, name: str) -> str:
-    """Returns what is wrong with a value; nothing if it is as annotated."""
+    """Returns what is wrong with a value as text; "" if the value matches its annotation."""
     if _is_one(value, hint):
         return ""
-    for side in alternatives(hint) if isinstance(value, Mapping) else ():
-        inner = get_args(side)
-        for key, item in value.items() if get_origin(side) is Mapping else ():
+    for alternative in alternatives(hint) if isinstance(value, Mapping) else ():
+        inner = get_args(alternative)
+        for key, item in value.items() if get_origin(alternative) is Mapping else ():
             if not _is_one(key, inner[0]):
                 return f"{name} has the key {key!r}, which is not {_words(inner[0])}"
             if not _is_one(item, inner[1]):
@@ -70,14 +70,14 @@ def _wrong(value: Any, hint: Any, name: str) -> str:
 
 
 def alternatives(hint: Any) -> tuple[Any, ...]:
-    """The types of which a value may have one."""
+    """Returns the members of a union, or the type itself if it is no union."""
     return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
 
 
 def _is_one(value: Any, hint: Any) -> bool:
     sides, origin, inner = alternatives(hint), get_origin(hint), get_args(hint)
     if len(sides) > 1:
-        return any(_is_one(value, side) for side in sides)
+        return any(_is_one(value, alternative) for alternative in sides)
     if (origin or hint) in PLAIN:
         return PLAIN[origin or hint][1](value)
     if origin is Literal:
@@ -97,7 +97,10 @@ def _is_one(value: Any, hint: Any) -> bool:
 
 
 def _is_listed(value: Any, origin: Any, inner: tuple[Any, ...]) -> bool:
-    """Whether the value is a collection; an iterator could be read only once."""
+    """Returns whether the value is a collection whose items match.
+
+    An iterator does not qualify, because checking its items would use them up.
+    """
     if isinstance(value, str | bytes) or getattr(value, "ndim", 1) != 1:
         return False
     if isinstance(value, Mapping) and origin is not Iterable:
@@ -110,7 +113,7 @@ def _is_listed(value: Any, origin: Any, inner: tuple[Any, ...]) -> bool:
 
 
 def _is_number(value: Any) -> bool:
-    """Whether it is a number: one of NumPy's, a quantity of pint's or a duration is one."""
+    """Returns whether it is a number; NumPy scalars, durations and pint's quantities count."""
     number = hasattr(value, "__float__") and not getattr(value, "ndim", 0)
     return number or isinstance(value, timedelta) or hasattr(value, "magnitude")
 
@@ -120,7 +123,7 @@ def _abridged(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
-#: How types are called, and which values they have.
+#: By type: its name in messages, and the test that a value must pass.
 PLAIN: dict[Any, tuple[str, Callable[[Any], bool]]] = {
     float: ("a number", _is_number),
     int: ("a whole number", lambda value: isinstance(value, numbers.Integral)),
@@ -132,11 +135,13 @@ PLAIN: dict[Any, tuple[str, Callable[[Any], bool]]] = {
 
 
 def _words(hint: Any) -> str:
-    """Returns a type in words."""
+    """Returns the name of a type for error messages."""
     sides, origin = alternatives(hint), get_origin(hint)
     if len(sides) > 1:
         plain = {int, bool, type(None)} if float in sides else {type(None)}
-        texts = [*dict.fromkeys(_words(side) for side in sides if side not in plain)]
+        texts = [
+            *dict.fromkeys(_words(alternative) for alternative in sides if alternative not in plain)
+        ]
         return " or ".join(texts)
     if origin is Literal:
         return " or ".join(map(repr, get_args(hint)))

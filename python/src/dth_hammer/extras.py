@@ -11,7 +11,11 @@ from .errors import MissingError
 
 
 def need(module: str) -> Any:
-    """A module of an optional package; if it is missing, the error says how to install it."""
+    """Imports a module of an optional package.
+
+    Raises:
+        MissingError: the package is not installed; the message says how to install it.
+    """
     try:
         return importlib.import_module(module)
     except ImportError as error:
@@ -22,15 +26,15 @@ def need(module: str) -> Any:
 
 
 def need_all(packages: Iterable[str]) -> None:
-    """Raises one error that names every missing package and the command that installs all."""
-    if lacking := [name for name in packages if importlib.util.find_spec(name) is None]:
-        raise _missing(lacking)
+    """Raises one error that names all missing packages and the command that installs them."""
+    if missing := [name for name in packages if importlib.util.find_spec(name) is None]:
+        raise _missing(missing)
 
 
-def bar(shown: bool, each: Any = None, **named: Any) -> Any:
-    """A progress bar over items, drawn on a terminal alone; the items if none is wanted."""
-    ways = {"leave": False, "disable": None} | named
-    return need("tqdm").tqdm(each, **ways) if shown else each
+def bar(shown: bool, items: Any = None, **named: Any) -> Any:
+    """Returns a progress bar over items, drawn only on a terminal; without ``shown`` the items."""
+    options = {"leave": False, "disable": None} | named
+    return need("tqdm").tqdm(items, **options) if shown else items
 
 
 def _missing(packages: list[str]) -> MissingError:
@@ -41,7 +45,7 @@ def _missing(packages: list[str]) -> MissingError:
 
 
 def _extra(package: str) -> str:
-    """The extra that brings an optional package, as this package's metadata has it."""
+    """Returns the extra of this package that installs an optional package, from the metadata."""
     lines = metadata.requires("dth-hammer") or []
-    found = (re.match(rf"{package}\b.*extra == .(\w+)", line) for line in lines)
-    return next(match[1] for match in found if match)
+    matches = (re.match(rf"{package}\b.*extra == .(\w+)", line) for line in lines)
+    return next(match[1] for match in matches if match)

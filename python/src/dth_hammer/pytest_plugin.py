@@ -1,6 +1,7 @@
-"""A pytest plugin: a hammer for tests of what drives it.
+"""A pytest plugin with a hammer, for tests of a drive or a controller.
 
-Installed with the package. ``hammer`` is a live reference hammer; a marker changes it::
+It is installed with the package. The fixture ``hammer`` is a running reference hammer; a marker
+gives it other parameters::
 
     @pytest.mark.hammer({"drive.source": "Pressure"}, rock="granite")
     def test_my_controller(hammer, assert_energy_balanced): ...
@@ -25,8 +26,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def make_hammer() -> Iterator[Callable[..., Hammer]]:
-    """Makes hammers, as many as wanted, and closes them after the test."""
-    # Imported late: a test session that has no hammer pays nothing.
+    """Returns a function that makes hammers; they are closed after the test."""
+    # Imported here, so that a test session without a hammer starts no slower.
     from .run.hammer import Hammer  # noqa: PLC0415
 
     made: list[Hammer] = []
@@ -42,14 +43,14 @@ def make_hammer() -> Iterator[Callable[..., Hammer]]:
 
 @pytest.fixture
 def hammer(request: pytest.FixtureRequest, make_hammer: Callable[..., Hammer]) -> Hammer:
-    """A hammer at time 0: the reference, unless a marker gives other parameters."""
+    """Returns a hammer at time 0: the reference, unless a marker gives other parameters."""
     marker = request.node.get_closest_marker("hammer")
     return make_hammer(*marker.args, **marker.kwargs) if marker else make_hammer()
 
 
 @pytest.fixture
 def assert_energy_balanced() -> Callable[..., None]:
-    """Asserts that no energy is created or lost; see `dth_hammer.testing`."""
+    """Returns a function that asserts that no energy is created or lost; see `testing`."""
     from . import testing  # noqa: PLC0415
 
     return testing.assert_energy_balanced
@@ -57,7 +58,7 @@ def assert_energy_balanced() -> Callable[..., None]:
 
 @pytest.fixture
 def assert_periodic() -> Callable[..., None]:
-    """Asserts that the last blows are equal; see `dth_hammer.testing`."""
+    """Returns a function that asserts that the last blows are equal; see `testing`."""
     from . import testing  # noqa: PLC0415
 
     return testing.assert_periodic

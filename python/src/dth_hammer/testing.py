@@ -1,4 +1,4 @@
-"""Assertions for tests of what drives a hammer."""
+"""Assertions for tests of a drive or a controller of a hammer."""
 
 import pandas as pd
 
@@ -9,7 +9,7 @@ WORKS = ("energy_drive", "energy_gravity", "energy_feed")
 
 
 def assert_energy_balanced(subject: Hammer | Run, relative: float = 1e-9) -> None:
-    """Asserts that the energies balance, within a fraction of the work done.
+    """Asserts that the energy balance closes, within a fraction of the work done.
 
     Example:
         >>> from dth_hammer import simulate
@@ -29,7 +29,7 @@ def assert_energy_balanced(subject: Hammer | Run, relative: float = 1e-9) -> Non
 
 
 def assert_periodic(run: Run, relative: float = 1e-3, last: int = 3) -> None:
-    """Asserts that the last blows have equal intervals and equal speeds.
+    """Asserts that the last blows have equal periods and equal impact speeds.
 
     Example:
         >>> from dth_hammer import simulate

@@ -1,12 +1,17 @@
-"""The subcommands of `dth-hammer`: a module each, imported when it is chosen.
+"""The subcommands of `dth-hammer`, one module each, imported when it is chosen.
 
-A module has ``run(options)``; ``CALL``, the function whose arguments are its options; ``ALSO`` if
-there are others; and ``NEEDS`` if it needs optional packages whatever its options are.
-`dth_hammer.cli` checks the files to be written, prints errors and handles interrupts. To add a
-command, write its module and name it here.
+The module of a command has these parts:
+
+* ``run(options)`` does the work.
+* ``CALL`` is the function whose arguments become the command's options.
+* ``ALSO`` lists further options, if there are any.
+* ``NEEDS`` lists the optional packages that the command always needs, if there are any.
+
+`dth_hammer.cli` checks that output files can be written, prints errors and handles interrupts. To
+add a command, write its module and add its name to `COMMANDS`.
 """
 
-#: What each does, by name, in the order in which they are listed; the module is called alike.
+#: Commands in the order of the help text: the name, which is also the module's, and a description.
 COMMANDS = {
     "demo": "simulate the reference hammer, print its numbers, draw its settled cycle",
     "run": "simulate one hammer over time",

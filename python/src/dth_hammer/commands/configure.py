@@ -10,7 +10,7 @@ CALL = Call(configure)
 
 
 def run(options: argparse.Namespace) -> None:
-    """Writes the FMU."""
+    """Writes the FMU and prints the number of its start values."""
     given = CALL.given(options)
     added = configure(**given)
     scene = given["hammer"]

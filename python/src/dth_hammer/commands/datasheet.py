@@ -21,12 +21,12 @@ EXAMPLES = {
 
 
 def air(texts: Sequence[str]) -> Any:
-    """Free air: one number, or one per pressure."""
+    """Reads the free air: one number, or one number per pressure."""
     return texts[0] if len(texts) == 1 and "=" not in texts[0] else assignments(texts)
 
 
 def _number(name: str, unit: str, meaning: str) -> Written:
-    """A number of the engine's table."""
+    """Returns the option for a number that the engine's table of datasheets lists."""
     text = meaning[0].lower() + meaning[1:] + (f"; in {unit} or with a unit" if unit != "1" else "")
     text += EXAMPLES.get(name, "")
     if name == "air_flow":
@@ -69,7 +69,7 @@ def run(options: argparse.Namespace) -> None:
         from ..figures.page import report  # noqa: PLC0415
 
         curve = SN.read(options.sn) if options.sn else None
-        who = {"title": options.title, "customer": options.customer, "curve": curve}
+        header = {"title": options.title, "customer": options.customer, "curve": curve}
         units = common.printed_units(options.units)
-        page = report(sheet, options.report, units=units, progress=True, **who)
+        page = report(sheet, options.report, units=units, progress=True, **header)
         print(f"{page}: {page.stat().st_size / 1e6:.1f} MB")

@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> None:
 
 
 def table(settled: Run) -> str:
-    """The last blow in the units of the field."""
+    """Returns the numbers of the last blow as text, in field units."""
     last = settled.frame.iloc[-1]
     rows = (
         ("blow period", last["blow_period"] * 1e3, "ms"),

@@ -15,7 +15,7 @@ ALSO = (Written("-o --out", type=Path, default=Path(), help="folder (default: th
 
 
 def run(options: argparse.Namespace) -> None:
-    """Copies and names them."""
+    """Copies the FMUs and prints their paths."""
     try:
         options.out.mkdir(parents=True, exist_ok=True)
         for fmi in FILES:

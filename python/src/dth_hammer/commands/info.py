@@ -14,7 +14,7 @@ ALSO = (Written("name", nargs="?", help="a variable, or a group: rock, air, outp
 
 
 def run(options: argparse.Namespace) -> None:
-    """Prints presets and groups, or the variables of one group, or one."""
+    """Prints all presets and groups, or the variables of one group, or one variable."""
     if not options.name:
         print(f"{model()}\n{provenance(**CALL.given(options))}\n")
         for preset in PRESETS.values():
@@ -24,8 +24,10 @@ def run(options: argparse.Namespace) -> None:
         for group, variables in _groups().items():
             names = (variable.name.removeprefix(f"{group}.") for variable in variables)
             print(f"{group}: {', '.join(dict.fromkeys(re.sub(r'[0-9]+', 'i', n) for n in names))}")
-        along = ", ".join(f"{name}[i]" for name in VARIABLES.families)
-        print(f"along the bodies: {along}\n`dth-hammer info NAME` tells of a group or a variable")
+        families = ", ".join(f"{name}[i]" for name in VARIABLES.families)
+        print(
+            f"along the bodies: {families}\n`dth-hammer info NAME` tells of a group or a variable"
+        )
         return
     for variable in _groups().get(options.name) or [VARIABLES[options.name]]:
         kind = "tunable " if variable.tunable and variable.causality == "parameter" else ""
@@ -35,11 +37,14 @@ def run(options: argparse.Namespace) -> None:
 
 
 def _groups() -> dict[str, list[Variable]]:
-    """Variables by the first part of their names; what has none by what it is."""
+    """Returns the variables by group.
+
+    The group of a name with a dot is the part before it; of any other name, its causality.
+    """
     groups: dict[str, list[Variable]] = {}
     for variable in VARIABLES.values():
-        first, dot, _ = variable.name.partition(".")
-        groups.setdefault(first if dot else f"{variable.causality}s", []).append(variable)
+        group, dot, _ = variable.name.partition(".")
+        groups.setdefault(group if dot else f"{variable.causality}s", []).append(variable)
     return groups
 
 

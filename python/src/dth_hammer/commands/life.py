@@ -16,12 +16,12 @@ ALSO = (
 def run(options: argparse.Namespace) -> None:
     """Counts stress cycles, prints each section's worst place and writes the requested files."""
     given = CALL.given(options)
-    found = life(**given)
-    print(found)
+    result = life(**given)
+    print(result)
     if options.out:
-        outputs.write(found.places, options.out)
+        outputs.write(result.places, options.out)
     if options.plot:
         from ..figures import wave_diagram  # noqa: PLC0415
         from ..run.diagram import waves  # noqa: PLC0415
 
-        wave_diagram(waves(given["hammer"]), found).savefig(options.plot)
+        wave_diagram(waves(given["hammer"]), result).savefig(options.plot)

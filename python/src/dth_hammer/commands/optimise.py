@@ -35,10 +35,10 @@ def run(options: argparse.Namespace) -> None:
     goal = {options.goal: unit(named(options.goal))}
     units = {name: VARIABLES.settable(name).unit for name in given["free"]} | goal
     common.check_units(options.units, units)
-    found = optimise(**given)
+    optimum = optimise(**given)
     if options.out:
-        outputs.write(found.history, options.out, index=False)
-    best = pd.DataFrame({"value": {**found.parameters, options.goal: found.value}})
+        outputs.write(optimum.history, options.out, index=False)
+    best = pd.DataFrame({"value": {**optimum.parameters, options.goal: optimum.value}})
     print(common.readable(common.by_name(best, units, options.units)))
-    print(found.steady.rate)
-    print(f"{found.status}: {found.message}")
+    print(optimum.steady.rate)
+    print(f"{optimum.status}: {optimum.message}")

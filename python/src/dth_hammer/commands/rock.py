@@ -5,7 +5,7 @@ import argparse
 from ..scene.rocks import ROCKS, rock
 from .options import Call, Written
 
-#: The unit in which a number of an SI unit is printed, and how many of the SI unit it is.
+#: By SI unit: the size and the name of the unit in which a number is printed.
 FIELD = {"1": (1.0, ""), "Pa": (1e9, " GPa"), "J/m3": (1e6, " MJ/m3")}
 
 
@@ -21,16 +21,16 @@ def run(options: argparse.Namespace) -> None:
     matching = [name for name in ROCKS if named in (name, *name.split())] or [*ROCKS]
     for name in matching if named else ROCKS:
         print(name)
-        for of, figure in ROCKS[name].items():
+        for quantity, figure in ROCKS[name].items():
             known = "" if figure.measured else "assumed: "
             size, unit = FIELD[figure.unit]
             value, low, high = (x / size for x in (figure.value, figure.low, figure.high))
-            print(f"  {of.replace('_', ' ')}: {value:.4g}{unit} ({low:.4g} to {high:.4g})")
+            print(f"  {quantity.replace('_', ' ')}: {value:.4g}{unit} ({low:.4g} to {high:.4g})")
             print(f"    {known}{figure.source}")
     if not named or all(v is None for v in (options.hole, options.inserts, options.insert_radius)):
         print("give a name and --hole, or --inserts and --insert-radius, for its parameters")
         return
-    found = rock(**CALL.given(options))
-    for name, number in found.items():
+    parameters = rock(**CALL.given(options))
+    for name, number in parameters.items():
         print(f"--set {name}={number:.6g}")
-    print("assumed:", *found.assumed, sep="\n  ")
+    print("assumed:", *parameters.assumed, sep="\n  ")

@@ -45,20 +45,20 @@ def run(options: argparse.Namespace) -> None:
         shared = {name: value for name, value in numbers_of(base).items() if name not in grid}
         rows = grid.assign(**shared) if isinstance(grid, pd.DataFrame) else grid | shared
         table = steady(rows, **asked)
-        read = ["rop", "rop_error", "blow_frequency", "blow_energy"]
-        common.tell_many(options, table, [*grid, "kind", "blows", *read], base)
+        columns = ["rop", "rop_error", "blow_frequency", "blow_energy"]
+        common.tell_many(options, table, [*grid, "kind", "blows", *columns], base)
         return
     common.check_units(options.units, units)
     asked.pop("out", None)
-    found = steady(**asked)
-    common.keep_rock(options, found.parameters)
-    table = common.by_name(found.outputs.drop(columns="unit"), units, options.units)
+    response = steady(**asked)
+    common.keep_rock(options, response.parameters)
+    table = common.by_name(response.outputs.drop(columns="unit"), units, options.units)
     if options.out:
         outputs.write(table, options.out)
-    reached = "" if found.reached else ", the wanted error was not reached"
-    print(f"{found.kind}, {found.blows} blows{reached}")
-    if found.blows:
-        print(found.rate)
+    reached = "" if response.reached else ", the wanted error was not reached"
+    print(f"{response.kind}, {response.blows} blows{reached}")
+    if response.blows:
+        print(response.rate)
         print(common.readable(table))
-    if found.motions is not None:
-        print(common.readable(found.motions))
+    if response.motions is not None:
+        print(common.readable(response.motions))

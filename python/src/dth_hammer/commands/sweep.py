@@ -30,12 +30,12 @@ ALSO = (*MANY, UNITS)
 
 
 def run(options: argparse.Namespace) -> None:
-    """Runs the grid points that the file does not have yet and prints one row per run."""
+    """Simulates the grid points that are not in the file yet, and prints one row per run."""
     given = CALL.given(options)
     grid = common.many(options)
     if not len(grid):
         raise DomainError("give the hammers: --over feed_force=3e3,5e3 or --rows FILE")
-    read = options.outputs or RESULTS
-    common.check_units(options.units, {n: VARIABLES[n].unit for n in [*grid, *read]})
-    few = options.outputs or ["blow_speed", "rop"]
-    common.tell_many(options, sweep(grid, **given), [*grid, *few], given["base"])
+    outputs = options.outputs or RESULTS
+    common.check_units(options.units, {n: VARIABLES[n].unit for n in [*grid, *outputs]})
+    columns = options.outputs or ["blow_speed", "rop"]
+    common.tell_many(options, sweep(grid, **given), [*grid, *columns], given["base"])

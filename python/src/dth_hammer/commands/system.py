@@ -19,6 +19,6 @@ CALL = Call(
 
 
 def run(options: argparse.Namespace) -> None:
-    """Writes the system."""
+    """Writes the system and prints its connections."""
     for (giver, output), (taker, taken) in write_system(**CALL.given(options)):
         print(f"{giver}.{output} -> {taker}.{taken}")

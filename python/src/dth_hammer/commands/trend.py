@@ -12,7 +12,7 @@ NEEDS = ("scipy",)
 
 
 def widths(texts: Sequence[str]) -> dict[str, float]:
-    """Relative widths by name."""
+    """Reads relative widths by name of a parameter."""
     return {n: read(w, "1", f"the width of {n}") for n, w in assignments(texts).items()}
 
 
@@ -31,16 +31,16 @@ ALSO = (table("table to write"), figure("figure to write: tornado chart"))
 
 
 def run(options: argparse.Namespace) -> None:
-    """Computes the trends, writes and prints them."""
-    found = trend(**CALL.given(options))
+    """Computes the trends, writes the requested files and prints the trends."""
+    result = trend(**CALL.given(options))
     if options.out:
-        outputs.write(found.table.reset_index(), options.out, index=False)
+        outputs.write(result.table.reset_index(), options.out, index=False)
     if options.plot:
-        found.plot().savefig(options.plot)
-    print(*found.in_words(), sep="\n")
-    displayed = found.table.map("{:.4f}".format)
+        result.plot().savefig(options.plot)
+    print(*result.in_words(), sep="\n")
+    displayed = result.table.map("{:.4f}".format)
     texts = displayed["elasticity"] + " +- " + displayed["error"]
-    wide = texts.unstack("by").loc[[*found.roughness.index], [*found.widths.index]]
-    wide["roughness"] = found.roughness.map("{:.2%}".format)
-    wide.columns.name = None
-    print(wide.to_string())
+    elasticities = texts.unstack("by").loc[[*result.roughness.index], [*result.widths.index]]
+    elasticities["roughness"] = result.roughness.map("{:.2%}".format)
+    elasticities.columns.name = None
+    print(elasticities.to_string())

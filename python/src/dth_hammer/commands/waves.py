@@ -26,7 +26,7 @@ ALSO = (
 
 
 def run(options: argparse.Namespace) -> None:
-    """Writes the requested files and prints the greatest stresses."""
+    """Writes the requested files and prints the largest stresses."""
     given = CALL.given(options)
     if options.elements:
         mesh = dict(zip(ELEMENTS, options.elements, strict=True))

@@ -1,8 +1,8 @@
-"""Models of what drives and feeds the hammer, to couple and to copy: water, and a compressor."""
+"""Example models to couple with the hammer, or to copy: a water drive and a compressor."""
 
 from collections.abc import Callable
 
-#: Position (m) and velocity (m/s) of the piston over the bit by time, s.
+#: Position (m) and velocity (m/s) of the piston relative to the bit, as a function of time (s).
 Motion = Callable[[float], tuple[float, float]]
 State = tuple[float, ...]
 
@@ -10,14 +10,14 @@ State = tuple[float, ...]
 def runge_kutta(
     rates: Callable[[State, float, float], State], y: State, start: float, h: float, motion: Motion
 ) -> State:
-    """The state after one classical Runge-Kutta step of size ``h``, s.
+    """Returns the state after one classical Runge-Kutta step.
 
     Args:
-        rates: of a state, given the piston's position and velocity.
+        rates: returns the time derivative of a state, given the piston's position and velocity.
         y: the state at ``start``.
-        start: s, in the time of ``motion``.
-        h: s.
-        motion: of the piston.
+        start: beginning of the step, s, on the time axis of ``motion``.
+        h: size of the step, s.
+        motion: the piston's motion.
     """
 
     def along(rate: State, h: float) -> State:

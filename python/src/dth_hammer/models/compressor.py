@@ -1,10 +1,11 @@
-"""A compressor with its receiver and a hose: what feeds a hammer that air drives.
+"""A compressor with its receiver and a hose, which supplies an air-driven hammer.
 
-The compressor gives its flow until the receiver has the rated pressure, and less above it: its
-regulator closes the intake over a band of pressure. The air in receiver and hose stays as warm as
-what surrounds it, and has one pressure, less what friction in the hose costs where the hammer is
-(a long pipe's: ``p1^2 - p2^2 = (f L / D) R T (flow / section)^2``). The hammer's part of it is
-`drive.source = Air` with the input ``supply_pressure`` and the output ``air_mass``.
+The compressor delivers its full flow up to the rated pressure. Above it, the regulator closes the
+intake over a band of pressure. The air in receiver and hose stays at ambient temperature and has
+one common pressure. At the hammer's end of the hose the pressure is lower because of friction, as
+in a long pipe: ``p1^2 - p2^2 = (f L / D) R T (flow / section)^2``. To couple it, set
+`drive.source = Air` on the hammer, and connect its input ``supply_pressure`` and its output
+``air_mass``.
 """
 
 import math
@@ -16,10 +17,10 @@ FREE = 101_325.0 / (GAS * 273.15)  # kg/m3, of free air: 0 degC and 1.01325 bar
 
 @dataclass(frozen=True)
 class Compressor:
-    """An example; pressures are absolute."""
+    """An example compressor; pressures are absolute."""
 
     capacity: float = 20.0 / 60.0  # m3/s of free air
-    rated_pressure: float = 25e5  # Pa: up to here it gives all of it
+    rated_pressure: float = 25e5  # Pa: up to here it delivers its full capacity
     band: float = 1e5  # Pa, over which the regulator closes the intake
     receiver: float = 0.02  # m3
     temperature: float = 300.0  # K
@@ -29,7 +30,11 @@ class Compressor:
 
 
 class Supply:
-    """Masses of air, kg: in receiver and hose, and what has come and gone since the start."""
+    """The air supply's state: the mass of air (kg) held in receiver and hose.
+
+    `delivered` and `taken` are the masses (kg) that came from the compressor and went to the
+    hammer since the start.
+    """
 
     def __init__(self, compressor: Compressor | None = None, substep: float = 1e-3) -> None:
         self.compressor, self.substep = compressor or Compressor(), substep
@@ -43,22 +48,26 @@ class Supply:
         self.pressure = c.rated_pressure  # at the hammer's end of the hose, Pa
 
     def advance(self, size: float, air_mass: float) -> None:
-        """Integrates a step (s), at whose end the hammer has taken this much in all, kg."""
+        """Integrates over a step of ``size`` seconds.
+
+        ``air_mass`` is the total mass of air (kg) that the hammer has taken by the end of the step.
+        """
         flow = (air_mass - self.taken) / size
         steps = max(1, math.ceil(size / self.substep - 1e-9))
         h = size / steps
         for _ in range(steps):
-            # Heun's rule; what is delivered and what is held are one sum, so the balance closes.
+            # Heun's method. The same inflow is added to `held` and `delivered`, so that the mass
+            # balance closes.
             first = self._delivery(self.held)
-            come = 0.5 * (first + self._delivery(self.held + h * (first - flow)))
-            self.held += h * (come - flow)
-            self.delivered += h * come
+            inflow = 0.5 * (first + self._delivery(self.held + h * (first - flow)))
+            self.held += h * (inflow - flow)
+            self.delivered += h * inflow
         self.taken = air_mass
         square = (self._per_mass * self.held) ** 2 - self._friction * flow * abs(flow)
         self.pressure = math.sqrt(max(0.0, square))
 
     def _delivery(self, held: float) -> float:
-        """From the compressor, kg/s."""
+        """Returns the mass flow from the compressor, kg/s, with this mass of air held."""
         c = self.compressor
         closing = (c.rated_pressure + c.band - self._per_mass * held) / c.band
         return FREE * c.capacity * min(1.0, max(0.0, closing))

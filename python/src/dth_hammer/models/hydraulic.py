@@ -1,9 +1,9 @@
-"""A water hammer: pump, hose with line dynamics, and a valve that follows the piston.
+"""The drive of a water hammer: pump, hose with line dynamics, and a valve that follows the piston.
 
-The return chamber always has the hose's pressure. A valve connects the drive chamber with
-the hose or with the outlet; it follows the piston's position with a hysteresis and takes
-its time. The hose is a chain of compliances and inertances with friction between a pump of
-constant pressure and the hammer. Water is stiff: this is the harder coupling.
+The return chamber always has the pressure of the hose's end. A valve connects the drive chamber
+with the hose or with the outlet. It switches at two positions of the piston (hysteresis), and its
+spool moves with a lag. The hose is a chain of compliances and inertances with friction, between a
+pump of constant pressure and the hammer. Water is stiff, so this coupling is harder than with air.
 """
 
 import math
@@ -14,7 +14,7 @@ from . import Motion, State, runge_kutta
 
 @dataclass(frozen=True)
 class Water:
-    """An example hammer's water side; positions are the hammer's ``relative_position``."""
+    """Parameters of an example water drive; positions are the hammer's ``relative_position``."""
 
     pump_pressure: float = 1.4e7  # Pa
     outlet_pressure: float = 2e5  # Pa
@@ -30,10 +30,10 @@ class Water:
     accumulator: float = 4e-12  # m3/Pa at the hammer, its gas linearised
     port: float = 1.2e-4  # m2, valve fully open
     discharge: float = 0.65
-    laminar: float = 5e5  # Pa: below, flow is proportional to pressure drop
+    laminar: float = 5e5  # Pa: below this drop, flow is proportional to it
     valve_time: float = 5e-4  # s, first-order lag of the spool
-    to_return: float = -8e-3  # m: the valve turns to the outlet when the piston is below
-    to_drive: float = -30e-3  # m: and to the hose when it is above
+    to_return: float = -8e-3  # m: with the piston below, the valve turns to the outlet
+    to_drive: float = -30e-3  # m: with the piston above, it turns to the hose
 
     def parameters(self) -> dict[str, float | str]:
         """Returns the hammer's parameters that belong to this drive."""
@@ -45,10 +45,11 @@ class Water:
 
 
 class WaterDrive:
-    """The state of the water and its rates; a partner for `dth_hammer.Coupling`.
+    """The water drive as a partner for `dth_hammer.Coupling`.
 
-    State: drive pressure, spool (-1 outlet, 1 hose), then pressure and flow of each part
-    of the hose from the hammer to the pump. The valve's command is kept beside it.
+    Its state has the drive chamber's pressure, the spool's position (-1 outlet, 1 hose), then
+    pressure and flow of each part of the hose from the hammer to the pump. The valve's command
+    (-1 or 1) is stored separately.
     """
 
     def __init__(self, water: Water | None = None, substep: float = 4e-6) -> None:
@@ -62,17 +63,17 @@ class WaterDrive:
         self.start()
 
     def start(self, _position: float = 0.0) -> None:
-        """The drive chamber at the outlet's pressure, open to the hose, wherever the piston is."""
+        """Starts with the drive chamber at the outlet's pressure and the valve open to the hose."""
         self.command = 1.0
         hose = (self.water.pump_pressure, 0.0) * self.water.hose_parts
         self.state = (self.water.outlet_pressure, 1.0, *hose)
 
     def outputs(self) -> dict[str, float]:
-        """Pressures for the hammer, Pa."""
+        """Returns the pressures that act on the hammer, Pa."""
         return {"drive_pressure": self.state[0], "return_pressure": self.state[2]}
 
     def advance(self, size: float, motion: Motion) -> None:
-        """Classical Runge-Kutta steps, as many as the water needs, cut where the valve turns."""
+        """Integrates over ``size`` seconds by Runge-Kutta substeps, split where the valve turns."""
         steps = max(1, math.ceil(size / self.substep - 1e-9))
         for k in range(steps):
             start, end = size * k / steps, size * (k + 1) / steps
@@ -84,7 +85,7 @@ class WaterDrive:
                 self.state = runge_kutta(self._rates, self.state, turn, end - turn, motion)
 
     def save(self) -> tuple[float, State]:
-        """Returns the state."""
+        """Returns the valve's command and the state."""
         return self.command, self.state
 
     def restore(self, state: tuple[float, State]) -> None:
@@ -92,7 +93,7 @@ class WaterDrive:
         self.command, self.state = state
 
     def _until_turn(self, position: float, later: float) -> float:
-        """Share of a step after which the valve's command turns; infinite if it does not."""
+        """Returns the share of a step after which the valve turns; infinity if it does not."""
         edge = self.water.to_return if self.command > 0.0 else self.water.to_drive
         before, after = self.command * (position - edge), self.command * (later - edge)
         if before > 0.0:
@@ -100,7 +101,7 @@ class WaterDrive:
         return before / (before - after) if after > 0.0 else math.inf
 
     def _flow(self, share: float, drop: float) -> float:
-        """Returns the flow through the valve, m3/s: turbulent, except for small pressure drops."""
+        """Returns the flow through the valve, m3/s; turbulent, but laminar for small drops."""
         laminar = self.water.laminar
         return self.orifice * share * drop / math.sqrt(math.hypot(drop, laminar))
 
@@ -113,7 +114,7 @@ class WaterDrive:
             w.bulk_modulus / volume * (inflow - outflow - w.area_drive * velocity),
             (self.command - spool) / w.valve_time,
         ]
-        # Drawn from the hose's end: the valve's flow, less what the return face gives back.
+        # Flow out of the hose's end: flow through the valve minus flow from the return chamber.
         drawn, compliance = inflow - w.area_return * velocity, self.compliance + w.accumulator
         for k in range(2, len(y), 2):
             pressure, flow = y[k], y[k + 1]
