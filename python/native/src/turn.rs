@@ -58,7 +58,7 @@ pub struct Use<'a, T> {
 }
 
 impl<T: Send> Use<'_, T> {
-    /// Returns a closure that does the work on the object, on any thread. A panic becomes a failure; after it the object
+    /// Returns a closure that does the work on the object, on any thread. A panic becomes a failure; then the object
     /// cannot be used any more.
     pub fn attempt<R>(
         &mut self,
