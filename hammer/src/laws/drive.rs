@@ -4,18 +4,20 @@
 //! |---|---|
 //! | relay | `alpha F0` |
 //! | force | the input `drive_force` |
-//! | pressure | `p_drive A_drive - p_return A_return`, both pressures inputs |
-//! | air | the force of the air in the chambers, over the exhaust's pressure ([`air`](super::air)) |
+//! | pressure | `p_drive A_drive - p_return A_return`, where both pressures are inputs |
+//! | air | the force of the air in the chambers, with pressures counted from the exhaust's ([`air`](super::air)) |
 //!
-//! All but air may have a transmission line at the piston: the force is then that of the line's wave, to which
-//! `-Zd vr'` is added (`motion/line.rs`).
+//! Every source except air may act through a transmission line at the piston: the force is then that of the line's
+//! wave, to which `-Zd vr'` is added (`motion/line.rs`).
 //!
-//! The return chamber also presses on the bit, with `(p_return - p_exhaust) anvil_area`, distributed like the bit's
-//! mass (a slow pressure excites no waves). The body that is fed carries the rest of the drive's reaction, unless it
-//! is the bit itself, so that all forces add up to zero.
+//! The return chamber also presses on the bit with `(p_return - p_exhaust) anvil_area`.
+//! This force is distributed like the bit's mass, since a slow pressure excites no waves.
+//! The body on which the feed force acts carries the rest of the drive's reaction, so that all forces add up to zero.
+//! If that body is the bit itself, there is no such rest.
 //!
-//! The relay is the paper's pressure law, with memory `alpha`. Its position `vr = up_mean - ub_mean - g0` is the
-//! piston's mean displacement relative to that of the body that is fed:
+//! The relay is the paper's pressure law, with the memory `alpha`.
+//! It is switched by `vr = up_mean - ub_mean - g0`, the piston's mean displacement relative to that of the body on
+//! which the feed force acts:
 //!
 //! | mode | guard | direction | next |
 //! |---|---|---|---|
@@ -37,11 +39,11 @@ impl Drive {
             Source::Pressure => {
                 self.balance(inputs.of(Input::DrivePressure), inputs.of(Input::ReturnPressure))
             }
-            Source::Air => Poly::default(), // Of its window.
+            Source::Air => Poly::default(), // `motion/air.rs` adds the force of the present window.
         }
     }
 
-    /// Derivative of `F_A` by an input, N per its unit.
+    /// Derivative of `F_A` by an input, N per unit of the input.
     pub(crate) fn force_per(&self, input: Input) -> f64 {
         match (self.source, input) {
             (Source::Force, Input::DriveForce) => 1.0,
@@ -57,8 +59,8 @@ impl Drive {
         Poly::default().plus(self.area_drive, drive).plus(-self.area_return, back)
     }
 
-    /// The force of the return chamber on the bit, N; that of air follows from its window. The body that is fed
-    /// carries the opposite force, unless it is the bit.
+    /// The force of the return chamber on the bit, N. It is zero for air, whose force follows from its window.
+    /// The body on which the feed force acts carries the opposite force, unless that body is the bit.
     pub(crate) fn on_bit(&self, inputs: &Inputs) -> Poly {
         match self.source {
             Source::Relay | Source::Force | Source::Air => Poly::default(),
@@ -68,8 +70,8 @@ impl Drive {
         }
     }
 
-    /// Least and largest force on the piston, and largest force on the bit, N, while the piston is at rest: air
-    /// pressures may be anything between exhaust and supply.
+    /// Least and largest force on the piston and largest force on the bit that are possible while the piston is at
+    /// rest, N. The pressure of air may then be anything between those of exhaust and supply.
     pub(crate) fn reach(&self, inputs: &Inputs) -> [f64; 3] {
         if self.source != Source::Air {
             let force = |relay| self.force(inputs, relay).at(0.0);
@@ -81,7 +83,7 @@ impl Drive {
         [self.balance(&low, &high).at(0.0), self.balance(&high, &low).at(0.0), on_bit]
     }
 
-    /// Q9 or Q10 of the position `vr`; none for a source without a relay.
+    /// The guard Q9 or Q10 on the displacement `vr`; none for a source without a relay.
     pub(crate) fn guard(&self, relay: Relay, vr: Displacement) -> Option<Guard> {
         let (direction, level) = match relay {
             Relay::Drive => (Direction::Rising, 0.0),
@@ -102,7 +104,7 @@ mod tests {
     use super::*;
     use crate::quantities::parameters::{InputValues, Parameters};
 
-    /// By a difference over 2^20 Pa or N, which is exact but for the rounding of a product.
+    /// The slope is measured by a difference over 2^20 Pa or N, which is exact except for the rounding of a product.
     #[test]
     fn each_input_moves_the_force_by_its_own_slope() {
         let step = 2.0_f64.powi(20);

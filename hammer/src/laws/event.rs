@@ -20,11 +20,11 @@ pub enum RockEvent {
     Turn,
     /// Q5: the tip leaves the rock.
     LiftOff,
-    /// Q6: the tip's velocity rises through 0.
+    /// Q6: the tip's velocity rises through 0 in BC.
     Return,
-    /// Q7: the tip's velocity rises through `vs`.
+    /// Q7: the tip's velocity rises through `vs` in SS.
     Restart,
-    /// Q8: the tip's velocity falls through `-vs`.
+    /// Q8: the tip's velocity falls through `-vs` in SS.
     Retreat,
     /// The tip is lifted off the rock out of standstill.
     StandstillLiftOff,
@@ -34,11 +34,11 @@ pub enum RockEvent {
 /// ties, rock, drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Event {
-    /// A tie enters this state: its bodies part or meet. For the contact, Q11.
+    /// A tie enters this state: its bodies part or meet. For the contact this is Q11.
     Tie(Tie, TieState),
     /// Q1 to Q8: the rock law changes its mode.
     Rock(RockEvent),
-    /// Q9 and Q10: the relay turns in this direction.
+    /// Q9 and Q10: the relay switches to this direction.
     Relay(Relay),
     /// The piston passes a port of a chamber.
     Port {
@@ -58,19 +58,19 @@ pub enum Event {
         /// True if it is fully open from here on, false if it narrows.
         full: bool,
     },
-    /// The drive begins (true) or ceases to be vented, since the bit hangs out.
+    /// The drive begins (true) or ceases (false) to be vented; it is vented while the bit hangs out.
     Vent(bool),
-    /// The piston enters (true) or leaves the end of an air hammer's cylinder.
+    /// The piston enters (true) or leaves (false) the end of an air hammer's cylinder.
     End(bool),
 }
 
 impl Event {
     /// Q11 when the piston meets what it strikes.
     pub const CLOSING: Self = Self::Tie(Tie::Contact, TieState::Pressed);
-    /// Q11 when it leaves that.
+    /// Q11 when the piston leaves what it strikes.
     pub const OPENING: Self = Self::Tie(Tie::Contact, TieState::Open);
 
-    /// True of Q11.
+    /// True if this is Q11.
     pub fn is_contact(self) -> bool {
         matches!(self, Self::Tie(Tie::Contact, _))
     }
@@ -90,7 +90,7 @@ impl Event {
     }
 }
 
-/// The event function's name in the paper, `Q1` to `Q11`; other words for events that the paper lacks.
+/// Writes the name of the event in the paper, `Q1` to `Q11`, or a few words for an event that the paper does not have.
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(match self {
@@ -124,7 +124,7 @@ impl fmt::Display for Event {
     }
 }
 
-/// A set of bodies of a hammer, by their places from the piston down.
+/// A set of bodies of a hammer. They are numbered from the piston (0) down.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Bodies(u16);
 
@@ -134,12 +134,12 @@ impl Bodies {
     /// What it strikes: the bit or the shank.
     pub const STRUCK: Self = Self::one(1);
 
-    /// A single body.
+    /// The set of one body.
     pub const fn one(place: usize) -> Self {
         Self(1 << place)
     }
 
-    /// The first bodies.
+    /// The set of the first `count` bodies.
     pub fn first(count: usize) -> Self {
         (0..count).map(Self::one).fold(Self::default(), Self::and)
     }
@@ -150,7 +150,7 @@ impl Bodies {
         Self(self.0 | others.0)
     }
 
-    /// Difference.
+    /// The bodies of this set that are not in the other.
     #[must_use]
     pub fn without(self, others: Self) -> Self {
         Self(self.0 & !others.0)
@@ -161,30 +161,30 @@ impl Bodies {
         self.0 & others.0 != 0
     }
 
-    /// True of a subset.
+    /// True if this set is a subset of the other.
     pub fn within(self, others: Self) -> bool {
         self.without(others) == Self::default()
     }
 
-    /// True if the set contains the body at a place.
+    /// True if the set contains the body of this number.
     pub fn have(self, place: usize) -> bool {
         self.meet(Self::one(place))
     }
 }
 
-/// A displacement functional of the bodies, a weighted sum of nodal displacements `u`.
+/// A displacement of the bodies: a weighted sum of nodal displacements `u`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Displacement {
     /// `p = w1.u`: the bit/rock interface.
     Tip,
-    /// `x` of a tie: the lower body's upper face relative to the upper body's lower face; of the
-    /// contact the gap `g = w2.u + g0`.
+    /// `x` of a tie: the displacement of the lower body's upper face relative to the upper body's lower face. For the
+    /// contact it is the gap `g = w2.u + g0`.
     Tie(Tie),
-    /// `vr`: the piston's mean displacement less `g0`, relative to the body against which the drive pushes.
+    /// `vr`: the mean displacement of the piston minus that of the body that takes the drive's reaction, minus `g0`.
     Relative,
-    /// `y`: the piston's mean displacement less `g0`, relative to what it strikes.
+    /// `y`: the mean displacement of the piston minus that of what it strikes, minus `g0`.
     OverStruck,
-    /// The upper face of a body.
+    /// Displacement of the upper face of a body.
     Top(usize),
     /// Mean displacement of a set of bodies.
     Mean(Bodies),
@@ -193,7 +193,7 @@ pub enum Displacement {
 impl Displacement {
     /// Mean displacement of the piston.
     pub const PISTON: Self = Self::Mean(Bodies::PISTON);
-    /// Mean displacement of what it strikes.
+    /// Mean displacement of what the piston strikes.
     pub const STRUCK: Self = Self::Mean(Bodies::STRUCK);
 }
 
@@ -215,7 +215,7 @@ impl Direction {
         }
     }
 
-    /// +1 or -1: the factor that turns the guard into a rising one.
+    /// +1 or -1: the factor that makes a rising guard of this one.
     pub(crate) fn sign(self) -> f64 {
         match self {
             Self::Rising => 1.0,
@@ -224,7 +224,7 @@ impl Direction {
     }
 }
 
-/// The direction in which the piston's relative position passes a port that opens.
+/// The direction in which the piston's relative position moves when it opens a port.
 pub(crate) fn opening(chamber: Chamber, port: Port) -> Direction {
     if (chamber == Chamber::Drive) == (port == Port::Exhaust) {
         Direction::Rising
@@ -233,7 +233,7 @@ pub(crate) fn opening(chamber: Chamber, port: Port) -> Direction {
     }
 }
 
-/// Triggers `event` where a displacement or its rate passes `level` in `direction`.
+/// A guard: it triggers `event` where a displacement or its rate passes `level` in `direction`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Guard {
     /// The displacement.

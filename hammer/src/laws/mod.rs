@@ -1,4 +1,4 @@
-//! The laws, one file each: force, stored energy, guards and transition.
+//! The laws of the model. Each has one file with its force, stored energy, guards and transitions.
 
 pub mod air;
 pub mod drive;

@@ -15,7 +15,7 @@ pub enum RockMode {
     Forward,
     /// BC: unloading.
     Backward,
-    /// SS: on the unloading line, until standstill ends.
+    /// SS: at rest on the unloading line, until a guard ends standstill.
     Standstill,
 }
 
@@ -50,34 +50,34 @@ impl Relay {
 ///
 /// | tie | upper | lower | stiffness | viscosity | travel |
 /// |---|---|---|---|---|---|
-/// | contact | piston | bit or shank | `KC` | 0 | none: it never pulls. `x` is the gap `g`, its guards are Q11 |
-/// | chuck | casing | bit or shank | `ks` | `cs` | from its shoulder to its ring |
-/// | joint | shank or rod | next rod | `kj` | `beta kj` | slack of the thread; 0: it holds both ways |
-/// | string | the ground | casing | 0 | `Zs` | 0: an endless string is a dashpot |
+/// | contact | piston | bit or shank | `KC` | 0 | infinite: it never pulls. `x` is the gap `g`, the guards are Q11 |
+/// | chuck | casing | bit or shank | `ks` | `cs` | from the shoulder to the retaining ring |
+/// | joint | shank or rod | next rod | `kj` | `beta kj` | slack of the thread; with 0 it carries push and pull |
+/// | string | the ground | casing | 0 | `Zs` | 0: an endless string acts as a dashpot at all times |
 ///
 /// For rigid bodies `KC` is in series with the bodies' own compliance
 /// ([`Parameters::meeting_stiffness`](crate::Parameters::meeting_stiffness)).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Tie {
-    /// Piston on bit or shank.
+    /// The piston on the bit or the shank.
     Contact,
-    /// Casing on bit or shank, by its shoulder. Its retaining ring lifts them.
+    /// The casing on the bit or the shank: its shoulder presses on them, its retaining ring lifts them.
     Chuck,
-    /// Casing on the drill string above it.
+    /// The casing on the drill string above it.
     String,
-    /// Rod on rod, counted from the shank down, from 0.
+    /// A rod on the shank or rod above it; joints are counted from the shank down, from 0.
     Joint(u8),
 }
 
 /// State of a tie.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum TieState {
-    /// It carries no force.
+    /// The tie carries no force.
     #[default]
     Open,
-    /// Its bodies press on each other.
+    /// The tie's bodies press on each other.
     Pressed,
-    /// Its bodies pull on each other.
+    /// The tie's bodies pull on each other.
     Pulled,
 }
 
@@ -86,7 +86,7 @@ pub enum TieState {
 pub struct Ties([TieState; Tie::COUNT]);
 
 impl Tie {
-    /// Most ties of a scene.
+    /// Largest number of ties of a scene.
     pub const COUNT: usize = 3 + MAX_RODS;
 
     pub(crate) fn all() -> impl Iterator<Item = Self> {
@@ -97,8 +97,8 @@ impl Tie {
     /// The ties whose forces are outputs.
     pub const REPORTED: [Self; 2] = [Self::Contact, Self::Chuck];
 
-    /// The bodies above (none: the ground) and below it. The piston is body 0, what it strikes body 1, and rods
-    /// follow; `last` is the casing, if there is one.
+    /// The bodies above and below the tie; `None` above means the ground. The piston is body 0, what it strikes is
+    /// body 1, and the rods follow; `last` is the casing, if there is one.
     pub(crate) fn ends(self, last: usize) -> (Option<usize>, usize) {
         match self {
             Self::Contact => (Some(0), 1),
@@ -108,13 +108,13 @@ impl Tie {
         }
     }
 
-    /// True if its dashpot is proportional to its spring, as the bodies' own damping is. The modes of what it joins
-    /// then stay real.
+    /// True if the tie's dashpot is proportional to its spring, as the bodies' own damping is. Real modes of the
+    /// bodies that it joins then exist.
     pub(crate) fn joins_modes(self) -> bool {
         matches!(self, Self::Joint(_))
     }
 
-    /// Its index among all ties.
+    /// Index of the tie among all ties.
     pub(crate) const fn index(self) -> usize {
         match self {
             Self::Contact => 0,
@@ -124,7 +124,7 @@ impl Tie {
         }
     }
 
-    /// Writes the event of entering a state, as the paper does for the contact.
+    /// Writes the name of the event in which the tie enters a state; for the contact it is the paper's `Q11`.
     pub(crate) fn write_event(self, to: TieState, f: &mut fmt::Formatter) -> fmt::Result {
         match (self, to) {
             (Self::Contact, _) => f.write_str("Q11"),
@@ -149,8 +149,8 @@ impl fmt::Display for Tie {
 }
 
 impl Ties {
-    /// The start of a scene without a casing: the piston hangs free, and all rods press. Ties that a scene lacks keep
-    /// these states.
+    /// The states at the start of a scene without a casing: the piston is free, and all rods press on each other. Ties
+    /// that a scene does not have keep these states.
     pub const START: Self = {
         let mut states = [TieState::Pressed; Tie::COUNT];
         states[Tie::Contact.index()] = TieState::Open;
@@ -163,7 +163,7 @@ impl Ties {
         self.0.get(tie.index()).copied().unwrap_or_default()
     }
 
-    /// The same states but for one tie.
+    /// These states with another state of one tie.
     #[must_use]
     pub fn with(mut self, tie: Tie, state: TieState) -> Self {
         if let Some(slot) = self.0.get_mut(tie.index()) {
@@ -178,7 +178,7 @@ impl Ties {
 }
 
 impl fmt::Display for Ties {
-    /// Lists the ties below the contact whose state is unusual.
+    /// Lists the chuck, unless it is open, and the joints that do not press.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(match self.of(Tie::Chuck) {
             TieState::Open => "",
@@ -199,9 +199,9 @@ impl fmt::Display for Ties {
 /// A chamber of gas beside the piston.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Chamber {
-    /// Above the piston: it drives it down.
+    /// Above the piston; its pressure drives the piston down.
     Drive,
-    /// Below: it returns it.
+    /// Below the piston; its pressure returns the piston.
     Return,
 }
 
@@ -256,7 +256,7 @@ pub struct Mode {
 }
 
 impl Mode {
-    /// The start of a scene without a casing, with the relay driving.
+    /// The mode at the start of a scene without a casing, where the relay drives the piston down.
     pub const fn starting(rock: RockMode) -> Self {
         Self { ties: Ties::START, rock, relay: Relay::Drive, vented: false }
     }
@@ -274,7 +274,7 @@ impl Mode {
 }
 
 impl fmt::Display for Mode {
-    /// Written in the paper's words: `contact closed, rock in DFC, drive driving`.
+    /// Written in the paper's words, as in `contact closed, rock in DFC, drive downward`.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let contact = if self.closed() { "closed" } else { "open" };
         let rock = match self.rock {

@@ -14,24 +14,27 @@
 //! | | | | Q7: `p'` through `vs` | rising | DFC |
 //! | | | | Q8: `p'` through `-vs` | falling | BC |
 //!
-//! The elastic power lost on loading, in DFC and FC, is `(1 - 1/gamma) KR (p - ul) p'`; the viscous
-//! power in DFC is `psi' = CR p'^2`. Transitions also set:
+//! The elastic power lost on loading, in DFC and FC, is `(1 - 1/gamma) KR (p - ul) p'`.
+//! The viscous power in DFC is `psi' = CR p'^2`.
+//! Transitions also set:
 //!
 //! * Q1: `psi = 0`;
 //! * Q2, Q4: `uu := p - (p - ul)/gamma`, `dp := uu - (previous uu)`;
 //! * Q5 and lift-off: `ul := uu`;
 //! * Q6, Q7 to DFC: `ul := p - gamma (p - uu)`, `psi = 0`.
 //!
-//! With `rock.reloading` `Unloading`, a bit that turns downward again before it has left the rock
-//! goes back along the unloading line (Hustrulid and Fairhurst, Lundberg): Q6 always leads to SS,
-//! whose only guards are then lift-off and, instead of Q7 and Q8, `gamma KR (p - uu)` rising
-//! through the force at which the tip had turned upward. There DFC begins as at Q7.
+//! If `rock.reloading` is `Unloading`, a bit that turns downward again before it has left the rock goes back along the
+//! unloading line (Hustrulid and Fairhurst, Lundberg).
+//! Q6 then always leads to SS, which has two guards: lift-off and, in place of Q7 and Q8, `gamma KR (p - uu)` rising
+//! through the force at which the tip had turned upward.
+//! At that force DFC begins as at Q7.
 //!
-//! In the engine displacements are measured from the *origin*, the zero of the present loading or
-//! unloading line (`ul` or `uu`), so that a force is a stiffness times a small number however deep
-//! the hole is; a transition to another line moves the origin. In free flight the origin is the
-//! hole bottom. Source: the paper, (2) to (5). Lift-off from standstill is not in the paper;
-//! without it a slowly lifted bit would stick to the rock.
+//! The engine measures displacements from the *origin*, the zero of the present loading or unloading line (`ul` or
+//! `uu`), so that a force is a stiffness times a small number however deep the hole is.
+//! A transition to another line moves the origin. In free flight the origin is the bottom of the hole.
+//!
+//! Source: the paper, equations (2) to (5). Lift-off from standstill is not in the paper; without it a slowly lifted
+//! bit would stick to the rock.
 
 use crate::laws::event::{Direction, Displacement, Event, Guard, RockEvent};
 use crate::laws::mode::RockMode;
@@ -41,14 +44,14 @@ use serde::{Deserialize, Serialize};
 /// A spring and a dashpot at the tip.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Coefficients {
-    /// N/m.
+    /// Stiffness of the spring, N/m.
     pub stiffness: f64,
-    /// N s/m.
+    /// Viscosity of the dashpot, N s/m.
     pub viscosity: f64,
 }
 
 impl Coefficients {
-    /// `F_R` at the tip's displacement and velocity, N; its rate, if their rates are given.
+    /// Force at a displacement and a velocity, N. With the rates of both it is the rate of the force.
     pub(crate) fn force(self, p: f64, v: f64) -> f64 {
         self.stiffness * p + self.viscosity * v
     }
@@ -58,7 +61,7 @@ impl Coefficients {
         0.5 * self.stiffness * x * x
     }
 
-    /// Its rate, W.
+    /// Rate of the energy stored in the spring at a displacement and a velocity, W.
     pub(crate) fn stored_power(self, x: f64, v: f64) -> f64 {
         self.stiffness * x * v
     }
@@ -69,21 +72,21 @@ impl Coefficients {
     }
 }
 
-/// The spring at the tip.
+/// The spring, if any, through which the tip stands on the rock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Spring {
-    /// Nothing.
+    /// No spring: the tip is off the rock.
     Free,
-    /// `KR`.
+    /// A spring of stiffness `KR`.
     Loading,
-    /// `KR` and `CR`.
+    /// A spring of stiffness `KR` and a dashpot of viscosity `CR`.
     Viscous,
-    /// `gamma KR`.
+    /// A spring of stiffness `gamma KR`.
     Unloading,
 }
 
 impl Spring {
-    /// All four.
+    /// All four springs.
     pub const ALL: [Self; 4] = [Self::Free, Self::Loading, Self::Viscous, Self::Unloading];
 
     /// The spring of a mode.
@@ -96,7 +99,7 @@ impl Spring {
         }
     }
 
-    /// Stiffness, N/m, and viscosity, N s/m.
+    /// Stiffness and viscosity of the spring in this rock.
     pub fn coefficients(self, rock: &Rock) -> Coefficients {
         let (stiffness, viscosity) = match self {
             Self::Free => (0.0, 0.0),
@@ -107,18 +110,18 @@ impl Spring {
         Coefficients { stiffness, viscosity }
     }
 
-    /// True while the rock dissipates elastic work.
+    /// True on the loading line, where the rock dissipates part of the elastic work.
     pub(crate) fn is_loading(self) -> bool {
         matches!(self, Self::Loading | Self::Viscous)
     }
 
-    /// The part of this elastic work that unloading returns.
+    /// The part of `work`, the elastic work done on the rock, that unloading returns.
     fn returned(self, rock: &Rock, work: f64) -> f64 {
         if self.is_loading() { work / rock.unloading_ratio } else { work }
     }
 
     /// `1 - 1/gamma`, the part of the elastic work that unloading does not return; 0 while the rock is not loaded.
-    /// This form does not cancel where `gamma` is near 1.
+    /// It is computed in a form that does not cancel where `gamma` is near 1.
     fn lost_part(self, rock: &Rock) -> f64 {
         let gamma = rock.unloading_ratio;
         if self.is_loading() { (gamma - 1.0) / gamma } else { 0.0 }
@@ -173,7 +176,7 @@ impl RockMode {
             ],
             Self::Standstill if rock.reloading == Reloading::Unloading => [
                 guard(p, Falling, 0.0, RockEvent::StandstillLiftOff),
-                // Where the tip last turned upward, from the foot of the unloading line.
+                // The position at which the tip last turned upward, measured from the foot of the unloading line.
                 guard(p, Rising, memory.turned / unloading, RockEvent::Restart),
                 None,
             ],
@@ -212,12 +215,12 @@ impl RockMode {
     }
 }
 
-/// Memory of the law, relative to the origin.
+/// What the law remembers. Positions are relative to the origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
-    /// `uu` at the last unloading, m.
+    /// `uu` of the last unloading, m.
     pub unloaded: f64,
-    /// Permanent gain of the last cycle `dp`, m.
+    /// Permanent penetration `dp` that the last cycle gained, m.
     pub gain: f64,
     /// Force at which the tip last turned upward, N.
     pub turned: f64,
@@ -230,17 +233,17 @@ pub struct Transition {
     pub mode: RockMode,
     /// How far the origin moves, m.
     pub shift: f64,
-    /// The tip's new position, m; computed separately because the difference cancels where `gamma`
-    /// is large.
+    /// The tip's position relative to the new origin, m. It is computed separately, because the difference of old
+    /// position and shift cancels where `gamma` is large.
     pub tip: f64,
 }
 
-/// Roundings of each of the two positions whose difference is the gain.
+/// Number of roundings that each of the two positions has undergone whose difference is the gain.
 const ROUNDED: f64 = 4.0;
 
 impl Memory {
-    /// The transition of `event` out of a mode with the tip at `p`, which is accurate to `error`; the memory
-    /// is then relative to the new origin.
+    /// Makes the transition that `event` causes from a mode, with the tip at `p`, which is accurate to `error`.
+    /// Afterwards the memory is relative to the new origin.
     pub fn transit(
         &mut self,
         from: RockMode,
@@ -254,14 +257,14 @@ impl Memory {
         let mode = from.next(event, self, rock);
         let (shift, tip) = match event {
             DissipativeTurn | Turn => {
-                // Not p - p/gamma, which cancels where gamma is near 1.
+                // The form p - p/gamma would cancel where gamma is near 1.
                 let unloaded = p * (gamma - 1.0) / gamma;
                 let gain = unloaded - self.unloaded;
-                // A gain below rounding is taken as zero, since the least gain that counts may be zero. The previous
-                // unloading is as uncertain as this one.
+                // A gain within its own error is taken as zero, because `dps`, with which it is compared, may be zero.
+                // The previous unloading is as uncertain as this one.
                 let rounding = ROUNDED * f64::EPSILON * (unloaded.abs() + self.unloaded.abs());
-                let hidden = rounding + 2.0 * error * (gamma - 1.0) / gamma;
-                self.gain = if gain.abs() <= hidden { 0.0 } else { gain };
+                let gain_error = rounding + 2.0 * error * (gamma - 1.0) / gamma;
+                self.gain = if gain.abs() <= gain_error { 0.0 } else { gain };
                 (self.unloaded, self.turned) = (unloaded, Spring::of(from).stiffness(rock) * p);
                 (unloaded, p / gamma)
             }
@@ -280,7 +283,7 @@ mod tests {
     use super::*;
     use crate::quantities::parameters::Parameters;
 
-    /// Stored power is the rate of the energy, by a difference; the dashpot dissipates force times speed.
+    /// The stored power is compared with a difference of energies, the dashpot's loss with its force times speed.
     #[test]
     fn powers_of_a_tie_are_the_rate_of_its_energy_and_the_power_of_its_dashpot() {
         let tie = Coefficients { stiffness: 3e8, viscosity: 4e3 };
@@ -295,8 +298,9 @@ mod tests {
         assert!(tie.lost_power(v) > 0.0);
     }
 
-    /// At `gamma = 1 + d`, `d` a power of two, the gain of a cycle is `p d / (1 + d)` and the way back `-d p'`, to
-    /// two roundings each; `p - p/gamma` would lose all but `d / 2^-53` of them.
+    /// At `gamma = 1 + d`, where `d` is a power of two, the gain of a cycle is `p d / (1 + d)` and the shift on the way
+    /// back is `-d p`, each to two roundings. With `p - p/gamma` only about `log2(d / 2^-53)` binary digits would be
+    /// right.
     #[test]
     fn the_gain_of_a_cycle_keeps_its_digits_where_gamma_is_near_one() {
         let d = 2f64.powi(-40);
@@ -314,9 +318,8 @@ mod tests {
         assert!(close(lost, 0.5 * rock.stiffness * p * p * d / (1.0 + d)), "{lost:e}");
     }
 
-    /// `F_R` after an unloading is `KR p` before it, whatever the hole's depth. With `gamma` 1e4
-    /// the shift brings the tip from 1 m to 0.1 mm, where a difference would have an error of 1e-16
-    /// m.
+    /// `F_R` after the turn to unloading equals `KR p` before it, whatever the depth of the hole. With `gamma` = 1e4
+    /// the shift brings the tip from 0.7 m to 70 um; a difference of positions would have an error of 1e-16 m.
     #[test]
     fn the_force_after_a_turn_does_not_feel_the_depth_of_the_hole() {
         let rock = crate::quantities::parameters::Rock {
@@ -329,8 +332,7 @@ mod tests {
         assert!((turn.tip - (0.7 - turn.shift)).abs() <= f64::EPSILON);
     }
 
-    /// A turn at the position where the tip started forward gains nothing, however `p - (p - ul)/gamma` is rounded.
-    /// Otherwise, with a least gain of zero, no cycle would end in standstill.
+    /// A tip that turns upward where it had started downward gains nothing, however `p - (p - ul)/gamma` is rounded.
     #[test]
     fn no_gain_is_none_however_it_is_rounded() {
         let mut rock = Parameters::default().rock;
@@ -349,8 +351,8 @@ mod tests {
         }
     }
 
-    /// A cycle that ends `1e-17` m short of the previous one gained nothing if both positions are uncertain by
-    /// `6e-18` m, and lost if they are uncertain by `4e-18` m.
+    /// A cycle ends `1e-17` m short of the previous one. If both positions are uncertain by `6e-18` m, its gain counts
+    /// as zero; if they are uncertain by `4e-18` m, it is negative.
     #[test]
     fn a_gain_that_the_places_errors_hide_is_none() {
         let mut rock = Parameters::default().rock;
@@ -368,9 +370,9 @@ mod tests {
         }
     }
 
-    /// The tip turns at `p`, goes back to `q` on the unloading line, and turns at `r` on the new loading line. The
-    /// hole deepens by `p (1 - 1/gamma)`, and then by `r (1 - 1/gamma) - (gamma - 1) q`, wherever the zero of each
-    /// line is, to the rounding of the terms.
+    /// The tip turns at `p`, goes back to `q` on the unloading line, and turns at `r` on the new loading line. The hole
+    /// deepens by `p (1 - 1/gamma)`, and then by `r (1 - 1/gamma) - (gamma - 1) q`. This must not depend on where the
+    /// zero of each line is, except for the rounding of the terms.
     #[test]
     fn a_gain_is_between_two_unloadings_wherever_their_lines_begin() {
         let rock = Parameters::default().rock;
@@ -390,12 +392,12 @@ mod tests {
         let rock = Rock { standstill_speed: 2e-3, ..Parameters::default().rock };
         let memory = Memory::default();
         let guards = RockMode::Standstill.guards(&rock, &memory);
-        let of_speed = guards.filter(|guard| guard.order == 1);
-        let left: Vec<_> =
-            of_speed.map(|guard| (guard.direction, guard.level, guard.event)).collect();
+        let speed_guards = guards.filter(|guard| guard.order == 1);
+        let exits: Vec<_> =
+            speed_guards.map(|guard| (guard.direction, guard.level, guard.event)).collect();
         let [restart, retreat] = [RockEvent::Restart, RockEvent::Retreat].map(Event::Rock);
         assert_eq!(
-            left,
+            exits,
             [(Direction::Rising, 2e-3, restart), (Direction::Falling, -2e-3, retreat)]
         );
     }

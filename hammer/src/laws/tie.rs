@@ -1,4 +1,4 @@
-//! Ties: one-sided springs, each with a dashpot, between two bodies of which one is above the other.
+//! Ties: one-sided springs with a dashpot, each between an upper and a lower body.
 //!
 //! | state | force on the lower body, N | stored energy, J | guard | direction | next |
 //! |---|---|---|---|---|---|
@@ -7,11 +7,13 @@
 //! | pressed | `-(k x + c x')` | `k x^2 / 2` | `x` through 0 | rising | open |
 //! | pulled | `-(k (x - travel) + c x')` | `k (x - travel)^2 / 2` | `x` through `travel` | falling | open |
 //!
-//! `x` is the displacement of the lower body's upper face relative to the upper body's lower face, m; the opposite
-//! force acts on the upper body. The dashpot acts while the tie holds, even where its force is a pull. In the engine
-//! the bodies that a pulled tie separates from the bit are displaced by `travel`, so that pressed and pulled are one
-//! linear system. If `chuck.idle_travel` is given, the drive is vented beyond it, `F_A = 0`, and acts again at half
-//! of it.
+//! `x` is the displacement of the lower body's upper face relative to the upper body's lower face, m.
+//! The opposite force acts on the upper body.
+//! The dashpot acts while the tie holds, even where a pressed tie then pulls.
+//! In the engine the bodies that a pulled tie separates from the bit are displaced by `travel`, so that a pressed and a
+//! pulled tie belong to one linear system.
+//! If `chuck.idle_travel` is given, the drive is vented (`F_A = 0`) while the bit hangs out further than that, and acts
+//! again at half of it.
 
 use crate::laws::event::{Direction, Displacement, Event, Guard};
 use crate::laws::mode::{Mode, Tie, TieState};
@@ -22,14 +24,14 @@ use crate::quantities::table::name_of;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TieLaw {
-    /// Stiffness and viscosity while it holds.
+    /// Stiffness and viscosity while the tie holds.
     pub line: Coefficients,
     /// Distance between the pressed and the pulled position, m.
     pub travel: f64,
 }
 
 impl TieLaw {
-    /// Displacement in the engine of the bodies beyond it, m.
+    /// Displacement in the engine of the bodies that the tie separates from the bit, m.
     pub fn offset(&self, state: TieState) -> f64 {
         if state == TieState::Pulled { self.travel } else { 0.0 }
     }
@@ -39,7 +41,7 @@ impl TieLaw {
         if state == TieState::Open { Coefficients::default() } else { self.line }
     }
 
-    /// Guards of a tie in a state; none if it holds both ways.
+    /// Guards of a tie in a state; none if it always holds because its travel is 0.
     pub fn guards(&self, tie: Tie, state: TieState) -> impl Iterator<Item = Guard> + use<> {
         use Direction::{Falling, Rising};
         let guard = |direction, level, to| {
@@ -61,7 +63,7 @@ impl TieLaw {
 }
 
 impl Tie {
-    /// Name of the parameter of its travel; empty if it has none.
+    /// Name of the parameter that gives the tie's travel; empty if there is none.
     pub(crate) fn travel_name(self) -> &'static str {
         match self {
             Self::Chuck => name_of(|p| &mut p.chuck.travel),
@@ -75,12 +77,12 @@ impl Tie {
 pub(crate) const VENTING: &str = "a bit that hangs out vents the drive if chuck.idle_travel is less than that, \
     and more feed_force holds the casing down";
 
-/// Part of the idle travel at which a vented drive acts again. At the travel itself, its first thrust would at once
-/// lift the casing beyond it.
+/// The share of the idle travel at which a vented drive acts again. If it acted again at the idle travel itself, its
+/// first thrust would at once lift the casing beyond that.
 const DRIVEN_AGAIN: f64 = 0.5;
 
 impl Parameters {
-    /// The guard of venting, while the bit hangs free.
+    /// The guard that vents the drive or ends venting; there is one only while the chuck is open.
     pub(crate) fn vent_guard(&self, mode: &Mode) -> Option<Guard> {
         let (chuck, vented) = (Tie::Chuck, mode.vented);
         let vents = self.chuck.idle_travel > 0.0 && !mode.ties.hold(chuck) && self.has_casing();
@@ -93,14 +95,14 @@ impl Parameters {
         })
     }
 
-    /// Length of the wave front that a frame's tie makes, m; infinite without one.
+    /// Length of the wave front that an impact at the casing's chuck sends, m; infinite without a casing.
     pub(crate) fn frame_front(&self) -> f64 {
         if !self.has_casing() {
             return f64::INFINITY;
         }
-        let give = |section: &Segment| 1.0 / self.impedance_of(section.area);
-        let lower = give(&self.sections(Body::Bit).as_slice()[0]);
-        let upper = self.own(Body::Casing).2.last().map_or(0.0, give);
+        let mobility = |section: &Segment| 1.0 / self.impedance_of(section.area);
+        let lower = mobility(&self.sections(Body::Bit).as_slice()[0]);
+        let upper = self.own(Body::Casing).2.last().map_or(0.0, mobility);
         self.wave_speed() / ((lower + upper) * self.chuck.stiffness)
     }
 

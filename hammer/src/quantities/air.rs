@@ -1,4 +1,4 @@
-//! The air side of a hammer with [`Source::Air`](crate::Source::Air): chambers, ports and the air that is supplied.
+//! The parameters of an air hammer ([`Source::Air`](crate::Source::Air)): chambers, ports and the air that is supplied.
 //! The equations are in `laws/air.rs`.
 
 use serde::{Deserialize, Serialize};
@@ -11,41 +11,41 @@ pub const ATMOSPHERE: f64 = 101_325.0;
 pub struct AirChamber {
     /// Volume with the piston at the end of its travel into the chamber, m3.
     pub dead_volume: f64,
-    /// Relative position of the piston at which the supply begins to open, m.
+    /// Position of the piston relative to what it strikes at which the supply port begins to open, m; negative above.
     pub supply: f64,
-    /// Relative position of the piston at which the exhaust begins to open, m.
+    /// Position of the piston relative to what it strikes at which the exhaust port begins to open, m.
     pub exhaust: f64,
 }
 
-/// The air side of a hammer.
+/// Chambers, ports and air of an air hammer.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AirLaw {
-    /// Above the piston: supplied while it is high, exhausted while it is low.
+    /// The chamber above the piston: open to the supply while the piston is high, to the exhaust while it is low.
     pub drive: AirChamber,
-    /// Below the piston: supplied while it is low, exhausted while it is high.
+    /// The chamber below the piston: open to the supply while the piston is low, to the exhaust while it is high.
     pub returning: AirChamber,
     /// Travel `s` of the piston from impact to the end of its cylinder, m.
     pub cylinder: f64,
-    /// Travel from a port's edge to where it is wholly open, m.
+    /// Travel of the piston from where a port begins to open to where it is fully open, m.
     pub port_height: f64,
-    /// Area of a supply port, wholly open, m2.
+    /// Area of a fully open supply port, m2.
     pub supply_area: f64,
-    /// Area of an exhaust port, wholly open, m2.
+    /// Area of a fully open exhaust port, m2.
     pub exhaust_area: f64,
-    /// Discharge coefficient: part of a port's area that its jet fills.
+    /// Discharge coefficient: the share of a port's area that its jet fills.
     pub discharge: f64,
-    /// Opening between the chambers, past the piston, m2.
+    /// Area through which air leaks past the piston from one chamber to the other, m2.
     pub leakage_area: f64,
     /// Drag of the piston in its cylinder, N s/m.
     pub drag: f64,
-    /// Temperature of the supply, and of air that flows in from the exhaust, K.
+    /// Temperature of the supplied air, and of air that flows back in from the exhaust, K.
     pub temperature: f64,
-    /// Relative error of the air in the mean over a window.
+    /// Error of the gas that is allowed in each window of its integration, relative.
     pub error: f64,
 }
 
 impl Default for AirLaw {
-    /// An example that suits the reference hammer: faces of 1.5e-3 m2, a cylinder of 70 mm.
+    /// An example that fits the reference hammer: piston faces of 1.5e-3 m2 and a cylinder of 70 mm.
     fn default() -> Self {
         Self {
             drive: AirChamber { dead_volume: 6e-5, supply: -0.030, exhaust: -0.020 },

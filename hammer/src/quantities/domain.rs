@@ -3,11 +3,11 @@
 use crate::numerics::display::DisplayNumber;
 use thiserror::Error;
 
-/// A parameter out of its domain.
+/// The error of a parameter whose value is outside its domain.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("{name} = {} is not allowed: it must be {allowed}", DisplayNumber(*.value))]
 pub struct ParameterError {
-    /// Dotted name.
+    /// The parameter's dotted name, such as `rock.stiffness`.
     pub name: &'static str,
     /// The value.
     pub value: f64,
@@ -15,7 +15,7 @@ pub struct ParameterError {
     pub allowed: String,
 }
 
-/// The domain of a real parameter; always finite.
+/// The domain of a real parameter. Only finite numbers are allowed in any of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Domain {
     /// Any finite number.
@@ -43,7 +43,7 @@ impl Domain {
     /// Refuses a number outside the domain. `name` and `unit` appear in the error.
     ///
     /// # Errors
-    /// It is not finite, or not in the domain.
+    /// The value is not finite, or not in the domain.
     pub fn check(self, name: &'static str, value: f64, unit: &str) -> Result<(), ParameterError> {
         if self.contains(value) {
             return Ok(());

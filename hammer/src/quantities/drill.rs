@@ -1,16 +1,17 @@
 //! The drill string of a top hammer: a shank, which the piston strikes, and rods down to the bit.
 //!
-//! A sleeve joins each rod to the shank or rod above it, and covers half of its own length `Lc` of either. There the
-//! sleeve carries the force together with the steel inside. From the top, with a shank of `Ls` and two rods of `Lr`,
-//! the lengths of the sections are
+//! A sleeve of length `Lc` joins each rod to the shank or rod above it, and covers `Lc/2` of each of the two.
+//! There the sleeve carries the force together with the steel inside it.
+//! With a shank of length `Ls` and two rods of length `Lr`, the lengths of the sections are, from the top,
 //!
 //! ```text
 //! Ls - Lc/2,   Lc, Lr - Lc,   Lc, Lr - Lc/2,   the bit's own
 //! ```
 //!
-//! Joints that are screwed tight do not part, so string and bit are one body of these sections. Loose joints
-//! (`laws/tie.rs`) part where the rods' faces meet, in the middle of the sleeve, of which each rod carries one half.
-//! Shank, rods, and the last rod with the bit are then separate bodies.
+//! Joints that are screwed tight do not part, so the string and the bit are one body made of these sections.
+//! Loose joints (`laws/tie.rs`) part where the rods' faces meet, in the middle of the sleeve; each rod carries half of
+//! the sleeve.
+//! The shank, each rod, and the last rod together with the bit are then separate bodies.
 
 use crate::quantities::sections::Segment;
 use serde::{Deserialize, Serialize};
@@ -18,24 +19,25 @@ use serde::{Deserialize, Serialize};
 /// The drill string of a top hammer, between the piston and the bit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Drill {
-    /// Number of rods; 0: none, and no shank either: the piston strikes the bit.
+    /// Number of rods. With 0 there is no shank either, and the piston strikes the bit.
     pub rods: usize,
-    /// The shank that the piston strikes, from its face to the first rod's.
+    /// The shank that the piston strikes; its length runs from the struck face to the first rod.
     pub shank: Segment,
-    /// Each rod, from face to face.
+    /// One rod; all rods are alike, and their length is measured from face to face.
     pub rod: Segment,
-    /// The sleeve at the upper end of each rod, with the steel inside; length 0: none.
+    /// The sleeve at the upper end of each rod, with the steel inside it; there is none if its length is 0.
     pub coupling: Segment,
-    /// How the joints hold.
+    /// Stiffness and slack of the joints.
     pub joint: Joint,
 }
 
-/// The joints between shank and rods, all alike.
+/// The law of the joints between shank and rods, the same for all of them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
-    /// Stiffness `kj` of the faces and of the thread, N/m; 0: screwed tight.
+    /// Stiffness `kj` of the faces and of the thread, N/m; with 0 the joints are screwed tight.
     pub stiffness: f64,
-    /// Travel of the lower rod from where the faces press to where the thread pulls, m; 0: the joint holds both ways.
+    /// Travel of the lower rod from where the faces press to where the thread pulls, m.
+    /// With 0 the joint carries push and pull without play.
     pub slack: f64,
 }
 

@@ -10,9 +10,9 @@ use crate::quantities::table::Reader;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// Largest value, over its nominal one.
+/// Largest allowed value, as a multiple of the nominal one.
 const LARGEST: f64 = 1e9;
-/// Fastest relative growth of the largest value, 1/s.
+/// Largest allowed first derivative over the largest allowed value, 1/s. Order `n` has this number's power `n`.
 const FASTEST: f64 = 1e6;
 /// Names of an input's value and derivatives.
 const DERIVATIVES: [&str; MAX_INPUT_ORDER + 1] =
@@ -21,23 +21,23 @@ const DERIVATIVES: [&str; MAX_INPUT_ORDER + 1] =
 /// What is wrong with an input.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum InputError {
-    /// It has no value.
+    /// The input has no value.
     #[error("it has no value")]
     NoValue,
-    /// More derivatives than [`crate::MAX_INPUT_ORDER`].
+    /// More derivatives are given than [`crate::MAX_INPUT_ORDER`].
     #[error("its derivatives may have orders up to {}", crate::MAX_INPUT_ORDER)]
     OrderTooHigh,
-    /// Not a number, or infinite.
+    /// A value or a derivative is not a number, or infinite.
     #[error("a value or derivative is not a finite number")]
     NotFinite,
-    /// Larger than for any hammer.
+    /// A value or a derivative is larger than that of any hammer.
     #[error("{what} of {} is not allowed: it must be from -{most:e} to {most:e}", DisplayNumber(*.value))]
     TooLarge {
-        /// The value, or the order of the derivative.
+        /// Whether it is the value or which derivative, in words.
         what: &'static str,
         /// The given value.
         value: f64,
-        /// The largest allowed.
+        /// The largest allowed magnitude.
         most: f64,
     },
     /// The pressure of air must be positive.
@@ -76,7 +76,7 @@ impl Input {
         Self::ExhaustPressure,
     ];
 
-    /// True for the inputs of the drive.
+    /// True for the inputs of the sources `Force` and `Pressure`.
     pub(crate) fn drives(self) -> bool {
         matches!(self, Self::DriveForce | Self::DrivePressure | Self::ReturnPressure)
     }
@@ -91,8 +91,9 @@ impl Input {
         self.row().name
     }
 
-    /// Checks a value, or its derivative of an order from 1 to [`MAX_INPUT_ORDER`]. The largest value is a thousand
-    /// million times the usual one; the largest derivative changes the value by as much within 1 us.
+    /// Checks a value (order 0) or a derivative (order 1 to [`MAX_INPUT_ORDER`]).
+    /// The largest allowed value is 1e9 times the nominal one.
+    /// The largest allowed derivative changes the value by that much within 1 us.
     ///
     /// # Errors
     ///
@@ -107,11 +108,11 @@ impl Input {
         }
     }
 
-    /// The polynomial of time with this value and these derivatives at present, of a drive with this source.
+    /// The polynomial of time whose value and derivatives at present are `values`, for a drive with this source.
     ///
     /// # Errors
     ///
-    /// No value, what [`Self::check`] refuses, or a pressure of the air that drives the piston that is not positive.
+    /// There is no value, [`Self::check`] refuses one, or air drives the piston and its pressure is not positive.
     pub(crate) fn polynomial(self, values: &[f64], source: Source) -> Result<Poly, InputError> {
         let value = *values.first().ok_or(InputError::NoValue)?;
         values.iter().enumerate().try_for_each(|(order, value)| self.check(order, *value))?;
@@ -136,9 +137,9 @@ pub struct InputRow {
     pub nominal: f64,
     /// Which input.
     pub input: Input,
-    /// Accessor of its start value.
+    /// Accessor of the input's start value.
     pub start: fn(&mut InputValues) -> &mut f64,
-    /// What reads it.
+    /// Which sources read the input.
     pub reader: Reader,
 }
 
@@ -159,12 +160,12 @@ pub static INPUTS: [InputRow; 6] = [
         input: Input::ExhaustPressure, start: |i| &mut i.exhaust_pressure, reader: Reader::Drive(&[Source::Air]) },
 ];
 
-/// The inputs' polynomials.
+/// Every input as a polynomial of time, in the order of [`Input::ALL`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Inputs(pub [Poly; Input::ALL.len()]);
 
 impl Inputs {
-    /// Constant inputs.
+    /// Inputs that keep these values.
     pub fn constant(values: &InputValues) -> Self {
         let mut values = *values;
         Self(Input::ALL.map(|input| Poly::constant(*(input.row().start)(&mut values))))

@@ -1,7 +1,9 @@
 //! The parameters of a scene, with their defaults.
 //!
-//! Every default number is written here and only here. The defaults are the reference hammer: 3.4
-//! kg piston, 26 cm2 section, about 200 J per blow, 22 Hz, in soft rock. SI units throughout.
+//! Every default number is written here and only here.
+//! The defaults are the reference hammer in soft rock: a piston of 3.4 kg, bars of 26 cm2, about 200 J per blow at
+//! 22 Hz.
+//! All numbers are in SI units.
 
 use crate::quantities::air::{ATMOSPHERE, AirLaw};
 pub use crate::quantities::drill::{Drill, Joint};
@@ -11,22 +13,22 @@ use serde::{Deserialize, Serialize};
 /// How the bodies are modelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Fidelity {
-    /// One unknown per body. The contact's stiffness makes a collision last as long as waves would.
+    /// One unknown per body. The contact stiffness makes a collision last as long as it would with waves.
     Rigid,
-    /// Bars with consistent mass, in linear elements or splines.
+    /// Bars with consistent mass, discretised by linear elements or splines.
     Elastic,
 }
 
 /// Source of the force on the piston.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Source {
-    /// `F_A = alpha F0`, `alpha` switched by the relative mean position.
+    /// `F_A = alpha F0`; the piston's relative mean position switches `alpha` between +1 and -1.
     Relay,
     /// `F_A` is the input `drive_force`.
     Force,
-    /// `F_A = p_drive A_drive - p_return A_return`, the pressures inputs.
+    /// `F_A = p_drive A_drive - p_return A_return`, where the two pressures are inputs.
     Pressure,
-    /// The pressure source's force, with the pressures of air that flows through ports.
+    /// As `Pressure`, but the two pressures are those of air that flows through ports.
     Air,
 }
 
@@ -39,7 +41,7 @@ impl Source {
     /// All of them, in the order of their values.
     pub const ALL: [Self; 4] = [Self::Relay, Self::Force, Self::Pressure, Self::Air];
 
-    /// True if the piston's position switches it.
+    /// True if the piston's position switches the force.
     pub(crate) fn switches(self) -> bool {
         matches!(self, Self::Relay | Self::Air)
     }
@@ -48,9 +50,9 @@ impl Source {
 /// Where a bit that turns downward again in loaded rock begins to drill.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Reloading {
-    /// Where it turns; a new loading line begins there.
+    /// Where it turns downward: a new loading line begins there.
     Loading,
-    /// Where it had turned upward; it first goes back along the unloading line.
+    /// Where it had turned upward: it first goes back there along the unloading line.
     Unloading,
 }
 
@@ -101,14 +103,14 @@ pub struct Bit {
 /// The semi-discretisation of elastic bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
-    /// Degree: 1 for linear elements, above for B-splines, smooth inside a section.
+    /// Degree of the shape functions: 1 for linear elements; above 1 for B-splines, which are smooth inside a section.
     pub degree: usize,
 }
 
 /// Which collisions count as blows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Blows {
-    /// Slowest relative mean speed at impact of a blow, m/s.
+    /// Least relative mean speed at impact of a collision that counts as a blow, m/s.
     pub minimum_speed: f64,
 }
 
@@ -138,7 +140,7 @@ pub struct Rock {
     pub standstill_penetration: f64,
     /// Work to break out a unit volume of rock `E_v`, J/m3.
     pub specific_energy: f64,
-    /// Factor of its uncertainty: it lies from `E_v` over this factor to `E_v` times it.
+    /// Uncertainty of `E_v` as a factor: the true value lies between `E_v` divided by it and `E_v` times it.
     pub specific_energy_factor: f64,
     /// The path of a bit that turns downward again before it has left the rock.
     pub reloading: Reloading,
@@ -151,16 +153,16 @@ pub struct Hole {
     pub diameter: f64,
 }
 
-/// The casing about the hammer: its axial part with back head and chuck.
+/// The casing around the hammer, with back head and chuck, as far as it moves along the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Casing {
-    /// Mass `Mc` of a rigid casing without sections, kg; 0: none.
+    /// Mass `Mc` of a rigid casing without sections, kg; with 0 there is no casing.
     pub mass: f64,
-    /// Impedance `Zs` of an endless drill string above, N s/m; 0: none.
+    /// Impedance `Zs` of an endless drill string above the casing, N s/m; with 0 there is no string.
     pub impedance: f64,
     /// Spans of the mesh over the whole casing, if it is elastic.
     pub elements: usize,
-    /// Number of sections, from which its mass follows; 0: rigid, of `mass`.
+    /// Number of sections, from which the casing's mass follows; with 0 the casing is rigid and has the mass `mass`.
     pub segments: usize,
     /// The sections from top to bottom; read up to `segments`.
     pub segment: [Segment; MAX_SEGMENTS],
@@ -171,18 +173,18 @@ pub struct Casing {
 pub struct ChuckLaw {
     /// Stiffness `ks` of shoulder and ring, N/m.
     pub stiffness: f64,
-    /// Viscosity `cs` of both, N s/m.
+    /// Viscosity `cs` of shoulder and ring, N s/m.
     pub viscosity: f64,
     /// Travel of the bit from shoulder to ring, m.
     pub travel: f64,
-    /// Travel beyond which the drive is vented, m; 0: never.
+    /// Travel beyond which the drive is vented, m; with 0 it is never vented.
     pub idle_travel: f64,
 }
 
 /// The driving force on the piston.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Drive {
-    /// Which of the sources.
+    /// The source of the force.
     pub source: Source,
     /// Relay amplitude `F0`, N.
     pub amplitude: f64,
@@ -194,10 +196,10 @@ pub struct Drive {
     pub area_return: f64,
     /// Area of the bit's upper face on which the return chamber's pressure acts, m2.
     pub anvil_area: f64,
-    /// How long before the middle of its step an input value belongs, in steps.
+    /// How many communication steps before the middle of its step the instant lies to which an input value belongs.
     #[serde(default)]
     pub delay: f64,
-    /// Impedance `Zd` of a transmission line at the piston, N s/m; 0: none.
+    /// Impedance `Zd` of a transmission line at the piston, N s/m; with 0 there is no line.
     #[serde(default)]
     pub impedance: f64,
 }
@@ -231,14 +233,14 @@ pub struct Parameters {
     pub chuck: ChuckLaw,
     /// The driving force.
     pub drive: Drive,
-    /// Its air side, if air drives the piston.
+    /// Chambers, ports and air, if air drives the piston.
     #[serde(default)]
     pub air: AirLaw,
     /// Gravity `G`, m/s2.
     pub gravity: f64,
     /// Which collisions count as blows.
     pub blow: Blows,
-    /// Longest work of one call, in seconds of one core, approximately.
+    /// Limit of the work of one call, in approximate seconds on one core.
     pub work_limit: usize,
 }
 
@@ -276,7 +278,7 @@ impl Default for InputValues {
 impl Default for Parameters {
     fn default() -> Self {
         let (length, area) = (0.168, 2.6e-3);
-        // Eight of them make up the uniform body.
+        // Unused sections: eight of them make up the uniform body.
         let eighths =
             |length, area| [Segment { length: length / MAX_SEGMENTS as f64, area }; MAX_SEGMENTS];
         let segment = eighths(length, area);
@@ -287,7 +289,7 @@ impl Default for Parameters {
             mesh: Mesh { degree: 3 },
             piston: Piston { length, elements: 16, segments: 0, segment, initial_velocity: 0.0 },
             bit: Bit { length, elements: 16, segments: 0, segment },
-            // 45 mm (1 3/4 in) thread: hollow steel of 46 mm, sleeves of 66 mm, rods of 12 ft.
+            // A thread of 45 mm (1 3/4 in): hollow steel of 46 mm, sleeves of 66 mm, rods of 12 ft.
             drill: Drill {
                 rods: 0,
                 shank: Segment { length: 0.5, area: 1.8e-3 },
@@ -304,8 +306,9 @@ impl Default for Parameters {
                 standstill_speed: 1e-3,
                 standstill_penetration: 1e-6,
                 specific_energy: 2e8,
-                // 130 to 310 MJ/m3 for an unknown rock. Two field rates and the published power of their hammers give
-                // 182 and 245; the range is half as much again either way.
+                // An unknown rock lies between 130 and 310 MJ/m3. Two drilling rates from the field, with the
+                // published power of their hammers, give 182 and 245; the range is wider by about half of that at
+                // either end.
                 specific_energy_factor: 1.55,
                 reloading: Reloading::Loading,
             },
@@ -337,17 +340,17 @@ impl Default for Parameters {
 }
 
 impl Parameters {
-    /// True if a casing is about the hammer.
+    /// True if the scene has a casing.
     pub fn has_casing(&self) -> bool {
         self.casing_mass() > 0.0
     }
 
-    /// Casing mass: the sum over its sections, or `casing.mass`, kg; 0: there is none.
+    /// Casing mass: the sum over its sections, or `casing.mass`, kg; 0 if there is no casing.
     pub fn casing_mass(&self) -> f64 {
         self.mass(Body::Casing)
     }
 
-    /// Mass of a body: the sum over its sections, or its own, kg.
+    /// Mass of a body, kg: the sum over its sections, or `casing.mass` of a casing without sections.
     pub fn mass(&self, body: Body) -> f64 {
         match self.is_lumped(body) {
             true => self.casing.mass,
@@ -355,12 +358,12 @@ impl Parameters {
         }
     }
 
-    /// True if a body is only a mass: a casing without sections.
+    /// True if a body is a point mass, as a casing without sections is.
     pub fn is_lumped(&self, body: Body) -> bool {
         body == Body::Casing && self.casing.segments == 0
     }
 
-    /// The bodies of a scene. The last one is fed, and the drive pushes against it.
+    /// The bodies of a scene. The feed force and the drive's reaction act on the last one.
     pub fn bodies(&self) -> impl Iterator<Item = Body> {
         Body::ALL.into_iter().chain(self.has_casing().then_some(Body::Casing))
     }
@@ -370,12 +373,12 @@ impl Parameters {
         self.fidelity == Fidelity::Elastic && !self.is_lumped(body)
     }
 
-    /// Number of sections of a body's own.
+    /// Number of sections that a body is given.
     pub fn segments(&self, body: Body) -> usize {
         self.own(body).2.len()
     }
 
-    /// Length (m) of a body if it is uniform, its elements, and its own sections.
+    /// Length of a body if it is uniform (m), the number of its elements, and the sections that it is given.
     pub(crate) fn own(&self, body: Body) -> (f64, usize, &[Segment]) {
         let Self { piston, bit, casing, .. } = self;
         let (length, elements, count, list) = match body {
@@ -400,11 +403,11 @@ impl Parameters {
 
 /// Most elements of a bar.
 pub const MAX_ELEMENTS: usize = 400;
-/// Fastest wave of elastic bodies, m/s: diamond's is 1.8e4.
+/// Largest wave speed of elastic bodies, m/s. In diamond it is 1.8e4.
 pub const FASTEST_WAVE: f64 = 2e4;
 
-/// Least stiffness of a loose joint, over a rod's own `E A / L`. A softer one lets no wave through; the limit 0 would
-/// not be the tight joint that 0 stands for.
+/// Least stiffness of a loose joint, as a multiple of a rod's own `E A / L`.
+/// A softer joint lets hardly any wave through. Its limit is no joint at all, while the parameter 0 means a tight one.
 pub const SOFTEST_JOINT: f64 = 1e-3;
 
 /// Highest degree of splines.

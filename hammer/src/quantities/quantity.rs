@@ -1,19 +1,19 @@
 //! Physical quantities and enumerations of the variables.
 //!
-//! The type definitions of an FMU follow from these. The template of the description defines the
-//! units (exponents, display factors).
+//! The type definitions of an FMU are made from these. The template of the model description defines the units
+//! (exponents and display factors).
 
-/// A physical quantity: one `SimpleType` of the description.
+/// A physical quantity: one `SimpleType` of the model description.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantity {
     /// Name of the type.
     pub name: &'static str,
     /// SI unit in which values are exchanged.
     pub unit: &'static str,
-    /// Display unit, if it differs.
+    /// Display unit, if it differs from the SI unit.
     pub display: Option<&'static str>,
-    /// Least magnitude of a parameter that is not 0, and the greatest. They are far beyond any hammer, and within
-    /// what sixteen digits can balance.
+    /// Least and greatest magnitude of a parameter that is not 0. They are far beyond those of any hammer, yet near
+    /// enough to each other for arithmetic with sixteen digits.
     pub magnitudes: [f64; 2],
 }
 
@@ -47,7 +47,7 @@ quantities! {
     LENGTH = si("Length", "m").displayed_in("mm").within(1e-15, 1e7);
     /// m/s.
     VELOCITY = si("Velocity", "m/s").within(1e-15, 1e4);
-    /// m/s, displayed as m/h, the drillers' unit.
+    /// m/s, displayed in the drillers' unit m/h.
     ADVANCE = si("RateOfPenetration", "m/s").displayed_in("m/h");
     /// m/s, of the bit's tip in its crater.
     TIP_RATE = si("TipRate", "m/s").displayed_in("mm/s");
@@ -98,9 +98,9 @@ quantities! {
 pub struct Enumeration {
     /// Name of the type.
     pub name: &'static str,
-    /// Its meaning.
+    /// What it says.
     pub description: &'static str,
-    /// Names and meanings, in the order of their values.
+    /// Names and meanings of its items, in the order of their values.
     pub items: &'static [(&'static str, &'static str)],
 }
 

@@ -1,18 +1,17 @@
-//! Quantities derived from the parameters: wave speed, impedance, masses, meshes, timescales,
-//! resolutions.
+//! Quantities derived from the parameters: wave speed, impedance, masses, meshes, timescales and resolutions.
 
 use crate::quantities::parameters::{Parameters, Source};
 use crate::quantities::sections::{Body, Sections, Segment};
 
-/// Resolution of displacement guards, relative to the travel.
+/// Resolution of displacement guards, as a share of the [travel](Parameters::travel).
 const RESOLUTION: f64 = 2e-13;
 
-/// The six timescales of the paper's (6), in s.
+/// The six timescales of the paper's equation (6), s.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timescales {
-    /// Wave transit of the piston, the sum of its lengths over `c0`.
+    /// Time in which a wave crosses the piston: its length over `c0`.
     pub piston_transit: f64,
-    /// Wave transit of the bit, the sum of its lengths over `c0`.
+    /// Time in which a wave crosses the bit: its length over `c0`.
     pub bit_transit: f64,
     /// Pressure cycle, `sqrt(Mp D1/F0)`.
     pub pressure: f64,
@@ -35,8 +34,9 @@ impl Parameters {
         area * (self.material.youngs_modulus * self.material.density).sqrt()
     }
 
-    /// The sections of a body; one of `length` and `cross_section` if it has none of its own. (For a body that is
-    /// only a mass this is not read.) If there are rods, the bit's sections are below those of the drill string.
+    /// The sections of a body. A body without given sections is one section of `length` and `cross_section`.
+    /// If there are rods, the bit's sections are below those of the drill string.
+    /// Callers do not read the result for a body that is a point mass.
     pub fn sections(&self, body: Body) -> Sections {
         let (length, _, own) = self.own(body);
         let uniform = [Segment { length, area: self.cross_section }];
@@ -46,26 +46,27 @@ impl Parameters {
         Sections::ending(string.into_iter().flatten().chain(above), last)
     }
 
-    /// Stiffness `E A d / h` of the mesh of degree `d` at the contact, of the stiffer body, N/m. For splines `h / d`
-    /// is the distance of neighbouring coefficients.
+    /// Stiffness `E A d / h` of the mesh at the contact, N/m: the larger one of piston and bit.
+    /// The mesh has the degree `d` and spans of length `h`; for splines `h / d` is the distance between neighbouring
+    /// coefficients.
     pub fn mesh_stiffness(&self) -> f64 {
         Body::ALL.map(|body| self.end_stiffness(body)).into_iter().fold(0.0, f64::max)
     }
 
-    /// The same stiffness of one body, at its end that is tied to the bit (the bit's at its upper end); infinite for
-    /// a body that is only a mass.
+    /// The stiffness `E A d / h` of one body's mesh, N/m: at the upper end of the bit, at the lower end of any other
+    /// body. It is infinite for a point mass.
     pub(crate) fn end_stiffness(&self, body: Body) -> f64 {
         if self.is_lumped(body) {
             return f64::INFINITY;
         }
         let sections = self.sections(body);
         let (list, spans) = (sections.as_slice(), sections.spans(self.spans(body)));
-        let at = if body == Body::Bit { 0 } else { list.len() - 1 };
-        let stiffest = list[at].area * (spans[at] as f64 / list[at].length);
-        self.material.youngs_modulus * stiffest * self.mesh.degree as f64
+        let section = if body == Body::Bit { 0 } else { list.len() - 1 };
+        let area_over_span = list[section].area * (spans[section] as f64 / list[section].length);
+        self.material.youngs_modulus * area_over_span * self.mesh.degree as f64
     }
 
-    /// Number of spans of a body's mesh: its elements, at least one a section.
+    /// Number of spans of a body's mesh: its elements, but at least one for each section.
     pub fn spans(&self, body: Body) -> usize {
         self.own(body).1.max(self.sections(body).as_slice().len())
     }
@@ -85,15 +86,19 @@ impl Parameters {
         self.bodies().map(|body| self.mass(body)).sum()
     }
 
-    /// Work that a metre of hole takes, `E_v pi D^2 / 4`, J/m.
+    /// Work that is needed for a metre of hole, `E_v pi D^2 / 4`, J/m.
     pub(crate) fn work_per_length(&self) -> f64 {
         let area = 0.25 * std::f64::consts::PI * self.hole.diameter * self.hole.diameter;
         self.rock.specific_energy * area
     }
 
-    /// The length scale of the motion, m: the longest of `g0`; `D1` with a relay, or the furthest port of air; the
-    /// distance at the initial velocity while waves cross both bodies; and the rock's yield under the bodies' weight.
-    /// If all of these are zero, the piston's length.
+    /// The length scale of the motion, m. It is the longest of
+    /// * the initial gap `g0`;
+    /// * the stroke `D1` of a relay, or the distance of an air hammer's furthest port;
+    /// * the distance that the piston travels at its initial velocity while waves cross both bodies;
+    /// * the penetration of the rock under the bodies' weight.
+    ///
+    /// If all of these are zero, it is the piston's length.
     pub fn travel(&self) -> f64 {
         let stroke = match self.drive.source {
             Source::Relay => self.drive.stroke,
@@ -107,13 +112,13 @@ impl Parameters {
         if travel > 0.0 { travel } else { self.sections(Body::Piston).length() }
     }
 
-    /// `T1 + T2`, s.
+    /// Time `T1 + T2` in which a wave crosses piston and bit, s.
     fn transits(&self) -> f64 {
         let length = |body| self.sections(body).length();
         (length(Body::Piston) + length(Body::Bit)) / self.wave_speed()
     }
 
-    /// Transits of the piston and of what it strikes, s: the shank of a drill string, or the bit.
+    /// Time in which a wave crosses the piston and what it strikes (the shank of a drill string, or the bit), s.
     pub(crate) fn struck_transits(&self) -> f64 {
         let struck = match self.drill.rods {
             0 => self.sections(Body::Bit).length(),
@@ -122,16 +127,19 @@ impl Parameters {
         self.sections(Body::Piston).length() / self.wave_speed() + struck / self.wave_speed()
     }
 
-    /// Resolutions of guards: a displacement counts as crossed beyond the first number (m), a velocity beyond the
-    /// second (m/s). The first is a share of the [travel](Self::travel); the second is the speed of an oscillation of
-    /// that amplitude at the frequency `2 pi / (T1 + T2)` of the bodies' lowest waves. The resolution thus scales
-    /// with the scene's length (bit for bit) and time. The reference has 1e-14 m and 1e-9 m/s.
+    /// Resolutions of guards: a displacement has crossed its level once it is beyond it by the first number (m), a
+    /// velocity by the second (m/s).
+    /// The first is a share of the [travel](Self::travel).
+    /// The second is the speed of an oscillation of that amplitude at the frequency `2 pi / (T1 + T2)` of the bodies'
+    /// lowest waves.
+    /// The resolutions thus scale with the scene's length (to the last binary digit) and time.
+    /// The reference hammer has 1e-14 m and 1e-9 m/s.
     pub fn resolutions(&self) -> [f64; 2] {
         let displacement = RESOLUTION * self.travel();
         [displacement, displacement * std::f64::consts::TAU / self.transits()]
     }
 
-    /// The timescales of the paper's (6).
+    /// The timescales of the paper's equation (6).
     pub fn timescales(&self) -> Timescales {
         let (mp, mb) = (self.piston_mass(), self.bit_mass());
         let (drive, rock) = (&self.drive, &self.rock);

@@ -2,13 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Most sections that a body may be given.
+/// Largest number of sections that a body may be given.
 pub const MAX_SEGMENTS: usize = 8;
 
-/// Most rods of a drill string.
+/// Largest number of rods of a drill string.
 pub const MAX_RODS: usize = 8;
 
-/// Most sections of a body: a bit's own, and above them a shank and rods with both halves of their couplings.
+/// Largest number of sections of a body: those that a bit is given, and above them a shank and rods with both halves
+/// of their couplings.
 pub const MAX_SECTIONS: usize = MAX_SEGMENTS + 1 + 3 * MAX_RODS;
 
 /// A uniform part of a body.
@@ -27,7 +28,7 @@ pub enum Body {
     Piston,
     /// The bit.
     Bit,
-    /// The casing, of which a scene need not have one.
+    /// The casing. A scene may be without one.
     Casing,
 }
 
@@ -45,7 +46,7 @@ impl Body {
     }
 }
 
-/// The sections of a body from top to bottom: at least one.
+/// The sections of a body from top to bottom; there is at least one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sections {
     list: [Segment; MAX_SECTIONS],
@@ -53,13 +54,13 @@ pub struct Sections {
 }
 
 impl Sections {
-    /// At most [`MAX_SECTIONS`]; `None` if there are none, or too many.
+    /// The list of these sections; `None` if there are none, or more than [`MAX_SECTIONS`].
     pub fn new(sections: &[Segment]) -> Option<Self> {
         let (last, above) = sections.split_last()?;
         (above.len() < MAX_SECTIONS).then(|| Self::ending(above.iter().copied(), *last))
     }
 
-    /// Sections above, for which there must be room, and a last one.
+    /// The list of the sections `above` and a `last` one. There must be room for all of them.
     pub(crate) fn ending(above: impl Iterator<Item = Segment>, last: Segment) -> Self {
         let (mut list, mut count) = ([last; MAX_SECTIONS], 1);
         for (slot, section) in list[..MAX_SECTIONS - 1].iter_mut().zip(above) {
@@ -84,8 +85,7 @@ impl Sections {
         self.as_slice().iter().fold(0.0, |sum, s| sum + density * s.area * s.length)
     }
 
-    /// Area of the section at a distance below the upper face, m2; at a step, that of the
-    /// section above it.
+    /// Area of the section at a distance below the upper face, m2. Where two sections meet it is that of the upper one.
     pub fn area_at(&self, distance: f64) -> f64 {
         let mut end = 0.0;
         for s in self.as_slice() {
@@ -97,14 +97,14 @@ impl Sections {
         self.list[self.count - 1].area
     }
 
-    /// The common area of all sections, if they have one.
+    /// The area of all sections, if it is the same for all.
     pub fn one_area(&self) -> Option<f64> {
         let area = self.list[0].area;
         self.as_slice().iter().all(|s| s.area == area).then_some(area)
     }
 
-    /// Divides `total` spans among the sections: one each, and every further one to the section with the longest
-    /// spans. There must be at least as many spans as sections.
+    /// Divides `total` spans among the sections: each section gets one, and every further span goes to the section
+    /// whose spans are longest. There must be at least as many spans as sections.
     pub fn spans(&self, total: usize) -> Vec<usize> {
         let mut spans = vec![1; self.count];
         for _ in self.count..total {

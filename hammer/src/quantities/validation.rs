@@ -1,9 +1,10 @@
-//! Which parameters a scene may have: each in its domain, and combinations that fit each other.
+//! Checks of a scene's parameters: each must be in its domain, and they must fit each other.
 //!
-//! The wave of a blow, `2 Lp` long, must keep its shape on the way down a drill string. On splines of degree `d` with
-//! consistent mass and spans `h`, a wave of length `w` is too fast by the share
-//! `|B_2d| (k h)^(2 d) / (2 (2 d)!) = zeta(2 d) (h/w)^(2 d)`, with Bernoulli's numbers and `k = 2 pi/w`; for linear
-//! elements this is the known `(k h)^2 / 24`. Along `L` the phase error is `2 pi L/w` times as much.
+//! The wave of a blow, which is `2 Lp` long, must keep its shape on its way down a drill string.
+//! On splines of degree `d` with consistent mass and spans of length `h`, a wave of length `w` is too fast by the
+//! relative error `|B_2d| (k h)^(2 d) / (2 (2 d)!) = zeta(2 d) (h/w)^(2 d)`, with Bernoulli's numbers and `k = 2 pi/w`.
+//! For linear elements this is the well-known `(k h)^2 / 24`.
+//! Along a string of length `L` the phase error is `2 pi L/w` times this error.
 
 use crate::numerics::display::DisplayNumber;
 use crate::numerics::math;
@@ -18,18 +19,20 @@ use std::f64::consts::TAU;
 
 /// Largest phase error of a blow's wave along a string, rad.
 const PHASE: f64 = 0.1;
-/// Bound of `zeta(2 d)`: its value at `d = 1`, `pi^2 / 6`.
+/// Upper bound of `zeta(2 d)`: its value `pi^2 / 6` at `d = 1`.
 const ZETA: f64 = 1.645;
 
-/// Slowest decay of a casing that is braked by a string, 1/s. With a slower one the casing would reach speeds and
-/// distances whose rounding exceeds a resolution, while within a blow it is hardly braked.
+/// Slowest decay of the velocity of a casing that a string brakes, 1/s.
+/// With a slower decay the casing would be hardly braked within a blow, and in time would reach speeds and distances
+/// whose rounding exceeds the resolution of guards.
 const SLOWEST_STRING: f64 = 10.0;
 
-/// Least mass of a casing, over the bit's. The lightest of tied bodies costs its modes a digit for each decade; down
-/// to here, the ledger of every preset closes to 1e-10 of its turnover.
+/// Least mass of a casing, as a share of the bit's.
+/// A light body that is tied to a heavy one costs the modes a digit for each decade of their mass ratio.
+/// Down to this limit, the ledger of every preset closes to 1e-10 of its turnover.
 const LIGHTEST_CASING: f64 = 1e-4;
 
-/// Refuses the value of the parameter at this accessor.
+/// The error that refuses the `value` of the parameter with this accessor.
 fn refuse<T>(
     field: fn(&mut Parameters) -> &mut T,
     value: f64,
@@ -39,11 +42,11 @@ fn refuse<T>(
 }
 
 impl Parameters {
-    /// Checks every parameter against its domain, except sections and ports that are not read.
+    /// Checks every parameter against its domain, except sections and ports that the scene does not read.
     ///
     /// # Errors
     ///
-    /// The first that is outside: its name, its value and the allowed range.
+    /// The first parameter that is outside: its name, its value and the allowed range.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let mut checked = PARAMETERS.iter().filter(|row| row.is_checked(self));
         checked.try_for_each(|row| row.check(row.slot.read(self)))?;
@@ -93,23 +96,24 @@ impl Parameters {
         Ok(())
     }
 
-    /// Checks that both chambers have a positive volume at the piston's start.
+    /// Checks that both chambers have a positive volume where the piston starts.
     fn check_cylinder(&self) -> Result<(), ParameterError> {
         let (air, drive) = (&self.air, &self.drive);
-        let most = air.cylinder + air.drive.dead_volume / drive.area_drive;
-        if drive.source != Source::Air || self.contact.initial_gap < most {
+        let no_volume = air.cylinder + air.drive.dead_volume / drive.area_drive;
+        if drive.source != Source::Air || self.contact.initial_gap < no_volume {
             return Ok(());
         }
         let allowed = format!(
             "below {}, where the drive chamber has no volume left (air.cylinder, air.drive.dead_volume)",
-            DisplayNumber(most)
+            DisplayNumber(no_volume)
         );
         refuse(|p| &mut p.contact.initial_gap, self.contact.initial_gap, allowed)
     }
 
-    /// The largest impedance of a line at the piston, N s/m. With it the line brakes the piston and the body that the
-    /// drive pushes against within the time in which a wave crosses the piston. A force that is distributed like the
-    /// mass cannot represent faster braking.
+    /// The largest allowed impedance of a line at the piston, N s/m.
+    /// With it, the line brakes the motion of the piston relative to the body that takes the drive's reaction within
+    /// the time in which a wave crosses the piston.
+    /// The drive's force is distributed like the mass, which cannot represent faster braking.
     pub fn most_impedance(&self) -> f64 {
         let struck = match self.drill.loose() {
             0 => self.bit_mass(),
@@ -124,31 +128,31 @@ impl Parameters {
         1.0 / (transit * (1.0 / self.piston_mass() + 1.0 / frame))
     }
 
-    /// Checks that a line is not combined with air, and that it is slower than waves.
+    /// Checks that a line is not combined with air, and that it brakes more slowly than waves cross the piston.
     fn check_line(&self) -> Result<(), ParameterError> {
-        let (value, most) = (self.drive.impedance, self.most_impedance());
+        let (value, largest) = (self.drive.impedance, self.most_impedance());
         let allowed = match self.drive.source {
             _ if value == 0.0 => return Ok(()),
             Source::Air => {
                 "0 where air drives the piston (drive.source), whose drag is air.drag".into()
             }
-            _ if value <= most => return Ok(()),
+            _ if value <= largest => return Ok(()),
             _ => format!(
                 "at most {}, with which the line brakes as fast as a wave passes the piston",
-                DisplayNumber(most)
+                DisplayNumber(largest)
             ),
         };
         refuse(|p| &mut p.drive.impedance, value, allowed)
     }
 
-    /// These parameters, with the tunable ones of `wanted`.
+    /// These parameters, with the values of the tunable ones taken from `target`.
     ///
     /// # Errors
-    /// A parameter out of its domain, or a fixed one that differs.
-    pub(crate) fn retuned(&self, wanted: &Self) -> Result<Self, ParameterError> {
+    /// A parameter is out of its domain, or one that is fixed differs.
+    pub(crate) fn retuned(&self, target: &Self) -> Result<Self, ParameterError> {
         let mut tuned = *self;
         for row in PARAMETERS.iter() {
-            let [before, value] = [self, wanted].map(|p| row.slot.read(p));
+            let [before, value] = [self, target].map(|p| row.slot.read(p));
             if row.tunable {
                 row.check(value)?;
                 row.slot.write(&mut tuned, value);
@@ -160,19 +164,19 @@ impl Parameters {
         Ok(tuned)
     }
 
-    /// Checks that sleeves fit their rods, and that bodies and mesh carry a wave down the string.
+    /// Checks that sleeves fit their rods, and that bodies and mesh can carry a wave down the string.
     ///
     /// # Errors
-    /// A parameter out of its domain.
+    /// A parameter is out of its domain.
     fn check_drill(&self) -> Result<(), ParameterError> {
         let Drill { rods, shank, rod, coupling, joint } = self.drill;
         if rods == 0 {
             return Ok(());
         }
-        let most = rod.length.min(2.0 * shank.length);
-        if coupling.length >= most {
+        let limit = rod.length.min(2.0 * shank.length);
+        if coupling.length >= limit {
             let allowed =
-                format!("below {}, the rod's length and twice the shank's", DisplayNumber(most));
+                format!("below {}, the rod's length and twice the shank's", DisplayNumber(limit));
             return refuse(|p| &mut p.drill.coupling.length, coupling.length, allowed);
         }
         if self.fidelity == Fidelity::Rigid {
@@ -189,12 +193,12 @@ impl Parameters {
         self.check_string_mesh()
     }
 
-    /// Length of the wave of a blow, m.
+    /// Length of the wave that a blow sends, m: twice the piston's.
     pub(crate) fn blow_wave(&self) -> f64 {
         2.0 * self.sections(Body::Piston).length()
     }
 
-    /// Longest span of splines of this degree on which the wave of a blow keeps its shape along the string, m.
+    /// Longest span of splines of this degree with which the wave of a blow keeps its shape along the string, m.
     pub(crate) fn longest_string_span(&self, degree: usize) -> f64 {
         let waves = self.sections(Body::Bit).length() / self.blow_wave();
         self.blow_wave() * math::pow(PHASE / (TAU * ZETA * waves), 0.5 / degree as f64)

@@ -1,14 +1,14 @@
 //! The graph of a hammer: bodies are its nodes, ties its edges.
 //!
 //! ```text
-//!            casing         the frame, if there is one: fed, and pushed back by the drive
+//!            casing         the frame, if there is one: the feed force and the drive's reaction act on it
 //!              |
-//!   piston - shank - rod - ... - bit      without rods the bit alone; the rock's spring is at its tip
+//!   piston - shank - rod - ... - bit      without rods there is only the bit; the rock's spring is at its tip
 //! ```
 //!
-//! Bodies that are joined by ties that hold form a *group*. One linear system belongs to a group and the spring at
-//! its tip. The graph is a tree, so each tie separates the bodies *beyond* it from the bit; these are displaced in
-//! the engine while the tie is pulled.
+//! Bodies that holding ties join form a *group*. A group and the spring at its tip have one linear system.
+//! The graph is a tree, so each tie separates some bodies, those *beyond* it, from the bit.
+//! While the tie is pulled, the engine displaces these bodies.
 
 use crate::bodies::bar::Bar;
 use crate::error::Error;
@@ -28,7 +28,7 @@ pub const CHANNELS: usize = 4;
 pub enum Channel {
     /// `F_A`, distributed over the piston like its mass, and its reaction on a frame, N.
     Drive,
-    /// Feed force at the top of what the piston strikes, or of a frame, N.
+    /// Feed force at the top of the frame, or of what the piston strikes if there is no frame, N.
     Feed,
     /// Gravity on all bodies; the channel's value is `G`, m/s2.
     Gravity,
@@ -37,14 +37,14 @@ pub enum Channel {
     Anvil,
 }
 
-/// Place of the free modes that two groups share.
+/// Where the free modes of bodies that two groups share stand in each of the two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overlap {
-    /// First of them in the old group.
+    /// Index of the first of these modes in the old group.
     pub from: usize,
-    /// First of them in the new group.
+    /// Index of the first of these modes in the new group.
     pub to: usize,
-    /// Their number.
+    /// Number of these modes.
     pub count: usize,
 }
 
@@ -53,7 +53,7 @@ pub struct Overlap {
 pub struct Group {
     /// The bodies.
     pub bodies: Bodies,
-    /// The spring at the tip, if the bit is among them.
+    /// The spring at the tip, if the bit is one of the bodies.
     pub spring: Option<Spring>,
 }
 
@@ -62,35 +62,35 @@ impl Group {
     pub const PISTON: Self = Self { bodies: Bodies::PISTON, spring: None };
 }
 
-/// A tie of two bodies, or of one and the ground.
+/// A tie of two bodies, or of one body and the ground.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edge {
     pub tie: Tie,
     pub law: TieLaw,
-    /// The body above; none: the ground.
+    /// The body above; `None` means the ground.
     pub upper: Option<usize>,
     /// The body below.
     pub lower: usize,
     pub ends: Bodies,
-    /// All bodies that it separates from the bit.
+    /// All bodies that the tie separates from the bit.
     pub beyond: Bodies,
 }
 
 /// Bodies and their ties.
 #[derive(Debug)]
 pub struct Graph {
-    /// From the piston down to the bit, then the frame, if it is another body.
+    /// The bodies from the piston down to the bit, then the casing, if there is one.
     pub bodies: Vec<Bar>,
     pub(crate) ties: Vec<Edge>,
-    /// The body that is fed and against which the drive pushes: the frame, or what is struck.
+    /// The body on which the feed force and the drive's reaction act: the casing, or else what the piston strikes.
     pub frame: usize,
     /// True if air drives the piston.
     aired: bool,
-    /// The body of the bit, which ends at the rock.
+    /// The body that ends at the rock: the bit, or the last rod with the bit.
     pub(crate) bit: usize,
-    /// Displacements of which groups have shares, with the bodies that contribute.
+    /// The displacements that are evaluated, each with the bodies that contribute to it.
     listed: Vec<(Displacement, Bodies)>,
-    /// Displacements on which loads do work, with their bodies, and the share of each channel's load.
+    /// The displacements on which loads do work, each with its bodies and with the share of each channel's load.
     pub(crate) loaded: Vec<(Displacement, Bodies, [f64; CHANNELS])>,
 }
 
@@ -98,7 +98,7 @@ impl Graph {
     /// The graph of a scene.
     ///
     /// # Errors
-    /// A body whose modes cannot be found; [`Error::Cancelled`].
+    /// [`Error::Modes`] for a body whose modes cannot be found; [`Error::Cancelled`].
     pub(crate) fn new(parameters: &Parameters) -> Result<Self, Error> {
         let missing = |body: Body| {
             Error::if_interrupted().err().unwrap_or(Error::Modes { body: body.name() })
@@ -133,23 +133,23 @@ impl Graph {
         Ok(graph)
     }
 
-    /// Lists where loads do work.
+    /// Lists the displacements on which loads do work.
     fn load(&mut self) {
         let (piston, string, frame) = (Bodies::PISTON, self.string(), Bodies::one(self.frame));
-        let fed = (Displacement::Top(self.frame), frame, [0.0, 1.0, 0.0, 0.0]);
+        let feed = (Displacement::Top(self.frame), frame, [0.0, 1.0, 0.0, 0.0]);
         let mass = |bodies| self.mass(bodies);
-        let pressed = |weight| (Displacement::STRUCK, Bodies::STRUCK, [0.0, 0.0, weight, 1.0]);
+        let anvil = |mass| (Displacement::STRUCK, Bodies::STRUCK, [0.0, 0.0, mass, 1.0]);
         let mut loaded = vec![(Displacement::PISTON, piston, [1.0, 0.0, mass(piston), 0.0])];
         if string == Bodies::STRUCK {
-            loaded.push(pressed(mass(string)));
+            loaded.push(anvil(mass(string)));
         } else {
             loaded.push((Displacement::Mean(string), string, [0.0, 0.0, mass(string), 0.0]));
-            loaded.push(pressed(0.0));
+            loaded.push(anvil(0.0));
         }
         if self.is_framed() {
             loaded.push((Displacement::Mean(frame), frame, [-1.0, 0.0, mass(frame), -1.0]));
         }
-        loaded.push(fed);
+        loaded.push(feed);
         self.loaded = loaded;
     }
 
@@ -162,9 +162,9 @@ impl Graph {
             (Displacement::Tip, Bodies::one(self.bit)),
             (Displacement::Relative, Bodies::PISTON.and(frame)),
         ];
-        let over = (Displacement::OverStruck, Bodies::PISTON.and(Bodies::STRUCK));
+        let over_struck = (Displacement::OverStruck, Bodies::PISTON.and(Bodies::STRUCK));
         self.listed.extend(ties.chain(loaded));
-        self.listed.extend((self.aired && self.is_framed()).then_some(over));
+        self.listed.extend((self.aired && self.is_framed()).then_some(over_struck));
     }
 
     /// The displacement that sets the volume of the return chamber.
@@ -172,9 +172,11 @@ impl Graph {
         if self.is_framed() { Displacement::OverStruck } else { Displacement::Relative }
     }
 
-    /// Adds the work of all loads on one of the [loaded](Self::loaded) displacements, each to its channel. Without a
-    /// frame the cylinder of an air hammer follows what is struck and is held from outside. The holder's work is
-    /// counted with the feed's, so that the drive's work is that of the air less the drag's loss.
+    /// Adds the work of all loads on one of the [loaded](Self::loaded) displacements, each to its channel.
+    /// Without a frame, something outside the model holds the cylinder of an air hammer, and the cylinder follows what
+    /// the piston strikes.
+    /// The work of that holder is counted with the feed's, so that the drive's work is that of the air minus the
+    /// drag's loss.
     pub(crate) fn add_works(
         &self,
         displacement: Displacement,
@@ -197,25 +199,25 @@ impl Graph {
         Bodies::first(self.bit + 1).without(Bodies::PISTON)
     }
 
-    /// True if there is a frame, which is fed and takes the drive's reaction.
+    /// True if there is a frame: a casing, on which the feed force and the drive's reaction act.
     pub(crate) fn is_framed(&self) -> bool {
         self.frame > 1
     }
 
-    /// The tie by which the drill string above carries a frame.
+    /// The tie between the frame and what the piston strikes.
     pub(crate) fn carrier(&self) -> Option<&Edge> {
         self.ties.iter().find(|edge| self.is_framed() && edge.upper == Some(self.frame))
     }
 
-    /// True of a displacement to which a frame contributes.
+    /// True if there is a frame and it contributes to this displacement.
     pub(crate) fn is_of_frame(&self, displacement: Displacement) -> bool {
         let frame = Bodies::one(self.frame);
-        let is_theirs =
+        let includes_frame =
             |(other, bodies): &(_, Bodies)| *other == displacement && bodies.meet(frame);
-        self.is_framed() && self.listed.iter().any(is_theirs)
+        self.is_framed() && self.listed.iter().any(includes_frame)
     }
 
-    /// True if so many groups are possible that data of pairs of them is not stored.
+    /// True if there are loose joints. So many groups are then possible that nothing is stored for pairs of groups.
     pub(crate) fn is_loose(&self) -> bool {
         self.bit > 1
     }
@@ -224,16 +226,17 @@ impl Graph {
         self.ties.iter().find(|edge| edge.tie == tie)
     }
 
-    /// The bodies that ties that hold join to one.
+    /// One body and all that are joined to it, directly or through others, by ties for which `holds` is true.
     fn joined_to(&self, body: usize, holds: impl Fn(Tie) -> bool) -> Bodies {
         let mut joined = Bodies::one(body);
         loop {
-            let held = |edge: &&Edge| edge.ends.meet(joined) && holds(edge.tie);
-            let more = self.ties.iter().filter(held).fold(joined, |all, edge| all.and(edge.ends));
-            if more == joined {
+            let adjacent = |edge: &&Edge| edge.ends.meet(joined) && holds(edge.tie);
+            let adjacent = self.ties.iter().filter(adjacent);
+            let extended = adjacent.fold(joined, |bodies, edge| bodies.and(edge.ends));
+            if extended == joined {
                 return joined;
             }
-            joined = more;
+            joined = extended;
         }
     }
 
@@ -248,11 +251,11 @@ impl Graph {
         self.group_of(self.bit, mode)
     }
 
-    /// All groups, from that of the bit up to that of the piston, then those beside.
+    /// All groups, from that of the bit up to that of the piston, then that of a casing that is in neither.
     pub(crate) fn groups(&self, mode: &Mode) -> Vec<Group> {
         let mut groups: Vec<Group> = Vec::with_capacity(self.bodies.len());
-        let upwards = (0..=self.bit).rev().chain(self.bit + 1..self.bodies.len());
-        for body in upwards {
+        let bit_to_piston = (0..=self.bit).rev();
+        for body in bit_to_piston.chain(self.bit + 1..self.bodies.len()) {
             if !groups.iter().any(|group| group.bodies.have(body)) {
                 groups.push(self.group_of(body, mode));
             }
@@ -283,14 +286,14 @@ impl Graph {
         self.ties.iter().filter(move |edge| !edge.ends.meet(others))
     }
 
-    /// The bodies of a group from the piston on, each with its place and the place of its modes among the group's.
+    /// The bodies of a group in their order, each with its number and the index of its first mode in the group.
     pub(crate) fn bodies_of(
         &self,
         bodies: Bodies,
     ) -> impl Iterator<Item = (usize, usize, &Bar)> + Clone {
         let mut first = 0;
-        let theirs = self.bodies.iter().enumerate().filter(move |(body, _)| bodies.have(*body));
-        theirs.map(move |(body, bar)| {
+        let members = self.bodies.iter().enumerate().filter(move |(body, _)| bodies.have(*body));
+        members.map(move |(body, bar)| {
             first += bar.len();
             (body, first - bar.len(), bar)
         })
@@ -301,22 +304,22 @@ impl Graph {
         Bodies::first(self.bodies.len())
     }
 
-    /// Number of modes of some bodies.
+    /// Number of modes of a set of bodies.
     pub(crate) fn modes(&self, bodies: Bodies) -> usize {
         self.bodies_of(bodies).map(|(_, _, bar)| bar.len()).sum()
     }
 
-    /// Their total mass, kg.
+    /// Total mass of a set of bodies, kg.
     pub(crate) fn mass(&self, bodies: Bodies) -> f64 {
         self.bodies_of(bodies).fold(0.0, |sum, (_, _, bar)| sum + bar.mass)
     }
 
-    /// Squared frequencies of their modes, rad2/s2.
+    /// Squared frequencies of the modes of a set of bodies, rad2/s2.
     pub(crate) fn omega2(&self, bodies: Bodies) -> impl Iterator<Item = &f64> {
         self.bodies_of(bodies).flat_map(|(_, _, bar)| &bar.omega2)
     }
 
-    /// The free modes that two groups share.
+    /// The runs of free modes that two groups share.
     pub(crate) fn overlaps(&self, from: Group, to: Group) -> Vec<Overlap> {
         let mut list: Vec<Overlap> = Vec::new();
         for (body, start, bar) in self.bodies_of(to.bodies) {
@@ -332,8 +335,8 @@ impl Graph {
         list
     }
 
-    /// Index of a group's share of a displacement among its system's functionals; none if it has
-    /// none. The shares of all groups add up to the displacement.
+    /// Index of a group's share of a displacement among the functionals of the group's system; none if the group does
+    /// not contribute. The shares of all groups add up to the displacement.
     pub(crate) fn share(&self, group: Group, displacement: Displacement) -> Option<usize> {
         self.share_of_listed(group, self.place(displacement)?)
     }
@@ -341,12 +344,12 @@ impl Graph {
     /// Index of a displacement among the listed ones.
     pub(crate) fn place(&self, displacement: Displacement) -> Option<usize> {
         if displacement == Displacement::Tip {
-            return Some(0); // The one that is asked for most.
+            return Some(0); // It stands first, since it is needed most often.
         }
         self.listed.iter().position(|(other, _)| *other == displacement)
     }
 
-    /// [`Self::share`] of a listed displacement, by its index.
+    /// As [`Self::share`], for the listed displacement at an index.
     pub(crate) fn share_of_listed(&self, group: Group, place: usize) -> Option<usize> {
         let has = |(_, bodies): &&(Displacement, Bodies)| bodies.meet(group.bodies);
         let (before, rest) = self.listed.split_at(place);
@@ -368,7 +371,7 @@ impl Graph {
         shape
     }
 
-    /// A body's part of [`Self::shape`].
+    /// Appends one body's part of [`Self::shape`].
     fn add_shape(&self, displacement: Displacement, body: usize, bar: &Bar, to: &mut Vec<f64>) {
         // The mean is the amplitude of the first mode.
         let (points, sign, mean) = match displacement {
@@ -397,13 +400,13 @@ impl Graph {
         }
     }
 
-    /// Displacement of a body in the engine by all pulled ties that it is beyond, m.
+    /// How far the engine displaces a body because of the pulled ties that separate it from the bit, m.
     pub(crate) fn lifted(&self, body: usize, ties: &Ties) -> f64 {
         let beyond = self.ties.iter().filter(|edge| edge.beyond.have(body));
         beyond.fold(0.0, |sum, edge| sum + edge.law.offset(ties.of(edge.tie)))
     }
 
-    /// Constant offset of a displacement from the one in the engine, m.
+    /// The constant to add to a displacement of the engine to obtain the true one, m.
     pub(crate) fn ahead(&self, displacement: Displacement, ties: &Ties) -> f64 {
         match displacement {
             Displacement::Relative => self.lifted(self.frame, ties) - self.lifted(0, ties),
@@ -414,7 +417,7 @@ impl Graph {
                     |(body, _, bar): (usize, usize, &Bar)| bar.mass * self.lifted(body, ties);
                 -self.bodies_of(bodies).map(moment).sum::<f64>() / self.mass(bodies)
             }
-            // Positions of ties are stored relative to where they close.
+            // The positions of ties are stored relative to the position where they close.
             Displacement::Tip | Displacement::Tie(_) | Displacement::Top(_) => 0.0,
         }
     }

@@ -7,8 +7,8 @@ use crate::quantities::parameters::{InputValues, Parameters};
 /// A scene: parameters, and constant inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Scene {
-    /// Parameters.
+    /// Parameters of bodies, laws and drive.
     pub parameters: Parameters,
-    /// Constant inputs.
+    /// Inputs, which stay constant.
     pub inputs: InputValues,
 }
