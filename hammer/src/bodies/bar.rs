@@ -1,10 +1,12 @@
 //! A body in its own modes.
 //!
-//! Modes are mass-normalised: `phi.M phi = 1`. Those of a stepped body, or of splines, come from a
-//! dense solver (`pencil`). For a uniform bar of linear two-node elements with consistent mass the
-//! generalised eigenproblem `K phi = omega^2 M phi` has the closed form `phi_j = a cos(theta j)`,
-//! `omega^2 = 6 E / (rho h^2) (1 - cos theta) / (2 + cos theta)`, with `theta = i pi / n`; it satisfies
-//! the end rows too. So these modes are exact to rounding for any number of elements.
+//! Modes are mass-normalised: `phi.M phi = 1`.
+//! The modes of a stepped body, and of any body on splines, come from a dense solver (`pencil`).
+//! For a uniform bar of linear two-node elements with consistent mass, the generalised eigenproblem
+//! `K phi = omega^2 M phi` has the closed form `phi_j = a cos(theta j)`,
+//! `omega^2 = 6 E / (rho h^2) (1 - cos theta) / (2 + cos theta)`, with `theta = i pi / n`, which satisfies the rows of
+//! the two ends too.
+//! These modes are therefore exact to rounding for any number of elements.
 
 use crate::bodies::cache;
 use crate::bodies::spline::Basis;
@@ -30,14 +32,14 @@ pub struct Bar {
 /// Displacement and strain between the ends.
 #[derive(Clone, Debug, PartialEq)]
 enum Shapes {
-    /// `top cos(angle j)` at node `j`; the nodes' distance, m.
+    /// Each mode is `top cos(angle j)` at node `j`; `size` is the distance between nodes, m.
     Cosines { angle: Vec<f64>, size: f64 },
-    /// Coefficients in a spline basis, for each mode.
+    /// Each mode has coefficients in a spline basis.
     Splines { basis: Basis, coefficients: Vec<Vec<f64>> },
 }
 
 impl Bar {
-    /// A body of a scene, on the scene's mesh; none if its modes cannot be computed to working accuracy.
+    /// A body of a scene, on the scene's mesh; `None` if its modes cannot be computed to working accuracy.
     pub fn of(parameters: &Parameters, body: Body) -> Option<Self> {
         match parameters.is_elastic(body) {
             false => Some(Self::rigid(parameters.mass(body))),
@@ -45,8 +47,8 @@ impl Bar {
         }
     }
 
-    /// The bodies that the piston strikes, down to the bit: one, or as many as loose joints make. None if their modes
-    /// cannot be computed.
+    /// The bodies from the one that the piston strikes down to the bit: a single one, or with loose joints one for each
+    /// part between joints. `None` if their modes cannot be computed.
     pub(crate) fn string(parameters: &Parameters) -> Option<Vec<Self>> {
         let loose = parameters.drill.loose();
         if loose == 0 {
@@ -56,13 +58,13 @@ impl Bar {
         let spans = all.spans(parameters.spans(Body::Bit));
         let mut bodies: Vec<usize> = parameters.drill.sections().map(|(body, _)| body).collect();
         bodies.resize(spans.len(), loose);
-        let of = |body: usize| {
+        let part = |body: usize| {
             let first = bodies.iter().position(|b| *b == body)?;
             let end = bodies.iter().rposition(|b| *b == body)? + 1;
             let sections = Sections::new(&all.as_slice()[first..end])?;
             Self::elastic(parameters, &sections, spans[first..end].iter().sum())
         };
-        (0..=loose).map(of).collect()
+        (0..=loose).map(part).collect()
     }
 
     fn elastic(parameters: &Parameters, sections: &Sections, spans: usize) -> Option<Self> {
@@ -97,14 +99,14 @@ impl Bar {
             (material.youngs_modulus / (material.density * length * length), 1.0 / mass.sqrt());
         let scaled = |shape: &Vec<f64>| shape.iter().map(|c| c * amplitude).collect();
         let coefficients: Vec<Vec<f64>> = pairs.shapes.iter().map(scaled).collect();
-        let ends = |at: fn(&[f64]) -> f64| coefficients.iter().map(|c| at(c)).collect();
-        let (top, bottom) = (ends(|c| c[0]), ends(|c| c[c.len() - 1]));
+        let each = |pick: fn(&[f64]) -> f64| coefficients.iter().map(|c| pick(c)).collect();
+        let (top, bottom) = (each(|c| c[0]), each(|c| c[c.len() - 1]));
         let omega2 = pairs.lambda.iter().map(|lambda| lambda * rate2).collect();
         let shapes = Shapes::Splines { basis, coefficients };
         Some(Self { mass, omega2, top, bottom, shapes })
     }
 
-    /// A uniform bar with both ends free: `elements + 1` modes, the first rigid.
+    /// A uniform bar with both ends free. It has `elements + 1` modes, of which the first is rigid.
     pub fn free(material: &Material, part: Segment, elements: usize) -> Self {
         let (n, modes) = (elements as f64, elements + 1);
         let h = part.length / n;
@@ -115,7 +117,7 @@ impl Bar {
         for i in 0..modes {
             let theta = i as f64 * PI / n;
             let half = math::sin(theta / 2.0);
-            // 2 + cos theta, and 1 - cos theta without cancellation.
+            // These are 2 + cos theta and 1 - cos theta, without cancellation.
             let (inertia, elastic) = (3.0 - 2.0 * half * half, 2.0 * half * half);
             let ends_only = theta == 0.0 || i == elements;
             let sum = if ends_only { n } else { n / 2.0 };
@@ -139,10 +141,10 @@ impl Bar {
         self.omega2.is_empty()
     }
 
-    /// Values at the nodes, top to bottom, of two fields given by their modal coordinates.
+    /// Values at the nodes, from top to bottom, of two fields given by their modal coordinates.
     ///
-    /// A closed mode's cosines follow by rotation from node to node: one sine and one cosine per
-    /// mode, with a rounding error per node.
+    /// The cosines of a closed-form mode are found by rotation from node to node. This takes one sine and one cosine
+    /// per mode, and adds a rounding error at each node.
     pub fn nodal(&self, first: &[f64], second: &[f64]) -> Vec<[f64; 2]> {
         match &self.shapes {
             Shapes::Cosines { angle, .. } => self.rotate(angle, first, second),
@@ -168,14 +170,14 @@ impl Bar {
         nodes
     }
 
-    /// Strains at the middles of the spans, top to bottom, of two fields given by their modal coordinates, 1/m times
-    /// the unit of the fields. A rigid body has none.
+    /// Strains at the middles of the spans, from top to bottom, of two fields given by their modal coordinates. The
+    /// unit is that of the fields over m. A rigid body has no spans.
     pub fn strains(&self, first: &[f64], second: &[f64]) -> Vec<[f64; 2]> {
         match &self.shapes {
             Shapes::Cosines { size, .. } => {
                 let nodes = self.nodal(first, second);
-                let of = |pair: &[[f64; 2]]| [0, 1].map(|k| (pair[1][k] - pair[0][k]) / size);
-                nodes.windows(2).map(of).collect()
+                let strain = |pair: &[[f64; 2]]| [0, 1].map(|k| (pair[1][k] - pair[0][k]) / size);
+                nodes.windows(2).map(strain).collect()
             }
             Shapes::Splines { basis, coefficients } => {
                 // Translation causes no strain.

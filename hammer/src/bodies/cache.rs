@@ -1,18 +1,18 @@
 //! A cache with a budget, used for the free modes of body shapes among others.
 //!
-//! A dense solver takes O(N^3), a sweep over a load has the same bodies in every run, and piston and bit often have
-//! the same shape. The modes of a shape are therefore computed once per process and cached. The same numbers give the
-//! same bits, so results do not depend on the cache.
+//! A dense solver takes O(N^3) operations, a sweep over a load has the same bodies in every run, and piston and bit
+//! often have the same shape. The modes of a shape are therefore computed once per process and cached.
+//! A cached result equals a new one to the last binary digit, so the cache does not affect results.
 
 use crate::bodies::pencil::{self, Pairs};
 use crate::bodies::spline::Basis;
 use crate::quantities::sections::Sections;
 use std::sync::{Arc, Mutex};
 
-/// Sections, degree of the splines, spans.
+/// What the modes depend on: the sections, the degree of the splines and the number of spans.
 pub type Shape = (Sections, usize, usize);
 
-/// Number of shapes in the cache, most recently used: those of some scenes, with two bodies each.
+/// Number of shapes in the cache, enough for several scenes with two bodies each.
 const CAPACITY: usize = 16;
 
 static MODES: Recent<Shape, Arc<Pairs>> = Recent::new(CAPACITY, 1, |_| 1);
@@ -27,12 +27,12 @@ pub fn forget() {
     MODES.forget();
 }
 
-/// Values of the most recently used keys.
+/// A cache of the values of the most recently used keys.
 #[derive(Debug)]
 pub(crate) struct Recent<K, T> {
-    /// Keys and values, the oldest first.
+    /// Keys and values, least recently used first.
     known: Mutex<Vec<(K, T)>>,
-    /// Total size beyond which the oldest values are dropped, and the number of values that always stay.
+    /// Above the total size `most` the oldest values are dropped, but at least `least` values stay.
     most: usize,
     least: usize,
     size: fn(&T) -> usize,
@@ -43,21 +43,21 @@ impl<K: PartialEq, T: Clone> Recent<K, T> {
         Self { known: Mutex::new(Vec::new()), most, least, size }
     }
 
-    /// The value of a key: cached, or made now.
+    /// The value of a key: the cached one, or one that `make` makes now.
     ///
     /// # Errors
-    /// As `make`.
+    /// Those of `make`.
     pub(crate) fn find<E>(&self, key: K, make: impl FnOnce(&K) -> Result<T, E>) -> Result<T, E> {
-        // Never waits for the lock: after a fork it may never be released.
+        // This never waits for the lock, which after a fork may never be released.
         if let Some(value) =
             self.known.try_lock().ok().and_then(|mut known| renew(&mut known, &key))
         {
             return Ok(value);
         }
-        // Made without the lock, which other threads may need meanwhile.
+        // The value is made without the lock, which other threads may need meanwhile.
         let value = make(&key)?;
         let Ok(mut known) = self.known.try_lock() else { return Ok(value) };
-        // Another thread may have made it meanwhile.
+        // Another thread may have made the same value meanwhile.
         if let Some(value) = renew(&mut known, &key) {
             return Ok(value);
         }
@@ -70,7 +70,7 @@ impl<K: PartialEq, T: Clone> Recent<K, T> {
         Ok(value)
     }
 
-    /// Drops the values of the other keys.
+    /// Drops the values of all keys for which `stays` is false.
     pub(crate) fn retain(&mut self, stays: impl Fn(&K) -> bool) {
         if let Ok(known) = self.known.get_mut() {
             known.retain(|(key, _)| stays(key));
@@ -84,7 +84,7 @@ impl<K: PartialEq, T: Clone> Recent<K, T> {
     }
 }
 
-/// The cached value of a key, which becomes the newest.
+/// The cached value of a key, which becomes the most recently used one.
 fn renew<K: PartialEq, T: Clone>(known: &mut [(K, T)], key: &K) -> Option<T> {
     let place = known.iter().rposition(|(other, _)| other == key)?;
     known[place..].rotate_left(1);
@@ -102,8 +102,8 @@ impl<K: Clone, T: Clone> Clone for Recent<K, T> {
 mod tests {
     use super::*;
 
-    /// Whether a number was cached; it is cached now.
-    fn held(known: &Recent<usize, usize>, key: usize) -> bool {
+    /// True if a number was cached already. Afterwards it is cached.
+    fn was_cached(known: &Recent<usize, usize>, key: usize) -> bool {
         let mut made = false;
         let make = |key: &usize| {
             made = true;
@@ -116,27 +116,27 @@ mod tests {
     #[test]
     fn the_oldest_go_until_the_rest_fit_but_the_least_number_stays() {
         let known = Recent::new(10, 1, |size: &usize| *size);
-        let held_of_one = |key| held(&known, key);
-        assert!([4, 5, 4].map(held_of_one) == [false, false, true]);
-        // 4 is newer than 5, so it is 5 that makes room for 6.
-        assert!([6, 4, 5].map(held_of_one) == [false, true, false]);
-        assert!([20, 20, 4].map(held_of_one) == [false, true, false]);
+        let with_one = |key| was_cached(&known, key);
+        assert!([4, 5, 4].map(with_one) == [false, false, true]);
+        // 4 was used after 5, so 5 is dropped to make room for 6.
+        assert!([6, 4, 5].map(with_one) == [false, true, false]);
+        assert!([20, 20, 4].map(with_one) == [false, true, false]);
         assert_eq!(known.find(7, |_| Err(0)), Err(0));
         let known = Recent::new(10, 2, |size: &usize| *size);
-        let found = [20, 30, 20, 30, 1, 20].map(|key| held(&known, key));
-        assert!(found == [false, false, true, true, false, false], "{found:?}");
+        let cached = [20, 30, 20, 30, 1, 20].map(|key| was_cached(&known, key));
+        assert!(cached == [false, false, true, true, false, false], "{cached:?}");
     }
 
     /// A locked cache is not waited for. After a fork, the lock of another thread of the parent is never released.
     #[test]
     fn what_is_locked_is_not_waited_for() {
         let known = Recent::new(10, 1, |size: &usize| *size);
-        assert!(!held(&known, 4));
-        let locked = known.known.lock().expect("a lock");
-        let made = std::thread::scope(|scope| {
-            scope.spawn(|| [4, 4].map(|key| held(&known, key))).join().expect("two values")
+        assert!(!was_cached(&known, 4));
+        let lock = known.known.lock().expect("a lock");
+        let cached = std::thread::scope(|scope| {
+            scope.spawn(|| [4, 4].map(|key| was_cached(&known, key))).join().expect("two values")
         });
-        drop(locked);
-        assert!(made == [false, false] && held(&known, 4), "each is its own; found again");
+        drop(lock);
+        assert!(cached == [false, false] && was_cached(&known, 4), "each is its own; found again");
     }
 }

@@ -1,8 +1,8 @@
 //! Material damping as a share of critical damping.
 //!
-//! Damping in proportion to stiffness, `C = beta K`, damps a body's mode of circular frequency `omega` by the ratio
-//! `zeta = beta omega / 2`. The mode that rings longest is the piston's first elastic mode, whose ratio therefore
-//! describes a hammer's damping.
+//! With damping in proportion to stiffness, `C = beta K`, a body's mode of circular frequency `omega` has the damping
+//! ratio `zeta = beta omega / 2`.
+//! The piston's first elastic mode rings longest, so its ratio describes the damping of a hammer.
 
 use crate::bodies::bar::Bar;
 use crate::quantities::parameters::{Fidelity, Parameters};
@@ -17,8 +17,8 @@ impl Parameters {
         Bar::of(&elastic, Body::Piston)?.omega2.get(1).map(|omega2| omega2.sqrt())
     }
 
-    /// `beta = 2 zeta / omega`, s: the `material.damping_time` that damps the piston's first elastic mode by the
-    /// ratio `zeta`; `None` if its modes cannot be computed.
+    /// `beta = 2 zeta / omega`, s: the `material.damping_time` with which the piston's first elastic mode has the
+    /// damping ratio `zeta`; `None` if the piston's modes cannot be computed.
     ///
     /// ```
     /// let mut p = hammer::Parameters::default();
@@ -29,7 +29,8 @@ impl Parameters {
         self.first_elastic_frequency().map(|omega| 2.0 * ratio / omega)
     }
 
-    /// `zeta = beta omega / 2` of the piston's first elastic mode; `None` if its modes cannot be computed.
+    /// Damping ratio `zeta = beta omega / 2` of the piston's first elastic mode; `None` if the piston's modes cannot be
+    /// computed.
     pub fn damping_ratio(&self) -> Option<f64> {
         self.first_elastic_frequency().map(|omega| 0.5 * self.material.damping_time * omega)
     }

@@ -1,26 +1,26 @@
-//! The stiffness through which the bodies meet.
+//! The stiffness through which piston and bit meet.
 //!
-//! Rigid bodies meet through `KC` in series with a stiffness `k` that represents the bars. It is
-//! chosen so that a collision through `k` alone, a half period of the reduced mass `mu`, lasts as
-//! long as waves keep the contact closed: `k = pi^2 mu / T^2`. For uniform bodies of one section
-//! `T = 2 Lmin/c0`, hence `k = pi^2 E A Lmax / (4 (Lp + Lb) Lmin)`. For stepped ones `T` is the
-//! time until the contact force first vanishes in exact waves, when two free, undamped bodies with
-//! rigid faces meet: the waves are reflected and transmitted at every step, on a lattice that
-//! places the steps to 1/2000 of both lengths.
+//! Rigid bodies meet through `KC` in series with a stiffness `k` that represents the bars.
+//! A collision through `k` alone lasts half a period of the reduced mass `mu`; `k` is chosen so that this is the time
+//! `T` for which waves keep the contact closed: `k = pi^2 mu / T^2`.
+//! For uniform bodies with the same section `T = 2 Lmin/c0`, hence `k = pi^2 E A Lmax / (4 (Lp + Lb) Lmin)`.
+//! For stepped bodies `T` is the time until the contact force first vanishes when two free, undamped bodies with rigid
+//! faces meet. It is found with exact waves that are reflected and transmitted at every step of the sections, on a
+//! lattice that places the steps to 1/2000 of both lengths.
 
 use crate::quantities::parameters::{Fidelity, Parameters};
 use crate::quantities::sections::{Body, Sections};
 
 /// Approximate number of cells of the lattice in both bodies together.
 const CELLS: f64 = 2000.0;
-/// Share of the first contact force that counts as zero: above rounding, and below the effect of any step.
+/// Share of the first contact force that counts as zero: it is above rounding, and below the effect of any step.
 const NONE: f64 = 1e-9;
 /// Longest collision, in transits of a wave through both bodies.
 const LONGEST: usize = 16;
 
 impl Parameters {
-    /// Stiffness through which the bodies meet, N/m: the penalty `KC`, and for rigid bodies
-    /// in series with it the bars' own compliance.
+    /// Stiffness through which piston and bit meet, N/m: the penalty `KC`, and for rigid bodies in series with it the
+    /// stiffness `k` that represents the bars.
     pub fn meeting_stiffness(&self) -> f64 {
         match self.fidelity {
             Fidelity::Elastic => self.contact.stiffness,
@@ -28,7 +28,7 @@ impl Parameters {
         }
     }
 
-    /// `k`, N/m.
+    /// The stiffness `k` that represents the bars, N/m.
     fn bars_stiffness(&self) -> f64 {
         let pi2 = std::f64::consts::PI * std::f64::consts::PI;
         let [piston, bit] = Body::ALL.map(|body| self.sections(body));
@@ -45,7 +45,7 @@ impl Parameters {
     }
 }
 
-/// `c0 T`, m: the path of a wave until the contact force first vanishes.
+/// `c0 T`, m: the distance that a wave travels until the contact force first vanishes.
 fn collision_length(piston: &Sections, bit: &Sections) -> f64 {
     let cell = (piston.length() + bit.length()) / CELLS;
     let areas = |body: &Sections| -> Vec<f64> {
@@ -57,7 +57,7 @@ fn collision_length(piston: &Sections, bit: &Sections) -> f64 {
     let contact = upper.len();
     let areas = [upper, lower].concat();
     let last = areas.len() - 1;
-    // Particle velocities of the downward and upward waves in every cell; the striker's is 1.
+    // Particle velocities of the downward and upward waves in every cell; their sum in the striker is 1.
     let mut down: Vec<f64> = (0..=last).map(|i| if i < contact { 0.5 } else { 0.0 }).collect();
     let mut up = down.clone();
     let approach = |down: &[f64], up: &[f64]| down[contact - 1] - up[contact];
@@ -95,12 +95,12 @@ mod tests {
         p
     }
 
-    /// Saint-Venant: for equal areas `T` is `2 Lmin/c0`, wherever the bodies are divided into sections. For unequal
-    /// areas the body of lower impedance leaves after `2 L/c0` of its own length `L`.
+    /// By Saint-Venant, for equal areas `T` is `2 Lmin/c0`, however the bodies are divided into sections. For unequal
+    /// areas contact ends after `2 L/c0`, where `L` is the length of the body with the lower impedance.
     #[test]
     fn a_collision_lasts_as_long_as_waves_make_it() {
         for (piston, bit, expected) in [
-            // Bodies of a single section, divided in two, so that the lattice is used.
+            // Each body is uniform but given as two sections, so that the lattice is used.
             ([(0.1, 2e-3), (0.1, 2e-3)], [(0.2, 2e-3), (0.1, 2e-3)], 0.4),
             // A slender striker bounces off; a stout one pushes until the bit leaves it.
             ([(0.1, 1e-3), (0.1, 1e-3)], [(0.2, 2e-3), (0.1, 2e-3)], 0.4),
@@ -108,9 +108,9 @@ mod tests {
         ] {
             let p = rigid(&piston, &bit);
             let [a, b] = Body::ALL.map(|body| p.sections(body));
-            let found = collision_length(&a, &b);
-            // One cell of error in the position of a step, and one in the instant of a wave.
-            assert!((found - expected).abs() <= 2.0 * 0.5 / CELLS, "{found} {expected}");
+            let length = collision_length(&a, &b);
+            // The position of a step and the instant of a wave may each be wrong by one cell.
+            assert!((length - expected).abs() <= 2.0 * 0.5 / CELLS, "{length} {expected}");
         }
     }
 }

@@ -1,27 +1,28 @@
 //! Free modes of a body in a spline basis: `K phi = lambda M phi`.
 //!
-//! Everything is dimensionless: lengths relative to the body's, masses relative to its mass. Then
-//! `omega^2 = lambda E / (rho L^2)`, and the modes depend only on the shape.
+//! Everything is dimensionless: lengths are relative to the body's length, masses to its mass.
+//! Then `omega^2 = lambda E / (rho L^2)`, and the modes depend only on the shape.
 //!
 //! ```text
-//! M = L L^T,  C = L^-1 K L^-T             Cholesky; the standard problem
+//! M = L L^T,  C = L^-1 K L^-T             Cholesky's factor makes a standard problem
 //! C without the direction L^T 1           the rigid mode is known: lambda 0, phi 1
 //! C = W diag(lambda) W^T                  nalgebra's dense symmetric solver
-//! phi = L^-T W, refined                   below
+//! phi = L^-T W, refined                   as described below
 //! ```
 //!
-//! A dense solver errs by a rounding of the *largest* eigenvalue, which matters in the lowest mode:
-//! 1e-16 times (400 elements)^2 and more. So the pairs are refined as by Ogita and Aishima (2018,
-//! Japan J. Indust. Appl. Math. 35:1007): with `G = X^T M X` and `H = X^T K X`, `X := X (1 + E)`,
-//! `E_ij = (H_ij + lambda_j (1 - G)_ij) / (lambda_j - lambda_i)`, to second order. Both products
-//! are computed from values and strains at the Gauss points, not from the assembled matrices:
-//! strains are differences of coefficients, so those of a low mode have a small relative error.
-//! Then `lambda_i = H_ii / G_ii` is a sum of squares over a sum of squares.
+//! A dense solver's error is a rounding of the *largest* eigenvalue. For the lowest mode this matters: it is 1e-16
+//! times (400 elements)^2 and more.
+//! The pairs are therefore refined by the method of Ogita and Aishima (2018, Japan J. Indust. Appl. Math. 35:1007):
+//! with `G = X^T M X` and `H = X^T K X`, `X := X (1 + E)`,
+//! `E_ij = (H_ij + lambda_j (1 - G)_ij) / (lambda_j - lambda_i)`, to second order.
+//! Both products are computed from values and strains at the Gauss points, not from the assembled matrices. Strains are
+//! differences of coefficients, so the strains of a low mode have a small relative error.
+//! `lambda_i = H_ii / G_ii` is then a sum of squares over a sum of squares.
 //!
-//! Every loop is scalar, in fixed order, and uses only `+ - * /` and square roots (nalgebra without
-//! its matrix product, which chooses its instructions at run time), so the bits are the same on
-//! every processor. `faer` was rejected because its solvers use fused products where a processor
-//! has them.
+//! Every loop is scalar, in fixed order, and uses only `+ - * /` and square roots, so results are the same on every
+//! processor, to the last binary digit.
+//! Of nalgebra the matrix product is not used, since it chooses its instructions at run time; `faer` was rejected
+//! because its solvers use fused products where a processor has them.
 
 use crate::bodies::spline::{Basis, Node};
 use crate::interrupt;
@@ -31,29 +32,30 @@ use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 /// Eigenpairs of a free body, dimensionless.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pairs {
-    /// Ascending; the first is exactly 0.
+    /// Eigenvalues in ascending order; the first is exactly 0.
     pub lambda: Vec<f64>,
-    /// Coefficients of a mode, one after the other; the first are exactly 1.
+    /// For each mode its spline coefficients; those of the first mode are exactly 1.
     pub shapes: Vec<Vec<f64>>,
 }
 
-/// Rotations of the implicit QR method per mode; it takes two or three.
+/// Limit of the sweeps of the implicit QR method per mode; two or three suffice.
 const SWEEPS: usize = 60;
-/// Rounds of refinement; one or two suffice.
+/// Limit of the rounds of refinement; one or two suffice.
 const ROUNDS: usize = 12;
-/// A correction below this leaves an error, its square, below rounding.
+/// A correction below this is the last. The error that it leaves is its square, which is below rounding.
 const SMALL: f64 = 1e-9;
 /// Largest correction in one round; the next round removes its square.
 const STRIDE: f64 = 0.1;
-/// Coupling of two modes that is rounding, relative to their `lambda`.
+/// Coupling of two modes, relative to their `lambda`, below which it is taken as rounding.
 const NOISE: f64 = 64.0 * f64::EPSILON;
 
-/// Eigenvalues closer than this, relatively, count as equal. At the upper end of a spline's spectrum each mode
-/// belongs to one end of a section, and sections with equal spans have equal eigenvalues up to rounding. Their
-/// vectors may be any basis of the space that they span.
+/// Relative difference below which eigenvalues count as equal.
+/// At the upper end of a spline's spectrum each mode belongs to one end of a section, and sections with equal spans
+/// have equal eigenvalues up to rounding.
+/// The vectors of equal eigenvalues may be any basis of the space that they span.
 const TWINS: f64 = 1e-13;
 
-/// The free modes of a body; `None` if they cannot be computed to working accuracy, or if interrupted.
+/// The free modes of a body; `None` if they cannot be computed to working accuracy, or if the call is interrupted.
 pub fn solve(sections: &Sections, basis: &Basis) -> Option<Pairs> {
     let points = Points::new(sections, basis);
     let mut shapes = dense(&points, basis.functions())?;
@@ -70,8 +72,8 @@ pub fn solve(sections: &Sections, basis: &Basis) -> Option<Pairs> {
 fn sorted(lambda: Vec<f64>, shapes: Vec<Vec<f64>>) -> Option<Pairs> {
     let mut pairs: Vec<(f64, Vec<f64>)> = lambda.into_iter().zip(shapes).collect();
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let sound = pairs.iter().all(|(lambda, c)| *lambda > 0.0 && c.iter().all(|x| x.is_finite()));
-    if !sound || !pairs.iter().all(|(lambda, _)| lambda.is_finite()) {
+    let valid = pairs.iter().all(|(lambda, c)| *lambda > 0.0 && c.iter().all(|x| x.is_finite()));
+    if !valid || !pairs.iter().all(|(lambda, _)| lambda.is_finite()) {
         return None;
     }
     let size = pairs.len() + 1;
@@ -84,10 +86,10 @@ fn sorted(lambda: Vec<f64>, shapes: Vec<Vec<f64>>) -> Option<Pairs> {
     Some(Pairs { lambda, shapes })
 }
 
-/// Quadrature over the body's volume and length.
+/// The points of the quadrature over a body.
 struct Points {
     nodes: Vec<Node>,
-    /// Square roots of the weights.
+    /// Square roots of the points' weights, which add up to 1.
     roots: Vec<f64>,
     length: f64,
 }
@@ -100,7 +102,7 @@ impl Points {
         Self { nodes, roots, length: sections.length() }
     }
 
-    /// Values and strains of a mode at the points, both weighted.
+    /// Values and strains of a mode at the points, each times the root of its point's weight.
     fn fields(&self, c: &[f64]) -> [Vec<f64>; 2] {
         let points = || self.nodes.iter().zip(&self.roots);
         let values = points().map(|(node, root)| root * node.sample.value(c)).collect();
@@ -108,8 +110,7 @@ impl Points {
         [values, strains.collect()]
     }
 
-    /// Scales `phi` so that `phi.M phi` is 1 and its upper end positive; returns the Rayleigh
-    /// quotient.
+    /// Scales a mode so that `phi.M phi` is 1 and its upper end positive. Returns its Rayleigh quotient.
     fn normalise(&self, c: &mut [f64]) -> f64 {
         let [values, strains] = self.fields(c);
         let mass = dot(&values, &values);
@@ -118,10 +119,11 @@ impl Points {
         dot(&strains, &strains) / mass
     }
 
-    /// One round for all modes except the rigid one; returns the largest correction.
+    /// Refines all modes except the rigid one by one round. Returns the largest correction, or `None` if it is not
+    /// finite or the call is interrupted.
     fn refine(&self, shapes: &mut [Vec<f64>]) -> Option<f64> {
         for c in shapes.iter_mut() {
-            // Remove rigid motion, whose mean is known to rounding.
+            // Remove the rigid motion, which is the mean and is known to rounding.
             let [values, _] = self.fields(c);
             let mean = dot(&values, &self.roots);
             c.iter_mut().for_each(|x| *x -= mean);
@@ -130,26 +132,29 @@ impl Points {
         let fields: Vec<_> = shapes.iter().map(|c| self.fields(c)).collect();
         let lambda: Vec<f64> = fields.iter().map(|[v, s]| dot(s, s) / dot(v, v)).collect();
         let mut changes: Vec<Vec<f64>> = shapes.iter().map(|c| vec![0.0; c.len()]).collect();
-        let mut worst = 0.0f64;
+        let mut largest = 0.0f64;
         for i in 0..shapes.len() {
             if interrupt::is_set() {
                 return None;
             }
             for j in 0..i {
-                let lack = -dot(&fields[i][0], &fields[j][0]);
+                // `(1 - G)_ij` and `H_ij`.
+                let orthogonality = -dot(&fields[i][0], &fields[j][0]);
                 let coupling = dot(&fields[i][1], &fields[j][1]);
-                let mix = |from: f64, to: f64| {
-                    let (pull, gap) = (coupling + to * lack, to - from);
-                    let angle = if pull.abs() <= NOISE * to.max(from) && gap.abs() <= 1e-3 * to {
-                        0.5 * lack
+                let rotation = |from: f64, to: f64| {
+                    let (numerator, gap) = (coupling + to * orthogonality, to - from);
+                    let is_rounding = numerator.abs() <= NOISE * to.max(from);
+                    let angle = if is_rounding && gap.abs() <= 1e-3 * to {
+                        0.5 * orthogonality
                     } else {
-                        pull / gap
+                        numerator / gap
                     };
-                    // The eigenvalues are equal but coupled: any rotation helps.
+                    // If the eigenvalues are equal but coupled, any rotation helps.
                     if angle.is_finite() { angle.clamp(-STRIDE, STRIDE) } else { STRIDE }
                 };
-                let (into_j, into_i) = (mix(lambda[i], lambda[j]), mix(lambda[j], lambda[i]));
-                worst = worst.max(into_j.abs()).max(into_i.abs());
+                let into_j = rotation(lambda[i], lambda[j]);
+                let into_i = rotation(lambda[j], lambda[i]);
+                largest = largest.max(into_j.abs()).max(into_i.abs());
                 add(&mut changes[j], into_j, &shapes[i]);
                 add(&mut changes[i], into_i, &shapes[j]);
             }
@@ -157,11 +162,11 @@ impl Points {
         for (c, change) in shapes.iter_mut().zip(&changes) {
             add(c, 1.0, change);
         }
-        worst.is_finite().then_some(worst)
+        largest.is_finite().then_some(largest)
     }
 }
 
-/// The modes except the rigid one, to a rounding of the largest eigenvalue.
+/// The modes except the rigid one, with an error of a rounding of the largest eigenvalue.
 fn dense(points: &Points, size: usize) -> Option<Vec<Vec<f64>>> {
     let (mut mass, mut stiffness) = (DMatrix::zeros(size, size), DMatrix::zeros(size, size));
     for (node, root) in points.nodes.iter().zip(&points.roots) {
@@ -175,7 +180,7 @@ fn dense(points: &Points, size: usize) -> Option<Vec<Vec<f64>>> {
         }
     }
     let lower = Cholesky::new(mass)?.unpack();
-    // L^-1 K L^-T: K is symmetric, so the transpose of L^-1 K is K L^-T.
+    // This makes L^-1 K L^-T: K is symmetric, so the transpose of L^-1 K is K L^-T.
     let half = lower.solve_lower_triangular(&stiffness)?;
     let mut c = lower.solve_lower_triangular(&half.transpose())?;
     let mut rigid: DVector<f64> = DVector::zeros(size);
@@ -184,7 +189,7 @@ fn dense(points: &Points, size: usize) -> Option<Vec<Vec<f64>>> {
             rigid[j] += lower[(i, j)];
         }
     }
-    // A reflection that takes the rigid mode to the first axis.
+    // A reflection that maps the rigid mode to the first axis.
     let norm = rigid.dot(&rigid).sqrt();
     let mut axis = rigid;
     axis[0] += if axis[0] < 0.0 { -norm } else { norm };
@@ -219,7 +224,7 @@ fn add(y: &mut [f64], factor: f64, x: &[f64]) {
     y.iter_mut().zip(x).for_each(|(y, x)| *y += factor * x);
 }
 
-/// `a . b` in eight sums, which the compiler turns into vectors without changing a bit.
+/// `a . b` as eight partial sums in a fixed order, which the compiler can vectorise without changing the result.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));

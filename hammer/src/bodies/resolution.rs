@@ -1,32 +1,36 @@
-//! The mesh that a scene needs for what is read of it, from the width of its sharpest wave front.
+//! The mesh that a scene needs for the outputs that are read, from the width of the sharpest wave front.
 //!
 //! Where the bodies meet, the force rises within `tau = Z/KC`, with `1/Z = 1/Zp + 1/Zb` of the sections that meet, so
-//! the front is `w = c tau` wide. A rock line as stiff as the contact makes a front too: `w = c Zt / (gamma KR)`,
-//! with `Zt` of the bit's last section. So does a chuck: `w = c Z/ks`, with the sections of bit and casing that meet.
-//! (Its viscosity makes jumps of the force, by the share `cs / (Z + cs)`, which no mesh resolves at once.) At the
-//! mesh's shortest wave, `k = pi/h`, the front's amplitude is about `1 / (1 + (k w)^2)`. That part is wrong on the
-//! mesh, and rings until damping, `exp(-beta (c k)^2 t / 2)`, has reduced it. The largest force comes about
-//! `t = 12 tau` after the first:
+//! the front is `w = c tau` wide.
+//! A rock that unloads as stiffly as the contact makes a front too: `w = c Zt / (gamma KR)`, with the impedance `Zt` of
+//! the bit's last section.
+//! So does a chuck: `w = c Z/ks`, with the impedances of the sections of bit and casing that meet.
+//! (The chuck's viscosity makes jumps of the force, of the share `cs / (Z + cs)`, which no mesh resolves at once.)
+//!
+//! At the mesh's shortest wave, `k = pi/h`, the front's amplitude is about `1 / (1 + (k w)^2)`.
+//! That part is wrong on the mesh, and rings until damping, `exp(-beta (c k)^2 t / 2)`, has reduced it.
+//! The largest force comes about `t = 12 tau` after the first contact, so that
 //!
 //! ```text
 //! error = exp(-6 beta c w (pi/h)^2) / (1 + (pi w / h)^2)
 //! ```
 //!
-//! The factor 12 is empirical. It is on the safe side for splines of degree 3 and more, whose dispersion is small;
-//! for linear elements dispersion dominates.
+//! The factor 12 is empirical. It is on the safe side for splines of degree 3 and more, whose dispersion is small.
+//! For linear elements dispersion dominates.
 //!
-//! A rate needs a coarser mesh: all waves of a blow contribute to it, and those as short as the front carry little
-//! energy. On splines of degree 3 with spans of `4 w` the rate of penetration has an error below a hundredth (the
-//! tip's own advance up to four hundredths), and on finer spans it falls with their power of 3.6. Below a drill
-//! string the rate depends on what the couplings let through of the blow's wave, which is twice as long as the
-//! piston; spans of 0.22 of that length are enough. These rules are empirical; the tests of `resolution` check their
-//! errors over drawn hammers.
+//! For a rate, a coarser mesh suffices: all waves of a blow contribute to it, and those as short as the front carry
+//! little energy.
+//! On splines of degree 3 with spans of `4 w` the error of the rate of penetration is below 1 % (that of the tip's own
+//! advance is up to 4 %), and falls with the power 3.6 of the spans.
+//! Below a drill string the rate depends on how much of the blow's wave passes the couplings. That wave is twice as
+//! long as the piston, and spans of 0.22 of its length are short enough.
+//! These rules are empirical. The tests of `resolution` check their errors over randomly drawn hammers.
 
 use crate::numerics::math;
 use crate::quantities::parameters::{MAX_ELEMENTS, Parameters};
 use crate::quantities::sections::Body;
 
-/// What is read of a scene, and decides how fine its mesh must be.
+/// The kind of output that is read. It decides how fine the mesh must be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reading {
     /// Rates, periods, energies and powers of blows.
@@ -38,7 +42,7 @@ pub enum Reading {
 }
 
 impl Reading {
-    /// All of them.
+    /// All readings.
     pub const ALL: [Self; 3] = [Self::Rate, Self::Force, Self::Stress];
 
     /// Its name, one word.
@@ -55,7 +59,7 @@ impl Reading {
         Self::ALL.into_iter().find(|reading| reading.name() == name)
     }
 
-    /// Relative error that is asked for by default.
+    /// Default of the relative error that the mesh must keep.
     pub fn usual_error(self) -> f64 {
         match self {
             Self::Rate => 0.01,
@@ -79,33 +83,33 @@ impl MeshAdvice {
         self.spans.iter().find(|(other, _)| *other == body).map(|(_, spans)| *spans)
     }
 
-    /// Gives a scene this mesh.
+    /// Sets this mesh in a scene's parameters.
     pub fn apply(&self, parameters: &mut Parameters) {
         parameters.mesh.degree = self.degree;
         self.spans.iter().for_each(|(body, spans)| *parameters.elements_mut(*body) = *spans);
     }
 }
 
-/// With a tied frame, the largest force comes after waves have run through frame and bit, and errors of several
-/// fronts add up. This empirical factor narrows the front accordingly.
+/// With a casing, the largest force comes after waves have run through casing and bit, and the errors of several fronts
+/// add up. This empirical factor narrows the front accordingly.
 const SHARPER: f64 = 0.5;
-/// Below this error, the higher degree is the cheaper one.
+/// Below this error, the higher degree costs less.
 const FINE: f64 = 1e-4;
-/// Degree of the splines above and below [`FINE`].
+/// Degree of the splines for errors above and below [`FINE`].
 const DEGREES: [usize; 2] = [5, 7];
-/// For rates: degree of the splines, error on spans of so many widths of the front, and the power of the span with
-/// which it falls (all empirical).
+/// For rates: the degree of the splines, and the empirical law of the error. It is `RATE_ERROR` on spans of `RATE_SPAN`
+/// widths of the front, and falls with the power `RATE_ORDER` of the span.
 const RATE_DEGREE: usize = 3;
 const RATE_ERROR: f64 = 0.01;
 const RATE_SPAN: f64 = 4.0;
 const RATE_ORDER: f64 = 3.6;
-/// For rates under a drill string: longest span over the length of a blow's wave.
+/// For rates under a drill string: the longest span, as a share of the length of a blow's wave.
 const STRING_SPAN: f64 = 0.22;
-/// Fewest spans of a body, by which its longest waves are resolved whatever the front.
+/// Least number of spans of a body. They resolve its longest waves, whatever the front's width.
 const LEAST_SPANS: f64 = 4.0;
 
 impl Parameters {
-    /// Width of the sharpest front that ties and rock can make in piston and bit, m.
+    /// Width of the sharpest wave front that ties and rock can make in piston and bit, m.
     pub fn front_width(&self) -> f64 {
         let [piston, bit] = Body::ALL.map(|body| self.sections(body));
         let (above, below) = (piston.as_slice(), bit.as_slice());
@@ -116,7 +120,7 @@ impl Parameters {
         (self.wave_speed() * contact.min(rock)).min(self.frame_front())
     }
 
-    /// Relative error of the forces at an impact on the scene's own mesh, by the formula above for the longest span
+    /// Relative error of the forces at an impact on the scene's own mesh, by this module's formula for the longest span
     /// of piston and bit.
     pub fn force_error(&self) -> f64 {
         let longest = Body::ALL.map(|body| {
@@ -126,15 +130,15 @@ impl Parameters {
         self.error_behind(self.front_width(), longest[0].max(longest[1]))
     }
 
-    /// The same error behind a front of this width, on splines with spans of this length, m.
+    /// Relative error of the forces behind a front of this width (m), on splines with spans of this length (m).
     fn error_behind(&self, width: f64, span: f64) -> f64 {
         let k = std::f64::consts::PI / span;
         let damping = 6.0 * self.material.damping_time * self.wave_speed() * width * k * k;
         math::exp(-damping) / (1.0 + (k * width) * (k * width))
     }
 
-    /// Longest span of a body (m) on which fronts of this width (m) are resolved to this error; `None` if there is
-    /// none.
+    /// Longest span of a body (m) with which fronts of this width (m) are resolved to this error; `None` if even the
+    /// shortest span is too long.
     fn span_for(&self, body: Body, width: f64, error: f64) -> Option<f64> {
         let length = self.sections(body).length();
         let (mut fine, mut coarse) = (length / MAX_ELEMENTS as f64, length);
@@ -149,7 +153,8 @@ impl Parameters {
         Some(fine)
     }
 
-    /// Least number of spans of a body that are no longer than this, m; `None` if that is above [`MAX_ELEMENTS`].
+    /// Least number of spans of a body of which none is longer than `longest`, m; `None` if it is above
+    /// [`MAX_ELEMENTS`].
     fn spans_of(&self, body: Body, longest: f64) -> Option<usize> {
         let sections = self.sections(body);
         let needed = sections.as_slice().iter().map(|s| (s.length / longest).ceil());
@@ -159,37 +164,39 @@ impl Parameters {
 
     /// The mesh on which rates have a relative error of at most `error`.
     fn mesh_for_rate(&self, error: f64) -> Option<MeshAdvice> {
-        let part = math::pow(error / RATE_ERROR, 1.0 / RATE_ORDER);
+        let factor = math::pow(error / RATE_ERROR, 1.0 / RATE_ORDER);
         let spans = |body: Body, width: f64| {
             let shortest_wave = self.sections(body).length() / LEAST_SPANS;
             let (span, keeps_shape) = match self.drill.rods {
                 0 => (RATE_SPAN * width, f64::INFINITY),
                 _ => (STRING_SPAN * self.blow_wave(), self.longest_string_span(RATE_DEGREE)),
             };
-            self.spans_of(body, (part * span).min(shortest_wave).min(keeps_shape))
+            self.spans_of(body, (factor * span).min(shortest_wave).min(keeps_shape))
         };
         self.mesh_of(RATE_DEGREE, 1.0, spans)
     }
 
-    /// The mesh for a front of this width in each body; in a frame, the front of its own tie, times this factor.
+    /// The mesh whose number of spans in each body is `spans` of the body and its front's width. In the casing that is
+    /// the width of the front that its own tie makes, times `factor`.
     fn mesh_of(
         &self,
         degree: usize,
-        part: f64,
+        factor: f64,
         spans: impl Fn(Body, f64) -> Option<usize>,
     ) -> Option<MeshAdvice> {
-        let [width, framed] = [self.front_width(), part * self.frame_front()];
-        let of = |body: Body| {
-            let width = if Body::ALL.contains(&body) { width } else { framed };
+        let [width, frame_width] = [self.front_width(), factor * self.frame_front()];
+        let body_spans = |body: Body| {
+            let width = if Body::ALL.contains(&body) { width } else { frame_width };
             Some((body, spans(body, width)?))
         };
         let meshed = self.bodies().filter(|body| !self.is_lumped(*body));
-        Some(MeshAdvice { degree, spans: meshed.map(of).collect::<Option<_>>()? })
+        Some(MeshAdvice { degree, spans: meshed.map(body_spans).collect::<Option<_>>()? })
     }
 
-    /// The mesh on which what is read has a relative error of at most `error`. In an elastic frame its tie
-    /// makes the front. `None` if a body would need more than [`MAX_ELEMENTS`] spans because ties, rock and
-    /// damping make too sharp a front.
+    /// The mesh on which outputs of this kind have a relative error of at most `error`.
+    /// It is `None` if a body would need more than [`MAX_ELEMENTS`] spans because ties, rock and damping make too sharp
+    /// a front.
+    /// In an elastic casing, the front is the one that its own tie makes.
     ///
     /// ```
     /// use hammer::{Body, Parameters, Reading};

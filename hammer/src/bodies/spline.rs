@@ -1,24 +1,24 @@
 //! B-splines along a stepped body: smooth inside a section, continuous where sections meet.
 //!
-//! Each section has `spans` equal spans and the open uniform knots of its degree `p`, so that only
-//! its first and last function differ from zero at its ends, where they are 1; neighbouring
-//! sections share the function at the step. Degree 1 gives linear two-node elements. The derivative
-//! is computed from differences of neighbouring coefficients,
-//! `u' = sum_j p B_j^(p-1) (c_j - c_(j-1)) / (t_(j+p) - t_j)`, which is exactly zero for a
-//! translation.
+//! Each section has `spans` equal spans and open uniform knots of the degree `p`.
+//! Only its first and its last function differ from zero at its ends, where they are 1; neighbouring sections share the
+//! function at the step between them.
+//! Degree 1 gives linear two-node elements.
+//! The derivative is computed from differences of neighbouring coefficients,
+//! `u' = sum_j p B_j^(p-1) (c_j - c_(j-1)) / (t_(j+p) - t_j)`, and so is exactly zero for a translation.
 
 use crate::numerics::math;
 use crate::quantities::parameters::MAX_DEGREE;
 use crate::quantities::sections::{Sections, Segment};
 use std::f64::consts::PI;
 
-/// Functions that do not vanish on a span.
+/// Largest number of functions that do not vanish on a span.
 const WIDTH: usize = MAX_DEGREE + 1;
 
 /// The functions that do not vanish at a point.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
-    /// Index of the first of them.
+    /// Index of the first of these functions.
     first: usize,
     degree: usize,
     value: [f64; WIDTH],
@@ -27,17 +27,17 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Indices of the functions.
+    /// Indices of the functions that do not vanish at the point.
     pub fn range(&self) -> std::ops::RangeInclusive<usize> {
         self.first..=self.first + self.degree
     }
 
-    /// Their values there.
+    /// Values of these functions at the point.
     pub fn values(&self) -> &[f64] {
         &self.value[..=self.degree]
     }
 
-    /// Their derivatives there, 1/m.
+    /// Derivatives of these functions at the point, 1/m.
     pub fn function_slopes(&self) -> [f64; WIDTH] {
         let weight = |j: usize| if j < self.degree { self.slope[j] } else { 0.0 };
         std::array::from_fn(|j| if j == 0 { 0.0 } else { weight(j - 1) } - weight(j))
@@ -48,7 +48,7 @@ impl Sample {
         self.values().iter().zip(&c[self.first..]).map(|(v, c)| v * c).sum()
     }
 
-    /// Its derivative, in the unit of the coefficients over m.
+    /// Derivative of the spline with these coefficients at the point, in the unit of the coefficients over m.
     pub fn slope(&self, c: &[f64]) -> f64 {
         let c = &c[self.first..];
         (0..self.degree).map(|j| self.slope[j] * (c[j + 1] - c[j])).sum()
@@ -69,9 +69,9 @@ pub struct Node {
 struct Part {
     section: Segment,
     spans: usize,
-    /// Distance of its top from the upper face, m.
+    /// Distance of the section's top from the body's upper face, m.
     top: f64,
-    /// Index of its first function.
+    /// Index of the section's first function.
     first: usize,
 }
 
@@ -126,32 +126,32 @@ impl Basis {
     fn points(&self, part: &Part) -> Vec<Node> {
         let rule = gauss(self.degree + 1);
         let volume = part.section.area * part.section.length / part.spans as f64;
-        let of = |span| {
+        let span_nodes = |span| {
             let node = |(x, weight): &(f64, f64)| Node {
                 sample: self.sample(part, span, *x),
                 volume: volume * weight,
             };
             rule.iter().map(node).collect::<Vec<_>>()
         };
-        (0..part.spans).flat_map(of).collect()
+        (0..part.spans).flat_map(span_nodes).collect()
     }
 
-    /// The functions at `x`, 0 to 1, of a span: the recurrence of Cox and de Boor, in units of the span.
+    /// The functions at `x` of a span, from 0 at its upper end to 1, by the recurrence of Cox and de Boor.
     fn sample(&self, part: &Part, span: usize, x: f64) -> Sample {
         let p = self.degree;
-        // Knots are repeated at the section's ends.
+        // Knots are in units of the span, and are repeated at the section's ends.
         let knot = |i: usize| i.saturating_sub(p).min(part.spans) as f64;
-        let (at, here) = (span as f64 + x, span + p);
+        let (position, index) = (span as f64 + x, span + p);
         let (mut value, mut lower) = ([0.0; WIDTH], [0.0; WIDTH]);
         value[0] = 1.0;
         for d in 1..=p {
             lower = value;
             value = [0.0; WIDTH];
             for j in 0..d {
-                let (low, high) = (knot(here + 1 + j - d), knot(here + 1 + j));
+                let (low, high) = (knot(index + 1 + j - d), knot(index + 1 + j));
                 let share = lower[j] / (high - low);
-                value[j] += (high - at) * share;
-                value[j + 1] += (at - low) * share;
+                value[j] += (high - position) * share;
+                value[j + 1] += (position - low) * share;
             }
         }
         let per_length = p as f64 * part.spans as f64 / part.section.length;
@@ -159,14 +159,14 @@ impl Basis {
             if j >= p {
                 return 0.0;
             }
-            per_length * lower[j] / (knot(here + 1 + j) - knot(here + 1 + j - p))
+            per_length * lower[j] / (knot(index + 1 + j) - knot(index + 1 + j - p))
         });
         Sample { first: part.first + span, degree: p, value, slope }
     }
 }
 
-/// Nodes on (0, 1) and weights of Gauss and Legendre's rule, exact to degree `2 n - 1`: Newton's method on the
-/// Legendre polynomial, from Tricomi's estimate of its zeros.
+/// Nodes on (0, 1) and weights of the Gauss-Legendre rule, which is exact to degree `2 n - 1`. The nodes are found by
+/// Newton's method on the Legendre polynomial, from Tricomi's estimate of its zeros.
 pub fn gauss(n: usize) -> Vec<(f64, f64)> {
     let legendre = |x: f64| {
         let (mut before, mut value) = (1.0, x);
@@ -198,7 +198,7 @@ mod tests {
         Sections::new(&list).expect("sections")
     }
 
-    /// Rounding of a recurrence of up to seven steps of positive numbers, at most 1.
+    /// Bound of the rounding of a recurrence of up to seven steps with positive numbers of at most 1.
     const CLOSE: f64 = 1e-14;
 
     #[test]
@@ -225,7 +225,7 @@ mod tests {
         for n in 1..=WIDTH {
             for power in 0..2 * n {
                 let sum: f64 = gauss(n).iter().map(|(x, w)| w * x.powi(power as i32)).sum();
-                // n positive terms below 1, each rounded a few times.
+                // The sum has n positive terms below 1, each rounded a few times.
                 assert!((sum - 1.0 / (power + 1) as f64).abs() < 1e-14, "{n} {power}: {sum}");
             }
         }

@@ -1,4 +1,4 @@
-//! The first settled blows of a hammer that air drives.
+//! The first settled blows of an air hammer.
 
 use super::DatasheetError;
 use crate::presets::AirHammer;
@@ -6,24 +6,25 @@ use crate::quantities::air::ATMOSPHERE;
 use crate::quantities::parameters::InputValues;
 use crate::scene::Scene;
 
-/// Blows that are skipped, and blows of the mean after them; a motion that repeats has then settled to about 1 %.
+/// Number of blows that are skipped, and of the blows after them that are averaged. A motion that repeats itself has
+/// then settled to about 1 %.
 const SKIPPED: u64 = 7;
 const AVERAGED: u64 = 2;
-/// A hammer that has not struck so often by this time has stalled, s.
+/// A hammer that has not made these blows by this time has stalled, s.
 const LONGEST: f64 = 3.0;
-/// Feed over outside diameter squared and pressure: what the presets of 4 and 5 inches have.
+/// Feed force divided by pressure and by the outside diameter squared, as in the presets of 4 and 5 inches.
 pub(super) const FEED: f64 = 0.58;
 
-/// Means of the first settled blows, good to about 1 % where the blows repeat.
+/// Means of the first settled blows, accurate to about 1 % where the blows repeat.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct AirBlow {
-    /// Energy of the piston, J.
+    /// Energy of the piston at impact, J.
     pub energy: f64,
-    /// Period, s.
+    /// Period of the blows, s.
     pub period: f64,
-    /// Free air, m3/s.
+    /// Flow of free air, m3/s.
     pub flow: f64,
-    /// Work given to the rock, J.
+    /// Work done on the rock, J.
     pub rock_work: f64,
     /// Largest height of the piston above the bit, m.
     pub height: f64,
@@ -33,7 +34,7 @@ impl AirBlow {
     /// Simulates the first blows of a scene.
     ///
     /// # Errors
-    /// The engine's; a hammer that strikes too few blows.
+    /// Those of the engine; [`DatasheetError::Contradiction`] for a hammer that strikes too few blows.
     pub fn of(scene: &Scene) -> Result<Self, DatasheetError> {
         let mut machine = scene.machine()?;
         let (mut sum, mut counted, mut height) = ([0.0; 4], 0, 0.0f64);
@@ -60,7 +61,7 @@ impl AirBlow {
 }
 
 impl AirHammer {
-    /// The scene at this supply pressure above the atmosphere's, Pa.
+    /// The scene of this hammer at a supply pressure above that of the atmosphere, Pa.
     pub fn at(&self, pressure: f64) -> Scene {
         let (parameters, inputs) = self.start();
         Scene {
