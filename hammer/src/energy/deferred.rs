@@ -1,8 +1,9 @@
 //! The deferred ledger: works and losses are integrated only when an energy is read.
 //!
-//! The integrals over an interval follow from the states at its two ends. These are stored until an energy is read,
-//! or until they take too much memory. The integrals are then added one by one in order of time, so that reading an
-//! energy changes no bit of a later one.
+//! The integrals over an interval follow from the states at its two ends.
+//! These states are stored until an energy is read, or until they take too much memory.
+//! The integrals are then added one by one in order of time, so that reading an energy does not change a later one, to
+//! the last binary digit.
 
 use super::interval::{self, Forms, Interval, Sums};
 use super::ledger::Ledger;
@@ -11,41 +12,42 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-/// An interval whose integrals are not yet added: a linked list, so that a snapshot shares it instead of copying it.
+/// An interval whose integrals are not yet added to the ledger. Each refers to the one before it: a snapshot shares
+/// this linked list instead of copying it.
 pub(crate) struct Deferred {
     pub interval: Interval,
     sums: OnceLock<Sums>,
-    /// Known sums between the previous interval and this one.
+    /// Sums that were known at once, between the previous interval and this one.
     known: Vec<Sums>,
     before: Option<Arc<Deferred>>,
 }
 
 impl Deferred {
-    /// The contribution. `forms` are those at the end of the previous interval.
+    /// The integrals over the interval. `forms` are those at the end of the previous interval.
     fn sums<'a>(&'a self, forms: &mut Forms<'a>) -> &'a Sums {
         self.sums.get_or_init(|| self.interval.sums(forms))
     }
 }
 
-/// Drops in a loop, since recursion would overflow the stack on a long list.
+/// Drops the list in a loop, since recursion would overflow the stack on a long one.
 impl Drop for Deferred {
     fn drop(&mut self) {
         let mut next = self.before.take();
-        while let Some(mut one) = next {
-            next = Arc::get_mut(&mut one).and_then(|one| one.before.take());
+        while let Some(mut deferred) = next {
+            next = Arc::get_mut(&mut deferred).and_then(|deferred| deferred.before.take());
         }
     }
 }
 
-/// The ledger up to the epoch: an evaluated part and a pending one. It is serialised evaluated.
+/// The ledger up to the epoch: an evaluated part and a pending one. Serialising it evaluates it.
 #[derive(Clone, Default, Serialize, Deserialize)]
 #[serde(from = "Ledger", into = "Ledger")]
 pub(crate) struct DeferredLedger {
     evaluated: Ledger,
     last: Option<Arc<Deferred>>,
-    /// Known sums after the last interval.
+    /// Sums that were known at once, after the last interval.
     known: Vec<Sums>,
-    /// Numbers stored.
+    /// Number of the stored numbers.
     pub size: usize,
 }
 
@@ -61,14 +63,14 @@ impl From<DeferredLedger> for Ledger {
     }
 }
 
-/// Without those before.
+/// Shows this interval without those before it.
 impl fmt::Debug for Deferred {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.interval.fmt(f)
     }
 }
 
-/// As serialised. Recursion would overflow the stack here too.
+/// Shows the evaluated ledger. Showing the list by recursion would overflow the stack.
 impl fmt::Debug for DeferredLedger {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.evaluated().fmt(f)
@@ -82,7 +84,7 @@ impl PartialEq for DeferredLedger {
 }
 
 impl DeferredLedger {
-    /// Adds an interval, not yet integrated. (It is made in its place: it is long.)
+    /// Adds an interval that is not yet integrated. `make` makes it where it is stored, since it is too large to move.
     pub fn defer(&mut self, make: impl FnOnce() -> Interval) -> &Arc<Deferred> {
         let (known, before) = (std::mem::take(&mut self.known), self.last.take());
         let deferred = Deferred { interval: make(), sums: OnceLock::new(), known, before };
@@ -91,7 +93,7 @@ impl DeferredLedger {
         last
     }
 
-    /// Evaluates everything pending if it is much. Integrals that are finished survive an interrupt.
+    /// Evaluates all pending integrals if they take too much memory. Finished integrals survive an interrupt.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -104,7 +106,7 @@ impl DeferredLedger {
         Ok(())
     }
 
-    /// Integrates everything pending. Integrals that are finished survive an interrupt.
+    /// Computes all pending integrals. Finished integrals survive an interrupt.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -118,7 +120,7 @@ impl DeferredLedger {
         Ok(())
     }
 
-    /// Adds known integrals.
+    /// Adds integrals that are known already.
     pub fn add(&mut self, sums: Sums) {
         self.known.push(sums);
     }
@@ -142,7 +144,7 @@ impl DeferredLedger {
         ledger
     }
 
-    /// Evaluates all pending integrals.
+    /// Evaluates all pending integrals, so that none is left.
     pub fn settle(&mut self) {
         *self = self.evaluated().into();
     }

@@ -21,16 +21,16 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Numbers stored in the intervals of all hammers of the process.
 static STORED: AtomicUsize = AtomicUsize::new(0);
-/// Beyond this, 32 MB, each hammer may store only [`CROWDED`].
+/// If more numbers than this (32 MB) are stored in the process, each hammer may store only [`CROWDED`].
 const PROCESS: usize = 1 << 22;
-/// Most numbers in the intervals of one hammer, 8 MB: some 120 blows of the reference. A run of a second then
-/// integrates nothing that is never read.
+/// Largest number of numbers in the intervals of one hammer: 8 MB, or some 120 blows of the reference hammer. A run of
+/// one second then integrates nothing that is never read.
 const MOST: usize = 1 << 20;
-/// The same limit among many hammers: 256 kB, which stay in the processor's caches.
+/// The same limit for one of many hammers: 256 kB, which stay in the processor's caches.
 pub(crate) const CROWDED: usize = 1 << 15;
 
-/// Most numbers that a hammer may store now, in intervals whose integrals or peaks are not yet computed. The limit
-/// changes no bit of them.
+/// How many numbers a hammer may store now, in intervals whose integrals or peaks are not yet computed. The limit does
+/// not affect their values.
 pub(crate) fn storable() -> usize {
     if STORED.load(Ordering::Relaxed) > PROCESS { CROWDED } else { MOST }
 }
@@ -38,7 +38,7 @@ pub(crate) fn storable() -> usize {
 /// Works, losses and impulses, summed over time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sums {
-    /// Work of the loads, per channel, J.
+    /// Work of the load of each channel, J.
     pub work: [f64; CHANNELS],
     /// Work dissipated in the bars, J.
     pub damping: f64,
@@ -46,7 +46,7 @@ pub struct Sums {
     pub viscous: f64,
     /// Work dissipated in the rock on loading, J.
     pub rock: f64,
-    /// Energy put in by changing a parameter, J.
+    /// Energy added by changes of parameters, J.
     pub retuned: f64,
     /// Impulse of `F_C`, N s.
     pub contact_impulse: f64,
@@ -68,10 +68,10 @@ impl Sums {
     }
 }
 
-/// A force `k u + c u'`.
+/// A force `k u + c u'` on one of an interval's tracks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Force {
-    /// Index of the track on which it acts, among those beside the tip's; none: the tip's.
+    /// Index of the track on which it acts, among the tracks other than the tip's; `None` means the tip's.
     pub other: Option<usize>,
     /// Functional of the displacement `u`.
     pub functional: usize,
@@ -83,11 +83,11 @@ pub(crate) struct Force {
     pub viscosity: f64,
 }
 
-/// A system, the state at the end of an interval, and the damping form there.
+/// A system, its state at the end of an interval, and the value of its damping form there.
 type End<'a> = (&'a Arc<System>, &'a [f64], f64);
 
-/// Damping forms at the ends of this interval and of the previous one. A group that the event between them did not
-/// change has the same form on both sides.
+/// Values of the damping forms at the ends of this interval and of the previous one. A group that the event between
+/// them did not change has the same value on both sides.
 #[derive(Default)]
 pub(crate) struct Forms<'a> {
     before: Vec<End<'a>>,
@@ -100,57 +100,58 @@ impl<'a> Forms<'a> {
         self.now.clear();
     }
 
-    /// Forms at the start and the end of an interval.
+    /// Values of a system's damping form at the start and the end of an interval.
     fn of(&mut self, system: &'a Arc<System>, [start, end]: [&'a [f64]; 2]) -> [f64; 2] {
-        let same = |known: &&End| Arc::ptr_eq(known.0, system) && known.1 == start;
+        let is_same = |known: &&End| Arc::ptr_eq(known.0, system) && known.1 == start;
         let form = system.damping_form();
-        let first = self.before.iter().find(same).map_or_else(|| form.of(start), |known| known.2);
+        let known = self.before.iter().find(is_same);
+        let first = known.map_or_else(|| form.of(start), |known| known.2);
         let last = form.of(end);
         self.now.push((system, end, last));
         [first, last]
     }
 }
 
-/// An interval between two events: what its integrals follow from.
+/// An interval between two events, with all that its integrals follow from.
 #[derive(Debug)]
 pub(crate) struct Interval {
     graph: Arc<Graph>,
     group: Group,
     system: Arc<System>,
-    /// State of the tip's track at the start, then at the end.
+    /// State of the tip's track at the start, followed by that at the end.
     ends: Vec<f64>,
     /// Length of the interval, s.
     pub span: f64,
     loading: Loading,
-    /// System of the piston, while it flies alone.
+    /// System of the piston, if it flies alone.
     piston: Option<Arc<System>>,
     others: Vec<Other>,
     ties: Ties,
     spring: Spring,
     rock: Rock,
     damped: bool,
-    /// Work given to the rock, J: dissipated on loading, and by the dashpot at the tip.
+    /// Work done on the rock, J: the part dissipated on loading, and that of the dashpot at the tip.
     pub given: [f64; 2],
 }
 
-/// A track beside that of the tip, since an event last touched it.
+/// A track other than the tip's, from the event that last changed it.
 #[derive(Debug)]
 struct Other {
     group: Group,
     system: Arc<System>,
-    /// State at the start, then at the end.
+    /// State at the start, followed by that at the end.
     ends: Vec<f64>,
-    /// Length of its own interval, s.
+    /// Length of the track's own interval, s.
     span: f64,
-    /// In the time from its start.
+    /// The polynomial part of its motion, in time from the start of its own interval.
     driven: Driven,
 }
 
 /// Loads over an interval, and the polynomial part of its motion.
 #[derive(Debug)]
 enum Loading {
-    /// Constant loads, with parabolas of the tip's track and of a free piston. Nearly all intervals are so, and take
-    /// much less memory than polynomials of any degree.
+    /// Constant loads, with the parabolas of the tip's track and of a free piston. Nearly all intervals are of this
+    /// kind, which takes much less memory than polynomials of any degree.
     Constant {
         loads: [f64; CHANNELS],
         translations: [[f64; 3]; 2],
@@ -162,18 +163,18 @@ enum Loading {
 #[derive(Clone, Debug)]
 struct Polynomials {
     loads: [Poly; CHANNELS],
-    /// Motion of the track that ends at the tip, and of a free piston.
+    /// Polynomial part of the motion of the tip's track, and of a free piston.
     driven: [Driven; 2],
 }
 
 impl Loading {
     fn new(motion: &Motion) -> Self {
         let MotionState { loads, anchors, .. } = &motion.state;
-        let places = [Some(0), motion.flying()];
+        let tracks = [Some(0), motion.flying()];
         if !motion.is_steady() {
             let driven =
                 |i: Option<usize>| i.map(|i| anchors[i].driven.clone()).unwrap_or_default();
-            let driven = places.map(driven);
+            let driven = tracks.map(driven);
             return Self::Varying(Box::new(Polynomials { loads: *loads, driven }));
         }
         let translation = |i: Option<usize>| {
@@ -181,12 +182,12 @@ impl Loading {
             c.map_or([0.0; 3], |c| [c[0], c[1], c[2]])
         };
         let loads = loads.each_ref().map(|load| load.0[0]);
-        Self::Constant { loads, translations: places.map(translation) }
+        Self::Constant { loads, translations: tracks.map(translation) }
     }
 
     fn polynomials(&self) -> Polynomials {
         match self {
-            Self::Varying(all) => Polynomials::clone(all),
+            Self::Varying(polynomials) => Polynomials::clone(polynomials),
             Self::Constant { loads, translations } => {
                 let driven = translations.map(|c| Driven::translating(Poly::parabola(c)));
                 Polynomials { loads: loads.map(Poly::constant), driven }
@@ -196,13 +197,14 @@ impl Loading {
 }
 
 impl Interval {
-    /// The interval from the epoch to `span` after it, to which `tracks` are rotated, of all tracks.
+    /// The interval of all tracks, from the epoch to `span` after it. `tracks` are rotated to its end.
     pub fn whole(motion: &Motion, tracks: &[Track], span: f64) -> Self {
         Self::new(motion, tracks, motion.graph().all(), span, [None; 2])
     }
 
-    /// The interval from the epoch to `span` after it, to which `tracks` are rotated, of the groups of `touched`
-    /// bodies. `known` are the viscous form at its start and the viscous work, if they are.
+    /// The interval of the tracks that contain one of the `touched` bodies and of the tip's track, from the epoch to
+    /// `span` after it. `tracks` are rotated to its end.
+    /// `known` are the value of the viscous form at its start and the viscous work, as far as they are known.
     pub fn new(
         motion: &Motion,
         tracks: &[Track],
@@ -221,7 +223,7 @@ impl Interval {
             let (group, system, ends) = (anchor.group, system(index), ends(index));
             Other { group, system, ends, span: span - start, driven }
         };
-        let mut stretch = Self {
+        let mut interval = Self {
             graph: model.graph.clone(),
             group: anchor.group,
             system: system(0),
@@ -236,16 +238,16 @@ impl Interval {
             damped: model.is_damped(),
             given: [0.0; 2],
         };
-        stretch.given = stretch.rock_work(motion, &tracks[0], known);
-        STORED.fetch_add(stretch.size(), Ordering::Relaxed);
-        stretch
+        interval.given = interval.rock_work(motion, &tracks[0], known);
+        STORED.fetch_add(interval.size(), Ordering::Relaxed);
+        interval
     }
 
     fn start(&self) -> &[f64] {
         &self.ends[..self.ends.len() / 2]
     }
 
-    /// The track on which a force acts, at its start.
+    /// The track on which a force acts, at the start of the interval.
     pub fn track(&self, force: &Force) -> Track {
         let (system, ends) = match force.other {
             None => (&self.system, &self.ends),
@@ -254,13 +256,13 @@ impl Interval {
         Track { system: system.clone(), z: ends[..ends.len() / 2].to_vec(), at: 0.0 }
     }
 
-    /// True if a force acts whose peak is an output.
+    /// True if one of the forces acts whose peaks are outputs.
     pub fn is_pressed(&self) -> bool {
         let rock = self.spring.coefficients(&self.rock).stiffness;
         rock > 0.0 || Tie::REPORTED.into_iter().any(|tie| self.ties.hold(tie))
     }
 
-    /// `F_R`, then the forces of the reported ties; none where they do not act.
+    /// `F_R`, then the forces of [`Tie::REPORTED`]; `None` for a force that does not act.
     pub fn forces(&self) -> [Option<Force>; 1 + Tie::REPORTED.len()] {
         let Polynomials { loads, driven: [driven, ..] } = &self.loading.polynomials();
         let force = |displacement, line: Coefficients, sign: f64| {
@@ -311,7 +313,7 @@ impl Interval {
         self.graph.share(self.group, displacement).unwrap_or_default()
     }
 
-    /// Computes the form that takes most of the time of the integrals, once per system.
+    /// Computes the damping form, once per system. It takes most of the time of the integrals.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -319,8 +321,8 @@ impl Interval {
         if self.damped { self.system.prepare_damping_form() } else { Ok(()) }
     }
 
-    /// The integrals. `forms` are those at the end of the previous interval, and become those at the end of this one.
-    /// The damping of a flying piston is integrated when its flight ends.
+    /// The integrals over the interval. `forms` are those at the end of the previous interval, and become those at the
+    /// end of this one. The damping of a flying piston is integrated when its flight ends.
     pub fn sums<'a>(&'a self, forms: &mut Forms<'a>) -> Sums {
         let polynomials = &self.loading.polynomials();
         let main = self.stretch(polynomials);
@@ -333,9 +335,9 @@ impl Interval {
         sums.damping += damping(&self.system, &main, &self.ends);
         self.add_group(self.group, &main, &mut sums);
         if let Some(system) = &self.piston {
-            // Loads on a free body work on its translation only, so that its oscillation can be left out.
-            let still = vec![0.0; 2 * system.blocks()];
-            let (start, end, driven) = (&still[..], &still[..], &polynomials.driven[1]);
+            // Loads on a free body do work on its translation only, so its oscillation can be left out.
+            let rest = vec![0.0; 2 * system.blocks()];
+            let (start, end, driven) = (&rest[..], &rest[..], &polynomials.driven[1]);
             let piston = Stretch { system, start, end, driven, ..self.stretch(polynomials) };
             self.add_works(Group::PISTON, &piston, &mut sums);
         }
@@ -375,8 +377,8 @@ impl Interval {
         [sums.rock, sums.viscous] = self.given;
     }
 
-    /// Work given to the rock, J: dissipated on loading, and by the dashpot at the tip. It is integrated at once, which
-    /// is cheap, since each blow reports it.
+    /// Work done on the rock, J: the part dissipated on loading, and that of the dashpot at the tip. Each blow reports
+    /// it, so it is integrated at once, which is cheap.
     fn rock_work(&self, motion: &Motion, track: &Track, known: [Option<f64>; 2]) -> [f64; 2] {
         if !self.spring.is_loading() {
             return [0.0; 2];
@@ -399,8 +401,8 @@ impl Interval {
         [lost, work.unwrap_or_else(integrate)]
     }
 
-    /// The viscous work exactly as the search for the energy barrier summed it: by series, accurate to its own
-    /// rounding, or by quadratic forms.
+    /// The viscous work, computed exactly as the search for the energy barrier computed it: by a series, which is
+    /// accurate to its own rounding, or by quadratic forms.
     pub fn viscous_of_barrier(&self, by_series: bool) -> f64 {
         if !by_series {
             return self.given[1];
@@ -425,8 +427,8 @@ impl Interval {
         let numbers = |bytes: usize| bytes / size_of::<f64>();
         let slow = |driven: &Driven| numbers(size_of_val(&driven.slow[..]));
         let other = |other: &Other| other.ends.len() + slow(&other.driven);
-        let loading = if let Loading::Varying(all) = &self.loading {
-            numbers(size_of::<Polynomials>()) + all.driven.iter().map(slow).sum::<usize>()
+        let loading = if let Loading::Varying(polynomials) = &self.loading {
+            numbers(size_of::<Polynomials>()) + polynomials.driven.iter().map(slow).sum::<usize>()
         } else {
             0
         };

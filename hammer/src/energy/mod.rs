@@ -1,4 +1,4 @@
-//! Works, losses, stored energies and largest forces, integrated over the intervals between events when they are
+//! Works, losses, stored energies and largest forces. They are computed for the intervals between events, when they are
 //! read.
 
 pub mod deferred;

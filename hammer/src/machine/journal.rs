@@ -7,45 +7,45 @@ use serde::{Deserialize, Serialize};
 /// Counts since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counters {
-    /// Collisions (closings within `2 (T1 + T2)` of the last opening belong to one).
+    /// Collisions. Closings within `2 (T1 + T2)` of the last opening belong to the same collision.
     pub contacts: u64,
-    /// Blows: the first collisions of the piston's falls that are fast enough.
+    /// Blows: of each fall of the piston the first collision, if it is fast enough.
     pub blows: u64,
-    /// Drilling cycles begun (entries into DFC).
+    /// Drilling cycles that have begun (entries into DFC).
     pub rock_cycles: u64,
     /// Mode transitions.
     pub events: u64,
-    /// Changes of basis (work done by the integrator).
+    /// Changes of the modal basis (a measure of the integrator's work).
     pub basis_changes: u64,
     /// Evaluations of a guard.
     pub guard_evaluations: u64,
-    /// Rotations of the modal state.
+    /// Rotations of the modal state to another instant.
     pub samples: u64,
     /// Taylor windows opened by the search.
     pub windows: u64,
-    /// Steps of scans within windows.
+    /// Steps of the scans within these windows.
     #[serde(skip)]
     pub scans: u64,
 }
 
 impl Counters {
-    /// True beyond `2^53`, which no run of centuries would reach.
+    /// True if a count is above `2^53`, which no run of centuries would reach.
     pub(crate) fn are_too_many(&self) -> bool {
         let Self { contacts, blows, rock_cycles, events, basis_changes, .. } = *self;
-        let most = [contacts, blows, rock_cycles, events, basis_changes];
-        most.into_iter().any(|count| count > 1 << 53)
+        let counts = [contacts, blows, rock_cycles, events, basis_changes];
+        counts.into_iter().any(|count| count > 1 << 53)
     }
 }
 
 /// A transition in the journal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Record {
-    /// When, s.
+    /// The instant of the transition, s.
     pub time: f64,
-    /// The instant less `time`, s.
+    /// The exact instant minus `time`, which is rounded, s.
     pub time_rest: f64,
     /// The event.
     pub event: Event,
-    /// The mode entered.
+    /// The mode that the transition leads to.
     pub mode: Mode,
 }

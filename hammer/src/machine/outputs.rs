@@ -15,58 +15,58 @@ use crate::scene::graph::{Channel, Edge};
 /// Motion and forces at one instant. SI units, positive downward.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Kinematics {
-    /// Mass-weighted mean displacement of the piston.
+    /// Motion of the piston: its mass-weighted mean.
     pub piston: PointMotion,
-    /// Its third rate, m/s3.
+    /// Third rate of the piston's mean displacement, m/s3.
     pub piston_jerk: f64,
-    /// Mass-weighted mean displacement of the bit.
+    /// Motion of the bit, with a drill string if there is one: its mass-weighted mean.
     pub bit: PointMotion,
-    /// Its third rate, m/s3.
+    /// Third rate of the bit's mean displacement, m/s3.
     pub bit_jerk: f64,
-    /// Displacement of the bit/rock interface `w1.u`.
+    /// Motion of the bit/rock interface `w1.u`.
     pub tip: PointMotion,
     /// `vr = up_mean - ub_mean - g0`. With a casing it is relative to the casing, and with loose joints to the shank.
     pub relative: PointMotion,
-    /// Its third rate, m/s3.
+    /// Third rate of `vr`, m/s3.
     pub relative_jerk: f64,
-    /// `y = up_mean - ub_mean - g0`: relative to what the piston strikes, also with a casing.
+    /// `y = up_mean - ub_mean - g0`. It is relative to what the piston strikes, with or without a casing.
     pub over_struck: PointMotion,
-    /// Displacement of the casing (0 without one).
+    /// Motion of the casing: its mass-weighted mean, or 0 without a casing.
     pub casing: PointMotion,
-    /// Gap `g`.
+    /// Motion of the gap `g`.
     pub gap: PointMotion,
-    /// `F_C`, N.
+    /// Contact force `F_C`, N.
     pub contact_force: f64,
-    /// Its rate, N/s.
+    /// Rate of `F_C`, N/s.
     pub contact_force_rate: f64,
-    /// Its second rate, N/s2.
+    /// Second rate of `F_C`, N/s2.
     pub contact_force_acceleration: f64,
-    /// `F_R`, N.
+    /// Rock force `F_R`, N.
     pub rock_force: f64,
-    /// Its rate, N/s.
+    /// Rate of `F_R`, N/s.
     pub rock_force_rate: f64,
-    /// `F_A`, N.
+    /// Drive force `F_A`, N.
     pub applied_drive_force: f64,
-    /// Its first two rates, N/s and N/s2.
+    /// First and second rate of `F_A`, N/s and N/s2.
     pub applied_drive_force_rates: [f64; 2],
-    /// `uu` at the last unloading, m.
+    /// `uu` of the last unloading, m.
     pub tip_depth: f64,
     /// Force of the chuck on the casing, N; positive where the shoulder presses on the bit.
     pub chuck_force: f64,
-    /// Its rate, N/s.
+    /// Rate of the chuck's force, N/s.
     pub chuck_force_rate: f64,
 }
 
-/// Motion and stress along the bodies, top to bottom. Nodes are the ends of the mesh's spans
-/// ([`crate::Sections::nodes`]) whatever its degree, stresses those at their middles.
+/// Motion and stress along the bodies, from top to bottom. Nodes are the ends of the mesh's spans
+/// ([`crate::Sections::nodes`]) whatever the degree of the mesh; stresses are those at the middles of the spans.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Profile {
     /// Displacement (m) and velocity (m/s) of the piston's nodes; a rigid body has one.
     pub piston: Vec<[f64; 2]>,
-    /// Displacement (m) and velocity (m/s) of the bit's nodes; at a loose joint, of the lower rod's.
+    /// Displacement (m) and velocity (m/s) of the bit's nodes; at a loose joint the node is the lower rod's.
     pub bit: Vec<[f64; 2]>,
-    /// Axial stress `E (u' + beta v')` in the piston's spans, tension positive, Pa; times the
-    /// section's area it is the axial force. Empty for a rigid body.
+    /// Axial stress `E (u' + beta v')` in the piston's spans, tension positive, Pa. The axial force is this stress
+    /// times the section's area. Empty for a rigid body.
     pub piston_stress: Vec<f64>,
     /// Axial stress in the bit's spans, tension positive, Pa.
     pub bit_stress: Vec<f64>,
@@ -83,7 +83,7 @@ impl Kinematics {
         let present = Present::of(motion);
         let frame = Bodies::one(graph.frame);
         let [piston, bit] = [Bodies::PISTON, graph.string()].map(|bodies| present.mean(bodies));
-        let beside = if frame == graph.string() { bit } else { present.mean(frame) };
+        let reference = if frame == graph.string() { bit } else { present.mean(frame) };
         let [drive, drive_rate, drive_acceleration] = present.loads[Channel::Drive as usize];
         let [contact, chuck] = Tie::REPORTED.map(|tie| present.tie(tie));
         let (tip, gap) = (present.tip, contact.x);
@@ -94,10 +94,10 @@ impl Kinematics {
             velocity,
             acceleration,
         };
-        let off: [f64; 4] = std::array::from_fn(|k| piston[k] - beside[k]);
-        let relative = at(off[0] + motion.ahead(Displacement::Relative), off);
+        let difference: [f64; 4] = std::array::from_fn(|k| piston[k] - reference[k]);
+        let relative = at(difference[0] + motion.ahead(Displacement::Relative), difference);
         let casing = match graph.is_framed() {
-            true => at(place(beside[0], frame), beside),
+            true => at(place(reference[0], frame), reference),
             false => PointMotion::default(),
         };
         let over_struck = match graph.over_struck() {
@@ -115,7 +115,7 @@ impl Kinematics {
             bit_jerk: bit[3],
             tip: PointMotion { displacement: origin + tip.displacement, ..tip },
             relative,
-            relative_jerk: off[3],
+            relative_jerk: difference[3],
             over_struck,
             casing,
             gap,
@@ -137,21 +137,21 @@ impl Kinematics {
 struct Present<'a> {
     motion: &'a Motion,
     tracks: Vec<Track>,
-    /// Each load, N, and two rates.
+    /// Each load (N, for gravity m/s2) with its first and second rate.
     loads: [[f64; 3]; CHANNELS],
     tip: PointMotion,
-    /// `F_R`, N, and its rate.
+    /// `F_R` and its rate, N and N/s.
     rock: [f64; 2],
-    ties: Vec<Tied>,
+    ties: Vec<PresentTie>,
 }
 
 /// A tie at the present instant.
 #[derive(Clone, Copy, Default)]
-struct Tied {
+struct PresentTie {
     x: PointMotion,
-    /// Stiffness and viscosity, if it holds.
+    /// Stiffness and viscosity that act now.
     line: Coefficients,
-    /// Force that pushes its bodies apart, N, and its rate.
+    /// Force that pushes the tie's bodies apart and its rate, N and N/s.
     force: [f64; 2],
 }
 
@@ -163,17 +163,17 @@ impl<'a> Present<'a> {
         let forces = |line: Coefficients, x: PointMotion| {
             [line.force(x.displacement, x.velocity), line.force(x.velocity, x.acceleration)]
         };
-        let tied = |edge: &Edge| {
+        let tie = |edge: &Edge| {
             let x = point(Displacement::Tie(edge.tie));
             let line = edge.law.acting(state.mode.ties.of(edge.tie));
-            Tied { x, line, force: forces(line, x).map(|force| -force) }
+            PresentTie { x, line, force: forces(line, x).map(|force| -force) }
         };
         let rates = |load: Poly| {
             let rate = load.derivative();
             [load, rate, rate.derivative()].map(|poly| poly.at(state.now))
         };
         Self {
-            ties: motion.graph().ties.iter().map(tied).collect(),
+            ties: motion.graph().ties.iter().map(tie).collect(),
             loads: state.loads.map(rates),
             rock: forces(line, tip),
             tip,
@@ -182,41 +182,41 @@ impl<'a> Present<'a> {
         }
     }
 
-    fn tie(&self, tie: Tie) -> Tied {
+    fn tie(&self, tie: Tie) -> PresentTie {
         let mut edges = self.motion.graph().ties.iter().zip(&self.ties);
-        edges.find(|(edge, _)| edge.tie == tie).map_or_else(Tied::default, |(_, tied)| *tied)
+        edges.find(|(edge, _)| edge.tie == tie).map(|(_, present)| *present).unwrap_or_default()
     }
 
-    /// Mean displacement of bodies in the engine, m, and three rates: mean accelerations follow from
-    /// the forces on the bodies.
+    /// Mean displacement of a set of bodies in the engine, m, and three rates. The second and the third follow from the
+    /// forces on the bodies.
     fn mean(&self, bodies: Bodies) -> [f64; 4] {
         let graph = self.motion.graph();
         let now = self.motion.state.now;
         let mean = self.motion.point(&self.tracks, Displacement::Mean(bodies), now);
-        let mut pushed = [0.0; 2];
-        let mut push = |factor: f64, [force, rate]: [f64; 2]| {
-            pushed[0] += factor * force;
-            pushed[1] += factor * rate;
+        let mut total = [0.0; 2];
+        let mut add = |factor: f64, [force, rate]: [f64; 2]| {
+            total[0] += factor * force;
+            total[1] += factor * rate;
         };
-        let loads = graph.loaded.iter().filter(|(_, on, _)| on.within(bodies));
+        let loads = graph.loaded.iter().filter(|(_, loaded, _)| loaded.within(bodies));
         for (_, _, parts) in loads {
             for (channel, (part, load)) in parts.iter().zip(&self.loads).enumerate() {
                 if channel != Channel::Gravity as usize {
-                    push(*part, [load[0], load[1]]);
+                    add(*part, [load[0], load[1]]);
                 }
             }
         }
-        for (edge, tied) in graph.ties.iter().zip(&self.ties) {
+        for (edge, tie) in graph.ties.iter().zip(&self.ties) {
             let [above, below] =
                 [edge.upper.is_some_and(|body| bodies.have(body)), bodies.have(edge.lower)];
-            push(f64::from(u8::from(below)) - f64::from(u8::from(above)), tied.force);
+            add(f64::from(u8::from(below)) - f64::from(u8::from(above)), tie.force);
         }
         if bodies.have(graph.bit) {
-            push(-1.0, self.rock);
+            add(-1.0, self.rock);
         }
         let mass = graph.mass(bodies);
-        let fall = self.loads[Channel::Gravity as usize][0];
-        [mean.displacement, mean.velocity, fall + pushed[0] / mass, pushed[1] / mass]
+        let gravity = self.loads[Channel::Gravity as usize][0];
+        [mean.displacement, mean.velocity, gravity + total[0] / mass, total[1] / mass]
     }
 }
 
@@ -254,7 +254,7 @@ impl Profile {
         for body in bodies {
             let (nodes, stress) = along(body, 0.0);
             if graph.string().have(body.0) {
-                bit.pop(); // At a joint, what is below.
+                bit.pop(); // At a joint, the node of the lower body replaces that of the upper one.
                 bit.extend(nodes);
                 bit_stress.extend(stress);
             } else if body.0 == graph.frame {

@@ -1,4 +1,4 @@
-//! Ends of a step that a host asked for: at each blow, and where the piston passes a position.
+//! Stops: the ends of a step that a host asks for, at each blow and where the piston passes a position.
 //!
 //! ```text
 //! blow        the step ends at the event, whose instant is the blow's
@@ -6,8 +6,8 @@
 //!             is at the level or beyond it
 //! ```
 //!
-//! In both cases the state is only read, and the motion stays the same, bit for bit. Where such events do not end
-//! steps, they are only recorded.
+//! A stop only reads the state, so the motion stays the same, to the last binary digit.
+//! On request, such events are only recorded and do not end the step.
 
 use crate::error::Error;
 use crate::laws::event::Displacement;
@@ -18,25 +18,25 @@ use crate::search::tracker::NEAR;
 use crate::search::work::Work;
 use serde::{Deserialize, Serialize};
 
-/// Number of doubles after a passage that are tried one by one, and of doublings of the step after them.
+/// Number of doubles after a passage that are tried one by one, and of the doublings of the distance after them.
 const TRIED: [u32; 2] = [16, 40];
 
 /// Events that end a step early, or are recorded in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stops {
-    /// False: events are recorded only.
+    /// True if these events end the step, false if they are only recorded.
     pub ends: bool,
     blows: bool,
-    /// Positions of the piston relative to the bit, m, and true where the piston was last found beyond.
+    /// Positions of the piston relative to the bit, m, each with true if the piston was last found beyond it.
     levels: Vec<(f64, bool)>,
 }
 
 /// Why a step ended, or which events it had. A blow and a passage may be simultaneous.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stop {
-    /// A blow.
+    /// True if there was a blow.
     pub blow: bool,
-    /// Index of the position that the piston passed, the last of several.
+    /// Index of the position that the piston passed; of several, the last one.
     pub position: Option<usize>,
 }
 
@@ -51,21 +51,21 @@ impl Stops {
     /// Stops at each blow, if `blows`, and at each passage of one of `positions` (m) from now on.
     pub fn new(machine: &Machine, blows: bool, positions: &[f64]) -> Self {
         let now = machine.kinematics();
-        let goes = [now.relative.velocity, now.relative.acceleration];
-        // At a position itself, the direction of the motion decides the side.
-        let up = goes.into_iter().find(|rate| *rate != 0.0).is_some_and(|rate| rate > 0.0);
+        let rates = [now.relative.velocity, now.relative.acceleration];
+        // Exactly at a position, the direction of the motion decides the side.
+        let rises = rates.into_iter().find(|rate| *rate != 0.0).is_some_and(|rate| rate > 0.0);
         let x = now.relative.displacement;
-        let beyond = |at: f64| x > at || x == at && up;
-        Self { ends: true, blows, levels: positions.iter().map(|&at| (at, beyond(at))).collect() }
+        let side = |&level: &f64| (level, x > level || x == level && rises);
+        Self { ends: true, blows, levels: positions.iter().map(side).collect() }
     }
 
-    /// True if these stops are for these blows and positions.
+    /// True if these stops were made for the same `blows` and `positions`.
     pub fn are(&self, blows: bool, positions: &[f64]) -> bool {
         self.blows == blows && self.positions().eq(positions.iter().copied())
     }
 
-    /// Corrects the stored sides of the positions after a machine was restored. A side is where the piston is, unless
-    /// it is so near the position that a guard could have missed the passage.
+    /// Corrects the stored sides after a machine was restored: the piston is on the side where it is found, unless it
+    /// is so near the position that a guard could have missed the passage.
     pub fn settle(&mut self, machine: &Machine) {
         let near = NEAR * machine.motion().resolved(Displacement::Relative);
         let x = machine.kinematics().relative.displacement;
@@ -87,9 +87,9 @@ pub(crate) struct Stopper<'a> {
     stops: &'a mut Stops,
     guards: Option<Positions>,
     blows: u64,
-    /// Work of the search and of its own; it may spend as much again as the search.
+    /// Work of the search for positions, which may spend as much again as the search for events.
     work: Work,
-    /// Events so far.
+    /// The events of the step so far.
     stop: Stop,
 }
 
@@ -99,7 +99,7 @@ impl<'a> Stopper<'a> {
         Self { stops, guards: None, blows, work, stop: Stop::default() }
     }
 
-    /// Restarts its search after a move of the epoch.
+    /// Restarts the search for positions after the epoch has moved.
     pub fn restart(&mut self) {
         self.guards = None;
     }
@@ -115,7 +115,7 @@ impl<'a> Stopper<'a> {
         self.stops.ends
     }
 
-    /// Ends the step, and tells why it ended.
+    /// Ends the step and returns why it ended.
     pub fn end(mut self, machine: &Machine) -> Stop {
         if self.stop.any() {
             self.pass_all(machine);
@@ -123,8 +123,8 @@ impl<'a> Stopper<'a> {
         self.stop
     }
 
-    /// Ends the step where the piston passes a position before `until` after the epoch and not after `to`, by moving
-    /// the present there.
+    /// Looks for a passage of a position before the time `until` after the epoch and not after the instant `to`. If
+    /// there is one that ends the step, moves the present there and returns true.
     ///
     /// # Errors
     /// Those of [`Machine::advance`].
@@ -144,19 +144,19 @@ impl<'a> Stopper<'a> {
             let guards = self
                 .guards
                 .get_or_insert_with(|| Positions::start(&machine.motion, &self.stops.levels, from));
-            let searched = (&machine.search, &machine.motion);
-            let Some((at, index)) = guards.first(searched, until, &mut self.work)? else {
+            let context = (&machine.search, &machine.motion);
+            let Some((crossing, index)) = guards.first(context, until, &mut self.work)? else {
                 return Ok(false);
             };
             let (level, beyond) = self.stops.levels[index];
             let passed = |x: f64| if beyond { x <= level } else { x >= level };
             let mut exact = machine.motion.state.epoch;
-            exact.move_by(at);
+            exact.move_by(crossing);
             let mut end = exact.value().max(time);
-            for tried in 0..TRIED[0] + TRIED[1] {
+            for attempt in 0..TRIED[0] + TRIED[1] {
                 let after = machine.motion.state.epoch.until(end);
                 if after >= until && end < to || end > to {
-                    // An event or the end of the step comes first. The passage is found again after it.
+                    // An event or the end of the step comes before it. The passage is found again after that.
                     machine.motion.set_present(now, time);
                     return Ok(false);
                 }
@@ -171,7 +171,7 @@ impl<'a> Stopper<'a> {
                     from = after.max(0.0);
                     break;
                 }
-                let steps = 1_u64 << tried.saturating_sub(TRIED[0]);
+                let steps = 1_u64 << attempt.saturating_sub(TRIED[0]);
                 end = if end == 0.0 {
                     f64::MIN_POSITIVE
                 } else {

@@ -1,4 +1,4 @@
-//! Zeno detection: an endless sequence of transitions becomes an error, not an endless loop.
+//! Zeno detection: an endless sequence of transitions ends with an error instead of an endless loop.
 
 use crate::error::{Error, WorkLimit};
 use crate::laws::mode::Mode;
@@ -7,15 +7,15 @@ use crate::numerics::instant::Double;
 use crate::search::TIME_RESOLUTION;
 use serde::{Deserialize, Serialize};
 
-/// More transitions than this at one instant are Zeno behaviour.
+/// More transitions at one instant than this are Zeno behaviour.
 pub const MAX_SIMULTANEOUS: u32 = 100;
 /// A run of this many transitions must take at least [`SHORTEST_SPACING`] each on average.
 pub const MAX_BURST: u32 = 20_000;
-/// Least mean spacing of transitions, in radians of the fastest motion that mesh, contact and rock
-/// can make. A chattering contact opens and closes once in `2 pi`.
+/// Least mean spacing of transitions, in radians of the fastest oscillation that mesh, contact and rock can make. A
+/// chattering contact opens and closes once in `2 pi`.
 pub const SHORTEST_SPACING: f64 = 0.05;
 
-/// Numbers of transitions at one instant, and in a run.
+/// Counts of the transitions at one instant and in a run of transitions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ZenoDetector {
     /// Transitions at the present instant.
@@ -32,12 +32,12 @@ impl ZenoDetector {
         Self { simultaneous: 0, burst: 0, burst_start: Double::new(time) }
     }
 
-    /// True of counts that would already have been an error.
+    /// True if the counts are so high that they would already have been an error.
     pub(crate) fn is_overrun(&self) -> bool {
         self.simultaneous > MAX_SIMULTANEOUS || self.burst >= MAX_BURST
     }
 
-    /// Counts a transition at the epoch, `after` the previous one, s.
+    /// Counts a transition at the epoch, which comes the time `after` (s) the previous one.
     ///
     /// # Errors
     ///
@@ -59,10 +59,11 @@ impl ZenoDetector {
         Ok(())
     }
 
+    /// Checks the number of transitions at one instant. `from` is the mode before the last of them.
+    ///
     /// # Errors
     ///
-    /// [`Error::Chattering`] after more than [`MAX_SIMULTANEOUS`] transitions at one instant;
-    /// `from` is the mode before the last.
+    /// [`Error::Chattering`] after more than [`MAX_SIMULTANEOUS`] transitions at one instant.
     pub(crate) fn check_simultaneous(&self, motion: &Motion, from: Mode) -> Result<(), Error> {
         if self.simultaneous <= MAX_SIMULTANEOUS {
             return Ok(());
@@ -79,7 +80,8 @@ mod tests {
     use crate::quantities::inputs::Inputs;
     use crate::quantities::parameters::{InputValues, Parameters};
 
-    /// Transitions at one instant, then in nine tenths and in eleven tenths of the least time for so many.
+    /// The transitions come at one instant, then within nine tenths and eleven tenths of the least time that is allowed
+    /// for so many.
     #[test]
     fn a_long_run_of_transitions_is_an_error_where_it_took_too_short_a_time() {
         let model = Model::new(&Parameters::default()).expect("a model");
@@ -92,8 +94,8 @@ mod tests {
                 assert_eq!(detector.count(&motion, 0.0), Ok(()));
                 assert_eq!((detector.simultaneous, detector.burst), (count, count));
                 assert_eq!(detector.is_overrun(), count > MAX_SIMULTANEOUS);
-                let checked = detector.check_simultaneous(&motion, motion.mode());
-                assert_eq!(checked.is_err(), count > MAX_SIMULTANEOUS);
+                let result = detector.check_simultaneous(&motion, motion.mode());
+                assert_eq!(result.is_err(), count > MAX_SIMULTANEOUS);
             }
             let last = detector.count(&motion, 2.0 * TIME_RESOLUTION);
             assert_eq!(detector.simultaneous, 0);

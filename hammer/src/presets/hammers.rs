@@ -1,9 +1,9 @@
 //! A water hammer of stepped bodies, and a top hammer.
 //!
-//! The rock is the reference's, with stiffness, viscosity and barrier in proportion to the hole's area. On the mesh a
-//! rate has an error of a hundredth. The damping is assumed: [`DAMPING`] of the piston's first elastic mode, for a
-//! guided body. With the reference's damping time it would be 0.02 to 0.1 %, and such hammers would never repeat a
-//! blow.
+//! The rock is that of the reference hammer, with stiffness, viscosity and barrier in proportion to the hole's area.
+//! The mesh gives a rate of penetration with an error of 1 %.
+//! The damping is assumed: the piston, which is a guided body, has the damping ratio [`DAMPING`] in its first elastic
+//! mode. With the reference's damping time the ratio would be 0.02 to 0.1 %, and the blows would never repeat.
 
 use super::rocks::{Ground, Inserts};
 use crate::bodies::resolution::Reading;
@@ -15,7 +15,7 @@ pub const DAMPING: f64 = 0.005;
 
 /// The dimensions of a hammer.
 struct Hammer<'a> {
-    /// Lengths (m) and areas (m2) from top to bottom.
+    /// Lengths (m) and areas (m2) of the sections, from top to bottom.
     piston: &'a [(f64, f64)],
     bit: &'a [(f64, f64)],
     /// Diameter of the hole, m.
@@ -23,9 +23,9 @@ struct Hammer<'a> {
     /// Force (N) and stroke (m) of the relay.
     force: f64,
     stroke: f64,
-    /// Feed, N; none: the reference's.
+    /// Feed force, N; `None` means that of the reference hammer.
     feed: Option<f64>,
-    /// Penalty stiffness, N/m, for wave fronts of 6 mm.
+    /// Penalty stiffness that makes wave fronts of 6 mm, N/m.
     contact: f64,
 }
 
@@ -45,11 +45,11 @@ impl Hammer<'_> {
         (p.contact.stiffness, p.contact.initial_gap) = (self.contact, self.stroke);
         p.rock.spread(self.hole);
         p.hole.diameter = self.hole;
-        let usual = Reading::Rate.usual_error();
-        if let Some(mesh) = p.mesh_for(Reading::Rate, usual) {
+        let error = Reading::Rate.usual_error();
+        if let Some(mesh) = p.mesh_for(Reading::Rate, error) {
             mesh.apply(p);
         }
-        // Rounded to three digits, so that it does not depend on where the modes are computed.
+        // The time is rounded to three digits, so that it does not depend on the machine that computes the modes.
         let damping =
             p.damping_time_of(DAMPING).and_then(|time| format!("{time:.2e}").parse().ok());
         p.material.damping_time = damping.unwrap_or(p.material.damping_time);
@@ -72,13 +72,16 @@ pub fn water(p: &mut Parameters, inputs: &mut InputValues) {
 
 /// A hydraulic drifter on four rods of 3.66 m, in granite.
 ///
-/// Blow energy, blow rate and power are those of Atlas Copco's COP 1838: 18 to 19 kW at up to 60 Hz (Walker,
-/// Engineering and Mining Journal, "Hydraulic drills hammer through with new designs, tougher materials"), so some
-/// 310 J. Another drifter of this class was measured at 346 J and 62 Hz. The rock is [`ROCKS`](super::ROCKS)' granite
-/// under nine inserts of 11 mm. Assumed are a piston of the rods' impedance, as in Lundberg 1987 (Int. J. Rock Mech.
-/// Min. Sci. 24:213), its speed, the feed and the bit. The string is the default one, and its damping the
-/// reference's: half a per cent of the piston's first mode, as of the other hammers, would take
-/// `1 - exp(-2 zeta omega L/c)`, 62 %, of the energy of such a wave on its way down the rods.
+/// Blow energy, blow rate and power are those of Atlas Copco's COP 1838: 18 to 19 kW at up to 60 Hz, which is some
+/// 310 J (Walker, Engineering and Mining Journal, "Hydraulic drills hammer through with new designs, tougher
+/// materials"). Another drifter of this class was measured at 346 J and 62 Hz.
+///
+/// The rock is the granite of [`ROCKS`](super::ROCKS) under nine inserts of 11 mm.
+/// These are assumed: a piston of the rods' impedance, as in Lundberg 1987 (Int. J. Rock Mech. Min. Sci. 24:213), its
+/// speed, the feed force and the bit.
+/// The string is the default one, with the damping time of the reference hammer.
+/// A damping ratio of 0.5 % in the piston's first mode, as in the other hammers, would take the share
+/// `1 - exp(-2 zeta omega L/c)` = 62 % of the energy of such a wave on its way down the rods.
 pub fn top_hammer(p: &mut Parameters, inputs: &mut InputValues) {
     let damping = p.material.damping_time;
     p.drill.rods = 4;

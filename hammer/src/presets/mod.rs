@@ -1,4 +1,4 @@
-//! Presets by name: each lists only what differs from the defaults. Rocks by name: [`ROCKS`].
+//! Named presets, each of which sets only what differs from the defaults, and named rocks, [`ROCKS`].
 
 mod air;
 mod hammers;
@@ -12,16 +12,16 @@ pub use air::AirHammer;
 pub use hammers::DAMPING;
 pub use rocks::{Figure, Ground, Inserts, REFERENCE_HOLE, ROCKS, RockError, RockType};
 
-/// A parameter set.
+/// A named set of parameters and inputs.
 pub struct Preset {
-    /// Its name, one word.
+    /// The preset's name, one word.
     pub name: &'static str,
-    /// Its meaning.
+    /// What it represents.
     pub description: &'static str,
     change: fn(&mut Parameters, &mut InputValues),
 }
 
-/// The presets. All but the first are plausible illustrations, not measurements.
+/// The presets. All except the first are plausible illustrations, not measurements.
 pub const PRESETS: &[Preset] = &[
     Preset {
         name: "reference",
@@ -78,12 +78,12 @@ impl Preset {
         }
     }
 
-    /// The preset of a name.
+    /// The preset of this name.
     pub fn named(name: &str) -> Option<&'static Self> {
         PRESETS.iter().find(|preset| preset.name == name)
     }
 
-    /// Its parameters, and the start values of its inputs.
+    /// The preset's parameters, and the start values of its inputs.
     pub fn start(&self) -> (Parameters, InputValues) {
         let mut start = Default::default();
         let (parameters, inputs) = &mut start;
@@ -91,14 +91,15 @@ impl Preset {
         start
     }
 
-    /// Names and values of what differs from the defaults, inputs last.
+    /// Names and values of the variables that differ from the defaults; inputs come last.
     pub fn differences(&self) -> Vec<(&'static str, f64)> {
         let (parameters, inputs) = self.start();
         let mut list = differences(&parameters);
-        let (mut own, mut usual) = (inputs, InputValues::default());
-        let set =
-            INPUTS.iter().map(|row| (row.name, *(row.start)(&mut own), *(row.start)(&mut usual)));
-        list.extend(set.filter(|(_, own, usual)| own != usual).map(|(name, own, _)| (name, own)));
+        let (mut inputs, mut defaults) = (inputs, InputValues::default());
+        for row in &INPUTS {
+            let (value, default) = (*(row.start)(&mut inputs), *(row.start)(&mut defaults));
+            list.extend((value != default).then_some((row.name, value)));
+        }
         list
     }
 }

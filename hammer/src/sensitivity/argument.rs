@@ -5,11 +5,11 @@ use crate::quantities::parameters::Parameters;
 use crate::scene::Scene;
 use crate::variables::{Parameter, Role, Slot, VARIABLES, Variable};
 
-/// An argument: a real parameter, start values included, or a constant input.
+/// An argument: a real parameter (start values are among them) or a constant input.
 #[derive(Clone, Copy)]
 pub struct Argument(&'static Variable);
 
-/// A value below this share of its usual size counts as zero.
+/// An argument whose value is below this share of its usual size counts as zero.
 const SMALL: f64 = 1e-3;
 
 impl Argument {
@@ -29,12 +29,12 @@ impl Argument {
         Self::all().find(|argument| argument.name() == name)
     }
 
-    /// Its dotted name.
+    /// The argument's dotted name.
     pub fn name(self) -> &'static str {
         self.0.name
     }
 
-    /// The input, if it is one.
+    /// The input, if the argument is one.
     pub fn input(self) -> Option<Input> {
         match self.0.role {
             Role::Input(row) => Some(row.input),
@@ -42,7 +42,7 @@ impl Argument {
         }
     }
 
-    /// False if the scene does not read it: every derivative by it is zero.
+    /// False if the scene does not read the argument, so that every derivative by it is zero.
     pub fn is_read(self, parameters: &Parameters) -> bool {
         self.0.unread(parameters).is_none()
     }
@@ -57,12 +57,12 @@ impl Argument {
         }
     }
 
-    /// Its value in a scene.
+    /// The argument's value in a scene.
     pub fn value(self, scene: &Scene) -> f64 {
         self.slot(&mut { *scene }).map_or(f64::NAN, |slot| *slot)
     }
 
-    /// The scene with another value of it.
+    /// The scene with another value of the argument.
     #[must_use]
     pub fn at(self, scene: &Scene, value: f64) -> Scene {
         let mut scene = *scene;
@@ -72,7 +72,7 @@ impl Argument {
         scene
     }
 
-    /// Its usual size.
+    /// The argument's usual size: an input's nominal value, or a parameter's default.
     pub fn nominal(self) -> f64 {
         let usual = match self.0.role {
             Role::Input(row) => row.nominal,
@@ -81,7 +81,7 @@ impl Argument {
         if usual > 0.0 { usual } else { 1.0 }
     }
 
-    /// The scale of its changes: its value or, if that is zero, its usual size.
+    /// The scale of the argument's changes: its value or, if that is zero, its usual size.
     pub fn scale(self, scene: &Scene) -> f64 {
         let (value, usual) = (self.value(scene).abs(), self.nominal());
         if value > SMALL * usual { value } else { usual }

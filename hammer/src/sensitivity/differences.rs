@@ -11,65 +11,66 @@ use crate::sensitivity::sample::{Change, Sample};
 use std::fmt;
 use std::thread;
 
-/// First step, relative to the argument's scale. For a smooth function the best step is about the cube root of a
-/// rounding, where rounding and third derivative contribute alike to the error of a central difference. It is smaller
-/// here, because waves make the third derivative large. (Half of it would save 11 % of the work, but some errors
-/// would exceed a millionth.)
+/// First step, relative to the argument's scale.
+/// For a smooth function the best step is about the cube root of a rounding, where rounding and the third derivative
+/// contribute equally to the error of a central difference.
+/// It is smaller here, because waves make the third derivative large.
+/// (Half of it would save 11 % of the work, but some errors would exceed a millionth.)
 const STEP: f64 = 2e-6;
-/// Factor from one step to the next.
+/// Factor from one step to the next smaller one.
 const FINER: f64 = 0.125;
-/// Least step: with it rounding leaves three digits.
+/// Least step, at which rounding leaves three digits.
 const LEAST: f64 = 1e-10;
 /// Relative rounding of a run's numbers.
 const ROUNDING: f64 = 1e-13;
 /// Largest `air.error` of runs whose difference is taken.
 const AIR: f64 = 1e-11;
-/// A relative error that is small enough.
+/// Relative error of a derivative that is small enough.
 const FINE: f64 = 1e-6;
 
 /// Derivatives of a run's numbers by one argument.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Derivative {
-    /// Derivatives; if the sides differ, their mean.
+    /// Derivatives; where the one-sided derivatives differ, their mean.
     pub values: Vec<f64>,
-    /// Estimated errors; if the sides differ, at least half the difference.
+    /// Estimated errors; where the one-sided derivatives differ, at least half their difference.
     pub errors: Vec<f64>,
-    /// Left-sided derivatives; NaN if there is no such side.
+    /// Left-sided derivatives; NaN if the argument cannot be smaller.
     pub left: Vec<f64>,
-    /// Right-sided derivatives; NaN if there is no such side.
+    /// Right-sided derivatives; NaN if the argument cannot be larger.
     pub right: Vec<f64>,
-    /// Why the sides may differ; empty at a smooth point.
+    /// Why the one-sided derivatives may differ; empty at a smooth point.
     pub nonsmooth: Vec<NonSmooth>,
-    /// Least change of the argument that would make two events simultaneous, to first order. The derivative holds up
-    /// to there, unless a new event appears.
+    /// Least change of the argument that would make two events simultaneous, to first order. The derivative is valid
+    /// for smaller changes, unless a new event appears.
     pub reach: f64,
-    /// The largest step.
+    /// The largest step that was used.
     pub step: f64,
 }
 
-/// Why a point is non-smooth. Sides are sides of the argument.
+/// Why a point is non-smooth. A side means larger or smaller values of the argument.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NonSmooth {
-    /// However close to the point, one side has other events.
+    /// One side has other events than the point itself, however close to it.
     Events {
-        /// Above or below.
+        /// True if it is the side of larger values.
         above: bool,
-        /// How they differ.
+        /// How the events differ.
         change: Change,
     },
-    /// A number has a kink although the events are the same: its maximum jumps to another instant.
+    /// A number has a kink although the events are the same, as where its maximum jumps to another instant.
     Kink {
-        /// Which number.
+        /// Index of the number.
         index: usize,
     },
-    /// A side cannot be run: the argument is at the edge of its domain.
+    /// One side cannot be run, because the argument is at the edge of its domain.
     Edge {
-        /// Above or below.
+        /// True if it is the side of larger values.
         above: bool,
     },
-    /// The events of a side still change at the least step.
+    /// The events of one side still change at the least step.
     Unsettled {
-        /// Above or below.
+        /// True if it is the side of larger values.
         above: bool,
     },
 }
@@ -92,7 +93,7 @@ impl fmt::Display for NonSmooth {
 ///
 /// # Errors
 ///
-/// Any error of `run` at the scene itself; nearby, any error other than [`Error::Parameter`].
+/// Any error of `run` for the scene itself, and any other than [`Error::Parameter`] for a changed argument.
 pub fn derivatives(
     scene: &Scene,
     by: &[Argument],
@@ -118,19 +119,19 @@ fn differences(
     let mut scene = *scene;
     let noise = sharpen(&mut scene.parameters);
     let base = run(&scene)?;
-    // Every argument has an equal part, so that an answer does not depend on the number of threads.
+    // Every argument has an equal share of the work, so that the result does not depend on the number of threads.
     let share = Allowance::left().shared(by.len());
-    let one = |argument: &Argument| {
+    let derivative = |argument: &Argument| {
         let value = argument.value(&scene);
         let scale = Scale { size: argument.scale(&scene), noise };
-        let mut near = |h: f64| match run(&argument.at(&scene, value + h)) {
+        let mut changed = |h: f64| match run(&argument.at(&scene, value + h)) {
             Err(Error::Parameter(_)) => Ok(None),
-            other => other.map(Some),
+            result => result.map(Some),
         };
-        share.within(|| differentiate(&base, scale, &mut near))
+        share.within(|| differentiate(&base, scale, &mut changed))
     };
     let threads = thread::available_parallelism().map_or(1, usize::from);
-    in_threads(by.iter().collect(), threads, one).into_iter().collect()
+    in_threads(by.iter().collect(), threads, derivative).into_iter().collect()
 }
 
 /// Size of an argument, and the relative error of the runs' numbers.
@@ -140,23 +141,23 @@ pub(crate) struct Scale {
     pub noise: f64,
 }
 
-/// The derivatives at one step, for runs that all passed the same events.
+/// The derivatives by runs at one step, all of which have the same events.
 struct Stencil {
     step: f64,
     scale: Scale,
     values: Vec<f64>,
     errors: Vec<f64>,
-    /// Slopes below and above.
+    /// Slopes of each number below and above the point.
     sides: Vec<[f64; 2]>,
     /// Numbers whose slope changes more sharply at the point than near it.
     kinks: Vec<usize>,
-    /// True if a finer step may be more accurate.
+    /// True if a smaller step may be more accurate.
     coarse: bool,
     reach: f64,
 }
 
 impl Stencil {
-    /// `None` if a run is missing or had other events.
+    /// The derivatives at the step `h`; `None` if a run is outside the domain or has other events.
     fn new<E>(base: &Sample, h: f64, scale: Scale, run: &mut Run<E>) -> Result<Option<Self>, E> {
         let mut take = |x: f64| run(x).map(|sample| sample.filter(|sample| sample.agrees(base)));
         let (Some(high), Some(low)) = (take(h)?, take(-h)?) else { return Ok(None) };
@@ -176,11 +177,11 @@ impl Stencil {
             reach: reach(&base.events, slope),
         };
         let at = |sample: &Sample, k: usize| sample.values.get(k).copied().unwrap_or(f64::NAN);
-        let mut bent = false;
+        let mut inaccurate = false;
         for k in 0..count {
-            bent |= stencil.second_order(k, [at(&low, k), at(base, k), at(&high, k)]);
+            inaccurate |= stencil.second_order(k, [at(&low, k), at(base, k), at(&high, k)]);
         }
-        if bent {
+        if inaccurate {
             let Some(far) = take(2.0 * h)? else { return Ok(None) };
             for k in 0..count {
                 let four = [at(&low, k), at(base, k), at(&high, k), at(&far, k)];
@@ -190,32 +191,32 @@ impl Stencil {
         Ok(Some(stencil))
     }
 
-    /// Tolerated error of number `k`: a share of its derivative or, if that is small, of the derivative that would
-    /// change the number by a hundredth while the argument doubles.
+    /// Tolerated error of the derivative of number `k`, which is a share of the derivative itself. If that is small, it
+    /// is a share of the derivative with which the number would change by 1 % while the argument doubles.
     fn tolerance(&self, k: usize, size: f64) -> f64 {
         FINE * self.values[k].abs().max(0.01 * size / self.scale.size) + 4.0 * self.noise(size)
     }
 
-    /// Error of a derivative by the rounding of numbers of this size.
+    /// Error that the rounding of numbers of this size makes in a derivative.
     fn noise(&self, size: f64) -> f64 {
         self.scale.noise * size / self.step
     }
 
-    /// The central difference from `-h`, 0 and `h`. For a function with one length scale its error is a third of the
-    /// squared second difference over the slope; a half is taken. Returns true if that is too much.
+    /// The central difference from the numbers at `-h`, 0 and `h`. For a function with one length scale its error is a
+    /// third of the squared second difference over the slope; a half is taken. Returns true if that is too much.
     fn second_order(&mut self, k: usize, f: [f64; 3]) -> bool {
         let [below, above] = [(f[1] - f[0]) / self.step, (f[2] - f[1]) / self.step];
         let (value, bend) = (0.5 * (below + above), (above - below).abs());
         let size = f.iter().fold(0.0f64, |size, f| size.max(f.abs()));
-        let cut = 0.5 * bend * (bend / value.abs()).min(1.0);
+        let truncation = 0.5 * bend * (bend / value.abs()).min(1.0);
         self.values[k] = value;
         self.sides[k] = [below, above];
-        self.errors[k] = if bend > 0.0 { cut } else { 0.0 } + self.noise(size);
-        bend > 0.0 && cut > self.tolerance(k, size)
+        self.errors[k] = if bend > 0.0 { truncation } else { 0.0 } + self.noise(size);
+        bend > 0.0 && truncation > self.tolerance(k, size)
     }
 
-    /// The slope of the cubic through `-h`, 0, `h` and `2 h`. Its correction of the central difference is taken as
-    /// the error.
+    /// The slope of the cubic through the numbers at `-h`, 0, `h` and `2 h`. How much it differs from the central
+    /// difference is taken as its error.
     fn third_order(&mut self, k: usize, f: [f64; 4]) {
         let h = self.step;
         let [below, above] = self.sides[k];
@@ -233,7 +234,7 @@ impl Stencil {
         self.coarse |= smooth && third.abs() > self.tolerance(k, size);
     }
 
-    /// Takes each number from the step with the smaller error. A kink must show at both steps.
+    /// Takes each derivative from the step with the smaller error. A kink counts only if it shows at both steps.
     fn merge(&mut self, finer: &Self) {
         for k in 0..self.values.len() {
             let [old, new] = [&*self, finer].map(|s| s.sides[k][1] - s.sides[k][0]);
@@ -262,7 +263,7 @@ impl Stencil {
     }
 }
 
-/// Returns the sample at a changed argument, or none outside the domain.
+/// Returns the sample for a change of the argument; `None` outside the domain.
 type Run<'a, E> = dyn FnMut(f64) -> Result<Option<Sample>, E> + 'a;
 
 /// Derivatives along one argument.
@@ -271,25 +272,25 @@ pub(crate) fn differentiate<E>(
     scale: Scale,
     run: &mut Run<E>,
 ) -> Result<Derivative, E> {
-    let mut part = STEP;
-    while part >= LEAST {
-        if let Some(mut found) = Stencil::new(base, part * scale.size, scale, run)? {
-            if found.coarse {
-                match Stencil::new(base, FINER * part * scale.size, scale, run)? {
-                    Some(finer) => found.merge(&finer),
-                    None => found.kinks.clear(),
+    let mut step = STEP;
+    while step >= LEAST {
+        if let Some(mut stencil) = Stencil::new(base, step * scale.size, scale, run)? {
+            if stencil.coarse {
+                match Stencil::new(base, FINER * step * scale.size, scale, run)? {
+                    Some(finer) => stencil.merge(&finer),
+                    None => stencil.kinks.clear(),
                 }
             }
-            return Ok(found.finish());
+            return Ok(stencil.finish());
         }
-        part *= FINER;
+        step *= FINER;
     }
     let below = Side::new(base, -scale.size, scale.noise, run)?;
     let above = Side::new(base, scale.size, scale.noise, run)?;
     Ok(join(base, below, above))
 }
 
-/// The derivatives on one side of a point.
+/// The one-sided derivatives on one side of a point.
 struct Side {
     values: Vec<f64>,
     errors: Vec<f64>,
@@ -298,13 +299,13 @@ struct Side {
 }
 
 impl Side {
-    /// The slope from runs at `h` and `2 h` that had the same events. If these are not the base's events, the base
-    /// lies on another branch, and its distance from this one is an error.
+    /// The slopes from runs at `h` and `2 h` that have the same events. If the point itself has other events, it lies
+    /// on another branch, and only these two runs give the slope.
     fn new<E>(base: &Sample, scale: f64, noise: f64, run: &mut Run<E>) -> Result<Self, E> {
-        let (mut part, above) = (STEP, scale > 0.0);
+        let (mut step, above) = (STEP, scale > 0.0);
         let mut why = NonSmooth::Edge { above };
-        while part >= LEAST {
-            let h = part * scale;
+        while step >= LEAST {
+            let h = step * scale;
             if let Some(one) = run(h)? {
                 why = NonSmooth::Unsettled { above };
                 if let Some(two) = run(2.0 * h)?.filter(|two| two.agrees(&one)) {
@@ -313,10 +314,10 @@ impl Side {
                     return Ok(Self::of(base, [&one, &two], [h, noise], why));
                 }
             }
-            part *= FINER;
+            step *= FINER;
         }
-        let none = vec![f64::NAN; base.values.len()];
-        Ok(Self { values: none.clone(), errors: none, why: Some(why), step: 0.0 })
+        let missing = vec![f64::NAN; base.values.len()];
+        Ok(Self { values: missing.clone(), errors: missing, why: Some(why), step: 0.0 })
     }
 
     fn of(
@@ -357,8 +358,8 @@ fn join(base: &Sample, below: Side, above: Side) -> Derivative {
     Derivative { values, errors, left, right, nonsmooth, reach: 0.0, step }
 }
 
-/// Least change of an argument that makes two successive events simultaneous; `slope` is the derivative of each one's
-/// time.
+/// Least change of an argument that makes two successive events simultaneous, to first order. `slope` is the derivative
+/// of the instant of each event.
 pub(crate) fn reach(events: &[Record], slope: impl Fn(usize) -> f64) -> f64 {
     let pairs = events.windows(2).enumerate().map(|(k, pair)| {
         let interval = (pair[1].time - pair[0].time) + (pair[1].time_rest - pair[0].time_rest);

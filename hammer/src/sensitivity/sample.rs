@@ -1,4 +1,4 @@
-//! The sample that a run returns for differences.
+//! A sample: what a run returns of which differences are taken.
 
 use crate::error::Error;
 use crate::laws::event::Event;
@@ -6,14 +6,14 @@ use crate::machine::Machine;
 use crate::machine::journal::Record;
 use std::fmt;
 
-/// Numbers of a run, and the events that it passed.
+/// Numbers that were read from a run, and the run's events.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sample {
-    /// The numbers.
+    /// The numbers that were read.
     pub values: Vec<f64>,
-    /// The events, in their order.
+    /// The events in order of time.
     pub events: Vec<Record>,
-    /// Number of events before each instant at which the run was read; may be empty.
+    /// Number of events before each instant at which the run was read. It may be empty, and is then not compared.
     pub passed: Vec<usize>,
 }
 
@@ -59,7 +59,7 @@ impl Sample {
         self.change(other).is_none()
     }
 
-    /// How the events of another run differ from these.
+    /// The first difference of another run's events from these; `None` if there is none.
     pub fn change(&self, other: &Self) -> Option<Change> {
         let (ours, theirs) = (&self.events, &other.events);
         let differs = |k: &usize| ours.get(*k).map(|r| r.event) != theirs.get(*k).map(|r| r.event);

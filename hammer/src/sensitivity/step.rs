@@ -11,7 +11,7 @@ use crate::sensitivity::argument::Argument;
 use crate::sensitivity::differences::{Derivative, Scale, differentiate, sharpen};
 use crate::sensitivity::sample::Sample;
 
-/// Records the state before the first event of a step; may end the step early.
+/// An observer that records the state before the first event of a step, and may end the step at a stop.
 struct StartRecorder<'a> {
     /// Boxed, because most steps have no event.
     start: Option<Box<State>>,
@@ -39,9 +39,9 @@ impl Observer for StartRecorder<'_> {
 }
 
 impl Machine {
-    /// [`Machine::advance`] that returns the state at the start of the step if an event has moved the machine since;
-    /// otherwise that state is [`State::looked_at`] the start. Also returns why `stops` ended the step before `to`,
-    /// if they did.
+    /// Advances as [`Machine::advance`] does. Returns the state before the first event of the step, if there was one;
+    /// otherwise the start of the step is still within the machine's state, at the instant [`State::looked_at`].
+    /// Also returns why `stops` ended the step before `to`, if they did.
     ///
     /// # Errors
     /// Those of [`Machine::advance`].
@@ -58,11 +58,11 @@ impl Machine {
     }
 }
 
-/// Between events the motion is linear in an input, so that steps may be larger by this factor.
+/// The steps of an input are larger by this factor, since between events the motion is linear in an input.
 const LINEAR: f64 = 100.0;
 
-/// Derivatives of what `read` returns at the present, by a constant added to each input from `start`, the start of a
-/// step. The machine is unchanged afterwards.
+/// Derivatives of what `read` returns at the present instant, each by a constant that is added to one input from the
+/// start of a step, the state `start`, on. The machine is unchanged afterwards.
 ///
 /// # Errors
 /// Those of [`Machine::restore`] and [`Machine::advance`].
@@ -86,7 +86,7 @@ pub fn over_step(
         Ok(Sample { values, events: machine.take_journal(), passed: Vec::new() })
     };
     let derivatives = || {
-        // Its air windows begin at the same instants as in the other runs.
+        // This run too starts from `start`, so that its windows of air begin at the same instants as in the others.
         let base = run(*first, 0.0)?;
         let by = |input: &Input| {
             let value = present.input(*input).abs();
