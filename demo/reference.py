@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import itertools
-import math
 import os
 import sys
 import time
@@ -156,10 +155,6 @@ def stationary(package: Package) -> tuple[Stationary, Record]:
 
 def table(figures: Stationary, package: Package) -> str:
     """The stationary response, beside what the paper prints of it."""
-    speed_of_sound = math.sqrt(
-        package.start("material.youngs_modulus") / package.start("material.density")
-    )
-    transit = package.start("piston.length") / speed_of_sound
     durations = ", ".join(f"{1e3 * d:.4f}" for d in figures.durations)
     factor = package.start("rock.specific_energy_factor")
     low, high = 3600 * figures.rop / factor, 3600 * figures.rop * factor
@@ -172,7 +167,7 @@ def table(figures: Stationary, package: Package) -> str:
         ("relative speed at impact", f"{figures.speed:.3f} m/s", ""),
         ("energy of a blow", f"{figures.energy:.1f} J", ""),
         ("collisions per blow", f"{figures.collisions:g}", "two"),
-        ("their durations", f"{durations} ms", f"2 T1 = {2e3 * transit:.3f} ms"),
+        ("their durations", f"{durations} ms", "2 T1 = 0.065 ms"),
         ("main drilling cycle", f"{1e3 * figures.drilling_cycle:.2f} ms", "about 0.4 ms"),
         ("standstill before the next blow", f"{1e3 * figures.standstill:.1f} ms", "there is one"),
         ("energy residual / work done", f"{figures.residual:.1e}", ""),
@@ -181,7 +176,9 @@ def table(figures: Stationary, package: Package) -> str:
     lines = [f"{'':30}{'this FMU':>22}   {'the paper':20}".rstrip()]
     lines += [f"{name:30}{value:>22}   {paper}".rstrip() for name, value, paper in rows]
     periods = ", ".join(f"{1e3 * p:.3f}" for p in figures.first_periods)
-    return "\n".join([*lines, f"first periods: {periods} ms"])
+    lines += [f"first periods: {periods} ms"]
+    lines += ["The paper prints no parameter; those here were chosen to meet its 45, 0.065 and 0.4 ms."]
+    return "\n".join(lines)
 
 
 def main() -> None:

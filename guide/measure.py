@@ -33,6 +33,13 @@ def valve() -> None:
     (MEASURED / "valve.md").write_text(valve.table(valve.UNTIL) + "\n", encoding="utf-8")
 
 
+def pressure_law() -> None:
+    """What both readings of the paper's pressure law give."""
+    import pressure_law as example  # noqa: PLC0415
+
+    (MEASURED / "pressure-law.md").write_text(example.table() + "\n", encoding="utf-8")
+
+
 def sweep() -> None:
     """A thousand hammers."""
     import thousand  # noqa: PLC0415

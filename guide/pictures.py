@@ -5,6 +5,7 @@ draws. A picture whose hash is another is of other code or of another scene, and
 
     python guide/pictures.py                    # names those that are stale
     python guide/pictures.py reports/waves.png  # draws what is named
+    python guide/pictures.py stale              # draws all that are stale
 """
 
 from __future__ import annotations
@@ -150,6 +151,8 @@ def redraw(name: str, folder: Path) -> Path:
 
 def main(names: list[str]) -> None:
     """Draws what is named; names what is stale."""
+    if names == ["stale"]:
+        names = [name for name in PICTURES if stale(name)]
     with tempfile.TemporaryDirectory() as folder:
         for name in names:
             shutil.copy(redraw(name, Path(folder)), ROOT / name)

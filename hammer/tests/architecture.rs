@@ -8,8 +8,13 @@ use std::path::{Path, PathBuf};
 
 type Arrows = BTreeMap<String, BTreeSet<String>>;
 
+/// This crate's folder. It comes from the run: a compiled test may have been moved together with its checkout.
+fn here() -> PathBuf {
+    PathBuf::from(std::env::var_os("CARGO_MANIFEST_DIR").expect("cargo runs the tests"))
+}
+
 fn source() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+    here().join("src")
 }
 
 /// The Rust and Python files of a folder.
@@ -25,7 +30,7 @@ fn sources(folder: &Path, files: &mut Vec<PathBuf>) {
 
 /// The repository.
 fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+    here().join("..")
 }
 
 /// Engine and faces.

@@ -61,7 +61,7 @@ fn of_this_machine(bytes: Vec<u8>) -> Result<Binary, Failure> {
 
 /// Fails if a library contains the folder in which it was built.
 fn anonymous(library: &Binary) -> Result<(), Failure> {
-    let here = [env::home_dir(), Some(crate::root()), Some("registry/src".into())];
+    let here = [env::home_dir(), Some(support::run::checkout()), Some("registry/src".into())];
     for folder in here.into_iter().flatten() {
         let path = format!("{}/", folder.display());
         if library.bytes.windows(path.len()).any(|part| part == path.as_bytes()) {

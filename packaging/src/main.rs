@@ -24,6 +24,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
+use support::run::checkout;
 use thiserror::Error;
 
 /// What can go wrong while packaging.
@@ -98,7 +99,7 @@ enum Task {
     /// Build the shared library and write the .fmu
     Fmu {
         /// File to write; the file for FMI 3.0 is beside it, with `_fmi3` appended to its name
-        #[arg(long, default_value_os_t = root().join("dist/dth_hammer.fmu"))]
+        #[arg(long, default_value_os_t = checkout().join("dist/dth_hammer.fmu"))]
         output: PathBuf,
         /// Linux with any glibc since 2.17 and Windows in one file, and one for Linux on
         /// aarch64 beside it
@@ -111,7 +112,7 @@ enum Task {
     /// Write the laboratory: one page that runs the engine in a browser
     Lab {
         /// File to write
-        #[arg(long, default_value_os_t = root().join("dist/lab/index.html"))]
+        #[arg(long, default_value_os_t = checkout().join("dist/lab/index.html"))]
         output: PathBuf,
         /// If something is missing, say so and succeed
         #[arg(long)]
@@ -121,7 +122,7 @@ enum Task {
     #[cfg(unix)]
     Release {
         /// Folder to write to; a `dth_hammer-macos-universal2.fmu` in it is included in the archive for all platforms
-        #[arg(long, default_value_os_t = root().join("dist/release"))]
+        #[arg(long, default_value_os_t = checkout().join("dist/release"))]
         folder: PathBuf,
     },
     /// Refresh the committed copies of the model descriptions
@@ -146,19 +147,13 @@ const TERMINALS: &str = include_str!("../terminalsAndIcons.xml");
 /// Piston, bit and rock.
 const ICON: &[u8] = include_bytes!("../icon.png");
 
-/// Folder of the workspace.
-fn root() -> PathBuf {
-    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    here.parent().unwrap_or(here).into()
-}
-
 fn main() -> ExitCode {
     let result = match Arguments::parse().task {
         Task::Fmu { output, all_platforms: false, quick } => package(&output, quick),
         Task::Fmu { output, all_platforms: true, .. } => package_all(&output),
         Task::Lab { output, if_possible } => laboratory(&output, if_possible),
         #[cfg(unix)]
-        Task::Release { folder } => release::write(&root(), &folder),
+        Task::Release { folder } => release::write(&checkout(), &folder),
         Task::Describe { check } => describe(check),
     };
     match result {
@@ -184,14 +179,14 @@ fn tell(what: &str, details: &str) {
 fn package(output: &Path, quick: bool) -> Result<(), Failure> {
     let begun = Instant::now();
     describe(true)?;
-    licenses::note_wheel(&root())?;
+    licenses::note_wheel(&checkout())?;
     let (library, more) = if quick {
-        (library::quick(&root())?, Vec::new())
+        (library::quick(&checkout())?, Vec::new())
     } else {
         tell("Building", "the shared library (2 minutes the first time, then seconds)");
-        library::build(&root())?
+        library::build(&checkout())?
     };
-    let licenses = licenses::collect(&root(), &licenses::FMU, &[&licenses::host(&root())?], more)?;
+    let licenses = licenses::collect(&checkout(), &licenses::FMU, &[&licenses::host(&checkout())?], more)?;
     write_both(output, &[library], &licenses, begun)
 }
 
@@ -211,7 +206,7 @@ fn package_all(output: &Path) -> Result<(), Failure> {
     use cross::{AARCH64, LINUX, WINDOWS, Workshop};
     let begun = Instant::now();
     describe(true)?;
-    let workshop = Workshop::open(&root())?;
+    let workshop = Workshop::open(&checkout())?;
     let mut libraries = Vec::new();
     for platform in [LINUX, WINDOWS, AARCH64] {
         tell("Building", &format!("for {}", platform.triple));
@@ -232,7 +227,7 @@ fn package_all(_: &Path) -> Result<(), Failure> {
 }
 
 fn laboratory(output: &Path, if_possible: bool) -> Result<(), Failure> {
-    match lab::write(&root(), output) {
+    match lab::write(&checkout(), output) {
         Err(Failure::Missing(what)) if if_possible => {
             tell("Skipped", &format!("the laboratory (dist/lab/index.html): {what}"));
             Ok(())
@@ -270,7 +265,7 @@ fn write(
     files.extend(libraries.iter().flat_map(|library| library.files(standard)));
     files.extend(presets::files()?);
     let size = archive::write(output, files)?;
-    let path = output.strip_prefix(root()).unwrap_or(output).display().to_string();
+    let path = output.strip_prefix(checkout()).unwrap_or(output).display().to_string();
     let seconds = begun.elapsed().as_secs_f64();
     tell("Packaged", &format!("{path} ({} kB, {seconds:.1} s)", size / 1000));
     for library in libraries {
@@ -283,7 +278,7 @@ fn describe(check: bool) -> Result<(), Failure> {
     let two = dth_hammer::description::describe();
     let three = dth_hammer::description3::describe(&two);
     for (name, text) in [("modelDescription.xml", two), ("modelDescription3.xml", three)] {
-        let path = root().join(name);
+        let path = checkout().join(name);
         let committed = fs::read_to_string(&path).unwrap_or_default();
         if committed == text {
             continue;

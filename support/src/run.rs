@@ -53,6 +53,17 @@ pub enum Failure {
     },
 }
 
+/// The checkout that this run is about: the one around the package that `cargo run` runs, otherwise around the working
+/// folder. A path from compile time would be that of another checkout once this one was copied or moved.
+#[must_use]
+pub fn checkout() -> PathBuf {
+    let package = std::env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from);
+    let here = std::env::current_dir().unwrap_or_default();
+    let is_checkout = |folder: &&Path| folder.join("xtask/Cargo.toml").is_file();
+    let around = |place: &PathBuf| place.ancestors().find(is_checkout).map(PathBuf::from);
+    package.iter().chain([&here]).find_map(around).unwrap_or_else(|| here.clone())
+}
+
 /// Folder of cargo's builds and of the project's environments.
 pub fn target(root: &Path) -> PathBuf {
     root.join(std::env::var_os("CARGO_TARGET_DIR").map_or("target".into(), PathBuf::from))

@@ -10,7 +10,7 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 use suite::Suite;
 use support::python::{Environment, Needs};
-use support::run::{Failure, cargo, locked, run};
+use support::run::{Failure, cargo, checkout, locked, run};
 use support::toolchain::browser_lacks;
 
 /// The importer is a workspace of its own.
@@ -56,7 +56,7 @@ enum Task {
 }
 
 fn main() -> ExitCode {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("");
+    let root = checkout();
     let done = match Arguments::parse().task {
         Task::Demo => demo(&root),
         Task::Suite(suite) => suite.pass(&root),

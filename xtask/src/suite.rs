@@ -2,13 +2,14 @@
 
 use crate::{QUICK, begin, fmu, laboratory, lint, python};
 use clap::{Args, ValueEnum};
+use std::fmt;
 use std::io::{self, BufRead, BufReader};
 use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 use std::{sync::Mutex, thread};
 use support::python::{Needs, PREPARED};
-use support::run::{Failure, locked, run};
+use support::run::{Failure, answer, locked, run};
 
 /// Tests in a browser; their pages are built before.
 const IN_A_BROWSER: [&str; 9] = [
@@ -57,23 +58,23 @@ pub struct Suite {
 }
 
 impl Suite {
-    /// Passes the stages, of several those of Rust beside those of Python: alone, each leaves a core idle for a
-    /// third of its time. What fails stops no other.
+    /// Runs the stages, of several those of Rust beside those of Python: alone, each leaves a core idle for a
+    /// third of its time. What fails stops no other. What cannot run here is said at the beginning and at the end.
     pub fn pass(&self, root: &Path) -> Result<(), Failure> {
         if let [stage] = self.stages[..] {
             return self.prepare(root).and_then(|()| self.stage(root, stage));
         }
-        let failed = Mutex::new(String::new());
+        let lacking = equip(root)?;
+        if let Some(what) = &lacking {
+            println!("--- Some tests cannot run here: {what}");
+        }
+        let verdicts = Mutex::new(Vec::new());
         let pass = |stage: Stage| {
             if self.stages.contains(&stage) {
                 let begun = Instant::now();
-                let result = self.beside(stage);
-                let verdict = if result.is_ok() { "passed" } else { "FAILED" };
+                let verdict = self.beside(stage);
                 println!("=== {stage:?} {verdict} in {:.0} s", begun.elapsed().as_secs_f64());
-                if let Err(failure) = result {
-                    eprintln!("error: {failure}");
-                    *failed.lock().expect("no stage panics") += &format!(" {stage:?}");
-                }
+                verdicts.lock().expect("no stage panics").push((stage, verdict));
             }
         };
         thread::scope(|scope| {
@@ -84,8 +85,7 @@ impl Suite {
             pass(Stage::Python);
             Ok(())
         })?;
-        let failed = failed.into_inner().expect("no stage panics");
-        if failed.is_empty() { Ok(()) } else { Err(Failure::Stages(failed)) }
+        conclude(&verdicts.into_inner().expect("no stage panics"), lacking)
     }
 
     /// Builds what the Python stages share.
@@ -102,21 +102,32 @@ impl Suite {
     }
 
     /// Runs a stage in a process of its own, and prints its lines with its name as they come.
-    fn beside(&self, stage: Stage) -> Result<(), Failure> {
-        let program = format!("{stage:?}");
-        let start = |source| Failure::Start { program: program.clone(), source };
-        let (lines, end) = io::pipe().map_err(start)?;
-        // By its path, since cargo replaces the file during the tests.
-        let mut command = Command::new(std::env::args_os().next().unwrap_or_default());
-        command.args(["suite", "--stage", &program]).args(&self.pytest).env(PREPARED, "1");
-        command.stdout(end.try_clone().map_err(start)?).stderr(end);
-        let mut child = command.spawn().map_err(start)?;
-        drop(command); // It holds the pipe's end, after which its lines end.
-        for line in BufReader::new(lines).split(b'\n').map_while(Result::ok) {
-            println!("{program} | {}", String::from_utf8_lossy(&line));
+    fn beside(&self, stage: Stage) -> Verdict {
+        let name = format!("{stage:?}");
+        let mut skipped = Vec::new();
+        let mut run = || -> io::Result<bool> {
+            let (lines, end) = io::pipe()?;
+            // By its path, since cargo replaces the file during the tests.
+            let mut command = Command::new(std::env::args_os().next().unwrap_or_default());
+            command.args(["suite", "--stage", &name]).args(&self.pytest).env(PREPARED, "1");
+            command.stdout(end.try_clone()?).stderr(end);
+            let mut child = command.spawn()?;
+            drop(command); // It holds the pipe's end, after which its lines end.
+            for line in BufReader::new(lines).split(b'\n').map_while(Result::ok) {
+                let line = String::from_utf8_lossy(&line);
+                println!("{name} | {line}");
+                skipped.extend(Skipped::read(&line));
+            }
+            Ok(child.wait()?.success())
+        };
+        match run() {
+            Ok(true) => Verdict::Passed(skipped),
+            Ok(false) => Verdict::Failed,
+            Err(error) => {
+                eprintln!("error: stage {name} cannot be run: {error}");
+                Verdict::Failed
+            }
         }
-        let status = child.wait().map_err(start)?;
-        if status.success() { Ok(()) } else { Err(Failure::Status { program, status }) }
     }
 
     fn stage(&self, root: &Path, stage: Stage) -> Result<(), Failure> {
@@ -161,6 +172,75 @@ impl Suite {
     }
 }
 
+/// How a stage ended.
+enum Verdict {
+    /// No test failed; these did not run.
+    Passed(Vec<Skipped>),
+    /// A test failed, or the stage could not be run.
+    Failed,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Self::Failed => f.write_str("FAILED"),
+            Self::Passed(skipped) if skipped.is_empty() => f.write_str("passed"),
+            Self::Passed(skipped) => {
+                let tests: usize = skipped.iter().map(|skipped| skipped.tests).sum();
+                write!(f, "passed but for {tests} tests that did not run,")
+            }
+        }
+    }
+}
+
+/// Tests that did not run, and why.
+#[derive(Debug, PartialEq)]
+struct Skipped {
+    tests: usize,
+    why: String,
+}
+
+impl Skipped {
+    /// Reads a line of pytest's summary: `SKIPPED [3] tests/python/browsing.py:59: no browser: apt install chromium`.
+    fn read(line: &str) -> Option<Self> {
+        let (tests, rest) = line.trim().strip_prefix("SKIPPED [")?.split_once("] ")?;
+        let (_, why) = rest.split_once(": ")?;
+        Some(Self { tests: tests.parse().ok()?, why: why.to_owned() })
+    }
+}
+
+/// Installs what tests need beyond Rust and Python where that is allowed: as root on Debian, as CI is. Returns what
+/// is still missing, with the command that brings it.
+fn equip(root: &Path) -> Result<Option<String>, Failure> {
+    let prepare = || Command::new(root.join(".ci/prepare"));
+    let lacking = || answer(prepare().arg("lacking")).filter(|missing| !missing.is_empty());
+    let is_root = || answer(Command::new("id").arg("-u")).is_some_and(|user| user == "0");
+    if lacking().is_some() && Path::new("/etc/debian_version").exists() && is_root() {
+        run(&mut prepare())?;
+    }
+    Ok(lacking().map(|missing| format!("{missing} not installed: `.ci/prepare` installs it")))
+}
+
+/// Prints how each stage ended and what did not run. An error if a stage failed.
+fn conclude(verdicts: &[(Stage, Verdict)], lacking: Option<String>) -> Result<(), Failure> {
+    let mut failed = String::new();
+    let mut reasons = Vec::from_iter(lacking);
+    for (stage, verdict) in verdicts {
+        println!("=== {stage:?} {}", verdict.to_string().trim_end_matches(','));
+        match verdict {
+            Verdict::Failed => failed += &format!(" {stage:?}"),
+            Verdict::Passed(skipped) => {
+                let words = |Skipped { tests, why }: &Skipped| format!("{tests} of {stage:?}: {why}");
+                reasons.extend(skipped.iter().map(words));
+            }
+        }
+    }
+    for reason in reasons {
+        println!("not run: {reason}");
+    }
+    if failed.is_empty() { Ok(()) } else { Err(Failure::Stages(failed)) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -174,6 +254,18 @@ mod tests {
 
     fn read(words: &[&str]) -> Suite {
         Words::parse_from([&["suite"], words].concat()).suite
+    }
+
+    #[test]
+    fn what_did_not_run_is_never_called_passed() {
+        let line = "SKIPPED [84] tests/python/browsing.py:59: no browser: apt install chromium";
+        let skipped = Skipped::read(line).expect("a line of pytest's summary");
+        assert_eq!(skipped.tests, 84);
+        assert_eq!(skipped.why, "no browser: apt install chromium");
+        assert_eq!(Skipped::read("16 passed, 84 skipped in 3.2s"), None);
+        let said = Verdict::Passed(vec![skipped]).to_string();
+        assert!(said.contains("84 tests that did not run"), "{said}");
+        assert_eq!(Verdict::Passed(Vec::new()).to_string(), "passed");
     }
 
     #[test]

@@ -5,6 +5,7 @@ use crate::schema::{Answer, Case, Peer, Task};
 use oracles::model::Model;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use support::run::checkout;
 
 /// One of SUNDIALS' methods (`ida`, `adams`, `erk` or `bdf`) with its tolerance: relative, and absolute over 1 mm, 1
 /// m/s, 1 J.
@@ -24,7 +25,7 @@ pub struct Sundials<'a> {
 /// # Errors
 /// If there is no C compiler or no SUNDIALS.
 pub fn compile(folder: &Path) -> Result<PathBuf, Failure> {
-    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("sundials_peer.c");
+    let source = checkout().join("evidence/bench/sundials_peer.c");
     let program = folder.join("sundials_peer");
     let libraries = [
         "ida",

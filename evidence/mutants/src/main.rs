@@ -21,7 +21,7 @@ use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
-use support::run::{Failure, target};
+use support::run::{Failure, checkout, target};
 use trial::{Experience, Outcome, Test};
 
 /// Why it ended early.
@@ -85,7 +85,7 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments) -> Result<(), Problem> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let root = checkout();
     println!("Building the engine with every change in it (some minutes the first time)");
     let mut build = Build::new(&root, &arguments.parts)?;
     build.compile()?;

@@ -4,6 +4,7 @@ use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use support::run::checkout;
 use verify::laws::properties::{PROPERTIES, check};
 use verify::report;
 use verify::rows::{catalogue, measured};
@@ -42,7 +43,7 @@ enum Failure {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let root = checkout();
     let folder = root.join("reports/verification");
     match run(&root, &folder, &arguments) {
         Ok(()) => ExitCode::SUCCESS,
@@ -134,7 +135,7 @@ const HEAD: &str = "# Verification: `cargo verify`\n\n\
     Every row is asserted by the test named with it. References \
     are none of this project's engine: closed forms, exact waves by characteristics \
     (`evidence/oracles/src/waves/`), a solution in double-double arithmetic (`evidence/oracles/`), a published manual, \
-    two independent solvers. Error against cost of the time integration, beside general solvers, \
+    two earlier solvers of this project. Error against cost of the time integration, beside general solvers, \
     is in [speed against error](speed-against-error.md).\n";
 const PROPERTIES_HEAD: &str = "\n## Properties\n\n\
     `PROPTEST_CASES=5000 cargo test -p verify --test all properties::`\n\n\

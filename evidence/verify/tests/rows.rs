@@ -24,7 +24,7 @@ sections! {
     five_hammers_of_a_catalogue_have_the_power_that_is_published: catalogue::rows,
     a_relay_drives_a_viscous_piston_against_a_wall_at_the_closed_forms_speed: cycle::relay_viscous,
     a_relay_drives_a_piston_that_stops_dead_with_the_closed_forms_period: cycle::relay_dead,
-    the_reference_hammer_settles_to_the_published_cycle: cycle::stationary,
+    the_reference_hammer_settles_to_the_cycle_of_two_earlier_solvers: cycle::stationary,
     the_first_impact_comes_as_free_fall_says: cycle::first_impact,
     fifteen_cycles_follow_the_continuum: continuum::rows,
     observed_orders_of_one_blow_are_the_expected_ones: order::rows,

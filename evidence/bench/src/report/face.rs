@@ -1,7 +1,7 @@
 //! `reports/face-cost.md`: the cost of a call of the FMU, beside that of the engine alone where it has such a call.
 //! CPU time of the thread is measured, on which other programs act only through the caches.
 
-use crate::{Written, duration, root};
+use crate::{Written, duration};
 use bench::Failure;
 use bench::engine::machine;
 use bench::library::{Fmu, Instance};
@@ -14,7 +14,7 @@ use std::ffi::CString;
 use std::fmt::Write as _;
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
-use support::run::{cargo, run, target};
+use support::run::{cargo, checkout, run, target};
 
 /// The rows, in the order of the samples. The engine has calls like the first four.
 const ROWS: [&str; 9] = [
@@ -97,7 +97,7 @@ pub fn page() -> Result<Written, Failure> {
 }
 
 fn build() -> Result<PathBuf, Failure> {
-    let root = root();
+    let root = checkout();
     let options = ["build", "--quiet", "--profile", "fmu", "--lib", "--package", "dth-fmu"];
     run(cargo(&root).args(options))?;
     let (begin, end) = (std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);

@@ -11,7 +11,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use support::python::{Environment, Needs};
-use support::run::{cargo, run, target};
+use support::run::{cargo, checkout, run, target};
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Page {
@@ -30,18 +30,12 @@ struct Arguments {
     page: Page,
 }
 
-/// The workspace.
-pub fn root() -> PathBuf {
-    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    here.ancestors().nth(2).expect("bench is a member of a workspace").to_path_buf()
-}
-
 /// The folder of working files.
 ///
 /// # Errors
 /// If it cannot be made.
 pub fn folder() -> Result<PathBuf, Failure> {
-    let folder = target(&root()).join("bench-report");
+    let folder = target(&checkout()).join("bench-report");
     std::fs::create_dir_all(&folder)?;
     Ok(folder)
 }
@@ -71,7 +65,7 @@ pub struct Written {
 }
 
 fn draw(name: &Path, json: &str) -> Result<(), Failure> {
-    let environment = Environment::prepare(&root(), Needs::Suite)?;
+    let environment = Environment::prepare(&checkout(), Needs::Suite)?;
     let mut command = environment.command("python");
     command.arg("evidence/bench/figure.py").arg(name.with_extension("png"));
     let mut child = command.stdin(Stdio::piped()).spawn()?;
@@ -81,7 +75,7 @@ fn draw(name: &Path, json: &str) -> Result<(), Failure> {
 
 /// Builds what `cost.py` measures, and runs it; its last line is the JSON.
 fn cost() -> Result<Written, Failure> {
-    let root = root();
+    let root = checkout();
     let examples =
         ["build", "--release", "-p", "hammer", "--example", "runs", "--example", "fleet"];
     run(cargo(&root).args(examples))?;
@@ -105,7 +99,7 @@ fn main() -> Result<(), Failure> {
         Page::Face => ("face-cost", face::page()?),
         Page::Cost => ("cost", cost()?),
     };
-    let path = root().join("reports").join(name).with_extension("md");
+    let path = checkout().join("reports").join(name).with_extension("md");
     std::fs::write(&path, written.text)?;
     std::fs::write(path.with_extension("json"), written.json.clone() + "\n")?;
     println!("{}", path.display());

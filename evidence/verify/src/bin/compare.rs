@@ -6,6 +6,7 @@
 use clap::Parser;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use support::run::checkout;
 use verify::comparison::asked::Study;
 use verify::comparison::known::Account;
 use verify::comparison::tally::{Kept, Kind, Name, accounts, against, tally, these};
@@ -59,8 +60,10 @@ changes over 2^-36. 1.11: the rock is retuned at the instant of an event, before
 over 2^-30 the reference's difference is 64 times smaller.
 ";
 
-/// The folder of reports.
-const REPORTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../reports");
+/// A file in the folder of reports.
+fn report(name: &str) -> PathBuf {
+    checkout().join("reports").join(name)
+}
 
 /// Results of drawn scenes, in that folder.
 const COMPARED: &str = "verification/compared.json";
@@ -70,11 +73,11 @@ const ASKED: &str = "verification/asked.txt";
 
 /// Writes a report, or says why it cannot.
 fn write(name: &str, text: &str) -> ExitCode {
-    let path = format!("{REPORTS}/{name}");
+    let path = report(name);
     match std::fs::write(&path, text) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {path}: {error}");
+            eprintln!("error: {}: {error}", path.display());
             ExitCode::FAILURE
         }
     }
@@ -82,7 +85,7 @@ fn write(name: &str, text: &str) -> ExitCode {
 
 /// The stored results of drawn scenes.
 fn stored() -> Kept {
-    let text = std::fs::read_to_string(format!("{REPORTS}/{COMPARED}")).unwrap_or_default();
+    let text = std::fs::read_to_string(report(COMPARED)).unwrap_or_default();
     serde_json::from_str(&text).unwrap_or_default()
 }
 

@@ -4,6 +4,7 @@
 use hammer::InputValues;
 use oracles::reference::{ELEMENTS, INSTANTS, STORED, solve};
 use oracles::taylor::Accuracy;
+use support::run::checkout;
 use verify::{reference, scene};
 
 const ACCURACIES: [Accuracy; 2] =
@@ -14,6 +15,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = scene::finite_elements(&hammer, &InputValues::default());
     let solution = solve(&scene, &INSTANTS, ACCURACIES)?;
     println!("{} events, states to {:.1e}", solution.events.len(), solution.uncertainty);
-    std::fs::write(STORED, serde_json::to_string(&solution)? + "\n")?;
+    std::fs::write(checkout().join(STORED), serde_json::to_string(&solution)? + "\n")?;
     Ok(())
 }

@@ -85,6 +85,16 @@ pub struct Differences {
 }
 
 impl Differences {
+    /// True if every allowance is a number.
+    fn is_judged(&self) -> bool {
+        !self.observed.ratio().is_nan() && !self.timing.ratio().is_nan()
+    }
+
+    /// The largest difference over the allowed one.
+    pub fn ratio(&self) -> f64 {
+        self.observed.ratio().max(self.timing.ratio())
+    }
+
     /// True if all differences are allowed.
     pub fn none(&self) -> bool {
         self.unlike.is_none() && self.observed.ratio() <= 1.0 && self.timing.ratio() <= 1.0
@@ -98,7 +108,7 @@ impl Differences {
 
     /// True if the excess is explained by the engine's own measure of its bases.
     pub fn from_rough_bases(&self) -> bool {
-        self.unlike.is_none() && self.rough <= 1.0
+        self.is_judged() && self.unlike.is_none() && self.rough <= 1.0
     }
 
     /// True if the excess is less than the engine's guards resolve. Where a guard grazes, an event may differ by as
@@ -106,7 +116,7 @@ impl Differences {
     /// ([`Parameters::resolutions`](hammer::Parameters::resolutions)); outputs are read to nine digits. It cannot
     /// grow unnoticed, since all later instants are compared too.
     pub fn is_invisible(&self) -> bool {
-        self.unlike.is_none() && self.unresolved <= 1.0
+        self.is_judged() && self.unlike.is_none() && self.unresolved <= 1.0
     }
 }
 
@@ -254,14 +264,16 @@ fn times(
         };
         let kind = Scales::kind_of_guard(known.1);
         let rate = reference.rates[i].abs();
-        let off = scales.of(kind) / rate;
+        // A guard that does not move when its event comes, as a barrier of 0 at rest, was passed with the event before.
+        let over_rate = |size: f64| if rate > 0.0 { size / rate } else { 0.0 };
+        let off = over_rate(scales.of(kind));
         let (time, error) = (known.0.to_f64(), (own.0 - known.0).to_f64().abs());
         let least = hammer::TIME_RESOLUTION + f64::EPSILON * time;
-        let allowed = FACTOR * spread + least + ROUNDING * off + scales.of_air(kind) / rate;
+        let allowed = FACTOR * spread + least + ROUNDING * off + over_rate(scales.of_air(kind));
         if error > allowed {
             let basis = engine.mismatch * (1 + i) as f64 * off;
             found.rough = found.rough.max((error - allowed) / basis);
-            let resolved = (1 + i) as f64 * scales.resolved(kind) / rate;
+            let resolved = (1 + i) as f64 * over_rate(scales.resolved(kind));
             found.unresolved = found.unresolved.max(error / resolved);
         }
         found.timing.note(Worst { what: format!("{:?}", known.1), time, error, allowed });

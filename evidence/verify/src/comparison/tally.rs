@@ -1,7 +1,7 @@
 //! Comparison of many drawn scenes with the reference, and its results.
 
 use crate::comparison::compare::{Differences, Worst, beside, compare};
-use crate::comparison::known::{Account, INSTANTS};
+use crate::comparison::known::{Account, INSTANTS, PATIENCE};
 use crate::drawn::scenes::{self, RandomScene};
 use crate::laws::properties::refusal;
 use clap::ValueEnum;
@@ -37,6 +37,9 @@ pub struct Tally {
     pub unseen: Vec<String>,
     /// The largest difference that is allowed, among the numbers and among the events' times.
     pub worst: [Worst; 2],
+    /// The largest difference of an excused scene, over what is allowed.
+    #[serde(default)]
+    pub excused: f64,
     /// Scenes that disagree, each with the reason.
     pub failures: Vec<String>,
 }
@@ -75,6 +78,8 @@ pub enum Kind {
     Air,
     /// The same without air, with a line at the piston.
     Line,
+    /// Hammers that strike twice.
+    Blows,
 }
 
 impl Kind {
@@ -84,6 +89,16 @@ impl Kind {
             Self::Mixed => scenes::mixed().boxed(),
             Self::Air => scenes::airy().boxed(),
             Self::Line => scenes::lined().boxed(),
+            Self::Blows => scenes::striking().boxed(),
+        }
+    }
+
+    /// What the reference determines of a scene of this kind.
+    fn account(self, case: &RandomScene) -> Result<Account, Error> {
+        match self {
+            // Two blows are some thousand radians of the fastest mode apart.
+            Self::Blows => Account::over(case, 40 * PATIENCE),
+            _ => Account::of(case),
         }
     }
 }
@@ -140,7 +155,7 @@ pub fn tally(
                 && let Some(case) = list.get(index)
             {
                 let mut tell = |text: &str| tell.lock().expect("no panic")(text);
-                part.add(&format!("scene {batch}.{index}"), case, &mut tell);
+                part.add(&format!("scene {batch}.{index}"), kind, case, &mut tell);
             }
             part
         };
@@ -164,10 +179,10 @@ pub fn these(names: &[Name], kind: Kind, events: bool, mut tell: impl FnMut(&str
         let case = lists.next().and_then(|(_, mut list)| list.drain(..).nth(name.place));
         let case = case.expect("a batch has as many scenes as a name can tell apart");
         if events {
-            let account = Account::of(&case);
+            let account = kind.account(&case);
             tell(&account.map_or_else(|error| error.to_string(), |account| beside(&account)));
         }
-        tally.add(&format!("scene {name}"), &case, &mut tell);
+        tally.add(&format!("scene {name}"), kind, &case, &mut tell);
     }
     tally
 }
@@ -176,7 +191,7 @@ pub fn these(names: &[Name], kind: Kind, events: bool, mut tell: impl FnMut(&str
 pub fn accounts((scenes, from): (u32, u32), kind: Kind) -> Vec<Account> {
     let strategy = kind.strategy();
     let drawn = batches(&strategy, STREAM, from, scenes).flat_map(|(_, list)| list);
-    let accounts = drawn.filter_map(|case| Account::of(&case).ok());
+    let accounts = drawn.filter_map(|case| kind.account(&case).ok());
     accounts.filter(|account| compare(account).is_ok()).collect()
 }
 
@@ -201,6 +216,7 @@ impl Tally {
         self.rough.extend(other.rough);
         self.at_rest.extend(other.at_rest);
         self.unseen.extend(other.unseen);
+        self.excused = self.excused.max(other.excused);
         self.failures.extend(other.failures);
         for (worst, other) in self.worst.iter_mut().zip(other.worst) {
             worst.note(other);
@@ -208,8 +224,14 @@ impl Tally {
     }
 
     /// Compares one more scene.
-    pub fn add(&mut self, name: &str, case: &RandomScene, tell: &mut impl FnMut(&str)) {
-        let found = Account::of(case).and_then(|account| compare(&account));
+    pub fn add(
+        &mut self,
+        name: &str,
+        kind: Kind,
+        case: &RandomScene,
+        tell: &mut impl FnMut(&str),
+    ) {
+        let found = kind.account(case).and_then(|account| compare(&account));
         self.note(name, case, found, tell);
     }
 
@@ -239,6 +261,7 @@ impl Tally {
                 ];
                 if let Some((_, why, list)) = excuses.into_iter().find(|excuse| excuse.0) {
                     list.push(format!("{name}: {why}: {found:?}"));
+                    self.excused = self.excused.max(found.ratio());
                     return tell(list.last().expect("just pushed"));
                 }
                 format!("{found:?}")
@@ -259,9 +282,9 @@ impl Tally {
     /// A summary in one line.
     pub fn line(&self) -> String {
         format!(
-            "{} scenes, {} decided to their end, {} refused, {} events, {} instants: {} disagree, \
-             {} by their rough bases, {} after a guard at rest, {} invisibly; of the others {:.3} of what is \
-             allowed at most ({}), {:.3} in time ({})",
+            "{} scenes, {} decided to their end, {} refused, {} events, {} instants: {} unexplained; excused \
+             {} by their rough bases, {} after a guard at rest, {} below what a guard resolves, by {:.0} times what \
+             is allowed at most; of the others {:.3} of it at most ({}), {:.3} in time ({})",
             self.scenes,
             self.whole,
             self.refused,
@@ -271,6 +294,7 @@ impl Tally {
             self.rough.len(),
             self.at_rest.len(),
             self.unseen.len(),
+            self.excused,
             self.worst[0].ratio(),
             self.worst[0].what,
             self.worst[1].ratio(),

@@ -8,7 +8,7 @@ use hammer::parameters::{
     Bit, Casing, ChuckLaw, Contact, Drill, Drive, FASTEST_WAVE, Joint, MAX_DEGREE, Material, Mesh,
     Piston, Rock, SOFTEST_JOINT,
 };
-use hammer::{Error, Fidelity, InputValues, MAX_SEGMENTS, Parameters, Reloading, Segment, Source};
+use hammer::{Error, Fidelity, InputValues, MAX_SEGMENTS, Machine, Parameters, Reloading, Segment, Source};
 use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -307,6 +307,37 @@ pub fn lined() -> impl Strategy<Value = RandomScene> {
     (drives, log(1e-4, 0.1)).prop_map(|(mut case, part)| {
         case.parameters.drive.impedance = part * case.parameters.most_impedance();
         case
+    })
+}
+
+/// How long the second blow of a drawn hammer is awaited, s.
+const AWAITED: f64 = 0.2;
+
+/// Hammers that strike twice: rigid, or of one or two elements, each number of drive and rock within a factor of three
+/// of the reference's. A scene ends a fiftieth after the second blow.
+pub fn striking() -> impl Strategy<Value = RandomScene> {
+    let bodies = (0usize..3, log(0.3, 3.0), log(0.3, 3.0));
+    let drive = (log(0.3, 3.0), log(0.3, 3.0), log(0.3, 3.0));
+    let rock = (log(0.3, 3.0), log(0.3, 3.0), or_zero(0.3, 3.0), log(0.3, 3.0));
+    (bodies, drive, rock).prop_filter_map("no second blow", |(bodies, drive, rock)| {
+        let (mut p, mut inputs) = (Parameters::default(), InputValues::default());
+        p.mesh.degree = 1;
+        (p.piston.elements, p.bit.elements) = (bodies.0.max(1), bodies.0.max(1));
+        p.fidelity = if bodies.0 == 0 { Fidelity::Rigid } else { Fidelity::Elastic };
+        (p.piston.length, p.bit.length) = (p.piston.length * bodies.1, p.bit.length * bodies.2);
+        (p.drive.amplitude, p.drive.stroke) =
+            (p.drive.amplitude * drive.0, p.drive.stroke * drive.1);
+        inputs.feed_force *= drive.2;
+        p.rock.stiffness *= rock.0;
+        p.rock.viscosity *= rock.1;
+        p.rock.energy_barrier *= rock.2;
+        p.rock.unloading_ratio = 1.0 + (p.rock.unloading_ratio - 1.0) * rock.3;
+        let mut machine = Machine::new(&p, &inputs, 0.0).ok()?;
+        while machine.counters().blows < 2 && machine.time() < AWAITED {
+            machine.advance(machine.time() + 1e-3).ok()?;
+        }
+        let second = (machine.counters().blows == 2).then(|| machine.blow().copied())??;
+        Some(RandomScene::alone(p, inputs, 1.02 * second.time))
     })
 }
 

@@ -1,4 +1,4 @@
-//! Whole cycles: the relay against a fixed bit, the published stationary response, the first impact.
+//! Whole cycles: the relay against a fixed bit, the stationary response of two earlier solvers, the first impact.
 
 use crate::reference::overdamped;
 use crate::rows::mesh;
@@ -121,9 +121,9 @@ fn blow(m: &Machine) -> Blow {
 }
 
 const PRINTED: &str = "half a unit of the last digit printed";
-const MODEL: &str = "two independent solvers (the model's description)";
+const MODEL: &str = "two earlier solvers of this project";
 
-/// The published response of a hammer from rest.
+/// The response of a hammer from rest, of two earlier solvers of this project.
 struct Printed {
     name: &'static str,
     /// First periods from rest, ms, and a unit of their last digit, since some are truncated rather than rounded.
@@ -215,7 +215,7 @@ fn respond(
     Ok((m, journal))
 }
 
-/// The rock's modes from one blow to the next, and their durations, s. Those too short for the published list, which
+/// The rock's modes from one blow to the next, and their durations, s. Those too short for the stored list, which
 /// is sampled, are left out.
 fn modes(journal: &[Record]) -> Vec<(char, f64)> {
     let letter = |record: &Record| match record.mode.rock {
@@ -275,10 +275,10 @@ pub fn stationary() -> Result<Vec<Row>, Error> {
     Ok(list)
 }
 
-/// The bit's modes from one blow to the next: D DFC, C FC, B BC, F FF, S SS. The published list begins with an
+/// The bit's modes from one blow to the next: D DFC, C FC, B BC, F FF, S SS. The stored list begins with an
 /// additional B and D, a precursor of its mesh.
 const SEQUENCE: &str = "CBFDCBDBFDCBDBFDBDBDBS";
-/// The published list lacks shorter modes, s.
+/// The stored list lacks shorter modes, s.
 const SAMPLED: f64 = 10e-6;
 const SAMPLED_WHY: &str = "spells of less than 10 us are left out; half a unit of the last digit";
 
