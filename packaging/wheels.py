@@ -38,10 +38,17 @@ def wheel(fmu: Path, folder: Path, profile: str = "fmu") -> Path:
     """Writes the wheel of the package with this FMU; the native module by a profile of cargo's."""
     with tempfile.TemporaryDirectory() as temporary:
         made, packed = Path(temporary, "made"), Path(temporary, "packed")
-        run(*BUILD, "--profile", profile, "--out", made, folder=PACKAGE)
+        # The engine that tests have is compiled already, with the paths of this machine in it.
+        own = {} if profile == "native" else {"CARGO_ENCODED_RUSTFLAGS": flags()}
+        run(*BUILD, "--profile", profile, "--out", made, folder=PACKAGE, environment=own)
         (plain,) = made.glob("*.whl")
         run("wheel", "unpack", "--dest", made, plain)
         (inside,) = (p for p in made.iterdir() if p.is_dir())
+        # In a checkout that was used, Python's compiled files lie beside their sources.
+        for compiled in [*inside.rglob("__pycache__")]:
+            shutil.rmtree(compiled)
+        if own:
+            anonymous(inside)
         data = inside / "dth_hammer" / "data"
         data.mkdir(exist_ok=True)
         for ending in (".fmu", "_fmi3.fmu"):
@@ -52,6 +59,20 @@ def wheel(fmu: Path, folder: Path, profile: str = "fmu") -> Path:
         (whole,) = packed.glob("*.whl")
         folder.mkdir(parents=True, exist_ok=True)
         return Path(shutil.copy(whole, folder))
+
+
+def flags() -> str:
+    """The flags by which the packager keeps this machine's folders out of what it compiles."""
+    return (NOTES / "rustflags.txt").read_text(encoding="utf-8")
+
+
+def anonymous(folder: Path) -> None:
+    """Fails if a file names a folder of the machine that built it."""
+    for path in (path for path in folder.rglob("*") if path.is_file()):
+        content = path.read_bytes()
+        for place in (Path.home(), ROOT):
+            if f"{place}{os.sep}".encode() in content:
+                sys.exit(f"{path.relative_to(folder)} names {place}")
 
 
 def state_contents(info: Path) -> None:
@@ -95,10 +116,15 @@ def here() -> str:
     return names.get(sys.platform, f"linux-{machine}")
 
 
-def run(*arguments: str | Path, folder: Path | None = None) -> None:
+def run(
+    *arguments: str | Path, folder: Path | None = None, environment: dict[str, str] | None = None
+) -> None:
     """A module of this Python; what it says is told only if it fails."""
     command = [sys.executable, "-m", *map(str, arguments)]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    own = os.environ | (environment or {})
+    done = subprocess.run(
+        command, cwd=folder, env=own, capture_output=True, text=True, check=False
+    )
     if done.returncode != 0:
         sys.exit(f"{' '.join(command)} failed:\n{done.stdout}{done.stderr}")
 

@@ -258,9 +258,55 @@ impl Environment {
 /// A reference of the library to itself. Some hosts close the library and open it again while instances live. Without
 /// this reference their memory would be gone, and a new, empty table would give out the same handles.
 ///
-/// The host that frees an instance has the library open, so this is never the last reference.
+/// A host may have closed the library before it frees its last instance. [`free_instance`] then drops the last
+/// reference.
 #[cfg_attr(not(any(unix, windows)), expect(dead_code))]
 pub struct Residence(*mut c_void);
+
+/// Frees an instance. Returns its reference on the library, or null.
+extern "C" fn free(me: c::Handle) -> *mut c_void {
+    let residence = crate::session::close(me.number()).map(std::mem::ManuallyDrop::new);
+    residence.map_or(std::ptr::null_mut(), |residence| residence.0)
+}
+
+/// Declares the function that frees an instance and drops its reference on the library.
+///
+/// No code of the library may run after the last reference is dropped, not even a return. So the system's function
+/// that drops it is jumped to as the last act, and returns to the host itself.
+macro_rules! free_instance {
+    ($name:ident) => {
+        #[cfg(any(unix, windows))]
+        #[unsafe(naked)]
+        #[unsafe(no_mangle)]
+        pub extern "C" fn $name(me: $crate::c::Handle) {
+            #[cfg(all(unix, target_arch = "x86_64"))]
+            std::arch::naked_asm!(
+                "sub rsp, 8", "call {free}", "add rsp, 8", "test rax, rax", "jz 2f", "mov rdi, rax",
+                "jmp {close}", "2:", "ret",
+                free = sym $crate::abi::free, close = sym libc::dlclose
+            );
+            #[cfg(all(windows, target_arch = "x86_64"))]
+            std::arch::naked_asm!(
+                "sub rsp, 40", "call {free}", "add rsp, 40", "test rax, rax", "jz 2f", "mov rcx, rax",
+                "jmp {close}", "2:", "ret",
+                free = sym $crate::abi::free, close = sym $crate::abi::FreeLibrary
+            );
+            #[cfg(target_arch = "aarch64")]
+            std::arch::naked_asm!(
+                "stp x29, x30, [sp, #-16]!", "bl {free}", "ldp x29, x30, [sp], #16", "cbz x0, 2f",
+                "b {close}", "2:", "ret",
+                free = sym $crate::abi::free, close = sym libc::dlclose
+            );
+        }
+
+        #[cfg(not(any(unix, windows)))]
+        #[unsafe(no_mangle)]
+        pub extern "C" fn $name(me: $crate::c::Handle) {
+            drop($crate::session::close(me.number()));
+        }
+    };
+}
+use free_instance;
 
 // SAFETY: the system's reference counts are its own to guard.
 unsafe impl Send for Residence {}

@@ -8,12 +8,16 @@
 //! [`READABLE`] readable bytes. A host that dereferences a handle by mistake, or passes it instead of a pointer to
 //! it, does no harm, and even gets what it meant.
 //!
+//! A signal's handler may call while its own thread holds an object: it is refused, for waiting would never end.
+//! So a place names the thread that holds it before it is locked, in one atomic operation.
+//!
 //! A process may fork while another of its threads holds a lock here. In the child that lock is never released, and
 //! nothing waits for it (see [`Table::hold`]).
 
 use std::process;
 use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread;
 
 /// Number of instances that can live at one time.
 pub const CAPACITY: usize = 1 << 14;
@@ -59,6 +63,8 @@ impl Words {
 /// A place for one object, on its own cache line so that threads do not slow one another.
 #[repr(align(64))]
 struct Place<T, A> {
+    /// The thread that holds the object, by [`this_thread`]; 0 if none does.
+    holder: AtomicUsize,
     object: Mutex<Option<Owned<T>>>,
     /// Number of objects so far.
     used: AtomicUsize,
@@ -86,9 +92,31 @@ fn this_process() -> u32 {
     if cfg!(target_family = "wasm") { 0 } else { process::id() }
 }
 
+/// A number that no other living thread has; never 0.
+fn this_thread() -> usize {
+    thread_local!(static MARK: u8 = const { 0 });
+    MARK.with(|mark| std::ptr::from_ref(mark).addr())
+}
+
+/// The object of a place, locked by this thread.
+struct Locked<'a, T> {
+    // Dropped in this order: a handler in between finds the place held by its own thread, and does not wait.
+    object: MutexGuard<'a, Option<Owned<T>>>,
+    _release: Release<'a>,
+}
+
+/// Ends a thread's holding of a place.
+struct Release<'a>(&'a AtomicUsize);
+
+impl Drop for Release<'_> {
+    fn drop(&mut self) {
+        self.0.store(0, Ordering::Release);
+    }
+}
+
 /// Access to one object of a [`Table`].
 pub struct Held<'a, T, A> {
-    object: MutexGuard<'a, Option<Owned<T>>>,
+    locked: Locked<'a, T>,
     aside: &'a Mutex<Option<(usize, A)>>,
     words: &'a Words,
 }
@@ -96,12 +124,12 @@ pub struct Held<'a, T, A> {
 impl<T, A> Held<'_, T, A> {
     /// The object; `None` if it was removed.
     pub fn get(&mut self) -> Option<&mut T> {
-        self.object.as_mut().map(|owned| &mut owned.1)
+        self.locked.object.as_mut().map(|owned| &mut owned.1)
     }
 
     /// Removes the object, and the data stored beside it.
     pub fn remove(&mut self) -> Option<T> {
-        let (handle, object) = *self.object.take()?;
+        let (handle, object) = *self.locked.object.take()?;
         self.words.close(handle);
         // If another thread is copying it, it stays until the next object in this place replaces it.
         if let Ok(mut aside) = self.aside.try_lock() {
@@ -114,6 +142,7 @@ impl<T, A> Held<'_, T, A> {
 impl<T, A> Place<T, A> {
     const fn empty() -> Self {
         Self {
+            holder: AtomicUsize::new(0),
             object: Mutex::new(None),
             used: AtomicUsize::new(0),
             aside: Mutex::new(None),
@@ -121,13 +150,19 @@ impl<T, A> Place<T, A> {
         }
     }
 
-    /// Locks it; `None` if it is locked already.
-    fn try_lock(&self) -> Option<MutexGuard<'_, Option<Owned<T>>>> {
-        match self.object.try_lock() {
-            Ok(object) => Some(object),
-            Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
-            Err(TryLockError::WouldBlock) => None,
-        }
+    /// Locks it, or returns the thread that holds it.
+    fn try_lock(&self) -> Result<Locked<'_, T>, usize> {
+        let ours = this_thread();
+        self.holder.compare_exchange(0, ours, Ordering::Acquire, Ordering::Relaxed)?;
+        // The thread that held it last has unlocked it before it gave up holding.
+        let object = self.object.lock().unwrap_or_else(PoisonError::into_inner);
+        Ok(Locked { object, _release: Release(&self.holder) })
+    }
+
+    /// Waits until the thread that holds it has unlocked it.
+    fn wait(&self) {
+        drop(self.object.lock());
+        thread::yield_now();
     }
 }
 
@@ -144,14 +179,14 @@ impl<T, A: Clone, const N: usize> Table<T, A, N> {
         for offset in 0..N {
             let index = (first + offset) % N;
             // A locked place is in use, not free.
-            let Some(mut place) = self.places[index].try_lock() else { continue };
-            if place.is_none() {
+            let Ok(mut place) = self.places[index].try_lock() else { continue };
+            if place.object.is_none() {
                 let used = self.places[index].used.fetch_add(1, Ordering::Relaxed);
                 let handle = self.words.open((used * N + index) % HANDLES);
                 self.places[index].process.store(this_process(), Ordering::Relaxed);
-                *place = Some(Box::new((handle, object)));
-                if let Ok(mut place) = self.places[index].aside.try_lock() {
-                    *place = Some((handle, aside));
+                *place.object = Some(Box::new((handle, object)));
+                if let Ok(mut beside) = self.places[index].aside.try_lock() {
+                    *beside = Some((handle, aside));
                 }
                 self.next.store(index + 1, Ordering::Relaxed);
                 return Some(handle);
@@ -167,22 +202,21 @@ impl<T, A: Clone, const N: usize> Table<T, A, N> {
         aside.as_ref().filter(|(owner, _)| *owner == handle).map(|(_, aside)| aside.clone())
     }
 
-    /// Locks an object when no other thread holds it. `None` if no live object has the handle, or
-    /// if the object is locked and was inherited by a fork, because its holder may exist only in
-    /// the parent.
+    /// Locks an object when no other thread holds it. `None` if no live object has the handle, if this thread holds
+    /// it already (the caller is a signal's handler), or if the object is locked and was inherited by a fork, because
+    /// its holder may exist only in the parent.
     pub fn hold(&self, handle: usize) -> Option<Held<'_, T, A>> {
         let place = &self.places[self.words.index(handle)? % N];
-        let object = match place.try_lock() {
-            Some(object) => object,
-            None if place.process.load(Ordering::Relaxed) != this_process() => return None,
-            None => place.object.lock().unwrap_or_else(PoisonError::into_inner),
-        };
-        match &*object {
-            Some(owned) if owned.0 == handle => {
-                Some(Held { object, aside: &place.aside, words: &self.words })
+        let locked = loop {
+            match place.try_lock() {
+                Ok(locked) => break locked,
+                Err(holder) if holder == this_thread() => return None,
+                Err(_) if place.process.load(Ordering::Relaxed) != this_process() => return None,
+                Err(_) => place.wait(),
             }
-            _ => None,
-        }
+        };
+        let owned = locked.object.as_ref().is_some_and(|owned| owned.0 == handle);
+        owned.then_some(Held { locked, aside: &place.aside, words: &self.words })
     }
 }
 
@@ -201,6 +235,19 @@ mod tests {
             TABLE.hold(object).unwrap().remove();
         }
         assert!(TABLE.hold(stale).is_none());
+    }
+
+    #[test]
+    fn a_thread_that_holds_an_object_is_refused_it_and_another_waits() {
+        static HELD: Table<u32, (), 4> = Table::new();
+        let handle = HELD.insert(1, ()).unwrap();
+        let mut held = HELD.hold(handle).unwrap();
+        assert!(HELD.hold(handle).is_none());
+        let other = thread::spawn(move || *HELD.hold(handle).unwrap().get().unwrap());
+        *held.get().unwrap() = 2;
+        drop(held);
+        assert_eq!(other.join().unwrap(), 2);
+        assert_eq!(HELD.hold(handle).unwrap().get(), Some(&mut 2));
     }
 
     #[test]

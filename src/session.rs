@@ -20,8 +20,7 @@ static STATES: Table<Arc<Snapshot>, (), { registry::STATES }> = Table::new();
 struct Entry {
     instance: Instance,
     logger: Logger,
-    /// Last, since fields are dropped in their order.
-    _residence: Option<Residence>,
+    residence: Option<Residence>,
 }
 
 /// The handle of a new instance; `None`, and a log line, if there is none.
@@ -50,7 +49,7 @@ pub fn open(
             lines.push(Line { category: Category::Events, text });
         }
         let cancel = instance.cancel().clone();
-        let entry = Entry { instance, logger: logger.clone(), _residence: Residence::take() };
+        let entry = Entry { instance, logger: logger.clone(), residence: Residence::take() };
         INSTANCES.insert(entry, cancel).ok_or_else(|| format!("{CAPACITY} instances live already"))
     };
     let made = quietly(made).unwrap_or_else(|| Err("internal error".into()));
@@ -63,13 +62,13 @@ pub fn open(
     made.ok()
 }
 
-/// Removes an instance, if it exists.
-pub fn close(handle: usize) {
-    let _ = quietly(|| {
-        // The guard must be dropped before the entry, whose residence may be all that keeps the library loaded.
-        let entry = INSTANCES.hold(handle).and_then(|mut held| held.remove());
-        drop(entry);
-    });
+/// Removes an instance, if it exists. Returns its reference on the library, which may be the last.
+pub fn close(handle: usize) -> Option<Residence> {
+    quietly(|| {
+        let Entry { instance, residence, .. } = INSTANCES.hold(handle)?.remove()?;
+        drop(instance);
+        residence
+    })?
 }
 
 /// Logs to the host, whose function runs with its own floating-point settings.

@@ -1,11 +1,12 @@
-//! A process that forks while another of its threads works in the library.
+//! A process that forks while another of its threads works in the library, and signals that interrupt a step.
 
 #![cfg(unix)]
 #![allow(unsafe_code, reason = "forks")]
 
 mod support;
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 use support::host::{Host, vr};
@@ -122,4 +123,48 @@ fn a_child_is_refused_what_a_thread_of_its_parent_was_stepping() {
         let refused = || library.get_reals(host.handle, &[0], &mut [0.0]) != OK;
         assert_eq!(child(refused), Some(0), "a step that no thread ends");
     });
+}
+
+/// What the handler reads, and how often it was refused.
+static INTERRUPTED: OnceLock<(Library, Handle)> = OnceLock::new();
+static REFUSED: AtomicUsize = AtomicUsize::new(0);
+static ALARMS: AtomicUsize = AtomicUsize::new(0);
+const MOST_ALARMS: usize = 20;
+
+fn set_timer(milliseconds: libc::suseconds_t) {
+    let interval = libc::timeval { tv_sec: 0, tv_usec: 1000 * milliseconds };
+    let timer = libc::itimerval { it_interval: interval, it_value: interval };
+    // SAFETY: a timer of the process; the previous one is not asked for.
+    unsafe { libc::setitimer(libc::ITIMER_REAL, &raw const timer, std::ptr::null_mut()) };
+}
+
+extern "C" fn on_alarm(_: libc::c_int) {
+    let Some((library, handle)) = INTERRUPTED.get() else { return };
+    let refused = library.get_reals(*handle, &[0], &mut [0.0]) != OK;
+    REFUSED.fetch_add(usize::from(refused), Ordering::Relaxed);
+    if ALARMS.fetch_add(1, Ordering::Relaxed) + 1 == MOST_ALARMS {
+        set_timer(0); // Before the step ends, so that every alarm finds it on its way.
+    }
+}
+
+/// The handler runs on the thread that steps, and waiting for it would never end.
+#[test]
+fn a_handler_is_refused_the_instance_that_its_own_thread_is_stepping() {
+    let interrupted = || {
+        let library = Library::load();
+        let handle = Host::running(&library, &[]).detach().handle;
+        let (library, handle) = INTERRUPTED.get_or_init(|| (library, handle));
+        // SAFETY: the handler calls the library alone, which is under test.
+        unsafe { libc::signal(libc::SIGALRM, on_alarm as *const () as libc::sighandler_t) };
+        set_timer(5);
+        let mut point = 0.0;
+        while ALARMS.load(Ordering::Relaxed) < MOST_ALARMS {
+            if library.step(*handle, point, 20.0) != OK {
+                return false;
+            }
+            point += 20.0;
+        }
+        REFUSED.load(Ordering::Relaxed) > MOST_ALARMS / 2
+    };
+    assert_eq!(child(interrupted), Some(0), "None: the handler waits for ever");
 }

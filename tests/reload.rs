@@ -72,6 +72,18 @@ fn the_library_goes_with_its_last_instance() {
 }
 
 #[test]
+fn the_last_instance_is_freed_after_its_host_has_closed_the_library() {
+    for (name, function) in [("two", b"fmi2FreeInstance\0"), ("three", b"fmi3FreeInstance\0")] {
+        let copy = Copy::new(&format!("last_{name}"));
+        let library = Library::load_from(copy.as_ref());
+        let handle = Host::running(&library, &[]).detach().handle;
+        // The call returns here, though no code of the library is left to return from.
+        library.close_and_free(handle, function);
+        assert_ne!(copy.is_loaded(), Some(true));
+    }
+}
+
+#[test]
 fn the_reference_is_found_though_file_and_folder_are_gone() {
     let copy = Copy::new("gone");
     let first = Library::load_from(copy.as_ref());

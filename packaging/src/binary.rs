@@ -95,7 +95,7 @@ pub fn made(mut cargo: Command, extension: &str) -> Result<Vec<u8>, Failure> {
 
 /// Flags that keep this machine's folders out of the library. A panic's message names its source file, including
 /// files of the standard library if its sources are installed.
-fn anonymous() -> Result<Vec<String>, Failure> {
+pub fn anonymous() -> Result<Vec<String>, Failure> {
     let home = env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| Some(env::home_dir()?.join(".cargo"))).unwrap_or_default();
     let sources = home.join("registry/src");

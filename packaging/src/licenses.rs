@@ -1,6 +1,6 @@
 //! Licences of everything that is linked into the library.
 
-use crate::binary::{cargo, output};
+use crate::binary::{anonymous, cargo, output};
 use crate::{About, Failure};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -51,6 +51,7 @@ pub fn note_wheel(root: &Path) -> Result<(), Failure> {
         fs::write(&path, text).about(&path)
     };
     write("licenses.txt", text(&licenses))?;
+    write("rustflags.txt", anonymous()?.join("\u{1f}"))?;
     write("contents.json", serde_json::to_string(&licenses)?)
 }
 

@@ -186,7 +186,8 @@ fn package(output: &Path, quick: bool) -> Result<(), Failure> {
         tell("Building", "the shared library (2 minutes the first time, then seconds)");
         library::build(&checkout())?
     };
-    let licenses = licenses::collect(&checkout(), &licenses::FMU, &[&licenses::host(&checkout())?], more)?;
+    let licenses =
+        licenses::collect(&checkout(), &licenses::FMU, &[&licenses::host(&checkout())?], more)?;
     write_both(output, &[library], &licenses, begun)
 }
 

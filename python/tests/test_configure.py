@@ -221,4 +221,4 @@ def test_an_archive_that_would_hurt_is_refused_by_its_directory_alone(
     with pytest.raises(FmuNotFoundError, match=why):
         load(file)
     said = cli("configure", "--fmu", file, "-o", tmp_path / "out.fmu", code=2)
-    assert "evil.fmu is not a readable FMU" in said
+    assert "evil.fmu cannot be read as an FMU" in said

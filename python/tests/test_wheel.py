@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -25,13 +26,28 @@ def python(folder: Path, *arguments: str | Path, **more: str) -> str:
 
 
 @pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Where the wheel is installed, as `cargo wheel` makes it."""
-    folder = tmp_path_factory.mktemp("wheel")
-    made = wheel(find(), folder, "native")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel, as `cargo wheel` makes it."""
+    return wheel(find(), tmp_path_factory.mktemp("wheel"), "native")
+
+
+@pytest.fixture(scope="module")
+def site(made: Path) -> Path:
+    """Where it is installed."""
+    folder = made.parent
     pip = ("-m", "pip", "--disable-pip-version-check", "--quiet")
     python(folder, *pip, "install", "--no-deps", "--target", folder / "site", made)
     return folder / "site"
+
+
+def test_it_has_the_package_s_sources_its_module_and_its_units_alone(made: Path) -> None:
+    sources = {f for f in (ROOT / "python" / "src").rglob("*") if f.suffix in {".py", ".pyi"}}
+    expected = {path.relative_to(ROOT / "python" / "src").as_posix() for path in sources}
+    expected |= {f"dth_hammer/data/dth_hammer{end}.fmu" for end in ("", "_fmi3")}
+    names = {name for name in zipfile.ZipFile(made).namelist() if ".dist-info/" not in name}
+    (module,) = (name for name in names - expected if name.startswith("dth_hammer/_native."))
+    assert names - expected - {module, "dth_hammer/py.typed"} == set()
+    assert expected <= names
 
 
 def test_it_has_the_licences_of_what_is_compiled_and_lists_no_more(site: Path) -> None:

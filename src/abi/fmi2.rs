@@ -1,6 +1,6 @@
 //! The functions of FMI 2.0.
 
-use super::Logger;
+use super::{Logger, free_instance};
 use crate::c::{self, Handle, In, Out, Status, Text};
 use crate::error::CallError;
 use crate::instance::{Face, Instance, Snapshot};
@@ -54,10 +54,7 @@ extern "C" fn fmi2Instantiate(
     session::open(texts, face, logging != 0, &logger).map_or(Handle::NULL, Handle::of)
 }
 
-#[unsafe(no_mangle)]
-pub extern "C" fn fmi2FreeInstance(me: Handle) {
-    session::close(me.number());
-}
+free_instance!(fmi2FreeInstance);
 
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2SetDebugLogging(

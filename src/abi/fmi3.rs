@@ -1,6 +1,6 @@
 //! The functions of FMI 3.0. Functions with the same meaning in FMI 2.0 share its code.
 
-use super::{Logger, fmi2};
+use super::{Logger, fmi2, free_instance};
 use crate::c::{self, Handle, In, Out, Status, Text};
 use crate::error::CallError;
 use crate::instance::{Face, Instance};
@@ -75,10 +75,7 @@ extern "C" fn fmi3InstantiateScheduledExecution(
     instantiate([name, token], logging, Err(CO_SIMULATION_ONLY), environment, log)
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn fmi3FreeInstance(me: Handle) {
-    fmi2::fmi2FreeInstance(me);
-}
+free_instance!(fmi3FreeInstance);
 
 #[unsafe(no_mangle)]
 extern "C" fn fmi3SetDebugLogging(me: Handle, on: u8, n: usize, names: In<Text>) -> Status {

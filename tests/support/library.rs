@@ -105,6 +105,17 @@ pub(super) fn text(text: Option<&str>) -> (Option<CString>, *const c_char) {
 }
 
 impl Library {
+    /// Closes the library while an instance lives, and frees that by a function that was looked up before.
+    pub fn close_and_free(self, handle: Handle, function: &[u8]) {
+        type Free = unsafe extern "C" fn(Pointer);
+        // SAFETY: the signature is that of both standards; the library stays until its last instance is freed.
+        unsafe {
+            let free = *self.0.get::<Free>(function).expect("exported");
+            self.0.close().expect("it can be closed");
+            free(pointer(handle));
+        }
+    }
+
     /// Path of the library that cargo built for this test.
     pub fn path() -> PathBuf {
         let name =

@@ -1,10 +1,11 @@
 """The errors of this package; each message says what to do."""
 
+import contextlib
 import difflib
 import re
 import sys
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 HERE = str(Path(__file__).parent)
@@ -46,6 +47,28 @@ class HammerWarning(UserWarning):
     """Input that is allowed but probably unintended."""
 
 
+@contextlib.contextmanager
+def reading(path: object, what: str, error: type[DthHammerError]) -> Iterator[None]:
+    """Reads a file from outside, which may be damaged in any way: all that this raises is ``error``, in one line.
+
+    Args:
+        path: the file.
+        what: as what it is read, for instance ``"a table"``.
+        error: the error of this package that is raised in place of any other.
+    """
+    try:
+        yield
+    except DthHammerError:
+        raise
+    except RecursionError:
+        raise error(f"{path} cannot be read as {what}: it is nested too deep") from None
+    except Exception as problem:  # Readers of archives and tables raise more kinds than they list.
+        words = " ".join(str(problem).split()) or type(problem).__name__
+        raise error(f"{path} cannot be read as {what}: {words[:LONGEST]}") from None
+
+
+#: Most characters of another library's message that are passed on.
+LONGEST = 300
 #: Most names that an error lists.
 MOST = 12
 #: Former names in saved scenes (of a dotted name its first part), and what replaces each.

@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .errors import DomainError, OutputError, UnknownNameError
+from .errors import DomainError, OutputError, UnknownNameError, reading
 from .extras import need
 
 if TYPE_CHECKING:
@@ -139,12 +139,8 @@ def read_object(path: Path, known: Collection[str], what: str) -> dict[str, Any]
             raise DomainError(f"{path.name} says {twice[0]} twice")
         return dict(pairs)
 
-    try:
+    with reading(path, "JSON", DomainError):
         content = json.loads(path.read_text("utf-8-sig"), object_pairs_hook=once)
-    except (OSError, UnicodeDecodeError) as error:
-        raise DomainError(f"{path} cannot be read: {error}") from None
-    except json.JSONDecodeError as error:
-        raise DomainError(f"{path} is not JSON: {error}") from None
     if not isinstance(content, dict):
         raise DomainError(f"{path}: it must be an object in braces")
     for key in content:

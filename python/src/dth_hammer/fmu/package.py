@@ -6,7 +6,7 @@ from functools import lru_cache
 from pathlib import Path, PureWindowsPath
 from xml.etree import ElementTree as ET
 
-from ..errors import DomainError, FmuNotFoundError
+from ..errors import DomainError, FmuNotFoundError, reading
 
 #: The archives, by the version of FMI.
 FILES = {2: "dth_hammer.fmu", 3: "dth_hammer_fmi3.fmu"}
@@ -79,21 +79,20 @@ class Package:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        try:
+        with reading(path, "an FMU", FmuNotFoundError):
             with zipfile.ZipFile(path) as archive:
                 inspect(archive)
                 self.text = archive.read(DESCRIPTION)
             root = ET.fromstring(self.text)
-        except (zipfile.BadZipFile, OSError, KeyError, ET.ParseError) as error:
-            raise FmuNotFoundError(f"{path} is not a readable FMU: {error}") from None
         node = root.find("CoSimulation")
-        if node is None or node.get("modelIdentifier") != Path(FILES[2]).stem:
-            raise FmuNotFoundError(f"{path} is not an FMU of this hammer")
-        self.name = root.attrib["modelName"]
         #: The version of FMI: 2 or 3.
         self.fmi = 3 if root.get("fmiVersion", "").startswith("3") else 2
-        #: Version and identity of the model, for provenance.
-        self.version = f"{root.get('version')} {root.attrib[IDENTITY[self.fmi]]}"
+        names = [root.get(name) for name in ("modelName", "version", IDENTITY[self.fmi])]
+        identifier = None if node is None else node.get("modelIdentifier")
+        if None in names or identifier != Path(FILES[2]).stem:
+            raise FmuNotFoundError(f"{path} is not an FMU of this hammer")
+        #: Name of the model; its version and identity, for provenance.
+        self.name, self.version = str(names[0]), f"{names[1]} {names[2]}"
 
     @property
     def description(self) -> ET.Element:
