@@ -5,7 +5,7 @@ use hammer::laws::rock::Spring;
 use hammer::modal::model::Model;
 use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{Recipe, System};
-use hammer::scene::graph::Group;
+use hammer::scene::graph::{Bodies, Group};
 use hammer::{Mode, Parameters, RockMode, Segment};
 
 const MODE: Mode = Mode::starting(RockMode::DissipativeForward);
@@ -114,6 +114,38 @@ fn a_mode_next_to_critical_damping_moves_by_its_closed_form() {
             // Up to fifty tabulated rotations of four rounded terms each, of numbers up to 1.
             assert!((state[0] - exact).abs() < 5e-14, "{near:e}: {} {exact}", state[0]);
         }
+    }
+}
+
+/// The formula of the guide, `CR = 2 sqrt(KR Mb)`, gives exactly critical damping but for its rounding, over decades of
+/// mass and stiffness: `x = (1 + w t) exp(-w t)` from rest at 1. The formula is rounded three times, and so is the
+/// shape: `s t` of the test above is below `4e-8`, which changes the motion by its square. Elastic bits of a few modes
+/// stand on the same rock and are not refused.
+#[test]
+fn bits_at_critical_damping_by_the_formula_move_by_its_closed_form() {
+    let mut random = Random::new(7);
+    for _ in 0..200 {
+        let (m, k) = (10f64.powf(random.between(-1.0, 2.0)), 10f64.powf(random.between(5.0, 10.0)));
+        let critical = 2.0 * (k * m).sqrt();
+        let scene = Scene {
+            omega2: vec![0.0],
+            shapes: vec![vec![1.0 / m.sqrt()]],
+            springs: vec![[k, critical]],
+        };
+        let system = scene.system();
+        let mut z = vec![0.0; 2 * system.blocks()];
+        system.to_modal(&[1.0, 0.0], &mut z);
+        let (turn, mut state) = (1.5, [0.0; 2]);
+        system.rotate(turn / (k / m).sqrt(), &mut z);
+        system.to_bodies(&z, &mut state);
+        let exact = (1.0 + turn) * (-turn).exp();
+        assert!((state[0] - exact).abs() < 5e-14, "{m} kg, {k} N/m: {} {exact}", state[0]);
+        let mut p = Parameters::default();
+        (p.rock.stiffness, p.rock.viscosity) = (k, 2.0 * (k * p.bit_mass()).sqrt());
+        p.bit.elements = 1 + (random.between(0.0, 6.0) as usize);
+        let bit = Bodies::first(2).without(Bodies::first(1));
+        let group = Group { bodies: bit, spring: Some(Spring::Viscous) };
+        Model::new(&p).expect("bodies").system(group, MODE).expect("it is decomposed");
     }
 }
 

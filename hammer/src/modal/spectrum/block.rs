@@ -62,12 +62,18 @@ impl Block {
 
     /// The block of a mode that no attachment affects.
     pub(crate) fn free(omega2: f64, beta: f64, shape: Vec<f64>) -> Self {
-        let zero = vec![0.0; shape.len()];
         if omega2 == 0.0 {
+            let zero = vec![0.0; shape.len()];
             let (b, shapes) = ([0.0, 1.0, 0.0, 0.0], [shape, zero]);
             return Self { b, rate: [0.0; 2], shapes, rigid: true };
         }
-        let sigma = -0.5 * beta * omega2;
+        Self::single(omega2, beta * omega2, shape)
+    }
+
+    /// The block of one mode, `q'' + damping q' + omega2 q = 0` with a positive `omega2`.
+    pub(crate) fn single(omega2: f64, damping: f64, shape: Vec<f64>) -> Self {
+        let zero = vec![0.0; shape.len()];
+        let sigma = -0.5 * damping;
         let delta = omega2 - sigma * sigma;
         let size = delta.abs().sqrt();
         if size <= CONFLUENT * sigma.abs() {

@@ -64,7 +64,11 @@ impl Spectrum {
         if structure.attachments.is_empty() {
             return Ok(Self { alone: free_blocks(structure), coupled: None });
         }
-        let (left, alone) = Deflated::new(structure);
+        let (left, mut alone) = Deflated::new(structure);
+        if let Some(block) = single(&left) {
+            alone.push(block);
+            return Ok(Self { alone, coupled: None });
+        }
         let mut coupled = Coupled::new(Secular::new(left));
         if coupled.end.is_err() && coupled.secular.is_crowded() {
             coupled = Coupled::new(coupled.secular.measured_from_crowd());
@@ -141,6 +145,18 @@ impl Coupled {
         blocks.extend(pairing::blocks(&self.secular.system, &pairs)?);
         Ok(blocks)
     }
+}
+
+/// The block of a mode that is left alone, as a rigid bit on rock. It is known in closed form, at critical damping too,
+/// where the roots of the secular function coincide.
+fn single(left: &Deflated) -> Option<Block> {
+    let [own] = left.omega2[..] else { return None };
+    let attached = || left.shapes.iter().map(|shape| shape[0] * shape[0]).zip(&left.springs);
+    let omega2 = own + attached().map(|(part, (k, _))| k * part).sum::<f64>();
+    let damping = left.beta * own + attached().map(|(part, (_, c))| c * part).sum::<f64>();
+    // Without a spring it slides against a dashpot.
+    let shape = || left.unmerged(&[C::new(1.0, 0.0)]).iter().map(|z| z.re).collect();
+    (omega2 > 0.0).then(|| Block::single(omega2, damping, shape()))
 }
 
 /// Without attachments each mode is a block.
