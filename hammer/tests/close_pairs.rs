@@ -1,11 +1,12 @@
 //! Modes near critical damping, whose two roots nearly coincide and whose vectors are nearly parallel.
 
 use crate::scenes::Random;
+use hammer::laws::event::Bodies;
 use hammer::laws::rock::Spring;
 use hammer::modal::model::Model;
 use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{Recipe, System};
-use hammer::scene::graph::{Bodies, Group};
+use hammer::scene::graph::Group;
 use hammer::{Mode, Parameters, RockMode, Segment};
 
 const MODE: Mode = Mode::starting(RockMode::DissipativeForward);
