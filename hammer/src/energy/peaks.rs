@@ -34,6 +34,9 @@ const WINDOW: u64 = 64;
 /// Shortest step by bounds, in radians of the fastest mode. A window is a few radians long and costs as much as three
 /// steps, so it is better than shorter steps.
 const SHORT_STEP: f64 = 1.0;
+/// Cost of one more value of a window's polynomial, in coordinates: a chain of [`TAYLOR`] products and sums, and the
+/// bounds beside it, 70 to 120 instructions. A flat maximum takes thousands.
+const EVALUATION: u64 = 16;
 /// A step costs a window's cost divided by this: a third, rounded up.
 const STEP: u64 = 2;
 
@@ -219,8 +222,11 @@ impl Pending {
             let last = ((end - t) / h).clamp(0.0, 1.0);
             let (highest, evaluations) = maximum(&force.along(&q, h, last), best);
             best = highest;
-            if evaluations == EVALUATIONS {
+            let cost = EVALUATION * evaluations;
+            *work = work.saturating_add(cost);
+            if evaluations == EVALUATIONS || !Allowance::spend(cost) {
                 *work = u64::MAX;
+                break;
             }
             if t + h >= end {
                 break;
