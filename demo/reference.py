@@ -177,7 +177,9 @@ def table(figures: Stationary, package: Package) -> str:
     lines += [f"{name:30}{value:>22}   {paper}".rstrip() for name, value, paper in rows]
     periods = ", ".join(f"{1e3 * p:.3f}" for p in figures.first_periods)
     lines += [f"first periods: {periods} ms"]
-    lines += ["The paper prints no parameter; those here were chosen to meet its 45, 0.065 and 0.4 ms."]
+    lines += [
+        "The paper prints no parameter; those here were chosen to meet its 45, 0.065 and 0.4 ms."
+    ]
     return "\n".join(lines)
 
 

@@ -2,9 +2,9 @@
 
     python examples/pressure_law.py          # a table
 
-By the event functions (5) the force keeps its direction until the piston reaches the other end of its stroke. By
-formula (3) it follows from the relative position and velocity alone. Both are written outside the hammer, as a drive
-that is looked at every few microseconds.
+By the event functions (5) the force keeps its direction until the piston reaches the other end of
+its stroke. By formula (3) it follows from the relative position and velocity alone. Both are
+written outside the hammer, as a drive that is looked at every few microseconds.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Callable
 
 from dth_hammer import VARIABLES, Hammer
 
-#: Communication step, s: a valve outside is late by half of it, which moves a period of 45 ms by 1e-5 of it.
+#: Communication step, s: a valve outside is late by half of it, 2e-5 of a period of 45 ms.
 STEP = 2e-6
 UNTIL = 0.6  # s: thirteen blows, the last ones equal
 STROKE = VARIABLES["drive.stroke"].start or 0.0

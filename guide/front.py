@@ -124,9 +124,9 @@ def checks() -> list[str]:
         f"* {held[1]} of {held[2]} checks hold, against closed forms, exact waves, extended "
         "precision and published benchmarks: `cargo verify`.",
         f"* Of {drawn['scenes']} random scenes with {drawn['events']} events, {drawn['whole']} are "
-        f"decided to their end, {drawn['refused']} refused; the engine and one in extended precision "
-        f"differ by more than is allowed in {excused}, excused as the report says, and in "
-        f"{drawn['unexplained']} unexplained: `cargo compare --keep`.",
+        f"decided to their end, {drawn['refused']} refused; the engine and one in extended "
+        f"precision differ by more than is allowed in {excused}, excused as the report says, and "
+        f"in {drawn['unexplained']} unexplained: `cargo compare --keep`.",
     ]
 
 

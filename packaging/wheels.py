@@ -122,9 +122,7 @@ def run(
     """A module of this Python; what it says is told only if it fails."""
     command = [sys.executable, "-m", *map(str, arguments)]
     own = os.environ | (environment or {})
-    done = subprocess.run(
-        command, cwd=folder, env=own, capture_output=True, text=True, check=False
-    )
+    done = subprocess.run(command, cwd=folder, env=own, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         sys.exit(f"{' '.join(command)} failed:\n{done.stdout}{done.stderr}")
 

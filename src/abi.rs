@@ -291,7 +291,7 @@ macro_rules! free_instance {
                 "jmp {close}", "2:", "ret",
                 free = sym $crate::abi::free, close = sym $crate::abi::FreeLibrary
             );
-            #[cfg(target_arch = "aarch64")]
+            #[cfg(all(unix, target_arch = "aarch64"))]
             std::arch::naked_asm!(
                 "stp x29, x30, [sp, #-16]!", "bl {free}", "ldp x29, x30, [sp], #16", "cbz x0, 2f",
                 "b {close}", "2:", "ret",

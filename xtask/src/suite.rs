@@ -230,7 +230,8 @@ fn conclude(verdicts: &[(Stage, Verdict)], lacking: Option<String>) -> Result<()
         match verdict {
             Verdict::Failed => failed += &format!(" {stage:?}"),
             Verdict::Passed(skipped) => {
-                let words = |Skipped { tests, why }: &Skipped| format!("{tests} of {stage:?}: {why}");
+                let words =
+                    |Skipped { tests, why }: &Skipped| format!("{tests} of {stage:?}: {why}");
                 reasons.extend(skipped.iter().map(words));
             }
         }

@@ -35,7 +35,9 @@ pub const SECTIONS: [Section; 22] = [
     ("One insert on two rocks", "rows::one_insert", || Ok(measured::rows()?)),
     ("Five hammers of a catalogue", "rows::five_hammers", catalogue::rows),
     ("SDND101", "rows::sdnd101", || Ok(assembly::mass_and_stop()?)),
-    ("The stationary response of two earlier solvers", "rows::earlier_solvers", || Ok(cycle::stationary()?)),
+    ("The stationary response of two earlier solvers", "rows::earlier_solvers", || {
+        Ok(cycle::stationary()?)
+    }),
     ("The first impact", "rows::first_impact", || Ok(cycle::first_impact()?)),
     ("Fifteen cycles against the continuum", "rows::continuum", || Ok(continuum::rows()?)),
     ("Grazes", "rows::what_is_just_reached", || Ok(graze::rows()?)),

@@ -49,7 +49,9 @@ class HammerWarning(UserWarning):
 
 @contextlib.contextmanager
 def reading(path: object, what: str, error: type[DthHammerError]) -> Iterator[None]:
-    """Reads a file from outside, which may be damaged in any way: all that this raises is ``error``, in one line.
+    """Reads a file from outside, which may be damaged in any way.
+
+    All that this raises is ``error``, in one line.
 
     Args:
         path: the file.

@@ -224,13 +224,7 @@ impl Tally {
     }
 
     /// Compares one more scene.
-    pub fn add(
-        &mut self,
-        name: &str,
-        kind: Kind,
-        case: &RandomScene,
-        tell: &mut impl FnMut(&str),
-    ) {
+    pub fn add(&mut self, name: &str, kind: Kind, case: &RandomScene, tell: &mut impl FnMut(&str)) {
         let found = kind.account(case).and_then(|account| compare(&account));
         self.note(name, case, found, tell);
     }

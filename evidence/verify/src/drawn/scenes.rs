@@ -8,7 +8,9 @@ use hammer::parameters::{
     Bit, Casing, ChuckLaw, Contact, Drill, Drive, FASTEST_WAVE, Joint, MAX_DEGREE, Material, Mesh,
     Piston, Rock, SOFTEST_JOINT,
 };
-use hammer::{Error, Fidelity, InputValues, MAX_SEGMENTS, Machine, Parameters, Reloading, Segment, Source};
+use hammer::{
+    Error, Fidelity, InputValues, MAX_SEGMENTS, Machine, Parameters, Reloading, Segment, Source,
+};
 use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
 

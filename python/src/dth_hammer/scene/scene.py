@@ -90,6 +90,11 @@ class Scene:
         content = outputs.read_object(path, KEYS, "part of a scene")
         values, inputs = (_object(content, key, path) for key in ("start_values", "inputs"))
         rock = content.get("rock")
+        if rock is not None and not isinstance(rock, str):
+            raise DomainError(
+                f"rock of {path.name} must be a name, a class, a strength, or the path of a rock's "
+                'file: write its numbers into a file of their own, and "rock": "own.json"'
+            )
         if rock is not None and rock.endswith(".json"):
             rock = str(path.parent / rock)
         return cls(
