@@ -101,8 +101,10 @@ def engines() -> list[str]:
     """Of which engine these figures are."""
     path = ROOT / "reports" / "engine.json"
     known = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-    shown = ("speed", "face", "cost", "verify")
-    of = {stage: known.get(stage, {}).get("hammer/src", "an earlier one")[:12] for stage in shown}
+    stages = ("speed", "face", "cost", "verify")
+    of = {stage: known.get(stage, {}).get("hammer/src", "unknown")[:12] for stage in stages}
+    if {*of.values()} == {"unknown"}:
+        return ["* All of this is of engines before the present one: `.ci/evidence` makes it anew."]
     if len({*of.values()}) == 1:
         return [f"* All of this is of one engine, {of['speed']} (`git rev-parse HEAD:hammer/src`)."]
     parts = ", ".join(f"{stage} {engine}" for stage, engine in of.items())

@@ -263,18 +263,13 @@ impl Environment {
 #[cfg_attr(not(any(unix, windows)), expect(dead_code))]
 pub struct Residence(*mut c_void);
 
-/// Frees an instance. Returns its reference on the library, or null.
-extern "C" fn free(me: c::Handle) -> *mut c_void {
-    let residence = crate::session::close(me.number()).map(std::mem::ManuallyDrop::new);
-    residence.map_or(std::ptr::null_mut(), |residence| residence.0)
-}
-
-/// Declares the function that frees an instance and drops its reference on the library.
+/// Declares the function of a standard that frees an instance by `$free`, which returns the instance's reference on the
+/// library or null, and then drops that reference.
 ///
 /// No code of the library may run after the last reference is dropped, not even a return. So the system's function
 /// that drops it is jumped to as the last act, and returns to the host itself.
 macro_rules! free_instance {
-    ($name:ident) => {
+    ($name:ident, $free:path) => {
         #[cfg(any(unix, windows))]
         #[unsafe(naked)]
         #[unsafe(no_mangle)]
@@ -283,26 +278,26 @@ macro_rules! free_instance {
             std::arch::naked_asm!(
                 "sub rsp, 8", "call {free}", "add rsp, 8", "test rax, rax", "jz 2f", "mov rdi, rax",
                 "jmp {close}", "2:", "ret",
-                free = sym $crate::abi::free, close = sym libc::dlclose
+                free = sym $free, close = sym libc::dlclose
             );
             #[cfg(all(windows, target_arch = "x86_64"))]
             std::arch::naked_asm!(
                 "sub rsp, 40", "call {free}", "add rsp, 40", "test rax, rax", "jz 2f", "mov rcx, rax",
                 "jmp {close}", "2:", "ret",
-                free = sym $crate::abi::free, close = sym $crate::abi::FreeLibrary
+                free = sym $free, close = sym $crate::abi::FreeLibrary
             );
             #[cfg(all(unix, target_arch = "aarch64"))]
             std::arch::naked_asm!(
                 "stp x29, x30, [sp, #-16]!", "bl {free}", "ldp x29, x30, [sp], #16", "cbz x0, 2f",
                 "b {close}", "2:", "ret",
-                free = sym $crate::abi::free, close = sym libc::dlclose
+                free = sym $free, close = sym libc::dlclose
             );
         }
 
         #[cfg(not(any(unix, windows)))]
         #[unsafe(no_mangle)]
         pub extern "C" fn $name(me: $crate::c::Handle) {
-            drop($crate::session::close(me.number()));
+            let _ = $free(me);
         }
     };
 }
@@ -319,6 +314,11 @@ unsafe extern "system" {
 }
 
 impl Residence {
+    /// The system's handle of the library, to be given back by its own function.
+    fn into_raw(self) -> *mut c_void {
+        std::mem::ManuallyDrop::new(self).0
+    }
+
     /// `None` if this library is linked into a program.
     pub fn take() -> Option<Self> {
         // Not a C function, since another FMU's function may replace it.

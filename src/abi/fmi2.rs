@@ -1,11 +1,11 @@
 //! The functions of FMI 2.0.
 
-use super::{Logger, free_instance};
+use super::{Logger, Residence, free_instance};
 use crate::c::{self, Handle, In, Out, Status, Text};
 use crate::error::CallError;
 use crate::instance::{Face, Instance, Snapshot};
 use crate::session::{self, call, sane};
-use std::ffi::{CStr, c_char};
+use std::ffi::{CStr, c_char, c_void};
 
 /// There are no string variables.
 const STRING: &str = "a string variable";
@@ -54,7 +54,12 @@ extern "C" fn fmi2Instantiate(
     session::open(texts, face, logging != 0, &logger).map_or(Handle::NULL, Handle::of)
 }
 
-free_instance!(fmi2FreeInstance);
+/// Frees an instance. Returns its reference on the library, or null.
+pub(super) extern "C" fn free(me: Handle) -> *mut c_void {
+    session::close(me.number()).map_or(std::ptr::null_mut(), Residence::into_raw)
+}
+
+free_instance!(fmi2FreeInstance, free);
 
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2SetDebugLogging(

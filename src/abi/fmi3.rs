@@ -75,7 +75,7 @@ extern "C" fn fmi3InstantiateScheduledExecution(
     instantiate([name, token], logging, Err(CO_SIMULATION_ONLY), environment, log)
 }
 
-free_instance!(fmi3FreeInstance);
+free_instance!(fmi3FreeInstance, fmi2::free);
 
 #[unsafe(no_mangle)]
 extern "C" fn fmi3SetDebugLogging(me: Handle, on: u8, n: usize, names: In<Text>) -> Status {

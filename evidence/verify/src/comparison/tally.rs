@@ -275,10 +275,14 @@ impl Tally {
 
     /// A summary in one line.
     pub fn line(&self) -> String {
+        let by = match self.excused {
+            0.0 => String::new(),
+            most => format!(", by {most:.0} times what is allowed at most"),
+        };
         format!(
             "{} scenes, {} decided to their end, {} refused, {} events, {} instants: {} unexplained; excused \
-             {} by their rough bases, {} after a guard at rest, {} below what a guard resolves, by {:.0} times what \
-             is allowed at most; of the others {:.3} of it at most ({}), {:.3} in time ({})",
+             {} by their rough bases, {} after a guard at rest, {} below what a guard resolves{by}; of the others \
+             {:.3} of what is allowed at most ({}), {:.3} in time ({})",
             self.scenes,
             self.whole,
             self.refused,
@@ -288,7 +292,6 @@ impl Tally {
             self.rough.len(),
             self.at_rest.len(),
             self.unseen.len(),
-            self.excused,
             self.worst[0].ratio(),
             self.worst[0].what,
             self.worst[1].ratio(),
