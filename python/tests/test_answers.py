@@ -18,7 +18,7 @@ from dth_hammer.errors import MissingError
 from dth_hammer.run.answers import BAND, BLUE, ORANGE
 from dth_hammer.study.calibration import Calibration
 from dth_hammer.study.longrun import Steady
-from dth_hammer.study.optimisation import KEPT, Optimum
+from dth_hammer.study.optimisation import LIMIT_TOLERANCE, Optimum
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
@@ -75,7 +75,7 @@ def test_every_design_is_drawn_and_those_beyond_a_limit_are_told_apart(best: Opt
     inside, beyond, chosen = best.plot().axes[0].lines
     assert len(inside.get_xdata()) + len(beyond.get_xdata()) == best.evaluations
     past = best.history["past blow_energy"].to_numpy()
-    assert len(beyond.get_xdata()) == np.count_nonzero(past > KEPT) > 0
+    assert len(beyond.get_xdata()) == np.count_nonzero(past > LIMIT_TOLERANCE) > 0
     assert set(chosen.get_ydata()) == {best.value}
 
 

@@ -22,7 +22,7 @@ from dth_hammer import (
 )
 from dth_hammer.run.records import simulated
 from dth_hammer.scene.variables import numbers, whole
-from dth_hammer.study.designs import KEPT, Problem, limits_of
+from dth_hammer.study.designs import LIMIT_TOLERANCE, Problem, limits_of
 from dth_hammer.study.measures import measure
 from dth_hammer.study.posterior import modes, population
 from interrupting import Interrupts
@@ -329,7 +329,7 @@ def test_a_mean_over_the_tolerance_is_of_hammers_to_both_sides_of_a_design() -> 
     left = 25e4 * (off**2 - np.mean(off**2))
     assert row.error == pytest.approx(np.sqrt(np.sum(left**2) / 31 / 33), rel=1e-9)
     assert row.passed[0] == pytest.approx(row.goal / (25e6 * (1.0 + 0.01 / 6.0)) - 1.0, rel=1e-9)
-    assert row.passed[0] > KEPT
+    assert row.passed[0] > LIMIT_TOLERANCE
     assert row.passed[1] == pytest.approx(0.0, abs=1e-12)
     # A design that was lucky alone does not win, nor is it compared.
     problem.limits, problem.rows = [], []

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 pub const PAUSE: Duration = Duration::from_millis(20);
 
 /// Time of the next check for signals, and the exception that a signal handler has raised.
-type Heard = (Instant, Option<PyErr>);
+type SignalState = (Instant, Option<PyErr>);
 
 /// Does long work of the engine without holding Python's lock, so that other Python threads can run.
 ///
@@ -24,24 +24,25 @@ pub fn interruptible<T: Send>(
     py: Python<'_>,
     work: impl FnOnce() -> Result<T, Failure> + Send,
 ) -> Result<T, Failure> {
-    let heard = Arc::new(Mutex::new((Instant::now() + PAUSE, None)));
-    let (asked, own, whole) = (heard.clone(), thread::current().id(), Interrupt::present());
+    let state = Arc::new(Mutex::new((Instant::now() + PAUSE, None)));
+    let (shared, caller, enclosing) = (state.clone(), thread::current().id(), Interrupt::present());
     // Only the calling thread checks for signals. Python handles them on its main thread alone, and a check by another
     // thread would only postpone the next one.
     let interrupt = Interrupt::asking(move || {
         // The lock is taken already if a signal handler calls the engine itself.
-        let mut turn = asked.try_lock();
-        let raised = turn.as_mut().is_ok_and(|heard| thread::current().id() == own && asks(heard));
-        drop(turn);
-        raised || whole.is_set()
+        let mut guard = shared.try_lock();
+        let raised =
+            guard.as_mut().is_ok_and(|state| thread::current().id() == caller && poll(state));
+        drop(guard);
+        raised || enclosing.is_set()
     });
-    let done = py.detach(|| interrupt.watch(work));
-    let raised = heard.lock().unwrap_or_else(PoisonError::into_inner).1.take();
-    raised.map_or(done, |error| Err(Failure::Python(error)))
+    let result = py.detach(|| interrupt.watch(work));
+    let raised = state.lock().unwrap_or_else(PoisonError::into_inner).1.take();
+    raised.map_or(result, |error| Err(Failure::Python(error)))
 }
 
 /// Checks for signals if it is time to, and returns whether a signal handler has raised an exception.
-fn asks((next, raised): &mut Heard) -> bool {
+fn poll((next, raised): &mut SignalState) -> bool {
     if raised.is_none() && Instant::now() >= *next {
         *raised = Python::attach(|py| py.check_signals()).err();
         *next = Instant::now() + PAUSE;

@@ -23,7 +23,7 @@ begin with:
   dth-hammer run air_4_inch           a preset; `dth-hammer info` lists them
   dth-hammer datasheet --od 124mm --pressure 24bar --power 31.7kW --hole 140mm
 """
-#: Optional packages that write a file, by its suffix.
+#: Optional packages that are needed to write a file, by the suffix of the file.
 FORMATS = {".xlsx": ["xlsxwriter"], ".mat": ["scipy"], ".parquet": ["pyarrow"]}
 
 
@@ -33,15 +33,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             # The terminal's encoding may lack a character, such as the plus-minus sign.
             stream.reconfigure(errors="replace")
-    words = [*(sys.argv[1:] if arguments is None else arguments)]
+    tokens = [*(sys.argv[1:] if arguments is None else arguments)]
     try:
-        if not words:
+        if not tokens:
             _parser().print_help()
             print(FIRST)
-        if words and words[0][:1] != "-" and words[0] not in COMMANDS:
-            raise UnknownNameError("command", words[0], COMMANDS)
+        if tokens and tokens[0][:1] != "-" and tokens[0] not in COMMANDS:
+            raise UnknownNameError("command", tokens[0], COMMANDS)
         # A command's module is imported only when chosen, since imports dominate the start-up time.
-        options = _parser().parse_args(words) if words else None
+        options = _parser().parse_args(tokens) if tokens else None
         with warnings.catch_warnings():
             warnings.simplefilter("always", HammerWarning)
             warnings.showwarning = _teller()

@@ -27,8 +27,8 @@ def run(options: argparse.Namespace) -> None:
     """Reads the hammer, runs it and writes the page."""
     given = call().given(options)
     common.keep_rock(options, given["hammer"].numbers)
-    out = options.out or Path(options.hammer or "reference").with_suffix(".html")
-    given["out"] = outputs.check(out, (".html", ".htm"))
+    path_out = options.out or Path(options.hammer or "reference").with_suffix(".html")
+    given["out"] = outputs.check(path_out, (".html", ".htm"))
     common.check_units(options.units, {v.name: v.unit for v in VARIABLES.of("output", "local")})
     path = call().function(**given, units=common.printed_units(options.units))
     print(f"{path}: {path.stat().st_size / 1e6:.1f} MB")

@@ -116,7 +116,7 @@ def cycle(run: Run) -> Figure:
             base = np.interp(0.0, frame.index, frame["tip_depth"])
             _displacements(grid[0, column], frame_part, base, notes["gap"])
             _velocities(grid[1, column], frame_part)
-            _statuses(grid[2, column], frame_part)
+            _modes(grid[2, column], frame_part)
             for letter, axes in zip("abc", grid[:, column], strict=True):
                 axes.set_title(f"({letter}{column + 1})", loc="left", pad=3)
                 axes.set_xlim(start * 1e3, end * 1e3)
@@ -164,7 +164,7 @@ def _velocities(axes: Axes, part: pd.DataFrame) -> None:
     axes.plot(part.index * 1e3, part["bit_velocity"], color=BIT)
 
 
-def _statuses(axes: Axes, part: pd.DataFrame) -> None:
+def _modes(axes: Axes, part: pd.DataFrame) -> None:
     lanes = {name: level for level, name in enumerate(MODES)}
     level = part["rock_mode"].astype(str).map(lanes)
     time = part.index * 1e3
@@ -219,21 +219,21 @@ def indicator(run: Run) -> Figure:
     """
     frame, notes = _settled(run)
     part = frame[(frame.index >= 0.0) & (frame.index <= notes["period"])]
-    place, force = part["relative_position"].to_numpy(), part["applied_drive_force"].to_numpy()
-    work = float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(place)))
+    position, force = part["relative_position"].to_numpy(), part["applied_drive_force"].to_numpy()
+    work = float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(position)))
     chambers = [name for name in PRESSURES if name in part and part[name].max() > 0.0]
     panels = 2 if chambers else 1
     with styled(6.0, 3.6 * panels) as figure:
         *above, axes = figure.subplots(panels, sharex=True, squeeze=False)[:, 0]
         for name, upper in itertools.product(chambers, above):
             label, colour = PRESSURES[name]
-            upper.plot(-1e3 * place, 1e-5 * part[name], color=colour, label=label)
+            upper.plot(-1e3 * position, 1e-5 * part[name], color=colour, label=label)
         for upper in above:
             upper.set_ylabel("pressure (bar)")
             upper.legend()
         # The cycle begins and ends with the piston on the bit, so the curve is closed.
-        axes.fill(-1e3 * place, 1e-3 * force, color=PISTON, alpha=0.12, lw=0)
-        axes.plot(-1e3 * place, 1e-3 * force, color=PISTON)
+        axes.fill(-1e3 * position, 1e-3 * force, color=PISTON, alpha=0.12, lw=0)
+        axes.plot(-1e3 * position, 1e-3 * force, color=PISTON)
         axes.axhline(0.0, color=DARK, lw=0.6)
         axes.set_xlabel("height of the piston above the bit (mm)")
         axes.set_ylabel("driving force, down (kN)")
@@ -327,10 +327,10 @@ def _name_parts(
     for value in values.values():
         middles.append((top if value >= 0 else bottom) + 0.5 * value)
         top, bottom = top + max(value, 0.0), bottom + min(value, 0.0)
-    places = _apart(middles, room, top)
+    label_places = _apart(middles, room, top)
     total = sum(values.values())
     for (label, value), middle, place, colour in zip(
-        values.items(), middles, places, colours, strict=False
+        values.items(), middles, label_places, colours, strict=False
     ):
         axes.annotate(
             f"{label}\n{value:.1f} J, {100 * value / total:.1f} %",
@@ -381,8 +381,8 @@ def convergence(run: Run) -> Figure:
         )
         for column, label, colour, marker in series:
             values = table[column][1:]
-            away = (values / values.iloc[-1] - 1.0).abs()[:-1]
-            axes.semilogy(away.index, away, color=colour, marker=marker, ms=4, label=label)
+            distance = (values / values.iloc[-1] - 1.0).abs()[:-1]
+            axes.semilogy(distance.index, distance, color=colour, marker=marker, ms=4, label=label)
         axes.set_xlabel("blow")
         axes.set_ylabel("relative distance from the last blow")
         axes.grid(color="0.9", linewidth=0.6)
@@ -475,15 +475,15 @@ def _contact_line(axes: Axes, time: Array, closed: Array, ends: tuple[float, flo
     left, span = 0.985 * ends[0] + 0.015 * ends[1], time[-1] - time[0]
     # A label is on the side of its line on which the contact is closed. Labels of short contacts
     # keep their order and are spread out.
-    wanted = np.maximum.accumulate(
+    wanted_places = np.maximum.accumulate(
         [time[i] + (-0.016 if closed[i] else 0.016) * span for i in events]
     )
-    places = _apart(wanted.tolist(), 0.03 * span, time[-1] - 0.016 * span)
+    places = _apart(wanted_places.tolist(), 0.03 * span, time[-1] - 0.016 * span)
     for index, place in zip(events, places, strict=True):
-        what = "opens" if closed[index] else "closes"
+        change = "opens" if closed[index] else "closes"
         dashes: Any = (0, (6, 3))
         axes.axhline(time[index], color="black", linewidth=0.6, linestyle=dashes, gid=ON_COLOUR)
-        axes.text(left, place, f"contact {what}", va="center", fontsize=8, gid=ON_COLOUR)
+        axes.text(left, place, f"contact {change}", va="center", fontsize=8, gid=ON_COLOUR)
 
 
 def _mode_strip(axes: Axes, time: Array, modes: Array) -> None:
@@ -494,8 +494,8 @@ def _mode_strip(axes: Axes, time: Array, modes: Array) -> None:
         axes.axhspan(time[start], time[end], color=COLOURS[mode], linewidth=0, gid=ON_COLOUR)
         if height > 0.03 * (time[-1] - time[0]):
             middle = 0.5 * (time[start] + time[end])
-            place: dict[str, Any] = {"ha": "center", "va": "center"}
-            axes.text(0.5, middle, MODES[mode], **place, fontsize=8, gid=ON_COLOUR)
+            alignment: dict[str, Any] = {"ha": "center", "va": "center"}
+            axes.text(0.5, middle, MODES[mode], **alignment, fontsize=8, gid=ON_COLOUR)
     axes.set_xlim(0.0, 1.0)
     axes.set_xticks([])
     axes.tick_params(axis="y", length=0)

@@ -41,23 +41,25 @@ def darken(figure: Figure) -> Figure:
         if artist.get_gid() == ON_COLOUR:
             continue
         if isinstance(artist, (Line2D, Text)):
-            artist.set_color(_turned(artist.get_color()))
+            artist.set_color(_dark_colour(artist.get_color()))
         if isinstance(artist, Line2D):
-            artist.set_markerfacecolor(_turned(artist.get_markerfacecolor()))
-            artist.set_markeredgecolor(_turned(artist.get_markeredgecolor()))
+            artist.set_markerfacecolor(_dark_colour(artist.get_markerfacecolor()))
+            artist.set_markeredgecolor(_dark_colour(artist.get_markeredgecolor()))
         elif isinstance(artist, (Patch, Spine)):
-            artist.set_edgecolor(_turned(artist.get_edgecolor()))
-            artist.set_facecolor(_turned(artist.get_facecolor()))
+            artist.set_edgecolor(_dark_colour(artist.get_edgecolor()))
+            artist.set_facecolor(_dark_colour(artist.get_facecolor()))
         elif isinstance(artist, Collection) and artist.get_array() is None:
-            artist.set_edgecolor([_turned(c) for c in artist.get_edgecolor()])
-            artist.set_facecolor([_turned(c) for c in artist.get_facecolor()])
+            artist.set_edgecolor([_dark_colour(c) for c in artist.get_edgecolor()])
+            artist.set_facecolor([_dark_colour(c) for c in artist.get_facecolor()])
     for axes in figure.get_axes():
         # Matplotlib creates the ticks again at each drawing, so their colour must be a parameter.
-        axes.tick_params(which="both", color=_turned("black"), labelcolor=_turned("black"))
+        axes.tick_params(
+            which="both", color=_dark_colour("black"), labelcolor=_dark_colour("black")
+        )
     return figure
 
 
-def _turned(colour: Any) -> Any:
+def _dark_colour(colour: Any) -> Any:
     if isinstance(colour, str) and colour in ("none", "auto"):
         return colour
     red, green, blue, alpha = to_rgba(colour)

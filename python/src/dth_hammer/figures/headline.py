@@ -21,12 +21,12 @@ SUMMARISED = (
     *("work to the rock over blow energy", "power to the rock", "free air"),
 )
 #: Display units of numbers that differ from the default display unit.
-SHOWN: Mapping[str, str] = {
+DISPLAY_UNITS: Mapping[str, str] = {
     **{"frequency": "1/min", TURNS: "1/min", "oil or water taken": "l/min"},
     "life of what breaks first": "h",
 }
 #: Numbers that only a datasheet provides, not a run.
-FOUND = (
+SHEET_ONLY = (
     *("piston mass", "feed", "bore", "height where the piston turns"),
     *(TURNS, "advance per turn"),
     "up-hole velocity of the air",
@@ -55,7 +55,9 @@ def headline(
         {name: row[:3] for name, row in rows.items()}, index=["value", "least", "largest"]
     )
     units = {name: row[3] for name, row in rows.items()}
-    display = {name: SHOWN.get(name) or displayed(name, unit)[1] for name, unit in units.items()}
+    display = {
+        name: DISPLAY_UNITS.get(name) or displayed(name, unit)[1] for name, unit in units.items()
+    }
     table.attrs = {"units": Fixed(units), "display_units": Fixed(display)}
     return table
 
@@ -96,7 +98,7 @@ def _drive(sheet: Datasheet | None) -> dict[str, Row]:
         FLOWS[name]: _plain(own, unit) for name, _, own, unit, _ in sheet.compared if name in FLOWS
     }
     for name, value, unit in sheet.found:
-        if name in FOUND:
+        if name in SHEET_ONLY:
             rows[name] = value, *sheet.ranges[name], unit or "1"
     return rows
 

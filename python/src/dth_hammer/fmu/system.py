@@ -91,8 +91,8 @@ def write_system(
     descriptions = {HAMMER: _described(package.path, package.fmi)}
     for name, path in partners.items():
         if not name.isidentifier() or name in descriptions:
-            what = f"a partner cannot be called {name!r}"
-            raise DomainError(f"{what}: use a word other than {HAMMER!r}")
+            problem = f"a partner cannot be called {name!r}"
+            raise DomainError(f"{problem}: use a word other than {HAMMER!r}")
         descriptions[name] = _described(Path(path), package.fmi)
     connected = _connect(descriptions)
     # The hammer comes last, so that hosts which initialise the components in order pass it the
@@ -136,16 +136,16 @@ def _ports(description: ModelDescription, causality: str) -> dict[str, ModelVari
 
 def _connect(descriptions: Mapping[str, ModelDescription]) -> list[tuple[Port, Port]]:
     hammer, connections = descriptions[HAMMER], []
-    wanted, offered = _ports(hammer, "input"), _ports(hammer, "output")
+    hammer_inputs, hammer_outputs = _ports(hammer, "input"), _ports(hammer, "output")
     sources: dict[str, str] = {}
     for name, partner in descriptions.items():
         if name == HAMMER:
             continue
-        given_ports = [n for n in _ports(partner, "output") if n in wanted]
-        taken_ports = [n for n in _ports(partner, "input") if n in offered]
+        given_ports = [n for n in _ports(partner, "output") if n in hammer_inputs]
+        taken_ports = [n for n in _ports(partner, "input") if n in hammer_outputs]
         if not given_ports and not taken_ports:
             raise DthHammerError(
-                f"{name} shares no name with the hammer, which takes {', '.join(wanted)}"
+                f"{name} shares no name with the hammer, which takes {', '.join(hammer_inputs)}"
             )
         for port in given_ports:
             if port in sources:

@@ -34,15 +34,15 @@ DOCUMENTATION = "documentation/index.html"
 NOTE = "<!--configured-->"
 ARRAYS = "-arrays"
 #: Bytes at the beginning of the library's section, and the number of bytes that follow them.
-MARK, ROOM = b"dth_hammer: this unit starts as:", 1 << 14
+SECTION_MARK, SECTION_SIZE = b"dth_hammer: this unit starts as:", 1 << 14
 BINARIES = "binaries/"
 #: By version of FMI: the element of the description that specifies the format of the section.
-TOLD = {
+FORMAT_PATHS = {
     2: "VendorAnnotations/Tool[@name='dth_hammer.start_values']/StartValues",
     3: "Annotations/Annotation[@type='dth_hammer.start_values']/StartValues",
 }
 #: Folder of files that hold only for the plain FMU, such as its reference results.
-PLAIN = "extra/"
+PLAIN_ONLY = "extra/"
 TRUTHS = {0: "false", 1: "true"}
 
 
@@ -91,16 +91,16 @@ def configure(
     root = package.description
     added = _list_arrays(root, package) if arrays else 0
     rows = _rows(root)
-    given, beside = start_values(root, scene_of(hammer, rock, preset))
+    given, fmu_values = start_values(root, scene_of(hammer, rock, preset))
     # The engine checks the scene before a file is written.
     Hammer(given, quiet=True).close()
     if unknown := [name for name in given if name not in rows]:
         raise DthHammerError(f"{package.path.name} is of an older version: it has no {unknown[0]}")
-    values = {**given, **beside}
+    values = {**given, **fmu_values}
     text = _identify(root, package, values, arrays=arrays)
     for name, number in values.items():
         node = rows[name][1]
-        node.set("start", _written(node.tag, number))
+        node.set("start", _start_text(node.tag, number))
     _write(package, out, root, text, values)
     return added
 
@@ -108,15 +108,21 @@ def configure(
 def start_values(root: ET.Element, scene: Scene) -> tuple[dict[str, float], dict[str, float]]:
     """Returns the checked numbers of a scene.
 
-    The second mapping has the parameters that only the FMU of FMI 3.0 has, see `_beside`.
+    The second mapping has the parameters that only the FMU of FMI 3.0 has, see `_fmu_parameters`.
     """
-    more = {v.name: v for v in _beside(root)}
-    beside = {n: more[n].number(value) for n, value in scene.parameters.items() if n in more}
-    own: dict[str, Value] = {n: v for n, v in scene.parameters.items() if n not in more}
-    return numbers_of(replace(scene, parameters=own)), beside
+    fmu_variables = {v.name: v for v in _fmu_parameters(root)}
+    fmu_values = {
+        n: fmu_variables[n].number(value)
+        for n, value in scene.parameters.items()
+        if n in fmu_variables
+    }
+    parameters: dict[str, Value] = {
+        n: v for n, v in scene.parameters.items() if n not in fmu_variables
+    }
+    return numbers_of(replace(scene, parameters=parameters)), fmu_values
 
 
-def _beside(root: ET.Element) -> list[Variable]:
+def _fmu_parameters(root: ET.Element) -> list[Variable]:
     """Returns the FMU's parameters that the hammer does not have: events and array lengths."""
     variables = []
     for name, (reference, node) in _rows(root).items():
@@ -129,9 +135,16 @@ def _beside(root: ET.Element) -> list[Variable]:
         kind = "Real" if node.tag == "Float64" else "Integer"
         low, high = (float(attributes[k]) if k in attributes else None for k in ("min", "max"))
         labels = TRUTHS if node.tag == "Boolean" else {}
-        words = (name, reference, kind, "parameter", "fixed", attributes.get("description", ""))
+        positional = (
+            name,
+            reference,
+            kind,
+            "parameter",
+            "fixed",
+            attributes.get("description", ""),
+        )
         unit = attributes.get("unit", "")
-        variables.append(Variable(*words, unit, minimum=low, maximum=high, labels=labels))
+        variables.append(Variable(*positional, unit, minimum=low, maximum=high, labels=labels))
     return variables
 
 
@@ -140,15 +153,15 @@ def _identify(
 ) -> str:
     """Writes the GUID with the hash of the section's text, and returns that text."""
     identity = IDENTITY[package.fmi]
-    plain, begin = _identity_parts(root, package)
-    rest = _section(package)
-    arrays = arrays or rest.endswith(ARRAYS)
-    rest = rest.removesuffix(ARRAYS).removeprefix(begin)
+    plain_identity, prefix = _identity_parts(root, package)
+    section = _section(package)
+    arrays = arrays or section.endswith(ARRAYS)
+    section = section.removesuffix(ARRAYS).removeprefix(prefix)
     rows = _rows(root)
-    started = _started(rest) | {rows[n][0]: v for n, v in given.items()}
+    started = _read_start_values(section) | {rows[n][0]: v for n, v in given.items()}
     listed = ",".join(f"{r}:{struct.pack('>d', v).hex()}" for r, v in sorted(started.items()))
-    text = (begin + listed if listed else "") + (ARRAYS if arrays else "")
-    root.set(identity, plain + (_sign(text) if text else ""))
+    text = (prefix + listed if listed else "") + (ARRAYS if arrays else "")
+    root.set(identity, plain_identity + (_sign(text) if text else ""))
     return text
 
 
@@ -165,22 +178,26 @@ def _section(package: Package) -> str:
     with zipfile.ZipFile(package.path) as archive:
         for name in archive.namelist():
             _, mark, rest = (archive.read(name) if name.startswith(BINARIES) else b"").partition(
-                MARK
+                SECTION_MARK
             )
             if mark:
-                return rest[:ROOM].partition(b"\0")[0].decode()
+                return rest[:SECTION_SIZE].partition(b"\0")[0].decode()
     raise DthHammerError(f"{package.path.name} is too old to be configured")
 
 
-def _filled(library: bytes, text: str) -> bytes:
+def _with_section(library: bytes, text: str) -> bytes:
     """Returns the library with the text written to its section."""
-    before, mark, rest = library.partition(MARK)
-    return before + mark + text.encode().ljust(ROOM, b"\0") + rest[ROOM:] if mark else library
+    before, mark, rest = library.partition(SECTION_MARK)
+    return (
+        before + mark + text.encode().ljust(SECTION_SIZE, b"\0") + rest[SECTION_SIZE:]
+        if mark
+        else library
+    )
 
 
 def _identity_parts(root: ET.Element, package: Package) -> tuple[str, str]:
     """Returns the plain FMU's GUID, and the text that precedes the start values in the section."""
-    node = root.find(TOLD[package.fmi])
+    node = root.find(FORMAT_PATHS[package.fmi])
     texts = () if node is None else node.attrib.values()
     match = next((re.fullmatch(r"(.*)(-\w+-)\{.*", text) for text in texts), None)
     if match is None:
@@ -188,7 +205,7 @@ def _identity_parts(root: ET.Element, package: Package) -> tuple[str, str]:
     return match[1], match[2]
 
 
-def _started(text: str) -> dict[int, float]:
+def _read_start_values(text: str) -> dict[int, float]:
     """Reads the start values, by value reference, from a section's text."""
     pairs = (pair.split(":") for pair in text.split(",") if pair)
     return {int(at): struct.unpack(">d", bytes.fromhex(bits))[0] for at, bits in pairs}
@@ -206,7 +223,7 @@ def _rows(root: ET.Element) -> dict[str, tuple[int, ET.Element]]:
     }
 
 
-def _written(kind: str, number: float) -> str:
+def _start_text(kind: str, number: float) -> str:
     """Returns a start value as text, for a type of FMI 2.0 or 3.0."""
     if kind == "Boolean":
         return TRUTHS[int(number)]
@@ -247,8 +264,10 @@ def _write(
 ) -> None:
     ET.indent(root)
     description = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
-    texts = {n: VARIABLES[n].text(v) if n in VARIABLES else f"{v:g}" for n, v in given.items()}
-    listed = ", ".join(f"{name} = {text}" for name, text in texts.items())
+    text_by_name = {
+        n: VARIABLES[n].text(v) if n in VARIABLES else f"{v:g}" for n, v in given.items()
+    }
+    listed = ", ".join(f"{name} = {text}" for name, text in text_by_name.items())
     note = f"<p><strong>This file starts with</strong> {html.escape(listed)}.</p>{NOTE}"
     with (
         whole(out) as new,
@@ -257,13 +276,13 @@ def _write(
     ):
         inspect(source)
         for entry in source.infolist():
-            if given and entry.filename.startswith(PLAIN):
+            if given and entry.filename.startswith(PLAIN_ONLY):
                 continue
             data = source.read(entry)
             if entry.filename == DESCRIPTION:
                 data = description
             elif entry.filename.startswith(BINARIES):
-                data = _filled(data, text)
+                data = _with_section(data, text)
             elif entry.filename == DOCUMENTATION and given:
                 data = data.replace(NOTE.encode(), note.encode())
             target.writestr(entry, data)

@@ -69,5 +69,5 @@ class Supply:
     def _delivery(self, held: float) -> float:
         """Returns the mass flow from the compressor, kg/s, with this mass of air held."""
         c = self.compressor
-        closing = (c.rated_pressure + c.band - self._per_mass * held) / c.band
-        return FREE * c.capacity * min(1.0, max(0.0, closing))
+        opening = (c.rated_pressure + c.band - self._per_mass * held) / c.band
+        return FREE * c.capacity * min(1.0, max(0.0, opening))

@@ -54,12 +54,12 @@ class WaterDrive:
 
     def __init__(self, water: Water | None = None, substep: float = 4e-6) -> None:
         self.water, self.substep = water or Water(), substep
-        w, parts = self.water, self.water.hose_parts
-        bore = math.pi / 4 * w.hose_bore**2
-        self.compliance = bore * w.hose_length / parts / w.bulk_modulus
-        self.inertance = w.density * w.hose_length / parts / bore
-        self.friction = w.hose_friction / parts
-        self.orifice = w.discharge * w.port * math.sqrt(2.0 / w.density)
+        parameters, parts = self.water, self.water.hose_parts
+        bore = math.pi / 4 * parameters.hose_bore**2
+        self.compliance = bore * parameters.hose_length / parts / parameters.bulk_modulus
+        self.inertance = parameters.density * parameters.hose_length / parts / bore
+        self.friction = parameters.hose_friction / parts
+        self.orifice = parameters.discharge * parameters.port * math.sqrt(2.0 / parameters.density)
         self.start()
 
     def start(self, _position: float = 0.0) -> None:
@@ -94,8 +94,11 @@ class WaterDrive:
 
     def _until_turn(self, position: float, later: float) -> float:
         """Returns the share of a step after which the valve turns; infinity if it does not."""
-        edge = self.water.to_return if self.command > 0.0 else self.water.to_drive
-        before, after = self.command * (position - edge), self.command * (later - edge)
+        switch_position = self.water.to_return if self.command > 0.0 else self.water.to_drive
+        before, after = (
+            self.command * (position - switch_position),
+            self.command * (later - switch_position),
+        )
         if before > 0.0:
             return 0.0
         return before / (before - after) if after > 0.0 else math.inf
@@ -106,19 +109,22 @@ class WaterDrive:
         return self.orifice * share * drop / math.sqrt(math.hypot(drop, laminar))
 
     def _rates(self, y: State, position: float, velocity: float) -> State:
-        w, drive, spool, hose = self.water, y[0], y[1], y[2]
+        water, drive, spool, hose = self.water, y[0], y[1], y[2]
         inflow = self._flow(max(0.0, spool), hose - drive)
-        outflow = self._flow(max(0.0, -spool), drive - w.outlet_pressure)
-        volume = w.chamber_volume + w.area_drive * position
+        outflow = self._flow(max(0.0, -spool), drive - water.outlet_pressure)
+        volume = water.chamber_volume + water.area_drive * position
         rates = [
-            w.bulk_modulus / volume * (inflow - outflow - w.area_drive * velocity),
-            (self.command - spool) / w.valve_time,
+            water.bulk_modulus / volume * (inflow - outflow - water.area_drive * velocity),
+            (self.command - spool) / water.valve_time,
         ]
         # Flow out of the hose's end: flow through the valve minus flow from the return chamber.
-        drawn, compliance = inflow - w.area_return * velocity, self.compliance + w.accumulator
+        drawn, compliance = (
+            inflow - water.area_return * velocity,
+            self.compliance + water.accumulator,
+        )
         for k in range(2, len(y), 2):
             pressure, flow = y[k], y[k + 1]
-            source = y[k + 2] if k + 2 < len(y) else w.pump_pressure
+            source = y[k + 2] if k + 2 < len(y) else water.pump_pressure
             rates.append((flow - drawn) / compliance)
             rates.append((source - pressure - self.friction * flow) / self.inertance)
             drawn, compliance = flow, self.compliance

@@ -74,8 +74,8 @@ class Record:
     @property
     def errors(self) -> Array:
         """Standard errors of the samples, in SI units."""
-        given = np.asarray(self.error, dtype=float)
-        return np.full(len(self.samples), float(given)) if given.ndim == 0 else given
+        errors = np.asarray(self.error, dtype=float)
+        return np.full(len(self.samples), float(errors)) if errors.ndim == 0 else errors
 
 
 def simulated(record: Record, parameters: Mapping[str, float]) -> Array:

@@ -107,8 +107,8 @@ class Variable:
             below = math.nextafter(low, -math.inf)
             # An exclusive bound is declared as the next floating-point number above it. Of two
             # neighbouring floats, the one that a person chose as the bound prints shorter.
-            above = len(repr(below)) < len(repr(low)) or below == 0.0
-            return f"above {below:g}" if above else f"at least {low:g}"
+            exclusive = len(repr(below)) < len(repr(low)) or below == 0.0
+            return f"above {below:g}" if exclusive else f"at least {low:g}"
         return "any number" if high is None else f"at most {high:g}"
 
     def _label(self, text: str) -> float:
@@ -195,10 +195,10 @@ def numbers(
     """
     if preset is not None and preset not in PRESETS:
         error = UnknownNameError("preset", preset, PRESETS)
-        instead = _native.instead_of(preset)
-        raise DomainError(f"no preset is called {preset!r}: {instead}") if instead else error
-    own = PRESETS[preset].values if preset else {}
-    chosen = beside({**(under or {}), **own}, parameters or {})
+        advice = _native.instead_of(preset)
+        raise DomainError(f"no preset is called {preset!r}: {advice}") if advice else error
+    preset_values = PRESETS[preset].values if preset else {}
+    chosen = beside({**(under or {}), **preset_values}, parameters or {})
     return {name: VARIABLES.settable(name).number(value) for name, value in chosen.items()}
 
 

@@ -54,7 +54,7 @@ class Case:
         return bool(self.inputs) or self.control is not None
 
     def identity(self, name: str) -> list[Any]:
-        """Returns the data and the code's version that distinguish its rows from those of others.
+        """Returns the part of a row's key that tells this case from others: its data and version.
 
         Raises:
             DomainError: the case has functions but no version.
@@ -128,8 +128,8 @@ class Job:
     def result(self, values: Sequence[float], refused: str, warnings: Iterable[str]) -> Row:
         """Returns the row of a run with the requested outputs, which are NaN for a refused run."""
         row: Row = {RUN: self.key, CASE: self.name, **self.numbers}
-        end = math.nan if isinstance(self.until, Wanted) else self.until
-        row |= {UNTIL: end, MODEL: model()}
+        duration = math.nan if isinstance(self.until, Wanted) else self.until
+        row |= {UNTIL: duration, MODEL: model()}
         outputs = [math.nan] * len(self.names) if refused else values
         row |= dict(zip(self.names, outputs, strict=True))
         row |= sides(row, self.numbers)
@@ -158,7 +158,7 @@ def planned(
         names: outputs to read.
         stored: whether the rows go to a file; then functions of the case need a version.
     """
-    code = case.identity(name) if stored else []
+    identity = case.identity(name) if stored else []
     if case.moves and not isinstance(until, Wanted):
         signals_of(case.inputs)
         instants_of(until, case.step)
@@ -168,7 +168,7 @@ def planned(
             raise DomainError(f"{text} is in the grid and an input of the case {name!r}")
         numbers = {**case.parameters, **point}
         end = asdict(until) if isinstance(until, Wanted) else until
-        text = json.dumps([ROWS, model(), sorted(numbers.items()), end, names, name, code])
+        text = json.dumps([ROWS, model(), sorted(numbers.items()), end, names, name, identity])
         key = hashlib.sha256(text.encode()).hexdigest()[:16]
         runs.append(Job(key, name, case, numbers, until, names))
     return runs

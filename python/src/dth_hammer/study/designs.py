@@ -23,12 +23,12 @@ Limits = Mapping[str, Limit] | Mapping[Callable[[Steady], float], Limit] | Mappi
 
 #: Penalty of a refused design: its cost exceeds the worst known cost by this many times the
 #: difference between the worst and the best known cost.
-WORSE = 1.0
+PENALTY = 1.0
 #: A limit counts as satisfied if it is exceeded by no more than this, relative to the limit.
-KEPT = 1e-4
+LIMIT_TOLERANCE = 1e-4
 #: The search needs no further starts if the best goals of the first ones agree within this relative
 #: difference, or within twice their combined standard error.
-AGREED = 3e-3
+AGREEMENT = 3e-3
 
 
 @dataclass
@@ -57,7 +57,7 @@ class Row:
     @property
     def feasible(self) -> bool:
         """Whether the design satisfies its limits."""
-        return self.steady is not None and bool((self.passed <= KEPT).all())
+        return self.steady is not None and bool((self.passed <= LIMIT_TOLERANCE).all())
 
 
 class Problem:
@@ -193,26 +193,28 @@ class Problem:
         goals = [row.goal for row in best_rows]
         errors = np.nan_to_num([row.error for row in best_rows])
         return bool(
-            np.ptp(goals) <= max(AGREED * abs(goals[0]), 2.0 * float(np.hypot.reduce(errors)))
+            np.ptp(goals) <= max(AGREEMENT * abs(goals[0]), 2.0 * float(np.hypot.reduce(errors)))
         )
 
     def best(self) -> Row:
         """Returns the best design that satisfies the limits."""
         rows = self.compared() or [row for row in self.rows if row.feasible]
         if not rows:
-            why = next((row.refused for row in self.rows if row.refused), "the limits")
-            raise RefusedError(f"none of {len(self.rows)} designs satisfies {why}")
+            reason = next((row.refused for row in self.rows if row.refused), "the limits")
+            raise RefusedError(f"none of {len(self.rows)} designs satisfies {reason}")
         return min(rows, key=lambda row: row.cost)
 
     def cost(self, row: Row) -> float:
         """Returns the cost to minimise, scaled by the cost of its starting point."""
-        alike = [r for r in self.rows if r.start == row.start and r.hammers == row.hammers]
-        known = [r.cost for r in alike if r.steady is not None]
-        scale = abs(known[0]) if known and known[0] else 1.0
+        same_start = [r for r in self.rows if r.start == row.start and r.hammers == row.hammers]
+        known_costs = [r.cost for r in same_start if r.steady is not None]
+        scale = abs(known_costs[0]) if known_costs and known_costs[0] else 1.0
         if row.steady is not None:
             return row.cost / scale
-        worst = max(known, default=0.0)
-        return (worst + WORSE * max(worst - min(known, default=0.0), 0.1 * abs(worst))) / scale
+        worst = max(known_costs, default=0.0)
+        return (
+            worst + PENALTY * max(worst - min(known_costs, default=0.0), 0.1 * abs(worst))
+        ) / scale
 
 
 #: One side of a limit: name, measure, sign (-1 lower, 1 upper), size of the limit, limit over size.

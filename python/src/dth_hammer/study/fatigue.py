@@ -194,11 +194,11 @@ def life(
     blows = response.blows if response.repeats else IRREGULAR
     period = float(response.mean["period"])
     begin, end = SETTLED * period, (SETTLED + blows) * period
-    turns: list[list[Array]] = [[] for _ in names]
+    turning_places: list[list[Array]] = [[] for _ in names]
     for block in _samples(given, names, begin, end):
-        for place, column in zip(turns, block.T, strict=True):
+        for place, column in zip(turning_places, block.T, strict=True):
             place.append(turning_points(column))
-    rows = [_counted(np.concatenate(place), curve) for place in turns]
+    rows = [_counted(np.concatenate(place), curve) for place in turning_places]
     bodies = _elastic(given)
     table = pd.concat([_places(*body) for body in bodies.items()], ignore_index=True)
     table = table.join(pd.DataFrame(rows))
@@ -238,8 +238,8 @@ def _places(name: str, body: Mapping[str, Any]) -> pd.DataFrame:
     middles = 0.5 * (nodes[1:] + nodes[:-1])
     ends = np.cumsum([length for length, _ in body["sections"]])
     section = np.minimum(np.searchsorted(ends, middles), len(ends) - 1) + 1
-    origin = nodes[-1] if name == "piston" else 0.0
-    return pd.DataFrame({"body": name, "section": section, "position": middles - origin})
+    face = nodes[-1] if name == "piston" else 0.0
+    return pd.DataFrame({"body": name, "section": section, "position": middles - face})
 
 
 def _samples(

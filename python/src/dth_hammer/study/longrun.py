@@ -203,7 +203,7 @@ class Wanted:
         return [self.by_mean.get(name, np.inf) for name in MEANS]
 
     @property
-    def ways(self) -> tuple[list[float], int, float, int]:
+    def engine_arguments(self) -> tuple[list[float], int, float, int]:
         """These settings as the engine takes them.
 
         The last number is the largest number of blows in a cycle that the engine looks for.
@@ -212,10 +212,10 @@ class Wanted:
 
 
 def responses(
-    points: Sequence[Mapping[str, float]], wanted: Wanted, **ways: Any
+    points: Sequence[Mapping[str, float]], wanted: Wanted, **options: Any
 ) -> list[Steady | str]:
     """Returns the long-run responses of many hammers in their order; text is a refusal's reason."""
-    response_by_index = dict(finished(points, wanted, **ways))
+    response_by_index = dict(finished(points, wanted, **options))
     return [response_by_index[k] for k in range(len(points))]
 
 
@@ -234,7 +234,7 @@ def finished(
     scenes = [[*point.items()] for point in points]
     if not scenes:
         return
-    batch = _native.Batch.steady(scenes, wanted.ways, cores())
+    batch = _native.Batch.steady(scenes, wanted.engine_arguments, cores())
     done = 0
     with telling(progress, len(scenes)) as tell:
         try:

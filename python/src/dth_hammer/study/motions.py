@@ -35,23 +35,23 @@ def drawn(
     return [{**given, VELOCITY: velocity, GAP: gap} for velocity, gap in starts]
 
 
-def same(one: Steady, other: Steady) -> bool:
+def same(first: Steady, second: Steady) -> bool:
     """Returns whether two responses are of the same motion, within their errors."""
-    if one.kind != other.kind or one.kind == "stalled":
-        return one.kind == other.kind
-    means = one.mean[COMPARED] - other.mean[COMPARED]
-    errors = np.hypot(one.error[COMPARED], other.error[COMPARED])
-    allowed = DEVIATIONS * errors + SAME * one.mean[COMPARED].abs()
+    if first.kind != second.kind or first.kind == "stalled":
+        return first.kind == second.kind
+    means = first.mean[COMPARED] - second.mean[COMPARED]
+    errors = np.hypot(first.error[COMPARED], second.error[COMPARED])
+    allowed = DEVIATIONS * errors + SAME * first.mean[COMPARED].abs()
     return bool((means.abs() <= allowed).all())
 
 
-def met(own: Steady, others: Sequence[Steady | str]) -> tuple[pd.DataFrame, list[str]]:
+def met(own_response: Steady, others: Sequence[Steady | str]) -> tuple[pd.DataFrame, list[str]]:
     """Returns a table with one row per motion, and warnings.
 
     A row has the motion's kind, its number and share of the starts, and its means. The first motion
     is that from the hammer's own start; the others follow, the most frequent first.
     """
-    answers = [own, *(other for other in others if not isinstance(other, str))]
+    answers = [own_response, *(other for other in others if not isinstance(other, str))]
     motions: list[list[Steady]] = []
     for answer in answers:
         motion = next((m for m in motions if same(m[0], answer)), None)
@@ -65,10 +65,12 @@ def met(own: Steady, others: Sequence[Steady | str]) -> tuple[pd.DataFrame, list
         for m in motions
     ]
     refused = [other for other in others if isinstance(other, str)]
-    texts = [f"{len(refused)} of {len(others)} starts are refused: {refused[0]}"] if refused else []
+    warnings = (
+        [f"{len(refused)} of {len(others)} starts are refused: {refused[0]}"] if refused else []
+    )
     if len(rows) > 1:
-        texts.append(f"where this hammer settles depends on its start: {_listed(rows)}")
-    return pd.DataFrame(rows), texts
+        warnings.append(f"where this hammer settles depends on its start: {_listed(rows)}")
+    return pd.DataFrame(rows), warnings
 
 
 def _listed(motions: Sequence[Mapping[str, Any]]) -> str:

@@ -22,7 +22,7 @@ from ..run import answers
 from ..scene.band import sides
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of
 from ..scene.variables import Array, Value
-from .designs import KEPT, Limits, Measure, Problem, Row, limits_of
+from .designs import LIMIT_TOLERANCE, Limits, Measure, Problem, Row, limits_of
 from .longrun import Steady, Wanted
 from .trends import line, sobol
 
@@ -42,9 +42,9 @@ LOOSE, LOOSEST = 4.0, 0.02
 STEPS = 20
 #: Half width of the box in which slopes at the optimum are fitted, as a share of the distance
 #: between the bounds.
-AROUND = 0.02
+BOX = 0.02
 #: A free number is at a bound if it is nearer to it than this share of the distance between bounds.
-AT = 5e-3
+AT_BOUND = 5e-3
 
 
 @dataclass(frozen=True, repr=False)
@@ -100,7 +100,7 @@ class Optimum(answers.Answer):
 
     def plot(self) -> Figure:
         """Plots the goal of every design in the order of trial."""
-        return answers.history(self.history, self.value, KEPT)
+        return answers.history(self.history, self.value, LIMIT_TOLERANCE)
 
 
 @typed()
@@ -252,7 +252,7 @@ def _described(problem: Problem, best: Row, seed: int, *, stopped: bool) -> Opti
     assert response is not None, "a design that keeps its limits has a response"
     slopes, errors, rough = _around(problem, best, seed)
     values = problem.values(best.place)
-    at_bound = np.minimum(best.place, 1.0 - best.place) <= AT
+    at_bound = np.minimum(best.place, 1.0 - best.place) <= AT_BOUND
     names = problem.names
     flat = tuple(
         name
@@ -299,12 +299,12 @@ def _around(problem: Problem, best: Row, seed: int) -> tuple[Array, Array, float
     The slopes are with respect to the free numbers scaled to 0 to 1 between their bounds.
     """
     count = len(problem.names)
-    places = np.clip(best.place + AROUND * sobol(count, 2 * count + 4, seed), 0.0, 1.0)
+    places = np.clip(best.place + BOX * sobol(count, 2 * count + 4, seed), 0.0, 1.0)
     goals = np.array([problem.tried(-1, place).goal for place in places])
     if np.isfinite(goals).sum() < count + 3:
         return np.full(count, np.nan), np.full(count, np.nan), np.nan
     fit = line(places - best.place, goals)
-    return fit.slopes, np.sqrt(np.diag(fit.covariance)[1:]), fit.left
+    return fit.slopes, np.sqrt(np.diag(fit.covariance)[1:]), fit.residual
 
 
 def _status(
@@ -313,9 +313,9 @@ def _status(
     slopes, errors, rough = around
     if not np.isfinite(rough):
         return "rough", "most designs close to it are refused"
-    free = np.minimum(best.place, 1.0 - best.place) > AT
+    free = np.minimum(best.place, 1.0 - best.place) > AT_BOUND
     significant = np.abs(slopes) > 3.0 * np.maximum(errors, 1e-12)
-    largest_gain = float(np.max(np.abs(slopes[free]) * AROUND, initial=0.0))
+    largest_gain = float(np.max(np.abs(slopes[free]) * BOX, initial=0.0))
     held_text = f", held by {', '.join(held)}" if held else ""
     if held and not free.any():
         return "held", f"all that is free is at a bound, beyond which the goal may go on{held_text}"

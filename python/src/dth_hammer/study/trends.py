@@ -32,7 +32,7 @@ OUTPUTS = ("rop", "blow_frequency", "blow_speed", "blow_energy", "rebound_ratio"
 #: Default number of points per coefficient of the fit.
 POINTS = 4
 #: Squares are added to a straight line if they reduce the residual variance below this share.
-PAYS = 0.8
+CURVE_GAIN = 0.8
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Line:
     #: Covariance matrix of the constant term and the slopes.
     covariance: Array
     #: Standard deviation of the residuals, relative to the output.
-    left: float
+    residual: float
 
 
 @dataclass(frozen=True, repr=False)
@@ -188,7 +188,7 @@ def trend(
     return Trend(
         table=_table(names, [*box], lines),
         roughness=pd.Series(
-            [np.sqrt(max(0.0, fit.left**2 - s)) for fit, s in zip(lines, sampled, strict=True)],
+            [np.sqrt(max(0.0, fit.residual**2 - s)) for fit, s in zip(lines, sampled, strict=True)],
             index=pd.Index(names, name="output"),
             name="roughness",
         ),
@@ -242,24 +242,24 @@ def sobol(dimensions: int, count: int, seed: int) -> Array:
 
 
 def line(logs: Array, values: Array) -> Line:
-    """Fits an output by least squares in logarithms, with squares if these pay, see `PAYS`."""
+    """Fits an output by least squares in logarithms, with squares if they help, see CURVE_GAIN."""
     finite = np.isfinite(values)
     y = values[finite]
     middle = float(np.mean(y))
-    signed = len(y) and (np.sign(y) == np.sign(middle)).all() and middle != 0.0
+    same_sign = len(y) and (np.sign(y) == np.sign(middle)).all() and middle != 0.0
     # An output that changes sign has no logarithm: fit its relative deviation from the mean.
-    targets = np.log(y / middle) if signed else y / middle - 1.0
+    targets = np.log(y / middle) if same_sign else y / middle - 1.0
     straight = np.column_stack([np.ones(len(y)), logs[finite]])
     curved = np.column_stack([straight, logs[finite] ** 2 - np.mean(logs[finite] ** 2, axis=0)])
     fit = fitted(straight, targets)
     if len(y) > curved.shape[1] + 3:
         curved_fit = fitted(curved, targets)
-        if curved_fit[2] ** 2 < PAYS * fit[2] ** 2:
+        if curved_fit[2] ** 2 < CURVE_GAIN * fit[2] ** 2:
             fit = curved_fit
-    coefficients, covariance, left = fit
+    coefficients, covariance, residual = fit
     width = logs.shape[1] + 1
-    value = middle * (np.exp(coefficients[0]) if signed else 1.0 + coefficients[0])
-    return Line(float(value), coefficients[1:width], covariance[:width, :width], left)
+    value = middle * (np.exp(coefficients[0]) if same_sign else 1.0 + coefficients[0])
+    return Line(float(value), coefficients[1:width], covariance[:width, :width], residual)
 
 
 def fitted(basis: Array, targets: Array) -> tuple[Array, Array, float]:
@@ -270,10 +270,12 @@ def fitted(basis: Array, targets: Array) -> tuple[Array, Array, float]:
     return coefficients, variance * np.linalg.pinv(basis.T @ basis), float(np.sqrt(variance))
 
 
-def _table(names: Sequence[str], by: Sequence[str], lines: Sequence[Line]) -> pd.DataFrame:
+def _table(names: Sequence[str], parameters: Sequence[str], lines: Sequence[Line]) -> pd.DataFrame:
     rows = [
         {"elasticity": slope, "error": float(np.sqrt(fit.covariance[1 + k, 1 + k]))}
         for fit in lines
         for k, slope in enumerate(fit.slopes)
     ]
-    return pd.DataFrame(rows, index=pd.MultiIndex.from_product([names, by], names=["output", "by"]))
+    return pd.DataFrame(
+        rows, index=pd.MultiIndex.from_product([names, parameters], names=["output", "by"])
+    )

@@ -35,7 +35,7 @@ def _by_engine(runs: Sequence[Job], count: int) -> Iterator[list[Row]]:
         return
     until, scenes = runs[0].until, [[*run.numbers.items()] for run in runs]
     if isinstance(until, Wanted):
-        native = _native.Batch.steady(scenes, until.ways, count)
+        native = _native.Batch.steady(scenes, until.engine_arguments, count)
     else:
         native = _native.Batch(scenes, until, _native.Selection([*runs[0].names]), count)
     try:
@@ -50,9 +50,9 @@ def _by_engine(runs: Sequence[Job], count: int) -> Iterator[list[Row]]:
         native.stop()
 
 
-def _by_executor(crew: Executor, tasks: Sequence[Sequence[Job]]) -> Iterator[list[Row]]:
+def _by_executor(executor: Executor, tasks: Sequence[Sequence[Job]]) -> Iterator[list[Row]]:
     dumps = need("cloudpickle").dumps
-    pending = {crew.submit(_rows, dumps(task)) for task in tasks}
+    pending = {executor.submit(_rows, dumps(task)) for task in tasks}
     try:
         while pending:
             # On some systems Ctrl-C takes effect only between two waits, so each wait is short.
@@ -62,8 +62,8 @@ def _by_executor(crew: Executor, tasks: Sequence[Sequence[Job]]) -> Iterator[lis
     except DthHammerError:
         raise
     except Exception as error:
-        why = f"{type(error).__name__}: {error}".rstrip(": ")
-        raise LostWorkerError(f"a worker ended (killed, or out of memory: {why})") from error
+        reason = f"{type(error).__name__}: {error}".rstrip(": ")
+        raise LostWorkerError(f"a worker ended (killed, or out of memory: {reason})") from error
     finally:
         for future in pending:
             future.cancel()
