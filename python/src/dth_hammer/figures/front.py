@@ -60,7 +60,7 @@ def front(
     table: pd.DataFrame,
     sheet: Datasheet | None,
     *,
-    names_of_both: tuple[str, str],
+    who: tuple[str, str],
     image: str,
 ) -> str:
     """Returns the sheet as HTML.
@@ -72,7 +72,7 @@ def front(
         who: name of the hammer (if empty, that of the run's scene) and name of the customer.
         image: the figure of the rock force as an HTML element; may be empty.
     """
-    given, (name, customer), scene = whole(run.parameters), names_of_both, run.scene
+    given, (name, customer), scene = whole(run.parameters), who, run.scene
     when = datetime.datetime.now(tz=datetime.UTC).date().isoformat()
     assumed = [sentence(run.parameters), *(sheet.assumed if sheet else ())]
     if sheet is None and scene.preset:
