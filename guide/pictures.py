@@ -25,7 +25,7 @@ from PIL.PngImagePlugin import PngInfo
 
 ROOT = Path(__file__).resolve().parent.parent
 STYLE = "python/src/dth_hammer/figures/style.py"
-FIGURES = "python/src/dth_hammer/figures/__init__.py"
+DIAGRAM = "python/src/dth_hammer/figures/diagram.py"
 CLI = ("-c", "import dth_hammer.cli as cli; cli.main()")
 #: Of the laboratory, what its pictures show.
 SHOWN = [f"lab/{name}" for name in ("page.html", "style.css", "svg.js", "hammer.js", "curves.js")]
@@ -61,7 +61,7 @@ MEASURED = {
 }
 PICTURES = {
     "reports/waves.png": Picture(
-        (f"{FIGURES}:wave_diagram", STYLE),
+        (f"{DIAGRAM}:wave_diagram", STYLE),
         ("reference",),
         (*CLI, "waves", "reference", "--elements", "80", "80", "--plot"),
     ),

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from dth_hammer import DthHammerError, Hammer, Run, figures, simulate, steady
 from dth_hammer.errors import TooFewBlowsError
+from dth_hammer.figures import marks
 from dth_hammer.figures.dark import ON_COLOUR
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -83,7 +84,7 @@ def test_the_bars_of_the_ledger_are_of_equal_height(
 
 @pytest.mark.parametrize("wanted", [[0.0, 0.1, 0.2], [5.0, 9.0, 9.5, 9.5], [3.0, 1.0, 8.0]])
 def test_labels_are_pushed_apart_and_stay_below_the_top(wanted: list[float]) -> None:
-    places = figures._apart(wanted, 1.0, 10.0)
+    places = marks.apart(wanted, 1.0, 10.0)
     rising = sorted(places)
     assert np.argsort(places, kind="stable").tolist() == np.argsort(wanted, kind="stable").tolist()
     assert (np.diff(rising) >= 1.0 - 1e-12).all()
