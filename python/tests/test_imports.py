@@ -39,6 +39,13 @@ def order(texts: dict[str, str]) -> list[str]:
     return [*TopologicalSorter({n: imported(n, t) for n, t in texts.items()}).static_order()]
 
 
+def test_modules_are_attributes_and_nothing_else_is_listed() -> None:
+    for name in ("figures", "fmu", "models", "testing"):
+        assert getattr(dth_hammer, name).__name__ == f"dth_hammer.{name}"
+    public = {name for name in dir(dth_hammer) if not name.startswith("_")}
+    assert public == {*dth_hammer.__all__, "figures", "models", "testing"}
+
+
 def test_no_module_of_the_package_is_in_a_circle_of_imports() -> None:
     texts = {name: path.read_text(encoding="utf-8") for name, path in FILES.items()}
     assert order(texts).index("dth_hammer.run.hammer") < order(texts).index("dth_hammer.run.run")

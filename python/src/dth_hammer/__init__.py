@@ -19,7 +19,9 @@ _PLACES: dict[str, str | None] = {
     if isinstance(node, ast.ImportFrom)
     for name in node.names
 }
-__all__ = sorted(_PLACES)  # noqa: PLE0605, a list of names
+#: Modules that need further packages, or that few need, are attributes alone.
+_ATTRIBUTES = ("figures", "models", "testing")
+__all__ = sorted({*_PLACES}.difference(_ATTRIBUTES))  # noqa: PLE0605, a list of names
 __version__ = metadata.version("dth-hammer")
 
 
@@ -34,5 +36,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """Returns all public names, for completion in an editor."""
-    return sorted([*globals(), *_PLACES])
+    """Returns the public names alone, for completion in an editor."""
+    return sorted([*_PLACES, "__all__", "__doc__", "__file__", "__name__", "__version__"])

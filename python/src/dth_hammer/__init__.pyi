@@ -1,5 +1,8 @@
 # What `import dth_hammer` offers, and where it is: `__init__.py` reads this too.
+from . import figures as figures
 from . import fmu as fmu
+from . import models as models
+from . import testing as testing
 from ._native import Snapshot as Snapshot
 from .errors import DomainError as DomainError
 from .errors import DthHammerError as DthHammerError
