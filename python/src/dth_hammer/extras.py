@@ -32,7 +32,10 @@ def need_all(packages: Iterable[str]) -> None:
 
 
 def bar(shown: bool, items: Any = None, **named: Any) -> Any:
-    """Returns a progress bar over items, drawn only on a terminal; without ``shown`` the items."""
+    """Returns a progress bar over items, or the items themselves if it is not ``shown``.
+
+    The bar is drawn only on a terminal.
+    """
     options = {"leave": False, "disable": None} | named
     return need("tqdm").tqdm(items, **options) if shown else items
 

@@ -15,5 +15,5 @@ def run(options: argparse.Namespace) -> None:
     added = configure(**given)
     scene = given["hammer"]
     started = {*scene.parameters, *(PRESETS[scene.preset].values if scene.preset else ())}
-    more = f", {added} more outputs" if added else ""
-    print(f"{options.out}: {len(started)} start values{more}")
+    outputs_text = f", {added} more outputs" if added else ""
+    print(f"{options.out}: {len(started)} start values{outputs_text}")

@@ -5,8 +5,8 @@ import argparse
 from ..scene.mesh import READINGS, mesh_for
 from .options import Call, Written
 
-USUAL = ", ".join(f"{error:g} of a {of}" for of, error in sorted(READINGS.items()))
-CALL = Call(mesh_for, error=Written(more=f"; if not given, {USUAL}"))
+DEFAULT_ERRORS = ", ".join(f"{error:g} of a {of}" for of, error in sorted(READINGS.items()))
+CALL = Call(mesh_for, error=Written(more=f"; if not given, {DEFAULT_ERRORS}"))
 
 
 def run(options: argparse.Namespace) -> None:

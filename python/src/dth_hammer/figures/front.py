@@ -28,7 +28,7 @@ USE = (
 HEAD = 0.3
 SCALES = (1, 2, 5, 10, 20, 50)
 #: Usual ratio of a casing's outside diameter to the hole's, for a casing given only by its mass.
-CASED = 1 / 1.15
+CASING_TO_HOLE = 1 / 1.15
 #: Size of the drawing on the sheet, mm.
 WIDTH, HEIGHT = 176.0, 44.0
 COLOURS = {"piston": "#d55e00", "bit": "#0072b2"}
@@ -142,7 +142,7 @@ def casing(given: Mapping[str, float]) -> list[tuple[float, float]]:
     bore = max(diameter for _, diameter in sections(given, "piston"))
     if given["casing.segments"]:
         return [(x, math.hypot(bore, steel)) for x, steel in sections(given, "casing")]
-    outside = max(CASED * 1e3 * given["hole.diameter"], 1.05 * bore)
+    outside = max(CASING_TO_HOLE * 1e3 * given["hole.diameter"], 1.05 * bore)
     area = 1e-6 * math.pi / 4 * (outside**2 - bore**2)
     length = 1e3 * given["casing.mass"] / (given["material.density"] * area)
     return [(length, outside)] if length else []

@@ -42,15 +42,17 @@ def with_band(rate: float, parameters: Mapping[str, Value]) -> str:
     return f"{PER_HOUR * rate:.3g} m/h ({interval(low, high)})"
 
 
-def beside(table: pd.DataFrame, column: str, wide: float, rate: str = "rop") -> pd.DataFrame:
+def beside(
+    table: pd.DataFrame, column: str, known_factor: float, rate: str = "rop"
+) -> pd.DataFrame:
     """Inserts the columns ``low`` and ``high``, the range of a rate, after the given column.
 
     The row named ``rate`` gets the range; all other rows get NaN. ``wide`` is the factor up to
     which the rate is known. The table is changed in place and returned.
     """
     rates, position = table[column].where(table.index == rate), [*table].index(column) + 1
-    table.insert(position, "low", rates / wide)
-    table.insert(position + 1, "high", rates * wide)
+    table.insert(position, "low", rates / known_factor)
+    table.insert(position + 1, "high", rates * known_factor)
     return table
 
 
@@ -110,7 +112,8 @@ def ranged(low: float, high: float) -> str:
 def to_digits(number: float, low: float, high: float) -> str:
     """Returns a number with as many significant digits as its range justifies.
 
-    That is two digits for a wide range, three for a narrow one, four for one too narrow to show.
+    That is two digits for a wide range and three for a narrow one. If the range is too narrow to be
+    shown, the number has four digits.
     """
     if low * VISIBLE >= high:
         return f"{number:.4g}"

@@ -175,12 +175,12 @@ def optimise(
     start_places = [problem.begin(), *(0.5 + 0.5 * sobol(len(problem.names), starts, seed))][
         :starts
     ]
-    inner = np.clip(start_places, 0.05, 0.95)
+    inside_bounds = np.clip(start_places, 0.05, 0.95)
     strict_settings = problem.wanted
     problem.wanted = replace(strict_settings, error=max(min(LOOSE * error, LOOSEST), error))
-    _begin(problem, inner[:2], 0)
-    if len(inner) > 2 and not problem.agreed():
-        _begin(problem, inner[2:], 2)
+    _begin(problem, inside_bounds[:2], 0)
+    if len(inside_bounds) > 2 and not problem.agreed():
+        _begin(problem, inside_bounds[2:], 2)
     problem.rows.sort(key=lambda row: row.start)
     if not tolerance:
         problem.wanted = strict_settings
