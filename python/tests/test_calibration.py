@@ -194,17 +194,25 @@ def test_one_wild_measurement_moves_a_robust_fit_less() -> None:
     assert off["cauchy"] < 0.5 * off["linear"]
 
 
-def test_what_measurements_cannot_tell_is_told_by_its_direction() -> None:
+@pytest.mark.parametrize(
+    "seed", [1, 2, *(pytest.param(k, marks=pytest.mark.weekly) for k in range(3, 9))]
+)
+def test_what_measurements_cannot_tell_is_told_by_its_direction(seed: int) -> None:
     # The rate is a power over the specific energy and the square of the diameter.
     rop, free = steady(RIGID)["rop"], ["rock.specific_energy", "hole.diameter"]
-    found = calibrate(RIGID, {"rop": (rop, 0.01 * rop)}, free)
+    found = calibrate(RIGID, {"rop": (rop, 0.01 * rop)}, free, seed=seed)
     assert np.isfinite(found.errors).all()
     product, pair = found.cannot_tell
     assert "do not determine" in product
     assert re.search(r"energy\^(1 hole\.diameter\^-|-1 hole\.diameter\^)0\.5:", product)
-    # Minus one by the law, to 1e-4. The emulator is worse far from the measured rate: -0.969 to
-    # -0.996 for rates that differ by 1e-12 and 1e-9, and so in their samples.
-    assert re.search(r"hardly distinguished \(correlation -(0\.9[5-9]|1\.00)", pair)
+    # By the law minus one, but for the error of the rate, 0.01, beside what the bounds leave of
+    # the energy: a factor of 3 either way, 0.63 of a standard deviation: 1 - 0.01^2 / 0.63^2 / 2.
+    assert found.correlation.iloc[0, 1] < -0.999
+    assert "hardly distinguished (correlation -1.000)" in pair
+    # The one combination that is measured is as narrow as its measurement. 512 members that are
+    # moved in populations tell a width to some 3 %; the emulator may double what it leaves, 4 %.
+    energy, hole = np.log(found.samples[free]).to_numpy().T
+    assert np.std(energy + 2.0 * hole) == pytest.approx(0.01, rel=0.1)
     errors = np.sqrt(np.diag(found.covariance))
     assert errors == pytest.approx(found.errors.to_numpy(), rel=1e-9)
     with pytest.raises(DomainError, match="error"):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import csv
 import io
 import json
 import os
@@ -21,8 +20,6 @@ if TYPE_CHECKING:
 #: What a table can be written as, by the file's suffix; what can be read back and added to.
 TABLES = (".parquet", ".csv", ".xlsx", ".mat")
 STORED = TABLES[:2]
-#: A heading with a unit, as this package prints them.
-HEADING = re.compile(r"(\S+) +\[([^\]]+)\]")
 
 
 def either(kinds: tuple[str, ...] = TABLES) -> str:
@@ -94,40 +91,24 @@ def write(table: pd.DataFrame, path: Path, *, index: bool = True) -> None:
             table.to_parquet(new, index=index)
 
 
-def read(path: Path, *, added_to: bool = False) -> pd.DataFrame:
-    """Reads a table that has values as they are written, with units or without.
+def read(path: Path) -> pd.DataFrame:
+    """Reads a table that `write` has written; of a CSV all cells as text.
 
-    If rows are added to a CSV, an incomplete last line (a write that was cut) is left out.
+    An incomplete last line (a write that was cut) is left out. `tables` reads those of others.
     """
     import pandas as pd  # noqa: PLC0415
 
-    if path.suffix.lower() not in STORED:
-        raise DomainError(f"{path.name} must end in {either(STORED)}")
     try:
         if path.suffix.lower() != ".csv":
             return pd.read_parquet(path)
-        text = path.read_text("utf-8-sig", "replace" if added_to else "strict")
+        text = path.read_text("utf-8-sig", "replace")
         # A line break within quotes does not end a row.
-        while added_to and text and (text[-1] != "\n" or text.count('"') % 2):
+        while text and (text[-1] != "\n" or text.count('"') % 2):
             text = text[: text.rfind("\n", 0, -1) + 1]
-        head, _, rows = text.partition("\n")
-        between = next((mark for mark in ";\t" if mark in head), ",")
-        names = [name.strip() for name in next(csv.reader([head], delimiter=between), [])]
         # As text: how pandas reads a float has changed, and float() is exact.
-        table = pd.read_csv(
-            io.StringIO(rows), sep=between, names=names, index_col=False, dtype=str,
-            keep_default_na=False, skipinitialspace=True,
-        )  # fmt: skip
+        return pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
     except (ValueError, TypeError, OSError) as error:
         raise DomainError(f"{path} cannot be read as a table: {error}") from None
-    if between != ",":
-        # Between other separators, a comma is a decimal point.
-        table = table.replace(r"(?<=\d),(?=\d)", ".", regex=True)
-    for name in names:
-        if found := HEADING.fullmatch(name):
-            cells = table[name].str.strip()
-            table[name] = cells.where(cells == "", cells + f" {found[2]}")
-    return table.rename(columns={n: m[1] for n in names if (m := HEADING.fullmatch(n))})
 
 
 def read_object(path: Path, known: Collection[str], what: str) -> dict[str, Any]:

@@ -13,8 +13,10 @@ from .options import FREE, UNITS, WRITE_ROCK, Call, Written, assignments, bounds
 NEEDS = ("scipy",)
 
 
-def measured(texts: Sequence[str]) -> dict[str, Any]:
-    """By name a value and its error, or several values."""
+def measured(texts: Sequence[str]) -> Any:
+    """By name a value and its error, or several values; a file as it is."""
+    if len(texts) == 1 and "=" not in texts[0]:
+        return texts[0]
     return {
         name: tuple(text.split(":")) if ":" in text else text.split(",")
         for name, text in assignments(texts).items()
@@ -34,7 +36,7 @@ CALL = Call(
         "",
         measured,
         help='a mean and its standard error, "rop=18 m/h:0.5 m/h", or three or more values with '
-        "commas; repeatable",
+        "commas; repeatable; or a file with a column each",
         action="append",
         metavar="NAME=VALUE:ERROR",
     ),

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .. import outputs
+from .. import tables
 from ..errors import DomainError
 from ..scene import rocks
 from ..scene.band import reason, with_sides
@@ -29,10 +29,10 @@ def many(options: argparse.Namespace) -> Any:
     if options.units and options.out and (options.over or options.rows):
         raise DomainError("a file of many hammers keeps SI units: give --units without -o")
     if options.rows:
-        table = outputs.read(options.rows)
+        settable = [v.name for v in VARIABLES.of("parameter", "input")]
+        table = tables.rows_of(options.rows, settable)
         if {RUN, MODEL} <= {*table}:
             # A sweep's own file: what it was of, without what it found.
-            settable = {v.name for v in VARIABLES.of("parameter", "input")}
             table = table[[name for name in table if name in settable]]
         return table
     axes = assignments(options.over)

@@ -17,6 +17,20 @@ CALL = Call(
     sheet=Written(
         "--sheet", lambda text: from_datasheet(**assignments(listed(text))), help=SHEET, type=str
     ),
+    unit=Written(
+        "--unit",
+        assignments,
+        help="unit of a column whose heading has none, rop=m/h; repeatable",
+        action="append",
+        metavar="NAME=UNIT",
+    ),
+    column=Written(
+        "--column",
+        assignments,
+        help="the heading to be taken as depth, rop, pressure, feed or frequency; repeatable",
+        action="append",
+        metavar="NAME=HEADING",
+    ),
 )
 
 
@@ -29,3 +43,4 @@ def run(options: argparse.Namespace) -> None:
     if options.out:
         outputs.write(found, options.out, index=False)
     print(common.readable(found, index=False))
+    print(*found.attrs["said"], sep="\n")

@@ -252,7 +252,7 @@ MANY = (
     Written(
         "--rows",
         type=Path,
-        help="CSV or Parquet file with a hammer a row, a parameter a column",
+        help="file (CSV, Parquet, Excel) with a hammer a row, a parameter a column",
     ),
 )
 

@@ -2,6 +2,7 @@
 
 import argparse
 from contextlib import suppress
+from pathlib import Path
 
 from .. import outputs
 from ..errors import TooFewBlowsError
@@ -9,17 +10,23 @@ from ..run.run import simulate
 from ..run.summary import readable
 from ..scene.band import reason
 from ..scene.quantities import convert
+from ..scene.signals import of_file
 from ..scene.variables import VARIABLES
 from . import common
-from .options import UNITS, WRITE_ROCK, Call, figure, table
+from .options import UNITS, WRITE_ROCK, Call, Written, figure, table
 
 CALL = Call(
     simulate,
     {
-        "inputs": "over time: those of a scene in a file",
         "outputs": "what is printed needs all",
         "control": "a function",
     },
+    inputs=Written(
+        "--inputs",
+        lambda file: of_file(Path(file)),
+        type=str,
+        help="file (CSV, Parquet, Excel, LAS) with a column time and one for each input",
+    ),
 )
 
 

@@ -409,6 +409,14 @@ def _factor(given: str, wanted: str, name: str) -> Fraction:
     return free * factor / one
 
 
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit, of whatever kind, or a word for several."""
+    plain, words = _plain(text), re.findall(r"[^\W\d_]+", text.lower())
+    known = plain.lower() in DEGREES or TRADE.get(plain.lower()) == "%" or {*words} & {*ASKED}
+    plain = FREE.sub("m3", gauge[1] if (gauge := GAUGE.fullmatch(plain)) else plain)
+    return bool(plain) and bool(known or _parsed(plain)[0] > 0)
+
+
 def _plain(unit: str) -> str:
     """A unit with its powers as digits and ``per`` as a stroke."""
     text = re.sub(r"\*\*|\^", "", unit.strip()).replace("″", '"').replace("⁻", "-")

@@ -9,7 +9,8 @@
       "until": "1 s"
     }
 
-All but the braces may be left out; a preset of the FMU and a file of the laboratory are scenes too.
+All but the braces may be left out. Inputs may be a file, ``"inputs": "feed.csv"``, with a column
+``time`` and one for each input. A preset of the FMU and a file of the laboratory are scenes too.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from ..contract import typed
 from ..errors import DomainError
 from . import quantities
 from .rocks import ROCK
-from .signals import Signal
+from .signals import Signal, of_file
 from .variables import Value, numbers
 
 KEYS = ("description", "preset", "rock", "start_values", "inputs", "until")
@@ -88,6 +89,8 @@ class Scene:
         """Reads a scene from a file; an error names the place in the file."""
         path = Path(path)
         content = outputs.read_object(path, KEYS, "part of a scene")
+        if isinstance(file := content.get("inputs"), str):
+            content["inputs"] = of_file(path.parent / file)
         values, inputs = (_object(content, key, path) for key in ("start_values", "inputs"))
         rock = content.get("rock")
         if rock is not None and not isinstance(rock, str):
@@ -120,6 +123,6 @@ def _signal(name: str, value: Any) -> Signal:
         if not value:
             raise DomainError(f"the input {name} has no instants")
         return pd.Series([*value.values()], index=[*value], dtype=object)
-    if isinstance(value, (int, float, str)):
+    if isinstance(value, (int, float, str, pd.Series)):
         return value
     raise DomainError(f"the input {name} must be a value, or values by instant in braces")

@@ -1,6 +1,7 @@
 """Inputs that change over time, and the instants at which outputs are read."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -76,6 +77,20 @@ def _signal(name: str, signal: Signal) -> Function:
         return lambda t: variable.number(signal(t))
     number = variable.number(signal)
     return lambda _: number
+
+
+def of_file(path: Path) -> dict[str, Signal]:
+    """Inputs over time from a file: a column ``time``, and one for each input."""
+    import pandas as pd  # noqa: PLC0415
+
+    from .. import tables  # noqa: PLC0415
+
+    names = [v.name for v in VARIABLES.of("input")]
+    frame = tables.rows_of(path, ["time", *names])
+    if "time" not in frame:
+        raise DomainError(f"{path.name} has no column time")
+    index = [*frame.pop("time")]
+    return {VARIABLES.settable(str(n)).name: pd.Series([*frame[n]], index) for n in frame}
 
 
 def points_in(name: str, signal: Signal) -> tuple[Array, Array] | None:

@@ -5,53 +5,70 @@ monitoring data*): rate, air pressure, pull-down, and the blows' frequency where
 through the simulated hammer to the work that breaks a volume of rock.
 """
 
-import re
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from .. import _native, outputs
+from .. import _native, tables
 from ..contract import typed
 from ..errors import DomainError, warn
 from ..scene.datasheet import Datasheet
-from ..scene.quantities import NUMBER, UNIT, read
-from ..scene.variables import VARIABLES, Array
+from ..scene.variables import VARIABLES, Array, whole
 from .longrun import FEWEST, Wanted, responses
+from .measurements import RANGES
 from .trends import table_of
 
-#: What a log may have: SI unit, unit of the field, and what its column may be called.
-COLUMNS: Mapping[str, tuple[str, str, str]] = {
-    "depth": ("m", "m", "dept md holedepth"),
-    "rop": ("m/s", "m/h", "rate penetrationrate rateofpenetration"),
-    "pressure": ("Pa", "bar", "airpressure"),
-    "feed": ("N", "kN", "feedforce pulldown wob"),
-    "frequency": ("Hz", "1/min", "blowfrequency blows"),
-}
-#: Null values of logs.
-NULLS = (-999.25, -9999.0, "", "nan", "null", "none", "n/a")
+#: What a log may have, and the unit in which it is told: values that no hammer has are none.
+FIELDS = [tables.Field("depth", "m", tables.MEANT["depth"], (-500.0, 15e3), "m")] + [
+    tables.Field(name, si, tables.MEANT[name], RANGES[name], told)
+    for name, si, told in (
+        *(("rop", "m/s", "m/h"), ("pressure", "Pa", "bar"), ("feed", "N", "kN")),
+        ("frequency", "Hz", "1/min"),
+    )
+]
+NEEDED = ("depth", "rop", "pressure")
 #: Nodes over pressure and feed between which hammers are interpolated, in logarithms.
 NODES = 5
 #: Standard error of a frequency that is heard; so many beyond which it is of no hammer.
 HEARD, STRANGE = 0.02, 3.0
 #: A rate that the sheet's hammers are measured with, m/s: each row's is put in its place.
 RATE = 1e-2
+#: Specific energies of rocks, J/m3: about 1 to 1.4 of a strength of 8 to 400 MPa, 1.6 either way.
+ROCKS = (5e6, 900e6)
+#: The source of the drive's force of hammers under air, by its number.
+AIR = VARIABLES["drive.source"].number("Air")
+#: A pressure and a feed over the sheet's own, either way, beyond which the unit is asked about.
+BEYOND = 4.0
 
 
 @typed()
-def specific_energy(sheet: Datasheet, log: pd.DataFrame | str | Path) -> pd.DataFrame:
+def specific_energy(
+    sheet: Datasheet,
+    log: tables.Source,
+    *,
+    unit: Mapping[str, str] | None = None,
+    column: Mapping[str, str] | None = None,
+) -> pd.DataFrame:
     """Returns the rock's specific energy over the depth of a hole, with the range of 80 %.
 
     Each row's rate is that of the sheet's hammers at its pressure, feed and heard frequency, each
-    of them simulated. Rows with a null (0, -999.25, -9999, empty) and idle ones, whose rate,
-    pressure or feed is not above 0, are left out, and told.
+    of them simulated. A row without a rate, a pressure or a depth (empty, a null of LAS files and
+    rigs, a word), with one that no hammer has, or an idle one (0) is left out; a value far from all
+    others is used. All of it is told in a warning, with row and depth. ``attrs["said"]`` of the
+    answer has a sentence for each column; those that are not used stand beside the answer.
 
     Args:
         sheet: of the hammer.
-        log: a table or a .csv or .parquet file with ``depth``, ``rop``, ``pressure`` (of the air),
-            and ``feed`` and ``frequency`` if they are known. Units stand in the heading
-            (``rop [m/h]``), in the row below it, or with each value; SI otherwise.
+        log: a table, or a file (.csv, .tsv, .txt, .parquet, .xlsx, .las), with the depth, the rate,
+            the pressure of the air, and the feed and the blows' frequency if they are known. Units
+            stand in the heading (``ROP [m/h]``), in the row below it or with each value; a rate may
+            be told as min/m.
+        unit: of columns whose heading has none: ``{"rop": "m/h"}``.
+        column: headings by name, where two may be meant or one is not known: ``{"rop": "ROP_1"}``.
+
+    Raises:
+        DomainError: a column without a unit, or two of one meaning; no row with a rate.
 
     Example:
         >>> import pandas as pd
@@ -62,70 +79,94 @@ def specific_energy(sheet: Datasheet, log: pd.DataFrame | str | Path) -> pd.Data
         >>> print(f"{found[1] / found[0]:.2f} times as hard to drill a metre below")
         1.56 times as hard to drill a metre below
     """
-    rows = _rows(log if isinstance(log, pd.DataFrame) else outputs.read(Path(log)))
+    rows, others, grid = tables.columns_of(log, FIELDS, unit, column)
+    if missing := [name for name in NEEDED if name not in rows]:
+        heads = ", ".join(grid.heads)
+        raise DomainError(f"there is no {' nor '.join(missing)}, but {heads}; column= names one")
+    drilled = rows["depth"].notna() & (rows[["rop", "pressure"]] > 0.0).all(axis=1)
+    if idle := int((~drilled).sum()):
+        warn(f"{idle} of {len(rows)} rows of the log are null, idle or told below and are left out")
+    for text in tables.sentences(grid.told):
+        warn(text)
+    if not drilled.any():
+        raise DomainError("no row of the log has a depth, and a rate and a pressure above 0")
+    rows = rows[drilled]
     base = sheet.but(rop=RATE, at=None)
+    found, used = _powers(base, rows)
+    own = (base.members["specific energy"] / base.members["power of the blows"]).to_numpy()
+    energy = np.exp(found) * own * (RATE / rows["rop"].to_numpy())[:, None]
+    weights = base.members["weight"].to_numpy()
+    names = [f"specific_energy{side}" for side in ("", "_low", "_high")]
+    answer = pd.DataFrame(
+        [_native.spread(row, weights) for row in energy], columns=names, index=rows.index
+    )
+    answer = pd.concat([rows, answer], axis=1)
+    for text in tables.sentences(doubts(sheet, answer)):
+        warn(text)
+    others = others[drilled].rename(columns={n: f"{n} (of the log)" for n in names})
+    answer = pd.concat([answer, others], axis=1)
+    for kind, size, which in (("units", "J/m3", "unit"), ("display_units", "MJ/m3", "told")):
+        known = {of.name: getattr(of, which) for of in FIELDS if of.name in rows}
+        answer.attrs[kind] = known | dict.fromkeys(names, size)
+    answer.attrs["said"] = [*grid.said, *used]
+    return answer
+
+
+def _powers(base: Datasheet, rows: pd.DataFrame) -> tuple[Array, list[str]]:
+    """Logarithm of the power to the rock over the share that the sheet's own blows give it, if all
+    rows had the sheet's feed: a row each, a member a column. And what it is known by.
+    """
     nodes, at = _nodes(rows["pressure"]), np.log(rows["pressure"])
     there = [base.but(at=float(np.exp(node))) for node in nodes]
-    # A row each, a member a column: the power to the rock over the share that the sheet's own blows
-    # give it, if all rows had the sheet's feed.
     power, pace = (
         _between(at, nodes, np.log([node.members[name] for node in there]))
         for name in ("power to the rock", "frequency")
     )
     power -= np.log(base.members["work to the rock over blow energy"].to_numpy())
-    if "frequency" in rows:
-        power += _heard(power, pace, np.log(rows["frequency"].to_numpy()))
-    if "feed" in rows:
-        feeds = _nodes(rows["feed"])
-        shares = _between(at, nodes, _fed(there, np.exp(feeds)))
-        pairs = zip(np.log(rows["feed"]), shares, strict=True)
-        power += np.array([[np.interp(feed, feeds, row)] for feed, row in pairs])
-    own = (base.members["specific energy"] / base.members["power of the blows"]).to_numpy()
-    energy = np.exp(power) * own * (RATE / rows["rop"].to_numpy())[:, None]
-    weights = base.members["weight"].to_numpy()
-    names = [f"specific_energy{side}" for side in ("", "_low", "_high")]
-    rows = rows.join(pd.DataFrame([_native.spread(row, weights) for row in energy], columns=names))
-    for kind, unit, which in (("units", "J/m3", 0), ("display_units", "MJ/m3", 1)):
-        rows.attrs[kind] = {n: of[which] for n, of in COLUMNS.items()} | dict.fromkeys(names, unit)
-    return rows
+    used = [f"the pressure is used in all {len(rows)} rows"]
+    for name in ("frequency", "feed"):
+        known = (rows[name] > 0.0).to_numpy() if name in rows else np.zeros(len(rows), dtype=bool)
+        if not known.any():
+            used.append(f"no {name} is known: it is the sheet's")
+            continue
+        where = f"the {name} is used in {known.sum()} of {len(rows)} rows"
+        values = np.log(rows[name].to_numpy()[known])
+        if name == "frequency":
+            before = power[known].std(axis=1).mean()
+            power[known] += _heard(power[known], pace[known], values)
+            share = power[known].std(axis=1).mean() / before
+            used.append(f"{where}: it makes the range of the power {share:.2f} times as wide")
+        else:
+            feeds = _nodes(rows[name][known])
+            shares = _between(at[known], nodes, _fed(there, np.exp(feeds)))
+            moved = [np.interp(feed, feeds, row) for feed, row in zip(values, shares, strict=True)]
+            power[known] += np.array(moved)[:, None]
+            low, high = np.exp([min(moved), max(moved)])
+            used.append(
+                f"{where}: the power is {low:.2f} to {high:.2f} of that at the sheet's feed"
+            )
+    return power, used
 
 
-def _rows(table: pd.DataFrame) -> pd.DataFrame:
-    """The numbers of a log, SI: a row each that was drilled."""
-    found: dict[str, Array] = {}
-    for heading in table:
-        word, unit = re.fullmatch(r"(.*?)\s*(?:[\[(](.*)[\])])?\s*", str(heading)).groups()  # type: ignore[union-attr]
-        word = re.sub(r"[\W_]", "", word).lower()
-        for name, (si, _, others) in COLUMNS.items():
-            if word == name or word in others.split():
-                found[name] = _numbers(table[heading], name, si, unit)
-    if missing := [name for name in ("depth", "rop", "pressure") if name not in found]:
-        raise DomainError(f"there is no {' nor '.join(missing)}, but {', '.join(map(str, table))}")
-    rows = pd.DataFrame(found, index=table.index)
-    rest = rows.drop(columns=["depth", "frequency"], errors="ignore")
-    drilled = rows["depth"].notna() & (rest > 0.0).all(axis=1)
-    if idle := int((~drilled & rows.notna().any(axis=1)).sum()):
-        warn(f"{idle} of {len(rows)} rows of the log are null or idle and are left out")
-    if not drilled.any():
-        raise DomainError("no row of the log has a rate and a pressure above 0")
-    rows = rows[drilled].reset_index(drop=True)
-    return rows.where((rows > 0.0) | (rows.columns == "depth"))
-
-
-def _numbers(cells: pd.Series, name: str, si: str, unit: str | None) -> Array:
-    """A column's numbers, SI; NaN of a null, and of the row of units."""
-    first = str(cells.iloc[0]).strip() if len(cells) else ""
-    if UNIT.fullmatch(first) and first.lower() not in NULLS:
-        unit = unit or first
-
-    def one(cell: object) -> float:
-        text = str(cell).strip()
-        number = NUMBER.fullmatch(text)
-        if number is None or number[2].startswith("/") or float(number[1]) in NULLS:
-            return np.nan
-        return read(text if number[2] or not unit else f"{text} {unit}", si, name)
-
-    return np.array([one(cell) for cell in cells])
+def doubts(sheet: Datasheet, rows: pd.DataFrame) -> dict[str, list[str]]:
+    """Pressures and feeds that are not the sheet's, and energies that no rock has, by kind."""
+    known, told = whole(sheet.parameters), dict[str, list[str]]()
+    usual = {"pressure": known["supply_pressure"] - known["exhaust_pressure"]}
+    usual = usual if known["drive.source"] == AIR else {}
+    usual["feed"] = known["feed_force"]
+    limits = {name: (own / BEYOND, own * BEYOND) for name, own in usual.items() if own > 0.0}
+    limits["specific_energy"] = ROCKS
+    for of in (*FIELDS, tables.Field("specific_energy", "J/m3", told="MJ/m3")):
+        low, high = limits.get(of.name, (-np.inf, np.inf))
+        for label, depth, value in zip(
+            rows.index, rows["depth"], rows.get(of.name, ()), strict=False
+        ):
+            if value < low or value > high:
+                sides = f"{of.text(low)} to {of.text(high)}"
+                kind = f"{of.name} beyond {sides} of this hammer or of rocks; is the unit right?"
+                case = f"row {label}, depth {depth:.6g} m: {of.text(value)}"
+                told.setdefault(kind, []).append(case)
+    return told
 
 
 def _nodes(values: pd.Series) -> Array:

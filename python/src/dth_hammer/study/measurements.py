@@ -5,13 +5,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .. import _native
+from .. import _native, tables
 from ..errors import DomainError, RefusedError, warn
 from ..run.gradients import differentiable
 from ..run.records import Record, simulated
 from ..scene.quantities import alike, read
 from ..scene.variables import VARIABLES, Array, Value, whole
-from .longrun import Wanted, named, responses, unit
+from .longrun import MEANS, Wanted, named, responses, unit
 from .trends import sobol, table_of
 
 #: A value with its standard error, or repeated measurements; None and NaN are missing.
@@ -27,10 +27,13 @@ RATES_OF_BLOWS = ("blow_frequency", "period")
 SHEETS = {"rop": "rop", "blow_energy": "blow_energy", "blow_frequency": "frequency"}
 SHEETS |= {"blow_speed": "impact_speed"}
 RANGES = {row[0]: row[4] for row in _native.datasheet_numbers()}
+TOLD = {row[0]: row[2] for row in _native.datasheet_numbers()}
 #: Standard errors from the middle of a normal number to the ends of 80 %.
 EIGHTY = 1.2816
 #: A hammer meets what was measured to so many errors; modes so near in logarithms are one.
 MEETS, ONE = 4.0, 0.01
+#: Fewest values of a mean.
+LEAST = 3
 GIVE = "give (value, standard error), or three or more values"
 
 
@@ -113,14 +116,15 @@ class Problem:
 
 
 def problem_of(
-    measured: Mapping[str, Measured],
+    measured: Mapping[str, Measured] | tables.Source,
     free: Free,
     given: Mapping[str, float],
     records: Sequence[Record],
     wanted: Wanted,
 ) -> Problem:
     """Checks the arguments."""
-    rows = {name: _measured(name, numbers) for name, numbers in measured.items()}
+    listed = measured if isinstance(measured, Mapping) else _columns(measured)
+    rows = {name: _measured(name, numbers) for name, numbers in listed.items()}
     means = {name: row for name, row in rows.items() if row is not None}
     names = differentiable(free)
     if not (means or records) or not names:
@@ -147,6 +151,21 @@ def problem_of(
     return Problem(names, start, low, high, given, [*means], records, values, errors, wanted)
 
 
+def _columns(source: tables.Source) -> dict[str, list[float]]:
+    """The means that a table has, a column each."""
+    fields = [tables.Field("depth", "m", tables.MEANT["depth"], told="m")]
+    for name in (*SHEETS, *(mean for mean in MEANS if mean not in SHEETS)):
+        own = SHEETS.get(name, "")
+        words = f"{own.replace('_', '')} {tables.MEANT.get(own, '')}"
+        si = "" if unit(name) == "1" else unit(name)
+        limits = RANGES.get(own, (-np.inf, np.inf))
+        fields.append(tables.Field(name, si, words, limits, TOLD.get(own, si)))
+    numbers, _, grid = tables.columns_of(source, fields)
+    for text in (*tables.sentences(grid.told), "; ".join(grid.said)):
+        warn(text)
+    return {str(name): numbers[name].tolist() for name in numbers if name != "depth"}
+
+
 def _measured(name: str, given: Measured) -> tuple[float, float] | None:
     """Returns value and standard error; None if every value is missing."""
     of = unit(named(name))
@@ -158,28 +177,57 @@ def _measured(name: str, given: Measured) -> tuple[float, float] | None:
     if above and not isinstance(given, tuple):
         # Rigs log zeros while idle, and null values.
         idle = int(np.sum(values <= 0.0))
-        values = values[~(values <= 0.0)]
+        values = np.where(values <= 0.0, np.nan, values)
         if idle:
             warn(f"{idle} of {len(determined)} values of {name} are not above 0 and are left out")
     if len(values) == 2 and isinstance(given, tuple):
         value, sigma = map(float, values)
         if np.isnan(value):
             return None
+        _inside(name, of, np.array([value]))
     else:
+        if above and np.isfinite(values).sum() >= LEAST:
+            values = _kept(name, of, values, [*given])
         values = values[np.isfinite(values)]
         if not len(values):
             return None
-        if len(values) < 3:
-            raise DomainError(f"{name}: {GIVE}")
+        if len(values) < LEAST:
+            raise DomainError(f"{name}: {len(values)} values are left: {GIVE}")
         value, sigma = float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values)))
     if not (np.isfinite(value) and sigma > 0.0 and np.isfinite(sigma)):
         raise DomainError(f"{name} = {value:g} with error {sigma:g}: an error must be above 0")
     if value <= 0.0 and above:
         raise DomainError(f"{name} = {value:g} {of} is not above 0: is the unit right?")
+    return value, sigma
+
+
+def _inside(name: str, of: str, values: Array) -> Array:
+    """Which values real hammers have; raises if half of them and more are none of these."""
     low, high = RANGES[SHEETS[name]] if name in SHEETS else (-np.inf, np.inf)
-    if not low <= value <= high:
+    inside = (values >= low) & (values <= high)
+    known = np.isfinite(values)
+    if known.any() and 2 * inside.sum() <= known.sum():
+        value = float(np.nanmedian(values[known & ~inside]))
         raise DomainError(
             f"{name} = {value:g} {of} is not within {low:g} to {high:g} {of}, as of real hammers: "
             "is the unit right?"
         )
-    return value, sigma
+    return np.asarray(inside)
+
+
+def _kept(name: str, of: str, values: Array, given: Sequence[Value | None]) -> Array:
+    """The values that count: what no hammer has and slips of a finger are left out, and told."""
+    inside = _inside(name, of, values)
+    slips = tables.far(np.where(inside, values, np.nan))
+    few = slips.sum() <= max(1.0, tables.SLIPS * len(values))
+    told: dict[str, list[str]] = {}
+    for k in map(int, np.flatnonzero((~inside & ~np.isnan(values)) | slips)):
+        text = given[k] if isinstance(given[k], str) else f"{values[k]:g} {of}"
+        kind = f"far from all other {name}" + (
+            " and left out" if few else "; is it another motion?"
+        )
+        kind = kind if inside[k] else f"left out, for no hammer has this {name}"
+        told.setdefault(kind, []).append(f"value {k + 1} of {len(values)} = {text}")
+    for text in tables.sentences(told):
+        warn(text)
+    return np.asarray(values[inside & ~(slips & few)])

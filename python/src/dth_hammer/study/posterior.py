@@ -70,6 +70,14 @@ class _Process:
         left = 1.0 + np.exp(self.logs[-1]) - np.einsum("ij,ij->i", near @ self.inverse, near)
         return near @ self.weights, np.maximum(left, 0.0)[:, None] * self.variance
 
+    def unknown(self, squares: Array) -> Array:
+        """Standard deviations that more hammers would remove, a row each point: over those of a
+        measurement (1) and the roughness together, which stay.
+        """
+        near, rough = _matern(squares, np.exp(self.logs[:-1])), np.exp(self.logs[-1])
+        left = np.maximum(1.0 - np.einsum("ij,ij->i", near @ self.inverse, near), 0.0)
+        return np.asarray(np.sqrt(left[:, None] * self.variance / (1.0 + rough * self.variance)))
+
     def left_out(self) -> Array:
         """What each value differs from its prediction by all others."""
         return np.asarray(self.weights / np.diag(self.inverse)[:, None])
@@ -135,6 +143,14 @@ class Emulator:
         terms = np.column_stack([np.ones(len(places)), places])
         means = terms @ self.plane + np.column_stack([mean for mean, _ in found])
         return means, np.sqrt(np.column_stack([variance for _, variance in found]))
+
+    def doubt(self, logs: Array) -> Array:
+        """How much of the worst known response at each point is the emulator's own ignorance:
+        see `_Process.unknown`.
+        """
+        squares = _squares(self._placed(logs), self.places)
+        each = [process.unknown(squares).max(axis=1) for process in self.processes]
+        return np.asarray(np.max(each, axis=0))
 
     def at(self, logs: Array) -> tuple[Array, Array]:
         """Means at a point, and the covariance of a hammer that is simulated there."""

@@ -113,7 +113,7 @@ class Store:
 
     def _read(self, path: Path) -> pd.DataFrame:
         try:
-            table = outputs.read(path, added_to=True)
+            table = outputs.read(path)
             if RUN not in table:
                 raise OutputError(f"{path} is there and is no sweep's table: it would be lost")
             # All numbers are floats, however a sweep has written them.

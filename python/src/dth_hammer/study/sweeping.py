@@ -140,7 +140,10 @@ def table_of(
     names = columns(outputs, steady=isinstance(end, Wanted))
     if by[1] is not None and by[1] < 1:
         raise DomainError(f"workers = {by[1]} is not a whole number above 0")
-    points = [_checked(k, point) for k, point in enumerate(_points(grid))]
+    rows: Iterable[object] = itertools.count(1)
+    if isinstance(grid, pd.DataFrame) and grid.index.name == "row":
+        rows = [*grid.index]
+    points = [_checked(row, point) for row, point in zip(rows, _points(grid), strict=False)]
     if not cases:
         raise DomainError("cases is empty: give at least one, or leave it out")
     stored = out is not None
@@ -264,14 +267,14 @@ def _whole(
     return table
 
 
-def _checked(row: int, point: Mapping[str, Any]) -> dict[str, float]:
+def _checked(row: object, point: Mapping[str, Any]) -> dict[str, float]:
     """Numbers of a hammer of a table; an error names its row."""
     try:
         return checked(None, point)
     except UnknownNameError:
         raise
     except DomainError as error:
-        raise DomainError(f"row {row + 1}: {error}") from None
+        raise DomainError(f"row {row}: {error}") from None
 
 
 def _points(grid: Grid) -> list[dict[str, Any]]:

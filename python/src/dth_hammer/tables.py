@@ -1,0 +1,489 @@
+"""Tables as rigs, loggers and spreadsheets write them: one reader for all of them.
+
+A file is decoded (UTF-8, UTF-16, Windows-1252), its separator and its decimal mark are found, what
+stands above the headings is passed over, and units are taken from the headings or from a row below
+them. LAS files are read by lasio, workbooks by openpyxl. Nothing is dropped in silence: there is a
+sentence for each column, and for each cell and row that is left out.
+"""
+
+import csv
+import io
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from .errors import DomainError, UnknownNameError
+from .extras import need
+from .scene import quantities
+from .scene.variables import Array
+
+#: A table, or the path of a file.
+Source = pd.DataFrame | str | Path
+TEXTS = (".csv", ".tsv", ".txt")
+KINDS = (*TEXTS, ".parquet", ".xlsx", ".las")
+#: Separators, the likeliest first, and rows by which they and the headings are found.
+SEPARATORS, LOOKED_AT = ";\t|,", 200
+#: Words for nothing, in small letters, and numbers that LAS files and rigs write for it. Others are
+#: nothing only where they are far from all the rest of their column.
+WORDS = {"", "nan", "null", "none", "nil", "n/a", "na", "#n/a", "-", "--", "---", ".", "*", "?"}
+NULLS = (-999.25, -999.0, -9999.0, -9999.25, -99999.0, -32768.0)
+NULLS_IF_FAR = (999.25, 999.0, 9999.0, 9999.25, 99999.0, 32767.0, 65535.0)
+#: Median deviations from the median beyond which a value is told; a deviation counts at least as
+#: this part of the median, so that nothing within half of it is far. More than this part of the
+#: values are no slips of a finger, but another rock or motion.
+FAR, LEAST, SLIPS = 10.0, 0.05, 0.1
+#: Cases that are told of one kind; the rest is counted.
+SHOWN = 3
+#: Words in small letters for what a rig writes, beside its name.
+MEANT = {
+    "depth": "dept dpth md measureddepth holedepth boreholedepth bitdepth depthtag lengthtag "
+    "holelength tiefe teufe bohrtiefe djup borrdjup profondeur profundidad",
+    "rop": "rate penetrationrate rateofpenetration penetrrate penrate ropavg avgrop ropa drillrate "
+    "drillingrate penetrationspeed drillingspeed timepermetre timepermeter bohrgeschwindigkeit "
+    "bohrfortschritt borrsjunkning vitessedavancement avancement",
+    "pressure": "airpressure workingpressure operatingpressure percussionpressure percpressure "
+    "impactpressure hammerpressure pres press luftdruck arbeitsdruck lufttryck slagtryck",
+    "feed": "feedforce pulldown pulldownforce wob weightonbit thrust thrustforce bitload bitforce "
+    "feedthrust vorschubkraft andruckkraft matningskraft",
+    "frequency": "blowfrequency impactfrequency percussionfrequency blowrate impactrate blows bpm "
+    "blowsperminute blowsmin spm schlagzahl schlagfrequenz slagfrekvens",
+    "time": "t seconds elapsedtime zeit tid temps",
+}
+#: A number before its unit; whole numbers in groups of three; a heading with brackets.
+WRITTEN = re.compile(r"([+-]?[\d.,][\d.,'\u2019 \u00a0\u202f]*(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
+GROUPS = {mark: re.compile(rf"[+-]?\d{{1,3}}(\{mark}\d{{3}})+") for mark in ".,"}
+BRACKETS = re.compile(r"(.*?)[\s_]*[\[({<]\s*([^\[\](){}<>]*?)\s*[\])}>]\s*")
+
+
+@dataclass(frozen=True)
+class Field:
+    """What a column may be: its SI unit (empty of a pure number), other words for it in small
+    letters, the values that it may have, and the unit in which they are told.
+    """
+
+    name: str
+    unit: str
+    words: str = ""
+    limits: Sequence[float] = (-np.inf, np.inf)
+    told: str = ""
+
+    def in_heading(self, head: str) -> tuple[str, str] | None:
+        """The word and the unit of a heading that is this field's."""
+        pairs = [(head, "")]
+        if match := BRACKETS.fullmatch(head):
+            # Another remark in brackets, as "(average)", is no unit.
+            pairs.append((match[1], match[2] if quantities.is_unit(match[2]) else ""))
+        for found in re.finditer(r"\s*,\s*|\s+|_", head):
+            if quantities.is_unit(head[found.end() :]):
+                pairs.append((head[: found.start()], head[found.end() :]))
+        known = {_small(self.name), *self.words.split()}
+        return next((pair for pair in pairs if pair[0] and _small(pair[0]) in known), None)
+
+    def text(self, value: float) -> str:
+        """A value as it is told."""
+        size = quantities.read(f"1 {self.told}", self.unit, self.name) if self.told else 1.0
+        return f"{value / size:.4g} {self.told or self.unit}".strip()
+
+
+@dataclass
+class Grid:
+    """The cells of a table below its headings, and what is told of them."""
+
+    heads: list[str]
+    #: From a row of units, or of a LAS file.
+    units: list[str]
+    rows: list[list[Any]]
+    #: The rows' numbers in the file, or the labels of a table of pandas.
+    labels: list[Any]
+    separator: str = ""
+    nulls: tuple[float, ...] = NULLS
+    #: Sentences: how it was read, a column each; and by kind what is told of rows.
+    said: list[str] = field(default_factory=list)
+    told: dict[str, list[str]] = field(default_factory=dict)
+
+    def numbers(self, columns: Iterable[int]) -> dict[int, list[Any]]:
+        """Of each cell its number (none of an empty one) and its own unit; a text that is none.
+
+        The decimal mark is that of the cells that allow for one only, else the separator's usual.
+        """
+        texts = {k: [_written(row[k]) for row in self.rows] for k in columns}
+        marks: Counter[str] = Counter()
+        for match in (cell for cells in texts.values() for cell in cells if cell is not None):
+            number = re.sub(r"['\u2019 \u00a0\u202f]", "", match[1])
+            if GROUPS[","].fullmatch(number):
+                marks["?"] += 1
+            elif re.search(r"\d[.,]\d", number) and not GROUPS["."].fullmatch(number):
+                marks[max(".,", key=number.rfind)] += 1
+        usual = marks["?"] > 0 and not marks["."] and self.separator not in (",", "")
+        point, comma = marks["."] > 0, marks[","] > 0 or usual
+        if comma:
+            self.said.append("a comma is the decimal mark")
+
+        def one(cell: Any, match: re.Match[str] | None) -> Any:
+            if isinstance(cell, int | float | np.number) and not isinstance(cell, bool):
+                return (None if np.isnan(float(cell)) else float(cell)), ""
+            if cell is None or cell is pd.NaT or str(cell).strip().lower() in WORDS:
+                return None, ""
+            try:
+                assert match is not None
+                return float(_plain(match[1], point, comma)), match[2]
+            except (AssertionError, ValueError):
+                return str(cell).strip()
+
+        return {
+            k: [one(row[k], match) for row, match in zip(self.rows, cells, strict=True)]
+            for k, cells in texts.items()
+        }
+
+
+def _written(cell: object) -> re.Match[str] | None:
+    match = WRITTEN.fullmatch(cell.strip()) if isinstance(cell, str) else None
+    return match if match and (not match[2] or quantities.UNIT.fullmatch(match[2])) else None
+
+
+def _plain(number: str, point: bool, comma: bool) -> str:
+    """A number without thousands, with a decimal point; an unclear one stays as it is."""
+    number = re.sub(r"['\u2019 \u00a0\u202f](?=\d{3}(?!\d))", "", number.strip())
+    if point and comma and len(re.findall("[.,]", number)) == 1:
+        return number if GROUPS[","].fullmatch(number) else number.replace(",", ".")
+    mark, between = ",." if comma else ".,"
+    whole, _, rest = number.partition(mark)
+    whole = whole.replace(between, "") if GROUPS[between].fullmatch(whole) else whole
+    return f"{whole}.{rest}" if mark in number else whole
+
+
+def opened(source: Source, fields: Sequence[Field]) -> Grid:
+    """Reads a table, of which some headings are known.
+
+    Raises:
+        DomainError: it cannot be read, or none of its headings is known.
+    """
+    if isinstance(source, pd.DataFrame):
+        return _framed(source)
+    path = Path(source).expanduser()
+    kind = path.suffix.lower()
+    if kind not in KINDS:
+        raise DomainError(f"{path.name} must end in {', '.join(KINDS[:-1])} or {KINDS[-1]}")
+    try:
+        content = path.read_bytes()
+        if kind == ".parquet":
+            return _framed(pd.read_parquet(io.BytesIO(content)))
+        if kind == ".xlsx":
+            return _of_workbook(content, fields, path.name)
+        text, said = _decoded(content)
+        grid = _of_las(text) if kind == ".las" else _of_text(text, fields, path.name)
+    except (DomainError, ImportError):
+        raise
+    except Exception as error:
+        why = (str(error).splitlines() or [type(error).__name__])[0]
+        raise DomainError(f"{path} cannot be read as {kind[1:]}: {why}") from None
+    grid.said[:0] = said
+    return grid
+
+
+def _framed(frame: pd.DataFrame) -> Grid:
+    heads = [" ".join(map(str, c)) if isinstance(c, tuple) else str(c) for c in frame]
+    known = frame.attrs.get("units", {})
+    grid = Grid(heads, [str(known.get(h, "")) for h in heads], frame.to_numpy(object).tolist(), [])
+    grid.labels = [*frame.index]
+    if grid.rows and not any(grid.units) and _are_units(grid.rows[0]):
+        grid.units, _ = [_bare(cell) for cell in grid.rows.pop(0)], grid.labels.pop(0)
+    return grid
+
+
+def _decoded(content: bytes) -> tuple[str, list[str]]:
+    """The text of a file, and in which code if that is not UTF-8."""
+    marks = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
+    code = next((code for mark, code in marks.items() if content.startswith(mark)), "utf-8")
+    begin = content[:400]
+    if code == "utf-8" and begin.count(0) > len(begin) // 4:
+        code = "utf-16-le" if begin[1::2].count(0) > begin[::2].count(0) else "utf-16-be"
+    try:
+        text = content.decode(code)
+    except UnicodeDecodeError:
+        text, code = content.decode("cp1252", "replace"), "Windows-1252"
+    said = [] if code.startswith("utf-8") else [f"the file is read as {code.upper()}"]
+    return text.replace("\0", ""), said
+
+
+def _of_text(text: str, fields: Sequence[Field], name: str) -> Grid:
+    first, _, rest = text.partition("\n")
+    given = re.fullmatch(r'\s*"?sep=(.)"?[;,\s]*', first, re.IGNORECASE)
+    lines = ("\n" + rest if given else text).splitlines(keepends=True)
+
+    def even(mark: str) -> int:
+        """How many lines have the same number of cells."""
+        cells = csv.reader(lines[:LOOKED_AT], delimiter=mark)
+        return max(Counter(len(row) for row in cells if len(row) > 1).values(), default=0)
+
+    separator = given[1] if given else max(SEPARATORS, key=even)
+    reader = csv.reader(lines, delimiter=separator, skipinitialspace=True)
+    rows: list[tuple[int, list[Any]]] = [(reader.line_num, [*map(str.strip, r)]) for r in reader]
+    grid = _below_heads(rows, fields, name)
+    grid.separator = separator
+    return grid
+
+
+def _of_workbook(content: bytes, fields: Sequence[Field], name: str) -> Grid:
+    book = need("openpyxl").load_workbook(io.BytesIO(content), read_only=True, data_only=True)
+    refused = []
+    for sheet in book.worksheets:
+        rows = [(k, [*row]) for k, row in enumerate(sheet.iter_rows(values_only=True), 1)]
+        try:
+            grid = _below_heads(rows, fields, f"{name}, sheet {sheet.title!r}")
+            grid.said.append(f"the sheet {sheet.title!r} is read")
+            return grid
+        except DomainError as error:
+            refused.append(error)
+    raise refused[0]
+
+
+def _of_las(text: str) -> Grid:
+    ways = {"engine": "normal", "null_policy": "none", "read_policy": ()}
+    las = need("lasio").read(io.StringIO(text), ignore_header_errors=True, **ways)
+    rows = [[*row] for row in zip(*(curve.data for curve in las.curves), strict=True)]
+    heads = [str(curve.original_mnemonic) for curve in las.curves]
+    grid = Grid(heads, [str(c.unit or "") for c in las.curves], rows, [*range(1, len(rows) + 1)])
+    null = las.well["NULL"].value if "NULL" in las.well else None
+    grid.nulls += (float(null),) if isinstance(null, int | float) else ()
+    return grid
+
+
+def _below_heads(rows: list[tuple[int, list[Any]]], fields: Sequence[Field], name: str) -> Grid:
+    """Finds the headings: among the first rows the one that has most that are known."""
+    texts = [(k, ["" if cell is None else cell for cell in row]) for k, row in rows if any(row)]
+    heads = [[str(cell).lstrip("#% ").strip() for cell in row] for _, row in texts[:LOOKED_AT]]
+    known = [sum(any(f.in_heading(h) for f in fields) for h in row if h) for row in heads]
+    if not any(known):
+        wanted, begun = ", ".join(of.name for of in fields[:5]), "; ".join([*heads, [""]][0])
+        raise DomainError(f"{name}: no heading is {wanted} or another known; it begins {begun!r}")
+    at = known.index(max(known))
+    while not heads[at][-1]:
+        heads[at].pop()
+    grid, count = Grid(heads[at], [], [], []), len(heads[at])
+    if at:
+        above = ", ".join(repr(next(h for h in row if h)) for row in heads[:at][:SHOWN])
+        grid.said.append(f"{at} rows above the headings are passed over: {above}")
+    below = texts[at + 1 :]
+    units = map(_bare, below.pop(0)[1]) if below and _are_units(below[0][1]) else ()
+    grid.units = [*units, *[""] * count][:count]
+    for label, row in below:
+        why = "" if row[:count] != texts[at][1][:count] else "repeats the headings"
+        if len(row) < count or any(cell != "" for cell in row[count:]):
+            why = f"has {len(row)} cells for {count} headings"
+        if why:
+            grid.told.setdefault("rows that are left out", []).append(f"row {label} {why}")
+        else:
+            grid.rows.append(row[:count])
+            grid.labels.append(label)
+    return grid
+
+
+def _are_units(cells: Sequence[Any]) -> bool:
+    """Whether a row has units: no numbers, and mostly words that are units."""
+    texts = [text for text in map(_bare, cells) if text.lower() not in WORDS]
+    if not texts or any(re.match(r"[+-]?[.,]?\d(?!/)", text) for text in texts):
+        return False
+    return 2 * sum(map(quantities.is_unit, texts)) >= len(texts)
+
+
+def _bare(cell: object) -> str:
+    """A unit without the brackets about it."""
+    return re.sub(r"^[\[({<]\s*|\s*[\])}>]$", "", "" if cell is None else str(cell).strip())
+
+
+def _small(word: str) -> str:
+    """The letters of a heading alone."""
+    return re.sub(r"[\W_]", "", word).lower()
+
+
+def sentences(told: Mapping[str, Sequence[str]]) -> list[str]:
+    """A sentence for each kind: the first cases, and how many more there are."""
+    return [
+        f"{kind}: {'; '.join(cases[:SHOWN])}"
+        + (f"; and {len(cases) - SHOWN} more" if len(cases) > SHOWN else "")
+        for kind, cases in told.items()
+    ]
+
+
+def far(values: Array) -> Array:
+    """Which values above 0 are more than ten median deviations from the median."""
+    known = values[np.isfinite(values) & (values > 0.0)]
+    if len(known) < 3:
+        return np.zeros(len(values), dtype=bool)
+    middle = np.median(known)
+    wide = max(float(np.median(np.abs(known - middle))), LEAST * float(middle))
+    return np.asarray((values > 0.0) & (np.abs(values - middle) > FAR * wide))
+
+
+def columns_of(
+    source: Source,
+    fields: Sequence[Field],
+    units: Mapping[str, str] | None = None,
+    columns: Mapping[str, str] | None = None,
+) -> tuple[pd.DataFrame, pd.DataFrame, Grid]:
+    """The numbers of some fields (SI, NaN where nothing is left), the other columns, and the table.
+
+    Args:
+        source: a table, or a file.
+        fields: what its columns may be; one of these is named ``depth``.
+        units: of fields whose headings have none, by name.
+        columns: headings of fields, by name, where two may be meant or one is not known.
+
+    Raises:
+        DomainError: two columns of one field; no unit, or one of another kind.
+    """
+    named, units, columns = {of.name: of for of in fields}, units or {}, columns or {}
+    for name in (*units, *columns):
+        if name not in named:
+            raise UnknownNameError("column", name, named)
+    grid = opened(source, [*fields, *(Field(head, "") for head in columns.values())])
+    found = _chosen(grid, fields, columns)
+    cells = grid.numbers(k for k, _ in found.values())
+    used: dict[str, Array] = {}
+    # Depth first: it says where the others are.
+    for name, (k, own) in sorted(found.items(), key=lambda item: item[0] != "depth"):
+        unit = units.get(name) or grid.units[k] or own
+        values = _column(grid, cells[k], named[name], (grid.heads[k], unit))
+        used[name] = _sifted(grid, values, named[name], used.get("depth"))
+        steps = np.diff(used[name]) if name == "depth" else np.empty(0)
+        usual = np.median(steps[steps > 0.0]) if (steps > 0.0).any() else np.inf
+        for n in np.flatnonzero((steps < 0.0) | (steps > FAR * usual)):
+            case = (
+                f"row {grid.labels[n + 1]}: {used[name][n]:.6g} m before {used[name][n + 1]:.6g} m"
+            )
+            grid.told.setdefault("the depth falls or leaps", []).append(case)
+        grid.said.append(f"{grid.heads[k]!r} is {name} in {unit or 'the units of its cells'}")
+    others: dict[str, list[Any]] = {}
+    for k, head in enumerate(grid.heads):
+        if head and k not in [taken for taken, _ in found.values()]:
+            name = head if head not in (*others, *named) else f"{head} (column {k + 1})"
+            others[name] = [row[k] for row in grid.rows]
+            empty = all(cell in (None, "") for cell in others[name])
+            grid.said.append(
+                f"{head!r} is not used: {'it is empty' if empty else 'not known here'}"
+            )
+    index = pd.Index(grid.labels)
+    return pd.DataFrame(used, index), pd.DataFrame(others, index), grid
+
+
+def _chosen(
+    grid: Grid, fields: Sequence[Field], columns: Mapping[str, str]
+) -> dict[str, tuple[int, str]]:
+    """The column of each field that has one, and the unit in its heading."""
+    found: dict[str, tuple[int, str]] = {}
+    for k, head in enumerate(grid.heads):
+        for of in fields:
+            asked = columns.get(of.name, "").strip().lower()
+            pair = of.in_heading(head) if not asked else None
+            if asked and asked == head.strip().lower():
+                match = BRACKETS.fullmatch(head)
+                pair = (head, match[2] if match else "")
+            if pair and of.name in found:
+                raise DomainError(
+                    f"{grid.heads[found[of.name][0]]!r} and {head!r} are both {of.name}: say which "
+                    f"by column={{{of.name!r}: HEADING}} or --column {of.name}=HEADING"
+                )
+            if pair:
+                # "BPM" is its own unit.
+                own = pair[0] if quantities.is_unit(pair[0]) and of.unit == "Hz" else ""
+                found[of.name] = (k, pair[1] or own)
+    for name, head in columns.items():
+        if name not in found:
+            raise UnknownNameError("heading", head, grid.heads)
+    return found
+
+
+def _column(grid: Grid, cells: list[Any], of: Field, said: tuple[str, str]) -> Array:
+    """A column's numbers, SI; NaN of nothing and of what is no number."""
+    head, unit = said
+    found, size, inverse = np.full(len(cells), np.nan), 1.0, False
+    if unit:
+        try:
+            # Time per length is the inverse of a rate.
+            size, two = (quantities.read(f"{n} {unit}", of.unit, of.name) for n in (1, 2))
+            inverse = two < size
+        except DomainError as error:
+            raise DomainError(f"{head!r}: {error}") from None
+    numbers = [cell for cell in cells if isinstance(cell, tuple) and cell[0]]
+    if of.unit and not unit and numbers and not any(own for _, own in numbers):
+        raise DomainError(
+            f"{head!r} has no unit: write it in the heading, as '{head} [{of.told}]', or give "
+            f"unit={{{of.name!r}: {of.told!r}}} or --unit {of.name}={of.told}"
+        )
+
+    def si(cell: Any) -> float:
+        if not isinstance(cell, tuple):
+            raise DomainError(f"{of.name} = {cell!r} is no number")
+        number, own = cell
+        if own:
+            return quantities.read(f"{number!r} {own}", of.unit, of.name)
+        if of.unit and not unit and number:
+            raise DomainError(f"{of.name} = {number:g} has no unit")
+        return float(size / number if number else 0.0) if inverse else float(size * number)
+
+    for n, cell in enumerate(cells):
+        if not isinstance(cell, tuple) or (cell[0] is not None and cell[0] not in grid.nulls):
+            try:
+                found[n] = si(cell)
+            except DomainError as error:
+                case = f"row {grid.labels[n]}: {error}"
+                grid.told.setdefault("left out as no numbers", []).append(case)
+    return found
+
+
+def _sifted(grid: Grid, values: Array, of: Field, depths: Array | None) -> Array:
+    """Takes out what is beyond a field's limits, and tells what is far from all the rest."""
+
+    def tell(n: int, kind: str) -> None:
+        depth = "" if depths is None or np.isnan(depths[n]) else f", depth {depths[n]:.6g} m"
+        case = f"row {grid.labels[n]}{depth}: {of.name} = {of.text(values[n])}"
+        grid.told.setdefault(kind, []).append(case)
+
+    (low, high), left = of.limits, values.copy()
+    above = low > 0.0
+    with np.errstate(invalid="ignore"):
+        beyond = (values < low) | (values > high)
+    for n in map(int, np.flatnonzero(beyond & ((values != 0.0) | (not above)))):
+        tell(n, f"left out: {of.name} is {of.text(low)} to {of.text(high)} of real hammers")
+        left[n] = np.nan
+    nulls = [quantities.read(f"{null} {of.told}", of.unit, of.name) for null in NULLS_IF_FAR]
+    strange = far(left) if above else np.zeros(len(left), dtype=bool)
+    few = strange.sum() <= max(1.0, SLIPS * len(left))
+    for n in map(int, np.flatnonzero(strange)):
+        if np.isclose(values[n], nulls).any():
+            tell(n, f"left out as nulls of {of.name}")
+            left[n] = np.nan
+        elif few:
+            tell(n, f"far from all other {of.name}; is the unit right?")
+    return left
+
+
+def rows_of(source: Source, names: Iterable[str]) -> pd.DataFrame:
+    """A table of values by name, each as text with the unit of its heading.
+
+    What is no number stays as it is: a label, or what the reader of the name refuses.
+    """
+    named = {_small(name): name for name in names}
+    of = Field("a name", "", " ".join(named))
+    grid = opened(source, [of])
+    cells, columns = grid.numbers(range(len(grid.heads))), {}
+    if wrong := sentences(grid.told):
+        raise DomainError("; ".join(wrong))
+    for k, head in enumerate(grid.heads):
+        word, unit = of.in_heading(head) or (head, "")
+        name = named.get(_small(word), word)
+        if name in columns:
+            raise DomainError(f"two columns are {name}")
+        unit, own = grid.units[k] or unit, [row[k] for row in grid.rows]
+        columns[name] = [
+            cell if not isinstance(c, tuple) or c[0] is None else f"{c[0]!r} {c[1] or unit}".strip()
+            for c, cell in zip(cells[k], own, strict=True)
+        ]
+    return pd.DataFrame(columns, pd.Index(grid.labels, name="row"))
