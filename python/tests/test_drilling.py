@@ -69,7 +69,12 @@ def test_logs_are_read_as_rigs_write_them(tmp_path: Path, cli: Callable[..., str
     sheet = from_datasheet(**SHEET)
     plain = {"depth [m]": [10.0, 11.0], "rop [m/s]": [5e-3, 6e-3], "pressure [bar]": [24, 20]}
     expected = specific_energy(sheet, pd.DataFrame(plain))
-    cells = ["10 m|18 m/h|24 bar", "10,5 m|0 m/h|24 bar", "11 m|21,6 m/h|20 bar", "12 m|-999.25|8 bar"]
+    cells = [
+        "10 m|18 m/h|24 bar",
+        "10,5 m|0 m/h|24 bar",
+        "11 m|21,6 m/h|20 bar",
+        "12 m|-999.25|8bar",
+    ]
     units = "Depth|ROP|Air pressure\nm|m/h|bar\n10|18|24\n-999.25|-999.25|0\n11|21.6|20\n12||20"
     rows = [line.split("|") for line in units.splitlines()]
     below = pd.DataFrame(rows[1:], columns=rows[0])
