@@ -14,7 +14,7 @@ import tempfile
 from pathlib import Path
 
 import pandas as pd
-from dth_hammer.figures.marks import BIT, DARK, PISTON
+from dth_hammer.figures import BIT, DARK, PISTON
 from dth_hammer.figures.style import styled
 from dth_hammer.fmu import configure
 from dth_hammer.models.compressor import Compressor, Supply

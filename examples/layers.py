@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pandas as pd
 from dth_hammer import VARIABLES, Hammer, rock, simulate
-from dth_hammer.figures.marks import BIT, ROCK
+from dth_hammer.figures import BIT, ROCK
 from dth_hammer.figures.style import styled
 from matplotlib.figure import Figure
 

@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from dth_hammer import Steady, optimise, steady
-from dth_hammer.figures.marks import PISTON
+from dth_hammer.figures import PISTON
 from dth_hammer.figures.style import styled
 from dth_hammer.study.optimisation import Optimum
 from matplotlib.axes import Axes

@@ -26,7 +26,7 @@ from typing import TypeVar
 import numpy as np
 import pandas as pd
 from dth_hammer import VARIABLES, Hammer, Snapshot
-from dth_hammer.figures.marks import BIT, ROCK
+from dth_hammer.figures import BIT, ROCK
 from dth_hammer.figures.style import styled
 from dth_hammer.scene.variables import Array, Value
 from matplotlib.figure import Figure

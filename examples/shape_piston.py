@@ -22,7 +22,7 @@ import numpy as np
 import pandas as pd
 from dth_hammer import VARIABLES, Hammer, simulate
 from dth_hammer import rock as rock_under
-from dth_hammer.figures.marks import DARK, PISTON
+from dth_hammer.figures import DARK, PISTON
 from dth_hammer.figures.style import styled
 from dth_hammer.scene.variables import Array, Value
 from matplotlib.axes import Axes

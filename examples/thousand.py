@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from dth_hammer import VARIABLES, sweep
-from dth_hammer.figures.marks import BIT
+from dth_hammer.figures import BIT
 from dth_hammer.figures.style import styled
 from matplotlib.figure import Figure
 

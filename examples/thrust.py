@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 from dth_hammer import PRESETS, RefusedError, simulate
-from dth_hammer.figures.marks import BIT, PISTON, ROCK
+from dth_hammer.figures import BIT, PISTON, ROCK
 from dth_hammer.figures.style import styled
 from dth_hammer.models.compressor import FREE
 from matplotlib.figure import Figure

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from dth_hammer import PRESETS, steady, waves
-from dth_hammer.figures.marks import BIT, PISTON
+from dth_hammer.figures import BIT, PISTON
 from dth_hammer.figures.style import styled
 from dth_hammer.scene.variables import numbers, whole
 from matplotlib.figure import Figure

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dth_hammer.figures.marks import COLOURS, MODES
+from dth_hammer.figures import COLOURS, MODES
 from dth_hammer.figures.style import styled
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
