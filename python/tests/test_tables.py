@@ -61,6 +61,23 @@ def test_every_kind_of_file_has_the_same_numbers(kind: str, tmp_path: Path) -> N
         columns_of(path, FIELDS)
 
 
+@pytest.mark.parametrize(
+    ("head", "name", "unit"),
+    [
+        ("Air pressure [kPa(g)]", "pressure", "kPa(g)"),
+        ("ROP (average) [m/h]", "rop", "m/h"),
+        ("Depth (MD) [m]", "depth", "m"),
+        ("WOB, t", "feed", "t"),
+        ("Rate of Penetration ft/hr", "rop", "ft/hr"),
+        ("Feed pressure [bar]", "", ""),
+        ("Rotation speed [1/min]", "", ""),
+    ],
+)
+def test_a_heading_is_a_word_and_a_unit(head: str, name: str, unit: str) -> None:
+    found = {of.name: pair[1] for of in FIELDS if (pair := of.in_heading(head))}
+    assert found == ({name: unit} if name else {})
+
+
 HEADS = "Depth [m];ROP [m/h];Air pressure [bar];Feed [kN];Blows [1/min]"
 HOLE = [
     [

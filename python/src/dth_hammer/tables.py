@@ -8,6 +8,7 @@ sentence for each column, and for each cell and row that is left out.
 
 import csv
 import io
+import logging
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -18,7 +19,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .errors import DomainError, UnknownNameError
+from .errors import DomainError, UnknownNameError, reading
 from .extras import need
 from .scene import quantities
 from .scene.variables import Array
@@ -55,10 +56,9 @@ MEANT = {
     "blowsperminute blowsmin spm schlagzahl schlagfrequenz slagfrekvens",
     "time": "t seconds elapsedtime zeit tid temps",
 }
-#: A number before its unit; whole numbers in groups of three; a heading with brackets.
+#: A number before its unit; whole numbers in groups of three.
 WRITTEN = re.compile(r"([+-]?[\d.,][\d.,'\u2019 \u00a0\u202f]*(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 GROUPS = {mark: re.compile(rf"[+-]?\d{{1,3}}(\{mark}\d{{3}})+") for mark in ".,"}
-BRACKETS = re.compile(r"(.*?)[\s_]*[\[({<]\s*([^\[\](){}<>]*?)\s*[\])}>]\s*")
 
 
 @dataclass(frozen=True)
@@ -75,13 +75,15 @@ class Field:
 
     def in_heading(self, head: str) -> tuple[str, str] | None:
         """The word and the unit of a heading that is this field's."""
-        pairs = [(head, "")]
-        if match := BRACKETS.fullmatch(head):
-            # Another remark in brackets, as "(average)", is no unit.
-            pairs.append((match[1], match[2] if quantities.is_unit(match[2]) else ""))
-        for found in re.finditer(r"\s*,\s*|\s+|_", head):
-            if quantities.is_unit(head[found.end() :]):
-                pairs.append((head[: found.start()], head[found.end() :]))
+        parts = [(head[: m.start()], head[m.end() :]) for m in re.finditer(r"\s*,\s*|\s+|_", head)]
+        brackets = [
+            (head[: m.start()], head[m.end() :]) for m in re.finditer(r"[\s_]*[\[({<]", head)
+        ]
+        parts += [(word, rest.strip()[:-1].strip()) for word, rest in brackets]
+        pairs = [pair for pair in parts if quantities.is_unit(pair[1])]
+        # Another remark in brackets, as "(average)", is no unit.
+        last = pairs[-1][1] if pairs else ""
+        pairs += [(head, ""), *((word, last) for word, _ in brackets)]
         known = {_small(self.name), *self.words.split()}
         return next((pair for pair in pairs if pair[0] and _small(pair[0]) in known), None)
 
@@ -170,7 +172,7 @@ def opened(source: Source, fields: Sequence[Field]) -> Grid:
     kind = path.suffix.lower()
     if kind not in KINDS:
         raise DomainError(f"{path.name} must end in {', '.join(KINDS[:-1])} or {KINDS[-1]}")
-    try:
+    with reading(path, f"a table ({kind})", DomainError):
         content = path.read_bytes()
         if kind == ".parquet":
             return _framed(pd.read_parquet(io.BytesIO(content)))
@@ -178,13 +180,8 @@ def opened(source: Source, fields: Sequence[Field]) -> Grid:
             return _of_workbook(content, fields, path.name)
         text, said = _decoded(content)
         grid = _of_las(text) if kind == ".las" else _of_text(text, fields, path.name)
-    except (DomainError, ImportError):
-        raise
-    except Exception as error:
-        why = (str(error).splitlines() or [type(error).__name__])[0]
-        raise DomainError(f"{path} cannot be read as {kind[1:]}: {why}") from None
-    grid.said[:0] = said
-    return grid
+        grid.said[:0] = said
+        return grid
 
 
 def _framed(frame: pd.DataFrame) -> Grid:
@@ -245,6 +242,8 @@ def _of_workbook(content: bytes, fields: Sequence[Field], name: str) -> Grid:
 
 
 def _of_las(text: str) -> Grid:
+    # It prints what its own code met: what is wrong with a cell is told here, with its row.
+    logging.getLogger("lasio").setLevel(logging.CRITICAL)
     ways = {"engine": "normal", "null_policy": "none", "read_policy": ()}
     las = need("lasio").read(io.StringIO(text), ignore_header_errors=True, **ways)
     rows = [[*row] for row in zip(*(curve.data for curve in las.curves), strict=True)]
@@ -334,7 +333,8 @@ def columns_of(
         source: a table, or a file.
         fields: what its columns may be; one of these is named ``depth``.
         units: of fields whose headings have none, by name.
-        columns: headings of fields, by name, where two may be meant or one is not known.
+        columns: headings of fields, by name, where two may be meant or one is not known; "none" of
+            one that is not to be read.
 
     Raises:
         DomainError: two columns of one field; no unit, or one of another kind.
@@ -383,8 +383,8 @@ def _chosen(
             asked = columns.get(of.name, "").strip().lower()
             pair = of.in_heading(head) if not asked else None
             if asked and asked == head.strip().lower():
-                match = BRACKETS.fullmatch(head)
-                pair = (head, match[2] if match else "")
+                word = re.split(r"[\s_]*[\[({<]", head)[0]
+                pair = Field(word, "").in_heading(head)
             if pair and of.name in found:
                 raise DomainError(
                     f"{grid.heads[found[of.name][0]]!r} and {head!r} are both {of.name}: say which "
@@ -395,7 +395,7 @@ def _chosen(
                 own = pair[0] if quantities.is_unit(pair[0]) and of.unit == "Hz" else ""
                 found[of.name] = (k, pair[1] or own)
     for name, head in columns.items():
-        if name not in found:
+        if name not in found and head.lower() != "none":
             raise UnknownNameError("heading", head, grid.heads)
     return found
 

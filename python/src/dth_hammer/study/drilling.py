@@ -65,7 +65,8 @@ def specific_energy(
             stand in the heading (``ROP [m/h]``), in the row below it or with each value; a rate may
             be told as min/m.
         unit: of columns whose heading has none: ``{"rop": "m/h"}``.
-        column: headings by name, where two may be meant or one is not known: ``{"rop": "ROP_1"}``.
+        column: headings by name, where two may be meant or one is not known: ``{"rop": "ROP_1"}``;
+            ``"none"`` of what is not to be read.
 
     Raises:
         DomainError: a column without a unit, or two of one meaning; no row with a rate.
