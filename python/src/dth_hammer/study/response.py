@@ -101,7 +101,8 @@ def steady(
             unit.
         starts: number of starts from which it is simulated: its own, and others that are drawn,
             with the piston elsewhere above the bit and at another speed. `Steady.motions` has what
-            they settle to; the answer is that of its own start.
+            they settle to; the answer is that of its own start. A cycle is tried from a second
+            start even if no other is asked for: if it is irregular from there, a warning says so.
         seed: random seed of the starts that are drawn.
         inputs: over time, as for `simulate`.
         control: called with the hammer before each step.
@@ -159,10 +160,15 @@ def steady(
         raise RefusedError(found)
     for text in found.warnings:
         warn(text)
-    if starts == 1:
+    repeats = found.kind.startswith("cycle")
+    if starts == 1 and not repeats:
         return found
     speed = found["blow_speed"] if found.kind != "stalled" else 1.0
-    others = responses(drawn(given, speed, starts - 1, seed), wanted, progress=progress)
+    drawn_starts = drawn(given, speed, max(starts - 1, 1), seed)
+    others = responses(drawn_starts, wanted, progress=progress and starts > 1)
+    if starts == 1 and [getattr(other, "kind", "") for other in others] != ["irregular"]:
+        # An irregular motion may fall into a cycle from a rare start, never the other way round.
+        return found
     motions, texts = met(found, others)
     for text in texts:
         warn(text)
