@@ -292,7 +292,11 @@ def _described(
         modes=pd.DataFrame(np.exp([peak for peak, _ in peaks]), columns=index).assign(
             share=[share for _, share in peaks]
         ),
-        cannot_tell=(*_blind(problem, covariance), *_several(names, peaks)),
+        cannot_tell=(
+            *_blind(problem, covariance),
+            *_several(names, peaks),
+            *_unsure(float(np.quantile(emulator.doubt(members), SURE)), len(problem.logs)),
+        ),
         at_bounds=tuple(n for n, room in zip(names, near, strict=True) if room < 1e-6),
         residuals=tables[0],
         records=tuple(tables[1:]),
@@ -333,6 +337,13 @@ def _tables(problem: Problem, logs: Array, rough: Array, off: Array) -> list[pd.
     tables[0]["unit"] = [unit(named(name)) for name in problem.means]
     tables[0] = beside(tables[0], "found", factor(problem.numbers(logs)))
     return tables
+
+
+def _unsure(doubt: float, hammers: int) -> tuple[str, ...]:
+    """Says that intervals have what is not known of the response."""
+    wide = np.hypot(1.0, doubt)
+    text = f"after {hammers} hammers the response is not well known: intervals are up to {wide:.1f}"
+    return (f"{text} times as wide as the measurements make them",) if doubt > DOUBT else ()
 
 
 def _several(names: Sequence[str], peaks: list[tuple[Array, float]]) -> tuple[str, ...]:
