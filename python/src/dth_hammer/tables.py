@@ -13,6 +13,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,23 @@ KINDS = (*TEXTS, ".parquet", ".xlsx", ".las")
 SEPARATORS, LOOKED_AT = ";\t|,", 200
 #: Words for nothing, in small letters, and numbers that LAS files and rigs write for it. Others are
 #: nothing only where they are far from all the rest of their column.
-WORDS = {"", "nan", "null", "none", "nil", "n/a", "na", "#n/a", "-", "--", "---", ".", "*", "?"}
+WORDS = {
+    "",
+    "nan",
+    "null",
+    "none",
+    "nil",
+    "n/a",
+    "na",
+    "#n/a",
+    "<na>",
+    "-",
+    "--",
+    "---",
+    ".",
+    "*",
+    "?",
+}
 NULLS = (-999.25, -999.0, -9999.0, -9999.25, -99999.0, -32768.0)
 NULLS_IF_FAR = (999.25, 999.0, 9999.0, 9999.25, 99999.0, 32767.0, 65535.0)
 #: Median deviations from the median beyond which a value is told; a deviation counts at least as
@@ -56,6 +73,8 @@ MEANT = {
     "blowsperminute blowsmin spm schlagzahl schlagfrequenz slagfrekvens",
     "time": "t seconds elapsedtime zeit tid temps",
 }
+#: What is a number as it is.
+NUMBERS = (int, float, np.number, Decimal)
 #: A number before its unit; whole numbers in groups of three.
 WRITTEN = re.compile(r"([+-]?[\d.,][\d.,'\u2019 \u00a0\u202f]*(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 GROUPS = {mark: re.compile(rf"[+-]?\d{{1,3}}(\{mark}\d{{3}})+") for mark in ".,"}
@@ -128,7 +147,7 @@ class Grid:
             self.said.append("a comma is the decimal mark")
 
         def one(cell: Any, match: re.Match[str] | None) -> Any:
-            if isinstance(cell, int | float | np.number) and not isinstance(cell, bool):
+            if isinstance(cell, NUMBERS) and not isinstance(cell, bool):
                 return (None if np.isnan(float(cell)) else float(cell)), ""
             if cell is None or cell is pd.NaT or str(cell).strip().lower() in WORDS:
                 return None, ""
