@@ -4,15 +4,15 @@ use crate::numerics::kernel::{LANES, MOST, vectorised};
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
-/// Most groups whose sums fit into the registers.
+/// Largest number of groups of lanes whose sums fit into the registers.
 const WIDEST: usize = 6;
-/// Columns that are summed before they are added to the rest. A term of `n` is then rounded about `BLOCK + n / BLOCK`
-/// times, not `n` times.
+/// Number of columns that are summed before their sum is added to the total. One of `n` terms is then rounded about
+/// `BLOCK + n / BLOCK` times instead of `n` times.
 const BLOCK: usize = 24;
-/// Vectors that hold the sums of [`WIDEST`] groups.
+/// Number of vectors that hold the sums of [`WIDEST`] groups.
 const SUMS: usize = WIDEST * MOST;
 
-/// `out[at..] := sum x_k column_k`, for `WIDTH` groups.
+/// `out[at..] := sum x_k column_k`, for `WIDTH` groups of lanes.
 #[inline(always)]
 fn combine_with<S: Simd, const WIDTH: usize>(
     simd: S,
@@ -44,32 +44,33 @@ fn combine_with<S: Simd, const WIDTH: usize>(
     S::as_mut_simd_f64s(&mut out[at..at + WIDTH * LANES]).0.copy_from_slice(&sums[..count]);
 }
 
-/// Most roundings in a product of [`combine`], multiplications included, each of half an `eps`; `n` is the length of
-/// both parts. Sums begin with zeros, which round nothing.
+/// Largest number of roundings that a term of [`combine`] undergoes, its multiplication included. Each is at most half
+/// an `eps`. `n` is the length of both parts together. Sums begin with zero, and adding to zero does not round.
 pub fn roundings(n: usize) -> usize {
-    let blocks = 2 + n / BLOCK; // Each part may end with one that is not full.
+    let blocks = 2 + n / BLOCK; // The last block of each part may be shorter.
     BLOCK.min(n) + blocks
 }
 
-/// Columns, one after the other, each `stride` long and read from `offset`.
+/// Columns of a matrix that are stored one after the other.
 #[derive(Clone, Copy)]
 pub struct Columns<'a> {
-    /// All numbers.
+    /// The numbers of all columns.
     pub numbers: &'a [f64],
     /// Length of a column.
     pub stride: usize,
-    /// Numbers skipped at the start of each.
+    /// Number of entries that are skipped at the start of each column.
     pub offset: usize,
 }
 
-/// Numbers of a matrix that stays in the nearer caches: 256 kB. A larger one is read in its order in memory.
+/// A matrix of at most so many numbers (256 kB) stays in the nearer caches. A larger one is read in its order in
+/// memory.
 const NEAR: usize = 1 << 15;
-/// Rows of a larger matrix whose sums stay in the nearest cache.
+/// Number of rows of a larger matrix whose sums stay in the nearest cache.
 const ROWS_AT_ONCE: usize = 512;
-/// Columns that are added to these sums together.
+/// Number of columns that are added to these sums in one pass.
 const TOGETHER: usize = 8;
 
-/// `part += sum x_k column_k` for [`TOGETHER`] columns, in their order; `part` counts as zero if `FRESH`. (Chained
+/// `part += sum x_k column_k` for [`TOGETHER`] columns, in their order. If `FRESH`, `part` is taken as zero. (Chained
 /// iterators need no bounds checks.)
 #[inline(always)]
 fn add_columns<S: Simd, const FRESH: bool>(
@@ -95,7 +96,7 @@ fn add_columns<S: Simd, const FRESH: bool>(
     }
 }
 
-/// The same for one column.
+/// `part += x column`.
 #[inline(always)]
 fn add_column<S: Simd>(simd: S, column: &[f64], x: f64, part: &mut [f64]) {
     let x = simd.splat_f64s(x);
@@ -105,7 +106,7 @@ fn add_column<S: Simd>(simd: S, column: &[f64], x: f64, part: &mut [f64]) {
     }
 }
 
-/// `part := sum x_k column_k` in the order of the columns, a few at a time.
+/// `part := sum x_k column_k` in the order of the columns, in passes of [`TOGETHER`] columns.
 #[inline(always)]
 fn sum_columns<S: Simd>(simd: S, (columns, stride): (&[f64], usize), x: &[f64], part: &mut [f64]) {
     let whole = x.len() / TOGETHER * TOGETHER;
@@ -125,7 +126,7 @@ fn sum_columns<S: Simd>(simd: S, (columns, stride): (&[f64], usize), x: &[f64], 
     }
 }
 
-/// [`combine`] of a matrix larger than [`NEAR`]: the same sums, by a few whole columns at a time.
+/// [`combine`] for a matrix larger than [`NEAR`]. It makes the same sums, but reads a few whole columns at a time.
 #[inline(always)]
 fn combine_far<S: Simd>(simd: S, columns: Columns, x: [&[f64]; 2], out: &mut [f64]) {
     let Columns { numbers, stride, offset } = columns;
@@ -147,24 +148,24 @@ fn combine_far<S: Simd>(simd: S, columns: Columns, x: [&[f64]; 2], out: &mut [f6
 }
 
 vectorised! {
-    /// `out := sum x_k column_k` in the order of the columns, each as long as `out`, in whole groups. A term is
-    /// rounded `n` times.
+    /// `out := sum x_k column_k` in the order of the columns. Each column is as long as `out`, which is a whole number
+    /// of groups of lanes. A term is rounded up to `n` times.
     pub fn combine_in_order(columns: &'a [f64], x: &'a [f64], out: &'a mut [f64]) -> () as CombineInOrder, simd {
         sum_columns(simd, (columns, out.len()), x, out);
     }
 }
 
 vectorised! {
-    /// `out := sum x_k column_k`, in whole groups; `x` is in two parts, for the first and for the last columns. For
-    /// the roundings see [`roundings`].
+    /// `out := sum x_k column_k`, where `out` is a whole number of groups of lanes. `x` has two parts, for the first
+    /// and the last columns. [`roundings`] bounds the rounding.
     pub fn combine(columns: Columns<'a>, x: [&'a [f64]; 2], out: &'a mut [f64]) -> () as Combine, simd {
         if columns.numbers.len() > NEAR {
             return combine_far(simd, columns, x, out);
         }
         let (size, mut at) = (out.len(), 0);
         while at < size {
-            let left = (size - at) / LANES;
-            match left {
+            let groups = (size - at) / LANES;
+            match groups {
                 1 => combine_with::<S, 1>(simd, columns, at, x, out),
                 2 => combine_with::<S, 2>(simd, columns, at, x, out),
                 3 => combine_with::<S, 3>(simd, columns, at, x, out),
@@ -172,7 +173,7 @@ vectorised! {
                 5 => combine_with::<S, 5>(simd, columns, at, x, out),
                 _ => combine_with::<S, WIDEST>(simd, columns, at, x, out),
             }
-            at += LANES * left.min(WIDEST);
+            at += LANES * groups.min(WIDEST);
         }
     }
 }

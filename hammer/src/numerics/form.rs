@@ -1,42 +1,43 @@
-//! A symmetric quadratic form, packed, in vectors (see [`crate::numerics::kernel`]).
+//! A packed symmetric quadratic form, evaluated with vector instructions (see [`crate::numerics::kernel`]).
 
 use crate::numerics::kernel::{LANES, MOST, Sums, TILE, across, groups, total, vectorised};
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
-/// A symmetric form `x . m x`, packed: row `i` up to its diagonal, rounded up to whole lanes, with off-diagonal
-/// entries doubled. This takes half the memory, and stays in the nearest cache. [`TILE`] rows are interleaved, so that a
-/// loop over them reads all numbers in order.
+/// A symmetric form `x . m x`. Each row is stored up to its diagonal, rounded up to whole groups of lanes, with its
+/// off-diagonal entries doubled. This takes half the memory, and stays in the nearest cache.
+/// [`TILE`] rows are interleaved, so that a loop over them reads all numbers in order.
 #[derive(Clone, Debug, Default)]
 pub struct Form {
     rows: Vec<f64>,
-    /// The three entries of every block, instead of the rows, if it consists of 2 by 2 blocks.
+    /// If the form consists of 2 by 2 blocks, the three entries of every block, in place of the rows.
     blocks: Option<[Vec<f64>; 3]>,
 }
 
 impl Form {
-    /// The zero form; its size is a multiple of [`LANES`].
+    /// The zero form of a size that is a multiple of [`LANES`].
     pub fn zero(size: usize) -> Self {
         Self { rows: vec![0.0; Self::at(size, 0)], blocks: None }
     }
 
-    /// Where the entry at `(i, k)` is; at `(i, 0)` of a first row of [`LANES`], the numbers before.
+    /// Index of the entry at `(i, k)`. If `i` is a multiple of [`LANES`] and `k` is 0, this is the number of entries of
+    /// all rows before.
     fn at(i: usize, k: usize) -> usize {
-        // A block of LANES rows has rows of one length, which ends with the block.
+        // The rows of a block of LANES rows all have the length that ends with the block's diagonal.
         let (block, tile) = (i / LANES, i % LANES / TILE * TILE);
         let start = LANES * (block + 1) * (LANES * block / 2 + tile);
         start + LANES * (k / LANES * TILE + i % TILE) + k % LANES
     }
 
-    /// Sets the entries of the symmetric matrix at `(i, k)` and `(k, i)`, `k` not above `i`.
+    /// Sets the entries of the symmetric matrix at `(i, k)` and `(k, i)`, where `k <= i`.
     #[inline]
     pub(crate) fn set(&mut self, i: usize, k: usize, value: f64) {
         debug_assert!(k <= i, "above the diagonal");
         self.rows[Self::at(i, k)] = if k == i { value } else { 2.0 * value };
     }
 
-    /// The same form, which has no nonzero entries but those at `(i, i)` and `(i, i + apart)`. Sums leave out the
-    /// others from now on, which changes no bit of them.
+    /// The same form, if only its entries at `(i, i)` and `(i, i + apart)` are not zero. Sums then leave out the other
+    /// entries, with the same result to the last binary digit.
     pub(crate) fn of_blocks(self, apart: usize) -> Self {
         debug_assert!(apart.is_multiple_of(LANES), "both coordinates are in one lane");
         let entries = |[first, second]: [usize; 2]| {
@@ -74,7 +75,7 @@ impl Form {
     }
 }
 
-/// The sums of [`quadratic`] over a form of blocks.
+/// The sums of [`quadratic`] for a form of 2 by 2 blocks.
 fn of_blocks([upper, cross, lower]: &[Vec<f64>; 3], x: &[f64]) -> f64 {
     let (first, second) = x.split_at(upper.len());
     let groups = |x| <[f64]>::chunks_exact(x, LANES);
@@ -95,11 +96,11 @@ fn of_blocks([upper, cross, lower]: &[Vec<f64>; 3], x: &[f64]) -> f64 {
 
 vectorised! {
     fn quadratic(rows: &'a [f64], x: &'a [f64]) -> f64 as Quadratic, simd {
-        // Lanes are summed separately, and only added up at the end.
+        // The sums of the lanes are separate until the end.
         let (mut sums, mut rest): (Sums<S>, _) = ([simd.splat_f64s(0.0); MOST], rows);
         let width = LANES / S::F64_LANES;
         for (block, values) in x.chunks_exact(LANES).enumerate() {
-            // The rows of a block are equally long.
+            // The rows of a block all have this length.
             let size = (block + 1) * LANES;
             for values in values.chunks_exact(TILE) {
                 let (tile, next) = rest.split_at(TILE * size);

@@ -4,12 +4,12 @@ use crate::numerics::kernel::{TILE, tile_with, total, vectorised};
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
-/// Rows that stay in the first-level cache while others are read.
+/// Number of rows that stay in the first-level cache while all others are read.
 const STRIP: usize = 16;
 
 vectorised! {
-    /// Inner products of all pairs of rows of a matrix, up to the diagonal. Rows are `size` long, in whole groups.
-    /// The result is incomplete if `stops` returns true.
+    /// Inner products of all pairs of rows of a matrix, up to the diagonal. Rows have the length `size`, a whole number
+    /// of groups of lanes. If `stops` returns true, the function returns at once with an incomplete result.
     pub fn gram(rows: &'a [f64], size: usize, stops: fn() -> bool) -> Vec<f64> as Gram, simd {
         let count = rows.len() / size;
         let mut out = vec![0.0; count * count];

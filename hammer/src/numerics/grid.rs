@@ -1,30 +1,32 @@
-//! A window's polynomial evaluated at all points of a grid, in vectors (see [`crate::numerics::kernel`]).
+//! The polynomial of a window, evaluated at all points of a grid by vector instructions (see
+//! [`crate::numerics::kernel`]).
 
 use crate::numerics::kernel::vectorised;
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
-/// Points of a [`Grid`]: as many as the widest vectors hold. More would slow every window, fewer would leave more
-/// parts to be scanned; this value needs the least work on the reference hammer.
+/// Number of points of a [`Grid`]: as many as the widest vectors hold. With more points every window would take longer,
+/// with fewer more parts would have to be scanned. This number needs the least work on the reference hammer.
 pub const GRID: usize = 8;
 
-/// A polynomial at the points `(i + 1) / GRID`.
+/// What is known of a polynomial at the points `(i + 1) / GRID`.
 #[derive(Default)]
 pub struct Grid {
-    /// Values.
+    /// Values at the points.
     pub value: [f64; GRID],
-    /// Second derivatives.
+    /// Second derivatives at the points.
     pub second: [f64; GRID],
-    /// Bounds on the third derivative from 0 to each point: the polynomial of absolute coefficients, which only rises.
+    /// Bounds on the third derivative between 0 and each point: the third derivative with absolute coefficients, which
+    /// only rises.
     pub third_bound: [f64; GRID],
-    /// Upper bounds on the second derivative between the previous point and this one.
+    /// Upper bounds on the second derivative between the previous point and each point.
     pub bend: [f64; GRID],
-    /// Upper bounds on the polynomial there.
+    /// Upper bounds on the polynomial between the previous point and each point.
     pub top: [f64; GRID],
 }
 
 impl Grid {
-    /// Bounds on the parts between the points of `q`, from the values at their ends.
+    /// Finds the bounds between neighbouring points from the values at these; `q` are the polynomial's coefficients.
     #[inline(always)]
     fn bound<S: Simd>(&mut self, simd: S, q: &[f64; POLY]) {
         let part = const { 1.0 / GRID as f64 };
@@ -38,7 +40,7 @@ impl Grid {
             let at = i * S::F64_LANES;
             [at, at + 1].map(|at| S::as_simd_f64s(&x[at..at + S::F64_LANES]).0[0])
         };
-        // No point is further than half a part from an end.
+        // Between two points, the nearer one is at most half a part away.
         let [half, sag, zero] = [0.5 * part, 0.125 * part * part, 0.0].map(|x| simd.splat_f64s(x));
         let out = S::as_mut_simd_f64s(&mut self.bend).0.iter_mut();
         let out = out.zip(S::as_mut_simd_f64s(&mut self.top).0);
@@ -46,7 +48,7 @@ impl Grid {
             let ([left, right], [a, b]) = (ends(&values, i), ends(&seconds, i));
             let drift = simd.mul_f64s(half, *third);
             *bend = simd.add_f64s(simd.max_f64s(a, b), drift);
-            // Between its ends a function exceeds the larger value by at most dip width^2 / 8.
+            // Between two points a function exceeds the larger value by at most dip width^2 / 8.
             let dip = simd.max_f64s(simd.sub_f64s(drift, simd.min_f64s(a, b)), zero);
             *top = simd.add_f64s(simd.max_f64s(left, right), simd.mul_f64s(sag, dip));
         }
@@ -63,7 +65,7 @@ static POINTS: [f64; GRID] = {
     x
 };
 
-/// `k (k - 1)`, and `k (k - 1) (k - 2)`.
+/// `k (k - 1)` and `k (k - 1) (k - 2)` for each power `k`.
 static FALLING: [[f64; 2]; POLY] = {
     let (mut f, mut k) = ([[0.0; 2]; POLY], 2);
     while k < POLY {
@@ -73,10 +75,10 @@ static FALLING: [[f64; 2]; POLY] = {
     f
 };
 
-/// Coefficients of a polynomial on a [`Grid`].
+/// Number of coefficients of a polynomial on a [`Grid`].
 const POLY: usize = 24;
 
-/// `y := y x + c`, point by point.
+/// One step of Horner's rule, `y := y x + c`, at each point.
 #[inline(always)]
 fn horner_with<S: Simd>(simd: S, y: &mut [S::f64s], x: &[S::f64s], c: f64) {
     let c = simd.splat_f64s(c);
@@ -86,7 +88,7 @@ fn horner_with<S: Simd>(simd: S, y: &mut [S::f64s], x: &[S::f64s], c: f64) {
 }
 
 vectorised! {
-    /// Evaluates `sum q_k x^k` at all points by Horner's rule.
+    /// Evaluates `sum q_k x^k` at all points by Horner's rule, and bounds it between them.
     pub fn on_grid(q: &'a [f64; POLY]) -> Grid as OnGrid, simd {
         let mut f = Grid::default();
         let (zero, count) = (simd.splat_f64s(0.0), GRID / S::F64_LANES);

@@ -1,13 +1,14 @@
 //! Double-double numbers: unevaluated sums of two doubles.
 //!
-//! After a million blows a double resolves 7e-12 s and 2e-13 m: too coarse for a period or a gap. Events and origins
-//! are therefore double-double, and so are sums in which nearly everything cancels (Dekker, A floating-point technique
-//! for extending the available precision, Numer. Math. 18, 1971).
+//! After a million blows a double resolves 7e-12 s and 2e-13 m, which is too coarse for a period or a gap.
+//! The instants of events and the origins are therefore double-double numbers, and so are sums in which nearly
+//! everything cancels.
+//! Source: Dekker, A floating-point technique for extending the available precision, Numer. Math. 18, 1971.
 
 use serde::{Deserialize, Serialize};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// `high + low`, `|low|` below half a unit in the last place of `high`.
+/// The number `high + low`, where `|low|` is at most half a unit in the last place of `high`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Double {
     high: f64,
@@ -15,7 +16,7 @@ pub struct Double {
 }
 
 impl Double {
-    /// From a double.
+    /// The double-double number that equals a double.
     pub fn new(value: f64) -> Self {
         Self { high: value, low: 0.0 }
     }
@@ -25,18 +26,18 @@ impl Double {
         self.high
     }
 
-    /// The number less [`Self::value`].
+    /// The number minus [`Self::value`].
     pub fn rest(self) -> f64 {
         self.low
     }
 
-    /// Moves by `step` (two-sum).
+    /// Adds `step` (two-sum).
     pub fn move_by(&mut self, step: f64) {
         let sum = self.high + step;
         let back = sum - self.high;
-        let lost = (self.high - (sum - back)) + (step - back) + self.low;
-        self.high = sum + lost;
-        self.low = lost - (self.high - sum);
+        let error = (self.high - (sum - back)) + (step - back) + self.low;
+        self.high = sum + error;
+        self.low = error - (self.high - sum);
     }
 
     /// `self - other`.
@@ -44,7 +45,7 @@ impl Double {
         (self.high - other.high) + (self.low - other.low)
     }
 
-    /// `other - self` for a double.
+    /// `other - self` for a double `other`.
     pub fn until(self, other: f64) -> f64 {
         (other - self.high) - self.low
     }
@@ -57,11 +58,12 @@ fn two_sum(a: f64, b: f64) -> (f64, f64) {
     (sum, (a - (sum - back)) + (b - back))
 }
 
-/// `a b` and its rounding error, by halves of 26 bits (Veltkamp), because some machines lack a fused product.
+/// `a b` and its rounding error. The factors are split into halves of 26 bits (Veltkamp), because some machines have no
+/// fused product.
 fn two_product(a: f64, b: f64) -> (f64, f64) {
     let halves = |x: f64| {
-        let far = 134_217_729.0 * x;
-        let high = far - (far - x);
+        let scaled = 134_217_729.0 * x;
+        let high = scaled - (scaled - x);
         (high, x - high)
     };
     let ((a1, a2), (b1, b2)) = (halves(a), halves(b));
@@ -80,10 +82,10 @@ impl Add for Double {
     type Output = Self;
 
     fn add(self, other: Self) -> Self {
-        let (sum, lost) = two_sum(self.high, other.high);
-        let (rest, more) = two_sum(self.low, other.low);
-        let first = Self::of(sum, lost + rest);
-        Self::of(first.high, first.low + more)
+        let (sum, sum_error) = two_sum(self.high, other.high);
+        let (low, low_error) = two_sum(self.low, other.low);
+        let first = Self::of(sum, sum_error + low);
+        Self::of(first.high, first.low + low_error)
     }
 }
 
@@ -107,8 +109,8 @@ impl Mul for Double {
     type Output = Self;
 
     fn mul(self, other: Self) -> Self {
-        let (product, lost) = two_product(self.high, other.high);
-        Self::of(product, lost + (self.high * other.low + self.low * other.high))
+        let (product, error) = two_product(self.high, other.high);
+        Self::of(product, error + (self.high * other.low + self.low * other.high))
     }
 }
 
@@ -137,7 +139,7 @@ mod tests {
             sum.move_by(step);
         }
         start.move_by(step * 1e6);
-        // step * 1e6 is itself rounded to half a unit of 45389: 4e-12.
+        // The product step * 1e6 is itself rounded, by half a unit in the last place of 45389: 4e-12.
         assert!(sum.since(start).abs() < 4e-12);
         let before = sum;
         sum.move_by(1e-14);

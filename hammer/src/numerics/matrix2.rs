@@ -1,9 +1,9 @@
-//! Two by two matrices, row by row.
+//! Two by two matrices, stored row by row.
 
 use crate::numerics::math::{exp, sin_cos};
 use num_complex::Complex64 as C;
 
-/// `[m11, m12, m21, m22]`.
+/// The matrix `[m11, m12, m21, m22]`.
 pub type Matrix2 = [f64; 4];
 
 /// `x y`.
@@ -16,15 +16,15 @@ pub fn product(x: &Matrix2, y: &Matrix2) -> Matrix2 {
     ]
 }
 
-/// `exp(b t)` of a matrix that is diagonal or has equal diagonal entries, without
-/// cancellation in any regime.
+/// `exp(b t)` of a matrix that is diagonal or has equal diagonal entries. Nothing cancels, whether the motion
+/// oscillates, decays critically or decays without oscillation.
 pub fn exponential(b: &Matrix2, t: f64) -> Matrix2 {
     if b[1] == 0.0 && b[2] == 0.0 {
         return [exp(b[0] * t), 0.0, 0.0, exp(b[3] * t)];
     }
     let (sigma, delta) = (b[0], -b[1] * b[2]);
     let x = delta.abs().sqrt() * t;
-    // exp(sigma t) times cos(w t) and sin(w t)/w, or times the hyperbolic functions.
+    // These are exp(sigma t) times cos(w t) and sin(w t)/w, or times the hyperbolic functions.
     let (c, s) = if delta >= 0.0 {
         let decay = exp(sigma * t);
         let (sin, cos) = sin_cos(x);
@@ -39,7 +39,7 @@ pub fn exponential(b: &Matrix2, t: f64) -> Matrix2 {
     [c, b[1] * s, b[2] * s, c]
 }
 
-/// `sinh(x) / x` of `x^2` up to 1; the first omitted term is `1 / 21!`.
+/// `sinh(x) / x` as a function of `x^2`, for `x^2` up to 1; the first omitted term is at most `1 / 21!`.
 fn sinhc(square: f64) -> f64 {
     (1..10).rev().fold(1.0, |sum, k| {
         let k = f64::from(k);
@@ -49,9 +49,9 @@ fn sinhc(square: f64) -> f64 {
 
 /// Solves Sylvester's equation `A^T X + X B = R`.
 pub fn sylvester(a: &Matrix2, b: &Matrix2, r: Matrix2) -> Matrix2 {
-    let turns = |m: &Matrix2| m[1] == -m[2] && m[1] != 0.0;
-    if turns(a) && turns(b) {
-        // In complex form z' = (sigma - i omega) z, sums of eigenvalues do not cancel.
+    let is_spiral = |m: &Matrix2| m[1] == -m[2] && m[1] != 0.0;
+    if is_spiral(a) && is_spiral(b) {
+        // Both are written as z' = (sigma - i omega) z, where sums of eigenvalues do not cancel.
         let (la, lb) = (C::new(a[0], -a[1]), C::new(b[0], -b[1]));
         let like = 0.5 * C::new(r[0] - r[3], -(r[1] + r[2]));
         let cross = 0.5 * C::new(r[0] + r[3], -(r[1] - r[2]));

@@ -1,15 +1,16 @@
-//! Sums over pairs of points of the complex plane, in vectors (see [`crate::numerics::kernel`]).
+//! Sums over pairs of points of the complex plane, by vector instructions (see [`crate::numerics::kernel`]).
 
 use crate::numerics::kernel::{LANES, across, groups_mut, vectorised};
 use crate::numerics::vectors::dispatch;
 use num_complex::Complex64 as C;
 use pulp::{Simd, WithSimd};
 
-/// Position of the unused places of a group. Their contribution to a sum is below rounding, and its square does not
-/// overflow.
+/// Position of the points of unused pairs. Their contribution to a sum is below rounding, and the square of this number
+/// does not overflow.
 const FAR: f64 = 1e60;
 
-/// Pairs of points with associated numbers, stored group by group, one column after the other.
+/// Pairs of points with associated numbers, stored in groups of [`LANES`] pairs. A group has one column for each
+/// number of a pair.
 #[derive(Clone, Debug)]
 pub struct Pairs {
     columns: usize,
@@ -30,11 +31,11 @@ impl Pairs {
         self.set(i, 0, [FAR, 0.0, FAR, 0.0]);
     }
 
-    /// Writes columns of pair `i`, from `first` on.
+    /// Writes the columns of pair `i` from column `first` on.
     pub fn set<const COUNT: usize>(&mut self, i: usize, first: usize, values: [f64; COUNT]) {
         let start = (i / LANES * self.columns + first) * LANES + i % LANES;
-        let places = self.numbers[start..].iter_mut().step_by(LANES);
-        places.zip(values).for_each(|(place, value)| *place = value);
+        let slots = self.numbers[start..].iter_mut().step_by(LANES);
+        slots.zip(values).for_each(|(slot, value)| *slot = value);
     }
 }
 
@@ -43,7 +44,7 @@ impl Pairs {
 pub struct Point {
     /// The other point.
     pub base: C,
-    /// Its offset from there.
+    /// The point minus the other point.
     pub offset: C,
 }
 
@@ -73,7 +74,7 @@ fn scaled<S: Simd>(simd: S, w: S::f64s, z: Z<S>) -> Z<S> {
     [simd.mul_f64s(w, z[0]), simd.mul_f64s(w, z[1])]
 }
 
-/// Columns `k` and `k + 1` of a group, their vectors `g`.
+/// Vector `g` of the columns `k` and `k + 1` of a group, which are a point's real and imaginary part.
 #[inline(always)]
 fn point<S: Simd>(group: &[S::f64s], k: usize, g: usize) -> Z<S> {
     let width = LANES / S::F64_LANES;
@@ -97,17 +98,17 @@ fn splat<S: Simd>(simd: S, z: C) -> Z<S> {
     [simd.splat_f64s(z.re), simd.splat_f64s(z.im)]
 }
 
-/// Lanes of a complex sum.
+/// A complex sum, still separate by lanes.
 type Lanes = [[f64; LANES]; 2];
 
-/// Stores a sum's vectors `g`.
+/// Stores vector `g` of a sum.
 #[inline(always)]
 fn keep<S: Simd>(lanes: &mut Lanes, g: usize, z: Z<S>) {
     S::as_mut_simd_f64s(&mut lanes[0]).0[g] = z[0];
     S::as_mut_simd_f64s(&mut lanes[1]).0[g] = z[1];
 }
 
-/// Adds up the lanes of a sum.
+/// The sum over the lanes.
 fn complex(lanes: &Lanes) -> C {
     C::new(across(&lanes[0]), across(&lanes[1]))
 }
@@ -128,7 +129,7 @@ impl<const WEIGHTS: usize> Weighed<WEIGHTS> {
     }
 }
 
-/// Columns of a pair before its weights.
+/// Number of columns of a pair before its weights: the real and imaginary parts of `a` and `b`.
 pub const ENDS: usize = 4;
 
 #[inline(always)]
@@ -141,24 +142,25 @@ fn weighed_with<S: Simd, const WEIGHTS: usize>(
     let (mut poles, mut sums) = (Lanes::default(), [[Lanes::default(); 2]; WEIGHTS]);
     let (base, offset) = (splat(simd, at.base), splat(simd, at.offset));
     let numbers = S::as_simd_f64s(&pairs.numbers).0;
-    // Vector by vector, because the sums of a whole group do not fit into the registers.
+    // This loop takes one vector of each group at a time, because the sums of a whole group do not fit into the
+    // registers.
     for g in 0..width {
         let zero = splat(simd, C::default());
-        let (mut each, mut parts) = (zero, [[zero; 2]; WEIGHTS]);
+        let (mut pole_sum, mut parts) = (zero, [[zero; 2]; WEIGHTS]);
         for group in numbers.chunks_exact((ENDS + WEIGHTS) * width) {
             let a = plus(simd, minus(simd, base, point::<S>(group, 0, g)), offset);
             let b = plus(simd, minus(simd, base, point::<S>(group, 2, g)), offset);
             let compliance = inverse(simd, times(simd, a, b));
             let both = times(simd, plus(simd, a, b), compliance);
-            let fall = times(simd, both, compliance);
-            each = plus(simd, each, both);
+            let derivative = times(simd, both, compliance);
+            pole_sum = plus(simd, pole_sum, both);
             for (k, [sum, slope]) in parts.iter_mut().enumerate() {
                 let w = group[(ENDS + k) * width + g];
                 *sum = plus(simd, *sum, scaled(simd, w, compliance));
-                *slope = minus(simd, *slope, scaled(simd, w, fall));
+                *slope = minus(simd, *slope, scaled(simd, w, derivative));
             }
         }
-        keep::<S>(&mut poles, g, each);
+        keep::<S>(&mut poles, g, pole_sum);
         for (lanes, part) in sums.iter_mut().flatten().zip(parts.iter().flatten()) {
             keep::<S>(lanes, g, *part);
         }
@@ -178,14 +180,14 @@ impl<const WEIGHTS: usize> WithSimd for WeighedBy<'_, WEIGHTS> {
     }
 }
 
-/// Sums over pairs of points at a point, with so many weights for each pair.
+/// The sums of [`Weighed`] at a point, over pairs of points with `WEIGHTS` weights each.
 #[inline]
 pub fn weighed<const WEIGHTS: usize>(pairs: &Pairs, at: Point) -> Weighed<WEIGHTS> {
     dispatch(WeighedBy(pairs, at))
 }
 
 vectorised! {
-    /// `1 / ((s - a) (s - b))` of every pair, unused places included: real and imaginary parts.
+    /// The real and imaginary parts of `1 / ((s - a) (s - b))` for every pair, with the unused ones.
     pub fn inverse_products(pairs: &'a Pairs, at: Point) -> [Vec<f64>; 2] as InverseProducts, simd {
         let width = LANES / S::F64_LANES;
         let (base, offset) = (splat(simd, at.base), splat(simd, at.offset));
@@ -205,7 +207,7 @@ vectorised! {
 }
 
 vectorised! {
-    /// Square of the distance to the nearest point of all pairs.
+    /// Square of the distance from a point to the nearest point of all pairs.
     pub fn nearest(pairs: &'a Pairs, at: Point) -> f64 as Nearest, simd {
         let width = LANES / S::F64_LANES;
         let (base, offset) = (splat(simd, at.base), splat(simd, at.offset));
@@ -217,14 +219,14 @@ vectorised! {
                 least = simd.min_f64s(least, simd.min_f64s(square(simd, a), square(simd, b)));
             }
         }
-        // The least over all lanes does not depend on their number or order.
+        // The minimum over all lanes does not depend on their number or order.
         let mut lanes = [f64::INFINITY; LANES];
         S::as_mut_simd_f64s(&mut lanes).0[0] = least;
         lanes.into_iter().fold(f64::INFINITY, f64::min)
     }
 }
 
-/// Columns of a pair of [`Point`]s: their bases, then their offsets.
+/// Number of columns of a pair of [`Point`]s: their bases, then their offsets.
 pub const PLACES: usize = 8;
 
 vectorised! {
@@ -236,10 +238,10 @@ vectorised! {
         for g in 0..width {
             let mut sum = splat(simd, C::default());
             for group in S::as_simd_f64s(&pairs.numbers).0.chunks_exact(PLACES * width) {
-                let away = minus(simd, offset, point::<S>(group, 4, g));
-                let a = plus(simd, minus(simd, base, point::<S>(group, 0, g)), away);
-                let away = minus(simd, offset, point::<S>(group, 6, g));
-                let b = plus(simd, minus(simd, base, point::<S>(group, 2, g)), away);
+                let offset_a = minus(simd, offset, point::<S>(group, 4, g));
+                let a = plus(simd, minus(simd, base, point::<S>(group, 0, g)), offset_a);
+                let offset_b = minus(simd, offset, point::<S>(group, 6, g));
+                let b = plus(simd, minus(simd, base, point::<S>(group, 2, g)), offset_b);
                 let both = times(simd, plus(simd, a, b), inverse(simd, times(simd, a, b)));
                 sum = plus(simd, sum, both);
             }

@@ -1,48 +1,51 @@
-//! Eigenvalues and vectors of a diagonal matrix plus a multiple of one dyad, `D + k z z'` with `D >= 0` and `k > 0`.
+//! Eigenvalues and eigenvectors of a diagonal matrix plus a multiple of one dyad, `D + k z z'` with `D >= 0` and `k >
+//! 0`.
 //!
-//! The eigenvalues are the zeros of `1 + k sum z_i^2 / (d_i - lambda)`: one between any two neighbours of `D`, and
-//! one above. Each is stored as a difference from its nearest `d`, so that small ones do not lose digits. The vectors
-//! `z_i / (d_i - lambda)` use the dyad for which the computed eigenvalues are exact (Gu and Eisenstat, SIAM J. Matrix
-//! Anal. Appl. 15, 1994), and so are orthogonal to rounding even if two eigenvalues are close.
+//! The eigenvalues are the zeros of `1 + k sum z_i^2 / (d_i - lambda)`: one between any two neighbouring values of `D`,
+//! and one above the largest.
+//! Each is stored as a difference from its nearest `d`, so that small ones do not lose digits.
+//! The eigenvectors `z_i / (d_i - lambda)` are computed with the dyad for which the computed eigenvalues are exact (Gu
+//! and Eisenstat, SIAM J. Matrix Anal. Appl. 15, 1994). They are therefore orthogonal to rounding even if two
+//! eigenvalues are close.
 
 use crate::numerics::kernel::norm;
 
 /// Relative difference below which values count as equal.
 const EQUAL: f64 = 4.0 * f64::EPSILON;
-/// Most steps to a zero: a few are usual, and bisection alone takes a hundred.
+/// Limit of the steps to a zero. A few are usual; bisection alone takes a hundred.
 const STEPS: usize = 200;
 
-/// Eigenvalues, ascending, each with its vector of norm 1.
+/// The eigenvalues in ascending order, each with its eigenvector of norm 1.
 pub fn pairs(d: &[f64], k: f64, z: &[f64]) -> Vec<(f64, Vec<f64>)> {
     let n = d.len();
     let mut order: Vec<usize> = (0..n).collect();
     order.sort_by(|&i, &j| d[i].total_cmp(&d[j]));
     let reach = k * norm(z);
-    // Directions that the dyad changes, one for each distinct value of D, and directions that it leaves unchanged.
-    let (mut moved, mut left): (Vec<Moved>, Vec<(f64, Direction)>) = (Vec::new(), Vec::new());
+    // `moved` are the directions that the dyad changes, one for each distinct value of D; `unchanged` are the others.
+    let (mut moved, mut unchanged): (Vec<Moved>, Vec<(f64, Direction)>) = (Vec::new(), Vec::new());
     for i in order {
         let mut next = Moved { d: d[i], z: z[i], v: vec![(i, 1.0)] };
         let equal = moved.last().is_some_and(|last| d[i] - last.d <= EQUAL * d[i]);
         if let Some(last) = moved.pop_if(|_| equal) {
-            let (both, still) = next.turned(last);
-            next = both;
-            left.push((next.d, still));
+            let (combined, other) = next.turned(last);
+            next = combined;
+            unchanged.push((next.d, other));
         }
         if reach * next.z.abs() > 0.25 * f64::EPSILON * next.d {
             moved.push(next);
         } else {
-            left.push((next.d, next.v));
+            unchanged.push((next.d, next.v));
         }
     }
     let zeros: Vec<Zero> = (0..moved.len()).map(|i| Zero::between(&moved, k, i)).collect();
     let z: Vec<f64> = (0..moved.len()).map(|i| exact(&moved, &zeros, i)).collect();
-    let whole = |direction: &Direction, share: f64, v: &mut [f64]| {
+    let add = |direction: &Direction, share: f64, v: &mut [f64]| {
         direction.iter().for_each(|&(i, x)| v[i] += share * x);
     };
     let mut list = Vec::with_capacity(n);
-    for (value, direction) in &left {
+    for (value, direction) in &unchanged {
         let mut v = vec![0.0; n];
-        whole(direction, 1.0, &mut v);
+        add(direction, 1.0, &mut v);
         list.push((*value, v));
     }
     for zero in zeros {
@@ -50,7 +53,7 @@ pub fn pairs(d: &[f64], k: f64, z: &[f64]) -> Vec<(f64, Vec<f64>)> {
         let size = norm(&shares);
         let mut v = vec![0.0; n];
         for (share, direction) in shares.iter().zip(&moved) {
-            whole(&direction.v, share / size, &mut v);
+            add(&direction.v, share / size, &mut v);
         }
         list.push((moved[zero.nearest].d + zero.beyond, v));
     }
@@ -58,10 +61,10 @@ pub fn pairs(d: &[f64], k: f64, z: &[f64]) -> Vec<(f64, Vec<f64>)> {
     list
 }
 
-/// A direction, by its nonzero entries.
+/// A vector, given by its nonzero entries.
 type Direction = Vec<(usize, f64)>;
 
-/// A direction that the dyad changes, with its value of `D` and its share of `z`.
+/// A direction that the dyad changes, with its value of `D` and the component of `z` along it.
 struct Moved {
     d: f64,
     z: f64,
@@ -76,12 +79,12 @@ impl Moved {
         let (c, s) = if z > 0.0 { (self.z / z, other.z / z) } else { (1.0, 0.0) };
         let scaled = |v: &Direction, a: f64| v.iter().map(|&(i, x)| (i, a * x)).collect::<Vec<_>>();
         // The two have no entry in common.
-        let mix = |a: f64, b: f64| [scaled(&self.v, a), scaled(&other.v, b)].concat();
-        (Self { d: self.d, z, v: mix(c, s) }, mix(-s, c))
+        let sum = |a: f64, b: f64| [scaled(&self.v, a), scaled(&other.v, b)].concat();
+        (Self { d: self.d, z, v: sum(c, s) }, sum(-s, c))
     }
 }
 
-/// An eigenvalue, stored as `beyond`, its difference from the nearest value of `D`.
+/// An eigenvalue, stored as its difference `beyond` from the nearest value of `D`.
 struct Zero {
     nearest: usize,
     beyond: f64,
@@ -93,16 +96,17 @@ impl Zero {
         (all[i].d - all[self.nearest].d) - self.beyond
     }
 
-    /// The zero between value `i` and the next, or the one above the last.
+    /// The zero between value `i` of `D` and the next, or above the last.
     fn between(all: &[Moved], k: f64, i: usize) -> Self {
-        // `1 + k sum z^2 / (d - lambda)` without the nearest value, and its slope, at `x` beyond it.
+        // The sum `1 + k sum z^2 / (d - lambda)` without the nearest value's term, and its slope, at `x` beyond that
+        // value.
         let rest = |nearest: usize, x: f64| {
             let (mut sum, mut slope) = (1.0, 0.0);
             for (_, other) in all.iter().enumerate().filter(|(j, _)| *j != nearest) {
-                let apart = (other.d - all[nearest].d) - x;
-                let term = k * other.z * other.z / apart;
+                let difference = (other.d - all[nearest].d) - x;
+                let term = k * other.z * other.z / difference;
                 sum += term;
-                slope += term / apart;
+                slope += term / difference;
             }
             (sum, slope)
         };
@@ -115,13 +119,13 @@ impl Zero {
                 if is_low { (i, 0.0, half) } else { (i + 1, -half, 0.0) }
             }
         };
-        // `x rest(x) - k z^2` has the same zero and no pole at the nearest value. If the zero is above that value, it
-        // rises through it, otherwise it falls.
-        let (pull, side) = (own(nearest), if high > 0.0 { 1.0 } else { -1.0 });
+        // The function `x rest(x) - k z^2` has the same zero and no pole at the nearest value. It rises through a zero
+        // above that value, and falls through one below.
+        let (pole_term, side) = (own(nearest), if high > 0.0 { 1.0 } else { -1.0 });
         let mut x = 0.0;
         for _ in 0..STEPS {
             let (sum, slope) = rest(nearest, x);
-            let value = x * sum - pull;
+            let value = x * sum - pole_term;
             if side * value > 0.0 {
                 high = x
             } else {
@@ -140,12 +144,12 @@ impl Zero {
     }
 }
 
-/// The part of `z` in direction `i` for which the zeros are exact.
+/// The component of `z` along direction `i` for which the computed zeros are exact.
 fn exact(all: &[Moved], zeros: &[Zero], i: usize) -> f64 {
     let mut square = 1.0;
     for (j, zero) in zeros.iter().enumerate() {
         let above = -zero.below(all, i);
-        // Each zero is paired with its neighbour in `D` on the side away from `i`.
+        // Each zero is paired with its neighbouring value of `D` on the side away from `i`.
         square *= match j {
             _ if j < i => above / (all[j].d - all[i].d),
             _ if j + 1 < all.len() => above / (all[j + 1].d - all[i].d),
@@ -160,8 +164,8 @@ mod tests {
     use super::*;
     use crate::numerics::kernel::inner_product;
 
-    /// Values that are zero, equal, nearly equal and far apart, and parts of `z` from one to zero: the vectors are
-    /// orthonormal, and with their values they reproduce the matrix.
+    /// The values of `D` are zero, equal, nearly equal or far apart, and the components of `z` have all sizes down to
+    /// zero. The eigenvectors must be orthonormal, and with their eigenvalues must reproduce the matrix.
     #[test]
     fn the_pairs_are_orthonormal_and_make_up_the_matrix() {
         let mut seed = 1u64;
@@ -188,7 +192,7 @@ mod tests {
             for (i, (_, v)) in pairs.iter().enumerate() {
                 for (j, (_, w)) in pairs.iter().enumerate() {
                     let known = f64::from(u8::from(i == j));
-                    // One rounding for each of the n factors and terms, with a margin.
+                    // The bound is one rounding for each of the n factors and terms, with a margin.
                     let bound = 20.0 * n as f64 * f64::EPSILON;
                     assert!((inner_product(v, w) - known).abs() < bound, "{round} {i} {j}");
                 }
@@ -197,8 +201,8 @@ mod tests {
                 for b in 0..n {
                     let sum: f64 = pairs.iter().map(|(value, v)| value * v[a] * v[b]).sum();
                     let own = if a == b { d[a] } else { 0.0 };
-                    let off = (sum - own - k * z[a] * z[b]).abs();
-                    assert!(off < 20.0 * n as f64 * f64::EPSILON * scale, "{round} {a} {b}");
+                    let error = (sum - own - k * z[a] * z[b]).abs();
+                    assert!(error < 20.0 * n as f64 * f64::EPSILON * scale, "{round} {a} {b}");
                 }
             }
         }

@@ -1,8 +1,10 @@
 //! The vector instructions that the loops of [`crate::numerics::kernel`] use.
 //!
-//! The widest that the processor has are detected once. All of them give the same bits, so the choice affects only
-//! speed; tests select narrower ones to show that. In WebAssembly the vectors are a property of the library: it has
-//! SIMD128 when it is built with `-C target-feature=+simd128`.
+//! The widest vectors that the processor has are detected once.
+//! All of them give the same results to the last binary digit, so the choice affects only speed; tests select narrower
+//! ones to show that.
+//! In WebAssembly the vectors are a property of the library, which has SIMD128 if it is built with
+//! `-C target-feature=+simd128`.
 
 use pulp::{Arch, WithSimd};
 use std::fmt;
@@ -15,13 +17,13 @@ use std::sync::atomic::{AtomicU8, Ordering};
 pub enum Vectors {
     /// One number at a time, unless the compiler vectorises.
     Scalar,
-    /// 64-bit ARM, two doubles.
+    /// Two doubles at a time, on 64-bit ARM.
     Neon,
-    /// WebAssembly, two doubles.
+    /// Two doubles at a time, in WebAssembly.
     Simd128,
-    /// x86-64-v3, four doubles.
+    /// Four doubles at a time, on x86-64-v3.
     Avx2,
-    /// x86-64-v4, eight doubles.
+    /// Eight doubles at a time, on x86-64-v4.
     Avx512,
 }
 
@@ -37,22 +39,22 @@ impl fmt::Display for Vectors {
     }
 }
 
-/// The sets of this processor, widest first, then `Scalar`. It uses no heap memory, so that a library with it can be
-/// unloaded.
-static PATHS: LazyLock<[Option<(Vectors, Arch)>; MOST]> = LazyLock::new(paths);
-/// Most sets of one processor.
-const MOST: usize = 3;
+/// The sets that this processor has, from the widest to `Scalar`. The list uses no heap memory, so that a library that
+/// contains it can be unloaded.
+static PATHS: LazyLock<[Option<(Vectors, Arch)>; MAX_SETS]> = LazyLock::new(paths);
+/// Largest number of sets of one processor.
+const MAX_SETS: usize = 3;
 /// Position in [`PATHS`] of the set in use.
 static CHOSEN: AtomicU8 = AtomicU8::new(0);
 
-fn paths() -> [Option<(Vectors, Arch)>; MOST] {
-    let mut list = [None; MOST];
-    let mut next = list.iter_mut();
+fn paths() -> [Option<(Vectors, Arch)>; MAX_SETS] {
+    let mut list = [None; MAX_SETS];
+    let mut slots = list.iter_mut();
     let mut add = |vectors, arch: Option<Arch>| {
         if let Some(arch) = arch
-            && let Some(place) = next.next()
+            && let Some(slot) = slots.next()
         {
-            *place = Some((vectors, arch));
+            *slot = Some((vectors, arch));
         }
     };
     #[cfg(target_arch = "x86_64")]
@@ -70,7 +72,7 @@ fn paths() -> [Option<(Vectors, Arch)>; MOST] {
 }
 
 impl Vectors {
-    /// The sets that this processor has, widest first; `Scalar` is the last.
+    /// The sets that this processor has, from the widest to `Scalar`.
     pub fn available() -> impl Iterator<Item = Self> {
         PATHS.iter().flatten().map(|(vectors, _)| *vectors)
     }
@@ -80,13 +82,13 @@ impl Vectors {
         path().0
     }
 
-    /// Uses this set from now on, in the whole process, without effect on any result. Returns false if the processor
-    /// does not have it.
+    /// Makes the whole process use this set from now on. This affects no result. Returns false if the processor does
+    /// not have the set.
     pub fn select(self) -> bool {
-        let found = Self::available().position(|vectors| vectors == self);
-        // There are at most three entries.
-        found.is_some_and(|at| {
-            CHOSEN.store(at as u8, Ordering::Relaxed);
+        let position = Self::available().position(|vectors| vectors == self);
+        // There are at most three entries, so the position fits into a byte.
+        position.is_some_and(|position| {
+            CHOSEN.store(position as u8, Ordering::Relaxed);
             true
         })
     }
@@ -98,7 +100,7 @@ fn path() -> (Vectors, Arch) {
     chosen.unwrap_or((Vectors::Scalar, Arch::Scalar))
 }
 
-/// Runs a loop with the set in use.
+/// Runs a loop with the vector instructions in use.
 #[inline(always)]
 pub(crate) fn dispatch<Op: WithSimd>(op: Op) -> Op::Output {
     path().1.dispatch(op)
