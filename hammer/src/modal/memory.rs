@@ -1,5 +1,6 @@
-//! Checks that the system has the memory that a scene may need, before the work begins. Otherwise a host with a memory
-//! limit would be aborted during the run. The memory is allocated for a test and freed at once.
+//! A check, before the work begins, that the memory that a scene may need is available. Without it, a host with a
+//! memory limit could be aborted during the run.
+//! The memory is allocated for this test and freed at once.
 
 use crate::error::Error;
 use crate::modal::shared;
@@ -10,10 +11,10 @@ use crate::quantities::sections::Body;
 
 /// Bytes for the motion that is stored until energies and peaks are read.
 const STRETCHES: usize = 1 << 24;
-/// Matrices that a dense solver needs at the same time.
+/// Number of matrices that a dense solver needs at the same time.
 const DENSE: usize = 12;
 
-/// Modes of a body: one if it is rigid, otherwise as many as its splines have functions.
+/// Number of modes of a body: one if it is rigid, otherwise the number of its spline functions.
 fn modes(p: &Parameters, body: Body) -> usize {
     let sections = p.sections(body).as_slice().len();
     if !p.is_elastic(body) {
@@ -23,11 +24,11 @@ fn modes(p: &Parameters, body: Body) -> usize {
     p.spans(body) + sections * (p.mesh.degree - 1) + 1 + cuts
 }
 
-/// Bytes of the dense solution of the bodies' modes, of every system that the hammer can reach
-/// with its tables and forms, and of the work space to decompose the largest.
+/// The memory that a scene may need, bytes: for the dense solution of the bodies' modes, for every system that the
+/// hammer can reach with its tables and forms, and for the decomposition of the largest system.
 fn needed(p: &Parameters) -> usize {
     let each: Vec<usize> = p.bodies().map(|body| modes(p, body)).collect();
-    // Piston and bit alone, together, and with the other bodies.
+    // The systems are those of piston and bit alone, of the two together, and of the two with the other bodies.
     let (both, all) = (each[0] + each[1], each.iter().sum::<usize>());
     let (springs, shares) = (4, if each.len() > 2 { 10 } else { 6 });
     let mut systems = System::room(each[0], 2)
@@ -39,15 +40,15 @@ fn needed(p: &Parameters) -> usize {
     if p.drill.loose() > 0 {
         systems += shared::BUDGET;
     }
-    let one = each.iter().fold(0, |most, modes| most.max(*modes));
-    // Shapes, and the fields at the quadrature's points.
+    let largest = each.iter().fold(0, |largest, modes| largest.max(*modes));
+    // These are the mode shapes, the dense solver's matrices, and the fields at the points of the quadrature.
     let shapes = 2 * each.iter().map(|modes| modes * modes).sum::<usize>()
-        + (DENSE + 2 * (p.mesh.degree + 1)) * one * one;
+        + (DENSE + 2 * (p.mesh.degree + 1)) * largest * largest;
     let len = 2 * all.next_multiple_of(LANES);
     systems + size_of::<f64>() * (shapes + 2 * len * len) + STRETCHES
 }
 
-/// Tests whether the memory that a scene may need is available.
+/// Checks that the memory that a scene may need is available.
 ///
 /// # Errors
 /// [`Error::OutOfMemory`].

@@ -1,15 +1,15 @@
-//! From the bodies' own modes to a decomposed linear system, and the exact flow in it. Each file uses only those above
-//! it:
+//! Linear systems in modal form: from the bodies' own modes to a decomposed system, and its exact flow. Each file uses
+//! only those above it:
 //!
 //! ```text
-//! structure    bodies in their own modes, springs and dashpots attached
-//! spectrum     its eigenvalues and eigenvectors, as blocks of two coordinates
+//! structure    bodies in their own modes, with springs and dashpots attached
+//! spectrum     eigenvalues and eigenvectors of a structure, as blocks of two coordinates
 //! system       flow, loads and displacements in these coordinates
-//! shared       cache of systems, by their numbers
+//! shared       cache of systems that scenes share
 //! track        a modal vector in motion
-//! stretch      integrals between two events
-//! memory       whether there is room for all of them
-//! model        the hammer's systems
+//! stretch      integrals over the time between two events
+//! memory       check that there is memory for all of them
+//! model        the systems of a scene
 //! ```
 
 mod memory;

@@ -1,4 +1,4 @@
-//! The scene in modal form: its graph, loads, and the linear systems, each decomposed when first needed.
+//! The scene in modal form: its graph, its loads and its linear systems, each of which is decomposed when first needed.
 
 use crate::bodies::cache::Recent;
 use crate::error::Error;
@@ -18,25 +18,25 @@ use std::sync::Arc;
 pub struct Model {
     /// The parameters.
     pub parameters: Parameters,
-    /// Resolutions of the guards, see [`Parameters::resolutions`].
+    /// Resolutions of guards (see [`Parameters::resolutions`]).
     pub resolutions: [f64; 2],
     /// Bodies and ties.
     pub graph: Arc<Graph>,
-    /// The systems of groups, each made when first needed. A loose string can have hundreds, so those not used for
-    /// longest are dropped.
+    /// The systems of groups, each made when first needed. A string with loose joints can have hundreds, so the least
+    /// recently used are dropped.
     systems: Recent<Group, Arc<System>>,
     /// The passages from one group's system into another's.
     passages: Recent<[Group; 2], Option<Arc<Passage>>>,
 }
 
-/// Most passages of a scene. Loose strings, which have many groups, take none.
+/// Largest number of passages of a scene. Strings with loose joints, which have many groups, use none.
 const PASSAGES: usize = 64;
 
 impl Model {
-    /// Prepares the bodies; systems are decomposed on demand.
+    /// The model of these parameters. Its systems are decomposed on demand.
     ///
     /// # Errors
-    /// A parameter out of its domain; too little memory; a body whose modes cannot be found;
+    /// A parameter is out of its domain; there is too little memory; the modes of a body cannot be found;
     /// [`Error::Cancelled`].
     pub fn new(parameters: &Parameters) -> Result<Self, Error> {
         parameters.validate()?;
@@ -51,22 +51,22 @@ impl Model {
         })
     }
 
-    /// Bound on the circular frequency of any undamped motion, rad/s: the mesh's fastest
-    /// mode, all ties and the stiffest rock line on the nodes they act on.
+    /// Upper bound of the circular frequency of any undamped motion, rad/s. Its square is the sum of those of the
+    /// mesh's fastest mode, and of all ties and the stiffest rock spring on the nodes that they act on.
     pub fn fastest(&self) -> f64 {
         let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
         let graph = &self.graph;
         let mesh = graph.omega2(graph.all()).fold(0.0f64, |a, &w2| a.max(w2));
         let rock = Spring::Unloading.coefficients(&self.parameters.rock).stiffness;
-        let tied = |edge: &Edge| {
+        let tie = |edge: &Edge| {
             let above = edge.upper.map_or(0.0, |upper| square(&graph.bodies[upper].bottom));
             edge.law.line.stiffness * (above + square(&graph.bodies[edge.lower].top))
         };
-        let ties: f64 = graph.ties.iter().map(tied).sum();
+        let ties: f64 = graph.ties.iter().map(tie).sum();
         (mesh + ties + rock * square(&graph.bodies[graph.bit].bottom)).sqrt()
     }
 
-    /// The model with other tunable parameters, without the systems that depend on a changed one.
+    /// The model with other tunable parameters. Systems that depend on a changed parameter are dropped.
     #[must_use]
     pub fn retuned(&self, tuned: &Parameters) -> Self {
         let resolutions = tuned.resolutions();
@@ -81,17 +81,17 @@ impl Model {
         model
     }
 
-    /// True if anything but the rock dissipates.
+    /// True if anything except the rock dissipates.
     pub(crate) fn is_damped(&self) -> bool {
         let viscous = |edge: &Edge| edge.law.line.viscosity > 0.0;
         self.parameters.material.damping_time > 0.0 || self.graph.ties.iter().any(viscous)
     }
 
-    /// The direct passage from one group's system into another's, if it is cheaper.
+    /// The direct passage from one group's system into another's; `None` if it would not save work.
     ///
     /// # Errors
     ///
-    /// As [`Self::system`].
+    /// Those of [`Self::system`].
     pub fn passage(
         &self,
         from: Group,
@@ -139,17 +139,17 @@ impl Model {
         let Coefficients { stiffness, viscosity } = spring.coefficients(&laws.rock);
         let rock =
             (spring != Spring::Free).then_some(Attachment { shape: &tip, stiffness, viscosity });
-        let held: Vec<_> =
+        let ties: Vec<_> =
             graph.inside(group).map(|edge| (edge, shape(Displacement::Tie(edge.tie)))).collect();
-        let attached = |joins: bool| {
-            let alike = held.iter().filter(move |(edge, _)| edge.tie.joins_modes() == joins);
-            alike.map(|(edge, shape)| {
+        let attachments = |joins: bool| {
+            let selected = ties.iter().filter(move |(edge, _)| edge.tie.joins_modes() == joins);
+            selected.map(|(edge, shape)| {
                 let Coefficients { stiffness, viscosity } = edge.law.line;
                 Attachment { shape, stiffness, viscosity }
             })
         };
         let grounded = |braked: bool| {
-            let to_ground = held.iter().filter(|(edge, _)| edge.upper.is_none());
+            let to_ground = ties.iter().filter(|(edge, _)| edge.upper.is_none());
             to_ground.filter(|(edge, _)| (edge.law.line.stiffness == 0.0) == braked).count() > 0
         };
         let slides = grounded(true) && !grounded(false) && spring == Spring::Free;
@@ -157,8 +157,8 @@ impl Model {
         let structure = Structure {
             omega2: &omega2,
             beta: laws.material.damping_time,
-            attachments: rock.into_iter().chain(attached(false)).collect(),
-            proportional: attached(true).collect(),
+            attachments: rock.into_iter().chain(attachments(false)).collect(),
+            proportional: attachments(true).collect(),
             sliding: slides.then_some(&translation[..]),
         };
         let damper = |(edge, _): &(&Edge, Vec<f64>)| {
@@ -169,7 +169,7 @@ impl Model {
             structure,
             loads: std::array::from_fn(load),
             functionals: graph.shares(group).map(shape).collect(),
-            dampers: held.iter().filter_map(damper).collect(),
+            dampers: ties.iter().filter_map(damper).collect(),
         };
         let system = shared::system(recipe, graph.share(group, Displacement::Tip), mode);
         system.map_err(|error| error.suspecting(laws.suspect()))

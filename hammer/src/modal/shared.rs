@@ -1,8 +1,8 @@
-//! Cache of decomposed systems, shared by scenes with equal parameters.
+//! Cache of decomposed systems, shared by all scenes that need the same ones.
 //!
 //! A sweep over a load or an initial value needs the same systems in every run, and a decomposition takes as long as
-//! many blows. So each system is decomposed once per process and cached. The same numbers give the same bits, so
-//! results do not depend on the cache.
+//! many blows. Each system is therefore decomposed once per process and cached.
+//! A cached system equals a new one to the last binary digit, so the cache does not affect results.
 
 use crate::bodies::cache::{self, Recent};
 use crate::error::Error;
@@ -11,13 +11,13 @@ use crate::modal::spectrum::joined;
 use crate::modal::system::{Recipe, System};
 use std::sync::Arc;
 
-/// Budget of the process, and of a scene's groups, bytes.
+/// Memory for the systems in this cache, and also for those of one scene's groups, bytes.
 pub(crate) const BUDGET: usize = 1 << 27;
-/// At least as many systems as a scene can have stay in the cache: on fine meshes they exceed the budget, and
-/// a sweep would otherwise decompose them in every run. (Three bodies on 160 quintic spans each: 135 MB.)
+/// At least so many systems, as many as a scene can have, stay in the cache. On fine meshes they exceed the budget (135
+/// MB for three bodies on 160 quintic spans each), and without this a sweep would decompose them in every run.
 pub(crate) const SCENE: usize = 18;
 
-/// Every number of a recipe, bit for bit; before them a hash, by which most keys differ.
+/// All numbers of a recipe, exactly. They follow a hash, in which most keys differ.
 #[derive(Debug, PartialEq)]
 struct Key(u64, Vec<u64>);
 
@@ -39,9 +39,9 @@ impl Key {
             key.extend([a.stiffness.to_bits(), a.viscosity.to_bits()]);
             key.extend(a.shape.iter().map(|x| x.to_bits()));
         }
-        // All lists have one length, the number of free modes, so that equal keys are equal list by list.
+        // All lists have the same length, the number of free modes, so equal keys mean equal lists.
         key.extend(lists.flatten().map(|x| x.to_bits()));
-        // FNV-1a, by words instead of bytes.
+        // This is the hash FNV-1a, by words instead of bytes.
         let fold = |hash: u64, word: &u64| (hash ^ word).wrapping_mul(0x0000_0100_0000_01b3);
         Self(key.iter().fold(0xcbf2_9ce4_8422_2325, fold), key)
     }
@@ -53,13 +53,13 @@ static CACHE: Recent<Key, Arc<System>> = Recent::new(BUDGET, SCENE, |system| sys
 ///
 /// # Errors
 ///
-/// As [`System::new`].
+/// Those of [`System::new`].
 pub(crate) fn system(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<Arc<System>, Error> {
     CACHE.find(Key::new(&recipe, tip), |_| System::new(recipe, tip, mode).map(Arc::new))
 }
 
-/// Drops all systems and modes that no scene uses, so that a library that is unloaded leaves nothing behind (except in
-/// a process that was forked while another thread held the lock).
+/// Empties the caches of systems and modes, so that a library that is unloaded leaves nothing behind. (A process that
+/// was forked while another thread held a lock cannot empty that cache.)
 pub fn forget() {
     cache::forget();
     joined::forget();

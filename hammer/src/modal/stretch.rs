@@ -1,12 +1,12 @@
 //! Exact integrals over a stretch between two events.
 //!
 //! Over such a stretch loads are polynomials, and displacements are `c . z(t) + poly(t)`. (Slow coordinates, for which
-//! `B` is nearly singular, are in `poly`: see `modal/system/response.rs`.) Therefore
+//! `B` is nearly singular, are part of `poly`: see `modal/system/response.rs`.) Therefore
 //!
-//! * `int f(t) c . z dt` follows from `z = (B^-1 z)'` by parts, once per degree;
-//! * `int z.W z dt` is `z.Q z` at the start less that at the end, with `Q` from Lyapunov's equation
-//!   `B^T Q + Q B = -W`. This gives the damping's work (`W` is the damping power of the velocities) and the viscous
-//!   work (`W` is the square of the tip's velocity).
+//! * `int f(t) c . z dt` follows from `z = (B^-1 z)'` by integration by parts, once for each degree of `f`;
+//! * `int z.W z dt` is `z.Q z` at the start minus that at the end, with `Q` from Lyapunov's equation
+//!   `B^T Q + Q B = -W`. If `W` is the damping power of the velocities, this is the work of the damping; if it is the
+//!   square of the tip's velocity, it is the viscous work over the viscosity.
 
 use crate::modal::system::driven::Driven;
 use crate::modal::system::{Functional, System, TAYLOR};
@@ -16,15 +16,15 @@ use crate::numerics::poly::{Poly, TERMS};
 use crate::scene::graph::CHANNELS;
 use std::cell::OnceCell;
 
-/// Radians of the fastest motion that a series covers: `2^24 / 24!` is below rounding.
+/// Radians of the fastest motion that one series covers. The first omitted term, `2^24 / 24!`, is below rounding.
 pub(crate) const PANEL: f64 = 2.0;
 
-/// If a work is less than this part of the terms that cancel in it, fewer than thirteen of its digits survive.
+/// A work below this share of the terms that cancel in it has fewer than thirteen correct digits.
 pub(crate) const LITTLE: f64 = 1e-3;
 
-/// One track over a stretch that starts at time 0.
+/// One track over a stretch of time that starts at 0.
 pub struct Stretch<'a> {
-    /// The system.
+    /// The track's system.
     pub system: &'a System,
     /// Modal vector at the start.
     pub start: &'a [f64],
@@ -32,14 +32,14 @@ pub struct Stretch<'a> {
     pub end: &'a [f64],
     /// Duration, s.
     pub span: f64,
-    /// Loads.
+    /// Loads as polynomials of the time since the start.
     pub loads: &'a [Poly; CHANNELS],
     /// The polynomial part of the motion.
     pub driven: &'a Driven,
 }
 
 impl<'a> Stretch<'a> {
-    /// A track from `start`, its state at its anchor, to its present state.
+    /// The stretch from a track's state at its anchor, `start`, to its present state.
     pub fn new(
         track: &'a Track,
         start: &'a [f64],
@@ -63,12 +63,12 @@ impl<'a> Stretch<'a> {
         self.system.poly(index, self.loads, self.driven)
     }
 
-    /// Change of a displacement.
+    /// Change of a displacement over the stretch.
     pub fn change(&self, index: usize) -> f64 {
         self.change_of(index, &self.poly(index))
     }
 
-    /// The same, with its polynomial part.
+    /// [`Self::change`] of a displacement whose polynomial part is `poly`.
     fn change_of(&self, index: usize, poly: &Poly) -> f64 {
         let f = self.functional(index);
         let modal = kernel::dot(&f.rows[0], self.end) - kernel::dot(&f.rows[0], self.start);
@@ -82,7 +82,7 @@ impl<'a> Stretch<'a> {
         poly + kernel::dot(&f.integral, self.end) - kernel::dot(&f.integral, self.start)
     }
 
-    /// `int load(t) u'(t) dt` of each load, by its channel, for the displacement `index`.
+    /// The work `int load(t) u'(t) dt` of the load of each channel on the displacement `index`.
     pub fn works(&self, index: usize) -> impl Fn(usize) -> f64 {
         let poly = self.poly(index);
         let (change, varying) = (self.change_of(index, &poly), OnceCell::new());
@@ -107,36 +107,37 @@ impl<'a> Stretch<'a> {
         self.moments(self.system.rate_integrals(index), degree)
     }
 
-    /// The repeated integrals of a row `c . z` at the end and at the start, as many as a polynomial of this degree
-    /// needs; `ready` are the rows of the first.
-    fn moments(&self, ready: &[Vec<f64>], degree: usize) -> Vec<[f64; 2]> {
-        let mut more = Vec::new();
-        let of = |k: usize| {
-            if k >= ready.len() {
-                more = self.system.integral_of(if more.is_empty() { &ready[k - 1] } else { &more });
+    /// The repeated integrals of `c . z` at the end and at the start, as many as a polynomial of this degree needs.
+    /// `known` are the rows of the first of them.
+    fn moments(&self, known: &[Vec<f64>], degree: usize) -> Vec<[f64; 2]> {
+        let mut last = Vec::new();
+        let moment = |k: usize| {
+            if k >= known.len() {
+                last = self.system.integral_of(if last.is_empty() { &known[k - 1] } else { &last });
             }
-            let row = ready.get(k).unwrap_or(&more);
+            let row = known.get(k).unwrap_or(&last);
             [self.end, self.start].map(|z| kernel::dot(row, z))
         };
-        (0..=degree).map(of).collect()
+        (0..=degree).map(moment).collect()
     }
 
-    /// `int load(t) c . z(t) dt` of a row with these moments, by parts, and the sum of the sizes of its terms.
+    /// `int load(t) c . z(t) dt`, where `c . z` has these moments, by parts; and the sum of the sizes of its terms.
     fn moment_and_size(&self, moments: &[[f64; 2]], load: &Poly) -> [f64; 2] {
-        let last: [f64; TERMS] = load.derivatives_at(self.span);
+        let at_end: [f64; TERMS] = load.derivatives_at(self.span);
         let (mut sum, mut size, mut factorial) = (0.0, 0.0, 1.0);
         for (k, [end, start]) in moments.iter().enumerate().take(load.degree() + 1) {
             let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
             factorial *= k.max(1) as f64;
-            let terms = [last[k] * end, factorial * load.0[k] * start];
+            let terms = [at_end[k] * end, factorial * load.0[k] * start];
             sum += sign * (terms[0] - terms[1]);
             size += terms[0].abs() + terms[1].abs();
         }
         [sum, size]
     }
 
-    /// Work lost in the bars; `energy` gives `z.Q z` at start and end. With loads that vary it follows from
-    /// the whole motion `y' = B y + b f`: `d/dt y.Q y = 2 y.Q b f` less the damping's power.
+    /// Work that damping dissipates in the bars. Under constant loads it follows from `z.Q z` at the start and the end,
+    /// which `energy` returns. Under varying loads it follows from the whole motion `y' = B y + b f`: `d/dt y.Q y` is
+    /// `2 y.Q b f` minus the damping power.
     pub fn damping(&self, energy: impl FnOnce() -> [f64; 2]) -> f64 {
         if !self.system.varies(self.loads) && !self.system.is_braked() {
             let [start, end] = energy();
@@ -152,10 +153,10 @@ impl<'a> Stretch<'a> {
         work
     }
 
-    /// `int p'^2 dt` of the tip from `at`, where `z` stands, to the end, from its Taylor
-    /// polynomials, a [`PANEL`] at a time. It has a small relative error even where the tip has
-    /// hardly moved and the forms of [`Self::tip_square`] would cancel. `drift` is the rate of its
-    /// polynomial part.
+    /// `int p'^2 dt` of the tip from the time `at`, for which `z` is the modal vector, to the end. It is found from
+    /// Taylor polynomials, each of which covers a [`PANEL`].
+    /// Its relative error is small even if the tip hardly moves and the forms of [`Self::tip_square`] would cancel.
+    /// `drift` is the rate of the polynomial part of the tip's displacement.
     pub(crate) fn tip_square_by_series(
         &self,
         tip: usize,
@@ -185,17 +186,18 @@ impl<'a> Stretch<'a> {
         sum
     }
 
-    /// How many panels that takes over a span.
+    /// Number of panels that [`Self::tip_square_by_series`] takes for a span.
     pub(crate) fn panels(system: &System, span: f64) -> u64 {
         (span * system.rate_max / PANEL).ceil() as u64
     }
 
-    /// `int p'^2 dt` of the tip, whose polynomial part has the rate `drift`; `start` is the viscous form at the start.
+    /// `int p'^2 dt` of the tip, whose polynomial part has the rate `drift`. `start` is the value of the viscous form
+    /// at the start.
     pub(crate) fn tip_square(&self, tip: usize, drift: &Poly, start: f64) -> f64 {
         self.tip_square_and_size(tip, drift, start)[0]
     }
 
-    /// The same, if its digits survive the cancellation of its terms.
+    /// [`Self::tip_square`], or `None` if its terms cancel so much that it has too few correct digits.
     pub(crate) fn tip_square_uncancelled(
         &self,
         tip: usize,
@@ -213,9 +215,9 @@ impl<'a> Stretch<'a> {
         }
         let rate = drift.trimmed(self.span);
         let moments = self.rate_moments(tip, rate.degree());
-        let [crossed, size] = self.moment_and_size(&moments, &rate);
+        let [cross_term, size] = self.moment_and_size(&moments, &rate);
         let forced = rate.integral_of_product(&rate, self.span);
-        [own + 2.0 * crossed + forced, start + 2.0 * size + forced]
+        [own + 2.0 * cross_term + forced, start + 2.0 * size + forced]
     }
 }
 

@@ -1,11 +1,11 @@
 //! Bars in their own modes, with springs and dashpots attached.
 //!
+//! In the mass-normalised modes of the free bars (the *free modes*), the motion obeys
+//!
 //! ```text
 //! q_i'' + beta w_i^2 q_i' + w_i^2 q_i = - sum_a phi_{a,i} (k_a u_a + c_a u_a') + load_i,
 //! u_a = phi_a . q
 //! ```
-//!
-//! in the mass-normalised modes of the free bars (the *free modes*).
 
 use crate::numerics::kernel::inner_product;
 
@@ -16,11 +16,11 @@ pub struct Structure<'a> {
     pub omega2: &'a [f64],
     /// Kelvin-Voigt damping time, s.
     pub beta: f64,
-    /// Springs and dashpots; at most four.
+    /// Springs and dashpots of any ratio; at most four.
     pub attachments: Vec<Attachment<'a>>,
-    /// Springs that hold both ways between neighbours, damped like the bars: `c = beta k`.
+    /// Springs between neighbouring bodies that are damped like the bars: `c = beta k`.
     pub proportional: Vec<Attachment<'a>>,
-    /// The uniform translation of all bodies, if a dashpot to the ground is all that resists it.
+    /// The uniform translation of all bodies, if nothing but a dashpot to the ground resists it.
     pub sliding: Option<&'a [f64]>,
 }
 
@@ -41,7 +41,7 @@ impl<'a> Structure<'a> {
         Self { omega2, beta, attachments: Vec::new(), proportional: Vec::new(), sliding: None }
     }
 
-    /// `C q`, `C` the damping matrix with the dashpots.
+    /// `C q`, where the damping matrix `C` includes the dashpots.
     pub(crate) fn damped(&self, q: &[f64]) -> Vec<f64> {
         let mut out: Vec<f64> =
             self.omega2.iter().zip(q).map(|(w2, x)| self.beta * w2 * x).collect();

@@ -1,31 +1,31 @@
-//! A modal vector in motion.
+//! Tracks: modal vectors in motion.
 
 use crate::modal::system::System;
 use crate::modal::system::generator::Generator;
 use crate::numerics::kernel;
 use std::sync::Arc;
 
-/// Rounding by which a host's instant may precede the event before it, s.
+/// Rounding by which an instant of the host may lie before the last event, s.
 pub(crate) const ROUNDED: f64 = 1e-12;
 
 /// A modal vector in motion: `z(t) = exp(B (t - at)) z`.
 #[derive(Clone, Debug)]
 pub struct Track {
-    /// Its system.
+    /// The system of which it is a state.
     pub system: Arc<System>,
-    /// Modal vector at `at`, without static and translating parts.
+    /// Modal vector at the time `at`, without its polynomial part (static deflection and translation).
     pub z: Vec<f64>,
-    /// Instant of `z`, s.
+    /// Time of `z` after the epoch, s.
     pub at: f64,
 }
 
 impl Track {
-    /// Rotates forward to `t`; returns the number of rotations.
+    /// Rotates the track forward to `t`. Returns the number of rotations.
     pub fn rotate_to(&mut self, t: f64) -> u64 {
         let span = t - self.at;
         debug_assert!(span >= -ROUNDED, "a track stands beyond where it is to go");
         self.at = t;
-        // Translations alone do not rotate.
+        // A system that has only translations does not rotate.
         if span > 0.0 && self.system.rate_max > 0.0 {
             self.system.rotate(span, &mut self.z)
         } else {
@@ -33,7 +33,7 @@ impl Track {
         }
     }
 
-    /// Rotates back to `t` if the span is short enough for a series.
+    /// Rotates the track back to `t` if the span is short enough for the series.
     pub(crate) fn step_back_to(&mut self, t: f64) {
         let span = t - self.at;
         if span < 0.0 && self.system.generator.rotate_slightly(span, &mut self.z) {
@@ -41,14 +41,14 @@ impl Track {
         }
     }
 
-    /// Evaluates derivative `order` (0 or 1) of functional `index`: value, rate, and bounds on it
-    /// and on its second derivative from here on.
+    /// Evaluates derivative `order` (0 or 1) of functional `index`: its value, its rate, and bounds on the value and on
+    /// its second derivative for all later times.
     pub(crate) fn evaluate(&self, index: usize, order: usize) -> [f64; 4] {
         kernel::evaluate(self.system.functionals[index].evaluation_rows(order), &self.z)
     }
 
-    /// The same at `t`, rotating the track there; returns the number of rotations too. `spare` is
-    /// storage for a modal vector.
+    /// Rotates the track to `t` and evaluates it there, as [`Self::evaluate`] does. Also returns the number of
+    /// rotations. `spare` is storage for a modal vector.
     pub(crate) fn evaluate_at(
         &mut self,
         t: f64,

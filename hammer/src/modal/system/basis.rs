@@ -7,33 +7,33 @@ use crate::numerics::combine::{Columns, combine};
 use crate::numerics::kernel::{self, inner_product};
 use std::ops::Range;
 
-/// Beyond this mismatch, a state that enters the basis is corrected once.
+/// With a mismatch above this, a state that is converted to the basis is corrected once.
 const ROUGH: f64 = 1e-11;
 
 /// A basis of the phase space `[q | q']` of the free modes, and its inverse.
 ///
-/// The columns are `[shape | shape B]`. The rows of the inverse are their duals in the bilinear
-/// form `x . [[C, 1], [1, 0]] x`, in which vectors of different eigenvalues are orthogonal, so no
-/// matrix is inverted.
+/// The columns are `[shape | shape B]`. The rows of the inverse are their duals in the bilinear form
+/// `x . [[C, 1], [1, 0]] x`. In this form vectors of different eigenvalues are orthogonal, so no matrix is inverted.
 #[derive(Debug)]
 pub(crate) struct Basis {
-    /// Blocks, padded to whole lanes.
+    /// Number of blocks, padded to whole groups of lanes.
     n: usize,
-    /// Free modes.
+    /// Number of free modes.
     pub(crate) modes: usize,
-    /// Length of `[q | q']`, padded to whole lanes.
+    /// Length of `[q | q']`, padded to whole groups of lanes.
     phase: usize,
-    /// Column by column: the part of `[q | q']` due to each modal coordinate.
+    /// The part of `[q | q']` that each modal coordinate contributes, column by column.
     from_modal: Vec<f64>,
-    /// The inverse.
+    /// The inverse of `from_modal`, column by column.
     to_modal: Vec<f64>,
-    /// Relative error of a state that is converted to the basis and back; a displacement counts
-    /// times its frequency.
+    /// Relative error of a state that is converted to the basis and back. A displacement is weighted with its
+    /// frequency.
     pub(crate) mismatch: f64,
 }
 
 impl Basis {
-    /// `slowest` is a rate below which displacements are not weighed more. None if an interrupt comes.
+    /// The basis of these blocks; `None` if the call is interrupted. In the mismatch, a displacement whose frequency is
+    /// below `slowest` is weighted with `slowest`.
     pub(crate) fn new(structure: &Structure, blocks: &[Block], slowest: f64) -> Option<Self> {
         let modes = blocks.len();
         let n = modes.next_multiple_of(kernel::LANES);
@@ -53,7 +53,7 @@ impl Basis {
             }
             basis.add(i, block, structure);
         }
-        basis.mismatch = basis.tested(structure.omega2, slowest);
+        basis.mismatch = basis.test(structure.omega2, slowest);
         Some(basis)
     }
 
@@ -64,7 +64,7 @@ impl Basis {
         let velocities = [(b[0], b[2]), (b[1], b[3])].map(|(p, q)| -> Vec<f64> {
             shapes[0].iter().zip(&shapes[1]).map(|(x, y)| p * x + q * y).collect()
         });
-        // The duals' upper halves; the lower halves are the shapes.
+        // These are the upper halves of the duals; the lower halves are the shapes.
         let mut duals = shapes.each_ref().map(|shape| structure.damped(shape));
         for (dual, velocity) in duals.iter_mut().zip(&velocities) {
             dual.iter_mut().zip(velocity).for_each(|(x, v)| *x += v);
@@ -78,12 +78,12 @@ impl Basis {
         let inverse = 1.0 / det;
         let upper = duals[0].iter().zip(&duals[1]);
         let rows = upper.chain(shapes[0].iter().zip(&shapes[1]));
-        for (line, (x, y)) in self.to_modal.chunks_exact_mut(len).zip(rows) {
-            line[i] = (g22 * x - g12 * y) * inverse;
-            line[n + i] = (g11 * y - g12 * x) * inverse;
+        for (column, (x, y)) in self.to_modal.chunks_exact_mut(len).zip(rows) {
+            column[i] = (g22 * x - g12 * y) * inverse;
+            column[n + i] = (g11 * y - g12 * x) * inverse;
         }
-        for (c, at) in [i, modes + i].into_iter().enumerate() {
-            let column = &mut self.from_modal[at * self.phase..][..2 * modes];
+        for (c, index) in [i, modes + i].into_iter().enumerate() {
+            let column = &mut self.from_modal[index * self.phase..][..2 * modes];
             column[..modes].copy_from_slice(&block.shapes[c]);
             column[modes..].copy_from_slice(&velocities[c]);
         }
@@ -94,9 +94,9 @@ impl Basis {
         2 * self.n
     }
 
-    /// Moves a modal state as if the displacement of free mode `mode` had grown by `by`.
-    pub(crate) fn displace(&self, mode: usize, by: f64, y: &mut [f64]) {
-        kernel::add(y, by, &self.to_modal[mode * self.len()..][..self.len()]);
+    /// Adds `change` to the displacement of free mode `mode` in the modal state `y`.
+    pub(crate) fn displace(&self, mode: usize, change: f64, y: &mut [f64]) {
+        kernel::add(y, change, &self.to_modal[mode * self.len()..][..self.len()]);
     }
 
     /// True if every entry is finite.
@@ -104,14 +104,14 @@ impl Basis {
         kernel::is_finite(&self.from_modal) && kernel::is_finite(&self.to_modal)
     }
 
-    fn tested(&self, omega2: &[f64], slowest: f64) -> f64 {
+    /// The mismatch, from two states that contain every mode.
+    fn test(&self, omega2: &[f64], slowest: f64) -> f64 {
         if slowest == 0.0 {
-            return 0.0; // Nothing but translations: shapes are their own duals.
+            return 0.0; // There are only translations, whose shapes are their own duals.
         }
         let rate = |i: usize| omega2[i].sqrt().max(slowest);
-        let mut worst = 0.0f64;
+        let mut largest = 0.0f64;
         for step in [5, 7] {
-            // Any state will do that contains every mode.
             let share = |i: usize| 1.0 - ((i * step) % 11) as f64 / 8.0;
             let displacements = (0..self.modes).map(|i| share(i) / rate(i));
             let state: Vec<f64> =
@@ -121,11 +121,11 @@ impl Basis {
             self.leave(&y, &mut back);
             for (i, (x, b)) in state.iter().zip(&back).enumerate() {
                 let weight = if i < self.modes { rate(i) } else { 1.0 };
-                let apart = weight * (x - b).abs();
-                worst = if apart.is_nan() { f64::INFINITY } else { worst.max(apart) };
+                let error = weight * (x - b).abs();
+                largest = if error.is_nan() { f64::INFINITY } else { largest.max(error) };
             }
         }
-        worst
+        largest
     }
 
     /// Modal coordinates of a state `[q | q']` of the free modes.
@@ -133,7 +133,7 @@ impl Basis {
         self.enter_part(state, 0..self.modes, y);
     }
 
-    /// The same of a state in which only some modes move.
+    /// [`Self::enter`] for a state in which only the modes `moving` are not zero.
     pub(crate) fn enter_part(&self, state: &[f64], moving: Range<usize>, y: &mut [f64]) {
         self.combined(state, moving, y);
         if self.mismatch > ROUGH {
@@ -163,13 +163,13 @@ impl Basis {
         state.copy_from_slice(&padded[..2 * self.modes]);
     }
 
-    /// Displacements and velocities of the free modes by every modal coordinate that a block has,
-    /// with its place.
+    /// Each modal coordinate of the actual blocks: its index in a modal vector, and the displacements and velocities of
+    /// the free modes that it contributes.
     pub(crate) fn columns(&self) -> impl Iterator<Item = (usize, [&[f64]; 2])> {
-        let place = |k: usize| if k < self.modes { k } else { self.n + k - self.modes };
+        let index = |k: usize| if k < self.modes { k } else { self.n + k - self.modes };
         self.from_modal.chunks_exact(self.phase).enumerate().map(move |(k, column)| {
             let (displacements, rest) = column.split_at(self.modes);
-            (place(k), [displacements, &rest[..self.modes]])
+            (index(k), [displacements, &rest[..self.modes]])
         })
     }
 }

@@ -12,38 +12,39 @@ use std::sync::OnceLock;
 /// Order of the remainder of a Taylor window.
 pub const TAYLOR: usize = 24;
 
-/// Repeated integrals of a rate that are kept: as many as a load, or a rate under it, has coefficients.
+/// Number of repeated integrals of a rate that are stored: as many as a load, or a rate under it, has coefficients.
 pub const INTEGRALS: usize = ORDERS + 1;
 
 /// A linear functional of the displacements, in modal coordinates.
 #[derive(Clone, Debug)]
 pub struct Functional {
-    /// `c B^k` for k = 0 (displacement) to 3.
+    /// `c B^k`, which gives the k-th derivative, for k = 0 (the displacement) to 3.
     pub rows: [Vec<f64>; 4],
-    /// Coefficients whose product with `|y|` bounds the k-th derivative for all later times.
+    /// Weights for k = 0 to 3: their product with `|y|` bounds the k-th derivative for all later times.
     pub weights: [Vec<f64>; 4],
-    /// The same for derivative `k + TAYLOR`, over `rate_max^TAYLOR`, of a displacement (k = 0)
-    /// and a velocity (k = 1).
+    /// Weights for the derivative `k + TAYLOR`, divided by `rate_max^TAYLOR`, of the displacement (k = 0) and the
+    /// velocity (k = 1).
     pub taylor: [Vec<f64>; 2],
-    /// `c B^-1`: the integral.
+    /// `c B^-1`, which gives the integral.
     pub integral: Vec<f64>,
-    /// `c B^(1 - k)` for k = 1, 2, ...: the rate's repeated integrals, made when a load varies.
+    /// `c B^(1 - k)` for k = 1, 2, ..., which give the repeated integrals of the rate. They are made once a load
+    /// varies.
     integrals: OnceLock<Vec<Vec<f64>>>,
     evaluation_rows: [OnceLock<EvaluationRows>; 2],
     /// Weight of the uniform translation.
     pub rigid: f64,
-    /// True if it has no other: nothing in it oscillates.
+    /// True if all other weights are zero, so that nothing in the displacement oscillates.
     pub still: bool,
-    /// `c S_j`, per channel and order.
+    /// `c S_j` for each channel and each order `j` (see `response.rs`).
     pub statics: [[f64; ORDERS]; CHANNELS],
 }
 
 impl Functional {
-    /// From its modal coefficients `c`.
+    /// The functional with the modal coefficients `c`.
     pub(crate) fn new(mut c: Vec<f64>, generator: &Generator, response: &Response) -> Self {
         let n = generator.n;
         let rigid = if generator.rigid { c[0] } else { 0.0 };
-        [0, n].iter().take(generator.polynomial()).for_each(|&at| c[at] = 0.0);
+        [0, n].iter().take(generator.polynomial()).for_each(|&index| c[index] = 0.0);
         let r1 = generator.differentiate(&c);
         let r2 = generator.differentiate(&r1);
         let r3 = generator.differentiate(&r2);
@@ -55,14 +56,14 @@ impl Functional {
                 math::hypot(c[i], c[n + i])
             }
         };
-        let (mut weights, mut taylor) = (Self::nothing(n), Self::nothing(n));
+        let (mut weights, mut taylor) = (Self::zeros(n), Self::zeros(n));
         for (i, rates) in rates.iter().enumerate() {
             for (coordinate, &rate) in rates.iter().enumerate() {
-                let (at, mut weight) = (coordinate * n + i, size(i, coordinate));
+                let (index, mut weight) = (coordinate * n + i, size(i, coordinate));
                 let high = weight * math::powi(rate / generator.rate_max, TAYLOR);
-                (taylor[0][at], taylor[1][at]) = (high, high * rate);
+                (taylor[0][index], taylor[1][index]) = (high, high * rate);
                 for weights in &mut weights {
-                    weights[at] = weight;
+                    weights[index] = weight;
                     weight *= rate;
                 }
             }
@@ -80,13 +81,13 @@ impl Functional {
         }
     }
 
-    /// Vectors of zeros, as many as are asked for.
-    fn nothing<const COUNT: usize>(n: usize) -> [Vec<f64>; COUNT] {
+    /// `COUNT` vectors of zeros.
+    fn zeros<const COUNT: usize>(n: usize) -> [Vec<f64>; COUNT] {
         std::array::from_fn(|_| vec![0.0; 2 * n])
     }
 
-    /// Rows for value and rate of derivative `order` (0 or 1), and weights that bound it and
-    /// its second derivative for all later times.
+    /// Rows for derivative `order` (0 or 1) and its rate, and weights that bound that derivative and its second
+    /// derivative for all later times.
     #[inline]
     pub(crate) fn evaluation_rows(&self, order: usize) -> &EvaluationRows {
         let (rows, weights) = (&self.rows, &self.weights);
@@ -108,7 +109,7 @@ impl Functional {
         })
     }
 
-    /// The polynomial part of its value, from loads and translation.
+    /// The polynomial part of the displacement, which loads and translation cause.
     pub(crate) fn poly(
         &self,
         response: &Response,
@@ -133,14 +134,14 @@ impl Functional {
         Poly::parabola(parabola)
     }
 
-    /// Its value under constant loads, without the translation, m.
+    /// The displacement at rest under constant loads, without the translation, m.
     #[inline]
     pub(crate) fn strain(&self, loads: &[Poly; CHANNELS]) -> f64 {
         self.statics.iter().zip(loads).map(|(statics, load)| statics[0] * load.0[0]).sum()
     }
 
-    /// Adds a multiple of [`Self::poly`] to a parabola, which it is under constant loads. To
-    /// construct it would take most of the time of a new mode's guards.
+    /// Adds a multiple of [`Self::poly`], which under constant loads is a parabola, to another parabola. To construct
+    /// the polynomial would take most of the time of setting up a new mode's guards.
     #[inline]
     pub(crate) fn add_parabola(
         &self,
@@ -152,8 +153,8 @@ impl Functional {
         debug_assert!(translation.degree() <= 2, "a load varies");
         sum[0] += factor * self.strain(loads);
         if self.rigid != 0.0 {
-            let by = factor * self.rigid;
-            sum.iter_mut().zip(&translation.0).for_each(|(c, moved)| *c += by * moved);
+            let factor = factor * self.rigid;
+            sum.iter_mut().zip(&translation.0).for_each(|(c, term)| *c += factor * term);
         }
     }
 }

@@ -1,9 +1,11 @@
-//! The generator `B` of a decomposed system: 2 by 2 blocks on the diagonal.
+//! The generator `B` of a decomposed system, which has 2 by 2 blocks on its diagonal.
 //!
-//! A modal vector holds all first coordinates, then all second ones, each half padded with zeros to
-//! `n`, whole groups of lanes. In some systems block 0 is a uniform translation, whose motion is a
-//! polynomial stored elsewhere; `B` is zero there. Where a dashpot to the ground brakes the
-//! translation, that is so of the block's first coordinate only, and the second is another decay.
+//! A modal vector holds the first coordinates of all blocks, then their second coordinates. Each half is padded with
+//! zeros to the length `n`, a whole number of groups of lanes.
+//! In some systems block 0 is a uniform translation, whose motion is a polynomial that is stored elsewhere; `B` is zero
+//! there.
+//! If a dashpot to the ground brakes the translation, this holds only for the first coordinate of block 0, and the
+//! second one is a decay.
 
 use crate::modal::spectrum::block::Block;
 use crate::numerics::form::Form;
@@ -12,35 +14,35 @@ use crate::numerics::matrix2::{self, Matrix2};
 use crate::numerics::poly::{Poly, TERMS};
 use std::sync::OnceLock;
 
-/// Shortest tabulated rotation is 2^-SHORTEST s.
+/// The shortest tabulated rotation is over 2^-SHORTEST s.
 const SHORTEST: i32 = 44;
-/// Number of tabulated rotations, two an octave: over 2^k s and 1.5 times that, up to 16 s.
+/// Number of tabulated rotations. There are two for each octave, over 2^k s and 1.5 times that, up to 16 s.
 const LEVELS: usize = 97;
-/// Longest span that is composed of tabulated ones, s: a corrupt state may ask for any.
+/// Longest span for which tabulated rotations are composed, s. A corrupt state may ask for any span.
 const TABULATED: f64 = 65_536.0;
-/// A rate below this part of the fastest is slow.
+/// A rate below this share of the largest one is slow.
 const SLOW: f64 = 1e-2;
-/// Smaller coefficients are set to zero.
+/// Coefficients below this are set to zero.
 const NOTHING: f64 = 1e-200;
 
-/// `B`, and a table of its exponentials over dyadic spans.
+/// The matrix `B`, and a table of its exponentials over the spans 2^k s and 1.5 times 2^k s.
 #[derive(Debug)]
 pub(crate) struct Generator {
-    /// Blocks, padded with empty ones to whole lanes.
+    /// Number of blocks, with empty ones that fill the last group of lanes.
     pub(crate) n: usize,
     /// True if block 0 is a uniform translation.
     pub(crate) rigid: bool,
-    /// True if a dashpot to the ground brakes it.
+    /// True if a dashpot to the ground brakes the translation.
     pub(crate) braked: bool,
     /// Largest `|B|`, 1/s.
     pub(crate) rate_max: f64,
-    /// Each coordinate's `|b|`, 1/s.
+    /// The rate `|b|` of each coordinate of each block, 1/s.
     pub(crate) rates: Vec<[f64; 2]>,
     blocks: Vec<Matrix2>,
-    /// The same in the order in which [`kernel::rotate`] reads them.
+    /// The blocks in the order in which [`kernel::rotate`] reads them.
     columns: Vec<f64>,
     rotations: Vec<OnceLock<Vec<f64>>>,
-    /// In the order in which [`kernel::short`] reads them.
+    /// Coefficients of the exponential's series, in the order in which [`kernel::short`] reads them.
     series: Vec<f64>,
 }
 
@@ -69,8 +71,8 @@ impl Generator {
         .with_series()
     }
 
-    /// By Cayley and Hamilton, `B^k = alpha_k + beta_k B` block by block, so the exponential's
-    /// series has scalar coefficients. `B` is measured in units of the largest rate.
+    /// Adds the coefficients of the exponential's series. By Cayley and Hamilton, `B^k = alpha_k + beta_k B` for each
+    /// block, so these coefficients are scalars. `B` is measured in units of the largest rate.
     fn with_series(mut self) -> Self {
         let n = self.n;
         let unit = if self.rate_max > 0.0 { self.rate_max.recip() } else { 0.0 };
@@ -89,28 +91,28 @@ impl Generator {
         self
     }
 
-    /// Number of blocks, at the beginning, of which no coordinate moves by `exp(B t)`.
+    /// Number of blocks (0 or 1) at the beginning of which no coordinate moves by `exp(B t)`.
     fn still(&self) -> usize {
         usize::from(self.rigid && !self.braked)
     }
 
-    /// Number of coordinates of block 0 that are polynomials.
+    /// Number of coordinates of block 0 whose motion is a polynomial.
     pub(crate) fn polynomial(&self) -> usize {
         usize::from(self.rigid) + self.still()
     }
 
-    /// Smallest entry of `B` that is not zero, in size.
+    /// Magnitude of the smallest entry of `B` that is not zero.
     pub(crate) fn least_entry(&self) -> f64 {
         self.columns.iter().map(|b| b.abs()).filter(|&b| b > 0.0).fold(self.rate_max, f64::min)
     }
 
-    /// The slowest coordinate that only decays, and its rate, 1/s, if that is slow compared with
-    /// the fastest.
+    /// Index and rate (1/s) of the slowest coordinate that decays without oscillation, if it is slow compared with the
+    /// fastest coordinate.
     pub(crate) fn creeping(&self) -> Option<(usize, f64)> {
-        let single = (0..self.rates.len()).filter(|i| self.is_diagonal(*i));
-        let each = single.flat_map(|i| [0, 1].map(|c| (c * self.n + i, self.rates[i][c])));
-        let slow = |rate: f64| rate > 0.0 && rate < SLOW * self.rate_max;
-        each.filter(|(_, rate)| slow(*rate)).min_by(|a, b| a.1.total_cmp(&b.1))
+        let diagonal = (0..self.rates.len()).filter(|i| self.is_diagonal(*i));
+        let decays = diagonal.flat_map(|i| [0, 1].map(|c| (c * self.n + i, self.rates[i][c])));
+        let is_slow = |rate: f64| rate > 0.0 && rate < SLOW * self.rate_max;
+        decays.filter(|(_, rate)| is_slow(*rate)).min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// Block `i`.
@@ -133,11 +135,12 @@ impl Generator {
         self.divide(c, |b| (b[2], b[1]))
     }
 
-    fn divide(&self, y: &[f64], across: impl Fn(&Matrix2) -> (f64, f64)) -> Vec<f64> {
+    /// Solves each block for `y`; `off_diagonal` are the two entries that couple the coordinates.
+    fn divide(&self, y: &[f64], off_diagonal: impl Fn(&Matrix2) -> (f64, f64)) -> Vec<f64> {
         let n = self.n;
         let mut x = vec![0.0; 2 * n];
         for (i, b) in self.blocks.iter().enumerate().skip(usize::from(self.rigid)) {
-            let (b12, b21) = across(b);
+            let (b12, b21) = off_diagonal(b);
             let det = b[0] * b[3] - b[1] * b[2];
             x[i] = (b[3] * y[i] - b12 * y[n + i]) / det;
             x[n + i] = (b[0] * y[n + i] - b21 * y[i]) / det;
@@ -162,30 +165,30 @@ impl Generator {
         }
     }
 
-    /// The power series from `start` on of block `i` under a push whose coefficients are
-    /// `push(coordinate, power)`: `(k + 1) y_(k+1) = b y_k + push_k`.
+    /// The power series of block `i` from `start` on, under a load with the coefficients `load(coordinate, power)`:
+    /// `(k + 1) y_(k+1) = b y_k + load_k`.
     pub(crate) fn driven(
         &self,
         i: usize,
         start: [f64; 2],
-        push: impl Fn(usize, usize) -> f64,
+        load: impl Fn(usize, usize) -> f64,
     ) -> [Poly; 2] {
         let b = &self.blocks[i];
         let [mut p, mut q] = start.map(Poly::constant);
         for k in 0..TERMS - 1 {
             let scale = 1.0 / (k + 1) as f64;
-            p.0[k + 1] = scale * (b[0] * p.0[k] + b[1] * q.0[k] + push(0, k));
-            q.0[k + 1] = scale * (b[2] * p.0[k] + b[3] * q.0[k] + push(1, k));
+            p.0[k + 1] = scale * (b[0] * p.0[k] + b[1] * q.0[k] + load(0, k));
+            q.0[k + 1] = scale * (b[2] * p.0[k] + b[3] * q.0[k] + load(1, k));
         }
         [p, q]
     }
 
-    /// Longest tabulated rotation not above `span`: its level and length, s.
+    /// Level and span (s) of the longest tabulated rotation that is not longer than `span`.
     pub(crate) fn level_below(span: f64) -> Option<(usize, f64)> {
         if span < Self::length(0) {
             return None;
         }
-        // The exponent bits, floor(log2 span) of a normal number, and the first of the mantissa's.
+        // These bits are the exponent, floor(log2 span) of a normal number, and the first bit of the mantissa.
         let halves = (span.to_bits() >> 51) as i32 & 0xfff;
         let level = ((halves - 2 * (1023 - SHORTEST)) as usize).min(LEVELS - 1);
         Some((level, Self::length(level)))
@@ -196,7 +199,7 @@ impl Generator {
         f64::from_bits(((2 * (1023 - SHORTEST) + level as i32) as u64) << 51)
     }
 
-    /// `z := exp(B span) z` for a tabulated level's span.
+    /// `z := exp(B span) z` for the span of a tabulated level.
     pub(crate) fn rotate_level(&self, level: usize, z: &mut [f64]) {
         kernel::rotate(self.rotation(level), z);
     }
@@ -205,7 +208,7 @@ impl Generator {
         self.rotations[level].get_or_init(|| self.exponential(Self::length(level)))
     }
 
-    /// `spare := exp(B span) z` for a tabulated level's span, and [`kernel::evaluate`] of it.
+    /// `spare := exp(B span) z` for the span of a tabulated level. Returns [`kernel::evaluate`] of the result.
     #[inline]
     pub(crate) fn evaluate_ahead(
         &self,
@@ -218,7 +221,7 @@ impl Generator {
         kernel::rotate_and_evaluate(self.rotation(level), rows, z, spare)
     }
 
-    /// The same without the bounds.
+    /// As [`Self::evaluate_ahead`], but returns only the value and the rate.
     #[inline]
     pub(crate) fn evaluate_two_ahead(
         &self,
@@ -231,38 +234,38 @@ impl Generator {
         kernel::rotate_and_evaluate_two(self.rotation(level), rows, z, spare)
     }
 
-    /// `z := exp(B span) z`; returns the number of rotations.
+    /// `z := exp(B span) z`. Returns the number of rotations.
     pub(crate) fn rotate(&self, span: f64, z: &mut [f64]) -> u64 {
         if span > TABULATED {
             kernel::rotate(&self.exponential(span), z);
             return 1;
         }
-        let (mut left, mut count) = (span, 0);
-        while let Some((level, length)) = Self::level_below(left) {
-            // The series rounds less than the table does, and costs as much as a few rotations.
-            let x = left * self.rate_max;
-            if x <= kernel::SHORT || x <= kernel::LONGEST && length < left {
+        let (mut remaining, mut count) = (span, 0);
+        while let Some((level, length)) = Self::level_below(remaining) {
+            // The series rounds less than the table, and costs as much as a few rotations.
+            let x = remaining * self.rate_max;
+            if x <= kernel::SHORT || x <= kernel::LONGEST && length < remaining {
                 break;
             }
             self.rotate_level(level, z);
-            left -= length;
+            remaining -= length;
             count += 1;
         }
-        if left > 0.0 {
-            self.rotate_short(left, z);
+        if remaining > 0.0 {
+            self.rotate_short(remaining, z);
             count += 1;
         }
         count
     }
 
-    /// `z := exp(B span) z` for a span of either sign; false, without effect, if the span is too
-    /// long for a series.
+    /// `z := exp(B span) z` by the series, for a span of either sign. Does nothing and returns false if the span is too
+    /// long for the series.
     pub(crate) fn rotate_slightly(&self, span: f64, z: &mut [f64]) -> bool {
-        let is_slight = span.abs() * self.rate_max <= kernel::LONGEST;
-        if is_slight {
+        let is_short = span.abs() * self.rate_max <= kernel::LONGEST;
+        if is_short {
             self.rotate_short(span, z);
         }
-        is_slight
+        is_short
     }
 
     fn rotate_short(&self, span: f64, z: &mut [f64]) {
@@ -270,20 +273,20 @@ impl Generator {
         kernel::short(&self.columns, &self.series, kernel::Short { span, x }, z);
     }
 
-    /// `c (B / rate_max)^k` for k from 0 to `count - 1`, for each coordinate of the actual blocks
-    /// in turn.
+    /// `c (B / rate_max)^k` for `k` from 0 to `count - 1`, one after the other, for each coordinate of the actual
+    /// blocks.
     pub(crate) fn powers(&self, c: &[f64], count: usize) -> Vec<f64> {
         let unit = if self.rate_max > 0.0 { self.rate_max.recip() } else { 0.0 };
         let (n, blocks) = (self.n, self.blocks.len());
         let mut row = c.to_vec();
         let mut columns = vec![0.0; 2 * blocks * count];
         for k in 0..count {
-            let used = row[..blocks].iter().chain(&row[n..n + blocks]);
-            for (column, x) in columns.chunks_exact_mut(count).zip(used) {
+            let coordinates = row[..blocks].iter().chain(&row[n..n + blocks]);
+            for (column, x) in columns.chunks_exact_mut(count).zip(coordinates) {
                 column[k] = *x;
             }
             self.differentiate_in_place(&mut row);
-            // High powers of a slow mode are negligible, and adding such small numbers is slow.
+            // High powers of a slow mode are negligible, and arithmetic with such small numbers is slow.
             row.iter_mut().for_each(|x| *x = if x.abs() < NOTHING { 0.0 } else { unit * *x });
         }
         columns
@@ -306,8 +309,8 @@ impl Generator {
         kernel::interleaved(&e, n)
     }
 
-    /// Solves Lyapunov's equation `B^T Q + Q B = -W` block by block, for the form of `Q`; `W` is
-    /// symmetric, and asked for up to its diagonal. None if it `stops`, which is asked row by row.
+    /// The form of `Q` that solves Lyapunov's equation `B^T Q + Q B = -W`, block by block. `W` is symmetric; `w`
+    /// returns its entries up to the diagonal. Calls `stops` for each row, and returns `None` if it returns true.
     pub(crate) fn lyapunov(
         &self,
         w: impl Fn(usize, usize) -> f64,
@@ -318,7 +321,7 @@ impl Generator {
         let mut blocks = self.blocks.clone();
         let mut by_blocks = true;
         if self.braked {
-            // Any rate will do for the first coordinate: nothing is asked of it.
+            // The first coordinate has no part in `W`, so any rate will do for it.
             blocks[0][0] = blocks[0][3];
         }
         for i in self.still()..self.blocks.len() {
@@ -327,7 +330,7 @@ impl Generator {
             }
             for k in self.still()..=i {
                 let source = [w(i, k), w(n + k, i), w(n + i, k), w(n + i, n + k)].map(|w| -w);
-                // Undamped blocks have no equation to solve; rigid bodies dissipate nothing.
+                // Undamped blocks and rigid bodies dissipate nothing, and have no equation to solve.
                 if source == [0.0; 4] {
                     continue;
                 }

@@ -1,23 +1,24 @@
-//! One linear system of the hammer, decomposed: the exact flow between events.
+//! One decomposed linear system of the hammer, and its exact flow between events.
 //!
-//! In modal coordinates a system is `y' = B y + b f(t)` with 2 by 2 blocks on the diagonal
-//! of `B` (see [`crate::modal::spectrum`]). With polynomial loads the solution is
+//! In modal coordinates a system is `y' = B y + b f(t)` with 2 by 2 blocks on the diagonal of `B` (see
+//! [`crate::modal::spectrum`]). With polynomial loads the solution is
 //!
 //! ```text
 //! y(t) = exp(B t) z + polynomials
 //! ```
 //!
-//! (see [`crate::modal::system::response`]), which is exact for any `t`. The blocks are chosen so that
-//! `|exp(B t) z|` never grows: amplitudes bound the motion for all later times. Each file uses only those above it:
+//! (see [`crate::modal::system::response`]), which is exact for any `t`.
+//! The blocks are chosen so that `|exp(B t) z|` never grows, so amplitudes bound the motion for all later times.
+//! Each file uses only those above it:
 //!
 //! ```text
-//! generator    the blocks' flow
-//! basis        coordinates in and out
-//! passage      from one system's coordinates straight into another's
+//! generator    the flow of the blocks
+//! basis        conversion to modal coordinates and back
+//! passage      direct conversion from one system's coordinates to another's
 //! driven       the polynomial part of a motion
-//! response     what loads do to a system
-//! functional   a displacement, its bounds and its derivatives
-//! visible      the part of each block in displacements
+//! response     the motion that loads cause
+//! functional   a displacement, its derivatives and their bounds
+//! visible      the part of each block in two displacements
 //! ```
 
 mod basis;
@@ -57,42 +58,42 @@ use std::sync::{Arc, Mutex, OnceLock, Weak};
 pub struct Recipe<'a> {
     /// Bars and their attachments.
     pub structure: Structure<'a>,
-    /// Modal loads of unit channel values.
+    /// For each channel, the modal load of the channel's value 1.
     pub loads: [Vec<f64>; CHANNELS],
-    /// Shapes of the functionals wanted.
+    /// Shapes of the functionals that are evaluated.
     pub functionals: Vec<Vec<f64>>,
-    /// The functionals on which dashpots act whose work counts as damping, and their viscosities,
-    /// N s/m.
+    /// The functionals on which dashpots act whose work counts as damping, and the viscosities of these, N s/m.
     pub dampers: Vec<(usize, f64)>,
 }
 
-/// A missing or duplicated vector gives a mismatch near one, rounding under the stiffest dashpots
-/// 1e-8. A state that enters is corrected once, which squares the mismatch: beyond this limit it
-/// would have fewer than ten digits.
+/// Largest mismatch of a usable basis.
+/// A missing or duplicated vector gives a mismatch near one; rounding under the stiffest dashpots gives 1e-8.
+/// A state that is converted is corrected once, which squares the mismatch. With a larger mismatch it would have fewer
+/// than ten correct digits.
 const BASIS_TOLERANCE: f64 = 1e-5;
-/// A basis with a larger mismatch is made again, from pairs that are refined in every amplitude (small ones count where
-/// a stiff spring acts on a light body) and that a dense solver completes.
+/// A basis with a larger mismatch is made again, from pairs whose amplitudes are all refined (small ones matter where a
+/// stiff spring acts on a light body), and with a dense solver for pairs that are missing.
 const ACCURATE: f64 = 1e-11;
 
 /// A decomposed system.
 #[derive(Debug)]
 pub struct System {
     basis: Basis,
-    /// `B`.
+    /// The matrix `B`.
     pub(crate) generator: Generator,
     response: Response,
     /// True if block 0 is a uniform translation.
     pub rigid: bool,
-    /// The slowest coordinate that only decays, and its rate, 1/s, if it is slow.
+    /// Index and rate (1/s) of the slowest coordinate that decays without oscillation, if it is slow.
     pub(crate) creeping: Option<(usize, f64)>,
     /// Largest `|B|`, 1/s.
     pub rate_max: f64,
-    /// In the recipe's order.
+    /// The functionals in the order of the recipe.
     pub functionals: Vec<Functional>,
-    /// Columns of each functional's Taylor series, see [`Generator::powers`].
+    /// Columns of each functional's Taylor series (see [`Generator::powers`]).
     taylor: Vec<OnceLock<Vec<f64>>>,
     damping: Vec<f64>,
-    /// As in the recipe.
+    /// The dampers of the recipe.
     dampers: Vec<(usize, f64)>,
     tip_dashpot: Option<usize>,
     damping_form: OnceLock<Form>,
@@ -103,7 +104,7 @@ pub struct System {
     passages: Mutex<Vec<Entry>>,
 }
 
-/// A passage into a system.
+/// A passage into a system, with what it starts from.
 #[derive(Debug)]
 struct Entry {
     from: Weak<System>,
@@ -131,8 +132,8 @@ impl System {
         };
         let joins = !structure.proportional.is_empty();
         let joined = joins.then(|| Joined::new(&structure).ok_or(Error::Cancelled)).transpose()?;
-        let turned = joined.as_ref().map(|joined| joined.structure(&structure));
-        let solved = (turned.as_ref().unwrap_or(&structure), joined.as_ref());
+        let transformed = joined.as_ref().map(|joined| joined.structure(&structure));
+        let solved = (transformed.as_ref().unwrap_or(&structure), joined.as_ref());
         let mismatch = |parts: &Result<Decomposition, SpectrumError>| {
             parts.as_ref().map_or(f64::INFINITY, |parts| parts.basis.mismatch)
         };
@@ -184,24 +185,24 @@ impl System {
         Ok(system)
     }
 
-    /// Number of blocks, padded to whole lanes; a modal vector is twice as long.
+    /// Number of blocks, padded to whole groups of lanes. A modal vector is twice as long.
     pub fn blocks(&self) -> usize {
         self.generator.n
     }
 
-    /// Approximate memory with all tables and forms.
+    /// Approximate memory of the system with all its tables and forms, bytes.
     pub(crate) fn bytes(&self) -> usize {
         Self::room(self.modes(), self.functionals.len())
     }
 
-    /// The same for a system with so many modes and functionals.
+    /// [`Self::bytes`] of a system with so many modes and functionals.
     pub(crate) fn room(modes: usize, functionals: usize) -> usize {
         let len = 2 * modes.next_multiple_of(LANES);
-        // Two bases and two half forms; rotations and series; rows, weights, both again in the
-        // order of the loops, integrals, and powers.
+        // A functional has rows and weights, both again in the order of the loops, integrals and powers. The rest are
+        // two bases and two forms of half a matrix, the rotations and the series.
         let functional = 20 + INTEGRALS + TAYLOR + 1;
-        // From the same bodies under the other springs, and from these bodies apart or together.
-        let passages = if modes <= passage::MOST { 5 } else { 0 };
+        // Passages come from the same bodies under the other springs, and from these bodies apart or together.
+        let passages = if modes <= passage::MAX_MODES { 5 } else { 0 };
         let squares = (3 + passages) * len * len;
         size_of::<f64>() * (squares + 207 * len + functional * functionals * len)
     }
@@ -216,14 +217,14 @@ impl System {
         self.basis.mismatch
     }
 
-    /// The functional of a shape; `known` gives its value in a block where that is more accurate
-    /// than the sum of its terms.
+    /// The functional of a shape. `known` returns its values in a block if these are known more accurately than the
+    /// sums of their terms would be.
     fn functional(&self, shape: &[f64], known: impl Fn(usize) -> Option<[f64; 2]>) -> Functional {
         let n = self.blocks();
         let mut c = vec![0.0; 2 * n];
         for (k, [displacements, _]) in self.basis.columns() {
-            let better = known(k % n).map(|pair| pair[k / n]);
-            c[k] = better.unwrap_or_else(|| inner_product(shape, displacements));
+            let value = known(k % n).map(|pair| pair[k / n]);
+            c[k] = value.unwrap_or_else(|| inner_product(shape, displacements));
         }
         Functional::new(c, &self.generator, &self.response)
     }
@@ -253,10 +254,10 @@ impl System {
         self.basis.leave(y, state);
     }
 
-    /// The direct passage of a state from another system into this one, if it is cheaper; scenes
-    /// that share both systems share it.
+    /// The direct passage of a state from another system into this one; `None` if it would not save work. Scenes that
+    /// share both systems share their passage.
     pub fn passage(&self, from: &Arc<Self>, overlap: Overlap) -> Option<Arc<Passage>> {
-        // Never waits for the lock: after a fork it may never be released.
+        // This never waits for the lock, which after a fork may never be released.
         let known = self.passages.try_lock().ok();
         let known =
             known.and_then(|all| Some(all.iter().find(|e| e.is(from, overlap))?.passage.clone()));
@@ -272,25 +273,24 @@ impl System {
         Some(passage)
     }
 
-    /// The blocks that two displacements see; a system has only one such pair.
+    /// The blocks that contribute to two displacements. The same two must be given in every call.
     pub(crate) fn visible(&self, pair: Pair) -> &[VisibleBlock] {
         let own = (&self.generator, &self.response);
         self.visible.get_or_init(|| visible::blocks(pair, own, &self.functionals))
     }
 
-    /// Moves a modal state as if the displacement of the bars' mode `mode` had grown by `by`.
-    pub fn displace(&self, mode: usize, by: f64, y: &mut [f64]) {
-        self.basis.displace(mode, by, y);
+    /// Adds `change` to the displacement of the bars' mode `mode` in a modal state.
+    pub fn displace(&self, mode: usize, change: f64, y: &mut [f64]) {
+        self.basis.displace(mode, change, y);
     }
 
-    /// Functional `index` of a whole modal state: a displacement, m.
+    /// The displacement `index` in a whole modal state, m.
     pub(crate) fn displacement(&self, index: usize, y: &[f64]) -> f64 {
         let functional = &self.functionals[index];
         functional.rigid * y[0] + kernel::dot(&functional.rows[0], y)
     }
 
-    /// Adds to `z` the part due to loads and translation at `t` after the epoch, which gives the
-    /// whole modal state.
+    /// Adds to `z` the part due to loads and translation at `t` after the epoch. The result is the whole modal state.
     pub fn add_driven(&self, loads: &[Poly; CHANNELS], driven: &Driven, t: f64, z: &mut [f64]) {
         self.response.add(loads, driven, t, z);
         if self.rigid {
@@ -299,35 +299,36 @@ impl System {
         }
     }
 
-    /// Removes from a whole modal state at the epoch the part due to loads and translation; the
-    /// rest moves by `exp(B t)`.
+    /// Removes from a whole modal state at the epoch the part due to loads and translation. The rest moves by `exp(B
+    /// t)`.
     pub fn take_driven(&self, loads: &[Poly; CHANNELS], y: &mut [f64]) -> Driven {
         self.response.take(&self.generator, loads, y)
     }
 
-    /// The same for a state without the static part of constant loads: removes the translation.
+    /// As [`Self::take_driven`], for a state that has no static part of constant loads, so that only the translation is
+    /// removed.
     pub(crate) fn take_translation(&self, loads: &[Poly; CHANNELS], y: &mut [f64]) -> Driven {
         self.response.take_translation(&self.generator, loads, y)
     }
 
-    /// Adds the translation at the epoch to what moves by `exp(B t)`.
+    /// Adds the translation at the epoch to the state `z`, which has none.
     pub(crate) fn add_translation(&self, driven: &Driven, z: &mut [f64]) {
-        let [place, speed, ..] = driven.translation.0;
-        self.put_translation([place, speed], z);
+        let [position, velocity, ..] = driven.translation.0;
+        self.put_translation([position, velocity], z);
     }
 
     fn put_translation(&self, motion: [f64; 2], z: &mut [f64]) {
-        let places = [0, self.generator.n].into_iter().take(self.generator.polynomial());
-        places.zip(motion).for_each(|(at, value)| z[at] = value);
+        let indices = [0, self.generator.n].into_iter().take(self.generator.polynomial());
+        indices.zip(motion).for_each(|(index, value)| z[index] = value);
     }
 
-    /// The uniform translation from its start (m, m/s, times the root of a mass).
+    /// The uniform translation from a position and a velocity (m and m/s, times the root of the mass).
     pub fn translation(&self, start: [f64; 2], loads: &[Poly; CHANNELS]) -> Poly {
         self.response.translation(start, loads)
     }
 
-    /// `c (B / rate_max)^(order + k) z` for k from 0 on, where `c` is functional `index`: its
-    /// Taylor coefficients, unscaled. `order` is 0 or 1.
+    /// `c (B / rate_max)^(order + k) z` for `k` from 0 on, where `c` is functional `index` and `order` is 0 or 1. These
+    /// are its derivatives in units of `rate_max`, from which the Taylor series is made.
     pub(crate) fn taylor(&self, index: usize, order: usize, z: &[f64]) -> [f64; TAYLOR] {
         let mut terms = [0.0; TAYLOR];
         let numbers = self.taylor[index]
@@ -340,22 +341,22 @@ impl System {
     }
 
     #[cfg(feature = "internals")]
-    /// Block `i`, without the translation.
+    /// Block `i` of `B`, which is zero for a translation.
     pub fn block(&self, i: usize) -> Matrix2 {
         self.generator.block(i)
     }
 
-    /// `z := exp(B span) z`; returns the number of rotations.
+    /// `z := exp(B span) z`. Returns the number of rotations.
     pub fn rotate(&self, span: f64, z: &mut [f64]) -> u64 {
         self.generator.rotate(span, z)
     }
 
-    /// `Q` with `d/dt z.Q z = - beta v.K v` along the flow: the remaining damping work.
+    /// The form of `Q` with `d/dt z.Q z = - beta v.K v` along the flow. It is the work that the damping will yet do.
     pub fn damping_form(&self) -> &Form {
         self.damping_form.get_or_init(|| self.make_damping_form(never).unwrap_or_default())
     }
 
-    /// Makes that, unless an interrupt comes.
+    /// Makes [`Self::damping_form`] now, unless the call is interrupted.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -364,7 +365,7 @@ impl System {
     }
 
     fn make_damping_form(&self, stops: fn() -> bool) -> Option<Form> {
-        // W = V^T diag(beta w^2) V: inner products of the velocities' columns.
+        // W = V^T diag(beta w^2) V has the inner products of the weighted columns of velocities.
         let (len, modes) = (2 * self.blocks(), self.modes().next_multiple_of(LANES));
         let mut columns = vec![0.0; len * modes];
         let roots: Vec<f64> = self.damping.iter().map(|damping| damping.sqrt()).collect();
@@ -382,12 +383,12 @@ impl System {
         self.generator.lyapunov(power, stops)
     }
 
-    /// `Q` with `d/dt z.Q z = - p'^2` along the flow, `p` the tip's displacement.
+    /// The form of `Q` with `d/dt z.Q z = - p'^2` along the flow, where `p` is the tip's displacement.
     pub fn viscous_form(&self) -> &Form {
         self.viscous_form.get_or_init(|| self.make_viscous_form(never).unwrap_or_default())
     }
 
-    /// Makes that, unless an interrupt comes.
+    /// Makes [`Self::viscous_form`] now, unless the call is interrupted.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -401,14 +402,14 @@ impl System {
         self.generator.lyapunov(|i, k| c[i] * c[k], stops)
     }
 
-    /// What loads do to the damping form, by channel.
+    /// For each channel, what its load contributes to the damping form.
     fn damped_drives(&self) -> &[Option<DampedDrive>; CHANNELS] {
         let make = || self.response.damped_drives(self.damping_form(), &self.generator);
         self.damped_drives.get_or_init(make)
     }
 
-    /// Of each load that acts and is not zero: the polynomial part of `2 b.Q y`, `b f` being the load and
-    /// `Q` the damping form; and the repeated integrals of its coefficients.
+    /// For each load `b f` that acts and is not zero: the load, the polynomial part of `2 b.Q y` with the damping form
+    /// `Q`, and the repeated integrals of the coefficients `2 b.Q`.
     pub(crate) fn damped_loads<'a>(
         &'a self,
         loads: &'a [Poly; CHANNELS],
@@ -423,7 +424,8 @@ impl System {
         )
     }
 
-    /// The damping form of a whole state less the translation, which is `t` after the epoch.
+    /// Value of the damping form for the whole state without its translation, whose modal vector at `t` after the epoch
+    /// is `z`.
     pub(crate) fn damping_of_whole(
         &self,
         loads: &[Poly; CHANNELS],
@@ -435,12 +437,12 @@ impl System {
         self.damping_form().of(&y)
     }
 
-    /// True if any of these loads that acts on it varies.
+    /// True if any of the loads that act on the system varies.
     pub(crate) fn varies(&self, loads: &[Poly; CHANNELS]) -> bool {
         self.response.varies(loads)
     }
 
-    /// True if these loads differ in one that acts on it.
+    /// True if the two sets of loads differ in one that acts on the system.
     pub(crate) fn differ(&self, one: &[Poly; CHANNELS], other: &[Poly; CHANNELS]) -> bool {
         self.response.differ(one, other)
     }
@@ -451,7 +453,7 @@ impl System {
     }
 }
 
-/// A structure's blocks, as a generator and a basis, and the displacements of stiff attachments in them.
+/// The decomposition of a structure: generator and basis, and the displacements of stiff attachments in each block.
 struct Decomposition {
     stiff: Vec<Vec<Option<[f64; 2]>>>,
     generator: Generator,
@@ -459,7 +461,8 @@ struct Decomposition {
 }
 
 impl Decomposition {
-    /// Of a structure that is `solved` in the modes of joined bodies, if there are such.
+    /// The decomposition with the `blocks` of the structure `solved`. That is the structure itself or, if bodies are
+    /// joined by proportional springs, the structure in the modes of the `joined` bodies.
     fn new(
         structure: &Structure,
         (solved, joined): (&Structure, Option<&Joined>),
@@ -484,7 +487,7 @@ impl Decomposition {
     }
 }
 
-/// A form that is made while it is read is not interrupted.
+/// For forms that are made when they are read, which is not interrupted.
 fn never() -> bool {
     false
 }

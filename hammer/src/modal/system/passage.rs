@@ -1,45 +1,46 @@
 //! Passages: direct conversion from one system's modal coordinates to another's.
 //!
-//! At an event a state is converted from the old system's basis to the bodies' modes, and from
-//! there to the new basis. For small systems the product of both is computed once for each pair of
-//! consecutive systems, which halves the work of every event. The product takes `O(N^3)` and an
-//! event `O(N^2)`, so beyond [`MOST`] modes it would take longer than it saves in a run. It
-//! consists of the columns of the one basis, each converted to the other, so that it rounds no more
-//! than the two products.
+//! At an event a state is converted from the old system's basis to the bodies' modes, and from there to the new basis.
+//! For small systems the product of these two matrices is computed once for each pair of consecutive systems, which
+//! halves the work of every event.
+//! The product takes `O(N^3)` operations and an event `O(N^2)`, so with more than [`MAX_MODES`] modes it would take
+//! longer than it saves in a run.
+//! The product consists of the columns of the old basis, each converted to the new one, so that it rounds no more than
+//! the two conversions.
 
 use crate::modal::system::basis::Basis;
 use crate::numerics::combine::{Columns, combine};
 use crate::numerics::kernel;
 use crate::scene::graph::{CHANNELS, Overlap};
 
-/// Modes of the larger of two systems.
-pub(crate) const MOST: usize = 64;
-/// A mismatch whose square, the error after correcting each column, is below rounding. (The old
-/// system contributes none: its columns define its coordinates.)
+/// Largest number of modes of the larger of two systems.
+pub(crate) const MAX_MODES: usize = 64;
+/// Largest mismatch of the new system. Each column is corrected, and its error is then the square of the mismatch,
+/// which is below rounding. (The old system contributes no error, since its columns define its coordinates.)
 const CORRECTED: f64 = 1e-8;
 
 /// The direct conversion of a modal state from one system to another.
 #[derive(Debug)]
 pub struct Passage {
-    /// Blocks of the old system, padded to whole lanes, and those that are.
+    /// Number of blocks of the old system, with and without those that fill the last group of lanes.
     from: [usize; 2],
     /// Length of the new modal vector.
     len: usize,
-    /// Column by column: the new coordinates due to each old coordinate, then those due to each
-    /// unit load beyond the new statics.
+    /// The new coordinates that each old coordinate contributes, column by column. They are followed by those of each
+    /// unit load: the old static part, converted, minus the new one.
     columns: Vec<f64>,
 }
 
 impl Passage {
-    /// None if it is too expensive, or less accurate than two products. `statics` are the loads'
-    /// shapes in both systems.
+    /// The passage from one basis to another; `None` if it would not save work, or would be less accurate than two
+    /// conversions. `statics` are the static coordinates under unit loads in both systems.
     pub(crate) fn new(
         from: &Basis,
         to: &Basis,
         overlap: Overlap,
         statics: [[&[f64]; CHANNELS]; 2],
     ) -> Option<Self> {
-        if from.modes.max(to.modes) > MOST || to.mismatch > CORRECTED {
+        if from.modes.max(to.modes) > MAX_MODES || to.mismatch > CORRECTED {
             return None;
         }
         let len = to.len();
@@ -64,7 +65,7 @@ impl Passage {
         self
     }
 
-    /// `out :=` the new modal state of the old one `y`.
+    /// Converts the old modal state `y` to the new one, `out`.
     pub fn apply(&self, y: &[f64], out: &mut [f64]) {
         let [blocks, modes] = self.from;
         let (first, second) = y.split_at(blocks);
@@ -73,11 +74,11 @@ impl Passage {
         combine(columns, [&first[..modes], &second[..modes]], out);
     }
 
-    /// The same for states without the static part of constant loads.
+    /// As [`Self::apply`], for states without the static part of constant loads.
     pub fn apply_moving(&self, y: &[f64], loads: [f64; CHANNELS], out: &mut [f64]) {
         let [blocks, modes] = self.from;
         let (first, second) = y.split_at(blocks);
-        let mut rest = [0.0; MOST + CHANNELS];
+        let mut rest = [0.0; MAX_MODES + CHANNELS];
         rest[..modes].copy_from_slice(&second[..modes]);
         rest[modes..modes + CHANNELS].copy_from_slice(&loads);
         let columns = Columns { numbers: &self.columns, stride: self.len, offset: 0 };
@@ -86,7 +87,7 @@ impl Passage {
 }
 
 impl Overlap {
-    /// Copies displacements and velocities of the shared modes.
+    /// Copies the displacements and velocities of the shared modes from the old state (`halves`) to the new one.
     pub(crate) fn copy(&self, halves: [&[f64]; 2], state: &mut [f64]) {
         let modes = state.len() / 2;
         for (half, start) in halves.into_iter().zip([0, modes]) {

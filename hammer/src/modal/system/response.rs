@@ -6,17 +6,19 @@
 //! sum_j S_j f^(j)(t),     S_j = -B^-(j+1) b,
 //! ```
 //!
-//! is exact. But where the load varies quickly compared with the coordinate, `|f'| > |B f|`, its
-//! terms grow without bound and cancel in the motion: digits are lost, all of them for creeping
-//! rock under an oscillating load. Such a coordinate is *slow*. Like the translation, for which `B`
-//! is singular, its whole motion is represented by its power series from the epoch,
+//! is exact.
+//! But if the load varies quickly compared with the coordinate, `|f'| > |B f|`, the terms of this solution grow without
+//! bound and cancel in the motion. Digits are then lost, all of them for creeping rock under an oscillating load.
+//! Such a coordinate is *slow*.
+//! Like the translation, for which `B` is singular, it is represented by the power series of its whole motion from the
+//! epoch,
 //!
 //! ```text
 //! y(t) = sum_k y_k t^k,     (k + 1) y_(k+1) = B y_k + b f_k,
 //! ```
 //!
-//! up to `|B| t = `[`SPAN`], where the first of the omitted terms beyond [`TERMS`] is below
-//! rounding (`2^24 / 24!` is 3e-17). There the epoch is moved and the series renewed.
+//! up to `|B| t = `[`SPAN`]. There the first omitted term after [`TERMS`] terms is still below rounding (`2^24 / 24!`
+//! is 3e-17). Then the epoch is moved and the series renewed.
 
 use crate::modal::system::driven::Driven;
 use crate::modal::system::generator::Generator;
@@ -27,30 +29,31 @@ use crate::numerics::poly::{Poly, TERMS};
 use crate::numerics::series::LOW;
 use crate::scene::graph::CHANNELS;
 
-/// Orders of a load's derivatives, from the value on: of an input, or of the air's force in a window.
+/// Number of orders of a load's derivatives, of which the first is its value. A load is an input, or the air's force in
+/// a window.
 pub const ORDERS: usize = LOW;
 const _: () = assert!(ORDERS > crate::MAX_INPUT_ORDER);
-/// A coordinate is slow if `|B| tau` is below this, where `tau` is the time in which a load changes
-/// by its own size; its series is used up to the same `|B| t`. The particular solutions of faster
-/// ones have terms that fall by at least this factor.
+/// A coordinate is slow if `|B| tau` is below this, where `tau` is the time in which a load changes by its own size.
+/// Its series is used up to the same `|B| t`. In the particular solution of a faster coordinate each term is smaller
+/// than the one before by at least this factor.
 const SPAN: f64 = 2.0;
 
 /// The response of a decomposed system to loads.
 #[derive(Debug)]
 pub(crate) struct Response {
-    /// `b`, per channel.
+    /// `b` of each channel.
     drives: [Vec<f64>; CHANNELS],
-    /// Size of each channel's load, as accelerations.
+    /// Norm of each channel's modal load.
     sizes: [f64; CHANNELS],
-    /// `S_j`, per channel, one order after the other.
+    /// `S_j` of each channel, one order after the other.
     statics: [Vec<f64>; CHANNELS],
-    /// Acceleration of the translation, per channel; its velocity, if a dashpot brakes it.
+    /// For each channel the acceleration of the translation, or its velocity if a dashpot brakes it.
     gains: [f64; CHANNELS],
     /// True if a dashpot brakes the translation.
     braked: bool,
 }
 
-/// `2 Q b` of a channel's drive `b` and a damping form `Q`, its products with the shapes of the load's
+/// For a channel's `b` and a damping form `Q`: the row `2 Q b`, its products with the shapes `S_j` of the load's
 /// derivatives, and its repeated integrals.
 #[derive(Debug)]
 pub(crate) struct DampedDrive {
@@ -60,7 +63,7 @@ pub(crate) struct DampedDrive {
 }
 
 impl Response {
-    /// From `b`, and the sizes of the channels' unit loads.
+    /// The response with `b` (`drives`) and the norm (`sizes`) of each channel's modal load.
     pub(crate) fn new(
         generator: &Generator,
         drives: [Vec<f64>; CHANNELS],
@@ -83,13 +86,14 @@ impl Response {
         Self { drives, sizes, statics, gains, braked: generator.braked }
     }
 
-    /// What the loads do to a damping form, by channel; none of a load that does not act on the system.
+    /// For each channel, what its load contributes to a damping form; `None` for a load that does not act on the
+    /// system.
     pub(crate) fn damped_drives(
         &self,
         form: &Form,
         generator: &Generator,
     ) -> [Option<DampedDrive>; CHANNELS] {
-        let of = |drive: &[f64]| {
+        let damped_drive = |drive: &[f64]| {
             let row = form.gradient(drive);
             let mut integral = row.clone();
             let integrals = (0..ORDERS).map(|_| {
@@ -99,25 +103,25 @@ impl Response {
             let integrals = integrals.collect();
             DampedDrive { statics: self.statics_of(&row), row, integrals }
         };
-        std::array::from_fn(|k| (self.sizes[k] != 0.0).then(|| of(&self.drives[k])))
+        std::array::from_fn(|k| (self.sizes[k] != 0.0).then(|| damped_drive(&self.drives[k])))
     }
 
-    /// `b` of coordinate `k`, per channel.
+    /// `b` of coordinate `k`, for each channel.
     pub(crate) fn drive(&self, k: usize) -> [f64; CHANNELS] {
         self.drives.each_ref().map(|b| b[k])
     }
 
-    /// True if any of these loads that acts on the system varies.
+    /// True if any of the loads that act on the system varies.
     pub(crate) fn varies(&self, loads: &[Poly; CHANNELS]) -> bool {
         self.sizes.iter().zip(loads).any(|(size, load)| *size > 0.0 && !load.is_constant())
     }
 
-    /// True if these loads differ in one that acts on the system.
+    /// True if the two sets of loads differ in one that acts on the system.
     pub(crate) fn differ(&self, one: &[Poly; CHANNELS], other: &[Poly; CHANNELS]) -> bool {
         self.sizes.iter().zip(one.iter().zip(other)).any(|(size, (a, b))| *size > 0.0 && a != b)
     }
 
-    /// `c S_j`, per channel and order.
+    /// `c S_j` for each channel and each order `j`.
     pub(crate) fn statics_of(&self, c: &[f64]) -> [[f64; ORDERS]; CHANNELS] {
         std::array::from_fn(|channel| {
             std::array::from_fn(|j| {
@@ -126,8 +130,7 @@ impl Response {
         })
     }
 
-    /// The polynomial `c . (y - z)`, without the translation; `statics` are [`Self::statics_of`]
-    /// `c`.
+    /// The polynomial `c . (y - z)`, without the translation. `statics` is [`Self::statics_of`] of `c`.
     pub(crate) fn poly(
         &self,
         c: &[f64],
@@ -168,7 +171,7 @@ impl Response {
         }
     }
 
-    /// Removes the polynomial part from a state at the epoch; the rest moves by `exp(B t)` alone.
+    /// Removes the polynomial part from a state at the epoch. The rest moves by `exp(B t)`.
     pub(crate) fn take(
         &self,
         generator: &Generator,
@@ -199,17 +202,17 @@ impl Response {
             return Driven::default();
         }
         let n = generator.n;
-        let place = std::mem::take(&mut y[0]);
-        let start = [place, if generator.braked { 0.0 } else { std::mem::take(&mut y[n]) }];
+        let position = std::mem::take(&mut y[0]);
+        let start = [position, if generator.braked { 0.0 } else { std::mem::take(&mut y[n]) }];
         Driven::translating(self.translation(start, loads))
     }
 
-    /// The coordinates under constant unit loads.
+    /// For each channel, the coordinates at rest under a constant unit load.
     pub(crate) fn shapes(&self) -> [&[f64]; CHANNELS] {
         self.statics.each_ref().map(|orders| &orders[..orders.len() / ORDERS])
     }
 
-    /// The uniform translation from its start, and the loads.
+    /// The uniform translation from its position and velocity at the start, under these loads.
     pub(crate) fn translation(&self, start: [f64; 2], loads: &[Poly; CHANNELS]) -> Poly {
         let mut p = Poly::default();
         (p.0[0], p.0[1]) = (start[0], if self.braked { 0.0 } else { start[1] });
@@ -223,7 +226,7 @@ impl Response {
         p
     }
 
-    /// The rate below which a coordinate is slow; none if no load varies.
+    /// The rate below which a coordinate is slow; `None` if no load varies.
     fn slow_below(&self, loads: &[Poly; CHANNELS]) -> Option<f64> {
         if loads.iter().all(Poly::is_constant) {
             return None;
@@ -236,17 +239,17 @@ impl Response {
             for (order, c) in load.0.iter().enumerate().take(load.degree() + 1).skip(1) {
                 factorial *= order as f64;
                 let part = size * (factorial * c).abs() / present;
-                // A root is dear, so it is taken only if it is larger than the largest so far.
+                // A root takes long, so it is computed only if it exceeds the largest rate so far.
                 if part > math::powi(rate, order) {
                     rate = rate.max(math::pow(part, 1.0 / order as f64));
                 }
             }
         }
-        // If the only load starts from zero, every coordinate is slow.
+        // If the loads are zero at present, the rate is infinite and every coordinate is slow.
         (rate > 0.0).then_some(SPAN * rate)
     }
 
-    /// The coordinates below a rate, with their motion from `y` on, and the largest rate.
+    /// The coordinates with a rate below `limit`, each with its motion from `y` on, and the largest of their rates.
     fn slow(
         &self,
         generator: &Generator,
@@ -263,10 +266,10 @@ impl Response {
             }
             let pair = [i, n + i];
             let driven = pair.map(|k| self.is_driven(loads, k));
-            let polys = generator.driven(i, [y[i], y[n + i]], |c, k| self.push(loads, pair[c], k));
+            let polys = generator.driven(i, [y[i], y[n + i]], |c, k| self.load(loads, pair[c], k));
             for c in 0..2 {
-                let moved = if generator.is_diagonal(i) { driven[c] } else { driven != [false; 2] };
-                if moved && rates[c] <= limit && !(generator.braked && [i, c] == [0, 0]) {
+                let moves = if generator.is_diagonal(i) { driven[c] } else { driven != [false; 2] };
+                if moves && rates[c] <= limit && !(generator.braked && [i, c] == [0, 0]) {
                     slow.push((pair[c], polys[c]));
                     fastest = fastest.max(rates[c]);
                 }
@@ -280,8 +283,8 @@ impl Response {
         self.drives.iter().zip(loads).any(|(b, load)| b[k] != 0.0 && !load.is_constant())
     }
 
-    /// `b f_power` at coordinate `k`.
-    fn push(&self, loads: &[Poly; CHANNELS], k: usize, power: usize) -> f64 {
+    /// Coefficient of `t^power` in the load `b f` on coordinate `k`.
+    fn load(&self, loads: &[Poly; CHANNELS], k: usize, power: usize) -> f64 {
         self.drives.iter().zip(loads).map(|(b, load)| b[k] * load.0[power]).sum()
     }
 
