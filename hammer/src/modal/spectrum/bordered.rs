@@ -1,5 +1,7 @@
-//! The secular function of more than two attachments: one determinant, in which the modes that dominate
-//! near a root are rows and columns of their own, so that no power of their compliance has to cancel.
+//! The secular function of more than two attachments.
+//!
+//! It is one determinant, in which the modes that dominate near a root have rows and columns of their own, so that no
+//! power of their compliance has to cancel.
 
 use crate::modal::spectrum::jet::Jet;
 use crate::modal::spectrum::secular::{MOST, PAIRS, Root, Secular, size};
@@ -9,11 +11,12 @@ use num_complex::Complex64 as C;
 /// A matrix of which the first rows and columns are used.
 type Matrix = [[Jet; MOST]; MOST];
 
-/// Relative distance of a root from a pole, and of poles from one another, below which both dominate.
+/// Two modes dominate if a root is nearer to its pole, and the poles nearer to one another, than this share of their
+/// size.
 const CLOSE: f64 = 1e-6;
 
-/// A root nearer to its pole than this part of its size belongs to a mode that is trapped between the attachments, and
-/// so near to a pole `d` is a rounding.
+/// A root that is nearer to its pole than this share of its size belongs to a mode that is trapped between the
+/// attachments. So near to a pole, `d` consists of rounding.
 const TRAPPED: f64 = 1e-12;
 
 const ONE: Jet = Jet { at: C::new(1.0, 0.0), slope: C::new(0.0, 0.0) };
@@ -24,15 +27,15 @@ impl Secular {
     pub(crate) fn borders(&self, root: Root) -> Vec<usize> {
         let (omega2, own) = (&self.system.omega2, root.pole / 2);
         let twin = [own.wrapping_sub(1), own + 1].into_iter().filter_map(|mode| {
-            let apart = (omega2.get(mode)? - omega2[own]).abs();
-            (apart <= CLOSE * omega2[own]).then_some((apart, mode))
+            let difference = (omega2.get(mode)? - omega2[own]).abs();
+            (difference <= CLOSE * omega2[own]).then_some((difference, mode))
         });
         let close = size(root.offset) <= CLOSE * size(self.value(root));
         let twin = twin.filter(|_| close).min_by(|a, b| a.0.total_cmp(&b.0));
         [own].into_iter().chain(twin.map(|(_, mode)| mode)).collect()
     }
 
-    /// `1 + kappa R` of an expanded determinant, without the modes that dominate ([`Self::borders`]);
+    /// Three parts of an expanded determinant: `1 + kappa R` without the modes that dominate ([`Self::borders`]);
     /// `sum 1 / (s - pole)` over all poles; and the compliances `1 / d` of the modes that dominate.
     fn matrix(&self, root: Root) -> (Matrix, C, Vec<(usize, Jet)>) {
         let (s, at, borders) = (self.value(root), self.point(root), self.borders(root));
@@ -68,7 +71,7 @@ impl Secular {
         (matrix, poles, compliances)
     }
 
-    /// Borders a matrix with a mode, as row and column `order`, the column times `scale`.
+    /// Adds row and column `order` for a mode to a matrix; the column is multiplied by `scale`.
     fn border(&self, matrix: &mut Matrix, s: C, (order, mode): (usize, usize), scale: Jet) {
         for (a, shape) in self.system.shapes.iter().enumerate() {
             let phi = Jet { at: shape[mode].into(), slope: C::default() };
@@ -77,9 +80,11 @@ impl Secular {
         }
     }
 
-    /// The matrix `((1 + kappa R, kappa phi), (-phi', d))` and its order. `phi` and `d` are those of the modes that
-    /// dominate ([`Self::borders`]); `R` is without them, so that no power of `1 / d` has to cancel. At a root the
-    /// matrix is singular, and its null vector has the forces of the attachments and the amplitudes of these modes.
+    /// The matrix `((1 + kappa R, kappa phi), (-phi', d))` and its order.
+    /// `phi` and `d` are those of the modes that dominate ([`Self::borders`]). `R` leaves these modes out, so that no
+    /// power of `1 / d` has to cancel.
+    /// At a root the matrix is singular. Its null vector consists of the forces of the attachments and the amplitudes
+    /// of these modes.
     fn bordered(&self, root: Root) -> (Matrix, usize) {
         let (s, (mut matrix, _, compliances)) = (self.value(root), self.matrix(root));
         let mut order = self.system.shapes.len();
@@ -93,7 +98,7 @@ impl Secular {
 
     /// The determinant, its derivative, and `sum 1 / (s - pole)`.
     pub(crate) fn expanded_function(&self, root: Root) -> (C, C, C) {
-        // det(A + u v' / d) = det((A, u / d), (-v', 1)).
+        // This uses det(A + u v' / d) = det((A, u / d), (-v', 1)).
         let (s, (mut matrix, poles, compliances)) = (self.value(root), self.matrix(root));
         let mut order = self.system.shapes.len();
         for (mode, compliance) in compliances {
@@ -105,9 +110,9 @@ impl Secular {
         (f.at, f.slope, poles)
     }
 
-    /// The null vector of the [matrix](Self::bordered) of an expanded determinant: the cofactors of the row along which
-    /// the determinant has the largest terms or, of a trapped mode, of that mode's row. Zeros if the determinant is not
-    /// expanded.
+    /// The null vector of the [matrix](Self::bordered) of an expanded determinant, or zeros if the determinant is not
+    /// expanded. It consists of the cofactors of one row: the one with the largest terms, or for a trapped mode that
+    /// mode's row.
     pub(crate) fn row_forces(&self, root: Root) -> [C; MOST] {
         if !self.expanded {
             return Default::default();
@@ -128,7 +133,7 @@ impl Secular {
     }
 }
 
-/// Cofactors of a row, for order two or more; zero beyond the order.
+/// Cofactors of a row of a matrix of order two or more. Entries beyond the order are zero.
 fn cofactors(matrix: &Matrix, order: usize, row: usize) -> [Jet; MOST] {
     std::array::from_fn(|column| {
         if column >= order {
@@ -145,7 +150,7 @@ fn all(order: usize) -> u8 {
     (1 << order) - 1
 }
 
-/// Determinant of some rows and as many columns, expanded along the first of the rows, without division:
+/// Determinant of some rows and as many columns. It is expanded along the first of the rows, without division:
 /// `a_0 M_0 - (a_1 M_1 - (a_2 M_2 - ...))`.
 fn minor(matrix: &Matrix, rows: u8, columns: u8) -> Jet {
     let row = &matrix[rows.trailing_zeros() as usize % MOST];
@@ -168,8 +173,8 @@ fn minor(matrix: &Matrix, rows: u8, columns: u8) -> Jet {
 mod tests {
     use super::*;
 
-    /// Vandermonde's determinant is the product of all differences. A matrix times its cofactors is its determinant
-    /// times the unit matrix. Whole numbers of this size are exact.
+    /// Vandermonde's determinant is the product of all differences, and a matrix times its cofactors is the unit matrix
+    /// times its determinant. Arithmetic with whole numbers of this size is exact.
     #[test]
     fn determinants_and_cofactors_are_those_of_vandermonde() {
         let x: [i32; MOST] = [2, -3, 5, 7, -11, 13];
@@ -177,14 +182,14 @@ mod tests {
         let matrix = x.map(|x| std::array::from_fn(|k| jet(f64::from(x).powi(k as i32))));
         for order in 2..=MOST {
             let pairs = (0..order).flat_map(|j| (0..j).map(move |i| f64::from(x[j] - x[i])));
-            let known = pairs.product::<f64>();
-            assert_eq!(minor(&matrix, all(order), all(order)).at, known.into());
+            let determinant = pairs.product::<f64>();
+            assert_eq!(minor(&matrix, all(order), all(order)).at, determinant.into());
             for (i, j) in (0..order).flat_map(|i| (0..order).map(move |j| (i, j))) {
                 let cofactors = cofactors(&matrix, order, j);
                 let sum: C = matrix[i].iter().zip(cofactors).map(|(a, c)| a.at * c.at).sum();
                 assert_eq!(
                     sum,
-                    if i == j { known.into() } else { C::default() },
+                    if i == j { determinant.into() } else { C::default() },
                     "{order}: {i} {j}"
                 );
             }

@@ -1,9 +1,9 @@
-//! Deflation: modes that are eigenvectors already are removed before the eigenvalues are computed.
+//! Deflation: modes that are already eigenvectors are removed before the eigenvalues are computed.
 //!
-//! * Of `m` modes of equal frequency, as many combinations as there are attachments are coupled to
-//!   them; the others are eigenvectors.
-//! * A mode whose ends hardly move is uncoupled too: at the upper end of the spectrum of splines
-//!   each mode belongs to one end of a body, and moves the other end by a rounding only.
+//! * Of several modes with equal frequency, at most as many combinations are coupled to the attachments as there are
+//!   attachments; the other combinations are eigenvectors.
+//! * A mode that hardly moves the attachments is an eigenvector too. At the upper end of the spectrum of splines each
+//!   mode belongs to one end of a body, and moves the other end only by a rounding.
 
 use crate::modal::spectrum::block::Block;
 use crate::modal::structure::Structure;
@@ -13,17 +13,17 @@ use num_complex::Complex64 as C;
 use std::iter::Sum;
 use std::ops::Mul;
 
-/// The structure without the removed modes: no more modes of one frequency than attachments.
+/// The structure without the removed modes. It has no more modes of one frequency than attachments.
 pub(crate) struct Deflated {
     /// Squared frequencies, ascending.
     pub(crate) omega2: Vec<f64>,
     /// Kelvin-Voigt damping time, s.
     pub(crate) beta: f64,
-    /// The uniform translation, if a dashpot to the ground is all that resists it.
+    /// The uniform translation, if nothing but a dashpot to the ground resists it.
     pub(crate) sliding: Option<Vec<f64>>,
     /// Amplitudes of each attachment in the remaining modes.
     pub(crate) shapes: Vec<Vec<f64>>,
-    /// Their sizes, and the root of the sum of their squares.
+    /// For each attachment, the magnitudes of these amplitudes and their norm.
     pub(crate) sizes: Vec<(Vec<f64>, f64)>,
     /// Stiffness and viscosity of each attachment.
     pub(crate) springs: Vec<(f64, f64)>,
@@ -33,10 +33,10 @@ pub(crate) struct Deflated {
     pub(crate) modes: usize,
 }
 
-/// Relative difference of squared frequencies that are equal to rounding.
+/// Relative difference below which squared frequencies are equal to rounding.
 const EQUAL: f64 = 4.0 * f64::EPSILON;
 
-/// Rounding of a direction that others span.
+/// Share of a direction below which its remainder after orthogonalisation is rounding.
 const SPANNED: f64 = 1e-14;
 
 impl Deflated {
@@ -44,7 +44,7 @@ impl Deflated {
     pub(crate) fn new(structure: &Structure) -> (Self, Vec<Block>) {
         let n = structure.omega2.len();
         let attachments = &structure.attachments;
-        let mut left = Self {
+        let mut remaining = Self {
             omega2: Vec::new(),
             beta: structure.beta,
             sliding: structure.sliding.map(<[f64]>::to_vec),
@@ -63,14 +63,14 @@ impl Deflated {
         };
         for cluster in order.chunk_by(equal) {
             let omega2 = structure.omega2[cluster[0]];
-            for (weights, felt) in combinations(structure, cluster) {
-                if felt && feels(structure, cluster, &weights) {
-                    left.omega2.push(omega2);
-                    for (shape, attachment) in left.shapes.iter_mut().zip(attachments) {
+            for (weights, coupled) in combinations(structure, cluster) {
+                if coupled && is_changed(structure, cluster, &weights) {
+                    remaining.omega2.push(omega2);
+                    for (shape, attachment) in remaining.shapes.iter_mut().zip(attachments) {
                         shape.push(amplitude(attachment.shape, cluster, &weights));
                     }
                     let members = cluster.iter().copied().zip(weights);
-                    left.members.push(members.filter(|(_, weight)| *weight != 0.0).collect());
+                    remaining.members.push(members.filter(|(_, weight)| *weight != 0.0).collect());
                 } else {
                     let mut shape = vec![0.0; n];
                     cluster.iter().zip(weights).for_each(|(&i, weight)| shape[i] = weight);
@@ -79,8 +79,8 @@ impl Deflated {
             }
         }
         let sizes = |shape: &Vec<f64>| (shape.iter().map(|x| x.abs()).collect(), norm(shape));
-        left.sizes = left.shapes.iter().map(sizes).collect();
-        (left, blocks)
+        remaining.sizes = remaining.shapes.iter().map(sizes).collect();
+        (remaining, blocks)
     }
 
     /// Converts amplitudes of the free modes to those of the remaining modes.
@@ -92,7 +92,7 @@ impl Deflated {
         self.members.iter().map(amplitude).collect()
     }
 
-    /// The reverse.
+    /// Converts amplitudes of the remaining modes to those of the free modes.
     pub(crate) fn unmerged(&self, amplitudes: &[C]) -> Vec<C> {
         let mut shape = vec![C::default(); self.modes];
         for (members, amplitude) in self.members.iter().zip(amplitudes) {
@@ -104,15 +104,15 @@ impl Deflated {
     }
 }
 
-/// Orthonormal combinations of modes of one frequency, and whether attachments are coupled to each:
-/// at most as many as there are attachments.
+/// Orthonormal combinations of modes of one frequency, each with true if attachments are coupled to it. At most as many
+/// are coupled as there are attachments.
 fn combinations(structure: &Structure, cluster: &[usize]) -> Vec<(Vec<f64>, bool)> {
     let size = cluster.len();
     let axis = |k: usize| (0..size).map(|i| f64::from(u8::from(i == k))).collect::<Vec<f64>>();
     let attachments = &structure.attachments;
-    let alone = || (0..size).map(|k| (axis(k), true)).collect();
+    let uncombined = || (0..size).map(|k| (axis(k), true)).collect();
     if size == 1 {
-        return alone();
+        return uncombined();
     }
     if let ([only], &[i, j]) = (&attachments[..], cluster) {
         let (a, b) = (only.shape[i], only.shape[j]);
@@ -123,10 +123,10 @@ fn combinations(structure: &Structure, cluster: &[usize]) -> Vec<(Vec<f64>, bool
         }
     }
     let mut list: Vec<(Vec<f64>, bool)> = Vec::new();
-    let felt = attachments.iter().map(|a| cluster.iter().map(|&i| a.shape[i]).collect());
+    let attached = attachments.iter().map(|a| cluster.iter().map(|&i| a.shape[i]).collect());
     let others = (0..size).map(axis);
-    let directions = felt.map(|v| (v, true)).chain(others.map(|v| (v, false)));
-    for (mut direction, felt) in directions {
+    let directions = attached.map(|v| (v, true)).chain(others.map(|v| (v, false)));
+    for (mut direction, coupled) in directions {
         let before = norm(&direction);
         // Two orthogonalisations are enough (Kahan).
         for _ in 0..2 {
@@ -136,17 +136,17 @@ fn combinations(structure: &Structure, cluster: &[usize]) -> Vec<(Vec<f64>, bool
             }
         }
         let after = norm(&direction);
-        // A direction that earlier ones span is not counted.
-        if after > before * if felt { SPANNED } else { 0.5 / (size as f64).sqrt() } {
+        // A direction that earlier ones span is left out.
+        if after > before * if coupled { SPANNED } else { 0.5 / (size as f64).sqrt() } {
             direction.iter_mut().for_each(|x| *x /= after);
-            list.push((direction, felt));
+            list.push((direction, coupled));
         }
         if list.len() == size {
             break;
         }
     }
-    // All are coupled, so nothing is removed and the modes stay as they are.
-    if list.iter().all(|(_, felt)| *felt) { alone() } else { list }
+    // If all are coupled, nothing is removed and the modes stay as they are.
+    if list.iter().all(|(_, coupled)| *coupled) { uncombined() } else { list }
 }
 
 fn amplitude(shape: &[f64], cluster: &[usize], weights: &[f64]) -> f64 {
@@ -154,10 +154,10 @@ fn amplitude(shape: &[f64], cluster: &[usize], weights: &[f64]) -> f64 {
 }
 
 /// False if the attachments change a mode by less than a rounding of its own stiffness.
-fn feels(structure: &Structure, cluster: &[usize], weights: &[f64]) -> bool {
+fn is_changed(structure: &Structure, cluster: &[usize], weights: &[f64]) -> bool {
     let omega2 = structure.omega2[cluster[0]];
     structure.attachments.iter().any(|a| {
-        // Whatever acts on a translation changes it.
+        // A translation has no stiffness, so anything that acts on it changes it.
         let rate = if omega2 == 0.0 { 1.0 } else { omega2.sqrt() };
         let strength = a.stiffness + a.viscosity * rate;
         let reach = strength * dot(a.shape, a.shape).sqrt();

@@ -1,7 +1,7 @@
-//! Eigenpairs that the root search does not find, by a dense solver, which finds them however close their roots are.
+//! Eigenpairs that the search for roots does not find. A dense solver finds them, however close their roots are.
 //!
-//! The states that are orthogonal to every known vector (in the product of [`states`](super::states)) form an
-//! invariant space. The solver is given only this space, which mostly has a few dimensions.
+//! The states that are orthogonal to every known vector (in the product of [`states`](super::states)) form an invariant
+//! space. The solver is given only this space, which usually has few dimensions.
 
 use crate::error::SpectrumError;
 use crate::interrupt;
@@ -13,15 +13,15 @@ use crate::modal::spectrum::secular::Secular;
 use crate::modal::spectrum::states::Vector;
 use crate::numerics::kernel::norm;
 
-/// A direction is new if at least this part of it is orthogonal to the others.
+/// A direction is new if at least this share of it is orthogonal to the others.
 const SPANNED: f64 = 1e-3;
 
-/// All eigenpairs, sorted, and blocks of roots that nearly coincide. `pairs` are known ones, some of them perhaps
-/// twice.
+/// All eigenpairs, sorted, and the blocks of roots that nearly coincide. `pairs` are the known eigenpairs; some of them
+/// may occur twice.
 ///
 /// # Errors
 ///
-/// [`SpectrumError::Cancelled`]; [`SpectrumError::Unsettled`] if the rest is not found.
+/// [`SpectrumError::Cancelled`]; [`SpectrumError::Unsettled`] if the other pairs are not found.
 pub(crate) fn complete(
     secular: &Secular,
     pairs: Vec<Eigenpair>,
@@ -34,7 +34,7 @@ pub(crate) fn complete(
     Ok((pairs, blocks))
 }
 
-/// The pairs, each once, without real ones that coincide.
+/// The pairs without repetitions, and without real ones that coincide.
 fn distinct(system: &Deflated, mut pairs: Vec<Eigenpair>) -> Vec<Vector> {
     sort(&mut pairs);
     let mut known: Vec<Vector> = Vec::new();
@@ -54,9 +54,9 @@ fn distinct(system: &Deflated, mut pairs: Vec<Eigenpair>) -> Vec<Vector> {
     known
 }
 
-/// A basis `Z` of the states that are orthogonal to the known vectors, by columns. Each column is the remainder of a
-/// unit state, the largest remainders first, and they are orthogonal to one another if displacements are weighed by
-/// their rates.
+/// The columns of a basis `Z` of the states that are orthogonal to the known vectors. Each column is the remainder of a
+/// unit state; unit states with large remainders are taken first. The columns are orthogonal to one another, with
+/// displacements weighted by their rates.
 fn rest(system: &Deflated, known: &[Vector]) -> Result<Vec<Vec<f64>>, SpectrumError> {
     let len = 2 * system.omega2.len();
     let count = len.checked_sub(known.iter().map(Vector::taken).sum());
@@ -65,22 +65,23 @@ fn rest(system: &Deflated, known: &[Vector]) -> Result<Vec<Vec<f64>>, SpectrumEr
         return Ok(Vec::new());
     }
     let springs = || system.shapes.iter().zip(&system.springs);
-    let held = |i: usize| springs().map(|(phi, (k, _))| k * phi[i] * phi[i]).sum::<f64>();
-    let rate = |i: usize| Some((system.omega2[i] + held(i)).sqrt()).filter(|rate| *rate > 0.0);
+    let stiffening = |i: usize| springs().map(|(phi, (k, _))| k * phi[i] * phi[i]).sum::<f64>();
+    let rate =
+        |i: usize| Some((system.omega2[i] + stiffening(i)).sqrt()).filter(|rate| *rate > 0.0);
     let weights: Vec<f64> = (0..len / 2).flat_map(|i| [rate(i).unwrap_or(1.0), 1.0]).collect();
-    // Size of each unit state's remainder: the diagonal of the projection.
-    let mut left = vec![1.0; len];
+    // The squared size of each unit state's remainder is the diagonal of the projection.
+    let mut remainders = vec![1.0; len];
     for vector in known {
-        left.iter_mut().zip(vector.parts()).for_each(|(left, part)| *left -= part);
+        remainders.iter_mut().zip(vector.parts()).for_each(|(remainder, part)| *remainder -= part);
     }
     let mut columns: Vec<(usize, Vec<f64>)> = Vec::with_capacity(count);
     while columns.len() < count {
         if interrupt::is_set() {
             return Err(SpectrumError::Cancelled);
         }
-        let largest = (0..len).max_by(|&i, &j| left[i].total_cmp(&left[j]));
-        let k = largest.filter(|&k| left[k].is_finite()).ok_or(SpectrumError::Unsettled)?;
-        left[k] = f64::NEG_INFINITY;
+        let largest = (0..len).max_by(|&i, &j| remainders[i].total_cmp(&remainders[j]));
+        let k = largest.filter(|&k| remainders[k].is_finite()).ok_or(SpectrumError::Unsettled)?;
+        remainders[k] = f64::NEG_INFINITY;
         let mut z = vec![0.0; len];
         z[k] = 1.0 / weights[k];
         // Two orthogonalisations are enough (Kahan).
@@ -95,11 +96,11 @@ fn rest(system: &Deflated, known: &[Vector]) -> Result<Vec<Vec<f64>>, SpectrumEr
         if size > SPANNED {
             z.iter_mut().for_each(|z| *z /= size);
             let parts = z.iter().zip(&weights).map(|(z, weight)| weight * z);
-            left.iter_mut().zip(parts).for_each(|(left, z)| *left -= z * z);
+            remainders.iter_mut().zip(parts).for_each(|(remainder, z)| *remainder -= z * z);
             columns.push((k, z));
         }
     }
-    // With the fast states first, Francis' iteration keeps the digits of the slow ones.
+    // If the fast states come first, Francis' iteration preserves the digits of the slow ones.
     let rate = |k: usize| weights[k & !1];
     columns.sort_by(|(i, _), (j, _)| rate(*j).total_cmp(&rate(*i)).then(i.cmp(j)));
     Ok(columns.into_iter().map(|(_, z)| z).collect())

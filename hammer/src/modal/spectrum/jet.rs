@@ -1,9 +1,9 @@
-//! Functions of `s` with their derivatives: what the secular function's determinants are made of.
+//! Jets: functions of `s` with their derivatives. The determinants of the secular function are made of them.
 
 use num_complex::Complex64 as C;
 use std::ops::{Mul, Sub};
 
-/// A function of `s` and its derivative.
+/// The value of a function at `s`, and its derivative there.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Jet {
     pub(crate) at: C,

@@ -1,8 +1,10 @@
-//! The modes of bodies that are joined by springs that hold both ways. The springs are added one after another.
+//! The modes of bodies that are joined by springs with proportional damping. The springs are added one after another.
 //!
-//! In the modes of the bodies with the springs before it, the stiffness of a spring is a dyad. Its damping is
-//! proportional like that of the bodies, so that the joint modes stay real, `V' V = 1`. They do not depend on what acts
-//! on the tip and are the same in every run of a sweep over a rock or a load, so they are made once per process.
+//! In the modes of the bodies with all springs before it, the stiffness of a spring is a dyad.
+//! Its damping is proportional to its stiffness, as that of the bodies is, so the joint modes are real and orthonormal,
+//! `V' V = 1`.
+//! These modes do not depend on what acts on the tip. They are the same in every run of a sweep over a rock or a load,
+//! and are therefore computed once per process.
 
 use crate::bodies::cache::Recent;
 use crate::interrupt;
@@ -13,10 +15,11 @@ use crate::numerics::kernel::{LANES, inner_product};
 use crate::numerics::rank_one;
 use std::sync::Arc;
 
-/// Bytes of the cached modes: enough for all groups of eight rods on the mesh that a drilling rate needs.
+/// Memory for the cached modes, bytes. It is enough for all groups of eight rods on the mesh that a drilling rate
+/// needs.
 const BUDGET: usize = 1 << 24;
 
-/// The number of the bodies' modes, their frequencies, and the springs, bit for bit.
+/// The exact numbers on which the modes depend: the number of the bodies' modes, their frequencies, and the springs.
 type Key = Vec<u64>;
 
 static MODES: Recent<Key, Arc<Modes>> = Recent::new(BUDGET, 1, |modes| modes.bytes());
@@ -37,11 +40,11 @@ fn key(structure: &Structure) -> Key {
 struct Modes {
     /// Squared frequencies, rad2/s2.
     omega2: Vec<f64>,
-    /// Each mode in the bodies' own, one after the other, filled up to whole groups.
+    /// Each mode in terms of the bodies' own modes, one after the other, padded to whole groups of lanes.
     shapes: Vec<f64>,
 }
 
-/// These modes, with what acts on the bodies.
+/// The modes of joined bodies, and the structure's attachments in them.
 pub(crate) struct Joined {
     modes: Arc<Modes>,
     /// Shapes of the structure's attachments in these modes.
@@ -51,12 +54,12 @@ pub(crate) struct Joined {
 }
 
 impl Modes {
-    /// None if an interrupt comes.
+    /// The modes of a structure with its proportional springs; `None` if the call is interrupted.
     fn new(structure: &Structure) -> Option<Self> {
         let n = structure.omega2.len();
-        let (omega2, room) = (structure.omega2.to_vec(), n.next_multiple_of(LANES));
-        let mut shapes = vec![0.0; n * room];
-        shapes.iter_mut().step_by(room + 1).for_each(|own| *own = 1.0);
+        let (omega2, stride) = (structure.omega2.to_vec(), n.next_multiple_of(LANES));
+        let mut shapes = vec![0.0; n * stride];
+        shapes.iter_mut().step_by(stride + 1).for_each(|diagonal| *diagonal = 1.0);
         let mut modes = Self { omega2, shapes };
         for spring in &structure.proportional {
             modes.take_in(spring)?;
@@ -83,13 +86,13 @@ impl Modes {
         Some(())
     }
 
-    /// A point's amplitudes in these modes, from those in the bodies' own.
+    /// A point's amplitudes in these modes, from those in the bodies' own modes.
     fn amplitudes(&self, shape: &[f64]) -> Vec<f64> {
         let modes = self.shapes.chunks_exact(shape.len().next_multiple_of(LANES));
         modes.map(|mode| inner_product(mode, shape)).collect()
     }
 
-    /// A shape in the bodies' own modes, filled up to whole groups.
+    /// A shape, given in these modes, in the bodies' own modes, padded to whole groups of lanes.
     fn in_bodies(&self, shape: &[f64]) -> Vec<f64> {
         let mut sum = vec![0.0; shape.len().next_multiple_of(LANES)];
         combine_in_order(&self.shapes, shape, &mut sum);
@@ -98,7 +101,7 @@ impl Modes {
 }
 
 impl Joined {
-    /// The modes of a structure with its proportional springs. None if an interrupt comes.
+    /// The modes of a structure with its proportional springs; `None` if the call is interrupted.
     pub(crate) fn new(structure: &Structure) -> Option<Self> {
         let modes =
             MODES.find(key(structure), |_| Modes::new(structure).map(Arc::new).ok_or(())).ok()?;
@@ -107,19 +110,19 @@ impl Joined {
         Some(Self { modes, attached, sliding })
     }
 
-    /// The structure in these modes.
-    pub(crate) fn structure<'a>(&'a self, of: &Structure) -> Structure<'a> {
-        let attached = of.attachments.iter().zip(&self.attached);
+    /// A structure, given in the bodies' own modes, in these modes.
+    pub(crate) fn structure<'a>(&'a self, structure: &Structure) -> Structure<'a> {
+        let attached = structure.attachments.iter().zip(&self.attached);
         let attached = attached.map(|(a, shape)| Attachment {
             shape,
             stiffness: a.stiffness,
             viscosity: a.viscosity,
         });
         let (attachments, sliding) = (attached.collect(), self.sliding.as_deref());
-        Structure { attachments, sliding, ..Structure::free(&self.modes.omega2, of.beta) }
+        Structure { attachments, sliding, ..Structure::free(&self.modes.omega2, structure.beta) }
     }
 
-    /// A block of these modes in the bodies' own.
+    /// A block, given in these modes, in the bodies' own modes.
     pub(crate) fn block(&self, block: Block) -> Block {
         let count = self.modes.omega2.len();
         let shapes = block.shapes.each_ref().map(|shape| {

@@ -1,4 +1,5 @@
-//! From roots to eigenpairs, and from eigenpairs to blocks: of two conjugates, or of two real roots.
+//! From roots to eigenpairs, and from eigenpairs to blocks. A block consists of two conjugate roots or of two real
+//! roots.
 
 use crate::error::SpectrumError;
 use crate::interrupt;
@@ -11,10 +12,10 @@ use num_complex::Complex64 as C;
 /// Two real roots within [`CONFLUENT`] coincide if the cosine of their vectors is larger than this.
 const PARALLEL: f64 = 0.7;
 
-/// A root and the amplitudes of its vector in the modes of the secular function, not normalised.
+/// A root and its eigenvector's amplitudes in the modes of the secular function, not normalised.
 pub(crate) type Eigenpair = (C, Vec<C>);
 
-/// The eigenpairs; of two conjugates, the one with the positive imaginary part.
+/// The eigenpairs of these roots. Of two conjugates only the one with the positive imaginary part is returned.
 ///
 /// # Errors
 ///
@@ -41,12 +42,12 @@ pub(crate) fn is_decay((s, _): &Eigenpair) -> bool {
     s.im == 0.0
 }
 
-/// Sorts the pairs: those that decay last, the slowest of them first.
+/// Sorts the pairs: first the oscillations, then the decays; each from slow to fast decay.
 pub(crate) fn sort(pairs: &mut [Eigenpair]) {
     pairs.sort_by(|a, b| is_decay(a).cmp(&is_decay(b)).then(b.0.re.total_cmp(&a.0.re)));
 }
 
-/// True if two real roots nearly coincide, and their vectors with them.
+/// True if two real roots nearly coincide, and their vectors too.
 pub(crate) fn coincide(one: &Eigenpair, other: &Eigenpair) -> bool {
     let is_close = norm(one.0 - other.0) <= 2.0 * CONFLUENT * norm(one.0);
     is_close && is_decay(one) && is_decay(other) && {
@@ -56,7 +57,7 @@ pub(crate) fn coincide(one: &Eigenpair, other: &Eigenpair) -> bool {
     }
 }
 
-/// Blocks of sorted pairs.
+/// The blocks of sorted pairs.
 ///
 /// # Errors
 ///
@@ -65,12 +66,12 @@ pub(crate) fn blocks(system: &Deflated, pairs: &[Eigenpair]) -> Result<Vec<Block
     let (upper, reals) = pairs.split_at(pairs.partition_point(|pair| !is_decay(pair)));
     let mut blocks: Vec<Block> =
         upper.iter().map(|(s, x)| oscillation(*s, &system.unmerged(x))).collect();
-    // The slowest root is paired with the fastest, the next with the next, and so on.
+    // The slowest real root is paired with the fastest, the second slowest with the second fastest, and so on.
     for (slow, fast) in reals[..reals.len() / 2].iter().zip(reals.iter().rev()) {
         let shape = |x: &[C]| unit(system.unmerged(x).iter().map(|z| z.re).collect());
         let roots = [slow.0.re, fast.0.re];
         blocks.push(match &system.sliding {
-            // The translation that only a dashpot resists is exact.
+            // If only a dashpot resists the translation, its shape is known exactly.
             Some(translation) if roots[0] == 0.0 => {
                 Block::braked(roots[1], [unit(translation.clone()), shape(&fast.1)])
             }
@@ -80,12 +81,14 @@ pub(crate) fn blocks(system: &Deflated, pairs: &[Eigenpair]) -> Result<Vec<Block
     if reals.len().is_multiple_of(2) { Ok(blocks) } else { Err(SpectrumError::Unpaired) }
 }
 
-/// The block of a root and its conjugate, whose vector is in the free modes.
+/// The block of a root and its conjugate. The root's eigenvector `v` is given in the free modes.
 fn oscillation(s: C, v: &[C]) -> Block {
-    // The phase is free: a real largest component keeps the shapes of moderate size.
-    let big = v.iter().fold(C::default(), |m, z| if z.norm_sqr() > m.norm_sqr() { *z } else { m });
+    // The phase of the vector is free. It is chosen so that the largest component is real, which keeps the shapes of
+    // moderate size.
+    let larger = |m: C, z: &C| if z.norm_sqr() > m.norm_sqr() { *z } else { m };
+    let largest = v.iter().fold(C::default(), larger);
     let length = v.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
-    let phase = big.conj() / norm(big) / length;
+    let phase = largest.conj() / norm(largest) / length;
     let shapes = [
         v.iter().map(|z| z.re * phase.re - z.im * phase.im).collect(),
         v.iter().map(|z| z.re * phase.im + z.im * phase.re).collect(),
@@ -93,7 +96,7 @@ fn oscillation(s: C, v: &[C]) -> Block {
     Block::quadratic(s.re, s.im * s.im, s.im, shapes)
 }
 
-/// The vector with norm 1.
+/// The vector, scaled to norm 1.
 pub(crate) fn unit(v: Vec<f64>) -> Vec<f64> {
     let norm = v.iter().map(|x| x * x).sum::<f64>().sqrt();
     v.iter().map(|x| x / norm).collect()

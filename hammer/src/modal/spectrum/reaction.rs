@@ -1,14 +1,15 @@
 //! The displacement of an attachment, computed from the force in it.
 //!
-//! A spring far stiffer than the bars hardly moves: its displacement `u = phi . X` in a mode of the
-//! shape `X` is a sum of terms that cancel, and the force `k u` is lost in their rounding. But the
-//! free modes feel that force, and no other: with `f` the forces in all attachments,
+//! A spring that is far stiffer than the bars hardly moves. In a mode of the shape `X` its displacement `u = phi . X`
+//! is a sum of terms that cancel, and the force `k u` is lost in their rounding.
+//! But only the forces `f` in the attachments drive the free modes, so that
+//!
 //! ```text
 //! X_i B^2 + omega_i^2 (beta X_i B + X_i) = sum_a phi_ai f_a,        u_a (k_a + c_a B) = -f_a
 //! ```
 //!
-//! holds for every free mode `i` to rounding of its own terms, and least squares over all of them
-//! give `f` to its own.
+//! holds for every free mode `i` to the rounding of its own terms. Least squares over all free modes give `f` to its
+//! own rounding.
 
 use crate::modal::spectrum::block::Block;
 use crate::modal::structure::{Attachment, Structure};
@@ -16,19 +17,20 @@ use crate::numerics::kernel::inner_product;
 use crate::numerics::math;
 use crate::numerics::matrix2::{Matrix2, product};
 
-/// If the terms exceed their sum by this factor, the force is more accurate. The value is a choice:
-/// the sum then loses at most three digits.
+/// If the terms exceed their sum by this factor, the displacement is computed from the force. With this choice the sum
+/// loses at most three digits where it is used.
 const CANCELS: f64 = 1e3;
-/// Largest relative difference between the two; in a block with a larger error, the force is not used.
+/// Largest difference between the displacements by the force and by the sum, relative to the sum's terms. If it is
+/// larger, the block is inaccurate and the force is not used.
 const ROUGH: f64 = 1e-10;
 
-/// `x y` of a row.
+/// The product of a row and a matrix.
 fn times([p, q]: [f64; 2], m: &Matrix2) -> [f64; 2] {
     [p * m[0] + q * m[2], p * m[1] + q * m[3]]
 }
 
-/// Each attachment's displacement in the two coordinates of a block; none if the sum over its shape
-/// is as accurate.
+/// Displacement of each attachment in the two coordinates of a block, computed from its force; `None` if the sum over
+/// its shape is as accurate.
 pub(crate) fn displacements(structure: &Structure, block: &Block) -> Vec<Option<[f64; 2]>> {
     let attachments = &structure.attachments;
     let [first, second] = &block.shapes;
@@ -53,18 +55,18 @@ pub(crate) fn displacements(structure: &Structure, block: &Block) -> Vec<Option<
             let det = m[0] * m[3] - m[1] * m[2];
             let inverse = [-m[3] / det, m[1] / det, m[2] / det, -m[0] / det];
             let u = times(force, &inverse);
-            let apart = math::hypot(u[0] - sum.0[0], u[1] - sum.0[1]);
-            (cancels(sum) && apart <= ROUGH * sum.1).then_some(u)
+            let difference = math::hypot(u[0] - sum.0[0], u[1] - sum.0[1]);
+            (cancels(sum) && difference <= ROUGH * sum.1).then_some(u)
         });
-    list.iter_mut().zip(known).for_each(|(at, u)| *at = u);
+    list.iter_mut().zip(known).for_each(|(slot, u)| *slot = u);
     list
 }
 
-/// Most springs among the attachments, which come first.
-const MOST: usize = 3;
+/// Largest number of springs among the attachments. They come before the dashpots.
+const MAX_SPRINGS: usize = 3;
 
-/// A dashpot alone, which does not need to be stiff: its forces in the two coordinates by its speeds,
-/// and their size before they cancel.
+/// A dashpot without a spring: its forces in the two coordinates, which follow from its velocities, and the size of
+/// their terms. Velocities need not be computed from the force, since such a dashpot is not stiff.
 struct Dashpot<'a> {
     shape: &'a [f64],
     forces: [f64; 2],
@@ -74,45 +76,45 @@ struct Dashpot<'a> {
 impl<'a> Dashpot<'a> {
     fn new(attachment: &Attachment<'a>, block: &Block, rate: f64) -> Self {
         let Attachment { shape, viscosity, .. } = *attachment;
-        let moved = block.shapes.each_ref().map(|x| inner_product(shape, x));
+        let displacements = block.shapes.each_ref().map(|x| inner_product(shape, x));
         let sizes = block.shapes[0].iter().zip(&block.shapes[1]).map(|(x, y)| math::hypot(*x, *y));
         let size: f64 = shape.iter().zip(sizes).map(|(phi, size)| phi.abs() * size).sum();
-        let forces = times(moved, &block.b).map(|speed| viscosity * speed);
+        let forces = times(displacements, &block.b).map(|velocity| viscosity * velocity);
         Self { shape, forces, size: viscosity * rate * size }
     }
 }
 
-/// The forces in the springs by least squares; those in dashpots alone are known.
-fn forces(structure: &Structure, block: &Block, springs: usize) -> [[f64; 2]; MOST] {
+/// The forces in the springs by least squares. Those in dashpots without a spring are known.
+fn forces(structure: &Structure, block: &Block, springs: usize) -> [[f64; 2]; MAX_SPRINGS] {
     let (b, rate) = (&block.b, block.rate[0].max(block.rate[1]));
     let square = product(b, b);
-    let (mut gram, mut right) = ([0.0; 6], [[0.0; 2]; MOST]);
+    let (mut gram, mut right) = ([0.0; 6], [[0.0; 2]; MAX_SPRINGS]);
     let (stiff, rest) = structure.attachments.split_at(springs);
     let dashpots: Vec<Dashpot> = rest.iter().map(|a| Dashpot::new(a, block, rate)).collect();
     let shape = |a: usize, i: usize| stiff.get(a).map_or(0.0, |x| x.shape[i]);
     for (i, w2) in structure.omega2.iter().enumerate() {
         let row = [block.shapes[0][i], block.shapes[1][i]];
-        let (turned, pushed) = (times(row, b), times(row, &square));
-        let mut driven: [f64; 2] =
-            std::array::from_fn(|k| pushed[k] + w2 * (structure.beta * turned[k] + row[k]));
-        // An equation is rounded by the size of its own terms.
+        let (velocity, acceleration) = (times(row, b), times(row, &square));
+        let mut force: [f64; 2] =
+            std::array::from_fn(|k| acceleration[k] + w2 * (structure.beta * velocity[k] + row[k]));
+        // The rounding of an equation is in proportion to the size of its terms.
         let stiff = rate * rate + w2 * (1.0 + structure.beta * rate);
         let mut size = math::hypot(row[0], row[1]) * stiff;
         for dashpot in &dashpots {
             let phi = dashpot.shape[i];
-            driven.iter_mut().zip(dashpot.forces).for_each(|(d, force)| *d += phi * force);
+            force.iter_mut().zip(dashpot.forces).for_each(|(sum, force)| *sum += phi * force);
             size += phi.abs() * dashpot.size;
         }
         if size == 0.0 {
             continue;
         }
         let weight = 1.0 / (size * size);
-        let phi: [f64; MOST] = std::array::from_fn(|a| shape(a, i));
+        let phi: [f64; MAX_SPRINGS] = std::array::from_fn(|a| shape(a, i));
         for (sum, [a, b]) in gram.iter_mut().zip([[0, 0], [0, 1], [1, 1], [0, 2], [1, 2], [2, 2]]) {
             *sum += weight * phi[a] * phi[b];
         }
         for (right, phi) in right.iter_mut().zip(phi) {
-            right.iter_mut().zip(driven).for_each(|(r, d)| *r += weight * phi * d);
+            right.iter_mut().zip(force).for_each(|(r, force)| *r += weight * phi * force);
         }
     }
     match springs {
@@ -129,12 +131,12 @@ fn forces(structure: &Structure, block: &Block, springs: usize) -> [[f64; 2]; MO
 }
 
 /// The forces of three springs, by Cholesky's factors.
-fn three(gram: [f64; 6], right: [[f64; 2]; MOST]) -> [[f64; 2]; MOST] {
+fn three(gram: [f64; 6], right: [[f64; 2]; MAX_SPRINGS]) -> [[f64; 2]; MAX_SPRINGS] {
     let [a, b, d, c, e, f] = gram;
     let gram = nalgebra::Matrix3::new(a, b, c, b, d, e, c, e, f);
     let right = nalgebra::Matrix3x2::from_fn(|row, column| right[row][column]);
-    let none = [[f64::NAN; 2]; MOST];
-    gram.cholesky().map_or(none, |factors| {
+    let unknown = [[f64::NAN; 2]; MAX_SPRINGS];
+    gram.cholesky().map_or(unknown, |factors| {
         let forces = factors.solve(&right);
         std::array::from_fn(|a| [forces[(a, 0)], forces[(a, 1)]])
     })
@@ -145,8 +147,8 @@ mod tests {
     use super::*;
     use crate::modal::spectrum::Spectrum;
 
-    /// A translation and one free mode of a bar, held by a spring far stiffer than the bar: the
-    /// translation is driven by the spring alone, which gives its force in closed form.
+    /// A spring far stiffer than a bar holds the bar, which has its translation and one elastic mode. Only the spring
+    /// drives the translation, which gives the spring's force in closed form.
     #[test]
     fn a_stiff_spring_moves_by_its_force() {
         let (w2, phi, mut stiff) = (4.0e10, [0.7, -1.1], 0);
@@ -156,23 +158,23 @@ mod tests {
             let structure =
                 Structure { attachments: vec![attachment], ..Structure::free(&omega2, 0.0) };
             for block in Spectrum::new(&structure).unwrap().blocks().unwrap() {
-                let found = displacements(&structure, &block)[0];
-                // X_i (omega_i^2 - x) = -k phi_i u: of the translation, u = x X_0 / (k phi_0).
+                let displacement = displacements(&structure, &block)[0];
+                // X_i (omega_i^2 - x) = -k phi_i u, which for the translation gives u = x X_0 / (k phi_0).
                 let x = -product(&block.b, &block.b)[0];
-                let wanted = [0, 1].map(|c| x * block.shapes[c][0] / (k * phi[0]));
+                let expected = [0, 1].map(|c| x * block.shapes[c][0] / (k * phi[0]));
                 let sum = [0, 1]
                     .map(|c| -> f64 { phi.iter().zip(&block.shapes[c]).map(|(p, x)| p * x).sum() });
-                let size = wanted[0].hypot(wanted[1]);
-                let Some(u) = found else {
-                    // If it is not stiff for this mode, the sum loses three digits of sixteen, and
-                    // the block a few units in its last place.
-                    assert!((sum[0] - wanted[0]).hypot(sum[1] - wanted[1]) <= 1e-11 * size);
+                let size = expected[0].hypot(expected[1]);
+                let Some(u) = displacement else {
+                    // If the spring is not stiff for this mode, the sum loses up to three digits of sixteen, and the
+                    // block a few units in its last place.
+                    assert!((sum[0] - expected[0]).hypot(sum[1] - expected[1]) <= 1e-11 * size);
                     continue;
                 };
                 stiff += 1;
-                // Some ten roundings, in the square of the rate as well.
-                let apart = (u[0] - wanted[0]).hypot(u[1] - wanted[1]);
-                assert!(apart <= 32.0 * f64::EPSILON * size, "{k:e}: {u:?} {wanted:?}");
+                // There are some ten roundings, some of them in the square of the rate.
+                let error = (u[0] - expected[0]).hypot(u[1] - expected[1]);
+                assert!(error <= 32.0 * f64::EPSILON * size, "{k:e}: {u:?} {expected:?}");
             }
         }
         assert!(stiff >= 3, "{stiff}");

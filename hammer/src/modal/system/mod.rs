@@ -66,10 +66,9 @@ pub struct Recipe<'a> {
     pub dampers: Vec<(usize, f64)>,
 }
 
-/// Largest mismatch of a usable basis.
-/// A missing or duplicated vector gives a mismatch near one; rounding under the stiffest dashpots gives 1e-8.
-/// A state that is converted is corrected once, which squares the mismatch. With a larger mismatch it would have fewer
-/// than ten correct digits.
+/// Largest mismatch of a usable basis. A missing or duplicated vector gives a mismatch near one; rounding under the
+/// stiffest dashpots gives 1e-8. A state that is converted is corrected once, which squares the mismatch. With a larger
+/// mismatch it would have fewer than ten correct digits.
 const BASIS_TOLERANCE: f64 = 1e-5;
 /// A basis with a larger mismatch is made again, from pairs whose amplitudes are all refined (small ones matter where a
 /// stiff spring acts on a light body), and with a dense solver for pairs that are missing.
@@ -305,8 +304,7 @@ impl System {
         self.response.take(&self.generator, loads, y)
     }
 
-    /// As [`Self::take_driven`], for a state that has no static part of constant loads, so that only the translation is
-    /// removed.
+    /// As [`Self::take_driven`], but only removes the translation: the state has no static part of constant loads.
     pub(crate) fn take_translation(&self, loads: &[Poly; CHANNELS], y: &mut [f64]) -> Driven {
         self.response.take_translation(&self.generator, loads, y)
     }
@@ -424,8 +422,7 @@ impl System {
         )
     }
 
-    /// Value of the damping form for the whole state without its translation, whose modal vector at `t` after the epoch
-    /// is `z`.
+    /// Value of the damping form for the whole state without translation; its modal vector at `t` is `z`.
     pub(crate) fn damping_of_whole(
         &self,
         loads: &[Poly; CHANNELS],
