@@ -1,15 +1,16 @@
-//! An eigenpair to working accuracy, by Newton's method with residuals in twice the digits.
+//! Refinement of an eigenpair to working accuracy, by Newton's method with residuals in twice the digits.
 //!
-//! With the attachments' forces `F` as unknowns of their own, an eigenvector's amplitudes `x` satisfy
+//! If the forces `F` of the attachments are unknowns too, the amplitudes `x` of an eigenvector satisfy
 //!
 //! ```text
 //! d_i x_i + sum_a phi_{a,i} F_a = 0,     F_a = kappa_a sum_i phi_{a,i} x_i.
 //! ```
 //!
-//! Neither equation has a term that grows where another vanishes. A step solves the linearised
-//! equations in double precision: amplitudes far from resonance are eliminated, those near it are
-//! unknowns of a small matrix, which is scaled and eliminated with complete pivoting. How well that is
-//! solved decides only how fast the iteration converges; what it converges to is known to twice the digits.
+//! In neither equation does a term grow where another vanishes.
+//! A step solves the linearised equations in double precision. Amplitudes far from resonance are eliminated; those near
+//! it are unknowns of a small matrix, which is scaled and eliminated with complete pivoting.
+//! The accuracy of this solution affects only how fast the iteration converges. The limit is accurate to twice the
+//! digits.
 
 use crate::modal::spectrum::pairing::Eigenpair;
 use crate::modal::spectrum::secular::Secular;
@@ -19,23 +20,23 @@ use crate::numerics::wide::Wide;
 use num_complex::Complex64 as C;
 use std::ops::Add;
 
-/// Most steps. If the linear equations are solved to two digits of sixteen, eight steps are needed; for one of two
-/// close roots some thirty, since each step goes half the way.
+/// Limit of the number of steps. Eight are needed if only two digits of the linear equations' solution are correct, and
+/// some thirty for one of two close roots, since each step then goes half the way.
 const STEPS: usize = 40;
 /// A step below this, relative to the vector and the root, is the last.
 const LAST: f64 = 1e-18;
-/// Part of its size by which a root may move: beyond, it might become another root.
+/// Share of its size by which a root may move. If it moved further, it might become another root.
 pub(crate) const MOVED: f64 = 1e-6;
-/// An amplitude is near resonance if its `|d|` is below this part of its terms.
+/// An amplitude is near resonance if its `|d|` is below this share of its terms.
 const NEAR: f64 = 1e-2;
-/// Most amplitudes that are unknowns of the small matrix.
-const MOST: usize = 16;
+/// Largest number of amplitudes that are unknowns of the small matrix.
+const MAX_NEAR: usize = 16;
 
-/// An eigenpair under refinement.
+/// An eigenpair that is being refined.
 pub(crate) struct Refinement<'a> {
     secular: &'a Secular,
     s: Wide,
-    /// Amplitudes, and forces of the attachments.
+    /// Amplitudes of the eigenvector, and forces of the attachments.
     x: Vec<Wide>,
     forces: Vec<Wide>,
     /// How far the root may move.
@@ -43,26 +44,27 @@ pub(crate) struct Refinement<'a> {
 }
 
 impl<'a> Refinement<'a> {
-    /// Starts from a root, which may move by `room`, and from the amplitudes of its vector in the modes of the secular
-    /// function. If these are not finite, all start at 1.
+    /// A refinement that starts from a root, which may move by `room`, and from the amplitudes of its vector in the
+    /// modes of the secular function. If these are not finite, all amplitudes start at 1.
     pub(crate) fn new(secular: &'a Secular, s: C, room: f64, x: &[C]) -> Self {
         let scale = x.iter().map(|x| norm(*x)).fold(0.0, f64::max).recip();
         let scaled: Vec<Wide> = x.iter().map(|x| Wide::new(x * scale)).collect();
         let is_vector = scaled.iter().all(|x| x.value().is_finite());
         let x = if is_vector { scaled } else { vec![Wide::new(C::from(1.0)); x.len()] };
         let mut start = Self { secular, s: Wide::new(s), x, forces: Vec::new(), room };
-        start.push();
+        start.set_forces();
         start
     }
 
     /// Computes the attachments' forces from their displacements.
-    fn push(&mut self) {
-        let moved = self.moved();
-        self.forces = moved.iter().enumerate().map(|(a, u)| self.stiffness(a) * *u).collect();
+    fn set_forces(&mut self) {
+        let displacements = self.displacements();
+        let forces = displacements.iter().enumerate().map(|(a, u)| self.stiffness(a) * *u);
+        self.forces = forces.collect();
     }
 
     /// Displacements of the attachments.
-    fn moved(&self) -> Vec<Wide> {
+    fn displacements(&self) -> Vec<Wide> {
         let shapes = self.secular.system.shapes.iter();
         let sum = |shape: &Vec<f64>| {
             let terms = shape.iter().zip(&self.x).map(|(phi, x)| *x * *phi);
@@ -71,26 +73,26 @@ impl<'a> Refinement<'a> {
         shapes.map(sum).collect()
     }
 
-    /// `k + c s`.
+    /// `kappa_a = k_a + c_a s`.
     fn stiffness(&self, a: usize) -> Wide {
         let (k, c) = self.secular.system.springs[a];
         self.s * c + Wide::new(k.into())
     }
 
-    /// `d_i`.
+    /// `d_i` of a mode with the squared frequency `omega2`; `square` is `s^2`.
     fn impedance(&self, square: Wide, omega2: f64) -> Wide {
         let damping = Double::new(self.secular.system.beta) * Double::new(omega2);
         let damped = Wide { re: self.s.re * damping, im: self.s.im * damping };
         square + damped + Wide::new(omega2.into())
     }
 
-    /// The root and the amplitudes; none if they do not converge, or if they converge to another root.
+    /// The refined root and amplitudes; `None` if they do not converge, or converge to another root.
     pub(crate) fn solve(self) -> Option<Eigenpair> {
         let (s, x) = self.solve_widely()?;
         Some((s.value(), x.iter().map(|x| x.value()).collect()))
     }
 
-    /// The same in twice the digits.
+    /// [`Self::solve`] with results in twice the digits.
     pub(crate) fn solve_widely(mut self) -> Option<(Wide, Vec<Wide>)> {
         let start = self.s.value();
         for _ in 0..STEPS {
@@ -108,65 +110,65 @@ impl<'a> Refinement<'a> {
         let (s, square) = (self.s.value(), self.s * self.s);
         let impedances: Vec<Wide> =
             system.omega2.iter().map(|w2| self.impedance(square, *w2)).collect();
-        let rest = |i: usize| {
-            let pushes = system.shapes.iter().zip(&self.forces).map(|(phi, f)| *f * phi[i]);
-            pushes.fold(impedances[i] * self.x[i], Wide::add).value()
+        let residual = |i: usize| {
+            let forces = system.shapes.iter().zip(&self.forces).map(|(phi, f)| *f * phi[i]);
+            forces.fold(impedances[i] * self.x[i], Wide::add).value()
         };
-        let moved = self.moved();
-        let springs = moved.iter().enumerate().map(|(a, u)| {
+        let displacements = self.displacements();
+        let springs = displacements.iter().enumerate().map(|(a, u)| {
             let kappa = self.stiffness(a);
-            let lack = self.forces[a] + kappa * *u * -1.0;
-            (kappa.value(), system.springs[a].1 * u.value(), lack.value())
+            let residual = self.forces[a] + kappa * *u * -1.0;
+            (kappa.value(), system.springs[a].1 * u.value(), residual.value())
         });
         let x = self.x.iter().map(|x| x.value());
-        let turned = x.clone().zip(&system.omega2).map(|(x, w2)| (2.0 * s + system.beta * w2) * x);
+        let slopes = x.clone().zip(&system.omega2).map(|(x, w2)| (2.0 * s + system.beta * w2) * x);
         let d: Vec<C> = impedances.iter().map(|d| d.value()).collect();
         let terms = |i: usize| s.norm_sqr() + system.omega2[i] * (1.0 + system.beta * norm(s));
         let mut near: Vec<usize> =
             (0..d.len()).filter(|&i| norm(d[i]) <= NEAR * terms(i)).collect();
         near.sort_by(|&i, &j| d[i].norm_sqr().total_cmp(&d[j].norm_sqr()));
-        near.truncate(MOST);
+        near.truncate(MAX_NEAR);
         Linearised {
             phi: &system.shapes,
-            rest: (0..d.len()).map(rest).collect(),
+            residuals: (0..d.len()).map(residual).collect(),
             springs: springs.collect(),
             far: (0..d.len()).filter(|i| !near.contains(i)).collect(),
             x: x.collect(),
-            turned: turned.collect(),
+            slopes: slopes.collect(),
             near,
             d,
         }
     }
 
-    /// A Newton step, and its size relative to the pair; none if the equations are singular.
+    /// Makes a Newton step. Returns its size relative to the pair; `None` if the equations are singular.
     fn step(&mut self) -> Option<f64> {
         let linear = self.linearised();
-        let (forces, moves, turn) = linear.step()?;
+        let (forces, amplitudes, root) = linear.step()?;
         let size = |x: &[C]| x.iter().map(C::norm_sqr).sum::<f64>().sqrt();
-        let turned = norm(turn) / norm(self.s.value());
-        // The step of the vector is one of inverse iteration, which leads on from any vector; that of the root is only
-        // right if the vector is.
-        if norm(turn) <= self.room {
-            self.s = self.s + Wide::new(turn);
+        let root_size = norm(root) / norm(self.s.value());
+        // The step of the vector is one of inverse iteration, which improves any vector. The step of the root is right
+        // only if the vector is.
+        if norm(root) <= self.room {
+            self.s = self.s + Wide::new(root);
         }
-        self.forces.iter_mut().zip(&forces).for_each(|(f, by)| *f = *f + Wide::new(*by));
-        self.x.iter_mut().zip(&moves).for_each(|(x, by)| *x = *x + Wide::new(*by));
-        let most = turned.max(size(&moves) / size(&linear.x));
-        most.is_finite().then_some(most)
+        self.forces.iter_mut().zip(&forces).for_each(|(f, step)| *f = *f + Wide::new(*step));
+        self.x.iter_mut().zip(&amplitudes).for_each(|(x, step)| *x = *x + Wide::new(*step));
+        let largest = root_size.max(size(&amplitudes) / size(&linear.x));
+        largest.is_finite().then_some(largest)
     }
 }
 
-/// The equations linearised at a pair: their residuals there, and their slopes.
+/// The equations, linearised at a pair: their residuals and their slopes.
 struct Linearised<'a> {
     phi: &'a [Vec<f64>],
-    /// `d_i`, the amplitudes, `x_i` times the slope of `d_i`, and the residual of each mode's equation.
+    /// For each mode `d_i`, the amplitude `x_i`, `x_i` times the slope of `d_i`, and the residual of its equation.
     d: Vec<C>,
     x: Vec<C>,
-    turned: Vec<C>,
-    rest: Vec<C>,
+    slopes: Vec<C>,
+    residuals: Vec<C>,
     /// For each attachment `kappa`, its displacement times `c`, and the residual of its equation.
     springs: Vec<(C, C, C)>,
-    /// Modes near resonance, and the others.
+    /// The modes near resonance, and the other modes.
     near: Vec<usize>,
     far: Vec<usize>,
 }
@@ -177,37 +179,38 @@ impl Linearised<'_> {
         self.far.iter().map(|&i| x(i) * y(i) / self.d[i]).sum()
     }
 
-    /// The step of forces, amplitudes and root. The step of the amplitudes is orthogonal to them, so that the length of
-    /// the vector stays.
+    /// The steps of forces, amplitudes and root. The step of the amplitudes is orthogonal to them, so that the length
+    /// of the vector does not change.
     fn step(&self) -> Option<(Vec<C>, Vec<C>, C)> {
         let (order, n) = (self.springs.len(), self.springs.len() + self.near.len() + 1);
         let phi = |a: usize| move |i: usize| C::from(self.phi[a][i]);
-        let (conj, turned, rest) =
-            (|i: usize| self.x[i].conj(), |i: usize| self.turned[i], |i: usize| self.rest[i]);
-        // Unknowns: forces, amplitudes near resonance, root; then the right side.
+        let conj = |i: usize| self.x[i].conj();
+        let (slope, residual) = (|i: usize| self.slopes[i], |i: usize| self.residuals[i]);
+        // The columns are those of the unknowns (forces, amplitudes near resonance, root), then the right side.
         let mut rows = vec![vec![C::default(); n + 1]; n];
-        for (a, &(kappa, speed, lack)) in self.springs.iter().enumerate() {
+        for (a, &(kappa, velocity, spring_residual)) in self.springs.iter().enumerate() {
             let row = &mut rows[a];
             (0..order).for_each(|b| row[b] = kappa * self.sum(phi(a), phi(b)));
             row[a] += 1.0;
             self.near.iter().enumerate().for_each(|(k, &i)| row[order + k] = -kappa * phi(a)(i));
-            row[n - 1] = kappa * self.sum(phi(a), turned) - speed;
-            row[n] = -lack - kappa * self.sum(phi(a), rest);
+            row[n - 1] = kappa * self.sum(phi(a), slope) - velocity;
+            row[n] = -spring_residual - kappa * self.sum(phi(a), residual);
         }
         for (k, &i) in self.near.iter().enumerate() {
             let row = &mut rows[order + k];
             (0..order).for_each(|a| row[a] = phi(a)(i));
-            (row[order + k], row[n - 1], row[n]) = (self.d[i], self.turned[i], -self.rest[i]);
+            (row[order + k], row[n - 1], row[n]) = (self.d[i], slope(i), -residual(i));
         }
         let row = &mut rows[n - 1];
         (0..order).for_each(|a| row[a] = -self.sum(conj, phi(a)));
         self.near.iter().enumerate().for_each(|(k, &i)| row[order + k] = conj(i));
-        (row[n - 1], row[n]) = (-self.sum(conj, turned), self.sum(conj, rest));
-        // Forces are scaled by the modes' amplitudes, so that a heavier scene has the same numbers to the last bit.
+        (row[n - 1], row[n]) = (-self.sum(conj, slope), self.sum(conj, residual));
+        // Forces are scaled by the modes' amplitudes, so that a scene with larger masses has the same numbers, to the
+        // last binary digit.
         let sizes: Vec<f64> = self
             .phi
             .iter()
-            .map(|phi| phi.iter().fold(0.0, |most: f64, x| most.max(x.abs())))
+            .map(|phi| phi.iter().fold(0.0, |largest: f64, x| largest.max(x.abs())))
             .collect();
         for (a, size) in sizes.iter().enumerate() {
             rows[a].iter_mut().for_each(|z| *z *= size);
@@ -216,41 +219,41 @@ impl Linearised<'_> {
         let mut forces = solved(rows)?;
         forces.iter_mut().zip(&sizes).for_each(|(force, size)| *force /= size);
         let near = forces.split_off(order);
-        let turn = near[self.near.len()];
-        let mut moves = vec![C::default(); self.d.len()];
-        self.near.iter().zip(near).for_each(|(&i, by)| moves[i] = by);
+        let root = near[self.near.len()];
+        let mut amplitudes = vec![C::default(); self.d.len()];
+        self.near.iter().zip(near).for_each(|(&i, step)| amplitudes[i] = step);
         for &i in &self.far {
-            let push: C = forces.iter().enumerate().map(|(a, f)| phi(a)(i) * f).sum();
-            moves[i] = -(self.rest[i] + self.turned[i] * turn + push) / self.d[i];
+            let force: C = forces.iter().enumerate().map(|(a, f)| phi(a)(i) * f).sum();
+            amplitudes[i] = -(residual(i) + slope(i) * root + force) / self.d[i];
         }
-        Some((forces, moves, turn))
+        Some((forces, amplitudes, root))
     }
 }
 
-/// The solution of linear equations, whose rows end with the right side: rows and columns are scaled, and eliminated
-/// with complete pivoting. None if the equations are singular.
+/// The solution of linear equations whose rows end with the right side; `None` if the equations are singular. Rows and
+/// columns are scaled, then eliminated with complete pivoting.
 fn solved(mut rows: Vec<Vec<C>>) -> Option<Vec<C>> {
     let n = rows.len();
     let mut scales = vec![1.0; n];
     for _ in 0..2 {
         for row in &mut rows {
-            let most = row[..n].iter().map(|z| norm(*z)).fold(0.0, f64::max);
-            row.iter_mut().for_each(|z| *z /= most);
+            let largest = row[..n].iter().map(|z| norm(*z)).fold(0.0, f64::max);
+            row.iter_mut().for_each(|z| *z /= largest);
         }
         for (column, scale) in scales.iter_mut().enumerate() {
-            let most = rows.iter().map(|row| norm(row[column])).fold(0.0, f64::max);
-            *scale /= most;
-            rows.iter_mut().for_each(|row| row[column] /= most);
+            let largest = rows.iter().map(|row| norm(row[column])).fold(0.0, f64::max);
+            *scale /= largest;
+            rows.iter_mut().for_each(|row| row[column] /= largest);
         }
     }
-    let mut places: Vec<usize> = (0..n).collect();
+    let mut unknowns: Vec<usize> = (0..n).collect();
     for k in 0..n {
         let entries = (k..n).flat_map(|i| (k..n).map(move |j| (i, j)));
-        let best = |&(i, j): &(usize, usize)| rows[i][j].norm_sqr();
-        let (i, j) = entries.max_by(|a, b| best(a).total_cmp(&best(b)))?;
+        let size = |&(i, j): &(usize, usize)| rows[i][j].norm_sqr();
+        let (i, j) = entries.max_by(|a, b| size(a).total_cmp(&size(b)))?;
         rows.swap(k, i);
         rows.iter_mut().for_each(|row| row.swap(k, j));
-        places.swap(k, j);
+        unknowns.swap(k, j);
         let (above, below) = rows.split_at_mut(k + 1);
         let pivot = &above[k];
         for row in below {
@@ -260,8 +263,8 @@ fn solved(mut rows: Vec<Vec<C>>) -> Option<Vec<C>> {
     }
     let mut solution = vec![C::default(); n];
     for k in (0..n).rev() {
-        let known: C = (k + 1..n).map(|j| rows[k][j] * solution[places[j]]).sum();
-        solution[places[k]] = (rows[k][n] - known) / rows[k][k];
+        let known: C = (k + 1..n).map(|j| rows[k][j] * solution[unknowns[j]]).sum();
+        solution[unknowns[k]] = (rows[k][n] - known) / rows[k][k];
     }
     solution.iter_mut().zip(&scales).for_each(|(x, scale)| *x *= scale);
     solution.iter().all(|x| x.is_finite()).then_some(solution)
@@ -273,8 +276,8 @@ mod tests {
     use crate::modal::spectrum::{deflation::Deflated, roots::Roots};
     use crate::modal::structure::*;
 
-    /// Three springs on four modes. The refinement begins with roots that are off by 1e-7 of themselves and without
-    /// vectors, and the equation of motion then holds to a rounding of each of its terms.
+    /// Three springs act on four modes. The refinement starts from roots with a relative error of 1e-7 and from a wrong
+    /// vector. The refined pairs must satisfy the equation of motion to the rounding of its terms.
     #[test]
     fn a_pair_is_found_from_a_wrong_vector() {
         let shapes = [[1.0, 1.4, 0.3, 0.9], [1.0, -1.4, 0.8, -0.2], [1.0, 0.2, -1.1, 0.7]];
@@ -293,9 +296,9 @@ mod tests {
                 .solve()
                 .expect("a pair");
             for i in 0..4 {
-                let (mut left, mut size) = (C::default(), 0.0);
+                let (mut residual, mut size) = (C::default(), 0.0);
                 let mut add = |term: C| {
-                    left += term;
+                    residual += term;
                     size += norm(term);
                 };
                 add((s * s + omega2[i] * (1.0 + 1e-7 * s)) * x[i]);
@@ -303,14 +306,15 @@ mod tests {
                     let kappa = shape[i] * (3e7 + 40.0 * s);
                     (0..4).for_each(|k| add(kappa * shape[k] * x[k]));
                 }
-                // Amplitudes, root and the sum itself are rounded some twenty times.
-                assert!(norm(left) <= 20.0 * f64::EPSILON * size, "{s} {i}: {left} of {size}");
+                // In all, amplitudes, root and the sum itself are rounded some twenty times.
+                let is_rounding = norm(residual) <= 20.0 * f64::EPSILON * size;
+                assert!(is_rounding, "{s} {i}: {residual} of {size}");
             }
         }
     }
 
-    /// Hilbert's matrix of order five, with rows and columns scaled over forty decades: its solution is
-    /// known, since the right side is the sum of its columns.
+    /// The matrix is Hilbert's of order five, with rows and columns scaled over forty decades. The right side is the
+    /// sum of the columns, so the solution is 1.
     #[test]
     fn equations_are_solved_whatever_their_scale() {
         let row = |i: i32| {
@@ -321,9 +325,9 @@ mod tests {
         };
         let solution = solved((0..5).map(row).collect()).expect("a solution");
         for (j, x) in solution.into_iter().enumerate() {
-            // The smallest columns are rounded in the sum: each is known to a part of the largest.
-            let known = f64::EPSILON * 5e5 * 10f64.powi(5 * j as i32);
-            assert!(norm(x - 1.0) <= known, "{j}: {x}");
+            // The sum is rounded by a share of its largest column, which affects the unknowns of small columns most.
+            let bound = f64::EPSILON * 5e5 * 10f64.powi(5 * j as i32);
+            assert!(norm(x - 1.0) <= bound, "{j}: {x}");
         }
         assert!(solved(vec![vec![C::from(0.0); 2]]).is_none());
     }

@@ -1,5 +1,5 @@
-//! All zeros of a secular function at once, by the Ehrlich-Aberth iteration: O(N^2) per sweep, where a dense
-//! eigensolver takes O(N^3).
+//! The Ehrlich-Aberth iteration, which finds all zeros of a secular function at once. A sweep takes O(N^2) operations,
+//! while a dense eigensolver takes O(N^3).
 
 use crate::error::SpectrumError;
 use crate::interrupt;
@@ -9,49 +9,49 @@ use crate::numerics::math::norm;
 use crate::numerics::poles::{self, Pairs, Point};
 use num_complex::Complex64 as C;
 
-/// Sweeps of the iteration; tens are needed at most.
+/// Limit of the sweeps of the iteration; at most some tens are needed.
 const MAX_SWEEPS: usize = 400;
-/// Displacement of a root that lies on a pole or on another root, relative to the spacing of the poles.
+/// Displacement of a root that lies on a pole or on another root, relative to the distance at which it started.
 const SHOVE: f64 = 1e-6;
 
-/// Two conjugate roots with an imaginary part below this part of the real one may be about to separate on the real
+/// Two conjugate roots whose imaginary part is below this share of the real part may be about to separate on the real
 /// axis.
 const PART: f64 = 0.5;
-/// Relative displacement that then separates them: from a symmetric start they would stay conjugates.
+/// Relative displacement that then separates them. From a symmetric position they would remain conjugates.
 const ASIDE: C = C::new(-0.06, 0.05);
-/// A step smaller than this, relative to the distance from the pole, shows that the root has half its digits. The next
-/// step, which must be below [`WHOLE`], gives it all.
+/// A step below this, relative to the distance from the pole, shows that half of the root's digits are correct. The
+/// next step, which must be below [`WHOLE`], makes all of them correct.
 const HALF: f64 = 1e-8;
 const WHOLE: f64 = 1e-14;
 
-/// Two nearly coincident roots are accurate to the square root of rounding only.
+/// Relative accuracy of two nearly coincident roots, which is only the square root of rounding.
 const COINCIDENT: f64 = 1e-6;
-/// Of a root beside several poles that nearly coincide, minors cancel: two digits are enough for Newton's method to
-/// find it afterwards.
+/// Relative accuracy of a root near several poles that nearly coincide, where minors cancel. Two digits are enough for
+/// Newton's method to find the root afterwards.
 const ROUGH: f64 = 1e-2;
 
-/// Number of consecutive steps below these limits.
+/// Number of consecutive steps that are so small that the root is settled after two.
 fn steps_in_place(before: u8, size: f64, rough: f64) -> u8 {
     if size <= WHOLE.max(rough) { before + 1 } else { u8::from(size <= HALF) }
 }
 
-/// Sweeps after which a root with these few digits may count as settled.
+/// Number of sweeps after which a root counts as settled even with so few correct digits.
 const PATIENCE: usize = 60;
 
-/// The result of an iteration for one root.
+/// What the iteration does with one root.
 enum Step {
-    /// Move by this.
+    /// The root moves by this.
     By(C),
-    /// The secular function is zero here.
+    /// The secular function is zero at the root.
     Exact,
-    /// It lies on a pole or on another root.
+    /// The root lies on a pole or on another root.
     Blocked,
 }
 
-/// The iteration.
+/// The iteration for all roots of a secular function.
 pub(crate) struct Roots<'a> {
     secular: &'a Secular,
-    /// Squared distance of each pole to the next.
+    /// Squared distance of each pole from its nearest neighbour.
     gaps: Vec<f64>,
 }
 
@@ -59,12 +59,12 @@ impl<'a> Roots<'a> {
     pub(crate) fn new(secular: &'a Secular) -> Self {
         let mut sites = secular.pairs.clone();
         let mut gap = |j: usize| {
-            let (here, other) = (secular.sites[j], secular.sites[j ^ 1]);
+            let (pole, other) = (secular.sites[j], secular.sites[j ^ 1]);
             sites.banish(j / 2);
-            let others = poles::nearest(&sites, Point { base: here, offset: C::default() });
-            let ends = &secular.sites[j & !1..][..2];
-            sites.set(j / 2, 0, [ends[0].re, ends[0].im, ends[1].re, ends[1].im]);
-            others.min((other - here).norm_sqr())
+            let others = poles::nearest(&sites, Point { base: pole, offset: C::default() });
+            let pair = &secular.sites[j & !1..][..2];
+            sites.set(j / 2, 0, [pair[0].re, pair[0].im, pair[1].re, pair[1].im]);
+            others.min((other - pole).norm_sqr())
         };
         Self { secular, gaps: (0..secular.sites.len()).map(&mut gap).collect() }
     }
@@ -78,25 +78,25 @@ impl<'a> Roots<'a> {
             .zip(&system.springs)
             .map(|(shape, (k, _))| k * shape.iter().map(|x| x * x).sum::<f64>())
             .fold(0.0, f64::max);
-        // Translations that only a dashpot holds must leave their pole too.
-        let alone = system.shapes.iter().zip(&system.springs).filter(|(_, (k, _))| *k == 0.0);
+        // The roots of translations on which only a dashpot acts must leave their pole too.
+        let dashpots = system.shapes.iter().zip(&system.springs).filter(|(_, (k, _))| *k == 0.0);
         let braking: f64 =
-            alone.map(|(shape, (_, c))| c * shape.iter().map(|x| x * x).sum::<f64>()).sum();
+            dashpots.map(|(shape, (_, c))| c * shape.iter().map(|x| x * x).sum::<f64>()).sum();
         let mut roots = Vec::with_capacity(2 * n);
         for i in 0..n {
             for side in 0..2 {
-                let here = poles[2 * i + side];
+                let pole = poles[2 * i + side];
                 let gap = if i + 1 < n {
-                    norm(poles[2 * (i + 1) + side] - here)
+                    norm(poles[2 * (i + 1) + side] - pole)
                 } else {
                     (system.omega2[i] + stiffening).sqrt() - system.omega2[i].sqrt()
                 };
-                // Overdamped modes crowd at -1 / beta: each root starts near its own pole.
+                // The poles of overdamped modes crowd at -1 / beta, where each root starts near its own pole.
                 let least = (1e-6 * stiffening.sqrt()).max(1e-6 * braking);
-                let gap = gap.max(1e-3 * norm(here)).max(least);
-                let here = Root { pole: 2 * i + side, offset: C::default() };
-                let gap = if self.secular.in_crowd(here).is_some() { self.spacing(i) } else { gap };
-                // Not a conjugate pair: two roots must be free to separate on the real axis.
+                let gap = gap.max(1e-3 * norm(pole)).max(least);
+                let root = Root { pole: 2 * i + side, offset: C::default() };
+                let gap = if self.secular.in_crowd(root).is_some() { self.spacing(i) } else { gap };
+                // The two roots do not start as conjugates, because they must be free to separate on the real axis.
                 let step = if side == 0 { C::new(-0.11, 0.43) } else { C::new(-0.17, -0.37) };
                 roots.push(Root { pole: 2 * i + side, offset: gap * step });
             }
@@ -104,35 +104,37 @@ impl<'a> Roots<'a> {
         roots
     }
 
-    /// Distance of the slow pole of mode `i` to the next of another frequency, slightly smaller for
-    /// every other mode, so that two of one frequency start apart.
+    /// Distance of the slow pole of mode `i` from the next one of another frequency. It is made smaller for every
+    /// second mode, so that the roots of two modes with one frequency start apart.
     fn spacing(&self, i: usize) -> f64 {
         let Secular { system, sites, .. } = self.secular;
         let other = |&k: &usize| system.omega2[k] != system.omega2[i];
         let next = (i..system.omega2.len()).find(other).or_else(|| (0..i).rev().find(other));
-        let part = if i.is_multiple_of(2) { 1.0 } else { 0.7 };
-        next.map_or(1e-3 * norm(sites[2 * i]), |k| part * norm(sites[2 * k] - sites[2 * i]))
+        let factor = if i.is_multiple_of(2) { 1.0 } else { 0.7 };
+        next.map_or(1e-3 * norm(sites[2 * i]), |k| factor * norm(sites[2 * k] - sites[2 * i]))
     }
 
-    /// The roots, two per mode, and whether all are known: an error if they do not converge, are no conjugates,
-    /// or do not fit the trace.
+    /// The roots, two for each mode, and an error if they do not converge, do not come in conjugate pairs, or do not
+    /// fit the trace.
     pub(crate) fn solve(&self) -> (Vec<Root>, Result<(), SpectrumError>) {
-        let (mut roots, mut end) = (Vec::new(), Err(SpectrumError::Unsettled));
+        let (mut roots, mut result) = (Vec::new(), Err(SpectrumError::Unsettled));
         for ties in [true, false] {
-            if end.is_err() && end != Err(SpectrumError::Cancelled) {
+            if result.is_err() && result != Err(SpectrumError::Cancelled) {
                 roots = self.start();
-                end = self.settle(&mut roots, ties);
+                result = self.settle(&mut roots, ties);
             }
         }
-        (roots, end)
+        (roots, result)
     }
 
-    /// Iterates. Roots of a mode that are tied are conjugates and take one common step, until they come
-    /// near the real axis, where they may separate. Those known to few digits settle after [`PATIENCE`] sweeps.
+    /// Iterates until all roots are settled.
+    /// If `ties`, the two roots of an oscillating mode are tied: they are conjugates and take one common step, until
+    /// they come near the real axis, where they may separate.
+    /// Roots with few correct digits settle after [`PATIENCE`] sweeps.
     fn settle(&self, roots: &mut [Root], ties: bool) -> Result<(), SpectrumError> {
         let start = roots.to_vec();
-        let turns = |i: usize| ties && self.secular.poles[2 * i].im > 0.0;
-        let mut tied: Vec<bool> = (0..self.gaps.len() / 2).map(turns).collect();
+        let is_tied = |i: usize| ties && self.secular.poles[2 * i].im > 0.0;
+        let mut tied: Vec<bool> = (0..self.gaps.len() / 2).map(is_tied).collect();
         let mut sites = Pairs::new(tied.len(), poles::PLACES);
         for (i, _) in tied.iter().enumerate().filter(|(_, tied)| **tied) {
             roots[2 * i + 1] = self.mirrored(roots[2 * i]);
@@ -157,10 +159,10 @@ impl<'a> Roots<'a> {
                 match self.correction(roots, &mut sites, k) {
                     Step::By(step) => {
                         let value = self.secular.value(roots[k]);
-                        // A root that is rounded to its pole is very near to it, but not there.
-                        let (from, left) = (roots[k].offset, roots[k].offset - step);
-                        let is_there = left == C::default();
-                        roots[k].offset = if is_there { f64::EPSILON * from } else { left };
+                        // A root that would be rounded to its pole is very near to it, but not on it.
+                        let (old, new) = (roots[k].offset, roots[k].offset - step);
+                        let is_on_pole = new == C::default();
+                        roots[k].offset = if is_on_pole { f64::EPSILON * old } else { new };
                         let near = roots[k].offset.norm_sqr().min(value.norm_sqr());
                         let size = (step.norm_sqr() / near).sqrt();
                         let rough = if sweep > PATIENCE { self.rough() } else { 0.0 };
@@ -196,19 +198,19 @@ impl<'a> Roots<'a> {
         Err(SpectrumError::Unsettled)
     }
 
-    /// Rounding alone may cause steps of this size, relative to the distance from the pole.
+    /// Size of the steps that rounding alone may cause, relative to the distance from the pole.
     fn rough(&self) -> f64 {
         if self.secular.expanded { ROUGH } else { COINCIDENT }
     }
 
     /// The conjugate of a root.
     fn mirrored(&self, root: Root) -> Root {
-        let turns = self.secular.poles[root.pole].im != 0.0;
-        let pole = if turns { root.pole ^ 1 } else { root.pole };
+        let oscillates = self.secular.poles[root.pole].im != 0.0;
+        let pole = if oscillates { root.pole ^ 1 } else { root.pole };
         Root { pole, offset: root.offset.conj() }
     }
 
-    /// The Ehrlich-Aberth step `1 / (P'/P - sum_k 1/(x - x_k))`, `P = f prod d_i`.
+    /// The Ehrlich-Aberth step `1 / (P'/P - sum_k 1/(x - x_k))` of the polynomial `P = f prod d_i`.
     fn correction(&self, roots: &[Root], sites: &mut Pairs, k: usize) -> Step {
         let (f, slope, poles) = self.secular.function(roots[k]);
         if f == C::default() {
@@ -225,18 +227,18 @@ impl<'a> Roots<'a> {
         if step.is_finite() { Step::By(step) } else { Step::Blocked }
     }
 
-    /// Writes the position of root `k` to the sums over all roots.
+    /// Writes the position of root `k` to `sites`, over which the sums are taken.
     fn place(&self, sites: &mut Pairs, k: usize, root: Root) {
         let Point { base, offset } = self.secular.point(root);
         sites.set(k / 2, 2 * (k % 2), [base.re, base.im]);
         sites.set(k / 2, 4 + 2 * (k % 2), [offset.re, offset.im]);
     }
 
-    /// Moves the origin of a root to its nearest pole.
+    /// Changes the pole from which a root is measured to the nearest one, if that is much nearer.
     fn rebase(&self, root: &mut Root) {
-        let mut best = root.pole;
+        let mut nearest = root.pole;
         let mut distance = root.offset.norm_sqr();
-        // No other pole is much nearer within half the distance to the next.
+        // Within half the distance to the next pole, no other pole is much nearer.
         if 4.0 * distance < self.gaps[root.pole] {
             return;
         }
@@ -246,14 +248,14 @@ impl<'a> Roots<'a> {
         for j in 0..self.secular.poles.len() {
             let d = self.secular.off_pole(*root, j).norm_sqr();
             if d < 0.5 * distance {
-                (best, distance) = (j, d);
+                (nearest, distance) = (j, d);
             }
         }
-        root.offset = self.secular.off_pole(*root, best);
-        root.pole = best;
+        root.offset = self.secular.off_pole(*root, nearest);
+        root.pole = nearest;
     }
 
-    /// The sum of the roots is minus the trace of the damping.
+    /// Checks that the sum of the roots is minus the trace of the damping, and that roots come in conjugate pairs.
     fn check(&self, roots: &[Root]) -> Result<(), SpectrumError> {
         let system = &self.secular.system;
         let sum: C = roots.iter().map(|&r| self.secular.value(r)).sum();

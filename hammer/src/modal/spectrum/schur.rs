@@ -1,6 +1,8 @@
-//! Eigenvectors of a matrix by its real Schur form, whose blocks have one row or two. Sylvester's equation separates
-//! each block from those above it. Two real roots whose vectors are nearly parallel become one block; all other pairs
-//! are refined to the last digit ([`Refinement`]).
+//! Eigenvectors of a matrix by its real Schur form, whose blocks have one or two rows.
+//!
+//! Sylvester's equation separates each block from those above it.
+//! Two real roots whose vectors are nearly parallel become one block. All other pairs are refined to the last digit
+//! ([`Refinement`]).
 
 use crate::error::SpectrumError;
 use crate::interrupt;
@@ -15,15 +17,15 @@ use crate::numerics::matrix2::Matrix2;
 use nalgebra::{DMatrix, Matrix4, Schur, Vector4};
 use num_complex::Complex64 as C;
 
-/// Steps of Francis' iteration for each row, at most.
+/// Limit of the steps of Francis' iteration for each row.
 const STEPS: usize = 100;
-/// Part of its size by which one of two close roots may move.
+/// Share of its size by which one of two close roots may move.
 const ROOM: f64 = 1e-2;
-/// If roots are closer than this part of their size, too few of thirty digits are left in their vectors' difference.
+/// If two roots are closer than this share of their size, the difference of their vectors has too few of thirty digits.
 const APART: f64 = 1e-9;
 
-/// Adds the eigenpairs of the space that these states span to the known ones, and returns the blocks of roots that
-/// nearly coincide.
+/// Finds the eigenpairs in the space that `states` span. Adds them to the `known` ones, except roots that nearly
+/// coincide, and returns the blocks of these.
 ///
 /// # Errors
 ///
@@ -57,7 +59,7 @@ struct Form<'a> {
     states: &'a [Vec<f64>],
     q: DMatrix<f64>,
     t: DMatrix<f64>,
-    /// Where each block on the diagonal begins, and how many rows it has.
+    /// The first row of each block on the diagonal, and its number of rows.
     places: Vec<(usize, usize)>,
     /// Rounding of the largest entry.
     small: f64,
@@ -96,7 +98,7 @@ impl Form<'_> {
         Ok(blocks)
     }
 
-    /// The pair refined by Newton's method, or the given one if this leads to a known pair.
+    /// The pair, refined by Newton's method, or the given pair if the method leads to a known one.
     fn refined(&self, (s, x): Eigenpair) -> Vector {
         let refined = Refinement::new(self.secular, s, MOVED * math::norm(s), &x).solve();
         let vector = refined.map(|pair| Vector::new(&self.secular.system, pair));
@@ -108,7 +110,7 @@ impl Form<'_> {
         !self.known.iter().any(|known| vector.repeats(known))
     }
 
-    /// The displacements of `Z Q y`.
+    /// The displacements of the state `Z Q y`.
     fn shape(&self, y: &[f64]) -> Vec<f64> {
         let mut shape = vec![0.0; self.secular.system.omega2.len()];
         for (z, row) in self.states.iter().zip(self.q.row_iter()) {
@@ -118,8 +120,8 @@ impl Form<'_> {
         shape
     }
 
-    /// Columns `Y` with `T Y = Y B`, which are the unit matrix in the rows of these blocks. Of two blocks of one row
-    /// each `B` is triangular, with the coupling above its diagonal, which is returned too.
+    /// Columns `Y` with `T Y = Y B`, which in the rows of these blocks are the unit matrix. For two blocks of one row
+    /// each, `B` is triangular, and the coupling above its diagonal is returned too.
     fn separated(&self, blocks: &[usize]) -> (Vec<Vec<f64>>, f64) {
         let (t, m) = (&self.t, self.t.nrows());
         let rows_of = |k: &usize| self.places[*k].0..self.places[*k].0 + self.places[*k].1;
@@ -127,7 +129,7 @@ impl Form<'_> {
         let mut y = vec![vec![0.0; m]; own.len()];
         own.iter().zip(&mut y).for_each(|(row, y)| y[*row] = 1.0);
         let mut coupling = 0.0;
-        // `B`, by columns of `Y`.
+        // An entry of `B`.
         let entry = |c: usize, d: usize, coupling: f64| match (c, d) {
             _ if c == d => t[(own[c], own[c])],
             (0, 1) if blocks.len() == 2 => coupling,
@@ -136,20 +138,20 @@ impl Form<'_> {
         };
         for place in (0..*blocks.last().unwrap_or(&0)).rev() {
             let (i, rows) = self.places[place];
-            let pushed =
+            let source =
                 |a: usize, y: &[f64]| -> f64 { (i + rows..m).map(|k| t[(i + a, k)] * y[k]).sum() };
             if blocks.len() == 2 && place == blocks[0] {
-                coupling = pushed(0, &y[1]);
+                coupling = source(0, &y[1]);
                 continue;
             }
-            // T_ii X - X B = -pushed
+            // Sylvester's equation is T_ii X - X B = -source.
             let (mut matrix, mut right) = (Matrix4::<f64>::identity(), Vector4::<f64>::zeros());
             for (a, c) in (0..rows).flat_map(|a| (0..own.len()).map(move |c| (a, c))) {
                 let row = 2 * a + c;
                 matrix[(row, row)] = 0.0;
                 (0..rows).for_each(|b| matrix[(row, 2 * b + c)] += t[(i + a, i + b)]);
                 (0..own.len()).for_each(|d| matrix[(row, 2 * a + d)] -= entry(d, c, coupling));
-                right[row] = -pushed(a, &y[c]);
+                right[row] = -source(a, &y[c]);
             }
             let x = self.solved(matrix, right);
             for (a, c) in (0..rows).flat_map(|a| (0..own.len()).map(move |c| (a, c))) {
@@ -159,7 +161,7 @@ impl Form<'_> {
         (y, coupling)
     }
 
-    /// The solution; if rounding makes it too large, one of limited size.
+    /// The solution of linear equations. If rounding makes it too large, it is replaced by one of limited size.
     fn solved(&self, matrix: Matrix4<f64>, right: Vector4<f64>) -> Vector4<f64> {
         let x = matrix.full_piv_lu().solve(&right);
         let fits = |x: &Vector4<f64>| self.small * x.amax() <= right.amax().max(self.small);
@@ -169,7 +171,7 @@ impl Form<'_> {
         })
     }
 
-    /// The block of two columns with `T Y = Y B`; none for an oscillation, which is added to the known pairs.
+    /// The block of two columns with `T Y = Y B`; `None` for an oscillation, which is added to the known pairs.
     fn block(&mut self, columns: &[Vec<f64>], b: Matrix2) -> Option<Block> {
         let v = [0, 1].map(|k| self.shape(&columns[k]));
         let sigma = 0.5 * (b[0] + b[3]);
@@ -192,8 +194,8 @@ impl Form<'_> {
         if let Some(block) = self.confluent([half, -half].map(pair)) {
             return Some(block);
         }
-        // The coordinate that `B - sigma` changes most is the divided difference of the vectors; what it is changed to
-        // is their mean.
+        // The vector that `B - sigma` changes most is the divided difference of the eigenvectors. The result of this
+        // change is their mean.
         let scale = 0.5 * sigma.abs();
         let real = |x: f64, y: f64| self.real(&mix(x.into(), y.into()));
         let (means, differences) = ([real(a, c), real(p, -a)], [real(1.0, 0.0), real(0.0, 1.0)]);
@@ -203,50 +205,50 @@ impl Form<'_> {
         Some(together(sigma, delta, [means[k].clone(), difference.collect()]))
     }
 
-    /// The real part in the free modes.
+    /// The real part of a vector, converted to the free modes.
     fn real(&self, x: &[C]) -> Vec<f64> {
         self.secular.system.unmerged(x).iter().map(|z| z.re).collect()
     }
 
-    /// The block of two roots that are close together. Each is refined in twice the digits, so that enough digits are
-    /// left in the difference of their vectors. None if they are too close, or not found.
+    /// The block of two roots that are close together; `None` if they are too close, or not found. Each pair is refined
+    /// to twice the digits, so that enough of them are left in the difference of the vectors.
     fn confluent(&self, [one, other]: [Eigenpair; 2]) -> Option<Block> {
-        let found = |(s, x): Eigenpair| {
+        let refine = |(s, x): Eigenpair| {
             let room = ROOM * math::norm(s);
             let (s, x) = Refinement::new(self.secular, s, room, &x).solve_widely()?;
             let pair = (s.value(), x.iter().map(|x| x.value()).collect());
             self.is_new(&Vector::new(&self.secular.system, pair)).then_some((s, x))
         };
-        let is_turning = one.0.im != 0.0;
-        let (s, x) = found(one)?;
-        let (t, y) = if is_turning {
+        let is_oscillation = one.0.im != 0.0;
+        let (s, x) = refine(one)?;
+        let (t, y) = if is_oscillation {
             (s.conjugate(), x.iter().map(|x| x.conjugate()).collect())
         } else {
-            found(other)?
+            refine(other)?
         };
-        let apart = s - t;
-        if math::norm(apart.value()) < APART * math::norm(s.value()) {
+        let difference = s - t;
+        if math::norm(difference.value()) < APART * math::norm(s.value()) {
             return None;
         }
-        // Both vectors are scaled so that the same amplitude is 1.
+        // Both vectors are scaled so that the same amplitude is 1 in both.
         let size = |k: usize| x[k].value().norm_sqr();
-        let big = (0..x.len()).max_by(|&i, &j| size(i).total_cmp(&size(j)))?;
-        let (one, other) = (x[big].inverse(), y[big].inverse());
+        let largest = (0..x.len()).max_by(|&i, &j| size(i).total_cmp(&size(j)))?;
+        let (one, other) = (x[largest].inverse(), y[largest].inverse());
         let pairs = x.iter().zip(&y).map(|(x, y)| (*x * one, *y * other));
         let (means, differences): (Vec<C>, Vec<C>) = pairs
-            .map(|(x, y)| (((x + y) * 0.5).value(), ((x - y) * apart.inverse()).value()))
+            .map(|(x, y)| (((x + y) * 0.5).value(), ((x - y) * difference.inverse()).value()))
             .unzip();
         let sigma = ((s + t) * 0.5).value().re;
         let scale = 0.5 * sigma.abs();
         let differences = self.real(&differences).iter().map(|x| scale * x).collect();
-        let block =
-            together(sigma, -(apart * apart * 0.25).value().re, [self.real(&means), differences]);
+        let delta = -(difference * difference * 0.25).value().re;
+        let block = together(sigma, delta, [self.real(&means), differences]);
         block.shapes.iter().flatten().all(|x| x.is_finite()).then_some(block)
     }
 }
 
-/// The block of `(s - sigma)^2 + delta`, from the mean of its vectors and `sigma / 2` times their divided difference,
-/// which are scaled to norm 1 together.
+/// The block with the characteristic polynomial `(s - sigma)^2 + delta`, from the mean of its vectors and `sigma / 2`
+/// times their divided difference. The two together are scaled to norm 1.
 fn together(sigma: f64, delta: f64, [mean, difference]: [Vec<f64>; 2]) -> Block {
     let both = unit([&mean[..], &difference].concat());
     let (mean, difference) = both.split_at(both.len() / 2);

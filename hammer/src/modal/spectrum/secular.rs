@@ -1,22 +1,23 @@
-//! The secular function: its zeros are the eigenvalues; its matrix gives their vectors.
+//! The secular function. Its zeros are the eigenvalues; the matrix of which it is the determinant gives the
+//! eigenvectors.
 //!
-//! With the receptances `R_ab = sum_i phi_{a,i} phi_{b,i} / d_i(s)`,
-//! `d_i = s^2 + beta w_i^2 s + w_i^2`, and `kappa_a = k_a + c_a s`, the eigenvalues are the
-//! zeros of
+//! With the receptances `R_ab = sum_i phi_{a,i} phi_{b,i} / d_i(s)`, where `d_i = s^2 + beta w_i^2 s + w_i^2`, and with
+//! `kappa_a = k_a + c_a s`, the eigenvalues are the zeros of
 //!
 //! ```text
 //! f(s) = det(1 + kappa R) = 1 + kappa_1 R_11 + kappa_2 R_22
 //!                             + kappa_1 kappa_2 (R_11 R_22 - R_12^2)
 //! ```
 //!
-//! for two attachments, and the same determinant of higher order for three and four.
+//! for two attachments, and of the same determinant of higher order for three and four.
 //!
-//! A point `s` is stored as an offset from its nearest pole, so that `d_i` does not cancel there
-//! (as in LAPACK's `dlaed4`).
+//! A point `s` is stored as an offset from its nearest pole, so that `d_i` does not cancel near it (as in LAPACK's
+//! `dlaed4`).
 //!
-//! For a strongly overdamped mode, `beta w_i > 2`, the slow pole tends to `-1 / beta`:
-//! `s + 1 / beta = -s^2 / (beta w_i^2)`. Where many such poles crowd there, these small numbers are
-//! stored ([`Secular::measured_from_crowd`]), whose differences keep all their digits.
+//! The slow pole of an overdamped mode, `beta w_i > 2`, tends to `-1 / beta` with growing frequency:
+//! `s + 1 / beta = -s^2 / (beta w_i^2)`.
+//! If several such poles crowd there, these small numbers are stored ([`Secular::measured_from_crowd`]), and their
+//! differences keep all their digits.
 
 use crate::modal::spectrum::deflation::Deflated;
 use crate::modal::spectrum::jet::Jet;
@@ -24,30 +25,30 @@ use crate::numerics::poles::{self, Pairs, Point, Weighed};
 use num_complex::Complex64 as C;
 use std::cell::RefCell;
 
-/// A point of the complex plane as an offset from a pole.
+/// A point of the complex plane, given as an offset from a pole.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Root {
     pub(crate) pole: usize,
     pub(crate) offset: C,
 }
 
-/// Magnitude, for numbers whose squares neither overflow nor underflow.
+/// Magnitude of a number whose square neither overflows nor underflows.
 pub(crate) fn size(z: C) -> f64 {
     z.norm_sqr().sqrt()
 }
 
-/// Pairs of attachments, in the order of their weights: the first six are those of three.
+/// Pairs of attachments in the order of their weights. Three attachments use the first six pairs.
 pub(crate) const PAIRS: [[usize; 2]; 10] =
     [[0, 0], [0, 1], [1, 1], [0, 2], [1, 2], [2, 2], [0, 3], [1, 3], [2, 3], [3, 3]];
 
-/// Most attachments and modes that dominate.
+/// Largest number of attachments and dominating modes together.
 pub(crate) const MOST: usize = 6;
 
-/// Weights in the sums over the poles for one attachment to four.
+/// Number of weights in the sums over the poles for one, two, three and four attachments.
 const WEIGHTS: [usize; 4] = [1, 4, 6, 10];
 
-/// Receptances: those of the vibrating modes, `1 / s^2` of the bodies' translation, and
-/// the sum of `minor_i / d_i` that joins the two in the determinant.
+/// Receptances of one or two attachments: those of the vibrating modes, `1 / s^2` of the bodies' translations (`free`),
+/// and the sum of `minor_i / d_i` (`joined`) by which the determinant combines the two.
 #[derive(Clone, Copy, Debug, Default)]
 struct Receptance {
     r11: Jet,
@@ -59,17 +60,17 @@ struct Receptance {
     poles: C,
 }
 
-/// The translations' part of the determinant `R11 R22 - R12^2` after their common `1 / s^2` has
-/// cancelled (Cauchy and Binet): squared minors `(phi_{1,i} phi_{2,j} - phi_{2,i} phi_{1,j})^2`.
-/// Without this, a stiff contact between heavy bodies on soft rock would lose ten digits.
+/// The translations' part of the determinant `R11 R22 - R12^2` without their common factor `1 / s^2`.
+/// By Cauchy and Binet it consists of squared minors `(phi_{1,i} phi_{2,j} - phi_{2,i} phi_{1,j})^2`.
+/// Without this, a stiff contact between heavy bodies on soft rock would cost ten digits.
 #[derive(Default)]
 struct Translations {
     modes: Vec<usize>,
-    /// Sum of squared minors of each mode with all translations.
+    /// For each mode, the sum of its squared minors with all translations.
     minors: Vec<f64>,
-    /// The same of the translations with each other.
+    /// The sum of the squared minors of all pairs of translations.
     own: f64,
-    /// `phi_a phi_b` summed over the translations, at `a + b`.
+    /// `phi_a phi_b`, summed over the translations, at the index `a + b`.
     moved: [f64; 3],
 }
 
@@ -93,8 +94,8 @@ impl Translations {
     }
 }
 
-/// True for more than two attachments, and for two at one node, which have the same amplitude in every mode that moves
-/// both.
+/// True if the determinant is expanded: for more than two attachments, and for two at one node, which have equal
+/// amplitudes in every mode that moves both.
 fn is_expanded(system: &Deflated) -> bool {
     let [x, y] = &system.shapes[..] else { return system.shapes.len() > 2 };
     let modes = x.iter().zip(y).zip(&system.omega2);
@@ -102,37 +103,37 @@ fn is_expanded(system: &Deflated) -> bool {
     both.clone().count() > 1 && both.all(|((x, y), _)| x == y)
 }
 
-/// Both roots of `s^2 + beta w2 s + w2`.
+/// The two roots of `s^2 + beta w2 s + w2`.
 fn free_poles(omega2: f64, beta: f64) -> [C; 2] {
-    let half = -0.5 * beta * omega2;
-    let disc = omega2 - half * half;
-    if disc >= 0.0 {
-        let w = disc.sqrt();
-        [C::new(half, w), C::new(half, -w)]
+    let mean = -0.5 * beta * omega2;
+    let discriminant = omega2 - mean * mean;
+    if discriminant >= 0.0 {
+        let w = discriminant.sqrt();
+        [C::new(mean, w), C::new(mean, -w)]
     } else {
-        let fast = half - (-disc).sqrt();
+        let fast = mean - (-discriminant).sqrt();
         [C::new(omega2 / fast, 0.0), C::new(fast, 0.0)]
     }
 }
 
-/// From this `beta w`, a mode's slow pole counts as crowded: it is within 7 % of `-1 / beta`.
+/// If `beta w` of a mode is above this, its slow pole is within 7 % of `-1 / beta` and belongs to the crowd there.
 pub(crate) const CROWDED: f64 = 4.0;
 
 /// The secular function of a deflated structure.
 pub(crate) struct Secular {
-    /// The structure.
+    /// The deflated structure.
     pub(crate) system: Deflated,
-    /// Two poles per mode: `poles[2 i]`, `poles[2 i + 1]`.
+    /// The poles: `poles[2 i]` and `poles[2 i + 1]` are those of mode `i`.
     pub(crate) poles: Vec<C>,
-    /// The same less `origin`.
+    /// The poles minus `origin`.
     pub(crate) sites: Vec<C>,
-    /// 0, or `-1 / beta`, 1/s.
+    /// The point from which poles are measured: 0 or `-1 / beta`, 1/s.
     pub(crate) origin: f64,
     /// The poles with their weights in the receptances.
     pub(crate) pairs: Pairs,
-    /// A copy, which lacks the modes that dominate while a matrix is made.
+    /// A copy of `pairs`. While a matrix is made, the modes that dominate are taken out of it.
     pub(crate) others: RefCell<Pairs>,
-    /// True for three attachments or four, and for two at one node, whose minors cancel.
+    /// True for three or four attachments, and for two at one node, whose minors cancel.
     pub(crate) expanded: bool,
     translations: Translations,
 }
@@ -145,13 +146,13 @@ impl Secular {
         Self::over(system, poles, sites, 0.0)
     }
 
-    /// True if two poles or more crowd at `-1 / beta`.
+    /// True if at least two poles crowd at `-1 / beta`.
     pub(crate) fn is_crowded(&self) -> bool {
         let is_slow = |omega2: &&f64| self.system.beta * omega2.sqrt() > CROWDED;
         self.system.omega2.iter().filter(is_slow).count() > 1
     }
 
-    /// The same with poles measured from there.
+    /// The same function, with poles measured from `-1 / beta`.
     pub(crate) fn measured_from_crowd(self) -> Self {
         let (beta, poles) = (self.system.beta, self.poles);
         let origin = -1.0 / beta;
@@ -190,25 +191,25 @@ impl Secular {
         Self { system, poles, sites, origin, pairs, others, expanded, translations }
     }
 
-    /// The point itself.
+    /// The point `s` of a root.
     pub(crate) fn value(&self, root: Root) -> C {
         self.poles[root.pole] + root.offset
     }
 
-    /// How far a root is from `-1 / beta` if its pole is one of the crowd there.
+    /// The root minus `-1 / beta`, if its pole belongs to the crowd there.
     pub(crate) fn in_crowd(&self, root: Root) -> Option<C> {
         let beta_w = self.system.beta * self.system.omega2[root.pole / 2].sqrt();
         let is_slow = self.origin != 0.0 && root.pole.is_multiple_of(2) && beta_w > CROWDED;
         is_slow.then(|| self.sites[root.pole] + root.offset)
     }
 
-    /// The mode of a translation that only a dashpot to the ground resists: its pole at 0 is also a root, once.
+    /// The mode of a translation that only a dashpot to the ground resists. Its pole at 0 is also a simple root.
     pub(crate) fn sliding(&self) -> Option<usize> {
         self.system.sliding.as_ref()?;
         self.system.omega2.iter().position(|&omega2| omega2 == 0.0)
     }
 
-    /// True for that root.
+    /// True if the root is the one at 0 of [`Self::sliding`].
     pub(crate) fn slides(&self, root: Root) -> bool {
         self.sliding().is_some_and(|mode| root.pole == 2 * mode) && root.offset == C::default()
     }
@@ -223,7 +224,7 @@ impl Secular {
         (self.sites[a.pole] - self.sites[b.pole]) + (a.offset - b.offset)
     }
 
-    /// The position of a root in the form that the sums over the poles take.
+    /// The position of a root, in the form that the sums over the poles need.
     pub(crate) fn point(&self, root: Root) -> Point {
         Point { base: self.sites[root.pole], offset: root.offset }
     }
@@ -247,15 +248,15 @@ impl Secular {
         Receptance { r11, r12, r22, free, joined, poles }
     }
 
-    /// `R_ab` with the translations.
+    /// `R_ab`, including the translations.
     fn whole(&self, r: &Receptance, a: usize, b: usize) -> Jet {
         let mut sum = [r.r11, r.r12, r.r22][a + b];
         sum.add(self.translations.moved[a + b], r.free);
         sum
     }
 
-    /// `R11 R22 - R12^2`, by the one of two sums that cancels less: between the bars' resonances
-    /// each receptance is small; below the first, the translations dominate.
+    /// `R11 R22 - R12^2`, by that of two sums that cancels less. Between the bars' resonances each receptance is small;
+    /// below the first resonance the translations dominate.
     fn determinant(&self, r: &Receptance, own: [Jet; 2]) -> Jet {
         let cross = self.whole(r, 0, 1);
         let terms = |a: usize, b: usize| {
@@ -278,7 +279,7 @@ impl Secular {
         det
     }
 
-    /// `k_a + c_a s`.
+    /// `kappa_a = k_a + c_a s`.
     pub(crate) fn stiff(&self, a: usize, s: C) -> Jet {
         let (k, c) = self.system.springs[a];
         Jet { at: k + c * s, slope: C::new(c, 0.0) }
@@ -287,11 +288,11 @@ impl Secular {
     /// `1 / d_i` of every mode.
     pub(crate) fn compliances(&self, root: Root) -> Vec<C> {
         let [real, imaginary] = poles::inverse_products(&self.pairs, self.point(root));
-        let places = real.iter().zip(&imaginary).take(self.system.omega2.len());
-        places.map(|(re, im)| C::new(*re, *im)).collect()
+        let parts = real.iter().zip(&imaginary).take(self.system.omega2.len());
+        parts.map(|(re, im)| C::new(*re, *im)).collect()
     }
 
-    /// The secular function, its derivative, and `sum 1 / (s - pole)`.
+    /// The secular function, its derivative, and `sum 1 / (s - pole)` over all poles.
     pub(crate) fn function(&self, root: Root) -> (C, C, C) {
         if self.expanded {
             return self.expanded_function(root);
@@ -311,8 +312,8 @@ impl Secular {
         (1.0 + f.at, f.slope, r.poles)
     }
 
-    /// Amplitudes of the attachments' forces in the eigenvector at `s`, from one row of the
-    /// singular 2 by 2 matrix `1 + kappa R`: analytic in `s`.
+    /// Amplitudes of the attachments' forces in the eigenvector at `s`, from one row of the singular 2 by 2 matrix
+    /// `1 + kappa R`. They are analytic in `s`.
     fn forces(&self, r: &Receptance, s: C, second: bool) -> [C; 2] {
         let kappa = |a: usize| self.system.springs[a].0 + self.system.springs[a].1 * s;
         let cross = self.whole(r, 0, 1).at;
@@ -323,7 +324,7 @@ impl Secular {
         }
     }
 
-    /// True if the matrix's second row, which is larger, gives the eigenvector at `s` more accurately.
+    /// True if the second row of the matrix is larger, and so gives the eigenvector at `s` more accurately.
     fn prefers_second(&self, r: &Receptance, s: C) -> bool {
         let square = |f: [C; 2]| f[0].norm_sqr() + f[1].norm_sqr();
         // The rows are compared as compliances: each is divided by its spring's stiffness.
@@ -334,7 +335,7 @@ impl Secular {
         square(self.forces(r, s, true)) * spring(1) > square(self.forces(r, s, false)) * spring(0)
     }
 
-    /// The eigenvector's amplitudes: `sum_a phi_{a,i} F_a` of the attachments' forces, over `d_i`.
+    /// The eigenvector's amplitudes `sum_a phi_{a,i} F_a / d_i`, where `F_a` are the attachments' forces.
     fn amplitudes(&self, root: Root, forces: &[C; MOST]) -> Vec<C> {
         let (shapes, compliances) = (&self.system.shapes, self.compliances(root));
         if !self.expanded {
@@ -350,7 +351,7 @@ impl Secular {
         amplitudes
     }
 
-    /// `sum_a phi_{a,i} F_a` for each mode, of one attachment or of two whose determinant is not expanded.
+    /// `sum_a phi_{a,i} F_a` for each mode, if there is one attachment, or two whose determinant is not expanded.
     fn pushes(&self, root: Root) -> Vec<C> {
         let shapes = &self.system.shapes;
         if shapes.len() == 1 {
@@ -359,8 +360,8 @@ impl Secular {
         let (s, r) = (self.value(root), self.receptance(root));
         let second = self.prefers_second(&r, s);
         let forces = self.forces(&r, s, second);
-        let (mine, other) = if second { (1, 0) } else { (0, 1) };
-        let (x, y) = (&shapes[mine], &shapes[other]);
+        let (first, other) = if second { (1, 0) } else { (0, 1) };
+        let (x, y) = (&shapes[first], &shapes[other]);
         let own = [r.r11, r.r22][other].at;
         let kappa = self.system.springs[other].0 + self.system.springs[other].1 * s;
         // Below the bars' resonances, this is what remains of the sum when the translations cancel.
@@ -376,7 +377,7 @@ impl Secular {
         (0..self.system.omega2.len()).map(push).collect()
     }
 
-    /// The eigenvector's amplitudes, not normalised.
+    /// The eigenvector's amplitudes in the modes of the deflated structure, not normalised.
     pub(crate) fn vector(&self, root: Root) -> Vec<C> {
         if let Some(shape) = self.system.sliding.as_ref().filter(|_| self.slides(root)) {
             return self.system.merged(shape).into_iter().map(C::from).collect();

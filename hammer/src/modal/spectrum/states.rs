@@ -1,11 +1,12 @@
-//! States `(x, x')` in the modes of the secular function, the two numbers of each mode together. In them the system
-//! is `A`, and with
+//! States `(x, x')` in the modes of the secular function. The two numbers of each mode are stored together.
+//!
+//! The system is `z' = A z` for such a state `z`. With
 //!
 //! ```text
 //! N = [[C, 1], [1, 0]],      H = N A = [[-K, 0], [0, 1]]
 //! ```
 //!
-//! vectors of different roots are orthogonal in `N` and in `H`.
+//! the vectors of different roots are orthogonal in `N` and in `H`.
 
 use crate::modal::spectrum::deflation::Deflated;
 use crate::modal::spectrum::pairing::{Eigenpair, is_decay};
@@ -14,12 +15,12 @@ use crate::numerics::math;
 use nalgebra::DMatrix;
 use num_complex::Complex64 as C;
 
-/// Two vectors of nearly equal roots that share more than this are of one pair.
+/// Two vectors of nearly equal roots belong to one pair if their normalised product is above this.
 const SHARED: f64 = 1e-3;
-/// Roots further apart than this, relative to their size, are of different pairs.
+/// Roots that differ by more than this, relative to their size, belong to different pairs.
 const NEAR: f64 = 1e-6;
 
-/// An eigenpair with its dual, which is the product of `N` and its state, and the product of both.
+/// An eigenpair with its dual, which is `N` times its state, and the product of dual and state.
 pub(crate) struct Vector {
     pub(crate) pair: Eigenpair,
     dual: Vec<C>,
@@ -28,32 +29,32 @@ pub(crate) struct Vector {
 
 impl Vector {
     pub(crate) fn new(system: &Deflated, (s, x): Eigenpair) -> Self {
-        let parts = |part: fn(&C) -> f64| damped(system, &x.iter().map(part).collect::<Vec<_>>());
-        let damped = parts(|z| z.re).into_iter().zip(parts(|z| z.im));
-        let both = damped.map(|(re, im)| C::new(re, im)).zip(&x);
-        let dual: Vec<C> = both.flat_map(|(damped, x)| [damped + s * x, *x]).collect();
+        let part = |part: fn(&C) -> f64| damped(system, &x.iter().map(part).collect::<Vec<_>>());
+        let damped = part(|z| z.re).into_iter().zip(part(|z| z.im));
+        let modes = damped.map(|(re, im)| C::new(re, im)).zip(&x);
+        let dual: Vec<C> = modes.flat_map(|(damped, x)| [damped + s * x, *x]).collect();
         let square = product(&dual, s, &x);
         Self { pair: (s, x), dual, square }
     }
 
-    /// True if both are nearly the same.
+    /// True if this vector and another are nearly the same.
     pub(crate) fn repeats(&self, other: &Self) -> bool {
         let limit = SHARED * SHARED * math::norm(self.square) * math::norm(other.square);
         math::norm(self.pair.0 - other.pair.0) <= NEAR * math::norm(self.pair.0)
             && product(&self.dual, other.pair.0, &other.pair.1).norm_sqr() > limit
     }
 
-    /// Dimensions of the space that it spans with its conjugate.
+    /// Number of dimensions of the space that the vector and its conjugate span.
     pub(crate) fn taken(&self) -> usize {
         if is_decay(&self.pair) { 1 } else { 2 }
     }
 
-    /// Share of each unit state that is in this space.
+    /// The share of each unit state that lies in that space.
     pub(crate) fn parts(&self) -> impl Iterator<Item = f64> {
         let (s, x) = &self.pair;
         let state = x.iter().flat_map(move |x| [*x, s * x]);
-        let both = self.dual.iter().zip(state);
-        both.map(|(dual, state)| self.taken() as f64 * (dual * state / self.square).re)
+        let entries = self.dual.iter().zip(state);
+        entries.map(|(dual, state)| self.taken() as f64 * (dual * state / self.square).re)
     }
 
     /// Removes from a state its components along this vector and its conjugate.
@@ -72,7 +73,8 @@ fn product(dual: &[C], s: C, x: &[C]) -> C {
     dual.chunks_exact(2).zip(x).map(|(d, x)| (d[0] + s * d[1]) * x).sum()
 }
 
-/// Forces of the bars, by `share` of their stiffness, and of the attachments, by one of their two numbers.
+/// The forces of the bars' stiffness times `share`, and of the attachments by `number`, which is their stiffness or
+/// viscosity.
 fn forces(system: &Deflated, share: f64, number: fn(&(f64, f64)) -> f64, x: &[f64]) -> Vec<f64> {
     let mut out: Vec<f64> = system.omega2.iter().zip(x).map(|(w2, x)| share * w2 * x).collect();
     for (shape, spring) in system.shapes.iter().zip(&system.springs) {
@@ -92,11 +94,11 @@ pub(crate) fn strained(system: &Deflated, x: &[f64]) -> Vec<f64> {
     forces(system, 1.0, |(stiffness, _)| *stiffness, x)
 }
 
-/// `S` of states `Z` that span an invariant space, `A Z = Z S`. It is computed as `(Z' N Z)^-1 Z' H Z`, in which an
-/// error of `Z` along another vector is squared. None if `Z' N Z` is singular.
+/// The matrix `S` with `A Z = Z S`, where the states `Z` span an invariant space; `None` if `Z' N Z` is singular. It is
+/// computed as `(Z' N Z)^-1 Z' H Z`, in which an error of `Z` along another vector is squared.
 pub(crate) fn reduced(system: &Deflated, states: &[Vec<f64>]) -> Option<DMatrix<f64>> {
-    let part = |at: usize| -> Vec<Vec<f64>> {
-        states.iter().map(|z| z.iter().skip(at).step_by(2).copied().collect()).collect()
+    let part = |first: usize| -> Vec<Vec<f64>> {
+        states.iter().map(|z| z.iter().skip(first).step_by(2).copied().collect()).collect()
     };
     let (m, x, v) = (states.len(), part(0), part(1));
     let damped: Vec<_> = x.iter().map(|x| damped(system, x)).collect();
