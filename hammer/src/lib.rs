@@ -63,6 +63,6 @@ pub use quantities::parameters::{
 pub use quantities::quantity;
 pub use quantities::scales::Timescales;
 pub use quantities::sections::{Body, MAX_RODS, MAX_SECTIONS, MAX_SEGMENTS, Sections, Segment};
-pub use quantities::warnings::{Suspect, starved, unfed, unlikely};
+pub use quantities::warnings::{Suspect, buried, starved, unfed, unlikely};
 pub use scene::Scene;
 pub use search::TIME_RESOLUTION;

@@ -37,4 +37,5 @@ mod steady;
 mod stops;
 mod table;
 mod theorem;
+mod told;
 mod work_limit;

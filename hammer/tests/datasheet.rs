@@ -2,7 +2,7 @@
 
 use crate::scenes::one_in;
 use hammer::Scene;
-use hammer::datasheet::{Datasheet, DatasheetError, Quantity, Solution};
+use hammer::datasheet::{Datasheet, DatasheetError, Quantity, Solution, THROUGH};
 use hammer::means::{Wanted, steady};
 
 use Quantity::{
@@ -94,9 +94,11 @@ fn catalogue() -> Vec<(&'static str, Datasheet)> {
     list
 }
 
-/// Logarithms of every number of a sheet, of its range, and of each member of the sample.
+/// Logarithms of every number of a sheet, of its range, and of each member of the sample; without that which only
+/// sheets of low pressure have.
 fn numbers(sheet: &Datasheet) -> Vec<f64> {
-    let rows = sheet.sample(&Scene::default()).expect("a hammer");
+    let mut rows = sheet.sample(&Scene::default()).expect("a hammer");
+    rows.retain(|row| row.name != THROUGH);
     let all = rows.iter().flat_map(|row| [&[row.value], &row.range[..], &row.members].concat());
     all.map(f64::ln).collect()
 }
@@ -166,6 +168,8 @@ fn no_answer_and_no_member_jumps_anywhere_in_the_range_of_its_inputs() {
 fn energy_grows_with_the_pressure() {
     for (model, sheet) in catalogue() {
         let given = sheet.known.iter().find(|known| known.0 == Pressure).expect("a pressure").1;
+        // Beyond 40 bar a liquid drives a hammer.
+        let given = given.min(30e5);
         let sizes = sheet.known.iter().filter(|k| [OuterDiameter, Hole, PistonMass].contains(&k.0));
         let sizes: Vec<_> = sizes.copied().collect();
         let energies: Vec<[f64; 2]> = (0..7)
@@ -263,7 +267,10 @@ fn two_pressures_of_a_hammer_have_a_narrow_ratio() {
     let mut ratios: Vec<f64> = high.members.iter().zip(&low.members).map(|(a, b)| a / b).collect();
     ratios.sort_by(f64::total_cmp);
     let [least, most] = [ratios[ratios.len() / 10], ratios[ratios.len() * 9 / 10]];
-    assert!(least > 1.1 && most / least < 1.1, "{least} to {most}");
+    // The exponents by which energy and frequency differ from the model's are known to 0.11 and 0.1, that of the power
+    // to 0.15; the rest of what is unknown of the hammer cancels to some per cent.
+    let own = (2.0 * 1.28 * 0.15 * (30.0f64 / 24.0).ln()).exp();
+    assert!(least > 1.1 && (0.95 * own..1.07 * own).contains(&(most / least)), "{least} to {most}");
     assert!(low.range[1] / low.range[0] > 1.5);
 }
 

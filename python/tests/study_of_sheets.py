@@ -9,8 +9,13 @@ together: the range of each must overlap with that, which is told and not counte
 
 A range is of the hammer, and what is printed of it scatters about that by the errors that a sheet
 assumes of what it is given: how often the range with this scatter holds is told beside.
+
+Ratios are held out too: of the power of two hammers whose air is given, of the air of two hammers at
+one pressure of which no air is given, and of the air of one hammer at two pressures, of which that
+at the lower is given.
 """
 
+import itertools
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,7 +24,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from dth_hammer import Datasheet, HammerWarning, _native, from_datasheet
+from dth_hammer import Datasheet, HammerWarning, _native, compare, from_datasheet
 
 REPORTS = Path(__file__).parents[2] / "reports"
 KGF = 9.80665
@@ -98,6 +103,70 @@ def table() -> pd.DataFrame:
     return pd.DataFrame(found)
 
 
+#: What is compared, as it stands in the report.
+POWERS, SIZES, PRESSURES = (
+    "power of two hammers",
+    "air of two hammers at one pressure",
+    "air of one hammer at two pressures",
+)
+#: Pressures that differ by less are one; printed pressures below are of another kind of hammer.
+ONE_PRESSURE, LOW = 0.03, 9.0
+
+
+def ratios() -> pd.DataFrame:
+    """A row for each printed ratio that is held out."""
+    makers, found = pd.read_csv(REPORTS / "makers.csv"), []
+    powers, alone = {}, {}
+    warnings.simplefilter("ignore", HammerWarning)
+
+    def told(kind: str, names: tuple[str, str], printed: float, ratio: pd.Series) -> None:
+        holds = ratio["low"] <= printed <= ratio["high"]
+        row = {"kind": kind, "a": names[0], "b": names[1], "printed": printed, **ratio}
+        found.append(row | {"holds": holds})
+
+    for model, rows in makers[makers["outside_mm"].notna()].groupby("model", sort=False):
+        whole = sheet(rows)
+        base = {n: x for n, x in whole.items() if n not in ("power", "frequency", "air_flow")}
+        if "power" in whole and len(whole["air_flow"]) > 2:
+            rest = {n: x for n, x in whole.items() if n != "power"}
+            powers[model] = from_datasheet(**rest), float(rows["power_kw"].max())
+        pairs = [(float(p.split()[0]), q) for p, q in whole["air_flow"].items()]
+        for pressure, air in pairs:
+            at = base | {"pressure": f"{pressure} bar"}
+            alone[model, pressure] = from_datasheet(**at), float(air.split()[0])
+            for higher, more in pairs:
+                if higher > pressure:
+                    one = from_datasheet(**at, air_flow=air)
+                    ratio = compare(one.but(at=f"{higher} bar"), one).loc["free air"]
+                    names = f"{model} at {higher:g} bar", f"at {pressure:g} bar"
+                    told(PRESSURES, names, float(more.split()[0]) / float(air.split()[0]), ratio)
+    for (a, (one, p)), (b, (other, q)) in itertools.combinations(powers.items(), 2):
+        told(POWERS, (a, b), p / q, compare(one, other).loc["power of the blows"])
+    for (a, (one, p)), (b, (other, q)) in itertools.combinations(alone.items(), 2):
+        if a[0] != b[0] and abs(a[1] / b[1] - 1.0) < ONE_PRESSURE and a[1] > LOW:
+            names = f"{a[0]} at {a[1]:g} bar", b[0]
+            told(SIZES, names, p / q, compare(one, other).loc["free air"])
+    return pd.DataFrame(found)
+
+
+def report_of_ratios(found: pd.DataFrame) -> str:
+    """The ratios, a line a kind, and those that were missed."""
+    lines = ["## Ratios that makers print, held out of both sheets", ""]
+    lines += ["| ratio of | pairs | held | half of the range | off, root of the mean square |"]
+    lines += ["|---" * 5 + "|"]
+    for kind, rows in found.groupby("kind", sort=False):
+        half = np.log(rows["high"] / rows["low"]).median() / 2
+        off = np.sqrt((np.log(rows["printed"] / rows["ratio"]) ** 2).mean())
+        count, held = len(rows), int(rows["holds"].sum())
+        lines.append(f"| {kind} | {count} | {held} ({held / count:.0%}) | {half:.2f} | {off:.2f} |")
+    lines += ["", "Half ranges and distances are of logarithms. Missed:", ""]
+    lines += ["| ratio of | over | printed | told |", "|---" * 4 + "|"]
+    for row in found[~found["holds"].astype(bool)].to_dict("records"):
+        sides = f"{row['low']:.3g} to {row['high']:.3g}"
+        lines.append(f"| {row['a']} | {row['b']} | {row['printed']:.3g} | {sides} |")
+    return "\n".join(lines) + "\n"
+
+
 def report(found: pd.DataFrame) -> str:
     """The table, under a heading of its own."""
     counted = found[~found["printed"].str.contains("to")]
@@ -120,6 +189,6 @@ def report(found: pd.DataFrame) -> str:
 
 
 if __name__ == "__main__":
-    text = report(table())
+    text = report(table()) + "\n" + report_of_ratios(ratios())
     (REPORTS / "sheets.md").write_text(text, encoding="utf-8")
     print(text, end="")

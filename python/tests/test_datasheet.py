@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 from dth_hammer import (
+    PRESETS,
     VARIABLES,
     Datasheet,
     DomainError,
@@ -118,7 +119,9 @@ def test_ratios_are_known_where_rates_are_not(cli: Callable[..., str]) -> None:
     here = from_datasheet(**sheet, rock="granite")
     there = here.but(at="30 bar")
     ratio, low, high = compare(there, here).loc["rate of penetration"]
-    assert low < ratio < high < 1.1 * low
+    # Exponents of energy and frequency are known to 0.11 and 0.1: 80 % of 0.15 on a ratio of 1.25, and
+    # some per cent of what else the model leaves open.
+    assert low < ratio < high < 1.18 * low
     assert here.ranges["rate of penetration"][1] > 1.5 * here.ranges["rate of penetration"][0]
     # A hammer over itself, and backwards.
     assert (compare(here, here) == 1.0).all(axis=None)
@@ -127,3 +130,63 @@ def test_ratios_are_known_where_rates_are_not(cli: Callable[..., str]) -> None:
     text = "od=124mm,pressure=24bar,power=31.7kW,hole=140mm"
     said = cli("compare", text, "at=30bar", "--rock", "granite")
     assert f"rate of penetration: {ratio:.3g} times" in said
+
+
+def test_a_number_that_belongs_to_what_is_changed_does_not_stay() -> None:
+    sheet = from_datasheet(od="124 mm", pressure="24 bar", power="31.7 kW", hole="140 mm")
+    for change in ({"pressure": "30 bar"}, {"od": "105 mm"}):
+        with pytest.raises(DomainError, match=r"power of the sheet.*power=None to leave it out"):
+            sheet.but(**change)
+    with pytest.raises(DomainError, match="give at= instead"):
+        sheet.but(pressure="30 bar")
+    bare = sheet.but(pressure="30 bar", power=None)
+    assert bare.parameters["supply_pressure"] == pytest.approx(30e5 + 101325.0)
+
+
+def test_whatever_simulate_takes_is_compared() -> None:
+    # Of the same scene under twice its specific energy the rate is half, in the middle.
+    scene = {"fidelity": "Rigid"}
+    energy = VARIABLES["rock.specific_energy"].start or 0.0
+    found = compare({**scene, "rock.specific_energy": 2.0 * energy}, scene)
+    assert found.loc["blow energy", "ratio"] == pytest.approx(1.0, abs=0.02)
+    assert found.loc["rate of penetration", "ratio"] == pytest.approx(0.5, abs=0.05)
+    assert (found["low"] < found["high"]).all()
+    sheet = from_datasheet(od="105 mm", pressure="24 bar", power="29.1 kW", hole="115 mm")
+    ratio, low, high = compare(sheet, "air_4_inch").loc["blow energy"]
+    assert low < 1.0 < high < 2.5 * low
+    assert low < ratio < high
+
+
+def test_the_air_at_the_compressor_is_told() -> None:
+    sheet = from_datasheet(
+        od="124 mm", pressure="24 bar", power="31.7 kW", altitude="3500 m", inlet="15 degC"
+    )
+    found = {name: number for name, number, _ in sheet.found}
+    # (288.15 / 273.15) / (1 - 2.25577e-5 * 3500)^5.25588: the International Standard Atmosphere.
+    assert found["air at the compressor's inlet"] / found["free air"] == pytest.approx(1.626, abs=2e-3)
+    assert "normal air" in sheet.readable()["free air"]
+    # A sheet in a notebook begins with its rate.
+    assert sheet._repr_html_().startswith("<table><tr><td>rate of penetration")
+
+
+def test_a_rock_beside_a_mapping_that_has_one_is_not_ignored_without_a_word() -> None:
+    drifter = {**PRESETS["top_hammer"].values}
+    with pytest.warns(HammerWarning, match=r"rock.stiffness.* take precedence over rock='R2'"):
+        simulate(drifter, "10 ms", rock="R2", outputs=["rop"])
+
+
+def test_the_rock_that_is_kept_has_its_own_range(cli: Callable[..., str], tmp_path: Any) -> None:
+    """The scene's range is of its rate: with a measured one, that of the measurement's scatter."""
+    given = {"od": "124mm", "pressure": "24bar", "power": "31.7kW", "hole": "140mm", "rop": "18m/h"}
+    options = [part for name, value in given.items() for part in (f"--{name}", value)]
+    rock, scene = tmp_path / "rock.json", tmp_path / "scene.json"
+    cli("datasheet", *options, "--write-rock", rock, "-o", scene)
+    ranges = from_datasheet(**given).ranges
+    for path, name, key in (
+        (rock, "specific energy", "specific_energy_factor"),
+        (scene, "rate of penetration", "rock.specific_energy_factor"),
+    ):
+        content = json.loads(path.read_text(encoding="utf-8"))
+        low, high = ranges[name]
+        factor = content.get("start_values", content)[key]
+        assert factor == pytest.approx((high / low) ** 0.5, rel=1e-12)

@@ -15,9 +15,11 @@ pub struct Warnings {
     fed: bool,
     /// Number of times that the energies did not balance.
     unbalanced: u64,
-    /// True once a warning was given: of an exchange that makes energy, and of an impact that is too fast.
+    /// True once a warning was given: of an exchange that makes energy, of an impact that is too fast, and of a hole that
+    /// grows faster than the bit goes in.
     coarse: bool,
     fast: bool,
+    outrun: bool,
 }
 
 impl Warnings {
@@ -46,8 +48,11 @@ impl Warnings {
     pub fn after_step(&mut self, machine: &Machine) -> Vec<String> {
         let coarse = machine.exchange_warning().filter(|_| !self.coarse);
         let fast = machine.too_fast().filter(|_| !self.fast);
-        (self.coarse, self.fast) = (self.coarse || coarse.is_some(), self.fast || fast.is_some());
-        coarse.into_iter().chain(fast).collect()
+        let outrun = machine.outrun().filter(|_| !self.outrun);
+        self.coarse |= coarse.is_some();
+        self.fast |= fast.is_some();
+        self.outrun |= outrun.is_some();
+        coarse.into_iter().chain(fast).chain(outrun).collect()
     }
 
     /// Warns of energies that do not balance, each time their count has doubled.

@@ -1,11 +1,13 @@
 //! What no hammer can do, in words of the trade.
 
-use super::Datasheet;
-use super::assume::area;
+use super::assume::{SLEEVE, area};
+use super::drilled::Drilled;
 use super::member::Fluid;
 use super::quantity::Quantity;
-use super::sample::Sample;
-use crate::quantities::warnings::FASTEST;
+use super::sample::{Member, Sample};
+use super::{Datasheet, DatasheetError, TURN};
+use crate::numerics::display::digits;
+use crate::quantities::warnings::{FASTEST, buried};
 
 /// Most blows per second of an air hammer, and of any: air hammers do 15 to 45, water hammers up to 70.
 const MOST_BY_AIR: f64 = 50.0;
@@ -14,8 +16,17 @@ const MOST: f64 = 75.0;
 const ROOM: f64 = 0.7;
 /// Range of the air's velocity in the hole that makers ask for, m/s.
 const FLUSHING: [f64; 2] = [15.0, 30.0];
-/// Density of a piston that fills its bore, kg/m3.
+/// Density of a piston that fills its bore, kg/m3, and most bores of its length: makers' have 1.3 to 2.5.
 const STEEL: f64 = 7850.0;
+const LONGEST: f64 = 6.0;
+/// Widest hole over the outside diameter: makers' tables have up to 1.7.
+const WIDEST: f64 = 2.0;
+/// Most turns of a bit per second: makers print 25 to 60 a minute, up to 90.
+const TURNS: f64 = 2.0;
+/// Range of the advance per turn of a bit, m: a factor of 2 about the 10 to 19 mm that makers recommend.
+const ADVANCE: [f64; 2] = [5e-3, 38e-3];
+/// Most feed over what is usual for a hammer, printed or needed to hold its casing.
+const PRESSED: f64 = 3.0;
 
 impl Datasheet {
     /// What is impossible about the sample's hammers, a sentence each.
@@ -39,14 +50,135 @@ impl Datasheet {
                 more(frequency, most)
             ));
         }
+        list.extend(self.narrow());
+        list.extend(self.heavy(sample));
         list.extend(self.too_short(sample));
         list.extend(self.flushed(sample));
-        let (effectiveness, [least, _]) = sample.number(|m| m.blow.effectiveness());
+        list.extend(self.overfed());
+        // Of what is given, if it says that, else of the hammers that fit.
+        let get = |quantity| self.get(quantity);
+        let given = |bore: f64| {
+            let force = get(Quantity::Pressure)? * area(bore);
+            Some(get(Quantity::BlowEnergy)? / (force * get(Quantity::Stroke)?))
+        };
+        let effect = |m: &Member| given(m.held.bore).unwrap_or(m.held.effectiveness());
+        let (effectiveness, [least, _]) = sample.number(effect);
         if least > 1.0 {
             let size = more(effectiveness, 1.0);
             list.push(format!("The mean driving pressure is {size} than all of the supply's."));
         }
         list
+    }
+
+    /// What the scene does under its feed that no hammer does.
+    pub(super) fn drilled(
+        &self,
+        drilled: &Result<Drilled, DatasheetError>,
+        sample: &Sample,
+    ) -> Vec<String> {
+        let drilled = match drilled {
+            Ok(drilled) => drilled,
+            Err(why) => {
+                return vec![format!("feed: {why}. What is told is that of a casing held down.")];
+            }
+        };
+        let mut list = Vec::new();
+        let feed = self.get(Quantity::Feed);
+        if let Some(feed) = feed.filter(|_| !drilled.held()) {
+            list.push(format!(
+                "The feed of {} kN does not hold the casing down: the bit hangs out of its shoulder for {:.0} % of the \
+                 time. Printed numbers are those of a held casing.",
+                digits(1e-3 * feed),
+                100.0 * drilled.open
+            ));
+        }
+        let [rate, ..] = drilled.errors;
+        if rate > 0.01 {
+            list.push(format!(
+                "The blows differ from each other: of {} blows the rate is known to {:.0} %.",
+                drilled.blows,
+                100.0 * rate
+            ));
+        }
+        let (told, turns) = (sample.number(|m| m.rate).0, self.get(Quantity::Rotation));
+        list.extend(buried(drilled.rate, drilled.tip_rate, drilled.tip_rate / drilled.frequency));
+        match turns {
+            Some(turns) if !(ADVANCE[0]..=ADVANCE[1]).contains(&(told / turns)) => {
+                list.push(format!(
+                    "rotation: the hole advances {:.1} mm a turn, where makers recommend 10 to 19.",
+                    1e3 * told / turns
+                ));
+            }
+            None if told / TURN > TURNS => list.push(format!(
+                "rotation: {:.0} turns a minute would be needed for {:.1} mm of advance a turn; rigs turn bits 25 to 90 \
+                 times a minute. No rig drills at this rate.",
+                60.0 * told / TURN,
+                1e3 * TURN
+            )),
+            _ => {}
+        }
+        list
+    }
+
+    /// A hammer that is not in its hole, or a bore that is not in its hammer.
+    fn narrow(&self) -> Vec<String> {
+        let get = |quantity| self.get(quantity);
+        let mm = |x: f64| digits(1e3 * x);
+        let mut list = Vec::new();
+        if let (Some(outer), Some(hole)) = (get(Quantity::OuterDiameter), get(Quantity::Hole)) {
+            if hole <= outer {
+                list.push(format!(
+                    "A hammer of {} mm is not in a hole of {} mm.",
+                    mm(outer),
+                    mm(hole)
+                ));
+            } else if hole > WIDEST * outer {
+                list.push(format!(
+                    "hole: {} mm is {:.1} times the hammer's {} mm, and makers have bits of up to 1.7 times.",
+                    mm(hole),
+                    hole / outer,
+                    mm(outer)
+                ));
+            }
+        }
+        if let (Some(outer), Some(bore)) = (get(Quantity::OuterDiameter), get(Quantity::Bore))
+            && bore > 1.02 * SLEEVE * outer
+        {
+            list.push(format!(
+                "A bore of {} mm does not fit in a hammer of {} mm: the inside of its sleeve has some {} mm.",
+                mm(bore),
+                mm(outer),
+                mm(SLEEVE * outer)
+            ));
+        }
+        list
+    }
+
+    /// A piston for which there is no room in the bore.
+    fn heavy(&self, sample: &Sample) -> Option<String> {
+        let long = |m: &Member| m.blow.mass / (STEEL * area(m.blow.bore));
+        let (bores, [least, _]) = sample.number(|m| long(m) / m.blow.bore);
+        (self.fluid() == Fluid::Air && least > LONGEST).then(|| {
+            format!(
+                "piston_mass: a solid piston of {} kg would be {} mm long in its bore of {} mm, {bores:.0} times as long \
+                 as wide: makers' are 1.3 to 2.5.",
+                digits(sample.number(|m| m.blow.mass).0),
+                digits(1e3 * sample.number(long).0),
+                digits(1e3 * sample.number(|m| m.blow.bore).0)
+            )
+        })
+    }
+
+    /// A feed that no rig puts on such a hammer.
+    fn overfed(&self) -> Option<String> {
+        let (feed, [printed, held]) = (self.get(Quantity::Feed)?, self.usual_feeds()?);
+        (feed > PRESSED * held).then(|| {
+            let [feed, printed, held] = [feed, printed, held].map(|x| digits(1e-3 * x));
+            format!(
+                "feed: {feed} kN is more than rigs put on such a hammer: makers print some {printed} kN, and {held} kN \
+                 hold its casing down."
+            )
+        })
     }
 
     /// A pipe that does not fit the hole, or air too slow to lift cuttings or so fast that it wears the pipe.

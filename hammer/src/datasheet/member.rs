@@ -1,15 +1,19 @@
 //! A hammer of the sample: its unknowns, its blows, and how it is fitted to a sheet.
 
-use super::table::{Scales, Table};
+use super::table::{Scales, at};
 use super::{Datasheet, EFFICIENCY, Quantity};
 use crate::numerics::math;
 use crate::quantities::air::ATMOSPHERE;
 use nalgebra::{DMatrix, DVector, SVector};
 use std::f64::consts::PI;
 
-/// Unknowns: logarithms of pressure, bore, mass, stroke and port over bore; and of three factors relative to hammers
-/// scaled from the presets: of energy and square of the frequency (effectiveness), of air, and of frequency.
-pub(super) const COUNT: usize = 8;
+/// Unknowns: logarithms of pressure, bore, mass, stroke and port over bore; of three factors relative to hammers
+/// scaled from the presets: of energy and square of the frequency (effectiveness), of air, and of frequency; the
+/// exponents of pressure over the sheet's by which air, energy and frequency differ from those of such hammers; and
+/// the logarithm of the factor by which a hammer takes more air at low pressure.
+pub(super) const COUNT: usize = 12;
+/// How many of them, the first, are logarithms of dimensions and factors.
+const LOGARITHMS: usize = 8;
 pub(super) type Point = SVector<f64, COUNT>;
 /// A residual beyond this many standard errors is an outlier, whose pull does not grow.
 const OUTLIER: f64 = 3.0;
@@ -37,8 +41,9 @@ pub(super) struct Blow {
     pub mass: f64,
     pub energy: f64,
     pub frequency: f64,
-    /// Flow of free air, or of the liquid.
+    /// Flow of free air, or of the liquid; and what of it goes through the chambers.
     pub flow: f64,
+    pub driving: f64,
     pub height: f64,
 }
 
@@ -74,12 +79,18 @@ impl Blow {
     }
 }
 
-/// The prior distribution of hammers: of each unknown the median's logarithm and its standard error.
+/// Share of the factor of air at low pressure that holds at a pressure (Pa, over the exhaust's): 1 at 6 bar and below,
+/// 0 at 10 bar and above, linear in the logarithm between.
+pub(super) fn low(pressure: f64) -> f64 {
+    (math::ln(10e5 / pressure) / math::ln(10.0 / 6.0)).clamp(0.0, 1.0)
+}
+
+/// The prior distribution of hammers: of each unknown the median (its logarithm, of those that have one) and its
+/// standard error.
 pub(super) struct Kind {
     pub fluid: Fluid,
     pub middle: Point,
     pub wide: Point,
-    pub table: &'static Table,
 }
 
 impl Kind {
@@ -90,9 +101,12 @@ impl Kind {
 
     /// Its blow at a pressure; `None`: at its own.
     pub fn blow(&self, off: &Point, pressure: Option<f64>) -> Blow {
-        let own: [f64; COUNT] = self.logs(off).map(math::exp).into();
+        let logs = self.logs(off);
+        let own: [f64; LOGARITHMS] = std::array::from_fn(|k| math::exp(logs[k]));
         let [supply, bore, mass, stroke, port, effective, share, pace] = own;
         let pressure = pressure.unwrap_or(supply);
+        let over = math::ln(pressure / supply);
+        let [air, energetic, faster] = [8, 9, 10].map(|k| math::exp(logs[k] * over));
         let area = 0.25 * PI * bore * bore;
         let pace = pace * effective.sqrt();
         match self.fluid {
@@ -100,11 +114,14 @@ impl Kind {
                 let scales = Scales { area, mass, stroke };
                 let [energy, time, volume] = scales.of();
                 let opening = math::ln(port * scales.opening());
-                let numbers = self.table.at(math::ln(pressure / ATMOSPHERE), opening);
+                let numbers = at(math::ln(pressure / ATMOSPHERE), opening);
                 let [e, f, q, h] = numbers.map(math::exp);
-                let (energy, frequency) = (effective * e * energy, pace * f / time);
-                let flow = share * pace * q * volume / time;
-                Blow { pressure, bore, mass, energy, frequency, flow, height: h * stroke }
+                let energy = energetic * effective * e * energy;
+                let frequency = faster * pace * f / time;
+                let driving = air * share * pace * q * volume / time;
+                let flow = driving * math::exp(logs[11] * low(pressure));
+                let height = h * stroke;
+                Blow { pressure, bore, mass, energy, frequency, flow, driving, height }
             }
             Fluid::Liquid => {
                 let (force, lift) = (effective * pressure * area, LIFT * stroke);
@@ -115,20 +132,22 @@ impl Kind {
                 let frequency = pace / effective.sqrt() / period;
                 let flow = share * energy * frequency / (EFFICIENCY * pressure);
                 let height = energy / force;
-                Blow { pressure, bore, mass, energy, frequency, flow, height }
+                Blow { pressure, bore, mass, energy, frequency, flow, driving: flow, height }
             }
         }
     }
 
     /// The dimensions of a hammer: `height` is the stroke over the presets', `flow` the area of a port.
     pub fn hammer(&self, off: &Point, pressure: Option<f64>) -> Blow {
-        let own: [f64; COUNT] = self.logs(off).map(math::exp).into();
-        let [supply, bore, mass, height, port, effective, ..] = own;
+        let logs = self.logs(off);
+        let [supply, bore, mass, height, port, effective] =
+            std::array::from_fn(|k| math::exp(logs[k]));
         // Greater effectiveness becomes a larger area.
         let bore = bore * effective.sqrt();
         let flow = port * 0.25 * PI * bore * bore;
         let pressure = pressure.unwrap_or(supply);
-        Blow { pressure, bore, mass, energy: f64::NAN, frequency: f64::NAN, flow, height }
+        let [energy, frequency] = [f64::NAN; 2];
+        Blow { pressure, bore, mass, energy, frequency, flow, driving: flow, height }
     }
 
     pub fn value(&self, row: &Row, off: &Point) -> f64 {
@@ -234,6 +253,6 @@ impl Datasheet {
             pressure: Some(*at),
             ..Row::new(Quantity::AirFlow, *air)
         });
-        known.chain(table).chain(self.usual_speed()).collect()
+        known.chain(table).chain(self.usual()).collect()
     }
 }

@@ -16,14 +16,19 @@
 mod air;
 mod answer;
 mod assume;
+mod drilled;
 mod limits;
 mod member;
+mod nodes;
 mod quantity;
+mod ratio;
 mod sample;
+mod sizes;
 mod table;
 
-pub use answer::TURN;
+pub use answer::{SUCKED, THROUGH, TURN};
 pub use quantity::{Entry, Quantity};
+pub use ratio::{COMPARED, Relation, Side, ratios};
 pub use sample::spread;
 
 use crate::error::Error;
@@ -126,15 +131,17 @@ impl Datasheet {
     pub fn solve(&self, base: &Scene) -> Result<Solution, DatasheetError> {
         let (scene, mut sample) = self.drawn(base)?;
         let middle = self.hammer(&scene, &sample);
-        if let Ok((_, share)) = middle {
-            let mut measured = self.get(Quantity::Rate).map(|_| share);
-            if let (Some(then), Some(_)) = (&mut measured, self.at) {
+        if let Ok((_, Ok(now))) = &middle {
+            let mut then = self.get(Quantity::Rate).map(|_| *now);
+            if let (Some(then), Some(_)) = (&mut then, self.at) {
                 // The rate was measured at the sheet's pressure, not at the working pressure.
                 let sheet = Self { at: None, ..self.clone() };
                 let (scene, own) = sheet.drawn(base)?;
-                *then = sheet.hammer(&scene, &own).map_or(share, |(_, then)| then);
+                if let Ok((_, Ok(found))) = sheet.hammer(&scene, &own) {
+                    *then = found;
+                }
             }
-            sample.take_share(share, measured);
+            sample.drill(now, then.as_ref());
         }
         self.answer(scene, middle, &sample)
     }
@@ -169,11 +176,16 @@ impl Datasheet {
         Ok((scene, sample))
     }
 
+    /// The pressure that is worked at, Pa, if it is known.
+    fn working_pressure(&self) -> Option<f64> {
+        self.at.or(self.get(Quantity::Pressure))
+    }
+
     fn get(&self, quantity: Quantity) -> Option<f64> {
         self.known.iter().find(|(q, _)| *q == quantity).map(|(_, value)| *value)
     }
 
-    /// Sets the hole, the feed, and the rock under this hole.
+    /// Sets the hole, the feed that holds the casing down, and the rock under this hole.
     fn lay_rock(&self, scene: &mut Scene) {
         let p = &mut scene.parameters;
         if let Some((hole, _)) = self.hole() {
@@ -182,7 +194,7 @@ impl Datasheet {
                 p.rock.spread(hole);
             }
         }
-        let feed = self.get(Quantity::Feed).or_else(|| Some(self.usual_feeds()?[1]));
+        let feed = self.usual_feeds().map(|[_, held]| held);
         scene.inputs.feed_force = feed.unwrap_or(scene.inputs.feed_force);
     }
 }

@@ -63,6 +63,8 @@ list! {
     Feed, "feed", "N", ("kN", 1e3), [1.0, 1e6], f64::INFINITY, "Feed force";
     Pipe, "pipe", "m", ("mm", 1e-3), [0.01, 2.0], f64::INFINITY, "Outside diameter of the drill pipe, past which the flushing air rises";
     Rotation, "rotation", "Hz", ("1/min", 1.0 / 60.0), [0.01, 10.0], f64::INFINITY, "Turns of the bit per time";
+    Altitude, "altitude", "m", ("m", 1.0), [-500.0, 6000.0], f64::INFINITY, "Altitude of the compressor: the free air that it must suck in there";
+    Inlet, "inlet", "K", ("K", 1.0), [220.0, 330.0], f64::INFINITY, "Temperature of the air that the compressor sucks in";
     DampingRatio, "damping_ratio", "1", ("1", 1.0), [0.0, 0.5], f64::INFINITY, "Damping ratio of the piston's first elastic mode";
 }
 

@@ -1,5 +1,6 @@
 //! The sample of hammers that fit a sheet: median and range of everything that follows.
 
+use super::drilled::Drilled;
 use super::member::{Blow, COUNT, Kind, Point, Row};
 use super::{Datasheet, DatasheetError, Quantity};
 use crate::numerics::math;
@@ -19,10 +20,12 @@ const SHARE: (f64, f64) = (0.68, 0.12);
 const MOST: f64 = 0.95;
 /// Factors of the 80 % ranges of a rock's hardness and of a feed.
 const HARDNESS: f64 = 1.75;
-const FEED: f64 = 1.25;
+const FEED: f64 = 1.3;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Member {
+    /// The blow with its casing held down, and that at the feed.
+    pub held: Blow,
     pub blow: Blow,
     pub weight: f64,
     /// Work to the rock over blow energy; stiffness of the rock, N/m.
@@ -30,8 +33,23 @@ pub(super) struct Member {
     pub stiffness: f64,
     pub specific_energy: f64,
     pub feed: f64,
-    /// Rate of penetration, m/s.
+    /// Rate of penetration, and the rate at which the bit goes in, which it does not exceed, m/s.
     pub rate: f64,
+    pub tip_rate: f64,
+    /// Largest force on the rock, N.
+    pub peak: f64,
+    /// What determines the rate.
+    measure: Measure,
+}
+
+/// What determines a member's rate.
+#[derive(Clone, Copy, Debug)]
+struct Measure {
+    /// The measured rate with its error, m/s, and the power of the blows at which it was measured, W.
+    rate: Option<f64>,
+    power: f64,
+    /// Area of the hole, m2.
+    area: f64,
 }
 
 pub(super) struct Sample {
@@ -42,11 +60,13 @@ pub(super) struct Sample {
     pub solved: Vec<(Row, f64)>,
     /// Median impact speed before the limit of steel is applied, m/s.
     pub asked_speed: f64,
+    /// Specific energy of the scene's rock, J/m3.
+    rock_energy: f64,
 }
 
 /// A normal random number of a member and a dimension. It is the same in every sheet, so that two sheets can be
 /// compared member by member, and an answer changes little if its sheet changes little.
-fn drawn(member: usize, dimension: usize) -> f64 {
+pub(super) fn drawn(member: usize, dimension: usize) -> f64 {
     let mut state = ((member as u64 / 2 + 1) << 32) | (dimension as u64 + 1);
     let mut uniform = || {
         // Generator splitmix64 (Steele, Lea, Flood 2014).
@@ -69,6 +89,7 @@ const OF_HARDNESS: usize = 51;
 const OF_ENERGY: usize = 52;
 const OF_FEED: usize = 53;
 const OF_RATE: usize = 54;
+const OF_MEANS: usize = 60;
 const OF_STEP: usize = 1 << 20;
 
 impl Sample {
@@ -101,17 +122,53 @@ impl Sample {
             let blow = at.map_or(own, |at| kind.at(off, at, sheet));
             Member::of(sheet, scene, member, own, blow, weights[member])
         });
-        Ok(Self { members: members.collect(), hammer, solved, asked_speed })
+        let rock_energy = scene.parameters.rock.specific_energy;
+        Ok(Self { members: members.collect(), hammer, solved, asked_speed, rock_energy })
     }
 
-    /// Replaces the usual share of work to the rock by `now`, that of the simulated median hammer. `measured` is the
-    /// share at which a rate was measured; it determines the specific energy.
-    pub fn take_share(&mut self, now: f64, measured: Option<f64>) {
-        for member in &mut self.members {
-            let share = (member.share * now / SHARE.0).min(MOST);
-            member.rate *= measured.map_or(share / member.share, |then| now / then);
-            member.specific_energy *= measured.unwrap_or(SHARE.0) / SHARE.0;
-            member.share = share;
+    /// Moves the sample to what the scene of its median hammer does at its feed, `now`: the medians of energy,
+    /// frequency, air and rate become the scene's means. `measured` is what it did where a rate was measured, which
+    /// determines the specific energy.
+    pub fn drill(&mut self, now: &Drilled, measured: Option<&Drilled>) {
+        let median = |of: &dyn Fn(&Member) -> f64| self.number(of).0;
+        let energy = now.energy / median(&|m| m.held.energy);
+        let frequency = now.frequency / median(&|m| m.held.frequency);
+        // A liquid's flow is that of its power.
+        let air = if now.flow > 0.0 { now.flow / median(&|m| m.held.driving) } else { energy };
+        // The measured power to the rock, if there is a measured rate.
+        let power = measured.map(|then| then.energy * then.frequency * then.share);
+        let own = median(&|m| m.measure.power);
+        let [mid_share, mid_stiffness] = [median(&|m| m.share), median(&|m| m.stiffness)];
+        let [of_rate, of_energy, of_period, of_air] = now.errors;
+        for (k, m) in self.members.iter_mut().enumerate() {
+            let off = |dimension, error: f64| math::exp(error * drawn(k, OF_MEANS + dimension));
+            m.blow.energy *= energy * off(0, of_energy);
+            m.blow.frequency *= frequency * off(1, of_period);
+            m.blow.flow *= air * off(2, of_air);
+            m.blow.driving *= air * off(2, of_air);
+            m.share = (m.share * now.share / mid_share).min(MOST);
+            let mut share = m.share;
+            if let (Some(power), Some(rate)) = (power, m.measure.rate) {
+                // What share the rock takes is the same of both rates.
+                share = now.share;
+                m.specific_energy = power * m.measure.power / own / (m.measure.area * rate);
+            }
+            m.rate = share * m.blow.power() / (m.measure.area * m.specific_energy);
+            m.rate *= off(3, of_rate);
+            // Depth of a blow and force go with the square root of its energy.
+            let work = m.share * m.blow.energy / (now.share * now.energy);
+            let stiffer = m.stiffness / mid_stiffness;
+            m.tip_rate = now.tip_rate * m.blow.frequency / now.frequency * (work / stiffer).sqrt();
+            m.peak = now.peak * (work * stiffer).sqrt();
+        }
+        let rate = self.number(|m| m.rate).0;
+        let told = self.number(|m| m.specific_energy).0;
+        let by = if measured.is_some() { 1.0 } else { now.rate / rate };
+        // With this specific energy the scene drills at the told rate.
+        let energy = now.rate * self.rock_energy / (by * rate);
+        for m in &mut self.members {
+            m.rate = (m.rate * by).min(m.tip_rate);
+            m.specific_energy *= energy / told;
         }
     }
 
@@ -155,13 +212,11 @@ impl Member {
         let known = math::ln(p.rock.specific_energy_factor) / WIDE;
         let hardness = if sheet.own_rock { 0.0 } else { math::ln(HARDNESS) / WIDE };
         let area = p.work_per_length() / p.rock.specific_energy;
-        // The specific energy refers to the work that the hammer's model gives to the rock. If a measured rate
-        // determines it, the usual share is used here, and corrected in `take_share`.
-        let (drilling, specific_energy) = match sheet.get(Quantity::Rate) {
-            Some(rate) => {
-                let rate = rate * about(OF_RATE, Quantity::Rate.entry().error);
-                (SHARE.0, SHARE.0 * own.power() / (area * rate))
-            }
+        // The specific energy refers to the work that the hammer's model gives to the rock, here the usual share.
+        let rate = sheet.get(Quantity::Rate);
+        let rate = rate.map(|rate| rate * about(OF_RATE, Quantity::Rate.entry().error));
+        let (drilling, specific_energy) = match rate {
+            Some(rate) => (SHARE.0, SHARE.0 * own.power() / (area * rate)),
             None => (share, p.rock.specific_energy * about(OF_ENERGY, known)),
         };
         // The feed that holds the casing down may exceed those that makers print, which are then the lower end of the
@@ -169,14 +224,21 @@ impl Member {
         let below = sheet.usual_feeds().filter(|_| drawn(member, OF_FEED) < 0.0);
         let below = below.map_or(0.0, |[printed, usual]| math::ln(usual / printed));
         let usual = scene.inputs.feed_force * about(OF_FEED, (math::ln(FEED) + below) / WIDE);
+        let stiffness = p.rock.stiffness * about(OF_HARDNESS, hardness);
+        // In a single thrust up to the force F, (1 - 1/gamma) F^2 / (2 KR) is dissipated in the rock.
+        let lost = 1.0 - 1.0 / p.rock.unloading_ratio;
         Self {
+            held: blow,
             blow,
             weight,
             share,
-            stiffness: p.rock.stiffness * about(OF_HARDNESS, hardness),
+            stiffness,
             specific_energy,
             feed: sheet.get(Quantity::Feed).unwrap_or(usual),
             rate: drilling * blow.power() / (area * specific_energy),
+            tip_rate: f64::INFINITY,
+            peak: (2.0 * stiffness * share * blow.energy / lost).sqrt(),
+            measure: Measure { rate, power: own.power(), area },
         }
     }
 }
@@ -199,7 +261,7 @@ pub fn spread(mut list: Vec<(f64, f64)>) -> [f64; 3] {
     })
 }
 
-const _: () = assert!(COUNT < OF_SHARE && OF_RATE < ROWS);
+const _: () = assert!(COUNT < OF_SHARE && OF_RATE < OF_MEANS && OF_MEANS + 4 < ROWS);
 
 #[cfg(test)]
 mod tests {

@@ -9,22 +9,17 @@
 //! free air = q A L / sqrt(m L / (p0 A)),   the piston turns h L above the bit
 //! ```
 //!
-//! Gravity, some hundredths of the pressure's force, is that of one hammer. The table is simulated once in a process.
+//! Gravity, some hundredths of the pressure's force, is that of one hammer. The table is a constant (`nodes`), which a test
+//! simulates anew.
 
-use super::DatasheetError;
-use super::air::AirBlow;
+use super::nodes::NODES;
 use crate::numerics::math;
-use crate::presets::AirHammer;
 use crate::quantities::air::ATMOSPHERE;
-use crate::quantities::parameters::Fidelity;
 use crate::scene::Scene;
-use std::sync::OnceLock;
 
 /// Nodes of the table: least and largest value, and their number. Pressures are over the atmosphere's.
 const PRESSURES: ([f64; 2], usize) = ([1.5, 40.0], 6);
 const OPENINGS: ([f64; 2], usize) = ([0.15, 6.0], 7);
-/// `air.error` of the simulations, small enough for an accuracy of a hundredth.
-const ERROR: f64 = 1e-4;
 /// Gas constant of air, J/(kg K).
 const GAS: f64 = 287.05;
 
@@ -55,65 +50,18 @@ impl Scales {
     }
 }
 
-pub(super) struct Table {
-    nodes: Vec<Logs>,
-}
-
-static TABLE: OnceLock<Table> = OnceLock::new();
-
-impl Table {
-    /// The table of this process.
-    pub fn get() -> Result<&'static Self, DatasheetError> {
-        if let Some(table) = TABLE.get() {
-            return Ok(table);
-        }
-        let places = (0..PRESSURES.1).flat_map(|i| (0..OPENINGS.1).map(move |k| [i, k]));
-        let nodes = places.map(|[i, k]| Self::node(place(PRESSURES, i), place(OPENINGS, k)));
-        let nodes = nodes.collect::<Result<_, DatasheetError>>()?;
-        Ok(TABLE.get_or_init(|| Self { nodes }))
-    }
-
-    fn node(pressure: f64, opening: f64) -> Result<Logs, DatasheetError> {
-        let [pressure, opening] = [pressure, opening].map(math::exp);
-        let hammer = |supply| {
-            let feed = super::air::FEED * 0.105 * 0.105 * pressure * ATMOSPHERE;
-            AirHammer { supply, ..AirHammer::in_proportion(0.105, 9.1, 0.115, feed) }
-        };
-        let scene = |supply| {
-            let mut scene = hammer(supply).at(pressure * ATMOSPHERE);
-            let p = &mut scene.parameters;
-            p.fidelity = Fidelity::Rigid;
-            p.air.error = ERROR;
-            AirHammer::hold(p);
-            scene
-        };
-        let p = scene(1e-4).parameters;
-        let scales = Scales { area: p.drive.area_drive, mass: p.piston_mass(), stroke: 1.0 };
-        let [energy, time, volume] = scales.of();
-        let blow = AirBlow::of(&scene(opening / scales.opening() * scales.area))?;
-        Ok([blow.energy / energy, time / blow.period, blow.flow * time / volume, blow.height]
-            .map(math::ln))
-    }
-
-    /// Interpolates at logarithms of the pressure (over the atmosphere's) and of the opening: by cubics with
-    /// continuous slopes between the nodes, linearly beyond them.
-    pub fn at(&self, pressure: f64, opening: f64) -> Logs {
-        let index = |(ends, count): ([f64; 2], usize), x: f64| {
-            let [low, high] = ends.map(math::ln);
-            (x - low) / (high - low) * (count - 1) as f64
-        };
-        let [u, v] = [index(PRESSURES, pressure), index(OPENINGS, opening)];
-        std::array::from_fn(|number| {
-            let row = |i: usize| spline(OPENINGS.1, v, |k| self.nodes[i * OPENINGS.1 + k][number]);
-            spline(PRESSURES.1, u, row)
-        })
-    }
-}
-
-/// Logarithm of a node.
-fn place((ends, count): ([f64; 2], usize), index: usize) -> f64 {
-    let [low, high] = ends.map(math::ln);
-    low + (high - low) * index as f64 / (count - 1) as f64
+/// Interpolates at logarithms of the pressure (over the atmosphere's) and of the opening: by cubics with continuous slopes
+/// between the nodes, linearly beyond them.
+pub(super) fn at(pressure: f64, opening: f64) -> Logs {
+    let index = |(ends, count): ([f64; 2], usize), x: f64| {
+        let [low, high] = ends.map(math::ln);
+        (x - low) / (high - low) * (count - 1) as f64
+    };
+    let [u, v] = [index(PRESSURES, pressure), index(OPENINGS, opening)];
+    std::array::from_fn(|number| {
+        let row = |i: usize| spline(OPENINGS.1, v, |k| NODES[i * OPENINGS.1 + k][number]);
+        spline(PRESSURES.1, u, row)
+    })
 }
 
 /// Interpolates values at 0, 1, 2 and so on.
@@ -136,7 +84,60 @@ fn spline(count: usize, x: f64, value: impl Fn(usize) -> f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::datasheet::air::{AirBlow, FEED};
     use crate::means::{Wanted, steady};
+    use crate::presets::AirHammer;
+    use crate::quantities::parameters::Fidelity;
+
+    /// `air.error` of the simulations, small enough for an accuracy of a hundredth.
+    const ERROR: f64 = 1e-4;
+
+    /// A node of a range.
+    fn place((ends, count): ([f64; 2], usize), index: usize) -> f64 {
+        let [low, high] = ends.map(math::ln);
+        math::exp(low + (high - low) * index as f64 / (count - 1) as f64)
+    }
+
+    /// The rigid hammer of a node, simulated.
+    fn node(pressure: f64, opening: f64) -> Logs {
+        let hammer = |supply| {
+            let feed = FEED * 0.105 * 0.105 * pressure * ATMOSPHERE;
+            AirHammer { supply, ..AirHammer::in_proportion(0.105, 9.1, 0.115, feed) }
+        };
+        let scene = |supply| {
+            let mut scene = hammer(supply).at(pressure * ATMOSPHERE);
+            let p = &mut scene.parameters;
+            p.fidelity = Fidelity::Rigid;
+            p.air.error = ERROR;
+            AirHammer::hold(p);
+            scene
+        };
+        let p = scene(1e-4).parameters;
+        let scales = Scales { area: p.drive.area_drive, mass: p.piston_mass(), stroke: 1.0 };
+        let [energy, time, volume] = scales.of();
+        let blow = AirBlow::of(&scene(opening / scales.opening() * scales.area)).expect("blows");
+        [blow.energy / energy, time / blow.period, blow.flow * time / volume, blow.height]
+            .map(math::ln)
+    }
+
+    /// The constant table is that of simulated hammers: to the error that is asked of their air, which the four numbers
+    /// of a blow take up to a few times, and rounded to five decimals. If the engine's blows change by more, the table to
+    /// put in its place is printed.
+    #[test]
+    fn the_table_is_made_anew_by_its_hammers() {
+        let places = (0..PRESSURES.1).flat_map(|i| (0..OPENINGS.1).map(move |k| [i, k]));
+        let made = places.map(|[i, k]| node(place(PRESSURES, i), place(OPENINGS, k)));
+        let made: Vec<Logs> = made.collect();
+        let text = || {
+            let row = |[a, b, c, d]: &Logs| format!("    [{a:.5}, {b:.5}, {c:.5}, {d:.5}],\n");
+            made.iter().map(row).collect::<String>()
+        };
+        assert_eq!(made.len(), NODES.len());
+        for (row, known) in made.iter().zip(&NODES) {
+            let close = row.iter().zip(known).all(|(a, b)| (a - b).abs() < 5.0 * ERROR);
+            assert!(close, "\n{}", text());
+        }
+    }
 
     /// Interpolation reproduces a straight line everywhere, and a parabola between inner nodes (Catmull and Rom:
     /// exact to second degree).
@@ -172,7 +173,7 @@ mod tests {
         let [energy, time, volume] = scales.of();
         let opening = math::ln(2.2e-4 / area * scales.opening());
         let [e, f, q, _] =
-            Table::get().expect("a table").at(math::ln(15e5 / ATMOSPHERE), opening).map(math::exp);
+            at(math::ln(15e5 / ATMOSPHERE), opening).map(math::exp);
         let mean = steady(&scene, &Wanted::default(), &mut |_, _| true).expect("blows").mean;
         for (told, simulated) in [
             (e * energy, mean.get("blow_energy")),

@@ -18,6 +18,9 @@ use crate::{modal::track::Track, search::signal::Signal};
 use std::collections::VecDeque;
 use std::sync::OnceLock;
 
+/// Blows whose means are not yet those of a hammer.
+const FIRST: u64 = 3;
+
 /// Outputs already computed for the present instant.
 #[derive(Debug, Default)]
 pub(super) struct Views {
@@ -170,6 +173,13 @@ impl Machine {
         warnings::fast(self.blow()?.speed)
     }
 
+    /// A warning if the hole grew faster than the bit went in, from the first blow to the last, or the last buried the
+    /// inserts.
+    pub fn outrun(&self) -> Option<String> {
+        let blow = self.blow().filter(|_| self.counters().blows > FIRST)?;
+        warnings::buried(blow.rop_mean, blow.tip_rate_mean, blow.penetration)
+    }
+
     /// Warnings about this scene with its present inputs, its last blow, and the exchange with the host.
     pub fn warnings(&self) -> Vec<String> {
         let parameters = self.motion.parameters();
@@ -177,6 +187,7 @@ impl Machine {
         let mut list = warnings::warnings(parameters);
         list.extend(warnings::idle(parameters, &inputs));
         list.extend(self.too_fast());
+        list.extend(self.outrun());
         list.extend(self.exchange_warning());
         list
     }

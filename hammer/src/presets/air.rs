@@ -61,6 +61,7 @@ impl AirHammer {
     }
 
     /// Holds the cylinder: without a casing, nothing rises.
+    #[cfg(test)]
     pub(crate) fn hold(p: &mut Parameters) {
         (p.casing.mass, p.chuck.idle_travel) = (0.0, 0.0);
     }

@@ -117,6 +117,28 @@ pub(crate) fn fast(speed: f64) -> Option<String> {
     })
 }
 
+/// Depth of a blow at which the inserts of usual bits are in the rock up to half their radius of 7 mm, m.
+const BURIED: f64 = 3.5e-3;
+
+/// The warning about a blow after which the hole is longer than the bit went in, or the inserts are buried. Of rates of
+/// penetration and of the bit's tip (m/s), the lesser is the hole's.
+pub fn buried(rate: f64, tip: f64, depth: f64) -> Option<String> {
+    let [rate, tip] = [rate, tip].map(|x| 3600.0 * x);
+    if rate > tip {
+        return Some(format!(
+            "By its specific energy the hole grows at {rate:.0} m/h, but the bit goes in at {tip:.0} m/h only, and no hole \
+             grows faster: the inserts are buried, and the rock is too weak for a percussive hammer, or its specific \
+             energy too small for its hardness"
+        ));
+    }
+    (depth > BURIED).then(|| {
+        format!(
+            "The bit goes in by {:.1} mm a blow: the inserts are buried, which is no percussive hammer's rock",
+            1e3 * depth
+        )
+    })
+}
+
 /// A stiffness or viscosity is out of proportion from this many times the bodies' own.
 const FAR_OFF: f64 = 100.0;
 

@@ -8,7 +8,7 @@ use crate::scene::{scene_of, warnings};
 use crate::session::Session;
 use crate::table::{Pick, Selection};
 use crate::turn::Turn;
-use hammer::Interrupt;
+use hammer::{Interrupt, buried};
 use hammer::Scene;
 use hammer::means::{Averages, Kind, MOST_REPEATING, Means, NUMBERS, Numbers, Wanted, steady};
 use numpy::PyReadonlyArray2;
@@ -91,6 +91,8 @@ impl Plan {
                     *self.progress.lock().unwrap_or_else(PoisonError::into_inner) = (blows, error);
                     true
                 })?;
+                let mean = &found.mean;
+                noted.extend(buried(mean.rop(), mean.tip_rate(), mean.get("advance")));
                 let repeating = match found.kind {
                     Kind::Cycle(blows) => blows as f64,
                     Kind::Irregular => 0.0,

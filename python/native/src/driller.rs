@@ -5,7 +5,7 @@ use crate::interrupt::interruptible;
 use crate::machine::guarded;
 use crate::scene::scene_of;
 use hammer::Input;
-use hammer::datasheet::{Datasheet, DatasheetError, Entry, Quantity};
+use hammer::datasheet::{Datasheet, DatasheetError, Entry, Quantity, Relation, Side};
 use hammer::presets::{Figure, Ground, Inserts, ROCKS, RockError, RockType};
 use hammer::variables::{Parameter, Role, VARIABLES, differences};
 use pyo3::prelude::*;
@@ -39,22 +39,51 @@ pub fn spread(values: Vec<f64>, weights: Vec<f64>) -> [f64; 3] {
     hammer::datasheet::spread(values.into_iter().zip(weights).collect())
 }
 
+/// What was given of a hammer: numbers by name, free air by pressure, the working pressure.
+type Given = (HashMap<String, f64>, Vec<(f64, f64)>, Option<f64>);
+
+fn sheet_of((given, air, at): Given, own_rock: bool) -> Datasheet {
+    let known = Quantity::all()
+        .filter_map(|quantity| given.get(quantity.name()).map(|value| (quantity, *value)));
+    let air = air.into_iter().map(|(pressure, air)| [pressure, air]).collect();
+    Datasheet { known: known.collect(), air, at, own_rock }
+}
+
+/// Why a change of a sheet is refused, if it is.
+#[pyfunction]
+pub fn kept(before: Given, after: Given) -> Option<String> {
+    sheet_of(before, false).kept(&sheet_of(after, false))
+}
+
+/// A side of a ratio: what was given (none of a scene), the rock as it was named, members by name, weights, errors.
+#[derive(FromPyObject)]
+pub struct Compared(Option<Given>, String, Vec<(String, Vec<f64>)>, Vec<f64>, [f64; 2]);
+
+impl From<Compared> for Side {
+    fn from(Compared(given, rock, columns, weights, errors): Compared) -> Self {
+        let sheet = given.map(|given| sheet_of(given, false));
+        Self { sheet, rock, columns, weights, errors }
+    }
+}
+
+/// Ratios of two hammers: name, median, and the ends of the range of 80 %; and whether they are of one hammer.
+#[pyfunction]
+pub fn ratios(a: Compared, b: Compared) -> (Vec<(&'static str, [f64; 3])>, bool) {
+    let (a, b) = (Side::from(a), Side::from(b));
+    (hammer::datasheet::ratios(&a, &b), Relation::of(&a, &b) == Relation::OneHammer)
+}
+
 /// The hammer of a datasheet, in the rock and with the feed of these numbers: its numbers, the given numbers beside
 /// its own, what follows, the assumptions, and the contradictions.
 #[pyfunction]
 pub fn datasheet<'py>(
     py: Python<'py>,
-    given: HashMap<String, f64>,
+    given: Given,
     own_rock: bool,
     numbers: HashMap<String, f64>,
-    air: Vec<(f64, f64)>,
-    at: Option<f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let own = scene_of(&numbers)?;
-    let known = Quantity::all()
-        .filter_map(|quantity| given.get(quantity.name()).map(|value| (quantity, *value)));
-    let air = air.into_iter().map(|(pressure, air)| [pressure, air]).collect();
-    let sheet = Datasheet { known: known.collect(), air, at, own_rock };
+    let sheet = sheet_of(given, own_rock);
     let solved = interruptible(py, || guarded(|| Ok::<_, Failure>(sheet.solve(&own))))?;
     let solved = solved.map_err(|error| match error {
         DatasheetError::Engine(error) => PyErr::from(Failure::from(error)),

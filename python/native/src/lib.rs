@@ -31,8 +31,8 @@ mod _native {
         batch::{Batch, means, wanted},
         derivatives::derivatives,
         driller::{
-            damping, datasheet, datasheet_numbers, ground, ground_of, ground_under, inserts, rocks,
-            spread, usual_hole,
+            damping, datasheet, datasheet_numbers, ground, ground_of, ground_under, inserts, kept,
+            ratios, rocks, spread, usual_hole,
         },
         machine::Machine,
         scene::{bodies, diagnostics, force_error, mesh, unread, wave_names},
@@ -60,6 +60,8 @@ mod _native {
         {
             module.add(name, number)?;
         }
+        module.add("THROUGH", hammer::datasheet::THROUGH)?;
+        module.add("COMPARED", hammer::datasheet::COMPARED)?;
         // Possible arguments of derivatives, names of means and of a blow's columns, values along the bodies, numbers
         // of a rock's file with their units, purposes of a mesh with their usual errors.
         module.add("ARGUMENTS", Argument::all().map(Argument::name).collect::<Vec<_>>())?;

@@ -19,7 +19,6 @@ from .run.records import Record as Record
 from .run.run import Run as Run
 from .run.run import simulate as simulate
 from .scene.datasheet import Datasheet as Datasheet
-from .scene.datasheet import compare as compare
 from .scene.datasheet import from_datasheet as from_datasheet
 from .scene.mesh import mesh_for as mesh_for
 from .scene.rocks import ROCKS as ROCKS
@@ -28,6 +27,7 @@ from .scene.scene import Scene as Scene
 from .scene.variables import PRESETS as PRESETS
 from .scene.variables import VARIABLES as VARIABLES
 from .study.calibration import calibrate as calibrate
+from .study.comparison import compare as compare
 from .study.drilling import specific_energy as specific_energy
 from .study.fatigue import SNCurve as SNCurve
 from .study.fatigue import life as life

@@ -3,10 +3,17 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+#: Of a datasheet: numbers by name, free air by pressure, the working pressure.
+Given = tuple[Mapping[str, float], list[tuple[float, float]], float | None]
+#: A side of a ratio: what was given, its rock, members by name, weights, errors.
+Compared = tuple[Given | None, str, list[tuple[str, list[float]]], list[float], tuple[float, float]]
+
 Table = NDArray[Any]
 ENGINE: str
 REFERENCE_HOLE: float
 TURN: float
+THROUGH: str
+COMPARED: list[str]
 STEP: float
 UNTIL: float
 ARGUMENTS: list[str]
@@ -72,12 +79,10 @@ def spread(values: Iterable[float], weights: Iterable[float]) -> list[float]: ..
 def inserts(hole: float) -> tuple[int, float]: ...
 def datasheet_numbers() -> list[tuple[str, str, str, float, list[float], float, str]]: ...
 def datasheet(
-    given: Mapping[str, float],
-    own_rock: bool,
-    numbers: Mapping[str, float],
-    air: list[tuple[float, float]],
-    at: float | None,
+    given: Given, own_rock: bool, numbers: Mapping[str, float]
 ) -> dict[str, Any]: ...
+def kept(before: Given, after: Given) -> str | None: ...
+def ratios(a: Compared, b: Compared) -> tuple[list[tuple[str, list[float]]], bool]: ...
 def rocks() -> list[tuple[str, list[tuple[str, float, float, float, str, str, bool]]]]: ...
 def ground(name: str) -> tuple[list[tuple[str, float]], list[str]]: ...
 def ground_under(

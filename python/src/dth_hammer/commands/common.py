@@ -13,7 +13,7 @@ from ..scene import rocks
 from ..scene.band import reason, with_sides
 from ..scene.quantities import Fixed, Units, alike, convert, with_units
 from ..scene.scene import Scene
-from ..scene.variables import VARIABLES, Variable
+from ..scene.variables import VARIABLES, Variable, whole
 from ..study.cases import MODEL
 from ..study.store import RUN
 from .options import assignments
@@ -49,6 +49,17 @@ def tell_many(
     print(readable(convert(printed, printed_units(options.units), skip_missing=True), index=False))
     if not any(name.startswith("rock.specific_energy") for name in table.attrs["swept"]):
         print(reason(base.numbers))
+
+
+def tell_air(parameters: Mapping[str, float]) -> None:
+    """Prints the air's pressure as the scene has it, absolute, and as gauges and sheets do."""
+    given = whole(parameters)
+    if VARIABLES["drive.source"].text(given["drive.source"]) == "Air":
+        supply, exhaust = given["supply_pressure"], given["exhaust_pressure"]
+        print(
+            f"supply_pressure, {1e-5 * supply:.4g} bar, is absolute: {1e-5 * (supply - exhaust):.4g} bar "
+            "over the exhaust's"
+        )
 
 
 def keep_rock(options: argparse.Namespace, parameters: Mapping[str, float]) -> None:

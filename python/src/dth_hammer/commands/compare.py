@@ -3,7 +3,8 @@
 import argparse
 
 from ..scene.band import interval
-from ..scene.datasheet import compare, from_datasheet
+from ..scene.datasheet import from_datasheet
+from ..study.comparison import compare
 from .options import ROCK, Call, Written, assignments, listed
 
 MADE = "made of the words that are given"
@@ -20,9 +21,7 @@ ALSO = (
 def run(options: argparse.Namespace) -> None:
     """Prints each number of the other hammer over that of the first, with its range."""
     given = assignments(listed(options.sheet)) | ({"rock": options.rock} if options.rock else {})
-    first, other = (
-        from_datasheet(**given),
-        from_datasheet(**given | assignments(listed(options.other))),
-    )
+    first = from_datasheet(**given)
+    other = first.but(**assignments(listed(options.other)))
     for name, row in compare(other, first).iterrows():
         print(f"{name}: {row['ratio']:.3g} times ({interval(row['low'], row['high'], 3)})")

@@ -58,6 +58,7 @@ def run(options: argparse.Namespace) -> None:
         with suppress(TooFewBlowsError):
             print(f"\nfrom {made.time[-1] / 2:g} s on:\n{readable(made.summary())}")
         print(reason(made.parameters))
+        common.tell_air(made.parameters)
     else:
         print("no blow")
     if made["stalled"].any():

@@ -59,6 +59,7 @@ def run(options: argparse.Namespace) -> None:
     print(f"{response.kind}, {response.blows} blows{reached}")
     if response.blows:
         print(response.rate)
+        common.tell_air(response.parameters)
         print(common.readable(table))
     if response.motions is not None:
         print(common.readable(response.motions))

@@ -88,7 +88,7 @@ def reason(parameters: Mapping[str, Value]) -> str:
     low, high = (1e-6 * side for side in band(energy, parameters))
     return (
         f"a rate of penetration is known up to a factor of {factor(parameters):.3g}: the specific "
-        f"energy is {1e-6 * energy:.3g} MJ/m3 ({interval(low, high)})"
+        f"energy with this hammer is {1e-6 * energy:.3g} MJ/m3 ({interval(low, high)})"
     )
 
 

@@ -4,11 +4,11 @@ see `hammer::datasheet`; here are units and tables.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from .. import _native
@@ -42,8 +42,28 @@ class Datasheet:
     given: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     def but(self, **changes: Any) -> Datasheet:
-        """Returns the same sheet but for some numbers: ``sheet.but(at="30 bar")``."""
-        return from_datasheet(**{**self.given, **changes})
+        """Returns the same sheet but for some numbers: ``sheet.but(at="30 bar")``.
+
+        Raises:
+            DomainError: ``pressure``, ``od`` or ``piston_mass`` changes while numbers stay that are
+                printed for the old one; None leaves a number out.
+        """
+        after = {**self.given, **changes}
+        if why := _native.kept(_read(self.given), _read(after)):
+            raise DomainError(why)
+        return from_datasheet(**after)
+
+    @property
+    def ground(self) -> dict[str, float]:
+        """The parameters with the rock's own range: the scene's is of this hammer in it."""
+        low, high = self.ranges["specific energy"]
+        return {**self.parameters, "rock.specific_energy_factor": (high / low) ** 0.5}
+
+    def compared_as(self) -> _native.Compared:
+        """This sheet as a side of `compare`."""
+        rock = repr((self.given.get("rock"), self.given.get("specific_energy")))
+        columns = [(str(name), self.members[name].to_list()) for name in self.members]
+        return _read(self.given), rock, columns, self.members["weight"].to_list(), (0.0, 0.0)
 
     def __str__(self) -> str:
         rows = [
@@ -73,6 +93,7 @@ class Datasheet:
         for name, number, si in self.found:
             turns = name.startswith("rotation")
             factor, unit = (60.0, "turns/min") if turns else quantities.displayed(name, si)
+            unit = f"{unit} of normal air (0 degC, 1.013 bar)" if name in FREE else unit
             low, high = (factor * side for side in self.ranges[name])
             sides = ranged(low, high)
             wide = f" ({sides})" if sides else ""
@@ -95,7 +116,7 @@ class Datasheet:
             for n, x in self.parameters.items()
         ]
         texts = [f"<li>{text}</li>" for text in (*self.contradictions, *self.assumed)]
-        return f"<table>{''.join(names + cells)}</table><ul>{''.join(texts)}</ul>"
+        return f"<table>{''.join(cells + names)}</table><ul>{''.join(texts)}</ul>"
 
 
 @typed(rock="`dth_hammer.rock` gives them by name")
@@ -121,6 +142,8 @@ def from_datasheet(
     feed: Value | None = None,
     pipe: Value | None = None,
     rotation: Value | None = None,
+    altitude: Value | None = None,
+    inlet: Value | None = None,
     damping_ratio: Value | None = None,
     specific_energy: Value | None = None,
     at: Value | None = None,
@@ -139,7 +162,7 @@ def from_datasheet(
         blow_energy: of the piston just before it meets the bit.
         frequency: blows per time.
         impact_speed: of the piston just before it meets the bit.
-        pressure: of the supply, over that of the exhaust.
+        pressure: of the supply, over that of the exhaust (gauge).
         bore: diameter on which the pressure acts.
         stroke: from the bit to where the piston turns.
         power: of the blows: energy times frequency.
@@ -156,6 +179,8 @@ def from_datasheet(
         feed: if not given, what is usual for the size, or the reference's.
         pipe: outside diameter of the drill pipe; with ``air_flow`` it gives the up-hole velocity.
         rotation: turns per time, for the advance per turn.
+        altitude: of the compressor: the air that it sucks in there is told.
+        inlet: temperature of that air, K or text (``"15 degC"``).
         damping_ratio: of the piston's first elastic mode; half a per cent is assumed.
         specific_energy: of the rock, J/m3.
         at: the pressure that is worked at, where the sheet's numbers are of another.
@@ -173,7 +198,6 @@ def from_datasheet(
         9 to 22 m/h
     """
     written = {name: value for name, value in locals().items() if value is not None}
-    arguments = {name: written.get(name) for name in UNITS}
     named: list[str] = []
     if isinstance(rock, str):
         if hole is None and od is None:
@@ -186,16 +210,7 @@ def from_datasheet(
     if specific_energy is not None:
         name = "rock.specific_energy"
         own[name] = VARIABLES[name].number(specific_energy)
-    table = _rows(air_flow) if isinstance(air_flow, Mapping) else []
-    if table:
-        arguments |= {"air_flow": None, "pressure": table[-1][0] if pressure is None else pressure}
-    worked = None if at is None else quantities.read(at, "Pa", "at")
-    given = {
-        name: quantities.read(value, UNITS[name], name)
-        for name, value in arguments.items()
-        if value is not None
-    }
-    solved = _native.datasheet(given, rock is not None, own, table, worked)
+    solved = _native.datasheet(_read(written), rock is not None, own)
     if solved["contradictions"]:
         warn(" ".join(solved["contradictions"]))
     return Datasheet(
@@ -210,44 +225,34 @@ def from_datasheet(
     )
 
 
-def _rows(air_flow: Mapping[Value, Value]) -> list[tuple[float, float]]:
-    """Pressure and free air of each row of a table, SI."""
-    if not air_flow:
-        raise DomainError("air_flow is empty: give a flow for at least one pressure")
-    return sorted(
-        (quantities.read(p, "Pa", "pressure"), quantities.read(q, UNITS["air_flow"], "air_flow"))
-        for p, q in air_flow.items()
-    )
+def _read(given: Mapping[str, Any]) -> _native.Given:
+    """What is given, as the engine takes it: SI numbers by name, free air by pressure, ``at``."""
+    arguments = {name: given.get(name) for name in UNITS}
+    table: list[tuple[float, float]] = []
+    if isinstance(air := given.get("air_flow"), Mapping):
+        if not air:
+            raise DomainError("air_flow is empty: give a flow for at least one pressure")
+        unit = UNITS["air_flow"]
+        pairs = ((quantities.read(p, "Pa", "pressure"), q) for p, q in air.items())
+        table = sorted((p, quantities.read(q, unit, "air_flow")) for p, q in pairs)
+        highest = table[-1][0]
+        arguments |= {"air_flow": None, "pressure": given.get("pressure", highest)}
+    numbers = {
+        name: _kelvin(value) if name == "inlet" else quantities.read(value, UNITS[name], name)
+        for name, value in arguments.items()
+        if value is not None
+    }
+    at = given.get("at")
+    return numbers, table, None if at is None else quantities.read(at, "Pa", "at")
 
 
-#: What two hammers are compared in, by the columns of `Datasheet.members`.
-COMPARED = ("rate of penetration", "blow energy", "frequency", "power of the blows", "free air")
-
-
-@typed()
-def compare(a: Datasheet, b: Datasheet) -> pd.DataFrame:
-    """Compares two hammers, or one at two pressures, in one rock: numbers of ``a`` over ``b``'s.
-
-    Both samples are drawn alike, so what is unknown of both at once cancels: the rock, and how far
-    hammers are off the model. A row each: the middle ratio and the ends of 80 %.
-
-    Args:
-        a: what is compared.
-        b: with what.
-
-    Example:
-        >>> from dth_hammer import compare, from_datasheet
-        >>> sheet = {"od": "124 mm", "pressure": "24 bar", "power": "31.7 kW", "hole": "140 mm"}
-        >>> more = compare(from_datasheet(**sheet, at="30 bar"), from_datasheet(**sheet))
-        >>> print(f"{more.loc['rate of penetration', 'ratio']:.1f} times the rate")
-        1.3 times the rate
-    """
-    rows = {}
-    for name in COMPARED:
-        if name in a.members and name in b.members:
-            ratios = a.members[name] / b.members[name]
-            rows[name] = _native.spread(ratios, np.sqrt(a.members["weight"] * b.members["weight"]))
-    return pd.DataFrame.from_dict(rows, orient="index", columns=["ratio", "low", "high"])
+def _kelvin(value: Value) -> float:
+    """A temperature, K; text may be in degrees Celsius or Fahrenheit."""
+    match = re.fullmatch(r"\s*([+-]?[\d.]+)\s*(?:°\s*|deg\s*)?([CF])\s*", str(value))
+    if match is None:
+        return quantities.read(value, "K", "inlet")
+    number = float(match[1])
+    return 273.15 + (number if match[2] == "C" else (number - 32.0) / 1.8)
 
 
 #: SI units of what may be given, by name.
@@ -256,3 +261,5 @@ UNITS: Mapping[str, str] = {row[0]: row[1] for row in _native.datasheet_numbers(
 TRADE: Mapping[str, tuple[str, float]] = {
     row[0]: (row[2], row[3]) for row in _native.datasheet_numbers()
 }
+#: Names of numbers of free air.
+FREE = ("free air", "free air, casing held", _native.THROUGH)

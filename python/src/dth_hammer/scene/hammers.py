@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
-from ..errors import DomainError
+from ..errors import DomainError, warn
 from .datasheet import Datasheet
 from .rocks import ROCK, ROCKS
 from .scene import Scene
@@ -32,7 +32,7 @@ def scene_of(hammer: Hammerlike, rock: Rocklike = None, preset: str | None = Non
 
     ``preset`` provides the parameters that ``hammer`` does not give. ``rock`` replaces all rock
     parameters of a scene, a datasheet or a run; rock parameters that a mapping gives explicitly
-    take precedence over ``rock``.
+    take precedence over ``rock``, with a warning that names them.
     """
     scene = _read(hammer)
     if preset is not None:
@@ -42,8 +42,14 @@ def scene_of(hammer: Hammerlike, rock: Rocklike = None, preset: str | None = Non
     if rock is None:
         return scene
     parameters = scene.parameters
+    of_rock = [name for name in parameters if name.partition(".")[0] == ROCK]
     if not isinstance(hammer, Mapping):
-        parameters = {n: v for n, v in parameters.items() if n.partition(".")[0] != ROCK}
+        parameters = {n: v for n, v in parameters.items() if n not in of_rock}
+    elif of_rock:
+        warn(
+            f"{', '.join(of_rock)} of the mapping take precedence over rock={rock!r}: leave them "
+            "out to drill that rock"
+        )
     return replace(
         scene, parameters={**({ROCK: rock} if isinstance(rock, str) else rock), **parameters}
     )
