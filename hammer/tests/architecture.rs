@@ -322,12 +322,13 @@ const TABLE: [&str; 3] = [
 ];
 
 /// Files that name a variable a second time, with the reason.
-const SECOND: [(&str, &str); 5] = [
+const SECOND: [(&str, &str); 6] = [
     (
         "hammer/src/quantities/warnings.rs",
         "numbers in another unit show by how large some usually are",
     ),
     ("hammer/src/datasheet/quantity.rs", "what a datasheet says goes by the outputs it is held to"),
+    ("hammer/src/datasheet/drilled.rs", "what a datasheet tells is read from means by their names"),
     ("hammer/src/means/averages.rs", "means over blows bear the names of what they average"),
     ("src/instance/snapshot.rs", "a state that was made under a higher limit of work is refused"),
     ("src/instance/values.rs", "reading `energy_residual` may log a warning"),
@@ -373,7 +374,7 @@ fn no_variable_is_named_beside_the_table() {
 }
 
 /// Files of the engine that name the tie of bit and casing or of rods, or the casing itself, with the reason.
-const TIED: [(&str, &str); 12] = [
+const TIED: [(&str, &str); 15] = [
     ("quantities/sections.rs", "the bodies' names"),
     ("quantities/parameters.rs", "the numbers of ties and bodies"),
     ("quantities/drill.rs", "those of rods and of what joins them"),
@@ -386,6 +387,9 @@ const TIED: [(&str, &str); 12] = [
     ("machine/outputs.rs", "what their outputs read"),
     ("variables.rs", "the rows of their outputs"),
     ("presets/air.rs", "hammers with a casing"),
+    ("datasheet/drilled.rs", "whether a feed holds the casing"),
+    ("datasheet/answer.rs", "what is printed, of a casing that is held"),
+    ("datasheet/limits.rs", "what is told of a casing that is not held"),
 ];
 
 /// Other code uses bodies, groups and ties of any kind, so that another tie touches no more files than

@@ -100,19 +100,19 @@ impl Datasheet {
                 100.0 * rate
             ));
         }
-        let (told, turns) = (sample.number(|m| m.rate).0, self.get(Quantity::Rotation));
+        let (rate_told, turns) = (sample.number(|m| m.rate).0, self.get(Quantity::Rotation));
         list.extend(buried(drilled.rate, drilled.tip_rate, drilled.tip_rate / drilled.frequency));
         match turns {
-            Some(turns) if !(ADVANCE[0]..=ADVANCE[1]).contains(&(told / turns)) => {
+            Some(turns) if !(ADVANCE[0]..=ADVANCE[1]).contains(&(rate_told / turns)) => {
                 list.push(format!(
                     "rotation: the hole advances {:.1} mm a turn, where makers recommend 10 to 19.",
-                    1e3 * told / turns
+                    1e3 * rate_told / turns
                 ));
             }
-            None if told / TURN > TURNS => list.push(format!(
+            None if rate_told / TURN > TURNS => list.push(format!(
                 "rotation: {:.0} turns a minute would be needed for {:.1} mm of advance a turn; rigs turn bits 25 to 90 \
                  times a minute. No rig drills at this rate.",
-                60.0 * told / TURN,
+                60.0 * rate_told / TURN,
                 1e3 * TURN
             )),
             _ => {}

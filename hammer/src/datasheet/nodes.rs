@@ -1,10 +1,8 @@
 //! The table of [`table`](super::table) as a constant: `the_table_is_made_anew_by_its_hammers` simulates it anew.
 
-use super::table::Logs;
-
 /// Logarithms of `e`, `f`, `q` and `h`, a row each: openings within pressures, both rising.
 #[rustfmt::skip]
-pub(super) const NODES: [Logs; 42] = [
+pub(super) const NODES: [[f64; 4]; 42] = [
     [-3.78648, 0.28364, -2.76883, -2.87310],
     [-3.36920, 0.33823, -2.41923, -2.77719],
     [-3.18117, 0.36723, -2.16121, -2.74128],

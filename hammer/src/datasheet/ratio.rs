@@ -208,7 +208,7 @@ const BELONGS: [(Quantity, &[Quantity]); 3] = [
 
 impl Datasheet {
     /// Why a change of this sheet to another is refused: a number changes to which printed ones belong that stay.
-    pub fn kept(&self, after: &Self) -> Option<String> {
+    pub fn refused_change(&self, after: &Self) -> Option<String> {
         BELONGS.iter().find_map(|(changed, printed)| {
             let [old, new] = [self, after].map(|sheet| sheet.get(*changed));
             old.zip(new).filter(|(old, new)| old != new)?;

@@ -162,13 +162,13 @@ impl Sample {
             m.peak = now.peak * (work * stiffer).sqrt();
         }
         let rate = self.number(|m| m.rate).0;
-        let told = self.number(|m| m.specific_energy).0;
+        let middle = self.number(|m| m.specific_energy).0;
         let by = if measured.is_some() { 1.0 } else { now.rate / rate };
         // With this specific energy the scene drills at the told rate.
         let energy = now.rate * self.rock_energy / (by * rate);
         for m in &mut self.members {
             m.rate = (m.rate * by).min(m.tip_rate);
-            m.specific_energy *= energy / told;
+            m.specific_energy *= energy / middle;
         }
     }
 

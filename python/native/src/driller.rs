@@ -51,8 +51,8 @@ fn sheet_of((given, air, at): Given, own_rock: bool) -> Datasheet {
 
 /// Why a change of a sheet is refused, if it is.
 #[pyfunction]
-pub fn kept(before: Given, after: Given) -> Option<String> {
-    sheet_of(before, false).kept(&sheet_of(after, false))
+pub fn refused_change(before: Given, after: Given) -> Option<String> {
+    sheet_of(before, false).refused_change(&sheet_of(after, false))
 }
 
 /// A side of a ratio: what was given (none of a scene), the rock as it was named, members by name, weights, errors.

@@ -49,7 +49,7 @@ class Datasheet:
                 printed for the old one; None leaves a number out.
         """
         after = {**self.given, **changes}
-        if why := _native.kept(_read(self.given), _read(after)):
+        if why := _native.refused_change(_read(self.given), _read(after)):
             raise DomainError(why)
         return from_datasheet(**after)
 

@@ -7,7 +7,7 @@ use hammer::means::{Averages, Kind, Steady, Wanted, steady};
 
 use Quantity::{AirFlow, Feed, Frequency, Hole, OuterDiameter, Power, Pressure, Rate};
 
-fn told(solution: &Solution, name: &str) -> f64 {
+fn number(solution: &Solution, name: &str) -> f64 {
     solution.found.iter().find(|row| row.name == name).expect("a number").value
 }
 
@@ -28,7 +28,7 @@ fn response(scene: &Scene) -> Steady {
 fn a_drawn_sheet_tells_what_its_scene_does() {
     let mut random = Random::new(70);
     let count = std::env::var("SHEETS").ok().and_then(|n| n.parse().ok()).unwrap_or(3);
-    for number in 0..count {
+    for sheet in 0..count {
         let outer = random.spread(0.06, 0.21);
         let pressure = random.spread(6e5, 30e5);
         let holds = 0.58 * outer * outer * pressure;
@@ -43,18 +43,18 @@ fn a_drawn_sheet_tells_what_its_scene_does() {
         let usual = usual.sample(&Scene::default()).expect("a hammer");
         let near = |name: &str, by: f64| by * usual.iter().find(|row| row.name == name).unwrap().value;
         let by = random.spread(0.8, 1.25);
-        known.extend(match number % 4 {
+        known.extend(match sheet % 4 {
             0 => Some((Power, near("power of the blows", by))),
             1 => Some((AirFlow, near("free air", by))),
             2 => Some((Frequency, near("frequency", by))),
             _ => None,
         });
-        known.extend((number % 3 == 0).then(|| (Rate, random.spread(5.0, 30.0) / 3600.0)));
+        known.extend((sheet % 3 == 0).then(|| (Rate, random.spread(5.0, 30.0) / 3600.0)));
         let mut base = Scene::default();
         base.parameters.rock.stiffness *= random.spread(1.0, 8.0);
         base.parameters.rock.specific_energy = random.spread(1e8, 4e8);
-        let sheet = Datasheet { known: known.clone(), ..Datasheet::default() };
-        let solution = sheet.solve(&base).expect("a hammer");
+        let all = Datasheet { known: known.clone(), ..Datasheet::default() };
+        let solution = all.solve(&base).expect("a hammer");
         let found = response(&solution.scene);
         if found.kind == Kind::Stalled {
             let said = solution.contradictions.iter().any(|text| text.contains("stall"));
@@ -70,11 +70,11 @@ fn a_drawn_sheet_tells_what_its_scene_does() {
             (air, mean("air_flow"), "air_flow", 0.05, 0.01),
             ("rate of penetration", mean("rop").min(mean("tip_rate")), "rop", 0.03, 0.01),
         ] {
-            let off = told(&solution, name) / value - 1.0;
+            let off = number(&solution, name) / value - 1.0;
             let exact = matches!(found.kind, Kind::Cycle(_));
             let own = if exact { 0.0 } else { own };
             let allowed = 4.0 * f64::hypot(own, error(of)) + more + 0.005;
-            assert!(off.abs() < allowed, "{number} {known:?}: {name} {off:+.3} of {allowed:.3}");
+            assert!(off.abs() < allowed, "{sheet} {known:?}: {name} {off:+.3} of {allowed:.3}");
         }
     }
 }
@@ -91,11 +91,11 @@ fn printed_numbers_are_those_of_a_held_casing() {
     let [weak, firm] = [8e3, 25e3].map(at);
     let held = "power of the blows, casing held";
     for solution in [&weak, &firm] {
-        assert!((told(solution, held) / 31.7e3 - 1.0).abs() < 0.05, "{}", told(solution, held));
+        assert!((number(solution, held) / 31.7e3 - 1.0).abs() < 0.05, "{}", number(solution, held));
     }
-    assert!(told(&weak, "power of the blows") < 0.8 * told(&weak, held));
+    assert!(number(&weak, "power of the blows") < 0.8 * number(&weak, held));
     // Rounds bring the scene's blows to the sample's within 1 %, of means good to 1 %, each of energy and frequency.
-    let ratio = told(&firm, "power of the blows") / told(&firm, held);
+    let ratio = number(&firm, "power of the blows") / number(&firm, held);
     assert!((ratio - 1.0).abs() < 0.04, "{ratio}");
     let says = |solution: &Solution| {
         solution.contradictions.iter().any(|text| text.contains("does not hold the casing down"))
@@ -113,8 +113,8 @@ fn the_range_of_the_rate_travels_with_the_scene() {
         let solution = sheet.solve(&Scene::default()).expect("a hammer");
         let row = solution.found.iter().find(|row| row.name.starts_with("rate")).expect("a rate");
         let factor = solution.scene.parameters.rock.specific_energy_factor;
-        for (told, carried) in row.range.iter().zip([row.value / factor, row.value * factor]) {
-            assert!((told / carried - 1.0).abs() < 0.04, "{told} {carried}");
+        for (end, carried) in row.range.iter().zip([row.value / factor, row.value * factor]) {
+            assert!((end / carried - 1.0).abs() < 0.04, "{end} {carried}");
         }
     }
 }
@@ -128,7 +128,7 @@ fn what_cannot_be_is_told() {
         base.parameters.rock.specific_energy /= soft;
         let known = known.to_vec();
         let solution = Datasheet { known, ..Datasheet::default() }.solve(&base).expect("it");
-        (told(&solution, "rate of penetration"), solution.contradictions.join("\n"), solution.scene)
+        (number(&solution, "rate of penetration"), solution.contradictions.join("\n"), solution.scene)
     };
     let plain = [(OuterDiameter, 0.124), (Pressure, 24e5), (Power, 31.7e3), (Hole, 0.14)];
     assert_eq!(said(&plain, 1.0).1, "");
