@@ -150,9 +150,13 @@ fn no_answer_and_no_member_jumps_anywhere_in_the_range_of_its_inputs() {
                 let jump = bend(most);
                 let [a, b, c] = [0, 1, 2].map(|i| &sweep[most + i]);
                 let each = a.iter().zip(b).zip(c).map(|((a, b), c)| (a - 2.0 * b + c).abs());
-                let which = each.enumerate().max_by(|x, y| x.1.total_cmp(&y.1)).map(|x| x.0).unwrap_or(0);
+                let which =
+                    each.enumerate().max_by(|x, y| x.1.total_cmp(&y.1)).map(|x| x.0).unwrap_or(0);
                 let of = &rows[which / (3 + rows[0].members.len())].name;
-                assert!(jump < 2.0 * size, "{model} {quantity:?} {low}: {jump} over {size}: {of} {which}");
+                assert!(
+                    jump < 2.0 * size,
+                    "{model} {quantity:?} {low}: {jump} over {size}: {of} {which}"
+                );
             } else {
                 low += size * most as f64;
                 size *= 0.5;

@@ -41,7 +41,8 @@ fn a_drawn_sheet_tells_what_its_scene_does() {
         // Printed numbers within a fifth of what is usual.
         let usual = Datasheet { known: known.clone(), ..Datasheet::default() };
         let usual = usual.sample(&Scene::default()).expect("a hammer");
-        let near = |name: &str, by: f64| by * usual.iter().find(|row| row.name == name).unwrap().value;
+        let near =
+            |name: &str, by: f64| by * usual.iter().find(|row| row.name == name).unwrap().value;
         let by = random.spread(0.8, 1.25);
         known.extend(match sheet % 4 {
             0 => Some((Power, near("power of the blows", by))),
@@ -128,7 +129,11 @@ fn what_cannot_be_is_told() {
         base.parameters.rock.specific_energy /= soft;
         let known = known.to_vec();
         let solution = Datasheet { known, ..Datasheet::default() }.solve(&base).expect("it");
-        (number(&solution, "rate of penetration"), solution.contradictions.join("\n"), solution.scene)
+        (
+            number(&solution, "rate of penetration"),
+            solution.contradictions.join("\n"),
+            solution.scene,
+        )
     };
     let plain = [(OuterDiameter, 0.124), (Pressure, 24e5), (Power, 31.7e3), (Hole, 0.14)];
     assert_eq!(said(&plain, 1.0).1, "");

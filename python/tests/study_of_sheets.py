@@ -10,9 +10,9 @@ together: the range of each must overlap with that, which is told and not counte
 A range is of the hammer, and what is printed of it scatters about that by the errors that a sheet
 assumes of what it is given: how often the range with this scatter holds is told beside.
 
-Ratios are held out too: of the power of two hammers whose air is given, of the air of two hammers at
-one pressure of which no air is given, and of the air of one hammer at two pressures, of which that
-at the lower is given.
+Ratios are held out too: of the power of two hammers whose air is given, of the air of two hammers
+at one pressure of which no air is given, and of the air of one hammer at two pressures, of which
+that at the lower is given.
 """
 
 import itertools
@@ -119,7 +119,7 @@ def ratios() -> pd.DataFrame:
     powers, alone = {}, {}
     warnings.simplefilter("ignore", HammerWarning)
 
-    def told(kind: str, names: tuple[str, str], printed: float, ratio: pd.Series) -> None:
+    def add(kind: str, names: tuple[str, str], printed: float, ratio: pd.Series) -> None:
         holds = ratio["low"] <= printed <= ratio["high"]
         row = {"kind": kind, "a": names[0], "b": names[1], "printed": printed, **ratio}
         found.append(row | {"holds": holds})
@@ -139,13 +139,13 @@ def ratios() -> pd.DataFrame:
                     one = from_datasheet(**at, air_flow=air)
                     ratio = compare(one.but(at=f"{higher} bar"), one).loc["free air"]
                     names = f"{model} at {higher:g} bar", f"at {pressure:g} bar"
-                    told(PRESSURES, names, float(more.split()[0]) / float(air.split()[0]), ratio)
+                    add(PRESSURES, names, float(more.split()[0]) / float(air.split()[0]), ratio)
     for (a, (one, p)), (b, (other, q)) in itertools.combinations(powers.items(), 2):
-        told(POWERS, (a, b), p / q, compare(one, other).loc["power of the blows"])
+        add(POWERS, (a, b), p / q, compare(one, other).loc["power of the blows"])
     for (a, (one, p)), (b, (other, q)) in itertools.combinations(alone.items(), 2):
         if a[0] != b[0] and abs(a[1] / b[1] - 1.0) < ONE_PRESSURE and a[1] > LOW:
             names = f"{a[0]} at {a[1]:g} bar", b[0]
-            told(SIZES, names, p / q, compare(one, other).loc["free air"])
+            add(SIZES, names, p / q, compare(one, other).loc["free air"])
     return pd.DataFrame(found)
 
 

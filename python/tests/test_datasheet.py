@@ -120,8 +120,8 @@ def test_ratios_are_known_where_rates_are_not(cli: Callable[..., str]) -> None:
     here = from_datasheet(**sheet, rock="granite")
     there = here.but(at="30 bar")
     ratio, low, high = compare(there, here).loc["rate of penetration"]
-    # Exponents of energy and frequency are known to 0.11 and 0.1: 80 % of 0.15 on a ratio of 1.25, and
-    # some per cent of what else the model leaves open.
+    # Exponents of energy and frequency are known to 0.11 and 0.1: 80 % of 0.15 on a ratio of 1.25,
+    # and some per cent of what else the model leaves open.
     assert low < ratio < high < 1.18 * low
     assert here.ranges["rate of penetration"][1] > 1.5 * here.ranges["rate of penetration"][0]
     # A hammer over itself, and backwards.
@@ -164,7 +164,9 @@ def test_the_air_at_the_compressor_is_told() -> None:
     )
     found = {name: number for name, number, _ in sheet.found}
     # (288.15 / 273.15) / (1 - 2.25577e-5 * 3500)^5.25588: the International Standard Atmosphere.
-    assert found["air at the compressor's inlet"] / found["free air"] == pytest.approx(1.626, abs=2e-3)
+    assert found["air at the compressor's inlet"] / found["free air"] == pytest.approx(
+        1.626, abs=2e-3
+    )
     assert "normal air" in sheet.readable()["free air"]
     # A sheet in a notebook begins with its rate.
     assert sheet._repr_html_().startswith("<table><tr><td>rate of penetration")

@@ -62,7 +62,7 @@ impl Datasheet {
         let rock = &mut scene.parameters.rock;
         let mut assumed = self.assumptions();
         if self.get(Quantity::Rate).is_some() {
-            contradictions.extend(of_rock(rock, energy));
+            contradictions.extend(of_rock(rock, energy, [least, most]));
             rock.specific_energy = energy;
             let [energy, low, high] = [energy, least, most].map(|x| digits((1e-6 * x).round()));
             assumed.push(format!(
@@ -304,14 +304,16 @@ impl Datasheet {
     }
 }
 
-/// A sentence about a measured rate that gives a specific energy that this rock is not known to have.
-fn of_rock(rock: &Rock, energy: f64) -> Option<String> {
+/// A sentence about a measured rate whose range of specific energies has none that this rock is known to have.
+fn of_rock(rock: &Rock, energy: f64, [low, high]: [f64; 2]) -> Option<String> {
     let factor = rock.specific_energy_factor;
     let [least, most] = [rock.specific_energy / factor, rock.specific_energy * factor];
-    (!(least..=most).contains(&energy)).then(|| {
-        let [energy, least, most] = [energy, least, most].map(|x| digits((1e-6 * x).round()));
+    (low > most || high < least).then(|| {
+        let all = [energy, low, high, least, most].map(|x| digits((1e-6 * x).round()));
+        let [energy, low, high, least, most] = all;
         format!(
-            "rop: the measured rate gives a specific energy of {energy} MJ/m3, where this rock has {least} to {most}."
+            "rop: the measured rate gives a specific energy of {energy} MJ/m3 ({low} to {high}), where this rock has \
+             {least} to {most}."
         )
     })
 }

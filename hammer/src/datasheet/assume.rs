@@ -132,9 +132,12 @@ impl Datasheet {
         let [least, most] = BORE;
         let middle = 0.5 * (least + most);
         let of_bore = (0.5 * (most - least) / middle).hypot(error);
-        let [slender, shorter, slower] = SLENDER.map(|exponent| {
-            if liquid { 1.0 } else { math::exp(exponent * math::ln(outer / MIDDLE)) }
-        });
+        let [slender, shorter, slower] =
+            SLENDER.map(
+                |exponent| {
+                    if liquid { 1.0 } else { math::exp(exponent * math::ln(outer / MIDDLE)) }
+                },
+            );
         let fits = middle * slender * SLEEVE * outer;
         // The air at a pressure other than the presets' goes by the same exponent as that of a sheet at two pressures.
         let working = self.get(Quantity::Pressure).unwrap_or(PRESSURE.0);
@@ -177,8 +180,7 @@ impl Datasheet {
             let (mass, wide) = (PISTON.of(outer), PISTON.error(outer, error));
             let guess = PISTON.guess(outer);
             let why = guess.unwrap_or_else(|| format!("as hammers of that {from} have"));
-            let text =
-                format!("The piston has {} kg, {why}, up to {}.", digits(mass), of(wide));
+            let text = format!("The piston has {} kg, {why}, up to {}.", digits(mass), of(wide));
             say(Quantity::PistonMass, text);
             let slender = math::exp(SLENDER[0] * math::ln(outer / MIDDLE));
             let [least, most] = BORE.map(|share| format!("{:.2}", slender * share));

@@ -78,8 +78,7 @@ impl Relation {
         let (Some(one), Some(other)) = (&a.sheet, &b.sheet) else { return Self::TwoHammers };
         // Without an outside diameter the hole says how large the hammer is.
         let sized = [one, other].iter().all(|sheet| sheet.get(Quantity::OuterDiameter).is_some());
-        let condition =
-            |q: &Quantity| CONDITIONS.contains(q) || sized && *q == Quantity::Hole;
+        let condition = |q: &Quantity| CONDITIONS.contains(q) || sized && *q == Quantity::Hole;
         let alike = Quantity::all().filter(|q| !condition(q)).all(|q| one.get(q) == other.get(q));
         if alike && one.air == other.air { Self::OneHammer } else { Self::TwoHammers }
     }

@@ -35,8 +35,7 @@ pub(super) const PISTON: Law =
     Law { value: 8.0, at: 0.1, exponent: 2.56, error: 0.18, rows: [0.058, 0.525] };
 const AIR: Law =
     Law { value: 9.8 / 60.0, at: 0.11, exponent: 1.18, error: 0.17, rows: [0.067, 0.21] };
-const POWER: Law =
-    Law { value: 27.8e3, at: 0.11, exponent: 1.0, error: 0.15, rows: [0.085, 0.21] };
+const POWER: Law = Law { value: 27.8e3, at: 0.11, exponent: 1.0, error: 0.15, rows: [0.085, 0.21] };
 pub(super) const FEED: Law =
     Law { value: 8.8e3, at: 0.1, exponent: 1.0, error: 0.2, rows: [0.058, 0.182] };
 

@@ -172,8 +172,7 @@ mod tests {
         let scales = Scales { area, mass: p.piston_mass(), stroke: 1.3 };
         let [energy, time, volume] = scales.of();
         let opening = math::ln(2.2e-4 / area * scales.opening());
-        let [e, f, q, _] =
-            at(math::ln(15e5 / ATMOSPHERE), opening).map(math::exp);
+        let [e, f, q, _] = at(math::ln(15e5 / ATMOSPHERE), opening).map(math::exp);
         let mean = steady(&scene, &Wanted::default(), &mut |_, _| true).expect("blows").mean;
         for (told, simulated) in [
             (e * energy, mean.get("blow_energy")),

@@ -31,8 +31,8 @@ mod _native {
         batch::{Batch, means, wanted},
         derivatives::derivatives,
         driller::{
-            damping, datasheet, datasheet_numbers, ground, ground_of, ground_under, inserts, ratios,
-            refused_change, rocks, spread, usual_hole,
+            damping, datasheet, datasheet_numbers, ground, ground_of, ground_under, inserts,
+            ratios, refused_change, rocks, spread, usual_hole,
         },
         machine::Machine,
         scene::{bodies, diagnostics, force_error, mesh, unread, wave_names},

@@ -56,10 +56,8 @@ def tell_air(parameters: Mapping[str, float]) -> None:
     given = whole(parameters)
     if VARIABLES["drive.source"].text(given["drive.source"]) == "Air":
         supply, exhaust = given["supply_pressure"], given["exhaust_pressure"]
-        print(
-            f"supply_pressure, {1e-5 * supply:.4g} bar, is absolute: {1e-5 * (supply - exhaust):.4g} bar "
-            "over the exhaust's"
-        )
+        absolute, gauge = (f"{1e-5 * x:.4g} bar" for x in (supply, supply - exhaust))
+        print(f"supply_pressure, {absolute}, is absolute: {gauge} over the exhaust's")
 
 
 def keep_rock(options: argparse.Namespace, parameters: Mapping[str, float]) -> None:
