@@ -181,8 +181,8 @@ impl Datasheet {
                 if low(pressure) > 0.0 {
                     say(
                         true,
-                        "At 6 bar and below makers print 1.6 times the air that drives the piston, falling to 1 at 10 \
-                         bar: a guess from seven rows, to 20 %."
+                        "At 6 bar and below makers print 1.65 times the air that drives the piston, falling to 1 at 10 \
+                         bar: a guess from seven rows, to 27 %."
                             .into(),
                     );
                 }

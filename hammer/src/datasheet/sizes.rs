@@ -34,8 +34,8 @@ pub(super) struct Law {
 pub(super) const PISTON: Law =
     Law { value: 8.0, at: 0.1, exponent: 2.56, error: 0.18, rows: [0.058, 0.525] };
 const AIR: Law =
-    Law { value: 9.8 / 60.0, at: 0.11, exponent: 1.18, error: 0.17, rows: [0.067, 0.21] };
-const POWER: Law = Law { value: 27.8e3, at: 0.11, exponent: 1.0, error: 0.15, rows: [0.085, 0.21] };
+    Law { value: 9.8 / 60.0, at: 0.11, exponent: 1.18, error: 0.2, rows: [0.067, 0.21] };
+const POWER: Law = Law { value: 27.8e3, at: 0.11, exponent: 1.0, error: 0.17, rows: [0.085, 0.21] };
 pub(super) const FEED: Law =
     Law { value: 8.8e3, at: 0.1, exponent: 1.0, error: 0.2, rows: [0.058, 0.182] };
 
@@ -43,7 +43,7 @@ pub(super) const FEED: Law =
 const OF_AIR: (f64, f64, [f64; 2]) = (14e5, 1.09, [10e5, 35e5]);
 const OF_POWER: (f64, f64, [f64; 2]) = (24e5, 1.35, [24e5, 24e5]);
 /// Logarithm of the factor of the air at low pressure, and its error.
-pub(super) const LOW: (f64, f64) = (0.5, 0.22);
+pub(super) const LOW: (f64, f64) = (0.5, 0.27);
 
 /// How far a number lies beyond a range, as a logarithm.
 fn beyond(x: f64, [least, most]: [f64; 2]) -> f64 {
@@ -99,8 +99,8 @@ impl Datasheet {
             Row { quantity, given, error, pressure: None, series: 0, assumed: true }
         };
         let air = self.air.is_empty() && !said(&[Quantity::AirFlow]);
-        let power = !said(&[Quantity::Power])
-            && !(said(&[Quantity::BlowEnergy]) && said(&[Quantity::Frequency]));
+        let blows = said(&[Quantity::BlowEnergy]) && said(&[Quantity::Frequency]);
+        let power = !(said(&[Quantity::Power]) || blows);
         let air = air.then(|| row(Quantity::AirFlow, AIR, OF_AIR, low(pressure)));
         air.into_iter().chain(power.then(|| row(Quantity::Power, POWER, OF_POWER, 0.0))).collect()
     }
