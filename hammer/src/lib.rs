@@ -43,7 +43,7 @@ pub use interrupt::{Interrupt, in_threads};
 pub use laws::event::{Event, RockEvent};
 pub use laws::mode::{Chamber, Mode, Port, Relay, RockMode, Tie, TieState, Ties};
 pub use machine::Machine;
-pub use machine::blows::{Blow, MAX_STEP_BLOWS};
+pub use machine::blows::{Account, Blow, MAX_STEP_BLOWS};
 pub use machine::journal::{Counters, Record};
 pub use machine::outputs::{Kinematics, Profile};
 pub use machine::state::State;

@@ -360,7 +360,7 @@ static RESULTS: &[Variable] = &[
     output("energy_air_residual", ENERGY, 1e-6, "Error of the air's balance when drive.source is Air: enthalpy that came in less its work and what the chambers gained",
         [|m| m.air_residual(), |_| 0.0]).zero_at_start(),
 
-    truth("stalled", "The piston rests on the bit and the drive (Relay or Air) cannot switch", |m| m.stalled()),
+    truth("stalled", "The drive acts and strikes no more: the piston rests on the bit and the relay cannot switch, or no blow came for eight of the last blow's periods, before the first for 1 s", |m| m.stalled()),
 ];
 
 /// Values of one kind along one body, counted from its upper end.
@@ -432,30 +432,59 @@ pub const ALONG: [Along; 6] = [
 
 /// A figure of every blow.
 pub struct OfBlow {
-    /// Name of the figure, without index: `step_` before that of the output with the last blow's.
+    /// Name, with `step_` before it if that is an output too: the last blow's, or of a step.
     pub name: &'static str,
+    /// Type.
+    pub quantity: Quantity,
     /// What it is.
     pub description: &'static str,
-    /// Reads it.
+    /// Reads it; NaN if it was not recorded.
     pub value: fn(&Blow) -> f64,
 }
 
-/// All figures of a blow.
+/// Figures of a blow that FMI 3.0 has as arrays.
 #[rustfmt::skip]
 pub const OF_BLOW: [OfBlow; 7] = [
-    OfBlow { name: "step_blow_time", description: "Instant of a blow", value: |blow| blow.time },
-    OfBlow { name: "step_blow_speed", description: "Mean speed of the piston over the bit at a blow",
+    OfBlow { name: "step_blow_time", quantity: TIME, description: "Instant of a blow", value: |blow| blow.time },
+    OfBlow { name: "step_blow_speed", quantity: VELOCITY, description: "Mean speed of the piston over the bit at a blow",
         value: |blow| blow.speed },
-    OfBlow { name: "step_blow_energy", description: "Half the piston's mass times step_blow_speed squared",
+    OfBlow { name: "step_blow_energy", quantity: ENERGY, description: "Half the piston's mass times step_blow_speed squared",
         value: |blow| blow.energy },
-    OfBlow { name: "step_blow_period", description: "Time since the blow before, 0 for the first of all",
+    OfBlow { name: "step_blow_period", quantity: TIME, description: "Time since the blow before, 0 for the first of all",
         value: |blow| blow.period },
-    OfBlow { name: "step_blow_penetration", description: "Gain of the bit's tip since the blow before",
+    OfBlow { name: "step_blow_penetration", quantity: LENGTH, description: "Gain of the bit's tip since the blow before",
         value: |blow| blow.penetration },
-    OfBlow { name: "step_rop", description: "Rate of penetration of the hole since the blow before, by specific energy",
+    OfBlow { name: "step_rop", quantity: ADVANCE, description: "Rate of penetration of the hole since the blow before, by specific energy",
         value: |blow| blow.rop },
-    OfBlow { name: "step_tip_rate", description: "Gain of the bit's tip per time since the blow before",
+    OfBlow { name: "step_tip_rate", quantity: ADVANCE, description: "Gain of the bit's tip per time since the blow before",
         value: |blow| blow.tip_rate },
+];
+
+/// The other figures of a blow's record, all since the blow before.
+#[rustfmt::skip]
+pub const OF_RECORD: [OfBlow; 14] = [
+    OfBlow { name: "blow_length", quantity: LENGTH, description: "Length of hole drilled", value: |blow| blow.length },
+    OfBlow { name: "rock_work", quantity: ENERGY, description: "Work given to the rock", value: |blow| blow.rock_work },
+    OfBlow { name: "free_air", quantity: VOLUME, description: "Free air taken", value: |blow| blow.air },
+    OfBlow { name: "step_contact_duration", quantity: TIME, description: "Duration of the last complete collision",
+        value: |blow| blow.contact_duration },
+    OfBlow { name: "rebound_speed", quantity: VELOCITY, description: "Last speed, upward, at which the piston left the bit",
+        value: |blow| blow.account().rebound_speed },
+    OfBlow { name: "step_contact_force_peak", quantity: FORCE, description: "Largest contact_force",
+        value: |blow| blow.account().peaks.contact_force() },
+    OfBlow { name: "step_rock_force_peak", quantity: FORCE, description: "Largest rock_force",
+        value: |blow| blow.account().peaks.rock_force() },
+    OfBlow { name: "step_chuck_force_peak", quantity: FORCE, description: "Largest chuck_force; 0 without a casing",
+        value: |blow| blow.account().peaks.tie_force(Tie::Chuck) },
+    OfBlow { name: "drive_work", quantity: ENERGY, description: "Work of the drive", value: |blow| blow.account().drive },
+    OfBlow { name: "gravity_work", quantity: ENERGY, description: "Work of gravity", value: |blow| blow.account().gravity },
+    OfBlow { name: "feed_work", quantity: ENERGY, description: "Work of the feed force", value: |blow| blow.account().feed },
+    OfBlow { name: "crushing_work", quantity: ENERGY, description: "Part of rock_work that is dissipated on loading",
+        value: |blow| blow.account().rock_dissipated },
+    OfBlow { name: "viscous_work", quantity: ENERGY, description: "Part of rock_work that its viscosity takes",
+        value: |blow| blow.account().viscous },
+    OfBlow { name: "damping_work", quantity: ENERGY, description: "Energy lost in the bodies and in ties",
+        value: |blow| blow.account().damping },
 ];
 
 impl OfBlow {
@@ -465,7 +494,7 @@ impl OfBlow {
         self.name == "step_blow_time"
     }
 
-    /// Name of the output with the last blow's figure.
+    /// Name of the output, or of the figure that is none.
     #[must_use]
     pub fn output(&self) -> &'static str {
         self.name.trim_start_matches("step_")
@@ -487,6 +516,8 @@ mod tests {
 
     #[test]
     fn each_figure_of_a_blow_has_an_output() {
-        assert!(OF_BLOW.iter().all(|figure| figure.row().is_some()));
+        let is_output = |figure: &&OfBlow| figure.name.starts_with("step_");
+        let figures = || OF_BLOW.iter().chain(&OF_RECORD).filter(is_output);
+        assert!(figures().count() > OF_BLOW.len() && figures().all(|f| f.row().is_some()));
     }
 }

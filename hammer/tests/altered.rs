@@ -182,12 +182,13 @@ fn a_state_whose_past_is_to_come_is_refused() {
     let honest = written(&machine);
     let mut other = scene(Fidelity::Rigid, Source::Relay, Around::Nothing);
     let places = [
-        "/blows/last/time",
-        "/blows/milestones/0/time",
-        "/blows/milestones/1/time",
-        "/blows/collision",
-        "/blows/opened",
-        "/zeno/burst_start",
+        "/history/blows/last/time",
+        "/history/blows/milestones/0/time",
+        "/history/blows/milestones/1/time",
+        "/history/blows/way/began",
+        "/history/blows/collision",
+        "/history/blows/opened",
+        "/history/zeno/burst_start",
     ];
     for place in places {
         let mut forged = honest.clone();
@@ -212,7 +213,7 @@ fn a_state_that_is_named_before_its_event_stands_at_it() {
     };
     place(&mut state, "/motion/time", named);
     place(&mut state, "/motion/now", 0.0);
-    place(&mut state, "/step_start", 0.0);
+    place(&mut state, "/history/peaks/start", 0.0);
     let mut other = scene(Fidelity::Elastic, Source::Relay, Around::Nothing);
     let state = serde_json::from_value(state).expect("a state");
     other.restore(&state).expect("within the rounding");

@@ -41,7 +41,7 @@ fn a_joule_that_is_missing_in_the_balance_shows_as_the_residual() {
     machine.advance(0.1).expect("two blows");
     let sound = machine.energies();
     assert!(sound.residual.abs() <= sound.residual_bound(), "{sound:?}");
-    let state = planted(&machine, "/ledger/sums/work/0", |work| work + 1.0);
+    let state = planted(&machine, "/history/ledger/sums/work/0", |work| work + 1.0);
     machine.restore(&state).expect("a state that could be");
     let unsound = machine.energies();
     assert!((unsound.residual - 1.0).abs() <= 2.0 * sound.residual_bound(), "{unsound:?}");
@@ -109,7 +109,7 @@ fn the_hundred_and_first_transition_at_one_instant_is_an_error_that_says_so() {
     for (count, refused) in [(99.0, false), (100.0, true)] {
         let (mut machine, _) = before(spent);
         assert!(machine.viscous_work_of_cycle() > 0.0);
-        let state = planted(&machine, "/zeno/simultaneous", |_| count);
+        let state = planted(&machine, "/history/zeno/simultaneous", |_| count);
         machine.restore(&state).expect("a state that could be");
         let mut tuned = *machine.parameters();
         tuned.rock.energy_barrier = 0.0;
@@ -129,7 +129,7 @@ fn counts_that_no_run_reaches_are_refused() {
     let mut machine = machine();
     for count in ["contacts", "blows", "rock_cycles", "events", "basis_changes"] {
         let most = (1u64 << 53) as f64;
-        let place = format!("/counters/{count}");
+        let place = format!("/history/counters/{count}");
         let [held, refused] = [most, most + 2.0].map(|count| planted(&machine, &place, |_| count));
         assert!(machine.restore(&refused).is_err(), "{count}");
         machine.restore(&held).expect("a count that could be");

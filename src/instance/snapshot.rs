@@ -10,8 +10,8 @@ use std::sync::OnceLock;
 
 /// First bytes of a serialised state.
 const MAGIC: [u8; 4] = *b"DTHS";
-/// Version of the layout; raised when it changes.
-const VERSION: u32 = 11;
+/// Version of the layout: this one's, raised when it changes, then the engine's.
+const VERSION: u32 = (12 << 16) | State::FORMAT;
 /// Magic, version, payload length, checksum, GUID.
 const HEADER: usize = 4 + 4 + 8 + 4 + GUID.len();
 

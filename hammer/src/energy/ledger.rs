@@ -49,6 +49,20 @@ pub struct Energies {
 const BALANCED: f64 = 1e-8;
 
 impl Energies {
+    /// Works and losses, without what is stored.
+    pub(crate) fn of_sums(sums: &Sums) -> Self {
+        Self {
+            drive: sums.work[Channel::Drive as usize] + sums.work[Channel::Anvil as usize],
+            gravity: sums.work[Channel::Gravity as usize],
+            feed: sums.work[Channel::Feed as usize],
+            rock_dissipated: sums.rock,
+            viscous: sums.viscous,
+            damping: sums.damping,
+            retuned: sums.retuned,
+            ..Self::default()
+        }
+    }
+
     /// All of them, in the order of the fields.
     pub fn values(&self) -> [f64; 12] {
         let Self { drive, gravity, feed, kinetic, strain, contact, .. } = *self;
@@ -188,31 +202,30 @@ pub struct Ledger {
 }
 
 impl Ledger {
+    /// The sums up to the present, at which the tracks are.
+    pub(crate) fn sums_now(&self, motion: &Motion, tracks: &[Track]) -> Sums {
+        let mut sums = self.sums;
+        let last = Interval::whole(motion, tracks, motion.state.now);
+        sums.add(&last.sums(&mut Forms::default()));
+        sums.damping += damping_in_flight(motion, tracks);
+        sums
+    }
+
     /// Energies and impulses at the present.
     pub(crate) fn now(&self, motion: &Motion) -> (Energies, Impulses) {
         let tracks = motion.present();
-        let now = motion.state.now;
-        let mut sums = self.sums;
-        let last = Interval::whole(motion, &tracks, now);
-        sums.add(&last.sums(&mut Forms::default()));
-        sums.damping += damping_in_flight(motion, &tracks);
-        let stored = Stored::of(motion, &tracks, now);
+        let sums = self.sums_now(motion, &tracks);
+        let stored = Stored::of(motion, &tracks, motion.state.now);
         let work: f64 = sums.work.iter().sum();
         let held = stored.total() - self.energy_start;
         let lost = sums.rock + sums.viscous + sums.damping;
         let energies = Energies {
-            drive: sums.work[Channel::Drive as usize] + sums.work[Channel::Anvil as usize],
-            gravity: sums.work[Channel::Gravity as usize],
-            feed: sums.work[Channel::Feed as usize],
             kinetic: stored.kinetic,
             strain: stored.strain,
             contact: stored.contact,
             rock_stored: stored.rock,
-            rock_dissipated: sums.rock,
-            viscous: sums.viscous,
-            damping: sums.damping,
-            retuned: sums.retuned,
             residual: work + sums.retuned - held - lost,
+            ..Energies::of_sums(&sums)
         };
         (energies, Impulses { contact: sums.contact_impulse, rock: sums.rock_impulse })
     }

@@ -83,8 +83,16 @@ pub(crate) struct Searched {
     work: u64,
 }
 
-/// Search for the peaks of the present step.
-#[derive(Clone, Debug, Default)]
+/// Peaks up to the last event, as a state stores them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Recorded {
+    searched: Searched,
+    start: f64,
+}
+
+/// Search for the peaks of the present step, or since the last blow. It is serialised with the peaks that it finds.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(from = "Recorded", into = "Recorded")]
 pub(crate) struct PeakSearch {
     /// Intervals whose peaks are not yet found.
     pending: Vec<Pending>,
@@ -92,18 +100,33 @@ pub(crate) struct PeakSearch {
     pub size: usize,
     /// Peaks of the intervals before those.
     searched: Searched,
-    /// Start of the present step after the epoch, s (0 if before).
-    pub step_start: f64,
+    /// Where it begins after the epoch, s (0 if before).
+    pub start: f64,
+}
+
+impl From<Recorded> for PeakSearch {
+    fn from(Recorded { searched, start }: Recorded) -> Self {
+        Self { searched, start, ..Self::default() }
+    }
+}
+
+impl From<PeakSearch> for Recorded {
+    fn from(search: PeakSearch) -> Self {
+        Self { searched: search.recorded(), start: search.start }
+    }
+}
+
+impl PartialEq for PeakSearch {
+    fn eq(&self, other: &Self) -> bool {
+        (self.recorded(), self.start) == (other.recorded(), other.start)
+    }
 }
 
 impl PeakSearch {
-    /// Continues a search from [`Self::recorded`].
-    pub fn resume(searched: Searched, step_start: f64) -> Self {
-        Self { searched, step_start, ..Self::default() }
-    }
-
+    /// Begins again at the present.
     pub fn begin_step(&mut self, motion: &Motion) {
-        *self = Self::resume(Searched::default(), motion.state.now);
+        self.pending.clear(); // Its memory is used again.
+        (self.size, self.searched, self.start) = (0, Searched::default(), motion.state.now);
     }
 
     /// Stores an interval that starts at the epoch.
@@ -111,9 +134,9 @@ impl PeakSearch {
         let interval = &of.interval;
         if interval.is_pressed() {
             self.size += interval.size();
-            self.pending.push(Pending::new(motion, of.clone(), self.step_start));
+            self.pending.push(Pending::new(motion, of.clone(), self.start));
         }
-        self.step_start = (self.step_start - interval.span).max(0.0);
+        self.start = (self.start - interval.span).max(0.0);
     }
 
     /// Searches the stored intervals if they are many. Intervals that an interrupt leaves are searched at the next
@@ -159,7 +182,7 @@ impl PeakSearch {
         // Windows proceed from the start, so that the state at the end is not needed.
         let mut alone = DeferredLedger::default();
         let of = alone.defer(|| Interval::whole(motion, &motion.tracks, motion.state.now));
-        Pending::new(motion, of.clone(), self.step_start).fold(&mut searched);
+        Pending::new(motion, of.clone(), self.start).fold(&mut searched);
         Error::if_interrupted()?;
         searched.outcome(motion)
     }
@@ -242,7 +265,7 @@ impl Searched {
         self.work > BUDGET
     }
 
-    fn outcome(&self, motion: &Motion) -> Result<Peaks, Error> {
+    pub fn outcome(&self, motion: &Motion) -> Result<Peaks, Error> {
         if !self.is_over() {
             return Ok(self.peaks);
         }

@@ -1,10 +1,12 @@
 //! Blows and collisions, and what each blow drilled.
 //!
-//! A *blow* is the first collision, at least as fast as `blow.minimum_speed`, since the start or since the piston's
-//! mean velocity turned from upward to downward. Everything until the piston has risen and falls again belongs to it:
-//! later collisions of the same fall, slower bounces, and collisions of the rebounding bit with the rising piston.
+//! A *blow* is the first collision of the falling piston, at least as fast as `blow.minimum_speed`, since the start or
+//! since the piston has risen by [`LEAST_RISE`] of its fall to the blow before. Everything until then belongs to that
+//! blow: later collisions of the same fall, slower bounces, and collisions of the rebounding bit with a piston that
+//! rises, rests or drifts. After [`PATIENCE`] times the wait for that blow, any rise will do.
 
 use super::journal::Counters;
+use crate::energy::peaks::Peaks;
 use crate::laws::air::FREE_DENSITY;
 use crate::laws::event::Displacement;
 use crate::motion::Motion;
@@ -13,7 +15,7 @@ use crate::numerics::instant::Double;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// The last blow, and the drilling so far.
+/// A blow, and what happened since the blow before or, of the first, since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Blow {
     /// Instant of impact, s.
@@ -24,24 +26,79 @@ pub struct Blow {
     pub energy: f64,
     /// Time since the previous blow, s (0 for the first blow).
     pub period: f64,
-    /// Advance of the tip over the last complete blow period, m.
+    /// Advance of the tip over that time, m (0 for the first blow).
     pub penetration: f64,
     /// `penetration / period`, m/s.
     pub tip_rate: f64,
     /// Advance of the tip per time from the first blow to the last, m/s.
     pub tip_rate_mean: f64,
-    /// Work given to the rock (dissipated and viscous) over the last complete blow period, J.
+    /// Work given to the rock (dissipated and viscous), J.
     pub rock_work: f64,
-    /// Rate of penetration of the hole: the length that this work drills, by specific energy, per
-    /// period, m/s.
+    /// Length of hole that this work drills, by the specific energy of each time, m.
+    pub length: f64,
+    /// Rate of penetration of the hole: `length / period`, m/s (0 for the first blow).
     pub rop: f64,
     /// The same from the first blow to the last, m/s.
     pub rop_mean: f64,
-    /// Free air taken over the last complete blow period per that period, m3/s; 0 of another drive.
+    /// Free air taken, m3; 0 of another drive.
+    pub air: f64,
+    /// `air / period`, m3/s (0 for the first blow).
     pub air_flow: f64,
     /// Duration of the last complete collision (first closing to last opening), s.
     pub contact_duration: f64,
+    /// Forces, works and the rebound, if they are [recorded](crate::Machine::record_blows).
+    pub account: Option<Account>,
 }
+
+/// Works and forces since the blow before or, of the first, since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Account {
+    /// Last mean speed, positive upward, at which the piston left what it strikes, m/s.
+    pub rebound_speed: f64,
+    /// Largest forces.
+    pub peaks: Peaks,
+    /// Work of the drive, J.
+    pub drive: f64,
+    /// Work of gravity, J.
+    pub gravity: f64,
+    /// Work of the feed force, J.
+    pub feed: f64,
+    /// Energy dissipated in the rock on loading, J.
+    pub rock_dissipated: f64,
+    /// Work of the dashpot at the tip, J.
+    pub viscous: f64,
+    /// Energy lost in the bodies and in ties, J.
+    pub damping: f64,
+}
+
+impl Account {
+    /// Of a blow that was not recorded.
+    pub(crate) const UNKNOWN: Self = Self {
+        rebound_speed: f64::NAN,
+        peaks: Peaks::UNKNOWN,
+        drive: f64::NAN,
+        gravity: f64::NAN,
+        feed: f64::NAN,
+        rock_dissipated: f64::NAN,
+        viscous: f64::NAN,
+        damping: f64::NAN,
+    };
+}
+
+impl Blow {
+    /// The account; of a blow that was not recorded NaN.
+    pub(crate) fn account(&self) -> Account {
+        self.account.unwrap_or(Account::UNKNOWN)
+    }
+}
+
+/// Least rise of the piston before a blow, over its fall to the blow before.
+const LEAST_RISE: f64 = 0.02;
+
+/// After a wait of so many times that for the last blow, any rise will do. The fall to the last blow may have been
+/// out of all proportion: from a great height at the start, or after the drive was vented. After the same wait a
+/// hammer counts as [stalled](crate::Machine::stalled).
+pub(super) const PATIENCE: f64 = 8.0;
 
 /// Most blows of one communication step that are stored.
 pub const MAX_STEP_BLOWS: usize = 1 << 16;
@@ -67,34 +124,82 @@ pub struct Progress {
     pub air_mass: f64,
     /// Last opening of the contact.
     pub opened: Option<Double>,
-    /// True if the present fall has had its blow. The piston must rise before the next.
-    pub spent: bool,
+    /// The piston's way since the last blow.
+    pub way: Way,
+    /// When the drive last began to act.
+    pub acts_since: Double,
+}
+
+/// The way of the piston's mean in the hole since the last blow or the start, positive downward.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Way {
+    /// When it began.
+    pub began: Double,
+    /// Its extremes, m.
+    lowest: f64,
+    highest: f64,
+    /// The largest rise from the lowest place until then, m.
+    rise: f64,
+    /// The last blow's fall, m, and wait: time since the blow before or the start, s.
+    last: Option<[f64; 2]>,
+}
+
+impl Way {
+    fn from(began: Double, place: f64, last: Option<[f64; 2]>) -> Self {
+        Self { began, lowest: place, highest: place, rise: 0.0, last }
+    }
+
+    fn pass(&mut self, place: f64) {
+        self.lowest = self.lowest.max(place);
+        self.highest = self.highest.min(place);
+        self.rise = self.rise.max(self.lowest - place);
+    }
+
+    /// True if a collision after this time may be a blow.
+    fn is_ready(&self, waited: f64) -> bool {
+        self.last.is_none_or(|[fall, wait]| {
+            self.rise >= LEAST_RISE * fall || self.rise > 0.0 && waited > PATIENCE * wait
+        })
+    }
+
+    /// How long the last blow was waited for, s.
+    pub fn wait(&self) -> Option<f64> {
+        self.last.map(|[_, wait]| wait)
+    }
 }
 
 impl Progress {
+    /// At the start.
+    pub(crate) fn new(motion: &Motion) -> Self {
+        let [place] = motion.piston_in_hole(0.0);
+        let start = motion.state.epoch;
+        Self { way: Way::from(start, place, None), acts_since: start, ..Self::default() }
+    }
+
     pub(crate) fn instants(&self) -> impl Iterator<Item = Double> + '_ {
         let milestones = self.milestones.iter().flatten().map(|milestone| milestone.time);
         // Before the first blow the last one has no time.
         let last = self.milestones[1].map(|_| Double::new(self.last.time));
         let step = self.step.iter().map(|blow| Double::new(blow.time));
-        milestones.chain(self.collision).chain(self.opened).chain(last).chain(step)
+        let own =
+            [self.way.began, self.acts_since].into_iter().chain(self.collision).chain(self.opened);
+        milestones.chain(own).chain(last).chain(step)
     }
 
-    /// Records whether the piston rises between the epoch and `at`, to which the tracks of all that it touches are
-    /// rotated. In flight its velocity is a polynomial, and any rise is found. In contact only the velocity at `at`
-    /// is examined.
+    /// Follows the piston from the epoch to `at`, to which the tracks of all that it touches are rotated. In flight it
+    /// moves by a polynomial, of which only the places count where it turns; it meets something at the ends. In
+    /// contact only the place at `at` is examined.
     pub(crate) fn note_stretch(&mut self, motion: &Motion, at: f64) {
-        if !self.spent {
-            return;
-        }
-        let slowest = match motion.flying() {
-            Some(index) => {
-                let driven = &motion.state.anchors[index].driven;
-                driven.translation.derivative().least(at)
-            }
-            None => motion.rates::<2>(&motion.tracks, Displacement::PISTON, at)[1],
+        let flight = motion.flying().map(|index| &motion.state.anchors[index].driven.translation);
+        let mut pass = |t| {
+            let [place] = motion.piston_in_hole(t);
+            self.way.pass(place);
         };
-        self.spent = slowest >= 0.0;
+        match flight {
+            Some(flight) if motion.is_steady() => flight.turn(at).into_iter().for_each(pass),
+            Some(flight) => flight.turns(at).into_iter().for_each(pass),
+            None => pass(at),
+        }
     }
 
     /// The contact opens at the epoch.
@@ -106,23 +211,36 @@ impl Progress {
         }
     }
 
-    /// The contact closes at the epoch, to which the tracks are rotated. Counts a new collision, and a blow.
-    pub(crate) fn note_closing(&mut self, motion: &Motion, counters: &mut Counters) {
+    /// The contact closes at the epoch, to which the tracks are rotated. Counts a new collision, and a blow; returns
+    /// whether it is one.
+    pub(crate) fn note_closing(&mut self, motion: &Motion, counters: &mut Counters) -> bool {
         let epoch = motion.state.epoch;
         let same = 2.0 * motion.parameters().struck_transits();
         if self.opened.is_some_and(|opened| epoch.since(opened) <= same) {
-            return;
+            return false;
         }
         self.collision = Some(epoch);
         counters.contacts += 1;
-        let speed = |mean| motion.rates::<2>(&motion.tracks, mean, 0.0)[1];
-        let piston = speed(Displacement::PISTON);
-        let relative = piston - speed(Displacement::STRUCK);
+        let [place, piston] = motion.piston_in_hole(0.0);
+        self.way.pass(place);
+        let [_, struck] = motion.rates(&motion.tracks, Displacement::STRUCK, 0.0);
+        let (relative, waited) = (piston - struck, epoch.since(self.way.began));
         let fast = relative >= motion.parameters().blow.minimum_speed;
-        if piston > 0.0 && !self.spent && fast {
-            self.spent = true;
+        let is_blow = piston > 0.0 && fast && self.way.is_ready(waited);
+        if is_blow {
+            let fall = place - self.way.highest;
+            self.way = Way::from(epoch, place, Some([fall, waited]));
             counters.blows += 1;
             self.note_blow(motion, relative);
+        }
+        is_blow
+    }
+
+    /// Completes the record of the last blow.
+    pub(crate) fn note_account(&mut self, account: Account) {
+        self.last.account = Some(account);
+        if let Some(blow) = self.step.back_mut().filter(|blow| blow.time == self.last.time) {
+            *blow = self.last;
         }
     }
 
@@ -137,15 +255,17 @@ impl Progress {
         let here = motion.milestone();
         let air_mass = motion.air().map_or(0.0, |air| air.sums.mass);
         let blow = &mut self.last;
+        blow.account = None;
         blow.time = here.time.value();
         blow.speed = speed;
         blow.energy = 0.5 * motion.graph().bodies[0].mass * speed * speed;
+        (blow.rock_work, blow.length) = (self.given, self.advance);
+        blow.air = (air_mass - self.air_mass) / FREE_DENSITY;
         let advance = |from: &Milestone| (here.hole.since(from.hole), here.time.since(from.time));
         if let Some(last) = &self.milestones[1] {
             (blow.penetration, blow.period) = advance(last);
             blow.tip_rate = blow.penetration / blow.period;
-            (blow.rock_work, blow.rop) = (self.given, self.advance / blow.period);
-            blow.air_flow = (air_mass - self.air_mass) / FREE_DENSITY / blow.period;
+            (blow.rop, blow.air_flow) = (blow.length / blow.period, blow.air / blow.period);
         }
         match &self.milestones[0] {
             Some(first) => {

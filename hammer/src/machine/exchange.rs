@@ -282,7 +282,7 @@ impl Machine {
         let to = self.time();
         let Some((place, force)) = begun.filter(|_| to > from) else { return };
         let place = [place, self.kinematics().relative.displacement];
-        self.exchange.add(Piece { span: [from, to], place, force }, self.counters.blows);
+        self.exchange.add(Piece { span: [from, to], place, force }, self.history.counters.blows);
     }
 
     /// The piston's relative position, m, and the force of the drive's inputs from now on, N.

@@ -18,6 +18,7 @@ pub(crate) mod blows;
 pub(crate) mod exchange;
 pub(crate) mod journal;
 pub(crate) mod outputs;
+mod recorder;
 pub(crate) mod state;
 pub(crate) mod stops;
 mod views;
@@ -39,10 +40,13 @@ use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
 use crate::quantities::parameters::{InputValues, Parameters};
 use crate::scene::Scene;
+use crate::scene::graph::Channel;
 use crate::search::Search;
-use blows::Progress;
+use blows::{Blow, Progress};
 use exchange::Exchange;
 use journal::{Counters, Record};
+use recorder::Recorder;
+use serde::{Deserialize, Serialize};
 use state::State;
 use views::Views;
 use zeno::ZenoDetector;
@@ -66,17 +70,30 @@ pub(crate) trait Observer {
 
 impl Observer for () {}
 
+/// What has been summed, counted and recorded since the start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct History {
+    /// Sums up to the last event.
+    pub ledger: DeferredLedger,
+    /// Counters, without the search's work.
+    pub counters: Counters,
+    /// Blows and collisions so far.
+    pub blows: Progress,
+    /// Observer of each blow's record, if it is asked for.
+    pub recorder: Option<Recorder>,
+    /// Peaks of the present step before the last event.
+    pub peaks: PeakSearch,
+    /// Spacing of recent transitions.
+    pub zeno: ZenoDetector,
+}
+
 /// A scene in motion.
 #[derive(Debug)]
 pub struct Machine {
     motion: Motion,
     search: Search,
-    ledger: DeferredLedger,
-    blows: Progress,
-    peaks: PeakSearch,
-    zeno: ZenoDetector,
+    history: History,
     exchange: Exchange,
-    counters: Counters,
     journal: Option<Vec<Record>>,
     failure: Option<Error>,
     views: Views,
@@ -110,15 +127,19 @@ impl Machine {
             return Err(Error::Backwards { from: start, to: start });
         }
         let exchange = Exchange::new(&inputs);
+        let motion = Motion::new(model, inputs, start)?;
         let mut machine = Self {
-            motion: Motion::new(model, inputs, start)?,
+            history: History {
+                ledger: DeferredLedger::default(),
+                counters: Counters::default(),
+                blows: Progress::new(&motion),
+                recorder: None,
+                peaks: PeakSearch::default(),
+                zeno: ZenoDetector::new(start),
+            },
+            motion,
             search: Search::default(),
-            ledger: DeferredLedger::default(),
-            blows: Progress::default(),
-            peaks: PeakSearch::default(),
-            zeno: ZenoDetector::new(start),
             exchange,
-            counters: Counters::default(),
             journal: None,
             failure: None,
             views: Views::default(),
@@ -129,7 +150,7 @@ impl Machine {
             machine.switch_contact(TieState::Pressed)?;
         }
         let energy_start = Stored::at_epoch(&machine.motion).total();
-        machine.ledger = Ledger { energy_start, ..Ledger::default() }.into();
+        machine.history.ledger = Ledger { energy_start, ..Ledger::default() }.into();
         machine.resume()?;
         Ok(machine)
     }
@@ -179,6 +200,9 @@ impl Machine {
     /// Replaces inputs by polynomials from now on.
     fn put(&mut self, inputs: &[(Input, Poly)]) -> Result<(), Error> {
         self.move_epoch_to_now()?;
+        if self.motion.state.loads[Channel::Drive as usize] == Poly::default() {
+            self.history.blows.acts_since = self.motion.state.epoch;
+        }
         inputs.iter().for_each(|(input, poly)| self.motion.set_input(*input, *poly));
         self.resume()
     }
@@ -205,7 +229,7 @@ impl Machine {
         let before = Stored::at_epoch(&self.motion).total();
         self.motion.retune(tuned)?;
         let retuned = Stored::at_epoch(&self.motion).total() - before;
-        self.ledger.add(Sums { retuned, ..Sums::default() });
+        self.history.ledger.add(Sums { retuned, ..Sums::default() });
         self.motion.reload();
         self.resume()
     }
@@ -236,11 +260,11 @@ impl Machine {
         }
         let (from, begun) = (self.time(), self.begin_exchange(to)?);
         if self.views.ledger.get().is_some() {
-            self.ledger.settle(); // Evaluated once here, not at every read.
+            self.history.ledger.settle(); // Evaluated once here, not at every read.
         }
         self.views.forget();
-        self.peaks.begin_step(&self.motion);
-        self.blows.step.clear();
+        self.history.peaks.begin_step(&self.motion);
+        self.history.blows.step.clear();
         self.search.budget.begin_step(&self.motion, &self.search.work);
         let allowance = Allowance::of_seconds(self.parameters().work_limit);
         let done = allowance.within(|| {
@@ -259,10 +283,19 @@ impl Machine {
         done
     }
 
+    /// Completes the record of a blow that just occurred.
+    fn complete_record(&mut self) -> Result<(), Error> {
+        let History { ledger, blows, recorder, .. } = &mut self.history;
+        let Some(recorder) = recorder else { return Ok(()) };
+        recorder.complete(&self.motion, ledger, blows)?;
+        recorder.peaks.work_off()
+    }
+
     fn run(&mut self, to: f64, observer: &mut impl Observer) -> Result<(), Error> {
         loop {
-            self.ledger.work_off()?;
-            self.peaks.work_off()?;
+            self.complete_record()?;
+            self.history.ledger.work_off()?;
+            self.history.peaks.work_off()?;
             // The host's time of an event may be rounded to before it.
             let target = self.motion.state.epoch.until(to).max(-ROUNDED);
             let reach = self.motion.reach();
@@ -277,6 +310,7 @@ impl Machine {
                     self.motion.prepare(event)?;
                     observer.before(self);
                     self.occur(at, event)?;
+                    self.complete_record()?;
                     if observer.after(self, event) {
                         self.motion.set_present(0.0, self.motion.state.epoch.value());
                         return Ok(());
@@ -301,16 +335,16 @@ impl Machine {
     fn occur(&mut self, at: f64, event: Event) -> Result<(), Error> {
         let from = self.mode();
         self.move_epoch(at, Some(event))?;
-        self.counters.events += 1;
+        self.history.counters.events += 1;
         self.search.budget.count(Some(event));
-        self.zeno.count(&self.motion, at)?;
+        self.history.zeno.count(&self.motion, at)?;
         match event {
             Event::Tie(Tie::Contact, to) => self.switch_contact(to)?,
             Event::Tie(tie, to) => self.motion.switch_tie(tie, to)?,
             Event::Rock(event) => {
                 self.motion.switch_rock(event)?;
                 let begun = self.mode().rock == RockMode::DissipativeForward;
-                self.counters.rock_cycles += u64::from(begun);
+                self.history.counters.rock_cycles += u64::from(begun);
             }
             Event::Relay(_) => self.motion.switch_relay(),
             Event::Port { chamber, port, opens } => {
@@ -321,7 +355,10 @@ impl Machine {
                 let opening = if full { Opening::Full } else { Opening::Partial };
                 self.motion.switch_port(chamber, port, opening);
             }
-            Event::Vent(vented) => self.motion.switch_vent(vented),
+            Event::Vent(vented) => {
+                self.motion.switch_vent(vented);
+                self.history.blows.acts_since = self.motion.state.epoch;
+            }
             Event::End(inside) => self.motion.pass_end(inside),
         }
         if let Some(journal) = &mut self.journal {
@@ -329,18 +366,23 @@ impl Machine {
             let (time, time_rest) = (epoch.value(), epoch.rest());
             journal.push(Record { time, time_rest, event, mode: self.motion.mode() });
         }
-        self.zeno.check_simultaneous(&self.motion, from)?;
+        self.history.zeno.check_simultaneous(&self.motion, from)?;
         self.resume()
     }
 
     fn switch_contact(&mut self, to: TieState) -> Result<(), Error> {
         if to == TieState::Open {
-            self.blows.note_opening(&self.motion);
+            self.history.blows.note_opening(&self.motion);
+            let recorder = self.history.recorder.as_mut();
+            recorder.into_iter().for_each(|recorder| recorder.note_opening(&self.motion));
         } else {
             self.motion.rotate_to_epoch(Bodies::PISTON);
-            self.blows.note_closing(&self.motion, &mut self.counters);
+            let History { blows, counters, recorder, .. } = &mut self.history;
+            if blows.note_closing(&self.motion, counters) {
+                recorder.iter_mut().for_each(Recorder::note_blow);
+            }
             let damping = damping_in_flight(&self.motion, &self.motion.tracks);
-            self.ledger.add(Sums { damping, ..Sums::default() });
+            self.history.ledger.add(Sums { damping, ..Sums::default() });
         }
         self.motion.switch_tie(Tie::Contact, to)
     }
@@ -349,15 +391,18 @@ impl Machine {
     fn move_epoch(&mut self, at: f64, event: Option<Event>) -> Result<(), Error> {
         self.search.bring_tip(&mut self.motion, at);
         self.motion.rotate_others_to(at);
-        self.blows.note_stretch(&self.motion, at);
+        self.history.blows.note_stretch(&self.motion, at);
         let touched = self.motion.touched(event);
         let (ends, viscous) = (&self.motion.tracks, self.search.viscous(at));
         let make = || Interval::new(&self.motion, ends, touched, at, viscous);
-        let deferred = self.ledger.defer(make);
-        self.peaks.record(&self.motion, deferred);
+        let deferred = self.history.ledger.defer(make);
+        self.history.peaks.record(&self.motion, deferred);
+        if let Some(recorder) = &mut self.history.recorder {
+            recorder.peaks.record(&self.motion, deferred);
+        }
         let interval = &deferred.interval;
         let work = interval.given.iter().sum();
-        self.blows.note_work(work, work / self.motion.parameters().work_per_length());
+        self.history.blows.note_work(work, work / self.motion.parameters().work_per_length());
         // The barrier's estimate is valid only while the same drilling cycle goes on.
         let by_series = self.search.sums_series(&self.motion.tracks[0]);
         let goes_on = !matches!(event, Some(Event::Rock(_)));
@@ -389,17 +434,10 @@ impl Machine {
 
     /// The whole dynamic state.
     pub fn state(&self) -> State {
-        State {
-            parameters: *self.parameters(),
-            motion: self.motion.state.clone(),
-            ledger: self.ledger.clone(),
-            counters: Counters { basis_changes: self.motion.basis_changes, ..self.counters },
-            blows: self.blows.clone(),
-            peaks: self.peaks.recorded(),
-            step_start: self.peaks.step_start,
-            zeno: self.zeno,
-            exchange: self.exchange.clone(),
-        }
+        let mut history = self.history.clone();
+        history.counters.basis_changes = self.motion.basis_changes;
+        let (parameters, motion) = (*self.parameters(), self.motion.state.clone());
+        State { parameters, motion, history, exchange: self.exchange.clone() }
     }
 
     /// Continues from a state of a scene with the same parameters and dimensions, bit for bit.
@@ -425,10 +463,9 @@ impl Machine {
 
     /// Replaces the state without checks.
     fn adopt(&mut self, state: &State) -> Result<(), Error> {
-        self.motion.restore(&state.parameters, &state.motion, state.counters.basis_changes)?;
-        (self.ledger, self.blows) = (state.ledger.clone(), state.blows.clone());
-        self.peaks = PeakSearch::resume(state.peaks, state.step_start);
-        (self.zeno, self.counters) = (state.zeno, state.counters);
+        let counters = &state.history.counters;
+        self.motion.restore(&state.parameters, &state.motion, counters.basis_changes)?;
+        self.history.clone_from(&state.history);
         self.exchange = state.exchange.clone();
         self.restart_search();
         Ok(())
@@ -445,6 +482,25 @@ impl Machine {
             Some((at, _)) if at < now => Err(Error::Corrupt { what: CorruptState::Passed }),
             _ => Ok(()),
         }
+    }
+
+    /// Records forces, works and the rebound of each blow from now on ([`Blow::account`]). They are integrated at
+    /// each blow then, not where they are read.
+    pub fn record_blows(&mut self) {
+        if self.history.recorder.is_none() {
+            let ledger = self.history.ledger.evaluated();
+            let sums = ledger.sums_now(&self.motion, &self.motion.present());
+            self.history.recorder = Some(Recorder::new(&self.motion, sums));
+        }
+    }
+
+    /// Records blows from now on, and the first time also collects them. Returns those since the last call, over any
+    /// number of steps; a restored state has its own.
+    pub fn take_blows(&mut self) -> Vec<Blow> {
+        self.record_blows();
+        let recorder = self.history.recorder.as_mut();
+        let list = recorder.map(|recorder| recorder.collected.get_or_insert_default());
+        list.map(std::mem::take).unwrap_or_default()
     }
 
     /// Starts or stops recording a journal of transitions.
@@ -477,7 +533,7 @@ impl Machine {
             samples: work.samples,
             windows: work.windows,
             scans: work.scans,
-            ..self.counters
+            ..self.history.counters
         }
     }
 }

@@ -1,12 +1,10 @@
 //! The dynamic state of a scene: everything that a restart needs and cannot recompute.
 
-use super::blows::{MAX_STEP_BLOWS, Progress};
+use super::History;
+use super::blows::MAX_STEP_BLOWS;
 use super::exchange::Exchange;
-use super::journal::Counters;
-use super::zeno::ZenoDetector;
 use crate::air::Air;
-use crate::energy::deferred::DeferredLedger;
-use crate::energy::peaks::Searched;
+use crate::energy::peaks::PeakSearch;
 use crate::error::{CorruptState, Error};
 use crate::motion::state::{Anchor, MotionState};
 use crate::numerics::instant::Double;
@@ -22,23 +20,16 @@ pub struct State {
     pub(crate) parameters: Parameters,
     /// The motion at the last event.
     pub(crate) motion: MotionState,
-    /// Sums up to the last event.
-    pub(crate) ledger: DeferredLedger,
-    /// Counters, without the search's work.
-    pub(crate) counters: Counters,
-    /// Blows and collisions so far.
-    pub(crate) blows: Progress,
-    /// Peaks of the present step before the last event.
-    pub(crate) peaks: Searched,
-    /// Start of the present step after the last event, s (0 if before).
-    pub(crate) step_start: f64,
-    /// Spacing of recent transitions.
-    pub(crate) zeno: ZenoDetector,
+    /// What has been summed and counted.
+    pub(crate) history: History,
     /// State of the exchange of inputs with the host.
     pub(crate) exchange: Exchange,
 }
 
 impl State {
+    /// Number of the stored layout, raised whenever a field is added, dropped, moved or changes its meaning.
+    pub const FORMAT: u32 = 2;
+
     /// Parameters, with the tunable values of that instant.
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
@@ -54,8 +45,9 @@ impl State {
     /// sliced differently.
     #[must_use]
     pub fn without_step(mut self) -> Self {
-        (self.peaks, self.step_start) = (Searched::default(), 0.0);
-        self.blows.step.clear();
+        self.history.peaks = PeakSearch::default();
+        self.history.blows.step.clear();
+        self.history.recorder.iter_mut().for_each(|recorder| recorder.collected = None);
         self.exchange = Exchange::default();
         self
     }
@@ -81,13 +73,13 @@ impl State {
     /// # Errors
     /// [`Error::Corrupt`].
     pub(crate) fn check(&self) -> Result<(), Error> {
-        let (motion, parameters) = (&self.motion, &self.parameters);
+        let Self { motion, parameters, history, .. } = self;
         let is_finite =
-            motion.is_finite() && self.step_start.is_finite() && self.exchange.is_sound();
+            motion.is_finite() && history.peaks.start.is_finite() && self.exchange.is_sound();
         // Some instants are stored rounded.
         let rounding = TIME_ROUNDING * (1.0 + motion.time.abs());
         let later = |instant: Double| motion.epoch.until(instant.value()) > rounding;
-        let mut instants = self.blows.instants().chain([self.zeno.burst_start]);
+        let mut instants = history.blows.instants().chain([history.zeno.burst_start]);
         let lag = motion.epoch.until(motion.time) - motion.now;
         // Only the anchor of a lone piston may lie before the epoch.
         let ahead = |a: &Anchor| {
@@ -108,14 +100,14 @@ impl State {
         let checks = [
             (!is_finite, CorruptState::NotFinite),
             (instants.any(later) || motion.now < 0.0 || lag.abs() > rounding, CorruptState::Times),
-            (!(0.0..=motion.now).contains(&self.step_start), CorruptState::Step),
+            (!(0.0..=motion.now).contains(&history.peaks.start), CorruptState::Step),
             (motion.anchors.iter().any(ahead), CorruptState::Ahead),
             (motion.anchors.iter().any(strange), CorruptState::Coordinates),
             (motion.anchors.iter().any(series), CorruptState::Series),
             (no_air, CorruptState::Air),
             (!motion.line.is_sound(parameters, motion.mode, motion.now), CorruptState::Series),
-            (self.blows.step.len() > MAX_STEP_BLOWS, CorruptState::Blows),
-            (self.counters.are_too_many() || self.zeno.is_overrun(), CorruptState::Counts),
+            (history.blows.step.len() > MAX_STEP_BLOWS, CorruptState::Blows),
+            (history.counters.are_too_many() || history.zeno.is_overrun(), CorruptState::Counts),
         ];
         match checks.into_iter().find(|(is_so, _)| *is_so) {
             Some((_, what)) => Err(Error::Corrupt { what }),
@@ -145,7 +137,7 @@ mod tests {
             machine.advance(time).expect("a step");
         }
         let state = machine.state();
-        assert!(0.0 < state.step_start && state.step_start < state.motion.now);
+        assert!(0.0 < state.history.peaks.start && state.history.peaks.start < state.motion.now);
         assert_eq!((state.check(), state.motion.anchors.len()), (Ok(()), 2));
         state
     }
@@ -165,7 +157,7 @@ mod tests {
         use CorruptState as Is;
         let cases: [Case<Option<Is>, State>; 29] = [
             (Some(Is::NotFinite), |s| s.motion.psi = f64::NAN),
-            (Some(Is::NotFinite), |s| s.step_start = f64::NAN),
+            (Some(Is::NotFinite), |s| s.history.peaks.start = f64::NAN),
             (None, |s| s.motion.time += 0.5 * TIME_ROUNDING),
             (Some(Is::Times), |s| s.motion.time += 2.0 * TIME_ROUNDING),
             (Some(Is::Times), |s| s.motion.time -= 2.0 * TIME_ROUNDING),
@@ -173,13 +165,13 @@ mod tests {
                 s.motion.now = -1e-9;
                 s.motion.time = s.motion.epoch.value() - 1e-9;
             }),
-            (None, |s| s.zeno.burst_start = s.motion.epoch),
-            (Some(Is::Times), |s| s.zeno.burst_start.move_by(1.0)),
-            (Some(Is::Times), |s| s.blows.opened = Some(Double::new(s.motion.time + 1.0))),
-            (None, |s| s.step_start = 0.0),
-            (None, |s| s.step_start = s.motion.now),
-            (Some(Is::Step), |s| s.step_start = -1e-9),
-            (Some(Is::Step), |s| s.step_start = s.motion.now + 1e-9),
+            (None, |s| s.history.zeno.burst_start = s.motion.epoch),
+            (Some(Is::Times), |s| s.history.zeno.burst_start.move_by(1.0)),
+            (Some(Is::Times), |s| s.history.blows.opened = Some(Double::new(s.motion.time + 1.0))),
+            (None, |s| s.history.peaks.start = 0.0),
+            (None, |s| s.history.peaks.start = s.motion.now),
+            (Some(Is::Step), |s| s.history.peaks.start = -1e-9),
+            (Some(Is::Step), |s| s.history.peaks.start = s.motion.now + 1e-9),
             (None, |s| s.motion.anchors[1].at -= 1e-6),
             (Some(Is::Ahead), |s| s.motion.anchors[1].at = 1e-6),
             (None, |s| s.motion.anchors[0].began = Some((-1e-6, Vec::new()))),
@@ -191,11 +183,11 @@ mod tests {
             (None, |s| series(s, 1.0)),
             (Some(Is::Series), |s| series(s, -1.0)),
             (Some(Is::Series), |s| series(s, 0.5 * s.motion.now)),
-            (None, |s| s.blows.step.resize(MAX_STEP_BLOWS, Blow::default())),
-            (Some(Is::Blows), |s| s.blows.step.resize(MAX_STEP_BLOWS + 1, Blow::default())),
-            (None, |s| s.counters.events = 1 << 53),
-            (Some(Is::Counts), |s| s.counters.events = (1 << 53) + 1),
-            (Some(Is::Counts), |s| s.zeno.burst = MAX_BURST),
+            (None, |s| s.history.blows.step.resize(MAX_STEP_BLOWS, Blow::default())),
+            (Some(Is::Blows), |s| s.history.blows.step.resize(MAX_STEP_BLOWS + 1, Blow::default())),
+            (None, |s| s.history.counters.events = 1 << 53),
+            (Some(Is::Counts), |s| s.history.counters.events = (1 << 53) + 1),
+            (Some(Is::Counts), |s| s.history.zeno.burst = MAX_BURST),
         ];
         let state = flying(Source::Relay);
         for (index, (what, alter)) in cases.into_iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Outputs of a machine, computed on demand and cached for the present instant.
 
 use super::Machine;
-use super::blows::Blow;
+use super::blows::{Blow, PATIENCE};
 use super::outputs::{Kinematics, Profile};
 use crate::air::{Air, Places};
 use crate::energy::interval::Interval;
@@ -30,6 +30,9 @@ pub(super) struct Views {
     pub(super) peaks: OnceLock<Result<Peaks, Error>>,
 }
 
+/// Longest time before the first blow of a hammer that is not stalled, s.
+const LONGEST_START: f64 = 1.0;
+
 impl Views {
     /// Forgets all, without writing over the values, which are long.
     pub(super) fn forget(&mut self) {
@@ -57,7 +60,7 @@ impl Machine {
         if self.views.ledger.get().is_some() {
             return Ok(());
         }
-        self.ledger.prepare()?;
+        self.history.ledger.prepare()?;
         let damped = self.motion.model.is_damped();
         self.motion
             .tracks
@@ -79,7 +82,7 @@ impl Machine {
     /// Length of hole drilled so far, by the specific energy of each time, m.
     pub fn drilled_length(&self) -> f64 {
         let work: f64 = self.present_stretch().given.iter().sum();
-        self.blows.drilled[0] + work / self.parameters().work_per_length()
+        self.history.blows.drilled[0] + work / self.parameters().work_per_length()
     }
 
     /// `psi`: viscous work of the present drilling cycle so far, J; 0 unless its viscous part is
@@ -99,7 +102,7 @@ impl Machine {
     }
 
     fn ledger_now(&self) -> (Energies, Impulses) {
-        *self.views.ledger.get_or_init(|| self.ledger.evaluated().now(&self.motion))
+        *self.views.ledger.get_or_init(|| self.history.ledger.evaluated().now(&self.motion))
     }
 
     /// Largest forces over the last communication step; NaN where [`Self::prepare_peaks`] fails.
@@ -119,7 +122,7 @@ impl Machine {
         if let Some(searched) = self.views.peaks.get() {
             return searched.clone();
         }
-        let peaks = self.peaks.now(&self.motion);
+        let peaks = self.history.peaks.now(&self.motion);
         // An interrupt ends the search early. A later read starts it again.
         if peaks == Err(Error::Cancelled) {
             peaks
@@ -131,27 +134,37 @@ impl Machine {
     /// The blows of the last communication step in order, at most the last [`MAX_STEP_BLOWS`](crate::MAX_STEP_BLOWS).
     /// Each is as [`blow`](Self::blow) was after it.
     pub fn step_blows(&self) -> &VecDeque<Blow> {
-        &self.blows.step
+        &self.history.blows.step
     }
 
     /// The last blow; `None` before the first.
     pub fn blow(&self) -> Option<&Blow> {
-        self.blows.milestones[1].map(|_| &self.blows.last)
+        self.history.blows.milestones[1].map(|_| &self.history.blows.last)
     }
 
     /// Duration of the last complete collision, whether it was a blow or not, s; 0 before the first.
     pub fn contact_duration(&self) -> f64 {
-        self.blows.last.contact_duration
+        self.history.blows.last.contact_duration
     }
 
-    /// True if the piston rests on the bit and, under the present loads, neither the contact can
-    /// open nor the drive switch: a state that the model never leaves.
+    /// True if the drive acts and strikes no more. Either the piston rests on the bit and, under the present loads,
+    /// neither the contact can open nor the drive switch: a state that the model never leaves. Or no blow came for
+    /// [`PATIENCE`] times as long as the last one was waited for, before the first for [`LONGEST_START`].
     pub fn stalled(&self) -> bool {
         let never = |event: Event| self.search.never(&self.motion, event.rank());
-        self.mode().closed()
-            && self.parameters().drive.source.switches()
+        let switches = self.parameters().drive.source.switches();
+        if self.mode().closed()
+            && switches
             && never(Event::OPENING)
             && never(Event::Relay(Relay::Drive))
+        {
+            return true;
+        }
+        let blows = &self.history.blows;
+        let patience = blows.way.wait().map_or(LONGEST_START, |wait| PATIENCE * wait);
+        let waited = self.time() - blows.way.began.value().max(blows.acts_since.value());
+        let force = || self.kinematics().applied_drive_force;
+        waited > patience && if switches { !self.mode().vented } else { force() != 0.0 }
     }
 
     /// The tracks at the last event, and the signals tracked from there, for comparisons.
@@ -165,7 +178,7 @@ impl Machine {
     /// Numbers stored for energies and for peaks that have not been read.
     #[cfg(test)]
     pub(crate) fn stored(&self) -> [usize; 2] {
-        [self.ledger.size, self.peaks.size]
+        [self.history.ledger.size, self.history.peaks.size]
     }
 
     /// A warning if the piston was faster at the last blow than steel withstands.

@@ -12,37 +12,36 @@
 //! (the delta method). `t` is Student's: it widens an error that is estimated from few batches, so that the
 //! true value is within one standard error in 68.3 % of all cases.
 
-/// Numbers of a blow.
-pub const NUMBERS: usize = 15;
-/// Time since the blow before, the tip's advance in it, impact speed and energy. Since the blow before: last
-/// speed at which the piston left the bit; largest contact and rock force; works of drive, gravity and feed;
-/// energy dissipated in rock, its viscosity and the bodies; length drilled by specific energy; free air taken.
-/// SI units.
-pub type Numbers = [f64; NUMBERS];
+use crate::machine::blows::Blow;
 
-/// Name of a mean, place of its numerator in [`Numbers`], and that of its denominator (none: the number of
-/// blows).
-type Ratio = (&'static str, Option<usize>, Option<usize>);
+/// What a mean is made of.
+type Of = fn(&Blow) -> f64;
+/// Name of a mean, and the two figures of a blow whose sums it divides.
+type Ratio = (&'static str, Of, Of);
+
+const PERIOD: Of = |blow| blow.period;
+const EACH: Of = |_| 1.0;
+
 #[rustfmt::skip]
 const RATIOS: [Ratio; Averages::COUNT] = [
-    ("rop", Some(13), Some(0)),
-    ("tip_rate", Some(1), Some(0)),
-    ("blow_frequency", None, Some(0)),
-    ("period", Some(0), None),
-    ("advance", Some(1), None),
-    ("blow_speed", Some(2), None),
-    ("blow_energy", Some(3), None),
-    ("rebound_speed", Some(4), None),
-    ("rebound_ratio", Some(4), Some(2)),
-    ("contact_force_peak", Some(5), None),
-    ("rock_force_peak", Some(6), None),
-    ("energy_drive", Some(7), None),
-    ("energy_gravity", Some(8), None),
-    ("energy_feed", Some(9), None),
-    ("energy_rock_dissipated", Some(10), None),
-    ("energy_viscous", Some(11), None),
-    ("energy_damping", Some(12), None),
-    ("air_flow", Some(14), Some(0)),
+    ("rop", |b| b.length, PERIOD),
+    ("tip_rate", |b| b.penetration, PERIOD),
+    ("blow_frequency", EACH, PERIOD),
+    ("period", PERIOD, EACH),
+    ("advance", |b| b.penetration, EACH),
+    ("blow_speed", |b| b.speed, EACH),
+    ("blow_energy", |b| b.energy, EACH),
+    ("rebound_speed", |b| b.account().rebound_speed, EACH),
+    ("rebound_ratio", |b| b.account().rebound_speed, |b| b.speed),
+    ("contact_force_peak", |b| b.account().peaks.contact_force(), EACH),
+    ("rock_force_peak", |b| b.account().peaks.rock_force(), EACH),
+    ("energy_drive", |b| b.account().drive, EACH),
+    ("energy_gravity", |b| b.account().gravity, EACH),
+    ("energy_feed", |b| b.account().feed, EACH),
+    ("energy_rock_dissipated", |b| b.account().rock_dissipated, EACH),
+    ("energy_viscous", |b| b.account().viscous, EACH),
+    ("energy_damping", |b| b.account().damping, EACH),
+    ("air_flow", |b| b.air, PERIOD),
 ];
 
 /// A number for each of [`Averages::names`]: means over blows, or their errors, or spreads.
@@ -101,16 +100,16 @@ const SHORTEST: usize = 4;
 
 impl Means {
     /// Of series of equal length that forget their start before their middle.
-    pub fn of(series: &[&[Numbers]]) -> Self {
+    pub fn of(series: &[&[Blow]]) -> Self {
         let begin = transient(series);
-        let settled: Vec<&[Numbers]> = series.iter().map(|list| &list[begin..]).collect();
+        let settled: Vec<&[Blow]> = series.iter().map(|list| &list[begin..]).collect();
         let all = RATIOS.map(|ratio| errors(&settled, ratio));
         let [mean, error, spread] = [0, 1, 2].map(|k| Averages(all.map(|numbers| numbers[k])));
         Self { mean, error, spread, blows: settled.iter().map(|list| list.len()).sum() }
     }
 
     /// Of the blows of a cycle: they have no error.
-    pub fn exact(blows: &[Numbers]) -> Self {
+    pub fn exact(blows: &[Blow]) -> Self {
         let all = RATIOS.map(|ratio| errors(&[blows], ratio));
         let [mean, spread] = [0, 2].map(|k| Averages(all.map(|numbers| numbers[k])));
         Self { mean, error: Averages::default(), spread, blows: blows.len() }
@@ -133,16 +132,15 @@ fn student(freedom: f64) -> f64 {
 }
 
 /// Mean, standard error and spread of a ratio.
-fn errors(series: &[&[Numbers]], (_, above, below): Ratio) -> [f64; 3] {
-    let pick = |blow: &Numbers, place: Option<usize>| place.map_or(1.0, |k| blow[k]);
-    let sums = |list: &[Numbers]| {
-        list.iter().fold([0.0; 2], |[a, b], blow| [a + pick(blow, above), b + pick(blow, below)])
+fn errors(series: &[&[Blow]], (_, above, below): Ratio) -> [f64; 3] {
+    let sums = |list: &[Blow]| {
+        list.iter().fold([0.0; 2], |[a, b], blow| [a + above(blow), b + below(blow)])
     };
     let whole =
         series.iter().map(|list| sums(list)).fold([0.0; 2], |s, t| [s[0] + t[0], s[1] + t[1]]);
     let mean = whole[0] / whole[1];
     let count: usize = series.iter().map(|list| list.len()).sum();
-    let deviation = |blow: &Numbers| pick(blow, above) / pick(blow, below) - mean;
+    let deviation = |blow: &Blow| above(blow) / below(blow) - mean;
     let squares: f64 = series.iter().flat_map(|list| *list).map(|b| deviation(b).powi(2)).sum();
     let spread = (squares / count as f64).sqrt();
     let each = BATCHES.div_ceil(series.len().max(1));
@@ -172,11 +170,13 @@ const START: f64 = 0.25;
 /// Where the transient ends, in blows: at a quarter of the series, or at the blow of its first half after which
 /// the standard error of the rest is smallest (MSER). Both rates are tested, each as the mean over all series,
 /// since the series have their start in common.
-fn transient(series: &[&[Numbers]]) -> usize {
+fn transient(series: &[&[Blow]]) -> usize {
     let count = series.iter().map(|list| list.len()).min().unwrap_or(0);
-    let least = [13, 1].map(|above| {
+    let [hole, tip]: [Of; 2] = [|blow| blow.length, |blow| blow.penetration];
+    let least = [hole, tip].map(|above| {
         let rate = |k: usize| -> f64 {
-            series.iter().map(|list| list[k][above] / list[k][0]).sum::<f64>() / series.len() as f64
+            let rates = series.iter().map(|list| above(&list[k]) / list[k].period);
+            rates.sum::<f64>() / series.len() as f64
         };
         let (mut sum, mut squares, mut best) = (0.0, 0.0, (f64::INFINITY, 0));
         for k in (0..count).rev() {
@@ -212,9 +212,7 @@ mod tests {
         let (mut x, mut list) = (0.0, Vec::new());
         for _ in 0..count {
             x = a * x + noise();
-            let mut blow = [0.0; NUMBERS];
-            blow[..2].copy_from_slice(&[1.0, 100.0 + x]);
-            list.push(blow);
+            list.push(of_advance(100.0 + x));
         }
         let means = Means::of(&[&list]);
         let expected = 1.0 / ((1.0 - a) * (means.blows as f64).sqrt());
@@ -233,17 +231,15 @@ mod tests {
         );
     }
 
-    fn of_advance(advance: f64) -> Numbers {
-        let mut blow = [0.0; NUMBERS];
-        (blow[0], blow[1], blow[13]) = (1.0, advance, advance);
-        blow
+    fn of_advance(advance: f64) -> Blow {
+        Blow { period: 1.0, penetration: advance, length: advance, ..Blow::default() }
     }
 
     /// 40 batches of four blows, with means of 100 + d and 100 - d in turn. Their variance is `40 d^2 / 39`,
     /// and that of the whole mean a fortieth of it. Student's quantile for 39 degrees of freedom is 1.01299.
     #[test]
     fn the_error_of_a_mean_of_few_batches_is_student_s() {
-        let list: Vec<Numbers> =
+        let list: Vec<Blow> =
             (0..160).map(|k| of_advance(if k / 4 % 2 == 0 { 103.0 } else { 97.0 })).collect();
         let [mean, error, _] = errors(&[&list], RATIOS[1]);
         assert!((mean - 100.0).abs() < 1e-12);
@@ -255,7 +251,7 @@ mod tests {
     /// quarter nothing is left of it, and the noise cancels.
     #[test]
     fn a_start_that_no_test_can_see_is_not_in_the_mean() {
-        let list: Vec<Numbers> = (0..400)
+        let list: Vec<Blow> = (0..400)
             .map(|k| {
                 let drift = if k < 80 { 0.5 } else { 0.0 };
                 of_advance(100.0 + drift + if k % 2 == 0 { 10.0 } else { -10.0 })
@@ -269,10 +265,10 @@ mod tests {
     /// The hole's rate can take longer to settle than the tip's.
     #[test]
     fn a_start_that_one_of_the_rates_shows_is_cut_off_for_all() {
-        let list: Vec<Numbers> = (0..400)
+        let list: Vec<Blow> = (0..400)
             .map(|k| {
                 let mut blow = of_advance(if k % 2 == 0 { 101.0 } else { 99.0 });
-                blow[13] -= if k < 160 { 20.0 } else { 0.0 };
+                blow.length -= if k < 160 { 20.0 } else { 0.0 };
                 blow
             })
             .collect();
@@ -292,11 +288,7 @@ mod tests {
 
     #[test]
     fn a_rate_is_a_ratio_of_sums_and_no_mean_of_ratios() {
-        let blow = |period: f64, advance: f64| {
-            let mut blow = [0.0; NUMBERS];
-            (blow[0], blow[1]) = (period, advance);
-            blow
-        };
+        let blow = |period: f64, advance: f64| Blow { period, ..of_advance(advance) };
         let means = Means::exact(&[blow(1.0, 2.0), blow(3.0, 3.0)]);
         assert_eq!([means.mean.tip_rate(), means.mean.get("blow_frequency")], [1.25, 0.5]);
         assert!(means.mean.get("no such").is_nan());

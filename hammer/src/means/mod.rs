@@ -3,5 +3,5 @@
 mod averages;
 mod steady;
 
-pub use averages::{Averages, Means, NUMBERS, Numbers};
-pub use steady::{Kind, MOST_REPEATING, Steady, Wanted, steady};
+pub use averages::{Averages, Means};
+pub use steady::{Kind, MOST_REPEATING, Simulation, Steady, Waiting, Wanted, steady, steady_of};

@@ -5,12 +5,12 @@
 //! drift apart, are averaged ([`Means`]) until the error asked for is reached. An unstable cycle is never found
 //! in this way. Of several stable motions, the answer is the one that the scene's own start leads to.
 
-use crate::energy::ledger::Energies;
 use crate::error::Error;
 use crate::interrupt::in_threads;
-use crate::laws::event::{Displacement, Event};
+use crate::laws::event::Event;
+use crate::machine::blows::Blow;
 use crate::machine::{Machine, Observer};
-use crate::means::averages::{Averages, Means, NUMBERS, Numbers};
+use crate::means::averages::{Averages, Means};
 use crate::scene::Scene;
 
 /// What a hammer does in the long run.
@@ -86,10 +86,57 @@ const CLOSED: f64 = 1e-9;
 const ALIKE: f64 = 1e-6;
 /// Further blows in which a motion that nearly repeats may come to repeat; if it takes longer, it is averaged.
 const FOLLOWED: usize = 200;
+/// A transient that decays more slowly than by this factor in [`SETTLED`] blows does not come to repeat in
+/// [`FOLLOWED`]: from [`NEAR`] to [`CLOSED`] it takes 4.6e-2.
+const SLOWEST: f64 = 0.5;
 /// How much faster the piston starts in each simulation than in the previous one, m/s.
 const APART: f64 = 0.03;
-/// Interval at which a simulation without blows is tested for a stall, s.
+/// Longest step between two blows, s.
 const STEP: f64 = 0.25;
+/// A machine may seem stalled for so long after a blow that came soon after another, s.
+const CERTAIN: f64 = 1.0;
+
+/// A simulation whose blows are collected.
+pub trait Simulation {
+    /// Why it fails.
+    type Error;
+
+    /// Goes on for some time and adds the blows that have a period; false if no more will follow.
+    ///
+    /// # Errors
+    /// Those of the simulation.
+    fn go_on(&mut self, blows: &mut Vec<Blow>) -> Result<bool, Self::Error>;
+}
+
+/// Waits for the blows of a machine.
+#[derive(Clone, Copy, Debug)]
+pub struct Waiting {
+    /// Longest wait, s.
+    pub limit: f64,
+    /// The last blow, or the start, s.
+    last: f64,
+}
+
+impl Waiting {
+    /// From now on. The machine records its blows from now on too.
+    pub fn new(machine: &mut Machine, limit: f64) -> Self {
+        machine.take_blows();
+        Self { limit, last: machine.time() }
+    }
+
+    /// Adds the new blows that have a period. Returns false if there are none, and the machine has
+    /// [stalled](Machine::stalled) for certain or the wait was too long.
+    pub fn collect(&mut self, machine: &mut Machine, blows: &mut Vec<Blow>) -> bool {
+        let new = machine.take_blows();
+        blows.extend(new.iter().filter(|blow| blow.period > 0.0));
+        if let Some(blow) = new.last() {
+            self.last = blow.time;
+            return true;
+        }
+        let waited = machine.time() - self.last;
+        waited <= self.limit && !(waited > CERTAIN && machine.stalled())
+    }
+}
 
 /// The long-run response of a scene. `progress` is told the number of blows and the present errors
 /// ([`Means::error_ratio`]); it ends the search by returning false.
@@ -101,9 +148,41 @@ pub fn steady(
     wanted: &Wanted,
     progress: &mut dyn FnMut(usize, f64) -> bool,
 ) -> Result<Steady, Error> {
-    let mut members = vec![Member::new(scene, 0)?];
-    // Simulations of a mean, and blows of each.
-    let count = MEMBERS.min(wanted.blows / SETTLED).max(1);
+    let apart = |number: usize| Alone::new(scene, number, wanted.limit);
+    search(apart(0)?, Some(&apart), wanted, progress)
+}
+
+/// The long-run response of a single simulation, for instance of a hammer with a controller. One whose blows repeat
+/// answers as [`steady`] does.
+///
+/// # Errors
+/// Those of the simulation.
+pub fn steady_of<S: Simulation + Send>(
+    simulation: S,
+    wanted: &Wanted,
+    progress: &mut dyn FnMut(usize, f64) -> bool,
+) -> Result<Steady, S::Error>
+where
+    S::Error: Send,
+{
+    search(simulation, None, wanted, progress)
+}
+
+/// Makes a simulation that starts slightly differently from the others, by its number.
+type Create<'a, S> = &'a dyn Fn(usize) -> Result<S, <S as Simulation>::Error>;
+
+fn search<S: Simulation + Send>(
+    first: S,
+    others: Option<Create<'_, S>>,
+    wanted: &Wanted,
+    progress: &mut dyn FnMut(usize, f64) -> bool,
+) -> Result<Steady, S::Error>
+where
+    S::Error: Send,
+{
+    let mut members = vec![Member::new(first)];
+    // Simulations of a mean, and most and fewest blows of each.
+    let count = others.map_or(1, |_| MEMBERS.min(wanted.blows / SETTLED).max(1));
     let most = (wanted.blows / count).max(SETTLED);
     let fewest = FEWEST.min(most);
     let (mut next, mut growth) = (SETTLED, GROWTH[0]);
@@ -128,9 +207,9 @@ pub fn steady(
         // A single simulation shows a cycle; only a mean needs several.
         let end = if next < fewest { fewest } else { most };
         next = ((growth * next as f64) as usize).min(end);
-        if next >= fewest {
+        if let Some(create) = others.filter(|_| next >= fewest) {
             for k in members.len()..count {
-                members.push(Member::new(scene, k)?);
+                members.push(Member::new(create(k)?));
             }
         }
     }
@@ -138,12 +217,11 @@ pub fn steady(
 
 /// The first `count` blows of each simulation that differs from the others. Simulations of a stable motion come
 /// to the same blows even before these repeat, and then count as one.
-fn distinct(members: &[Member], count: usize) -> Vec<&[Numbers]> {
-    let mut different: Vec<&[Numbers]> = Vec::new();
+fn distinct<S>(members: &[Member<S>], count: usize) -> Vec<&[Blow]> {
+    let mut different: Vec<&[Blow]> = Vec::new();
     for member in members {
         let list = &member.list[..count];
-        let alike =
-            |other: &&[Numbers]| last(other, 3).iter().zip(last(list, 3)).all(within(CLOSED));
+        let alike = |other: &&[Blow]| last(other, 3).iter().zip(last(list, 3)).all(within(CLOSED));
         if !different.iter().any(alike) {
             different.push(list);
         }
@@ -158,120 +236,103 @@ impl Steady {
     }
 }
 
-/// One of the simulations.
-struct Member {
+/// A machine that nobody else steps.
+struct Alone {
     machine: Machine,
-    list: Vec<Numbers>,
-    energies: Energies,
-    drilled: f64,
-    way: Way,
+    waiting: Waiting,
 }
 
-/// Stops the machine at each blow.
-#[derive(Default)]
-struct Way {
-    struck: bool,
-    rebound: f64,
-}
-
-impl Observer for Way {
-    fn after(&mut self, machine: &Machine, event: Event) -> bool {
-        let motion = machine.motion();
-        if event == Event::OPENING {
-            self.rebound = -motion.point(&motion.tracks, Displacement::PISTON, 0.0).velocity;
-        }
-        let now = motion.milestone().time.value();
-        self.struck =
-            event == Event::CLOSING && machine.blow().is_some_and(|blow| blow.time == now);
-        self.struck
-    }
-}
-
-impl Member {
-    fn new(scene: &Scene, number: usize) -> Result<Self, Error> {
+impl Alone {
+    fn new(scene: &Scene, number: usize, limit: f64) -> Result<Self, Error> {
         let mut scene = *scene;
         scene.parameters.piston.initial_velocity += APART * number as f64;
-        Ok(Self::from(scene.machine()?))
+        let mut machine = scene.machine()?;
+        Ok(Self { waiting: Waiting::new(&mut machine, limit), machine })
     }
+}
 
-    fn from(machine: Machine) -> Self {
-        let energies = machine.energies();
-        let drilled = machine.drilled_length();
-        Self { machine, list: Vec::new(), energies, drilled, way: Way::default() }
+/// Ends a step at the first blow after so many.
+struct UntilBlow(u64);
+
+impl Observer for UntilBlow {
+    fn after(&mut self, machine: &Machine, _: Event) -> bool {
+        machine.counters().blows > self.0
+    }
+}
+
+impl Simulation for Alone {
+    type Error = Error;
+
+    fn go_on(&mut self, blows: &mut Vec<Blow>) -> Result<bool, Error> {
+        let (to, blows_before) = (self.machine.time() + STEP, self.machine.counters().blows);
+        self.machine.advance_observed(to, &mut UntilBlow(blows_before))?;
+        Ok(self.waiting.collect(&mut self.machine, blows))
+    }
+}
+
+/// One of the simulations, and its blows.
+struct Member<S> {
+    simulation: S,
+    list: Vec<Blow>,
+}
+
+impl<S: Simulation> Member<S> {
+    fn new(simulation: S) -> Self {
+        Self { simulation, list: Vec::new() }
     }
 
     /// Simulates up to a number of blows, or until no more follow.
-    fn strike(&mut self, count: usize, limit: f64) -> Result<(), Error> {
-        let machine = &mut self.machine;
-        let (mut last, mut peaks) = (machine.time(), [0.0_f64; 2]);
-        while self.list.len() < count {
-            self.way.struck = false;
-            machine.advance_observed(machine.time() + STEP, &mut self.way)?;
-            machine.prepare_peaks()?;
-            let now = machine.peaks();
-            peaks = [peaks[0].max(now.contact_force()), peaks[1].max(now.rock_force())];
-            if self.way.struck
-                && let Some(blow) = machine.blow()
-            {
-                let mut numbers = [0.0; NUMBERS];
-                numbers[..4].copy_from_slice(&[
-                    blow.period,
-                    blow.penetration,
-                    blow.speed,
-                    blow.energy,
-                ]);
-                let (e, f, drilled) = (machine.energies(), self.energies, machine.drilled_length());
-                numbers[4..].copy_from_slice(&[
-                    self.way.rebound,
-                    peaks[0],
-                    peaks[1],
-                    e.drive - f.drive,
-                    e.gravity - f.gravity,
-                    e.feed - f.feed,
-                    e.rock_dissipated - f.rock_dissipated,
-                    e.viscous - f.viscous,
-                    e.damping - f.damping,
-                    drilled - self.drilled,
-                    blow.air_flow * blow.period,
-                ]);
-                // The first blow has no period.
-                if numbers[0] > 0.0 {
-                    self.list.push(numbers);
-                }
-                (self.energies, self.drilled) = (e, drilled);
-                (last, peaks) = (machine.time(), [0.0; 2]);
-            } else if machine.stalled() || machine.time() - last > limit {
-                break;
-            }
-        }
+    fn strike(&mut self, count: usize) -> Result<(), S::Error> {
+        while self.list.len() < count && self.simulation.go_on(&mut self.list)? {}
         Ok(())
     }
 }
 
 /// Simulates all members up to a number of blows.
-fn grow(members: &mut [Member], count: usize, wanted: &Wanted) -> Result<(), Error> {
-    let work = |member: &mut Member| member.strike(count, wanted.limit);
+fn grow<S: Simulation + Send>(
+    members: &mut [Member<S>],
+    count: usize,
+    wanted: &Wanted,
+) -> Result<(), S::Error>
+where
+    S::Error: Send,
+{
+    let work = |member: &mut Member<S>| member.strike(count);
     in_threads(members.iter_mut().collect(), wanted.threads, work).into_iter().collect()
 }
 
-/// Whether speeds and periods of two blows differ by no more than a share.
-fn within(part: f64) -> impl Fn((&Numbers, &Numbers)) -> bool {
-    move |(a, b)| [0, 2].iter().all(|k| (a[*k] - b[*k]).abs() <= part * b[*k].abs())
+/// How far two blows differ, relative: the larger difference of their speeds and periods.
+fn difference(a: &Blow, b: &Blow) -> f64 {
+    let of = |a: f64, b: f64| if a == b { 0.0 } else { (a - b).abs() / b.abs() };
+    of(a.period, b.period).max(of(a.speed, b.speed))
+}
+
+/// Whether two blows differ by no more than a share.
+fn within(part: f64) -> impl Fn((&Blow, &Blow)) -> bool {
+    move |(a, b)| difference(a, b) <= part
 }
 
 /// The length of the shortest cycle to which the last blows repeat, to a share; none if they do not.
-fn repeats(list: &[Numbers], most: usize, part: f64) -> Option<usize> {
-    (1..=most.min(MOST_REPEATING)).find(|k| {
-        let recent = last(list, WINDOW + 2 * k);
-        recent.iter().zip(&recent[*k..]).all(within(part))
-    })
+fn repeats(list: &[Blow], most: usize, part: f64) -> Option<usize> {
+    (1..=most.min(MOST_REPEATING)).find(|k| off(list, *k) <= part)
+}
+
+/// The largest difference of the last blows from those a cycle of so many blows before.
+fn off(list: &[Blow], cycle: usize) -> f64 {
+    let recent = last(list, WINDOW + 2 * cycle);
+    let pairs = recent.iter().zip(recent.iter().skip(cycle));
+    pairs.map(|(a, b)| difference(a, b)).fold(0.0, f64::max)
 }
 
 /// Continues a simulation whose blows nearly repeat until they repeat. Returns the length of the cycle; none if
-/// they never do.
-fn followed(member: &mut Member, wanted: &Wanted) -> Result<Option<usize>, Error> {
+/// they never do, or come no nearer to it.
+fn followed<S: Simulation>(
+    member: &mut Member<S>,
+    wanted: &Wanted,
+) -> Result<Option<usize>, S::Error> {
     let end = member.list.len() + FOLLOWED;
-    while repeats(&member.list, wanted.repeating, NEAR).is_some() {
+    let (mut look, mut before) = (member.list.len(), f64::INFINITY);
+    while let Some(cycle) = repeats(&member.list, wanted.repeating, NEAR) {
         let found = repeats(&member.list, wanted.repeating, CLOSED);
         // A transient that alternates in sign closes over two rounds sooner than over one.
         let settled = found == repeats(&member.list, wanted.repeating, ALIKE);
@@ -279,10 +340,17 @@ fn followed(member: &mut Member, wanted: &Wanted) -> Result<Option<usize>, Error
         if found.is_some() && settled {
             return Ok(found);
         }
+        if count > look {
+            let now = off(&member.list, cycle);
+            if now > SLOWEST * before {
+                break;
+            }
+            (look, before) = (look + SETTLED, now);
+        }
         if count > end {
             break;
         }
-        member.strike(count, wanted.limit)?;
+        member.strike(count)?;
         if member.list.len() < count {
             break;
         }
@@ -290,7 +358,7 @@ fn followed(member: &mut Member, wanted: &Wanted) -> Result<Option<usize>, Error
     Ok(None)
 }
 
-fn last(list: &[Numbers], count: usize) -> &[Numbers] {
+fn last<T>(list: &[T], count: usize) -> &[T] {
     &list[list.len().saturating_sub(count)..]
 }
 
@@ -305,9 +373,9 @@ mod tests {
         scene
     }
 
-    fn simulated(scene: &Scene, count: usize) -> Result<Vec<Member>, Error> {
-        let mut members: Vec<_> =
-            (0..4).map(|k| Member::new(scene, k)).collect::<Result<_, _>>()?;
+    fn simulated(scene: &Scene, count: usize) -> Result<Vec<Member<Alone>>, Error> {
+        let member = |k| Ok(Member::new(Alone::new(scene, k, 10.0)?));
+        let mut members: Vec<_> = (0..4).map(member).collect::<Result<_, Error>>()?;
         grow(&mut members, count, &Wanted { threads: 2, ..Wanted::default() })?;
         Ok(members)
     }
@@ -317,13 +385,9 @@ mod tests {
     #[test]
     fn blows_repeat_after_as_few_as_they_agree() {
         let part = 1e-6;
-        let list: Vec<Numbers> = (0..40)
-            .map(|k| {
-                let mut blow = [1.0; NUMBERS];
-                blow[2] = 10.0 * (1.0 + part * f64::from(k % 2));
-                blow
-            })
-            .collect();
+        let speed = |k: u8| 10.0 * (1.0 + part * f64::from(k % 2));
+        let list: Vec<Blow> =
+            (0..40).map(|k| Blow { period: 1.0, speed: speed(k), ..Blow::default() }).collect();
         assert_eq!(repeats(&list, 8, 2.0 * part), Some(1));
         assert_eq!(repeats(&list, 8, 0.5 * part), Some(2));
         assert_eq!(repeats(&list, 1, 0.5 * part), None);

@@ -251,6 +251,14 @@ impl Motion {
         shares.reduce(|a, b| std::array::from_fn(|k| a[k] + b[k])).unwrap_or([0.0; COUNT])
     }
 
+    /// Displacement of the piston's mean in the hole, m, and its first rates, `t` after the epoch. A flying piston's
+    /// is its polynomial; all tracks of one in contact are rotated to `t`.
+    pub(crate) fn piston_in_hole<const COUNT: usize>(&self, t: f64) -> [f64; COUNT] {
+        let mut rates = self.rates(&self.tracks, Displacement::PISTON, t);
+        rates[0] += self.state.origin.value() + self.ahead(Displacement::PISTON);
+        rates
+    }
+
     /// The motion of track `index` from the epoch to `span` later, where it is `end`.
     pub(crate) fn stretch<'a>(&'a self, index: usize, end: &'a Track, span: f64) -> Stretch<'a> {
         let anchor = &self.state.anchors[index];

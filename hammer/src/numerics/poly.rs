@@ -155,13 +155,24 @@ impl Poly {
         }
     }
 
-    /// Its minimum on `[0, to]`.
-    pub fn least(&self, to: f64) -> f64 {
-        let ends = self.at(0.0).min(self.at(to));
-        if none(&self.0[2..]) {
-            return ends; // A straight line.
-        }
-        self.derivative().zeros(to).into_iter().fold(ends, |least, t| least.min(self.at(t)))
+    /// Where a parabola turns on `[0, to]`.
+    #[inline]
+    pub fn turn(&self, to: f64) -> Option<f64> {
+        let [_, first, second, ..] = self.0;
+        let last = (first + to * second) + to * second; // As `shift` rounds.
+        let turns = first * last <= 0.0 && second != 0.0;
+        turns.then(|| (-0.5 * first / second).clamp(0.0, to))
+    }
+
+    /// Where it turns on `[0, to]`, in order, and `to`: there the rate of a polynomial that goes on may round to
+    /// another sign.
+    pub fn turns(&self, to: f64) -> Vec<f64> {
+        let rate = self.derivative();
+        let [slope, changes @ ..] = rate.scaled(to).0;
+        let may_turn = slope.abs() <= changes.iter().map(|c| c.abs()).sum();
+        let mut turns = if may_turn { rate.zeros(to) } else { Vec::new() };
+        turns.push(to);
+        turns
     }
 
     /// Its sign changes on `[0, to]`; between two zeros of its derivative there is at most one.
@@ -226,17 +237,18 @@ fn none(c: &[f64]) -> bool {
 mod tests {
     use super::*;
 
-    /// `(t - 1)^2 (t - 3)^2 - 1/2` plus a slope: its minimum is near 3, between the ends.
+    /// `(t - 1)^2 (t - 3)^2` turns at 1, 2 and 3, which bisection finds to a rounding of 3. A parabola turns once.
     #[test]
-    fn the_least_value_may_lie_between_the_ends() {
-        // The derivatives at 0 of 8.5 - 24 t + 22 t^2 - 8 t^3 + t^4.
-        let p =
-            Poly::taylor(&[8.5, -24.0, 44.0, -48.0, 24.0]).plus(-0.1, &Poly::taylor(&[0.0, 1.0]));
-        let sampled =
-            (0..=100_000).map(|i| p.at(f64::from(i) * 4e-5)).fold(f64::INFINITY, f64::min);
-        // Within half a sample of the minimum: p'' / 2 (2e-5)^2, and p'' is 8.
-        assert!((p.least(4.0) - sampled).abs() < 4e-9 && p.least(4.0) <= sampled);
-        assert_eq!(p.least(0.5), p.at(0.5));
-        assert_eq!(Poly::constant(2.0).least(1.0), 2.0);
+    fn a_polynomial_turns_where_its_rate_changes_sign() {
+        // The derivatives at 0 of 9 - 24 t + 22 t^2 - 8 t^3 + t^4.
+        let p = Poly::taylor(&[9.0, -24.0, 44.0, -48.0, 24.0]);
+        let turns = p.turns(4.0);
+        assert_eq!(turns.len(), 4);
+        let expected = [1.0, 2.0, 3.0, 4.0];
+        assert!(turns.iter().zip(expected).all(|(t, at)| (t - at).abs() < 1e-14), "{turns:?}");
+        assert_eq!(p.turns(0.5), [0.5]);
+        let thrown = Poly::parabola([5.0, -3.0, 2.0]);
+        assert_eq!((thrown.turn(1.0), thrown.turns(1.0)), (Some(0.75), vec![0.75, 1.0]));
+        assert_eq!((thrown.turn(0.7), Poly::constant(2.0).turn(1.0)), (None, None));
     }
 }

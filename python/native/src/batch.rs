@@ -4,14 +4,14 @@
 use crate::failure::{Failure, refused};
 use crate::interrupt::PAUSE;
 use crate::machine::guarded;
+use crate::response::{response_numbers, wanted_of};
 use crate::scene::{scene_of, warnings};
 use crate::session::Session;
 use crate::table::{Pick, Selection};
 use crate::turn::Turn;
 use hammer::Scene;
-use hammer::means::{Averages, Kind, MOST_REPEATING, Means, NUMBERS, Numbers, Wanted, steady};
+use hammer::means::{Wanted, steady};
 use hammer::{Interrupt, buried};
-use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -39,7 +39,7 @@ enum Job {
 struct Plan {
     scenes: Vec<(Scene, Vec<String>)>,
     job: Job,
-    /// Blows so far of the response that reported last, and its [`Means::error_ratio`].
+    /// Blows so far of the response that reported last, and its [`Means::error_ratio`](hammer::means::Means::error_ratio).
     progress: Mutex<(usize, f64)>,
     /// The next scene that no thread has taken.
     next: AtomicUsize,
@@ -93,21 +93,12 @@ impl Plan {
                 })?;
                 let mean = &found.mean;
                 noted.extend(buried(mean.rop(), mean.tip_rate(), mean.get("advance")));
-                let repeating = match found.kind {
-                    Kind::Cycle(blows) => blows as f64,
-                    Kind::Irregular => 0.0,
-                    Kind::Stalled => -1.0,
-                };
-                values.extend([repeating, found.blows as f64, f64::from(u8::from(found.reached))]);
-                values.extend([found.mean, found.error, found.spread].iter().flat_map(|a| a.0));
+                values.extend(response_numbers(&found));
             }
         }
         Ok(())
     }
 }
-
-/// Means, their errors, spreads from blow to blow, and the number of blows.
-type Statistics = (Vec<f64>, Vec<f64>, Vec<f64>, usize);
 
 /// Defaults of the search for a long-run response.
 #[pyfunction]
@@ -115,24 +106,6 @@ pub fn wanted() -> HashMap<&'static str, f64> {
     let Wanted { error, blows, limit, repeating, .. } = Wanted::default();
     let [blows, repeating] = [blows, repeating].map(|count| count as f64);
     [("error", error.rop()), ("blows", blows), ("limit", limit), ("repeating", repeating)].into()
-}
-
-/// Means, errors and spreads of blows that were simulated elsewhere, each a row of [`Numbers`], and the number of
-/// blows used. `exact`: they are the blows of a cycle.
-#[pyfunction]
-#[expect(clippy::needless_pass_by_value, reason = "Python hands it over")]
-#[pyo3(signature = (blows, exact=false))]
-pub fn means(blows: PyReadonlyArray2<'_, f64>, exact: bool) -> PyResult<Statistics> {
-    let blows = blows.as_array();
-    if blows.ncols() != NUMBERS || blows.nrows() == 0 {
-        return Err(refused(format!("give rows of {NUMBERS} numbers of a blow")));
-    }
-    let row =
-        |row: numpy::ndarray::ArrayView1<'_, f64>| -> Numbers { std::array::from_fn(|k| row[k]) };
-    let list: Vec<Numbers> = blows.rows().into_iter().map(row).collect();
-    let found = if exact { Means::exact(&list) } else { Means::of(&[&list]) };
-    let Means { mean, error, spread, blows } = found;
-    Ok((mean.0.to_vec(), error.0.to_vec(), spread.0.to_vec(), blows))
 }
 
 /// Results that have arrived but were not taken yet.
@@ -172,15 +145,8 @@ impl Batch {
         wanted: (Vec<f64>, usize, f64, usize),
         threads: usize,
     ) -> PyResult<Self> {
-        let (error, blows, limit, repeating) = wanted;
-        if repeating > MOST_REPEATING {
-            return Err(refused(format!("repeating = {repeating} must be 0 to {MOST_REPEATING}")));
-        }
-        let error = error.try_into().map(Averages).map_err(|wrong: Vec<f64>| {
-            refused(format!("{} errors are not the {} of the means", wrong.len(), Averages::COUNT))
-        })?;
         let each = (threads / scenes.len().max(1)).max(1);
-        let wanted = Wanted { error, blows, limit, repeating, threads: each };
+        let wanted = Wanted { threads: each, ..wanted_of(wanted)? };
         Self::begin(py, scenes, Job::Steady(wanted), threads)
     }
 

@@ -9,6 +9,7 @@ mod driller;
 mod failure;
 mod interrupt;
 mod machine;
+mod response;
 mod scene;
 mod session;
 mod snapshot;
@@ -18,17 +19,18 @@ mod turn;
 /// The engine for Python.
 #[pyo3::pymodule]
 mod _native {
+    use crate::table::blow_columns;
     use hammer::Reading;
     use hammer::means::Averages;
     use hammer::presets::Ground;
     use hammer::sensitivity::Argument;
-    use hammer::variables::{ALONG, Along, OF_BLOW, STEP_SIZE, STOP_TIME};
+    use hammer::variables::{ALONG, Along, OfBlow, STEP_SIZE, STOP_TIME};
     use pyo3::prelude::*;
     use pyo3::types::IntoPyDict;
 
     #[pymodule_export]
     use crate::{
-        batch::{Batch, means, wanted},
+        batch::{Batch, wanted},
         derivatives::derivatives,
         driller::{
             damping, datasheet, datasheet_numbers, ground, ground_of, ground_under, inserts,
@@ -62,11 +64,15 @@ mod _native {
         }
         module.add("THROUGH", hammer::datasheet::THROUGH)?;
         module.add("COMPARED", hammer::datasheet::COMPARED)?;
-        // Possible arguments of derivatives, names of means and of a blow's columns, values along the bodies, numbers
+        // Possible arguments of derivatives, names of means, a blow's columns (name, unit, display unit, and whether it
+        // must be recorded), values along the bodies, numbers
         // of a rock's file with their units, purposes of a mesh with their usual errors.
         module.add("ARGUMENTS", Argument::all().map(Argument::name).collect::<Vec<_>>())?;
         module.add("MEANS", Averages::names().collect::<Vec<_>>())?;
-        let blow = OF_BLOW.iter().map(|figure| figure.output()).chain(["rock_work"]);
+        let none = hammer::Blow::default();
+        let recorded = |f: &OfBlow| (f.value)(&none).is_nan();
+        let blow =
+            blow_columns().map(|f| (f.output(), f.quantity.unit, f.quantity.display, recorded(f)));
         module.add("BLOW", blow.collect::<Vec<_>>())?;
         let along = |f: &Along| (f.name, f.description, f.quantity.unit, f.quantity.display);
         module.add("ALONG", ALONG.iter().map(along).collect::<Vec<_>>())?;

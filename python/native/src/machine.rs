@@ -2,13 +2,15 @@
 
 use crate::failure::{Failure, refused};
 use crate::interrupt::interruptible;
+use crate::response::{response_numbers, wanted_of};
 use crate::scene::scene_of;
 use crate::session::Session;
 use crate::snapshot::Snapshot;
-use crate::table::{BLOW_WIDTH, Selection, of_blow, row};
+use crate::table::{Selection, blow_columns, row};
 use crate::turn::Turn;
+use hammer::means::{Simulation, Waiting, steady_of};
 use hammer::variables::Role;
-use hammer::{Input, MAX_INPUT_ORDER, Stops};
+use hammer::{Blow, Input, MAX_INPUT_ORDER, Stops};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -88,26 +90,10 @@ struct Signal {
     values: Vec<f64>,
 }
 
-/// Recorded rows of a run: of what was read, and of blows.
-#[derive(Default)]
-struct Record {
-    rows: Vec<f64>,
-    blows: Vec<f64>,
-}
-
-impl Record {
-    /// All blows, one in a row.
-    fn blows(py: Python<'_>, values: Vec<f64>) -> PyResult<Table<'_>> {
-        table(py, values.len() / BLOW_WIDTH, BLOW_WIDTH, values)
-    }
-
-    fn note(&mut self, session: &mut Session, selection: &Selection) -> Result<(), Failure> {
-        session.read(&selection.picks, &mut self.rows)?;
-        for blow in session.machine.step_blows() {
-            self.blows.extend(of_blow(blow));
-        }
-        Ok(())
-    }
+/// All blows, one in a row.
+fn blow_table<'py>(py: Python<'py>, blows: &[Blow]) -> PyResult<Table<'py>> {
+    let row = |blow| blow_columns().map(move |figure| (figure.value)(blow));
+    table(py, blows.len(), blow_columns().count(), blows.iter().flat_map(row).collect())
 }
 
 fn table(py: Python<'_>, rows: usize, columns: usize, values: Vec<f64>) -> PyResult<Table<'_>> {
@@ -118,10 +104,18 @@ fn table(py: Python<'_>, rows: usize, columns: usize, values: Vec<f64>) -> PyRes
 #[pymethods]
 impl Machine {
     #[new]
-    #[pyo3(signature = (numbers, journal=false))]
-    fn new(py: Python<'_>, numbers: HashMap<String, f64>, journal: bool) -> PyResult<Self> {
+    #[pyo3(signature = (numbers, journal=false, record=false))]
+    fn new(
+        py: Python<'_>,
+        numbers: HashMap<String, f64>,
+        journal: bool,
+        record: bool,
+    ) -> PyResult<Self> {
         let scene = scene_of(&numbers)?;
-        let session = interruptible(py, || guarded(|| Session::new(&scene, journal)))?;
+        let mut session = interruptible(py, || guarded(|| Session::new(&scene, journal)))?;
+        if record {
+            session.machine.record_blows();
+        }
         Ok(Self { session: Turn::new(session) })
     }
 
@@ -206,15 +200,32 @@ impl Machine {
 
     /// All blows of the last step, one in a row.
     fn step_blows<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
-        let none = Selection { picks: Vec::new() };
-        let record = self.short(py, |session| {
-            let mut record = Record::default();
-            record.note(session, &none).map(|()| record)
-        })?;
-        Record::blows(py, record.blows)
+        let blows = self.short(py, |session| Ok(session.machine.step_blows().clone()))?;
+        blow_table(py, &Vec::from(blows))
     }
 
-    /// Steps from instant to instant and reads at each. Returns rows of the selected values, and all blows. A signal
+    /// The long-run response of this hammer as `step` goes on with it, in the form of [`Batch::steady`]; `tell` is
+    /// told the number of blows and the error over the one wanted.
+    fn steady(
+        slf: Py<Self>,
+        py: Python<'_>,
+        step: Py<PyAny>,
+        wanted: (Vec<f64>, usize, f64, usize),
+        tell: Py<PyAny>,
+    ) -> PyResult<Vec<f64>> {
+        let wanted = wanted_of(wanted)?;
+        let waiting =
+            slf.get().short(py, |session| Ok(Waiting::new(&mut session.machine, wanted.limit)))?;
+        let mut refused = None;
+        let found =
+            steady_of(Stepped { machine: slf, step, waiting }, &wanted, &mut |blows, error| {
+                refused = Python::attach(|py| tell.call1(py, (blows, error)).err());
+                refused.is_none()
+            })?;
+        refused.map_or(Ok(response_numbers(&found)), Err)
+    }
+
+    /// Steps from instant to instant and reads at each. Returns rows of the selected values, and the records of all blows. A signal
     /// has given values at the start and at each instant; between these, an input is a straight line, and a parameter
     /// constant.
     fn run<'py>(
@@ -227,19 +238,20 @@ impl Machine {
         let times = times.as_array().to_vec();
         let signals = signals.iter().map(|(name, values)| signal(name, values, times.len()));
         let signals: Vec<Signal> = signals.collect::<PyResult<_>>()?;
-        let record = self.long(py, |session| {
-            let mut record = Record::default();
+        let (rows, blows) = self.long(py, |session| {
+            let (mut rows, mut blows) = (Vec::new(), Vec::new());
             for (k, to) in times.iter().enumerate() {
                 if *to > 0.0 {
                     signals.iter().for_each(|signal| signal.set(session, k, *to));
                     session.advance(*to)?;
                 }
-                record.note(session, selection)?;
+                session.read(&selection.picks, &mut rows)?;
+                blows.extend(session.machine.step_blows());
             }
-            Ok(record)
+            Ok((rows, blows))
         })?;
-        let rows = table(py, times.len(), selection.picks.len(), record.rows)?;
-        Ok((rows, Record::blows(py, record.blows)?))
+        let rows = table(py, times.len(), selection.picks.len(), rows)?;
+        Ok((rows, blow_table(py, &blows)?))
     }
 
     /// The state now.
@@ -250,6 +262,25 @@ impl Machine {
     /// Goes to a state, earlier or later, of the same hammer.
     fn restore(&self, py: Python<'_>, snapshot: &Snapshot) -> PyResult<()> {
         self.short(py, |session| session.resume(&snapshot.state, &snapshot.pending))
+    }
+}
+
+/// A hammer that Python steps.
+struct Stepped {
+    machine: Py<Machine>,
+    step: Py<PyAny>,
+    waiting: Waiting,
+}
+
+impl Simulation for Stepped {
+    type Error = PyErr;
+
+    fn go_on(&mut self, blows: &mut Vec<Blow>) -> PyResult<bool> {
+        Python::attach(|py| {
+            self.step.call0(py)?;
+            let waiting = &mut self.waiting;
+            self.machine.get().short(py, |session| Ok(waiting.collect(&mut session.machine, blows)))
+        })
     }
 }
 

@@ -7,8 +7,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use serde::{Deserialize, Serialize};
 
-/// First bytes: the kind of data and the version of this package.
-const MAGIC: &[u8] = concat!("dth-hammer ", env!("CARGO_PKG_VERSION"), "\n").as_bytes();
+/// First bytes: the kind of data, the version of this package and that of the engine's state.
+fn magic() -> Vec<u8> {
+    format!("dth-hammer {} {}\n", env!("CARGO_PKG_VERSION"), State::FORMAT).into_bytes()
+}
 
 /// The state of a hammer at an instant, for any hammer with the same parameters.
 #[pyclass(frozen, module = "dth_hammer._native")]
@@ -35,7 +37,7 @@ impl Snapshot {
         let content =
             postcard::to_stdvec(self).map_err(|_| refused("the state cannot be encoded"))?;
         let sum = crc32fast::hash(&content).to_le_bytes();
-        Ok(PyBytes::new(py, &[MAGIC, &sum, &content].concat()))
+        Ok(PyBytes::new(py, &[&magic()[..], &sum, &content].concat()))
     }
 
     /// A state from bytes.
@@ -44,7 +46,7 @@ impl Snapshot {
         let wrong =
             |what: &str| RefusedError::new_err(format!("the stored state cannot be used: {what}"));
         let rest = data
-            .strip_prefix(MAGIC)
+            .strip_prefix(&magic()[..])
             .ok_or_else(|| wrong("it is not of this version of dth-hammer"))?;
         let (sum, content) = rest.split_first_chunk().ok_or_else(|| wrong("it is too short"))?;
         if crc32fast::hash(content) != u32::from_le_bytes(*sum) {

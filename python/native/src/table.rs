@@ -3,18 +3,17 @@
 use crate::failure::UnknownNameError;
 use hammer::presets::{PRESETS, Preset};
 use hammer::quantity::{Enumeration, Quantity};
-use hammer::variables::{ALONG, InputRow, OF_BLOW, Parameter, Role, Slot, VARIABLES, Variable};
-use hammer::{Blow, Domain, InputValues, Parameters};
+use hammer::variables::{
+    ALONG, InputRow, OF_BLOW, OF_RECORD, OfBlow, Parameter, Role, Slot, VARIABLES, Variable,
+};
+use hammer::{Domain, InputValues, Parameters};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use std::collections::HashMap;
 
-/// Columns of a blow: those of [`OF_BLOW`], and the work given to the rock since the previous blow.
-pub const BLOW_WIDTH: usize = OF_BLOW.len() + 1;
-
-/// The columns of a blow.
-pub fn of_blow(blow: &Blow) -> impl Iterator<Item = f64> {
-    OF_BLOW.iter().map(|figure| (figure.value)(blow)).chain([blow.rock_work])
+/// The figures of a blow, a column each.
+pub fn blow_columns() -> impl Iterator<Item = &'static OfBlow> {
+    OF_BLOW.iter().chain(&OF_RECORD)
 }
 
 /// The row of a name, of any kind.

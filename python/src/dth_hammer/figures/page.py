@@ -15,7 +15,7 @@ from ..extras import bar
 from ..run import answers
 from ..run.diagram import Waves, waves
 from ..run.gradients import differentiable
-from ..run.run import Run, simulate
+from ..run.run import PER_BLOW, Run, simulate
 from ..run.summary import HEADS, displayed
 from ..scene.band import interval, ranged, sentence, to_digits
 from ..scene.datasheet import Datasheet
@@ -347,7 +347,9 @@ def _summary(run: Run) -> list[str]:
 
 
 def _blows(run: Run, units: Units | list[Units]) -> str:
-    table = convert(run.blows, units, skip_missing=True)
+    columns = run.blows[[*PER_BLOW]]
+    columns.attrs = run.blows.attrs
+    table = convert(columns, units, skip_missing=True)
     if not len(table):
         return "<p>No blow.</p>"
     heads = ["blow", *(f"{name} ({table.attrs['units'][name]})" for name in map(str, table))]

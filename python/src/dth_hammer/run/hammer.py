@@ -49,6 +49,7 @@ class Hammer:
         rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
         quiet: collects warnings without raising them.
         journal: keeps all events, for derivatives.
+        record: completes each blow's record: rebound, largest forces and works in `step_blows`.
 
     Example:
         >>> from dth_hammer import Hammer
@@ -70,9 +71,10 @@ class Hammer:
         rock: Rocklike = None,
         quiet: bool = False,
         journal: bool = False,
+        record: bool = False,
     ) -> None:
         self.warnings: list[str] = []
-        self._quiet, self._journal = quiet, journal
+        self._quiet, self._journal, self._record = quiet, journal, record
         self._machine: _native.Machine | None = None
         self._start(numbers_of(hammer, preset, rock))
 
@@ -141,7 +143,8 @@ class Hammer:
     def step_blows(self) -> dict[str, list[float]]:
         """Returns all blows of the last step: a list of instants, of speeds and so on, in order."""
         columns = self.machine.step_blows().T.tolist()
-        return dict(zip(_native.BLOW, columns or [[] for _ in _native.BLOW], strict=True))
+        names = [name for name, *_ in _native.BLOW]
+        return dict(zip(names, columns or [[] for _ in names], strict=True))
 
     def step(self, size: float | str) -> float:
         """Makes one communication step and returns the new time; text may carry a unit.
@@ -200,7 +203,7 @@ class Hammer:
         self._start(self._initial | numbers(None, parameters))
 
     def _start(self, checked: Mapping[str, float]) -> None:
-        self._machine = _native.Machine(dict(checked), self._journal)
+        self._machine = _native.Machine(dict(checked), self._journal, self._record)
         self._initial, self._set, self._stepped = dict(checked), set[str](), False
         self._note(self._machine.warnings())
         self._note_first(checked)

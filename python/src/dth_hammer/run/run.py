@@ -32,11 +32,15 @@ if TYPE_CHECKING:
 
 #: Parts of a run between which a progress bar moves.
 PARTS = 100
-#: What a table of blows has.
+#: First columns of a table of blows.
 PER_BLOW = (
     *("blow_time", "blow_period", "blow_speed", "blow_energy", "blow_penetration"),
     *("rop", "tip_rate"),
 )
+#: Columns of a table of blows: unit, display unit, and whether the engine must record it.
+OF_BLOW = {name: (unit, display, must) for name, unit, display, must in _native.BLOW}
+#: Outputs of a step whose search takes longer than the run: `Run.blows` has them of blows.
+PER_STEP = ("contact_force_peak", "rock_force_peak", "chuck_force_peak")
 
 
 @dataclass(frozen=True, repr=False)
@@ -45,14 +49,16 @@ class Run(answers.Answer):
 
     #: Outputs over time, a column each; ``attrs["units"]`` says in which units.
     frame: pd.DataFrame = field(repr=False)
-    #: One row a blow, counted from 1, however often one looked.
+    #: The engine's record of each blow, counted from 1, however often one looked: `blow_time`,
+    #: `blow_speed`, `blow_energy` of its impact; since the blow before (or the start)
+    #: `blow_period`, `blow_penetration` and `tip_rate` of the bit's tip, `blow_length` and `rop` of
+    #: the hole, `rebound_speed`, largest forces, works (`rock_work` is `crushing_work` and
+    #: `viscous_work`), `free_air`.
     blows: pd.DataFrame = field(repr=False)
     #: What was asked for.
     scene: Scene
     #: Numbers of all that was set, by name, in SI units.
     parameters: Mapping[str, float] = field(repr=False)
-    #: Work given to the rock since the blow before, J, by blow.
-    rock_work: Array = field(repr=False)
     #: What was warned of.
     warnings: tuple[str, ...] = ()
     #: Values of what derivatives are by, if they were asked for.
@@ -152,8 +158,7 @@ class Run(answers.Answer):
         """
         si = self.convert("si")
         begin = self.time[-1] / 2 if since is None else quantities.seconds(since, "since")
-        air = float(si["air_flow"].iloc[-1]) if "air_flow" in si else 0.0
-        return summary(si.blows, self.rock_work, begin, factor(self.parameters), air)
+        return summary(si.blows, begin, factor(self.parameters))
 
     def plot(self) -> Figure:
         """Plots the length drilled, and speed, energy and rate per blow."""
@@ -214,7 +219,9 @@ def simulate(
         step: communication step, s, or text with a unit. The physics does not depend on it: it
             only sets how often outputs are read.
         times: instants at which outputs are read, in place of a step.
-        outputs: names to read; all outputs and local variables if not given.
+        outputs: names to read; all outputs and local variables if not given, but the largest forces
+            of each step (`contact_force_peak` and so on): `Run.blows` has those of each blow then,
+            with its rebound and works, for which a run of named outputs takes no time.
         waves: reads also stress and velocity along piston and bit, as many columns as the
             mesh needs. `dth_hammer.waves` makes a diagram of them.
         gradient: parameters and inputs by which the outputs are differentiated, through every
@@ -239,10 +246,11 @@ def simulate(
     scene = replace(scene, inputs={**scene.inputs, **(inputs or {})})
     signals, given = signals_of(scene.inputs), scene.numbers
     start = given | numbers(None, {name: signal(0.0) for name, signal in signals.items()})
-    chosen = {v.name: v for v in named or VARIABLES.of("output", "local")}
+    usual = (v for v in VARIABLES.of("output", "local") if v.name not in PER_STEP)
+    chosen = {v.name: v for v in named or usual}
     if waves:
         chosen |= {name: VARIABLES[name] for name in _native.wave_names(given)}
-    with Hammer(start) as live:
+    with Hammer(start, record=not asked) as live:
         rows, blows = play(live, instants, signals, [*chosen], control=control, progress=progress)
         if hidden := int(live["blow_count"]) - len(blows):
             warn(f"{hidden} blows are missing: a step had too many, or `control` made one")
@@ -260,8 +268,8 @@ def simulate(
         frame = with_derivatives(frame, found, by)
     end = until if times is None else float(instants[-1])
     scene = replace(scene, title=scene.title or "run", until=end)
-    table, work = _blows(blows)
-    return Run(frame, table, scene, given, work, warnings, {n: whole(given)[n] for n in by})
+    table, values = _blows(blows, recorded=not asked), {n: whole(given)[n] for n in by}
+    return Run(frame, table, scene, given, warnings, values)
 
 
 def play(
@@ -334,15 +342,18 @@ def _frame(rows: Array, variables: list[Variable], instants: Array) -> pd.DataFr
     return frame
 
 
-def _blows(blows: Array) -> tuple[pd.DataFrame, Array]:
-    """The table of blows, and the work given to the rock before each."""
+def _blows(blows: Array, *, recorded: bool) -> pd.DataFrame:
+    """Returns the table of blows."""
     import pandas as pd  # noqa: PLC0415
 
-    columns = dict(zip(_native.BLOW, blows.T, strict=True))
+    every = zip(OF_BLOW, blows.T, strict=True)
+    columns = {name: values for name, values in every if recorded or not OF_BLOW[name][2]}
     index = pd.RangeIndex(1, len(blows) + 1, name="blow")
-    table = pd.DataFrame({name: columns[name] for name in PER_BLOW}, index=index)
-    table.attrs = _attributes([VARIABLES[str(name)] for name in table])
-    return table, columns["rock_work"]
+    table = pd.DataFrame({name: columns[name] for name in (*PER_BLOW, *columns)}, index=index)
+    units = {name: OF_BLOW[name][0] for name in columns}
+    displayed = {name: unit for name in columns if (unit := OF_BLOW[name][1])}
+    table.attrs = {"units": quantities.Fixed(units), "display_units": quantities.Fixed(displayed)}
+    return table
 
 
 def _attributes(variables: Iterable[Variable]) -> dict[Any, Any]:

@@ -11,9 +11,7 @@ from ..scene.band import beside, interval
 from ..scene.variables import Array
 
 
-def summary(
-    table: pd.DataFrame, rock_work: Array, begin: float, factor: float, air: float
-) -> pd.DataFrame:
+def summary(table: pd.DataFrame, begin: float, factor: float) -> pd.DataFrame:
     """The table of `Run.summary`: of blows in SI units from an instant on."""
     if begin < 0.0:
         raise DomainError(f"since = {begin:g} s is before the start")
@@ -26,12 +24,12 @@ def summary(
         raise TooFewBlowsError(
             f"{len(counted)} complete blow periods from {begin:g} s on: 2 are needed"
         )
-    period, gain = (table[name].to_numpy()[counted] for name in ("blow_period", "blow_penetration"))
-    energy, work, total = energies[counted - 1], rock_work[counted], period.sum()
-    speed = table["blow_speed"].to_numpy()[counted - 1]
-    each = table["rop"].to_numpy()[counted]
+    names = ("blow_period", "blow_penetration", "blow_length", "rock_work", "free_air")
+    period, gain, length, work, air = (table[name].to_numpy()[counted] for name in names)
+    energy, speed = energies[counted - 1], table["blow_speed"].to_numpy()[counted - 1]
+    total = period.sum()
     rows = [
-        ("rate of penetration", (each * period).sum() / total, _spread(each), "m/s"),
+        ("rate of penetration", length.sum() / total, _spread(length / period), "m/s"),
         ("frequency", len(counted) / total, math.nan, "Hz"),
         ("blow period", *_moments(period), "s"),
         ("impact speed", *_moments(speed), "m/s"),
@@ -47,7 +45,7 @@ def summary(
         ("power to the rock", work.sum() / total, math.nan, "W"),
         ("tip's gain per blow", *_moments(gain), "m"),
         ("tip's gain per time", gain.sum() / total, _spread(gain / period), "m/s"),
-        *([("free air", air, math.nan, "m3/s")] if air > 0.0 else []),
+        *([("free air", air.sum() / total, _spread(air / period), "m3/s")] if air.any() else []),
     ]
     found = pd.DataFrame(
         [row[1:] for row in rows],

@@ -108,9 +108,7 @@ def steady(
         control: called with the hammer before each step.
         partner: takes a hammer and returns what steps it, such as a `Coupling` with a model of
             its drive.
-        step: communication step of inputs, control and partner; as of `simulate` if None. How the
-            piston rebounds is not read between such steps: `rebound_speed` and `rebound_ratio` are
-            NaN.
+        step: communication step of inputs, control and partner; as of `simulate` if None.
         out: Parquet or CSV file for the rows of many hammers: the same call made again seeks
             only what is missing, as with `sweep`.
         scheduler: an executor that shares many hammers out, as for `sweep`.

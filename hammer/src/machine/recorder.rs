@@ -1,0 +1,80 @@
+//! What a blow's record holds beside the blow: works, largest forces and the rebound.
+
+use super::blows::{Account, Blow, MAX_STEP_BLOWS, Progress};
+use crate::energy::deferred::DeferredLedger;
+use crate::energy::interval::Sums;
+use crate::energy::ledger::Energies;
+use crate::energy::peaks::PeakSearch;
+use crate::error::Error;
+use crate::motion::Motion;
+use serde::{Deserialize, Serialize};
+
+/// Observer that completes the record of each blow at its instant.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Recorder {
+    rebound_speed: f64,
+    /// Largest forces since the last blow.
+    pub peaks: PeakSearch,
+    /// Sums up to the last blow.
+    before: Sums,
+    /// True from a blow until its record is complete.
+    due: bool,
+    /// Blows that were not taken yet, at most [`MAX_STEP_BLOWS`], if they are collected.
+    pub collected: Option<Vec<Blow>>,
+}
+
+impl Recorder {
+    /// From the present on, with the `sums` up to there.
+    pub fn new(motion: &Motion, sums: Sums) -> Self {
+        let mut peaks = PeakSearch::default();
+        peaks.begin_step(motion);
+        Self { rebound_speed: 0.0, peaks, before: sums, due: false, collected: None }
+    }
+
+    /// The contact opens at the epoch.
+    pub fn note_opening(&mut self, motion: &Motion) {
+        let [_, velocity] = motion.piston_in_hole(0.0);
+        self.rebound_speed = -velocity;
+    }
+
+    /// A blow at the epoch. Its record is completed after the transition, since that takes time and may fail.
+    pub fn note_blow(&mut self) {
+        self.due = true;
+    }
+
+    /// Completes the record of a blow at the epoch. After an interrupt the next call begins again.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`]; [`Error::Overwork`] if the forces ring too long between two blows.
+    pub fn complete(
+        &mut self,
+        motion: &Motion,
+        ledger: &mut DeferredLedger,
+        blows: &mut Progress,
+    ) -> Result<(), Error> {
+        if !self.due {
+            return Ok(());
+        }
+        ledger.prepare()?;
+        let searched = self.peaks.recorded();
+        Error::if_interrupted()?;
+        let peaks = searched.outcome(motion)?;
+        ledger.settle();
+        let sums = ledger.evaluated().sums;
+        let [now, before] = [&sums, &self.before].map(Energies::of_sums);
+        blows.note_account(Account {
+            rebound_speed: self.rebound_speed,
+            peaks,
+            drive: now.drive - before.drive,
+            gravity: now.gravity - before.gravity,
+            feed: now.feed - before.feed,
+            rock_dissipated: now.rock_dissipated - before.rock_dissipated,
+            viscous: now.viscous - before.viscous,
+            damping: now.damping - before.damping,
+        });
+        let collected = self.collected.iter_mut().filter(|list| list.len() < MAX_STEP_BLOWS);
+        collected.for_each(|list| list.push(blows.last));
+        (self.peaks, self.before, self.due) = (PeakSearch::default(), sums, false);
+        Ok(())
+    }
+}
