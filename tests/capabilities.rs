@@ -130,9 +130,10 @@ const SPACING: f64 = 1e-8;
 
 /// Hammers by three drives, with inputs that change.
 fn driven<'a>(library: &'a Library, source: i32) -> Host<'a> {
-    let by = [("drive.source", source.into()), ("air.error", 1e-11), ("drive_pressure", 1e6)];
+    let by = [("drive.source", source.into()), ("drive_pressure", 1e6)];
     let thrown = [("contact.initial_gap", 2e-3), ("piston.initial_velocity", 9.0)];
-    let host = Host::running(library, &[&by[..], &thrown].concat());
+    let air: &[_] = if source == 4 { &[("air.error", 1e-11)] } else { &[] };
+    let host = Host::running(library, &[&by[..], &thrown, air].concat());
     for (name, value, slope) in
         [("drive_force", 900.0, 3e5), ("drive_pressure", 1e6, 4e8), ("return_pressure", 2e5, -1e8)]
     {
@@ -165,7 +166,8 @@ fn every_output_derivative_is_that_of_its_output() {
         for (index, (name, output)) in outputs.iter().enumerate() {
             // Outputs that belong to the last step; errors, which have no rate; and outputs that change only when a
             // value is passed.
-            let of_steps = name.ends_with("_peak") || *name == "energy_exchange";
+            let of_steps =
+                ["_peak", "_flow_mean", "energy_exchange"].iter().any(|end| name.ends_with(end));
             if of_steps || name.ends_with("residual") {
                 continue;
             }

@@ -1,7 +1,7 @@
 //! Settings that are allowed but probably not intended are logged once, as a warning.
 
 use crate::support::host::Host;
-use crate::support::library::{Library, OK};
+use crate::support::library::{ERROR, Library, OK};
 
 const WARNING: i32 = 1;
 
@@ -29,6 +29,34 @@ fn an_input_that_the_source_ignores() {
     host.step(2e-3, 1e-3);
     let log = "drive_force is ignored: drive.source is Relay, and only Force reads it";
     assert_eq!(warnings(&host), [log]);
+}
+
+/// A host that cannot set enumerations leaves the drive as it was, and would make another hammer of a preset's numbers.
+/// They are refused when initialisation ends, which may then be repeated; a number left at its start is not.
+#[test]
+fn a_parameter_of_a_drive_that_does_not_act() {
+    let library = Library::load();
+    for (name, value, readers) in [
+        ("air.discharge", 0.7, "Air reads"),
+        ("drive.area_drive", 0.005, "Pressure, Air read"),
+        ("coupling.delay", 1.5, "Force, Pressure read"),
+    ] {
+        let host = Host::new(&library);
+        let start = host.get(name);
+        assert_ne!(start, value);
+        host.set(name, value);
+        host.plain("fmi2EnterInitializationMode");
+        assert_eq!(library.plain("fmi2ExitInitializationMode", host.handle), ERROR);
+        let log = host.only_error();
+        let reason = format!("drive.source is Relay, and only {readers} it. Set drive.source too");
+        assert!(log.starts_with(&format!("{name} = {value} is not allowed: {reason}")), "{log}");
+        assert!(log.contains(&format!("leave it at {start} ")), "{log}");
+        host.set(name, start);
+        host.plain("fmi2ExitInitializationMode");
+        host.step(0.0, 1e-3);
+    }
+    let host = Host::with(&library, &[("drive.area_drive", 5e-3), ("drive.source", 3.0)]);
+    host.start(0.0);
 }
 
 #[test]

@@ -188,25 +188,59 @@ impl Variable {
     }
 }
 
-/// Every variable: parameters, inputs, then results. A variable's position is its value reference.
-pub static VARIABLES: [Variable; PARAMETERS.len() + INPUTS.len() + RESULTS.len()] = {
-    let mut rows = [RESULTS[0]; PARAMETERS.len() + INPUTS.len() + RESULTS.len()];
-    let mut next = 0;
-    while next < rows.len() {
-        let (input, result) = (PARAMETERS.len(), PARAMETERS.len() + INPUTS.len());
-        rows[next] = if next < input {
-            let row = &PARAMETERS[next];
-            Variable { name: row.name, description: row.description, role: Role::Parameter(row) }
-        } else if next < result {
-            let row = &INPUTS[next - input];
-            Variable { name: row.name, description: row.description, role: Role::Input(row) }
-        } else {
-            RESULTS[next - result]
-        };
-        next += 1;
+/// Names by value reference, one a line. A number is a name's for ever: a new name is added at the end.
+const REFERENCES: &[u8] = include_bytes!("references.txt");
+
+const TOTAL: usize = PARAMETERS.len() + INPUTS.len() + RESULTS.len();
+
+/// Every variable. A variable's position is its value reference.
+pub static VARIABLES: [Variable; TOTAL] = {
+    let mut rows = [RESULTS[0]; TOTAL];
+    let (mut next, mut from) = (0, 0);
+    while next < TOTAL {
+        let mut to = from;
+        while to < REFERENCES.len() && REFERENCES[to] != b'\n' {
+            to += 1;
+        }
+        let (_, rest) = REFERENCES.split_at(from);
+        rows[next] = named(rest.split_at(to - from).0);
+        (next, from) = (next + 1, to + 1);
     }
+    assert!(from == REFERENCES.len(), "references.txt names more variables than there are");
     rows
 };
+
+/// The row of a name, when the program is compiled.
+const fn named(name: &[u8]) -> Variable {
+    let mut k = 0;
+    while k < TOTAL {
+        let (input, result) = (PARAMETERS.len(), PARAMETERS.len() + INPUTS.len());
+        let row = if k < input {
+            let row = &PARAMETERS[k];
+            Variable { name: row.name, description: row.description, role: Role::Parameter(row) }
+        } else if k < result {
+            let row = &INPUTS[k - input];
+            Variable { name: row.name, description: row.description, role: Role::Input(row) }
+        } else {
+            RESULTS[k - result]
+        };
+        if equal(row.name.as_bytes(), name) {
+            return row;
+        }
+        k += 1;
+    }
+    panic!(
+        "a variable that references.txt lacks, which gets a line at its end; or a name there of none"
+    )
+}
+
+const fn equal(a: &[u8], b: &[u8]) -> bool {
+    let mut k = 0;
+    while k < a.len() && k < b.len() && a[k] == b[k] {
+        k += 1;
+    }
+    k == a.len() && k == b.len()
+}
 
 /// Names and values of the parameters that differ from the reference hammer's.
 pub fn differences(parameters: &Parameters) -> Vec<(&'static str, f64)> {
@@ -224,7 +258,7 @@ fn last(machine: &Machine) -> Blow {
     machine.blow().copied().unwrap_or_default()
 }
 
-/// The results. Add new rows at the end of their group.
+/// The results. Add new rows in their group, and their names at the end of `references.txt`.
 #[rustfmt::skip]
 static RESULTS: &[Variable] = &[
     output("piston_position", LENGTH, 1e-2, "Mean displacement of the piston, positive downward",
@@ -290,6 +324,16 @@ static RESULTS: &[Variable] = &[
     output("return_flow", FLOW, 1e-3, "Rate of return_volume: the flow out of the chamber below the piston",
         [|m| m.parameters().drive.area_return * m.kinematics().relative.velocity, |m| m.parameters().drive.area_return * m.kinematics().relative.acceleration])
         .second(|m| m.parameters().drive.area_return * m.kinematics().relative_jerk),
+    record("drive_flow_mean", FLOW, 1e-3, "Mean of drive_flow over the last communication step when drive.source is Force or Pressure, else 0",
+        |m| m.parameters().drive.area_drive * m.step_speed()),
+    record("return_flow_mean", FLOW, 1e-3, "Mean of return_flow over the last communication step when drive.source is Force or Pressure, else 0",
+        |m| m.parameters().drive.area_return * m.step_speed()),
+    output("drive_line_pressure", PRESSURE, 1e6, "Pressure at the piston of a line to the drive chamber (drive.impedance): its wave drive_pressure less the impedance's part; 0 without an area",
+        [|m| m.line_pressures()[0][0], |m| m.line_pressures()[0][1]])
+        .fed_by(&[Input::DrivePressure], |m, input| f64::from(m.line_pressure_per(input, 0))),
+    output("return_line_pressure", PRESSURE, 1e6, "The same of a line to the return chamber: its wave return_pressure and the impedance's part",
+        [|m| m.line_pressures()[1][0], |m| m.line_pressures()[1][1]])
+        .fed_by(&[Input::ReturnPressure], |m, input| f64::from(m.line_pressure_per(input, 1))),
     record("tip_depth", LENGTH, 1e-2, "Depth of the bit's crater since the start, at the last unloading; of the hole: drilled_length",
         |m| m.kinematics().tip_depth).zero_at_start(),
 
@@ -355,7 +399,7 @@ static RESULTS: &[Variable] = &[
     record("energy_retuned", ENERGY, 1.0, "Energy put in by changes of tunable parameters",
         |m| m.energies().retuned).summed().zero_at_start(),
     output("energy_residual", ENERGY, 1e-6, "Works less all other energies: error of the balance", energy!(residual)).summed(),
-    record("energy_exchange", ENERGY, 1.0, "What the inputs of the drive have done beyond what they would have, had they moved linearly between the instants that successive values belong to (coupling.delay): energy that the exchange made (positive) or lost",
+    record("energy_exchange", ENERGY, 1.0, "What the inputs of the drive have done beyond what they would have, had they moved linearly between the instants that successive values belong to (those of coupling.delay; where it is 0 the step's begin, with drive.impedance its middle; with derivatives the step's begin): energy that the exchange made (positive) or lost. Right within a factor of two at coupling.delay 0.5 and 1.5 where it passes 2 % of the drive's work; at -0.5 it is 0 and tells nothing; at 0 a host that steps all at once makes two to four times as much, and a partner that holds a flow, or that is stepped first, less or none",
         |m| m.exchanged_energy()).zero_at_start(),
     output("energy_air_residual", ENERGY, 1e-6, "Error of the air's balance when drive.source is Air: enthalpy that came in less its work and what the chambers gained",
         [|m| m.air_residual(), |_| 0.0]).zero_at_start(),

@@ -24,6 +24,7 @@ mod joints;
 mod lifted;
 mod line;
 mod loads;
+mod masters;
 mod modes;
 mod peaks;
 mod planted;

@@ -11,6 +11,7 @@ from dth_hammer import (
     Coupling,
     DthHammerError,
     Hammer,
+    HammerWarning,
     Motion,
     _native,
 )
@@ -91,6 +92,28 @@ def test_what_a_held_pressure_makes_is_told_by_the_hammer() -> None:
             # The last step waits for the next value: of what grows as t^2, a part 3 h / END, 0.015.
             assert hammer["energy_exchange"] == pytest.approx(made, rel=0.02, abs=1e-6)
             assert abs(made) > (1e-4 if delay == 0.0 else 0.0)
+
+
+@pytest.mark.parametrize("steps", [False, True])
+def test_an_exchange_that_makes_energy_warns_unasked(steps: bool) -> None:
+    """Before any blow, after eight turns of the piston; a tenth of its own period is a long step."""
+    flight = FLIGHT | {"contact.initial_gap": 1.0}
+    with (
+        Hammer(flight) as hammer,
+        pytest.warns(HammerWarning, match=r"energy_exchange: .* 0 the exchange .* added") as told,
+    ):
+        spring = Spring()
+        if steps:
+            spring.start(hammer["relative_position"])
+            for _ in range(1000):
+                hammer.set(spring.outputs())
+                hammer.step(3e-4)
+                spring.position = hammer["relative_position"]
+        else:
+            Coupling(hammer, spring, 3e-4, delay=0.0).advance(0.3)
+    texts = [str(warning.message) for warning in told]
+    assert len(texts) == len(set(texts)) == len(hammer.warnings)
+    assert "set coupling.delay (0.5 if" in texts[0]
 
 
 def energy(hammer: Hammer) -> float:

@@ -127,16 +127,7 @@ pub struct Instance {
 impl Instance {
     /// A new instance of a variant, with debug logging on or off.
     pub fn new(variant: Variant, face: Face, debug: bool) -> Self {
-        let mut settings = Settings::of(&Parameters::default());
-        let (mut inputs, mut events) = (InputValues::default(), Events::default());
-        for (reference, value) in variant.start_values() {
-            let row = *reference as usize;
-            match VARIABLES.get(row).map(|variable| &variable.role) {
-                Some(Role::Input(InputRow { start, .. })) => *start(&mut inputs) = *value,
-                Some(_) => settings.set(row, *value),
-                None => events.start_with(*reference, *value),
-            }
-        }
+        let (settings, inputs, events) = starting(&variant);
         Self {
             variant,
             face,
@@ -207,11 +198,13 @@ impl Instance {
     ///
     /// # Errors
     ///
-    /// Not in initialization mode, or the first parameter outside its domain; it can be corrected
-    /// and the call repeated, or the instance reset.
+    /// Not in initialization mode, or the first parameter outside its domain, or set for a drive that
+    /// does not act; it can be corrected and the call repeated, or the instance reset.
     pub fn exit_initialization(&mut self) -> Result<(), CallError> {
         self.demand("ExitInitializationMode", &[Phase::Initialization])?;
         self.events.check()?;
+        let (start, ..) = starting(&self.variant);
+        self.settings.check_drive(&self.settings.parameters()?, &start)?;
         let cancel = self.cancel.clone();
         let machine = cancel.over(|| self.machine())?;
         let (parameters, mut warnings) = (*machine.parameters(), machine.warnings());
@@ -455,6 +448,21 @@ impl Instance {
         self.inputs.apply(machine)?;
         Ok(machine)
     }
+}
+
+/// What a variant starts with.
+fn starting(variant: &Variant) -> (Settings, InputValues, Events) {
+    let mut settings = Settings::of(&Parameters::default());
+    let (mut inputs, mut events) = (InputValues::default(), Events::default());
+    for (reference, value) in variant.start_values() {
+        let row = *reference as usize;
+        match VARIABLES.get(row).map(|variable| &variable.role) {
+            Some(Role::Input(InputRow { start, .. })) => *start(&mut inputs) = *value,
+            Some(_) => settings.set(row, *value),
+            None => events.start_with(*reference, *value),
+        }
+    }
+    (settings, inputs, events)
 }
 
 /// Origin of the engine's time for a run that starts at `start`, s.

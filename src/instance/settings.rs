@@ -3,18 +3,20 @@
 //! They become [`Parameters`] only when needed, so that an invalid one is reported where the
 //! standard asks for it, with the value that was set.
 
-use hammer::variables::PARAMETERS;
-use hammer::{ParameterError, Parameters};
+use crate::error::CallError;
+use hammer::variables::{Parameter, Reader, Role, VARIABLES, Variable};
+use hammer::{DisplayNumber, ParameterError, Parameters};
 use serde::{Deserialize, Serialize};
 
-/// One number per parameter, by value reference.
+/// A number for each variable, by value reference; 0 for what is no parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings(Vec<f64>);
 
 impl Settings {
     /// The present values of these parameters.
     pub fn of(parameters: &Parameters) -> Self {
-        Self(PARAMETERS.iter().map(|row| row.slot.read(parameters)).collect())
+        let read = |row: Option<&Parameter>| row.map_or(0.0, |row| row.slot.read(parameters));
+        Self((0..VARIABLES.len()).map(|k| read(parameter(k))).collect())
     }
 
     /// The number set.
@@ -24,8 +26,7 @@ impl Settings {
 
     /// The number set of the parameter of this name.
     pub fn named(&self, name: &str) -> f64 {
-        let row = PARAMETERS.iter().position(|row| row.name == name);
-        row.map_or(0.0, |reference| self.get(reference))
+        Variable::named(name).map_or(0.0, |(reference, _)| self.get(reference))
     }
 
     /// Sets a number, which may be outside its domain.
@@ -35,14 +36,43 @@ impl Settings {
         }
     }
 
-    /// True if there is a number for each parameter.
+    /// True if there is a number for each variable.
     pub fn is_complete(&self) -> bool {
-        self.0.len() == PARAMETERS.len()
+        self.0.len() == VARIABLES.len()
+    }
+
+    /// The parameters and their numbers.
+    fn rows(&self) -> impl Iterator<Item = (usize, &'static Parameter, f64)> {
+        let row = |(k, value): (usize, &f64)| Some((k, parameter(k)?, *value));
+        self.0.iter().enumerate().filter_map(row)
     }
 
     /// Whether calls of the host could have led here. Checked because a stored state may be corrupt.
     pub fn is_sound(&self) -> bool {
         self.0.iter().all(|value| value.is_finite())
+    }
+
+    /// Refuses a number that was set for a drive that does not act: the host meant that drive, but could not choose it.
+    /// Some hosts cannot set enumerations.
+    ///
+    /// # Errors
+    /// The first such number that differs from its start.
+    pub fn check_drive(&self, parameters: &Parameters, start: &Self) -> Result<(), CallError> {
+        for (k, row, value) in self.rows() {
+            let start = start.get(k);
+            let reason =
+                matches!(row.reader, Reader::Drive(_)).then(|| row.reader.reason(parameters));
+            if let Some(reason) = reason.flatten().filter(|_| value != start) {
+                return Err(CallError::Argument(format!(
+                    "{} = {} is not allowed: {reason}. Set drive.source too, or leave it at {} (for a host that \
+                     cannot set enumerations, make a unit or a system of that hammer: dth-hammer configure, system)",
+                    row.name,
+                    DisplayNumber(value),
+                    DisplayNumber(start)
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// The parameters.
@@ -51,14 +81,22 @@ impl Settings {
     /// The first number outside its domain.
     pub fn parameters(&self) -> Result<Parameters, ParameterError> {
         let mut parameters = Parameters::default();
-        for (row, value) in PARAMETERS.iter().zip(&self.0) {
-            row.slot.write(&mut parameters, *value);
+        for (_, row, value) in self.rows() {
+            row.slot.write(&mut parameters, value);
         }
-        for (row, value) in PARAMETERS.iter().zip(&self.0) {
+        for (_, row, value) in self.rows() {
             if row.is_checked(&parameters) {
-                row.check(*value)?;
+                row.check(value)?;
             }
         }
         Ok(parameters)
+    }
+}
+
+/// The parameter with this value reference.
+fn parameter(reference: usize) -> Option<&'static Parameter> {
+    match VARIABLES.get(reference)?.role {
+        Role::Parameter(row) => Some(row),
+        _ => None,
     }
 }

@@ -15,9 +15,10 @@ pub struct Warnings {
     fed: bool,
     /// Number of times that the energies did not balance.
     unbalanced: u64,
-    /// True once a warning was given: of an exchange that makes energy, of an impact that is too fast, and of a hole that
-    /// grows faster than the bit goes in.
-    coarse: bool,
+    /// Number of warnings given of an exchange that makes energy.
+    excesses: u32,
+    /// True once a warning was given: of an impact that is too fast, and of a hole that grows faster than the bit goes
+    /// in.
     fast: bool,
     outrun: bool,
 }
@@ -46,10 +47,11 @@ impl Warnings {
 
     /// Warnings after a step.
     pub fn after_step(&mut self, machine: &Machine) -> Vec<String> {
-        let coarse = machine.exchange_warning().filter(|_| !self.coarse);
-        let fast = machine.too_fast().filter(|_| !self.fast);
-        let outrun = machine.outrun().filter(|_| !self.outrun);
-        self.coarse |= coarse.is_some();
+        let excesses = machine.exchange_excesses();
+        let coarse = if excesses > self.excesses { machine.exchange_warning() } else { None };
+        let fast = if self.fast { None } else { machine.too_fast() };
+        let outrun = if self.outrun { None } else { machine.outrun() };
+        self.excesses = excesses.max(self.excesses);
         self.fast |= fast.is_some();
         self.outrun |= outrun.is_some();
         coarse.into_iter().chain(fast).chain(outrun).collect()

@@ -1,11 +1,14 @@
 //! The inputs that drive the piston, exchanged with a host as one value for each communication step.
 //!
-//! A host that holds a value over a step uses it late, by `coupling.delay` `d`: the value belongs to an instant `d`
-//! steps before the middle of its step. The value that acts over step `n` of length `H` is therefore extrapolated:
+//! A value that a host sets for the step from `t_n` belongs to the instant `tau_n` of fractional index
+//! `n + 0.5 - d` among the communication points, with `d` of `coupling.delay`. Over the step to `t_(n+1)` acts
 //!
 //! ```text
-//! p_n + d (p_n - p_(n-1)) H_n / H_(n-1)
+//! p_n + (m - tau_n) (p_n - p_b) / (tau_n - tau_b),    m = (t_n + t_(n+1)) / 2
 //! ```
+//!
+//! with the latest `b` of the last four values for which `|m - tau_n| <= 4 (tau_n - tau_b)`; without one it is `p_n`.
+//! In even steps this is `p_n + d (p_n - p_(n-1))`.
 //!
 //! | host sets | acts over the step |
 //! |---|---|
@@ -18,10 +21,10 @@
 //! | any value, with a step of size 0 | nothing moves; it does not count as a step |
 //!
 //! `energy_exchange` is the work of the force that acted, less the work of a force that joins the successive values
-//! by straight lines, each value at its instant. It is the energy that the exchange made or lost (the residual energy
-//! of a power bond). No partner knows a value before its communication point, so for a delay below a half the value's
-//! instant is that point; but the wave of a line is known in advance. Within a step the piston is taken to move at
-//! constant speed.
+//! by straight lines, each value at its instant. With a delay of 0, or with derivatives, that is the step's begin; for
+//! the wave of a line, without derivatives, always `tau_n`. It is the energy that the exchange made or lost (the
+//! residual energy of a power bond). Within a step the piston is taken to move at constant speed: for a delay of -0.5
+//! the difference is therefore 0.
 
 use super::Machine;
 use crate::error::Error;
@@ -34,8 +37,17 @@ use serde::{Deserialize, Serialize};
 /// Values of all inputs, including those that are not used.
 type Values = [f64; Input::ALL.len()];
 
-/// Share of the drive's work in a cycle of the piston that the exchange may make or lose without a warning.
+/// Share of the largest work of the drive in a cycle that the exchange may make or lose in one without a warning.
 const TOLERATED: f64 = 0.01;
+/// Least share of the largest work so far by which a cycle is judged.
+const LEAST: f64 = 0.1;
+/// Turns of the piston that count as a cycle before the first blow.
+const TURNS: u32 = 8;
+/// Values that are kept to draw a line through, and how far beyond the last it is used, in distances of the two. In
+/// steps that vary by half it is 3.5. Without a bound, a step of 1 ns before one of 1 ms would multiply the partner's
+/// noise by a million.
+const KEPT: usize = 4;
+const FURTHEST: f64 = 4.0;
 /// Most pieces that wait for the next value: with a delay of at most two steps, four.
 const MOST: usize = 16;
 
@@ -68,6 +80,13 @@ impl Piece {
     }
 }
 
+/// The values of a step, and the instant that they belong to, s.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Sample {
+    instant: f64,
+    values: Values,
+}
+
 /// Sums since the start, and the start of the present cycle of the piston.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Cycle {
@@ -79,6 +98,10 @@ struct Cycle {
     began: [f64; 2],
     /// Largest size of the drive's work in it, J.
     most: f64,
+    /// Largest of any cycle so far, J.
+    largest: f64,
+    /// Turns of the piston since the cycle began, where none has ended in a blow.
+    turns: u32,
     /// True if the piston's last motion was upward.
     rises: bool,
 }
@@ -89,14 +112,24 @@ pub(crate) struct Exchange {
     given: [Option<f64>; Input::ALL.len()],
     /// Start and end of the last step, s, and the values at its start.
     last: Option<([f64; 2], Values)>,
-    /// Instant of the last values, s, and their force, N.
+    /// Start of the step before the last, s.
+    earlier: Option<f64>,
+    /// The last values, the latest last.
+    samples: Vec<Sample>,
+    /// Instant of the last values that the motion has passed, s, and their force, N.
     point: Option<[f64; 2]>,
+    /// The same of values whose instant the present step has yet to pass.
+    ahead: Option<[f64; 2]>,
     pieces: Vec<Piece>,
     /// The drive's work and the exchanged energy, J.
     sums: [f64; 2],
     cycle: Cycle,
-    /// Size of the first step whose exchange made too much, s, and its share of the drive's work.
-    coarse: Option<[f64; 2]>,
+    /// The piston's mean speed over the last step, m/s.
+    speed: f64,
+    /// Number of times that the exchange made too much; of the last, the size of its step, s, the share of the drive's
+    /// work, and the delay.
+    excesses: u32,
+    excess: [f64; 3],
 }
 
 impl Drive {
@@ -135,18 +168,23 @@ impl Exchange {
         let last = self.last.iter().flat_map(|(span, values)| span.iter().chain(values));
         let pieces =
             self.pieces.iter().flat_map(|p| p.span.iter().chain(&p.place).chain(&p.force.0));
-        let numbers = last.chain(pieces).chain(self.point.iter().flatten());
-        let sums = self.sums.iter().chain(&self.cycle.began).chain([&self.cycle.most]);
-        let numbers = numbers.chain(sums).chain(self.coarse.iter().flatten());
+        let samples = self.samples.iter().flat_map(|s| s.values.iter().chain([&s.instant]));
+        let points = self.point.iter().chain(&self.ahead).flatten().chain(&self.earlier);
+        let numbers = last.chain(pieces).chain(points).chain(samples);
+        let cycle = self.cycle.began.iter().chain([&self.cycle.most, &self.cycle.largest]);
+        let sums = self.sums.iter().chain(cycle);
+        let numbers = numbers.chain(sums).chain(&self.excess).chain([&self.speed]);
         numbers.chain(self.given.iter().flatten()).all(|x| x.is_finite())
             && self.pieces.iter().all(|piece| piece.span[0] < piece.span[1])
             && self.pieces.len() <= MOST
+            && self.samples.len() <= KEPT
     }
 
     /// Compares the pieces between the previous point and this one with a straight line, and sums the difference.
     fn compare(&mut self, point: [f64; 2]) {
         let Some(before) = self.point.filter(|before| before[0] < point[0]) else {
-            self.point = self.point.or(Some(point));
+            // Of values for one instant the last counts.
+            self.point = self.point.filter(|before| before[0] > point[0]).or(Some(point));
             return;
         };
         let made = self.pieces.iter().map(|piece| piece.beyond([before, point]));
@@ -156,7 +194,8 @@ impl Exchange {
     }
 
     /// Adds a piece, and evaluates the cycle if the piece ends one.
-    fn add(&mut self, piece: Piece, blows: u64) {
+    fn add(&mut self, piece: Piece, blows: u64, delay: f64) {
+        self.speed = piece.speed();
         let turned = self.cycle.rises && piece.speed() > 0.0;
         self.cycle.rises = piece.speed() < 0.0 || self.cycle.rises && !turned;
         let length = piece.span[1] - piece.span[0];
@@ -171,18 +210,67 @@ impl Exchange {
         if self.pieces.len() > MOST {
             self.pieces.remove(0);
         }
+        if let Some(point) = self.ahead.take_if(|point| point[0] <= piece.span[1]) {
+            self.compare(point);
+        }
         let [work, made] = [0, 1].map(|k| self.sums[k] - self.cycle.began[k]);
         self.cycle.most = self.cycle.most.max(work.abs());
-        if blows == self.cycle.blows && (blows > 0 || !turned) {
+        self.cycle.turns += u32::from(turned);
+        if blows == self.cycle.blows && (blows > 0 || self.cycle.turns < TURNS) {
             return;
         }
-        // The first cycle is incomplete.
-        if self.cycle.count > 0 && self.coarse.is_none() && made.abs() > TOLERATED * self.cycle.most
-        {
-            self.coarse = Some([length, made / self.cycle.most]);
+        let largest = self.cycle.largest.max(self.cycle.most);
+        let share = made / largest;
+        // The cycle before the first blow is incomplete; one of little work says little.
+        let complete = self.cycle.count > 0 || blows == 0;
+        let threshold = if self.excesses > 0 { 2.0 * self.excess[1].abs() } else { TOLERATED };
+        if complete && self.cycle.most >= LEAST * largest && share.abs() > threshold {
+            self.excesses = self.excesses.saturating_add(1);
+            self.excess = [length, share, delay];
         }
         let count = self.cycle.count + 1;
-        self.cycle = Cycle { blows, count, began: self.sums, most: 0.0, ..self.cycle };
+        let (began, rises) = (self.sums, self.cycle.rises);
+        self.cycle = Cycle { blows, count, began, most: 0.0, largest, turns: 0, rises };
+    }
+
+    /// The piston's mean speed over the last step, m/s.
+    pub(super) fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    /// The instant that the values of a step belong to: that of fractional index `n + 0.5 - delay` among the
+    /// communication points, of which the step begins with number `n`. Before the first, steps were as the first.
+    fn instant(&self, [now, to]: [f64; 2], delay: f64) -> f64 {
+        let size = to - now;
+        let begin = self.last.map(|([begin, _], _)| begin);
+        let before = begin.map_or(size, |begin| now - begin);
+        let earlier = begin.zip(self.earlier).map_or(before, |(begin, earlier)| begin - earlier);
+        match 0.5 - delay {
+            index if index >= 0.0 => (now + index * size).min(to),
+            index if index >= -1.0 => now + index * before,
+            index => now - before + (index + 1.0) * earlier,
+        }
+    }
+
+    /// The values at an instant, on the line through these and the latest before them that is far enough, if there is
+    /// one. Records these.
+    fn line(&mut self, last: Sample, at: f64) -> Option<Values> {
+        // Earlier values may belong to later instants: after a change of the delay, or an early return from a step
+        // whose value belonged to its end.
+        let lever = |base: &Sample| {
+            let distance = last.instant - base.instant;
+            let reached = distance > 0.0 && (at - last.instant).abs() <= FURTHEST * distance;
+            reached.then(|| ((at - last.instant) / distance, base.values))
+        };
+        let line = self.samples.iter().rev().find_map(lever);
+        if self.samples.len() == KEPT {
+            self.samples.remove(0);
+        }
+        self.samples.push(last);
+        let (lever, before) = line?;
+        let mut values = last.values;
+        values.iter_mut().zip(before).for_each(|(x, before)| *x += lever * (*x - before));
+        Some(values)
     }
 
     /// True within a step that an event or an interrupt has ended early.
@@ -198,26 +286,41 @@ impl Machine {
         self.exchange.sums[1]
     }
 
-    /// The warning after the exchange has made or lost more than 1 % of the drive's work of a cycle.
+    /// How many times there was something new to warn of: the exchange made or lost more than 1 % of the drive's work
+    /// of a blow, or twice what was told before.
+    pub fn exchange_excesses(&self) -> u32 {
+        self.exchange.excesses
+    }
+
+    /// The last of these warnings.
     pub fn exchange_warning(&self) -> Option<String> {
-        let [size, part] = self.exchange.coarse?;
-        let delay = self.parameters().drive.delay;
-        let remedy = match delay {
-            0.0 => {
-                "set coupling.delay (0.5 where the host steps this unit before its partner, 1.5 where it \
-                    steps all at once and the partner reads positions, 1 where it reads flows), or halve the step"
-            }
-            _ => "halve the step, or see whether coupling.delay is the host's (0.5, 1 or 1.5)",
+        if self.exchange.excesses == 0 {
+            return None;
+        }
+        let [size, share, delay] = self.exchange.excess;
+        let wave = self.parameters().drive.impedance > 0.0;
+        let caveat = if delay == 0.0 && !wave {
+            ", if its values belong to the step's begin (of a host that steps all at once two to four times that; of a \
+             partner that holds a flow, or that is stepped first, less)"
+        } else {
+            ""
+        };
+        let meant = if wave {
+            "0 for the wave of a line"
+        } else {
+            "0.5 if the partner goes to the position at the step's begin or differences volumes, 0 if it holds a flow, \
+             -0.5 if it looks ahead"
         };
         // The size is a difference of instants, and so rounded.
         let size = format!("{size:.5e}").parse().unwrap_or(size);
         Some(format!(
-            "energy_exchange: at steps of {} s with coupling.delay = {} the exchange of the drive's inputs has \
-             {} {:.2} % of the drive's work of a blow: {remedy}",
+            "energy_exchange: at steps of {} s with coupling.delay = {} the exchange of the drive's inputs has {} \
+             {:.2} % of the drive's work of a blow{caveat}: set coupling.delay ({meant}; plus 1 in a host that steps \
+             all at once), or halve the step",
             DisplayNumber(size),
             DisplayNumber(delay),
-            if part > 0.0 { "added" } else { "taken" },
-            100.0 * part.abs(),
+            if share > 0.0 { "added" } else { "taken" },
+            100.0 * share.abs(),
         ))
     }
 
@@ -237,24 +340,25 @@ impl Machine {
         if goes_on {
             // A jump, as a valve makes it after an event: no straight line joins it to the last value.
             self.exchange.pieces.clear();
-            self.exchange.point = None;
+            (self.exchange.point, self.exchange.ahead) = (None, None);
+            self.exchange.samples.clear();
         }
-        if let Some(([begin, _], before)) = before.filter(|_| !goes_on && drive.delay > 0.0) {
-            let ahead = drive.delay * size / (now - begin);
-            let mut middle = values;
-            middle.iter_mut().zip(before).for_each(|(x, before)| *x += ahead * (*x - before));
-            self.extrapolate(&middle)?;
-        }
-        if drive.impedance > 0.0 {
-            // The wave of a line is known in advance, so the step is compared after its end.
-            if let Some(([begin, end], before)) = before {
-                let instant = begin + (0.5 - drive.delay) * (end - begin);
-                self.exchange.compare([instant, drive.of_values(&before)]);
+        let instant = self.exchange.instant([now, to], drive.delay);
+        if drive.delay != 0.0 {
+            let middle = self.exchange.line(Sample { instant, values }, now + 0.5 * size);
+            if let Some(middle) = middle {
+                self.extrapolate(&middle)?;
             }
-        } else {
-            let instant = now + (0.5 - drive.delay.max(0.5)) * size;
-            self.exchange.compare([instant, drive.of_values(&values)]);
         }
+        let varies = |x: &Input| drive.force_per(*x) != 0.0 && self.exchange.value(*x).is_none();
+        let varies = Input::ALL.iter().any(varies);
+        let held = drive.delay == 0.0 && drive.impedance == 0.0;
+        let instant = if varies || held { now } else { instant };
+        self.exchange.ahead = Some([instant, drive.of_values(&values)]);
+        if let Some(point) = self.exchange.ahead.take_if(|point| point[0] <= now) {
+            self.exchange.compare(point);
+        }
+        self.exchange.earlier = before.map(|([begin, _], _)| begin);
         self.exchange.last = Some(([now, to], values));
         Ok(Some(self.begun()))
     }
@@ -282,7 +386,8 @@ impl Machine {
         let to = self.time();
         let Some((place, force)) = begun.filter(|_| to > from) else { return };
         let place = [place, self.kinematics().relative.displacement];
-        self.exchange.add(Piece { span: [from, to], place, force }, self.history.counters.blows);
+        let (delay, blows) = (self.parameters().drive.delay, self.history.counters.blows);
+        self.exchange.add(Piece { span: [from, to], place, force }, blows, delay);
     }
 
     /// The piston's relative position, m, and the force of the drive's inputs from now on, N.

@@ -189,7 +189,7 @@ impl Machine {
     pub fn set_input(&mut self, input: Input, derivatives: &[f64]) -> Result<(), Error> {
         let source = self.parameters().drive.source;
         let poly = input.polynomial(derivatives, source).map_err(Error::of_input(input))?;
-        let repeats = self.exchange.repeats(input, &poly) && self.parameters().drive.delay > 0.0;
+        let repeats = self.exchange.repeats(input, &poly) && self.parameters().drive.delay != 0.0;
         let state = &self.motion.state;
         if repeats || state.inputs.of(input).shifted(state.now) == poly {
             return Ok(());

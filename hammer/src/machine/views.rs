@@ -12,6 +12,7 @@ use crate::laws::event::Event;
 use crate::laws::mode::Relay;
 use crate::numerics::poly::Poly;
 use crate::quantities::inputs::{Input, Inputs};
+use crate::quantities::parameters::Source;
 use crate::quantities::warnings;
 #[cfg(feature = "internals")]
 use crate::{modal::track::Track, search::signal::Signal};
@@ -208,6 +209,38 @@ impl Machine {
     /// How far the piston has moved since the start, relative to the body that the drive pushes against, m.
     pub fn swept(&self) -> f64 {
         self.kinematics().relative.displacement - self.motion.state.began
+    }
+
+    /// The piston's mean relative speed over the last communication step, m/s, of a source whose work is compared.
+    pub fn step_speed(&self) -> f64 {
+        self.exchange.speed()
+    }
+
+    /// Pressures at the piston, with their rates (Pa, Pa/s), if a line of the drive's impedance ends there: its wave,
+    /// less the impedance's part. Zeros where nothing reads pressures, or of a chamber without an area.
+    pub fn line_pressures(&self) -> [[f64; 2]; 2] {
+        let (drive, relative, state) =
+            (self.parameters().drive, self.kinematics().relative, &self.motion.state);
+        let chambers = [
+            (Input::DrivePressure, drive.area_drive, -1.0),
+            (Input::ReturnPressure, drive.area_return, 1.0),
+        ];
+        chambers.map(|(input, area, sign)| {
+            if drive.source != Source::Pressure || area == 0.0 {
+                return [0.0; 2];
+            }
+            let [wave, rate] = state.inputs.of(input).derivatives_at(state.now);
+            let part = sign * drive.impedance / area;
+            [wave + part * relative.velocity, rate + part * relative.acceleration]
+        })
+    }
+
+    /// Present derivative of a chamber's line pressure with respect to its input.
+    pub fn line_pressure_per(&self, input: Input, chamber: usize) -> bool {
+        let drive = self.parameters().drive;
+        let own =
+            [(Input::DrivePressure, drive.area_drive), (Input::ReturnPressure, drive.area_return)];
+        drive.source == Source::Pressure && own[chamber].0 == input && own[chamber].1 != 0.0
     }
 
     /// Pressures in the drive and the return chamber now, with their rates (Pa, Pa/s), of

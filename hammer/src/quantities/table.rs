@@ -200,7 +200,7 @@ const GROUPS: &[&[Parameter]] = {
             .read_by(Drive(&[Source::Pressure, Source::Air])),
         real("drive.anvil_area", AREA, AtLeast(0.0), "Area of the bit's upper face on which the return chamber presses, less its exhaust's pressure",
             |p| &mut p.drive.anvil_area).switch().read_by(Drive(&[Source::Pressure])),
-        real("coupling.delay", RATIO, Between(0.0, 2.0), "How many steps before the middle of its communication step the instant lies that a drive's value belongs to: 0 holds it as given, 0.5 in a loop of your own or a host that steps one unit after the other, 1.5 in one that steps all at once with a partner that reads positions, 1 with one that reads flows",
+        real("coupling.delay", RATIO, Between(-0.5, 2.0), "How many steps before the middle of its communication step the instant lies that a drive's value belongs to. It is what the partner's value stands for: 0.5 the position at the step's begin, or differenced volumes, 0 a flow held over the step, -0.5 a position looked ahead to its end; plus 1 in a host that steps all at once. 0 holds the value as given",
             |p| &mut p.drive.delay).tunable().switch().read_by(Drive(&[Source::Force, Source::Pressure])),
         real("drive.impedance", VISCOSITY, AtLeast(0.0), "Impedance of a transmission line at the piston, pressure over flow times the square of its area: the drive's value is then the line's wave, and the piston also feels minus this times relative_velocity; 0: no line",
             |p| &mut p.drive.impedance).switch(),
@@ -365,8 +365,13 @@ impl Reader {
         }
     }
 
-    /// Why a scene does not read the row of this name; `None` if it does.
+    /// The warning that a scene does not read the row of this name; `None` if it does.
     pub fn unread(self, name: &str, parameters: &Parameters) -> Option<String> {
+        self.reason(parameters).map(|reason| format!("{name} is ignored: {reason}"))
+    }
+
+    /// Why a scene does not read it; `None` if it does.
+    pub fn reason(self, parameters: &Parameters) -> Option<String> {
         let label = |source: &Source| SOURCE.items[*source as usize].0;
         let only = |sources: &[Source]| {
             let readers: Vec<&str> = sources.iter().map(label).collect();
@@ -379,7 +384,7 @@ impl Reader {
         if self.reads(parameters) {
             return None;
         }
-        let reason = match self {
+        Some(match self {
             Self::Every => return None,
             Self::ElasticCasing if parameters.casing.segments == 0 => sections(&Body::Casing),
             Self::Elastic | Self::ElasticCasing => "fidelity is Rigid".into(),
@@ -393,8 +398,7 @@ impl Reader {
                 format!("{}, and sections have their own", counts.join(", "))
             }
             Self::Section(body, _) => sections(&body),
-        };
-        Some(format!("{name} is ignored: {reason}"))
+        })
     }
 }
 

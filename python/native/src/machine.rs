@@ -130,6 +130,11 @@ impl Machine {
         self.short(py, |session| Ok(session.machine.warnings()))
     }
 
+    /// A new warning of the exchange with what drives the hammer.
+    fn news(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        self.short(py, |session| Ok(session.news()))
+    }
+
     /// Sets inputs and tunable parameters, from now on.
     fn set(&self, py: Python<'_>, numbers: HashMap<String, f64>) -> PyResult<()> {
         let mut rows = Vec::with_capacity(numbers.len());

@@ -30,6 +30,8 @@ pub struct Session {
     handed: bool,
     /// True if a tunable parameter may differ from the machine's.
     retunes: bool,
+    /// Number of warnings of the exchange that were reported.
+    reported: u32,
 }
 
 impl Session {
@@ -39,7 +41,7 @@ impl Session {
         machine.keep_journal(journal);
         let inputs = [None; Input::ALL.len()];
         let pending = Pending { parameters: scene.parameters, inputs, stops: None };
-        Ok(Self { machine, pending, profile: None, handed: true, retunes: false })
+        Ok(Self { machine, pending, profile: None, handed: true, retunes: false, reported: 0 })
     }
 
     /// Continues from another state, which must not allow calls more work than this machine does.
@@ -97,6 +99,16 @@ impl Session {
         };
         self.pending.inputs = [None; Input::ALL.len()];
         Ok(done?)
+    }
+
+    /// The last warning of the exchange, if it is new.
+    pub fn news(&mut self) -> Option<String> {
+        let excesses = self.machine.exchange_excesses();
+        if excesses <= self.reported {
+            return None;
+        }
+        self.reported = excesses;
+        self.machine.exchange_warning()
     }
 
     /// Passes the inputs that were set to the machine.

@@ -8,9 +8,10 @@ The partner gives pressures and needs the piston's motion. A `Coupling` steps bo
 * ``tolerance``: if, after a step, a pressure is off by more than this from what the hammer used,
   both states are restored and a smaller step is made.
 
-Pressures are held over a step. They belong to its begin, which the hammer is told
+Pressures are held over a step. They are those of the piston at its begin, which the hammer is told
 (`coupling.delay`, 0.5 steps before the middle of a step): it extrapolates them, and both schemes
-are of second order in the step. `energy_exchange` is what is left.
+are of second order in the step. `energy_exchange` is what is left, and the hammer warns of it. A
+partner that holds a flow over its step wants 0 in the first scheme and 1 in the second.
 
 A partner that switches at positions of the piston asks for them by `Hammer.stop_at`: a step
 then ends there, the partner follows to that instant, and its new values hold from there on.

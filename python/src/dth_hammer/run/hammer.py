@@ -41,7 +41,8 @@ class Reader:
 class Hammer:
     """A running hammer; use it in a ``with`` block, which closes it.
 
-    Several threads may use it; their calls take turns. ``warnings`` lists the warnings so far.
+    Several threads may use it; their calls take turns. ``warnings`` lists the warnings so far,
+    among them how much energy the exchange with a model outside has made (``energy_exchange``).
 
     Args:
         hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
@@ -158,7 +159,9 @@ class Hammer:
         """Makes one communication step to a given time; text may carry a unit."""
         to = to if isinstance(to, float) else quantities.seconds(to, "the instant")
         self._note_first(stepped=to > self.time)
-        return self.machine.advance(to)
+        reached = self.machine.advance(to)
+        self._note_news()
+        return reached
 
     def stop_at(self, positions: Iterable[float | str] = (), *, blows: bool = False) -> None:
         """Ends each step from now on where the piston passes a position, in either direction.
@@ -182,7 +185,9 @@ class Hammer:
         threads run meanwhile; Ctrl-C ends it.
         """
         self._note_first(signals, stepped=True)
-        return self.machine.run(times, _native.Selection([*names]), dict(signals))
+        found = self.machine.run(times, _native.Selection([*names]), dict(signals))
+        self._note_news()
+        return found
 
     def save(self) -> Snapshot:
         """Returns the present state, for any hammer with the same parameters; it can be pickled."""
@@ -227,6 +232,11 @@ class Hammer:
             self._set.update(names)
             self._stepped |= stepped
             self._note(_native.diagnostics(self._initial, [*self._set], self._stepped))
+
+    def _note_news(self) -> None:
+        """Warns where the exchange with a model outside makes more energy than it did before."""
+        if news := self.machine.news():
+            self._note([news])
 
     def _note(self, found: Iterable[str]) -> None:
         for text in found:
