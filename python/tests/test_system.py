@@ -15,6 +15,18 @@ from fmpy.validation import validate_fmu
 from lxml import etree
 
 SCENE = {"drive.source": "Air"}
+#: A drive that gives a pressure, as far as a file of SSP shows.
+DRIVE = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="2.0" modelName="drive" guid="1">
+  <CoSimulation modelIdentifier="drive"/>
+  <ModelVariables>
+    <ScalarVariable name="relative_position" valueReference="0" causality="input">
+      <Real start="0"/></ScalarVariable>
+    <ScalarVariable name="drive_pressure" valueReference="1" causality="output"><Real/></ScalarVariable>
+  </ModelVariables>
+  <ModelStructure><Outputs><Unknown index="2"/></Outputs></ModelStructure>
+</fmiModelDescription>
+"""
 
 
 @pytest.fixture(scope="module")
@@ -42,6 +54,34 @@ def test_a_system_is_valid_by_the_schema_of_ssp_1(drive: Path, tmp_path: Path) -
     # The schema is not one that lets everything through.
     structure[0].set("kind", "")
     assert not schema.validate(structure)
+
+
+def test_a_file_says_how_late_its_pressures_are(tmp_path: Path, cli: Callable[..., str]) -> None:
+    """Its readers step all at once; a drive that is the hammer's own has no delay."""
+    drive = tmp_path / "drive.fmu"
+    with ZipFile(drive, "w") as archive:
+        archive.writestr("modelDescription.xml", DRIVE)
+    scene = {"drive.source": "Pressure", "drive.area_drive": 1e-3}
+    for own, expected in (
+        ({}, "coupling.delay = 1.5: readers of .ssp step all at once"),
+        ({"drive.impedance": 300.0}, "coupling.delay = 1: readers of .ssp step all at once"),
+        ({"coupling.delay": 1.0}, "coupling.delay = 1, as the hammer has it"),
+    ):
+        file = tmp_path / "4 inch.ssp"
+        words = [f"--set={name}={value}" for name, value in (scene | own).items()]
+        said = cli("system", f"--partner=drive={drive}", *words, "-o", file)
+        assert "drive.drive_pressure -> hammer.drive_pressure" in said
+        assert expected in said
+        with ZipFile(file) as archive:
+            archive.extractall(tmp_path)
+            structure = etree.fromstring(archive.read("SystemStructure.ssd"))
+        described = fmpy.read_model_description(tmp_path / "resources" / "hammer.fmu")
+        (delay,) = [v.start for v in described.modelVariables if v.name == "coupling.delay"]
+        assert f"coupling.delay = {float(delay):g}" in said
+        # What OMSimulator wants: a name that is an identifier, and its own master.
+        assert structure.get("name") == structure.find("{*}System").get("name") == "_4_inch"
+        (master,) = structure.iter("{urn:oms}FixedStepMaster")
+        assert master.get("stepSize") == "1e-05"
 
 
 def test_a_reader_of_ssp_finds_the_components_and_what_is_connected(

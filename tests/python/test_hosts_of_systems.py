@@ -131,6 +131,23 @@ def test_libcosim_runs_the_system_of_each_preset(
     assert host.read(0, SHOWN) == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.parametrize("preset", FAMILIES)
+@pytest.mark.filterwarnings("ignore::dth_hammer.HammerWarning")
+def test_ecos_runs_the_system_of_each_preset(
+    ecos: ModuleType, fmu_path: Path, tmp_path: Path, preset: str
+) -> None:
+    file, end = tmp_path / "hammer.ssp", 0.04
+    write_system(preset, file, {}, step=STEP, until=end, fmu=fmu_path)
+    with ecos.EcosSimulation(STEP, ssp_path=str(file)) as simulation:
+        assert simulation.init()
+        simulation.step(round(end / STEP))
+        found = [simulation.get_real(f"hammer::{name}") for name in SHOWN]
+        simulation.terminate()
+    frame = dth_hammer.simulate(preset, end, step=STEP, outputs=list(SHOWN))
+    # As in libcosim.
+    assert found == pytest.approx([frame[n].iloc[-1] for n in SHOWN], rel=1e-9, abs=1e-9)
+
+
 @pytest.fixture
 def ecos() -> ModuleType:
     """The host in C++ of the Ecos platform; the library of threads that it needs is tbb's."""

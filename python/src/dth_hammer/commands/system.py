@@ -19,6 +19,9 @@ CALL = Call(
 
 
 def run(options: argparse.Namespace) -> None:
-    """Writes the system and prints its connections."""
-    for (giver, output), (taker, taken) in write_system(**CALL.given(options)):
+    """Writes the system and prints its connections and what was chosen."""
+    connected = write_system(**CALL.given(options))
+    for (giver, output), (taker, taken) in connected:
         print(f"{giver}.{output} -> {taker}.{taken}")
+    if connected.chosen:
+        print(connected.chosen)

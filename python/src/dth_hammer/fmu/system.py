@@ -5,13 +5,18 @@ With FMI 2.0 the file follows SSP 1.0, with FMI 3.0 SSP 2.0.
 The hammer's FMU in it has the scene as its start values, because many hosts cannot set an
 enumeration. Variables of equal names are connected: a drive with the output ``drive_pressure`` and
 the input ``relative_position`` needs no further description.
+
+Every host that reads such a file steps all units at once, so the values of a drive are one step
+older than in a host that steps one unit after the other. `coupling.delay` is chosen for that.
 """
 
 from __future__ import annotations
 
+import re
 import tempfile
 import zipfile
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as ET
@@ -24,7 +29,9 @@ from ..extras import need
 from ..outputs import check, whole
 from ..scene import quantities
 from ..scene.hammers import Hammerlike, Rocklike, scene_of
-from ..scene.variables import UNTIL
+from ..scene.scene import Scene
+from ..scene.variables import UNTIL, VARIABLES
+from ..scene.variables import whole as whole_of
 from .package import Package, load
 from .variant import configure, start_values
 
@@ -38,6 +45,12 @@ SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 #: Namespace of the annotation that gives libcosim its step; other hosts ignore it.
 OSP = "http://opensimulationplatform.com/SSP/OSPAnnotations"
+#: Namespace of the annotation that gives OMSimulator its step; without it, it refuses the file.
+OMS = "urn:oms"
+#: Inputs that a drive gives, one value for each step, and the sources that read them.
+DRIVEN = ("drive_force", "drive_pressure", "return_pressure")
+SOURCES = ("Force", "Pressure")
+DELAY, IMPEDANCE, SOURCE = "coupling.delay", "drive.impedance", "drive.source"
 #: Types that a connector may have. Enumerations are left out, as they refer to another file.
 TYPES = ("Real", "Integer", "Boolean", "String", "Float64", "Int32")
 #: Types that have a unit.
@@ -47,6 +60,12 @@ BASES = dict.fromkeys(("kg", "m", "s", "A", "K", "mol", "cd", "rad", "offset"), 
 
 #: A variable of a component: the name of the component and the name of the variable.
 Port = tuple[str, str]
+
+
+class Connections(list[tuple[Port, Port]]):
+    """What is connected, from an output to an input; ``chosen`` says what was set, and why."""
+
+    chosen: str = ""
 
 
 @typed()
@@ -61,7 +80,7 @@ def write_system(
     until: float | str = UNTIL,
     fmu: str | Path | Package | None = None,
     fmi: int = 2,
-) -> list[tuple[Port, Port]]:
+) -> Connections:
     """Writes an archive (``.ssp``) of a hammer and its partners, connected by name.
 
     With FMI 2 the archive follows SSP 1.0. With FMI 3 it follows SSP 2.0, and partners may be FMUs
@@ -78,7 +97,12 @@ def write_system(
         fmu: FMU of the hammer to use instead of the package's own.
         fmi: version of FMI, 2 or 3, of the package's own FMU.
 
-    Returns the connections, each from an output to an input.
+    Where a partner gives the drive's force or pressure, `coupling.delay` is 1.5, unless the hammer
+    sets it. This is right in a host that steps all units at once, for a partner that goes to the
+    position it is given or differences volumes. It is 1 for a partner that holds a flow, and 0.5 for
+    one that looks ahead. With `drive.impedance` the value chosen is 1, for the wave of a line.
+
+    Returns the connections, each from an output to an input, and what was chosen.
 
     Raises:
         DthHammerError: a partner shares no variable with the hammer, or two partners give the same
@@ -90,7 +114,7 @@ def write_system(
     end = quantities.duration(until, "until")
     descriptions = {HAMMER: _described(package.path, package.fmi)}
     for name, path in partners.items():
-        if not name.isidentifier() or name in descriptions:
+        if not (name.isidentifier() and name.isascii()) or name in descriptions:
             problem = f"a partner cannot be called {name!r}"
             raise DomainError(f"{problem}: use a word other than {HAMMER!r}")
         descriptions[name] = _described(Path(path), package.fmi)
@@ -101,14 +125,36 @@ def write_system(
     out = check(out, (".ssp",))
     scene = scene_of(hammer, rock, preset)
     ports = [port for _, (component, port) in connected if component == HAMMER]
+    scene, connected.chosen = _coupled(scene, ports)
     for _, sentence in _native.unread(start_values(package.description, scene)[0], ports):
         warn(sentence)
     with tempfile.TemporaryDirectory() as folder:
         hammer_file = Path(folder, f"{HAMMER}.fmu")
         configure(scene, hammer_file, fmu=package)
         files = {HAMMER: hammer_file} | {name: Path(path) for name, path in partners.items()}
-        _write(out, _structure(out.stem, descriptions, connected, size, end), files)
+        _write(out, _structure(_identifier(out.stem), descriptions, connected, size, end), files)
     return connected
+
+
+def _coupled(scene: Scene, ports: Iterable[str]) -> tuple[Scene, str]:
+    """The scene with the delay for a host that steps all at once, and why."""
+    numbers = whole_of(scene.numbers)
+    driven = [port for port in ports if port in DRIVEN]
+    if not driven or VARIABLES[SOURCE].labels[int(numbers[SOURCE])] not in SOURCES:
+        return scene, ""
+    if DELAY in scene.numbers:
+        return scene, f"{DELAY} = {numbers[DELAY]:g}, as the hammer has it"
+    wave = numbers[IMPEDANCE] > 0.0
+    delay, of = (1.0, "the wave of a line") if wave else (1.5, "a position, or differenced volumes")
+    others = "" if wave else "; 1 if it holds a flow, 0.5 if it looks ahead"
+    why = f"readers of .ssp step all at once, and {', '.join(driven)} stands for {of}{others}"
+    return replace(scene, parameters={**scene.parameters, DELAY: delay}), f"{DELAY} = {delay:g}: {why}"
+
+
+def _identifier(name: str) -> str:
+    """The name of a system, which OMSimulator wants to be an identifier."""
+    word = re.sub(r"[^0-9A-Za-z_]", "_", name)
+    return word if word.isidentifier() else f"_{word}"
 
 
 def _described(path: Path, fmi: int) -> ModelDescription:
@@ -134,8 +180,8 @@ def _ports(description: ModelDescription, causality: str) -> dict[str, ModelVari
     }
 
 
-def _connect(descriptions: Mapping[str, ModelDescription]) -> list[tuple[Port, Port]]:
-    hammer, connections = descriptions[HAMMER], []
+def _connect(descriptions: Mapping[str, ModelDescription]) -> Connections:
+    hammer, connections = descriptions[HAMMER], Connections()
     hammer_inputs, hammer_outputs = _ports(hammer, "input"), _ports(hammer, "output")
     sources: dict[str, str] = {}
     for name, partner in descriptions.items():
@@ -159,12 +205,12 @@ def _connect(descriptions: Mapping[str, ModelDescription]) -> list[tuple[Port, P
 def _structure(
     name: str,
     descriptions: Mapping[str, ModelDescription],
-    connected: list[tuple[Port, Port]],
+    connected: Connections,
     step: float,
     end: float,
 ) -> bytes:
     """Returns the text of ``SystemStructure.ssd``."""
-    for prefix, uri in (("ssd", SSD), ("ssc", SSC), ("osp", OSP)):
+    for prefix, uri in (("ssd", SSD), ("ssc", SSC), ("osp", OSP), ("oms", OMS)):
         ET.register_namespace(prefix, uri)
     version = {"2.0": "1.0", "3.0": "2.0"}[descriptions[HAMMER].fmiVersion]
     tool = {"version": version, "name": name, "generationTool": package_name}
@@ -180,6 +226,7 @@ def _structure(
         ends = {"startElement": giver, "startConnector": output}
         ends |= {"endElement": taker, "endConnector": taken}
         ET.SubElement(connections, f"{{{SSD}}}Connection", ends)
+    _add_master(system, step)
     _add_experiment(root, step, end)
     ET.indent(root)
     text: bytes = ET.tostring(root, encoding="UTF-8", xml_declaration=True)
@@ -218,6 +265,17 @@ def _add_units(root: ET.Element, descriptions: Iterable[ModelDescription]) -> No
         # Attributes with their default value may be left out.
         written = {part: repr(x) for part, x in numbers.items() if x != BASES[part]}
         ET.SubElement(unit, f"{{{SSC}}}BaseUnit", written)
+
+
+def _add_master(system: ET.Element, step: float) -> None:
+    notes = ET.SubElement(system, f"{{{SSD}}}Annotations")
+    note = ET.SubElement(notes, f"{{{SSC}}}Annotation", {"type": "org.openmodelica"})
+    own = ET.SubElement(note, f"{{{OMS}}}Annotations")
+    information = ET.SubElement(own, f"{{{OMS}}}SimulationInformation")
+    master = {"description": "oms-ma", "stepSize": repr(step)}
+    # It reads both, although a fixed step needs neither.
+    master |= {"absoluteTolerance": "1e-4", "relativeTolerance": "1e-4"}
+    ET.SubElement(information, f"{{{OMS}}}FixedStepMaster", master)
 
 
 def _add_experiment(root: ET.Element, step: float, end: float) -> None:
