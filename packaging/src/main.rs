@@ -12,6 +12,7 @@ mod lab;
 mod library;
 mod licenses;
 mod presets;
+mod reference;
 #[cfg(unix)]
 mod release;
 
@@ -265,6 +266,7 @@ fn write(
     }
     files.extend(libraries.iter().flat_map(|library| library.files(standard)));
     files.extend(presets::files()?);
+    files.extend(reference::Reference::new()?.files());
     let size = archive::write(output, files)?;
     let path = output.strip_prefix(checkout()).unwrap_or(output).display().to_string();
     let seconds = begun.elapsed().as_secs_f64();

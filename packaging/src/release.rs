@@ -6,7 +6,8 @@
 use crate::binary::Binary;
 use crate::cross::{self, AARCH64, LINUX, MACOS, WINDOWS, Workshop};
 use crate::licenses::{self, License};
-use crate::{About, Failure, Standard, lab, tell};
+use crate::reference::Reference;
+use crate::{About, Failure, Standard, archive, lab, tell};
 use dth_hammer::MODEL_IDENTIFIER;
 use serde::Serialize;
 use std::fs::{self, File};
@@ -97,7 +98,30 @@ fn others(root: &Path, folder: &Path) -> Result<Vec<Contents>, Failure> {
     crate::write(&crate::of_three(&output), Standard::Three, &all, &parts, begun)?;
     made.extend(Contents::of_both(&name, &parts));
     made.push(Contents::of(LABORATORY, &lab::parts(root)?));
+    cross_check(folder)?;
     Ok(made)
+}
+
+/// Writes what the FMI cross-check asks of an exporting tool, one archive to unpack in its repository.
+fn cross_check(folder: &Path) -> Result<(), Failure> {
+    let reference = Reference::new()?;
+    let mut files = Vec::new();
+    for (label, [two, three]) in [
+        ("linux-x86_64", ["linux64", "x86_64-linux"]),
+        ("windows-x86_64", ["win64", "x86_64-windows"]),
+    ] {
+        let path = folder.join(format!("{MODEL_IDENTIFIER}-{label}.fmu"));
+        for (standard, platform, path) in
+            [(Standard::Two, two, path.clone()), (Standard::Three, three, crate::of_three(&path))]
+        {
+            let fmu = fs::read(&path).about(&path)?;
+            files.extend(reference.of_cross_check(standard, platform, fmu));
+        }
+    }
+    let output = folder.join(format!("{MODEL_IDENTIFIER}-fmi-cross-check.zip"));
+    let size = archive::write(&output, files)?;
+    tell("Packaged", &format!("{} ({} kB)", output.display(), size / 1000));
+    Ok(())
 }
 
 /// The library in an .fmu that macOS has built.
