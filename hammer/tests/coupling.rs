@@ -264,8 +264,9 @@ fn a_partner_is_given_mean_flows_and_the_pressure_at_the_piston() {
         assert!((above * 1e-3 - (1e-3 * drive - part)).abs() < 1e-9, "{above}");
         assert!((below * 7e-4 - (7e-4 * back + part)).abs() < 1e-9, "{below}");
         let force = above * 1e-3 - 7e-4 * back;
-        // A window of the line changes a speed by less than 2e-7 m/s (`line.rs`).
-        assert!((force - now.applied_drive_force).abs() < 300.0 * 2e-7, "{force}");
+        // A window of the line changes a speed by less than 2e-7 m/s (`line.rs`), and each of four sets begins one.
+        let off = force - now.applied_drive_force;
+        assert!(off.abs() < 4.0 * 300.0 * 2e-7, "{off}");
     }
     assert!(machine.time() > 2.9e-3);
 }

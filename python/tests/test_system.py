@@ -22,7 +22,8 @@ DRIVE = """<?xml version="1.0" encoding="UTF-8"?>
   <ModelVariables>
     <ScalarVariable name="relative_position" valueReference="0" causality="input">
       <Real start="0"/></ScalarVariable>
-    <ScalarVariable name="drive_pressure" valueReference="1" causality="output"><Real/></ScalarVariable>
+    <ScalarVariable name="drive_pressure" valueReference="1" causality="output">
+      <Real/></ScalarVariable>
   </ModelVariables>
   <ModelStructure><Outputs><Unknown index="2"/></Outputs></ModelStructure>
 </fmiModelDescription>
@@ -61,7 +62,8 @@ def test_a_file_says_how_late_its_pressures_are(tmp_path: Path, cli: Callable[..
     drive = tmp_path / "drive.fmu"
     with ZipFile(drive, "w") as archive:
         archive.writestr("modelDescription.xml", DRIVE)
-    scene = {"drive.source": "Pressure", "drive.area_drive": 1e-3}
+    scene: dict[str, str | float] = {"drive.source": "Pressure", "drive.area_drive": 1e-3}
+    own: dict[str, str | float]
     for own, expected in (
         ({}, "coupling.delay = 1.5: readers of .ssp step all at once"),
         ({"drive.impedance": 300.0}, "coupling.delay = 1: readers of .ssp step all at once"),
@@ -150,7 +152,7 @@ def test_what_cannot_be_a_system_is_told_and_nothing_is_written(
     text.write_text("no archive", encoding="utf-8")
     hammer = find()
     for partners, error, message in (
-        ({"drive": text}, FmuNotFoundError, "cannot be read as an FMU"),
+        ({"drive": text}, FmuNotFoundError, "is not a readable FMU"),
         ({"drive": tmp_path / "none.fmu"}, FmuNotFoundError, r"none\.fmu"),
         ({"hammer": drive}, DomainError, "cannot be called 'hammer'"),
         ({"my drive": drive}, DomainError, "cannot be called 'my drive'"),

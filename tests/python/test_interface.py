@@ -29,6 +29,8 @@ INPUTS = """feed_force drive_force drive_pressure return_pressure
     supply_pressure exhaust_pressure"""
 # What an output follows at once: the drive's force its inputs, vented chambers the exhaust.
 FED = {
+    "drive_line_pressure": ["drive_pressure"],
+    "return_line_pressure": ["return_pressure"],
     "applied_drive_force": [*INPUTS.split()[1:4], "exhaust_pressure"],
     "drive_chamber_pressure": ["exhaust_pressure"],
     "return_chamber_pressure": ["exhaust_pressure"],

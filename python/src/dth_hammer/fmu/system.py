@@ -29,7 +29,6 @@ from ..extras import need
 from ..outputs import check, whole
 from ..scene import quantities
 from ..scene.hammers import Hammerlike, Rocklike, scene_of
-from ..scene.scene import Scene
 from ..scene.variables import UNTIL, VARIABLES
 from ..scene.variables import whole as whole_of
 from .package import Package, load
@@ -99,8 +98,8 @@ def write_system(
 
     Where a partner gives the drive's force or pressure, `coupling.delay` is 1.5, unless the hammer
     sets it. This is right in a host that steps all units at once, for a partner that goes to the
-    position it is given or differences volumes. It is 1 for a partner that holds a flow, and 0.5 for
-    one that looks ahead. With `drive.impedance` the value chosen is 1, for the wave of a line.
+    position it is given or differences volumes. It is 1 for a partner that holds a flow, and 0.5
+    for one that looks ahead. With `drive.impedance` it is 1, for the wave of a line.
 
     Returns the connections, each from an output to an input, and what was chosen.
 
@@ -125,8 +124,10 @@ def write_system(
     out = check(out, (".ssp",))
     scene = scene_of(hammer, rock, preset)
     ports = [port for _, (component, port) in connected if component == HAMMER]
-    scene, connected.chosen = _coupled(scene, ports)
-    for _, sentence in _native.unread(start_values(package.description, scene)[0], ports):
+    given, _ = start_values(package.description, scene)
+    delay, connected.chosen = _coupled(given, ports)
+    scene = replace(scene, parameters={**scene.parameters, **delay})
+    for _, sentence in _native.unread(given | delay, ports):
         warn(sentence)
     with tempfile.TemporaryDirectory() as folder:
         hammer_file = Path(folder, f"{HAMMER}.fmu")
@@ -136,23 +137,23 @@ def write_system(
     return connected
 
 
-def _coupled(scene: Scene, ports: Iterable[str]) -> tuple[Scene, str]:
-    """The scene with the delay for a host that steps all at once, and why."""
-    numbers = whole_of(scene.numbers)
+def _coupled(given: Mapping[str, float], ports: Iterable[str]) -> tuple[dict[str, float], str]:
+    """Returns the delay to set for a host that steps all at once, and the reason."""
+    numbers = whole_of(given)
     driven = [port for port in ports if port in DRIVEN]
     if not driven or VARIABLES[SOURCE].labels[int(numbers[SOURCE])] not in SOURCES:
-        return scene, ""
-    if DELAY in scene.numbers:
-        return scene, f"{DELAY} = {numbers[DELAY]:g}, as the hammer has it"
+        return {}, ""
+    if DELAY in given:
+        return {}, f"{DELAY} = {numbers[DELAY]:g}, as the hammer has it"
     wave = numbers[IMPEDANCE] > 0.0
     delay, of = (1.0, "the wave of a line") if wave else (1.5, "a position, or differenced volumes")
     others = "" if wave else "; 1 if it holds a flow, 0.5 if it looks ahead"
     why = f"readers of .ssp step all at once, and {', '.join(driven)} stands for {of}{others}"
-    return replace(scene, parameters={**scene.parameters, DELAY: delay}), f"{DELAY} = {delay:g}: {why}"
+    return {DELAY: delay}, f"{DELAY} = {delay:g}: {why}"
 
 
 def _identifier(name: str) -> str:
-    """The name of a system, which OMSimulator wants to be an identifier."""
+    """Returns the name of a system as an identifier, which OMSimulator requires."""
     word = re.sub(r"[^0-9A-Za-z_]", "_", name)
     return word if word.isidentifier() else f"_{word}"
 
