@@ -229,8 +229,7 @@ fn a_trapped_chamber_of_oil_is_right_to_second_order() {
 }
 
 /// What a partner reads: the mean flow of a step is the volume swept over its time, up to an early return too; and
-/// the pressure at the piston is the wave less the impedance's part, `p = c - Zd v / A` above and `c + Zd v / A` below,
-/// so that the areas' forces are the one that acts where a line is on one side.
+/// the pressure at the piston is the wave less the impedance's part, `p = c - Zd v / A` above and `c + Zd v / A` below.
 #[test]
 fn a_partner_is_given_mean_flows_and_the_pressure_at_the_piston() {
     let mut p = thrown(0.0);
@@ -263,10 +262,6 @@ fn a_partner_is_given_mean_flows_and_the_pressure_at_the_piston() {
         let [drive, back] = [Input::DrivePressure, Input::ReturnPressure].map(|i| machine.input(i));
         assert!((above * 1e-3 - (1e-3 * drive - part)).abs() < 1e-9, "{above}");
         assert!((below * 7e-4 - (7e-4 * back + part)).abs() < 1e-9, "{below}");
-        let force = above * 1e-3 - 7e-4 * back;
-        // A window of the line changes a speed by less than 2e-7 m/s (`line.rs`), and each of four sets begins one.
-        let off = force - now.applied_drive_force;
-        assert!(off.abs() < 4.0 * 300.0 * 2e-7, "{off}");
     }
     assert!(machine.time() > 2.9e-3);
 }
