@@ -9,6 +9,7 @@ import contextlib
 import io
 import json
 import os
+import posixpath
 import re
 import shutil
 import sys
@@ -294,3 +295,22 @@ def test_fmuloader(fmu_path: Path, outputs: list[str], expected: Trajectory) -> 
         hammer.terminate()
         hammer.free_instance()
     assert_same(dict(zip(outputs, np.transpose(rows), strict=True)), expected)
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("suffix", ["", "_fmi3"])
+def test_a_host_checks_itself_by_the_archives_reference(fmu_path: Path, suffix: str) -> None:
+    """By the tolerance that the manifest states; its files are there."""
+    file, folder = fmu_path.with_stem(fmu_path.stem + suffix), "extra/org.fmi-standard.fmi-ls-ref/"
+    with ZipFile(file) as archive:
+        manifest = etree.fromstring(archive.read(f"{folder}fmi-ls-manifest.xml"))
+        for related in manifest.iter("Related"):
+            archive.getinfo(posixpath.normpath(folder + related.get("source")))
+        inputs, expected = (
+            np.genfromtxt(io.BytesIO(archive.read(f"{folder}{name}")), delimiter=",", names=True)
+            for name in ("reference_in.csv", "reference_out.csv")
+        )
+    names = [*expected.dtype.names[1:]]
+    found = fmpy.simulate_fmu(file, stop_time=0.2, output_interval=1e-3, input=inputs, output=names)
+    for name in names:
+        assert np.abs(found[name] - expected[name]).max() < 1e-9 * np.abs(expected[name]).max()
