@@ -9,9 +9,10 @@ use crate::events::{Extra, Length, MAX_LENGTH, MAX_POSITIONS};
 use crate::variant::{ARRAYS, START_VALUES};
 use hammer::Input;
 use hammer::quantity::{COUNT, ENUMERATIONS, LENGTH, QUANTITIES, Quantity, TIME};
-use hammer::variables::{ALONG, InputRow, OF_BLOW, Role, VARIABLES};
+use hammer::variables::{ALONG, OF_BLOW, Role, VARIABLES};
 
-/// The description of FMI 3.0: the content of `two`, and what only FMI 3.0 has.
+/// The model description of FMI 3.0. It has the content of `two`, the description of FMI 2.0, and what only FMI 3.0
+/// has.
 pub fn describe(two: &str) -> String {
     let between = |from: &str, to: &str| {
         let rest = &two[two.find(from).unwrap_or_default()..];
@@ -42,7 +43,7 @@ pub fn describe(two: &str) -> String {
     text.replace("@TOKEN@", &fingerprint(&text))
 }
 
-/// The parts of a variant with other start values, and of one with arrays.
+/// Writes how the token of a variant with other start values, and of one with arrays, is made.
 fn write_annotations(writer: &mut Writer) {
     writer.open("Annotation", &vec![("type", "dth_hammer.start_values".into())]);
     writer.leaf("StartValues", &vec![("token", format!("@TOKEN@{START_VALUES}"))]);
@@ -70,7 +71,7 @@ fn write_types(writer: &mut Writer) {
         writer.leaf("Float64Type", &attributes);
     }
     for list in ENUMERATIONS {
-        // Without a description, which some importers cannot read here.
+        // The description is left out, since some importers cannot read it here.
         let attributes = vec![("name", list.name.into()), ("quantity", list.name.into())];
         writer.open("EnumerationType", &attributes);
         for (index, (item, meaning)) in list.items.iter().enumerate() {
@@ -98,8 +99,8 @@ fn write_variables(writer: &mut Writer) {
         if causality != "input" {
             attributes.push(("initial", initial.into()));
         }
-        let (element, more) = typed(variable);
-        attributes.extend(more);
+        let (element, type_attributes) = typed(variable);
+        attributes.extend(type_attributes);
         let element = match element {
             "Real" => "Float64",
             "Integer" => "Int32",
@@ -113,8 +114,8 @@ fn write_variables(writer: &mut Writer) {
     }
 }
 
-/// Type and attributes of an extra variable, and the length of an array. Names and value references of variables of
-/// the same kind are numbered.
+/// Type and attributes of a variable that only FMI 3.0 has and, for an array, what its length is. Variables of the same
+/// kind have numbered names and value references.
 fn described(extra: Extra) -> (&'static str, Attributes, Option<Length>) {
     let name = match extra {
         Extra::Position(index) => format!("{}[{}]", extra.name(), index + 1),
@@ -179,9 +180,9 @@ fn described(extra: Extra) -> (&'static str, Attributes, Option<Length>) {
     }
 }
 
-fn of_input(wanted: Input) -> Quantity {
+fn of_input(input: Input) -> Quantity {
     let quantity = |role: &Role| match role {
-        Role::Input(InputRow { input, quantity, .. }) if *input == wanted => Some(*quantity),
+        Role::Input(row) if row.input == input => Some(row.quantity),
         _ => None,
     };
     VARIABLES.iter().find_map(|variable| quantity(&variable.role)).unwrap_or(LENGTH)
@@ -195,8 +196,8 @@ fn write_structure(writer: &mut Writer) {
         })
     };
     for (index, output) in outputs() {
-        let fed = inputs().filter(|(_, input)| output.feedthrough.contains(input));
-        let list: Vec<String> = fed.map(|(index, _)| (index - 1).to_string()).collect();
+        let dependencies = inputs().filter(|(_, input)| output.feedthrough.contains(input));
+        let list: Vec<String> = dependencies.map(|(index, _)| (index - 1).to_string()).collect();
         let reference = (index - 1).to_string();
         let mut attributes = vec![("valueReference", reference), ("dependencies", list.join(" "))];
         if !list.is_empty() {
