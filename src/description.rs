@@ -115,9 +115,9 @@ fn write_types(writer: &mut Writer) {
 }
 
 fn write_categories(writer: &mut Writer) {
-    let all = (LOG_ALL, "All of them");
+    let everything = (LOG_ALL, "All of them");
     let named = Category::ALL.iter().map(|category| (category.name(), category.description()));
-    for (name, description) in named.chain([all]) {
+    for (name, description) in named.chain([everything]) {
         let attributes = vec![("name", name.into()), ("description", description.into())];
         writer.leaf("Category", &attributes);
     }
@@ -267,8 +267,8 @@ fn write_structure(writer: &mut Writer) {
     writer.close("Outputs");
     writer.open("InitialUnknowns", &Attributes::new());
     for (index, output) in outputs() {
-        let known = at_start(output, 1);
-        writer.leaf("Unknown", &vec![("index", index.to_string()), ("dependencies", known)]);
+        let dependencies = at_start(output, 1);
+        writer.leaf("Unknown", &vec![("index", index.to_string()), ("dependencies", dependencies)]);
     }
     writer.close("InitialUnknowns");
 }

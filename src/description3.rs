@@ -15,9 +15,9 @@ use hammer::variables::{ALONG, OF_BLOW, Role, VARIABLES};
 /// has.
 pub fn describe(two: &str) -> String {
     let between = |from: &str, to: &str| {
-        let rest = &two[two.find(from).unwrap_or_default()..];
-        let end = rest.find(to).map_or(rest.len(), |end| end + to.len());
-        rest[..end].to_owned()
+        let tail = &two[two.find(from).unwrap_or_default()..];
+        let end = tail.find(to).map_or(tail.len(), |end| end + to.len());
+        tail[..end].to_owned()
     };
     let (begin, end) = ("<fmiModelDescription", "structured\">");
     let guid = between("guid=\"", "\"\n");
@@ -146,36 +146,36 @@ fn described(extra: Extra) -> (&'static str, Attributes, Option<Length>) {
             ("Boolean", row("parameter", "fixed", vec![("start", "true".into())]), None)
         }
         Extra::Positions => {
-            let more = starting(0, whole("0", MAX_POSITIONS as u64));
-            ("Int32", row("parameter", "fixed", more), None)
+            let attributes = starting(0, whole("0", MAX_POSITIONS as u64));
+            ("Int32", row("parameter", "fixed", attributes), None)
         }
         Extra::Length(length) => {
-            let more = starting(Length::START[length as usize], whole("1", MAX_LENGTH));
-            ("UInt64", row("structuralParameter", "fixed", more), None)
+            let attributes = starting(Length::START[length as usize], whole("1", MAX_LENGTH));
+            ("UInt64", row("structuralParameter", "fixed", attributes), None)
         }
         Extra::Position(_) => {
-            let mut more = real(&LENGTH);
-            more.push(("start", number(0.0)));
-            ("Float64", row("parameter", "fixed", more), None)
+            let mut attributes = real(&LENGTH);
+            attributes.push(("start", number(0.0)));
+            ("Float64", row("parameter", "fixed", attributes), None)
         }
         Extra::Slope(input) => {
             let unit = format!("{}/s", of_input(input).unit);
-            let more = vec![("unit", unit), ("start", number(0.0))];
-            ("Float64", row("input", "continuous", more), None)
+            let attributes = vec![("unit", unit), ("start", number(0.0))];
+            ("Float64", row("input", "continuous", attributes), None)
         }
         Extra::EventKind => ("Float64", row("output", "discrete", whole("0", 2)), None),
         Extra::EventPosition => {
             ("Float64", row("output", "discrete", whole("0", MAX_POSITIONS as u64)), None)
         }
         Extra::Along(family) => {
-            let mut more = real(&ALONG[family].quantity);
-            more.push(("nominal", number(ALONG[family].nominal)));
-            ("Float64", row("output", "continuous", more), Some(Length::Stations))
+            let mut attributes = real(&ALONG[family].quantity);
+            attributes.push(("nominal", number(ALONG[family].nominal)));
+            ("Float64", row("output", "continuous", attributes), Some(Length::Stations))
         }
         Extra::BlowCount => ("Float64", row("output", "discrete", real(&COUNT)), None),
         Extra::OfBlow(figure) => {
-            let more = OF_BLOW[figure].row().map(of_output).unwrap_or_default();
-            ("Float64", row("output", "discrete", more), Some(Length::Blows))
+            let attributes = OF_BLOW[figure].row().map(of_output).unwrap_or_default();
+            ("Float64", row("output", "discrete", attributes), Some(Length::Blows))
         }
     }
 }
@@ -189,7 +189,7 @@ fn of_input(input: Input) -> Quantity {
 }
 
 fn write_structure(writer: &mut Writer) {
-    let more = || {
+    let extra_outputs = || {
         let listed = |extra: &Extra| extra.is_output() && !extra.is_of_arrays();
         Extra::all().filter(listed).map(|extra| {
             vec![("valueReference", extra.reference().to_string()), ("dependencies", String::new())]
@@ -205,11 +205,11 @@ fn write_structure(writer: &mut Writer) {
         }
         writer.leaf("Output", &attributes);
     }
-    more().for_each(|attributes| writer.leaf("Output", &attributes));
+    extra_outputs().for_each(|attributes| writer.leaf("Output", &attributes));
     for (index, output) in outputs() {
         let (reference, known) = ((index - 1).to_string(), at_start(output, 0));
         let attributes = vec![("valueReference", reference), ("dependencies", known)];
         writer.leaf("InitialUnknown", &attributes);
     }
-    more().for_each(|attributes| writer.leaf("InitialUnknown", &attributes));
+    extra_outputs().for_each(|attributes| writer.leaf("InitialUnknown", &attributes));
 }

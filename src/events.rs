@@ -214,10 +214,10 @@ mod tests {
 
     #[test]
     fn each_reference_is_of_one_variable() {
-        let all: Vec<u32> = Extra::all().map(Extra::reference).collect();
+        let references: Vec<u32> = Extra::all().map(Extra::reference).collect();
         for extra in Extra::all() {
             assert_eq!(Extra::of(extra.reference()), Some(extra));
-            assert_eq!(all.iter().filter(|r| **r == extra.reference()).count(), 1);
+            assert_eq!(references.iter().filter(|r| **r == extra.reference()).count(), 1);
         }
         assert_eq!(Extra::of(FIRST + 9), None);
         assert_eq!(Extra::of(0), None);

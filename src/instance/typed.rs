@@ -55,7 +55,7 @@ impl Instance {
         let (stations, family) = (self.length(Length::Stations), &ALONG[family]);
         let elements = self.machine()?.parameters().spans(family.body);
         let profile = self.profile()?;
-        let at = |station: usize| {
+        let value_at = |station: usize| {
             let element = (2 * station + 1) * elements / (2 * stations);
             // A rigid body has a single node.
             let end = |node| family.value(profile, node).or_else(|| family.value(profile, 0));
@@ -64,7 +64,7 @@ impl Instance {
             sound(family.name, value)
         };
         for station in 0..stations {
-            values.push(at(station)?);
+            values.push(value_at(station)?);
         }
         Ok(())
     }

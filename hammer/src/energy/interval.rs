@@ -283,8 +283,8 @@ impl Interval {
             forces[0] = force(Displacement::Tip, line, 1.0);
         }
         for (slot, tie) in forces.iter_mut().skip(1).zip(Tie::REPORTED) {
-            let mut held = self.graph.holding(self.ties);
-            if let Some((_, line)) = held.find(|(edge, _)| edge.tie == tie) {
+            let mut holding = self.graph.holding(self.ties);
+            if let Some((_, line)) = holding.find(|(edge, _)| edge.tie == tie) {
                 *slot = force(Displacement::Tie(tie), line, -1.0);
             }
         }

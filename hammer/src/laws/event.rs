@@ -238,7 +238,7 @@ pub(crate) fn opening(chamber: Chamber, port: Port) -> Direction {
 pub struct Guard {
     /// The displacement.
     pub displacement: Displacement,
-    /// 0: the displacement itself, 1: its rate.
+    /// 0 for the displacement itself, 1 for its rate.
     pub order: usize,
     /// The direction.
     pub direction: Direction,

@@ -60,8 +60,8 @@ impl Motion {
             }
         }
         let press = above + string;
-        let stands = press > 0.0 || press == 0.0 && above > 0.0;
-        let rock = if stands { RockMode::Standstill } else { RockMode::FreeFlight };
+        let is_standing = press > 0.0 || press == 0.0 && above > 0.0;
+        let rock = if is_standing { RockMode::Standstill } else { RockMode::FreeFlight };
         let mut mode = Mode::starting(rock);
         if let Some(carrier) = carrier.filter(|_| !lifted) {
             mode = mode.with(carrier.tie, TieState::Pressed);

@@ -123,8 +123,8 @@ impl Barrier {
             }
             let Track { at, z, system } = self.cursor(motion);
             work.count_panels(Stretch::panels(system, track.at - at));
-            let more = stretch.tip_square_by_series(self.tip, &self.drift, *at, z);
-            return self.done + self.viscosity * more;
+            let increase = stretch.tip_square_by_series(self.tip, &self.drift, *at, z);
+            return self.done + self.viscosity * increase;
         }
         self.viscosity * stretch.tip_square(self.tip, &self.drift, self.form)
     }

@@ -186,8 +186,8 @@ mod tests {
 
     /// Checks a step whose search has come to `work` against a new allowance of one second.
     fn checked(budget: &Budget, work: &Work) -> Result<(), WorkLimit> {
-        let done = Allowance::of_seconds(1).within(|| budget.check(&motion(), work, 0.0));
-        done.map_err(|error| match error {
+        let result = Allowance::of_seconds(1).within(|| budget.check(&motion(), work, 0.0));
+        result.map_err(|error| match error {
             Error::Overwork { limit, .. } => limit,
             other => panic!("{other}"),
         })
@@ -232,8 +232,8 @@ mod tests {
             let transitions = budget.transitions();
             assert_eq!(transitions, TRANSITION << 20);
             for (share, cause) in [(90, cause), (110, WorkLimit::Search)] {
-                let all = Work { evaluations: share * transitions, ..Work::default() };
-                assert_eq!(checked(&budget, &all), Err(cause), "{event:?}");
+                let work = Work { evaluations: share * transitions, ..Work::default() };
+                assert_eq!(checked(&budget, &work), Err(cause), "{event:?}");
                 budget.paid.set(0);
                 budget.pause.set(0);
             }
