@@ -105,7 +105,7 @@ impl Extra {
         matches!(self, Self::Along(_) | Self::BlowCount | Self::OfBlow(_) | Self::Length(_))
     }
 
-    /// True for a result.
+    /// True if the variable is an output.
     pub const fn is_output(self) -> bool {
         matches!(self, Self::EventKind | Self::EventPosition)
             || self.is_of_arrays() && !matches!(self, Self::Length(_))

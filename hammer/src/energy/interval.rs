@@ -134,7 +134,7 @@ pub(crate) struct Interval {
     pub given: [f64; 2],
 }
 
-/// A track other than the tip's, from the event that last changed it.
+/// A track other than the tip's. Its interval begins at the event that last changed the track.
 #[derive(Debug)]
 struct Other {
     group: Group,

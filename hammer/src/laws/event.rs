@@ -26,7 +26,7 @@ pub enum RockEvent {
     Restart,
     /// Q8: the tip's velocity falls through `-vs` in SS.
     Retreat,
-    /// The tip is lifted off the rock out of standstill.
+    /// The tip is lifted off the rock in SS.
     StandstillLiftOff,
 }
 

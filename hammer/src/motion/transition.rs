@@ -394,7 +394,8 @@ impl Motion {
         z: Vec<f64>,
         driven: Driven,
     ) {
-        // If the motion was steady and this track is a parabola, it still is; otherwise all tracks are examined.
+        // If the motion was steady and this track is a parabola, the motion is still steady. Otherwise all tracks are
+        // examined.
         let parabolic = driven.is_parabola();
         let anchor = &mut self.state.anchors[index];
         anchor.driven = driven;

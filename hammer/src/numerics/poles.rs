@@ -98,7 +98,7 @@ fn splat<S: Simd>(simd: S, z: C) -> Z<S> {
     [simd.splat_f64s(z.re), simd.splat_f64s(z.im)]
 }
 
-/// A complex sum, still separate by lanes.
+/// A complex sum whose lanes are not yet added up.
 type Lanes = [[f64; LANES]; 2];
 
 /// Stores vector `g` of a sum.
