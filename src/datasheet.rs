@@ -45,8 +45,8 @@ fn solve(request: &str) -> Result<String, String> {
     // A rock that was set is scaled with the hole if that is given, but not with an assumed hole.
     let given =
         |quantity| sheet.known.iter().find(|(q, _)| *q == quantity).map(|(_, value)| *value);
-    let usual = || given(Quantity::OuterDiameter).map(Datasheet::usual_hole);
-    let hole = given(Quantity::Hole).or_else(usual);
+    let usual_hole = || given(Quantity::OuterDiameter).map(Datasheet::usual_hole);
+    let hole = given(Quantity::Hole).or_else(usual_hole);
     sheet.own_rock = rock.is_some() || sheet.own_rock && hole.is_none();
     let mut assumed_of_rock = Vec::new();
     if let Some(name) = rock {

@@ -42,7 +42,7 @@ pub(crate) const PAIRS: [[usize; 2]; 10] =
     [[0, 0], [0, 1], [1, 1], [0, 2], [1, 2], [2, 2], [0, 3], [1, 3], [2, 3], [3, 3]];
 
 /// Largest number of attachments and dominating modes together.
-pub(crate) const MOST: usize = 6;
+pub(crate) const MAX_ORDER: usize = 6;
 
 /// Number of weights in the sums over the poles for one, two, three and four attachments.
 const WEIGHTS: [usize; 4] = [1, 4, 6, 10];
@@ -336,7 +336,7 @@ impl Secular {
     }
 
     /// The eigenvector's amplitudes `sum_a phi_{a,i} F_a / d_i`, where `F_a` are the attachments' forces.
-    fn amplitudes(&self, root: Root, forces: &[C; MOST]) -> Vec<C> {
+    fn amplitudes(&self, root: Root, forces: &[C; MAX_ORDER]) -> Vec<C> {
         let (shapes, compliances) = (&self.system.shapes, self.compliances(root));
         if !self.expanded {
             let pushes = self.pushes(root).into_iter().zip(compliances);
