@@ -54,14 +54,14 @@ impl Bar {
         if loose == 0 {
             return Some(vec![Self::of(parameters, Body::Bit)?]);
         }
-        let sections_of_string = parameters.sections(Body::Bit);
-        let spans = sections_of_string.spans(parameters.spans(Body::Bit));
+        let string_sections = parameters.sections(Body::Bit);
+        let spans = string_sections.spans(parameters.spans(Body::Bit));
         let mut bodies: Vec<usize> = parameters.drill.sections().map(|(body, _)| body).collect();
         bodies.resize(spans.len(), loose);
         let part = |body: usize| {
             let first = bodies.iter().position(|b| *b == body)?;
             let end = bodies.iter().rposition(|b| *b == body)? + 1;
-            let sections = Sections::new(&sections_of_string.as_slice()[first..end])?;
+            let sections = Sections::new(&string_sections.as_slice()[first..end])?;
             Self::elastic(parameters, &sections, spans[first..end].iter().sum())
         };
         (0..=loose).map(part).collect()
