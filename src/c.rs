@@ -1,11 +1,11 @@
-//! The C types of FMI 2.0 and 3.0, as they cross the boundary.
+//! The C types of FMI 2.0 and 3.0 that the library exchanges with hosts.
 //!
 //! Pointers are wrapped: only `abi.rs` can dereference them, and only C can create them.
 
 use crate::category::Category;
 use std::ffi::{CStr, c_char, c_void};
 
-/// The values of `fmi2Status` and `fmi3Status` that are returned.
+/// The values of `fmi2Status` and `fmi3Status` that this library returns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
 pub enum Status {
@@ -50,13 +50,13 @@ pub const LAST_SUCCESSFUL_TIME: i32 = 2;
 /// `fmi2Terminated`.
 pub const TERMINATED: i32 = 3;
 
-/// `fmi2Component` or `fmi2FMUstate`: see `registry.rs` for what it points at.
+/// `fmi2Component` or `fmi2FMUstate`. `registry.rs` describes what it points at.
 #[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
 pub struct Handle(*mut c_void);
 
 impl Handle {
-    /// No object.
+    /// The handle of no object.
     pub const NULL: Self = Self(std::ptr::null_mut());
 
     /// The handle with this number.
@@ -64,7 +64,7 @@ impl Handle {
         Self(std::ptr::with_exposed_provenance_mut(number))
     }
 
-    /// Its number; 0 for no object.
+    /// The handle's number; 0 for no object.
     pub fn number(self) -> usize {
         self.0.addr()
     }
@@ -86,7 +86,7 @@ pub struct Out<T>(pub(super) *mut T);
 pub struct Text(pub(super) *const c_char);
 
 impl Text {
-    /// Lends a text to the host for good.
+    /// Lends a text to the host without time limit.
     pub fn of(text: &'static CStr) -> Self {
         Self(text.as_ptr())
     }
@@ -114,7 +114,7 @@ pub type LogMessage = unsafe extern "C" fn(
 #[derive(Clone, Copy)]
 #[repr(C)]
 pub struct Callbacks {
-    /// Where log lines go.
+    /// The function that receives log lines.
     pub logger: Option<LoggerFunction>,
     allocate_memory: *const c_void,
     free_memory: *const c_void,

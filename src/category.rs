@@ -1,6 +1,4 @@
-//! Log categories, by their standard names.
-//!
-//! The description lists them.
+//! Log categories, with the names of the standard. The model description lists them.
 
 /// The subject of a log line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,10 +14,10 @@ pub enum Category {
 }
 
 impl Category {
-    /// All.
+    /// All categories.
     pub const ALL: [Self; 4] = [Self::Events, Self::Modes, Self::Warning, Self::Error];
 
-    /// Name in the description and in the logger's `category`.
+    /// The category's name in the model description and in the logger's argument `category`.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Events => "logEvents",
@@ -29,7 +27,7 @@ impl Category {
         }
     }
 
-    /// Its text in the description.
+    /// The category's text in the model description.
     pub const fn description(self) -> &'static str {
         match self {
             Self::Events => {
@@ -47,5 +45,5 @@ impl Category {
     }
 }
 
-/// All categories in `fmi2SetDebugLogging`.
+/// The name in `fmi2SetDebugLogging` that means all categories.
 pub const LOG_ALL: &str = "logAll";

@@ -1,10 +1,15 @@
-//! A datasheet solved for the page that runs the engine in a browser: text in, text out.
+//! Datasheets, solved for the page that runs the engine in a browser. Request and answer are texts.
 //!
-//! A request has a line `name=value` for each number, in SI units: those of the datasheet, and the parameters and
-//! inputs of the scene for rock, feed and material. `rock=granite` replaces the scene's rock by one under this very
-//! bit, by name, class or strength. The answer has a line for each fact, with tabs between its fields: `set` name
-//! value; `compared` name given solved unit; `found` name value unit least largest; `assumed`, `contradiction` and
-//! `error` with a sentence.
+//! A request has a line `name=value` for each number, in SI units. The numbers are those of the datasheet, and the
+//! parameters and inputs of the scene for rock, feed and material.
+//! A line such as `rock=granite` replaces the scene's rock, given by name, class or strength, as it is under the
+//! inserts of the bit.
+//!
+//! The answer has a line for each fact, whose fields are separated by tabs:
+//! * `set` name value
+//! * `compared` name given solved unit
+//! * `found` name value unit least largest
+//! * `assumed`, `contradiction` or `error`, and a sentence.
 
 use hammer::datasheet::{Datasheet, Quantity};
 use hammer::presets::{Ground, Inserts, RockError};
@@ -29,47 +34,49 @@ fn solve(request: &str) -> Result<String, String> {
         let value: f64 = value.parse().map_err(|_| format!("{name} = {value} is not a number"))?;
         match Quantity::all().find(|quantity| quantity.name() == name) {
             Some(quantity) => sheet.known.push((quantity, value)),
-            // A feed that the request sets is known.
+            // A feed force in the request counts as known.
             None if name == Input::FeedForce.name() => sheet.known.push((Quantity::Feed, value)),
             None => {
                 sheet.own_rock |= name.starts_with("rock.");
-                lay(&mut scene, name, value)?;
+                set(&mut scene, name, value)?;
             }
         }
     }
-    // A rock that was set is scaled by a given hole, not by an assumed one.
-    let given = |wanted| sheet.known.iter().find(|(q, _)| *q == wanted).map(|(_, value)| *value);
-    let usual = || given(Quantity::OuterDiameter).map(Datasheet::usual_hole);
-    let hole = given(Quantity::Hole).or_else(usual);
+    // A rock that was set is scaled with the hole if that is given, but not with an assumed hole.
+    let given =
+        |quantity| sheet.known.iter().find(|(q, _)| *q == quantity).map(|(_, value)| *value);
+    let usual_hole = || given(Quantity::OuterDiameter).map(Datasheet::usual_hole);
+    let hole = given(Quantity::Hole).or_else(usual_hole);
     sheet.own_rock = rock.is_some() || sheet.own_rock && hole.is_none();
-    let mut named = Vec::new();
+    let mut assumed_of_rock = Vec::new();
     if let Some(name) = rock {
         let hole = hole.ok_or(format!("rock {name} depends on the bit: give hole or od"))?;
-        let said = |error: RockError| error.to_string();
-        let bit = Inserts::of_hole(hole).map_err(said)?;
-        let (ground, assumed) = Ground::named(name).map_err(said)?;
-        scene.parameters.rock = ground.under(&bit).map_err(said)?;
+        let message = |error: RockError| error.to_string();
+        let bit = Inserts::of_hole(hole).map_err(message)?;
+        let (ground, assumed) = Ground::named(name).map_err(message)?;
+        scene.parameters.rock = ground.under(&bit).map_err(message)?;
         let (count, tip) = (bit.count, 1e3 * bit.radius);
-        named.push(format!("The bit has {count} inserts of {tip} mm at their tips."));
+        assumed_of_rock.push(format!("The bit has {count} inserts of {tip} mm at their tips."));
         let measured = given(Quantity::Rate).is_some();
-        named.extend(assumed.into_iter().filter(|t| !measured || !t.contains("pecific energy")));
+        let assumed = assumed.into_iter().filter(|t| !measured || !t.contains("pecific energy"));
+        assumed_of_rock.extend(assumed);
     }
-    let found = sheet.solve(&scene).map_err(|error| error.to_string())?;
+    let answer = sheet.solve(&scene).map_err(|error| error.to_string())?;
     let mut text = String::new();
-    let inputs = changed_inputs(&found.scene, &scene);
-    for (name, value) in differences(&found.scene.parameters).into_iter().chain(inputs) {
+    let inputs = changed_inputs(&answer.scene, &scene);
+    for (name, value) in differences(&answer.scene.parameters).into_iter().chain(inputs) {
         let _ = writeln!(text, "set\t{name}\t{value}");
     }
-    for row in &found.compared {
+    for row in &answer.compared {
         let (name, unit) = (row.quantity.name(), row.quantity.entry().unit);
         let _ = writeln!(text, "compared\t{name}\t{}\t{}\t{unit}", row.given, row.solved);
     }
-    for row in &found.found {
+    for row in &answer.found {
         let ([low, high], unit) = (row.range, row.unit);
         let _ = writeln!(text, "found\t{}\t{}\t{unit}\t{low}\t{high}", row.name, row.value);
     }
-    let assumed = [found.assumed, named].concat();
-    for (kind, sentences) in [("assumed", assumed), ("contradiction", found.contradictions)] {
+    let assumed = [answer.assumed, assumed_of_rock].concat();
+    for (kind, sentences) in [("assumed", assumed), ("contradiction", answer.contradictions)] {
         for sentence in sentences {
             let _ = writeln!(text, "{kind}\t{sentence}");
         }
@@ -77,7 +84,7 @@ fn solve(request: &str) -> Result<String, String> {
     Ok(text)
 }
 
-fn lay(scene: &mut Scene, name: &str, value: f64) -> Result<(), String> {
+fn set(scene: &mut Scene, name: &str, value: f64) -> Result<(), String> {
     match VARIABLES.iter().find(|variable| variable.name == name).map(|variable| &variable.role) {
         Some(Role::Parameter(row)) => row.slot.write(&mut scene.parameters, value),
         Some(Role::Input(row)) => *(row.start)(&mut scene.inputs) = value,
@@ -86,7 +93,8 @@ fn lay(scene: &mut Scene, name: &str, value: f64) -> Result<(), String> {
     Ok(())
 }
 
-/// The inputs in which two scenes differ: the feed, and the pressure of the air.
+/// Names and values of the inputs of `scene` that differ from those of `other`: the feed force, and the pressure of the
+/// air.
 fn changed_inputs(scene: &Scene, other: &Scene) -> Vec<(&'static str, f64)> {
     let [mut inputs, mut others] = [scene.inputs, other.inputs];
     let changed = |variable: &Variable| match &variable.role {
@@ -103,7 +111,7 @@ fn changed_inputs(scene: &Scene, other: &Scene) -> Vec<(&'static str, f64)> {
 mod tests {
     use super::*;
 
-    /// The answer as text has the same numbers as the engine's, to the last bit.
+    /// The text of the answer has exactly the engine's numbers.
     #[test]
     fn a_sheet_as_text_is_the_engine_s() {
         let known = [

@@ -1,5 +1,7 @@
-//! Writes `modelDescription.xml` from the template and the table. The library contains the committed copy, which
-//! `cargo describe` refreshes; a test fails if it is stale, and nothing stale is packaged.
+//! Writes `modelDescription.xml` from the template and the table of variables.
+//!
+//! The library contains the committed copy, which `cargo describe` refreshes. A test fails if the copy is out of date,
+//! and the packager refuses it.
 
 use crate::capabilities;
 use crate::category::{Category, LOG_ALL};
@@ -11,7 +13,7 @@ use std::fmt::Write;
 
 pub(crate) type Attributes = Vec<(&'static str, String)>;
 
-/// The description of FMI 2.0 that follows from the sources.
+/// The model description of FMI 2.0.
 pub fn describe() -> String {
     let mut text = include_str!("../modelDescription.xml.in").to_owned();
     for (mark, value) in [
@@ -28,7 +30,7 @@ pub fn describe() -> String {
     text = text.replace("@STEP_SIZE@", &STEP_SIZE.to_string());
     text = text.replace("@TYPES@", &fragment(write_types));
     text = text.replace("@CATEGORIES@", &fragment(write_categories));
-    // The schema wants one element per tool.
+    // The schema demands one element for each tool.
     text = text.replace("@OVER_STEP@", &fragment(write_over_step));
     text = text.replace("@START_VALUES@", &fragment(write_start_values));
     text = text.replace("@VARIABLES@", &fragment(write_variables));
@@ -36,7 +38,7 @@ pub fn describe() -> String {
     text.replace("@GUID@", &fingerprint(&text))
 }
 
-/// FNV-1a of 128 bits, in the form of a UUID: any change of the interface changes it.
+/// A hash of a text (FNV-1a of 128 bits) in the form of a UUID. Any change of the interface changes it.
 pub(crate) fn fingerprint(text: &str) -> String {
     const BASIS: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
     const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
@@ -45,7 +47,7 @@ pub(crate) fn fingerprint(text: &str) -> String {
     [&hex[..8], &hex[8..12], &hex[12..16], &hex[16..20], &hex[20..]].join("-")
 }
 
-/// Writes elements, one on a line, indented as the template is.
+/// Writes XML elements, one on each line, indented as in the template.
 pub(crate) struct Writer {
     text: String,
     depth: usize,
@@ -80,7 +82,7 @@ fn escape(text: &str) -> String {
     marks.iter().fold(text.to_owned(), |text, (mark, name)| text.replace(*mark, name))
 }
 
-/// Part of the document that `write` writes.
+/// The part of the document that `write` writes.
 pub(crate) fn fragment(write: fn(&mut Writer)) -> String {
     let mut writer = Writer { text: String::new(), depth: 0 };
     write(&mut writer);
@@ -113,15 +115,15 @@ fn write_types(writer: &mut Writer) {
 }
 
 fn write_categories(writer: &mut Writer) {
-    let all = (LOG_ALL, "All of them");
+    let everything = (LOG_ALL, "All of them");
     let named = Category::ALL.iter().map(|category| (category.name(), category.description()));
-    for (name, description) in named.chain([all]) {
+    for (name, description) in named.chain([everything]) {
         let attributes = vec![("name", name.into()), ("description", description.into())];
         writer.leaf("Category", &attributes);
     }
 }
 
-/// The value references of derivatives over the last step.
+/// Writes the annotation about the value references of derivatives over the last step.
 pub(crate) fn write_over_step(writer: &mut Writer) {
     let attributes = vec![
         ("firstValueReference", capabilities::OVER_STEP.to_string()),
@@ -130,7 +132,7 @@ pub(crate) fn write_over_step(writer: &mut Writer) {
     writer.leaf("Derivatives", &attributes);
 }
 
-/// The parts of a variant with other start values.
+/// Writes how the GUID of a variant with other start values is made.
 fn write_start_values(writer: &mut Writer) {
     writer.leaf("StartValues", &vec![("guid", format!("@GUID@{START_VALUES}"))]);
 }
@@ -145,7 +147,7 @@ fn write_variables(writer: &mut Writer) {
             ("causality", causality.into()),
             ("variability", variability.into()),
         ];
-        // The schema forbids an input's `initial`: it follows from the causality.
+        // The schema forbids the attribute `initial` for inputs, since it follows from the causality.
         if causality != "input" {
             attributes.push(("initial", initial.into()));
         }
@@ -173,14 +175,15 @@ pub(crate) fn units(quantity: &Quantity) -> Attributes {
     attributes
 }
 
-/// Unit and display unit are repeated beside the declared type, since some hosts look only here.
+/// Attributes of a real variable. Unit and display unit of the declared type are repeated, since some hosts read them
+/// only here.
 pub(crate) fn real(quantity: &Quantity) -> Attributes {
     let mut attributes = vec![("declaredType", quantity.name.into())];
     attributes.extend(units(quantity));
     attributes
 }
 
-/// Type, range and size of an output.
+/// Attributes of an output: its type, range and nominal value.
 pub(crate) fn of_output(output: &Output) -> Attributes {
     let mut attributes = real(&output.quantity);
     attributes.extend(output.positive.then(|| ("min", number(0.0))));
@@ -209,7 +212,7 @@ fn typed_parameter(variable: &Variable, slot: &Slot) -> (&'static str, Attribute
         Slot::Real(quantity, _) => {
             let mut attributes = real(quantity);
             attributes.extend(range(variable, number));
-            // A default has the parameter's usual size.
+            // The default is of the parameter's usual size, so it is the nominal value.
             attributes.extend((start != 0.0).then(|| ("nominal", number(start.abs()))));
             attributes.push(("start", number(start)));
             ("Real", attributes)
@@ -231,8 +234,8 @@ fn typed_parameter(variable: &Variable, slot: &Slot) -> (&'static str, Attribute
 fn range(variable: &Variable, show: fn(f64) -> String) -> Attributes {
     match variable.domain() {
         Some(Domain::AtLeast(low)) => vec![("min", show(low))],
-        // A minimum is itself allowed, so it is the least allowed number: for "above 0" the least normal one, since
-        // `std::stod` throws at a subnormal.
+        // The attribute `min` is itself allowed, so it is the least allowed number. For "above 0" it is the least
+        // normal number, since `std::stod` throws an exception for a subnormal one.
         Some(Domain::Above(low)) => {
             let least = low.next_up();
             vec![("min", show(if least.is_subnormal() { f64::MIN_POSITIVE } else { least }))]
@@ -253,8 +256,8 @@ fn whole(value: f64) -> String {
 fn write_structure(writer: &mut Writer) {
     writer.open("Outputs", &Attributes::new());
     for (index, output) in outputs() {
-        let fed = inputs().filter(|(_, input)| output.feedthrough.contains(input));
-        let list: Vec<String> = fed.map(|(index, _)| index.to_string()).collect();
+        let dependencies = inputs().filter(|(_, input)| output.feedthrough.contains(input));
+        let list: Vec<String> = dependencies.map(|(index, _)| index.to_string()).collect();
         let mut attributes = vec![("index", index.to_string()), ("dependencies", list.join(" "))];
         if !list.is_empty() {
             attributes.push(("dependenciesKind", vec!["dependent"; list.len()].join(" ")));
@@ -264,24 +267,24 @@ fn write_structure(writer: &mut Writer) {
     writer.close("Outputs");
     writer.open("InitialUnknowns", &Attributes::new());
     for (index, output) in outputs() {
-        let known = at_start(output, 1);
-        writer.leaf("Unknown", &vec![("index", index.to_string()), ("dependencies", known)]);
+        let dependencies = at_start(output, 1);
+        writer.leaf("Unknown", &vec![("index", index.to_string()), ("dependencies", dependencies)]);
     }
     writer.close("InitialUnknowns");
 }
 
-/// The outputs' dependencies at the start, by positions that count from `first`. An absent attribute would also mean
-/// all, but some importers crash without it.
+/// The dependencies of an output at the start: positions of parameters and inputs, counted from `first`. Without this
+/// attribute an output would depend on all of them too, but some importers crash without it.
 pub(crate) fn at_start(output: &Output, first: usize) -> String {
-    let known = |(at, variable): (usize, &Variable)| {
+    let known = |(position, variable): (usize, &Variable)| {
         matches!(variable.role, Role::Parameter(_) | Role::Input(_))
-            .then(|| (first + at).to_string())
+            .then(|| (first + position).to_string())
     };
     let all = VARIABLES.iter().enumerate().filter(|_| !output.zero_at_start).filter_map(known);
     all.collect::<Vec<_>>().join(" ")
 }
 
-/// Outputs, with an index that counts from 1.
+/// The outputs, each with its index, which counts from 1.
 pub(crate) fn outputs() -> impl Iterator<Item = (usize, &'static Output)> {
     VARIABLES.iter().enumerate().filter_map(|(position, variable)| match &variable.role {
         Role::Output(output) => Some((position + 1, output)),

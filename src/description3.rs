@@ -9,14 +9,15 @@ use crate::events::{Extra, Length, MAX_LENGTH, MAX_POSITIONS};
 use crate::variant::{ARRAYS, START_VALUES};
 use hammer::Input;
 use hammer::quantity::{COUNT, ENUMERATIONS, LENGTH, QUANTITIES, Quantity, TIME};
-use hammer::variables::{ALONG, InputRow, OF_BLOW, Role, VARIABLES};
+use hammer::variables::{ALONG, OF_BLOW, Role, VARIABLES};
 
-/// The description of FMI 3.0: the content of `two`, and what only FMI 3.0 has.
+/// The model description of FMI 3.0. It has the content of `two`, the description of FMI 2.0, and what only FMI 3.0
+/// has.
 pub fn describe(two: &str) -> String {
     let between = |from: &str, to: &str| {
-        let rest = &two[two.find(from).unwrap_or_default()..];
-        let end = rest.find(to).map_or(rest.len(), |end| end + to.len());
-        rest[..end].to_owned()
+        let tail = &two[two.find(from).unwrap_or_default()..];
+        let end = tail.find(to).map_or(tail.len(), |end| end + to.len());
+        tail[..end].to_owned()
     };
     let (begin, end) = ("<fmiModelDescription", "structured\">");
     let guid = between("guid=\"", "\"\n");
@@ -42,7 +43,7 @@ pub fn describe(two: &str) -> String {
     text.replace("@TOKEN@", &fingerprint(&text))
 }
 
-/// The parts of a variant with other start values, and of one with arrays.
+/// Writes how the token of a variant with other start values, and of one with arrays, is made.
 fn write_annotations(writer: &mut Writer) {
     writer.open("Annotation", &vec![("type", "dth_hammer.start_values".into())]);
     writer.leaf("StartValues", &vec![("token", format!("@TOKEN@{START_VALUES}"))]);
@@ -70,7 +71,7 @@ fn write_types(writer: &mut Writer) {
         writer.leaf("Float64Type", &attributes);
     }
     for list in ENUMERATIONS {
-        // Without a description, which some importers cannot read here.
+        // The description is left out, since some importers cannot read it here.
         let attributes = vec![("name", list.name.into()), ("quantity", list.name.into())];
         writer.open("EnumerationType", &attributes);
         for (index, (item, meaning)) in list.items.iter().enumerate() {
@@ -98,8 +99,8 @@ fn write_variables(writer: &mut Writer) {
         if causality != "input" {
             attributes.push(("initial", initial.into()));
         }
-        let (element, more) = typed(variable);
-        attributes.extend(more);
+        let (element, type_attributes) = typed(variable);
+        attributes.extend(type_attributes);
         let element = match element {
             "Real" => "Float64",
             "Integer" => "Int32",
@@ -113,8 +114,8 @@ fn write_variables(writer: &mut Writer) {
     }
 }
 
-/// Type and attributes of an extra variable, and the length of an array. Names and value references of variables of
-/// the same kind are numbered.
+/// Type and attributes of a variable that only FMI 3.0 has and, for an array, what its length is. Variables of the same
+/// kind have numbered names and value references.
 fn described(extra: Extra) -> (&'static str, Attributes, Option<Length>) {
     let name = match extra {
         Extra::Position(index) => format!("{}[{}]", extra.name(), index + 1),
@@ -145,58 +146,58 @@ fn described(extra: Extra) -> (&'static str, Attributes, Option<Length>) {
             ("Boolean", row("parameter", "fixed", vec![("start", "true".into())]), None)
         }
         Extra::Positions => {
-            let more = starting(0, whole("0", MAX_POSITIONS as u64));
-            ("Int32", row("parameter", "fixed", more), None)
+            let attributes = starting(0, whole("0", MAX_POSITIONS as u64));
+            ("Int32", row("parameter", "fixed", attributes), None)
         }
         Extra::Length(length) => {
-            let more = starting(Length::START[length as usize], whole("1", MAX_LENGTH));
-            ("UInt64", row("structuralParameter", "fixed", more), None)
+            let attributes = starting(Length::START[length as usize], whole("1", MAX_LENGTH));
+            ("UInt64", row("structuralParameter", "fixed", attributes), None)
         }
         Extra::Position(_) => {
-            let mut more = real(&LENGTH);
-            more.push(("start", number(0.0)));
-            ("Float64", row("parameter", "fixed", more), None)
+            let mut attributes = real(&LENGTH);
+            attributes.push(("start", number(0.0)));
+            ("Float64", row("parameter", "fixed", attributes), None)
         }
         Extra::Slope(input) => {
             let unit = format!("{}/s", of_input(input).unit);
-            let more = vec![("unit", unit), ("start", number(0.0))];
-            ("Float64", row("input", "continuous", more), None)
+            let attributes = vec![("unit", unit), ("start", number(0.0))];
+            ("Float64", row("input", "continuous", attributes), None)
         }
         Extra::EventKind => ("Float64", row("output", "discrete", whole("0", 2)), None),
         Extra::EventPosition => {
             ("Float64", row("output", "discrete", whole("0", MAX_POSITIONS as u64)), None)
         }
         Extra::Along(family) => {
-            let mut more = real(&ALONG[family].quantity);
-            more.push(("nominal", number(ALONG[family].nominal)));
-            ("Float64", row("output", "continuous", more), Some(Length::Stations))
+            let mut attributes = real(&ALONG[family].quantity);
+            attributes.push(("nominal", number(ALONG[family].nominal)));
+            ("Float64", row("output", "continuous", attributes), Some(Length::Stations))
         }
         Extra::BlowCount => ("Float64", row("output", "discrete", real(&COUNT)), None),
         Extra::OfBlow(figure) => {
-            let more = OF_BLOW[figure].row().map(of_output).unwrap_or_default();
-            ("Float64", row("output", "discrete", more), Some(Length::Blows))
+            let attributes = OF_BLOW[figure].row().map(of_output).unwrap_or_default();
+            ("Float64", row("output", "discrete", attributes), Some(Length::Blows))
         }
     }
 }
 
-fn of_input(wanted: Input) -> Quantity {
+fn of_input(input: Input) -> Quantity {
     let quantity = |role: &Role| match role {
-        Role::Input(InputRow { input, quantity, .. }) if *input == wanted => Some(*quantity),
+        Role::Input(row) if row.input == input => Some(row.quantity),
         _ => None,
     };
     VARIABLES.iter().find_map(|variable| quantity(&variable.role)).unwrap_or(LENGTH)
 }
 
 fn write_structure(writer: &mut Writer) {
-    let more = || {
+    let extra_outputs = || {
         let listed = |extra: &Extra| extra.is_output() && !extra.is_of_arrays();
         Extra::all().filter(listed).map(|extra| {
             vec![("valueReference", extra.reference().to_string()), ("dependencies", String::new())]
         })
     };
     for (index, output) in outputs() {
-        let fed = inputs().filter(|(_, input)| output.feedthrough.contains(input));
-        let list: Vec<String> = fed.map(|(index, _)| (index - 1).to_string()).collect();
+        let dependencies = inputs().filter(|(_, input)| output.feedthrough.contains(input));
+        let list: Vec<String> = dependencies.map(|(index, _)| (index - 1).to_string()).collect();
         let reference = (index - 1).to_string();
         let mut attributes = vec![("valueReference", reference), ("dependencies", list.join(" "))];
         if !list.is_empty() {
@@ -204,11 +205,11 @@ fn write_structure(writer: &mut Writer) {
         }
         writer.leaf("Output", &attributes);
     }
-    more().for_each(|attributes| writer.leaf("Output", &attributes));
+    extra_outputs().for_each(|attributes| writer.leaf("Output", &attributes));
     for (index, output) in outputs() {
         let (reference, known) = ((index - 1).to_string(), at_start(output, 0));
         let attributes = vec![("valueReference", reference), ("dependencies", known)];
         writer.leaf("InitialUnknown", &attributes);
     }
-    more().for_each(|attributes| writer.leaf("InitialUnknown", &attributes));
+    extra_outputs().for_each(|attributes| writer.leaf("InitialUnknown", &attributes));
 }

@@ -1,27 +1,27 @@
-//! Why a call is refused: each is one log line and leaves the instance unchanged.
+//! The reasons why a call is refused. Each makes one log line, and leaves the instance unchanged.
 
 use hammer::{DisplayNumber, ParameterError};
 use std::any::Any;
 use thiserror::Error;
 
-/// Why a call is refused.
+/// The reason why a call is refused.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum CallError {
     /// The standard's state machine forbids the call.
     #[error("{call} is not allowed {phase}")]
     Order {
-        /// The call.
+        /// Name of the call.
         call: String,
-        /// The instance's phase, as "before ...".
+        /// The phase of the instance, in words such as "before initialization".
         phase: &'static str,
     },
-    /// A null pointer, or one without the alignment of its type.
+    /// An argument is a null pointer, or a pointer without the alignment of its type.
     #[error("argument {0} is a null or misaligned pointer")]
     Pointer(&'static str),
-    /// More elements than variables.
+    /// There are more elements in the call than variables.
     #[error("{count} elements in one call, but there are only {variables} variables")]
     TooMany {
-        /// The number in the call.
+        /// The number of elements in the call.
         count: usize,
         /// The number of variables.
         variables: usize,
@@ -34,47 +34,47 @@ pub enum CallError {
         /// What was expected, with its article.
         wanted: &'static str,
     },
-    /// It cannot be set now, or ever.
+    /// A variable cannot be set now, or ever.
     #[error("{name} cannot be set: {reason}")]
     ReadOnly {
-        /// The variable.
+        /// Name of the variable.
         name: &'static str,
-        /// Why.
+        /// The reason, in words.
         reason: &'static str,
     },
-    /// Not a number, or infinite.
+    /// A value is not a number, or infinite.
     #[error("{name} = {} is not allowed: it must be a finite number", DisplayNumber(*.value))]
     NotFinite {
-        /// The variable or argument.
+        /// Name of the variable or argument.
         name: &'static str,
-        /// Its value.
+        /// The given value.
         value: f64,
     },
-    /// The output is beyond the range of doubles.
+    /// An output is beyond the range of doubles.
     #[error("{name} is not a finite number: loads or a stored state are far beyond any hammer's")]
     Overflowed {
-        /// The output.
+        /// Name of the output.
         name: &'static str,
     },
-    /// An invalid argument.
+    /// An argument is invalid.
     #[error("{0}")]
     Argument(String),
-    /// A parameter out of its domain.
+    /// A parameter is out of its domain.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// The engine refuses the call or fails.
     #[error(transparent)]
     Engine(#[from] hammer::Error),
-    /// The last step failed.
+    /// An earlier step failed.
     #[error("an earlier step failed: reset the instance or restore a state")]
     Failed,
-    /// A state that was freed, or never taken.
+    /// A state was freed before, or never taken.
     #[error("this FMU state does not exist: it was freed, or belongs to another FMU")]
     UnknownState,
-    /// More states than there are handles for.
+    /// There are no handles left for another state.
     #[error("too many FMU states are held: free some")]
     TooManyStates,
-    /// Serialised state of another build or kind.
+    /// A serialised state is of another build or kind.
     #[error("the serialised state cannot be used: {0}")]
     Serialised(&'static str),
     /// There is no long work to cancel.
@@ -84,7 +84,7 @@ pub enum CallError {
          (canRunAsynchronuously is false)"
     )]
     NothingToCancel,
-    /// A bug, caught before it reaches the host.
+    /// The library has a bug: a panic was caught before it reached the host.
     #[error("internal error: {0}")]
     Panic(String),
 }

@@ -1,33 +1,33 @@
-//! Variables that only FMI 3.0 has: time, events, slopes, arrays.
+//! The variables that only FMI 3.0 has: time, events, slopes of inputs, and arrays.
 
 use hammer::Input;
 use hammer::variables::{ALONG, Along, OF_BLOW};
 
-/// Most positions that a host may monitor.
+/// Largest number of positions that a host may monitor.
 pub const MAX_POSITIONS: usize = 8;
-/// Longest array.
+/// Largest length of an array.
 pub const MAX_LENGTH: u64 = 10_000;
 
-/// Value references, above all others.
+/// The first of these variables' value references, which are above all others.
 const FIRST: u32 = 1_000_000;
 const POSITIONS_FROM: u32 = FIRST + 10;
 const SLOPES_FROM: u32 = FIRST + 20;
 const ALONG_FROM: u32 = FIRST + 40;
 const OF_BLOW_FROM: u32 = FIRST + 50;
 
-/// A structural parameter: the length of certain arrays.
+/// A structural parameter, which is the length of certain arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Length {
-    /// Arrays along a body.
+    /// The length of arrays along a body.
     Stations,
-    /// Arrays of blows.
+    /// The length of arrays of blows.
     Blows,
 }
 
 impl Length {
-    /// Both.
+    /// Both lengths.
     pub const ALL: [Self; 2] = [Self::Stations, Self::Blows];
-    /// Default lengths.
+    /// The default lengths, in the order of [`Self::ALL`].
     pub const START: [u64; 2] = [20, 16];
 
     /// Name of the parameter.
@@ -39,53 +39,53 @@ impl Length {
     }
 }
 
-/// One of these variables.
+/// A variable that only FMI 3.0 has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extra {
     /// The independent variable.
     Time,
-    /// Whether steps end at blows.
+    /// The parameter that is true if steps end at blows.
     EventBlow,
-    /// How many positions there are.
+    /// The number of positions at which steps end.
     Positions,
-    /// A position, by its index from 0.
+    /// A position at which steps end, by its index from 0.
     Position(usize),
     /// The length of certain arrays.
     Length(Length),
     /// The slope of an input.
     Slope(Input),
-    /// What happened in the last step: 0 nothing, 1 a blow, 2 a passed position.
+    /// What happened in the last step: 0 for nothing, 1 for a blow, 2 for a passed position.
     EventKind,
-    /// The position that the piston passed in the last step, from 1; 0 if none.
+    /// Number of the position that the piston passed in the last step, counted from 1; 0 if it passed none.
     EventPosition,
-    /// Stress or velocity at the stations along a body, by its place in [`ALONG`].
+    /// Stress or velocity at the stations along a body, by its index in [`ALONG`].
     Along(usize),
-    /// Number of blows in the last step.
+    /// The number of blows in the last step.
     BlowCount,
-    /// A quantity of the last step's blows, by its place in [`OF_BLOW`].
+    /// A figure of the last step's blows, by its index in [`OF_BLOW`].
     OfBlow(usize),
 }
 
 impl Extra {
-    /// The variable of a value reference; `None` if it is none of these.
+    /// The variable of a value reference; `None` if that belongs to another variable, or to none.
     pub fn of(reference: u32) -> Option<Self> {
         Self::all().find(|extra| extra.reference() == reference)
     }
 
-    /// All of them, in the order of their value references.
+    /// All these variables, in the order of their value references.
     pub fn all() -> impl Iterator<Item = Self> {
-        let alone = [Self::Time, Self::EventBlow, Self::Positions];
+        let single = [Self::Time, Self::EventBlow, Self::Positions];
         let lengths = Length::ALL.into_iter().map(Self::Length);
         let positions = (0..MAX_POSITIONS).map(Self::Position);
         let slopes = Input::ALL.into_iter().map(Self::Slope);
         let events = [Self::EventKind, Self::EventPosition];
         let along = (0..ALONG.len()).map(Self::Along);
         let of_blow = (0..OF_BLOW.len()).map(Self::OfBlow);
-        let settable = alone.into_iter().chain(lengths).chain(positions).chain(slopes);
+        let settable = single.into_iter().chain(lengths).chain(positions).chain(slopes);
         settable.chain(events).chain(along).chain([Self::BlowCount]).chain(of_blow)
     }
 
-    /// True if a description may give it this start value.
+    /// True if a model description may give the variable this start value.
     pub fn may_start_with(self, value: f64) -> bool {
         let whole = |low: u64, high: u64| {
             value.fract() == 0.0 && (low as f64..=high as f64).contains(&value)
@@ -99,19 +99,19 @@ impl Extra {
         }
     }
 
-    /// True for an array or the length of one: in a variant of the archive alone, for importers
-    /// that stop at arrays.
+    /// True for an array and for the length of one. Only a variant of the archive lists these, since some importers
+    /// cannot read arrays.
     pub const fn is_of_arrays(self) -> bool {
         matches!(self, Self::Along(_) | Self::BlowCount | Self::OfBlow(_) | Self::Length(_))
     }
 
-    /// True for a result.
+    /// True if the variable is an output.
     pub const fn is_output(self) -> bool {
         matches!(self, Self::EventKind | Self::EventPosition)
             || self.is_of_arrays() && !matches!(self, Self::Length(_))
     }
 
-    /// Its value reference.
+    /// The variable's value reference.
     pub fn reference(self) -> u32 {
         match self {
             Self::Time => FIRST,
@@ -128,7 +128,7 @@ impl Extra {
         }
     }
 
-    /// Its name if there is one of it, otherwise the name of its kind.
+    /// The variable's name. Variables that are numbered have the name of their kind.
     pub fn name(self) -> &'static str {
         match self {
             Self::Time => "time",
@@ -153,7 +153,7 @@ impl Extra {
         }
     }
 
-    /// Its description.
+    /// The variable's description.
     pub fn description(self) -> String {
         match self {
             Self::Time => "Time".into(),
@@ -190,10 +190,10 @@ impl Extra {
             }
             Self::Along(family) => {
                 let Along { body, nodal, .. } = ALONG[family];
-                let (of, positive) =
+                let (quantity, positive) =
                     if nodal { ("Velocity", "downward") } else { ("Axial stress", "tension") };
                 format!(
-                    "{of} along the {}, {positive} positive: at the middle of the elements that \
+                    "{quantity} along the {}, {positive} positive: at the middle of the elements that \
                      lie at stations spaced evenly over them, from the top",
                     body.name()
                 )
@@ -214,10 +214,10 @@ mod tests {
 
     #[test]
     fn each_reference_is_of_one_variable() {
-        let all: Vec<u32> = Extra::all().map(Extra::reference).collect();
+        let references: Vec<u32> = Extra::all().map(Extra::reference).collect();
         for extra in Extra::all() {
             assert_eq!(Extra::of(extra.reference()), Some(extra));
-            assert_eq!(all.iter().filter(|r| **r == extra.reference()).count(), 1);
+            assert_eq!(references.iter().filter(|r| **r == extra.reference()).count(), 1);
         }
         assert_eq!(Extra::of(FIRST + 9), None);
         assert_eq!(Extra::of(0), None);

@@ -1,7 +1,7 @@
-//! FMI 2.0 and 3.0 co-simulation faces of the down-the-hole hammer.
+//! The down-the-hole hammer as a co-simulation unit of FMI 2.0 and 3.0.
 //!
-//! Hosts see only the C functions of `abi`. These pass every call to an `Instance`, which uses the
-//! crate `hammer` for the physics. Public items are for packaging and tests.
+//! Hosts call only the C functions of `abi`. These pass every call to an `Instance`, which uses the crate `hammer` for
+//! the physics. Public items are for packaging and tests.
 
 #[allow(unsafe_code, reason = "the C boundary is here and nowhere else")]
 mod abi;
@@ -29,7 +29,7 @@ struct Readme;
 
 /// The model description that this library was built with.
 pub const MODEL_DESCRIPTION: &str = include_str!("../modelDescription.xml");
-/// Fingerprint of the model description: hosts and states must have the same.
+/// Fingerprint of the model description. A host and a stored state must bring the same one.
 pub const GUID: &str = quoted_after(MODEL_DESCRIPTION, "guid=\"");
 
 /// The model description of FMI 3.0.
@@ -37,30 +37,30 @@ pub const MODEL_DESCRIPTION_3: &str = include_str!("../modelDescription3.xml");
 /// Fingerprint of the model description of FMI 3.0.
 pub const TOKEN: &str = quoted_after(MODEL_DESCRIPTION_3, "instantiationToken=\"");
 
-/// The text between the end of `mark` and the next quotation mark, at compile time.
+/// The text between the end of `mark` and the next quotation mark, found at compile time.
 const fn quoted_after(text: &'static str, mark: &str) -> &'static str {
     let (bytes, mark) = (text.as_bytes(), mark.as_bytes());
-    let (mut at, mut matched) = (0, 0);
+    let (mut start, mut matched) = (0, 0);
     while matched < mark.len() {
-        matched = if bytes[at] == mark[matched] { matched + 1 } else { 0 };
-        at += 1;
+        matched = if bytes[start] == mark[matched] { matched + 1 } else { 0 };
+        start += 1;
     }
-    let mut end = at;
+    let mut end = start;
     while bytes[end] != b'"' {
         end += 1;
     }
-    text.split_at(end).0.split_at(at).1
+    text.split_at(end).0.split_at(start).1
 }
 
-/// Symbols that the library exports: exactly those of both standards.
+/// The symbols that the library exports: exactly those of FMI 2.0 and 3.0.
 pub fn symbols() -> BTreeSet<String> {
-    let of = |functions: &str, prefix: &str| {
+    let prefixed = |functions: &str, prefix: &str| {
         functions.split_whitespace().map(|name| format!("{prefix}{name}")).collect::<Vec<_>>()
     };
-    [of(FUNCTIONS, "fmi2"), of(FUNCTIONS_3, "fmi3")].concat().into_iter().collect()
+    [prefixed(FUNCTIONS, "fmi2"), prefixed(FUNCTIONS_3, "fmi3")].concat().into_iter().collect()
 }
 
-/// Name of the shared library, without prefix and suffix of the platform.
+/// Name of the shared library, without the platform's prefix and suffix.
 pub const MODEL_IDENTIFIER: &str = "dth_hammer";
 /// The functions of FMI 2.0 for co-simulation, without the prefix `fmi2`.
 const FUNCTIONS: &str = "

@@ -1,49 +1,53 @@
-//! FMUs made from the general one: with other start values, or with arrays (of FMI 3.0, which many importers cannot read).
+//! Variants: FMUs that are made from the general one, with other start values, or with arrays (of FMI 3.0, which many
+//! importers cannot read).
 //!
-//! A host need not set what stays at its start value, so the library must know what its description says. It follows
-//! from the one text that every host passes, the GUID, in which the differences follow the general GUID:
+//! A host need not set a variable that stays at its start value, so the library must know the start values in its model
+//! description. It learns them from the one text that every host passes, the GUID. There the differences follow the
+//! general GUID:
 //!
 //! ```text
 //! GENERAL[-set-REFERENCE:BITS,REFERENCE:BITS...][-arrays]
 //! ```
 //!
-//! `BITS` are the 16 hexadecimal digits of an IEEE 754 double; references ascend. Some hosts name a folder by the
-//! GUID, so it must be short. A configured unit therefore has the text after the general GUID in a reserved section
-//! of its library ([`RESERVED`]), and in its GUID a dash and a hash of 16 digits instead ([`sign`]).
+//! `BITS` are the 16 hexadecimal digits of an IEEE 754 double. References are in ascending order.
+//! Some hosts name a folder by the GUID, so it must be short. A configured unit therefore has the text after the
+//! general
+//! GUID in a reserved section of its library ([`RESERVED`]); in its GUID a dash and a hash of 16 digits take the place
+//! of this text ([`sign`]).
 
 use crate::events::Extra;
 use hammer::variables::{Role, VARIABLES};
 
-/// How a description differs from the general one.
+/// How a model description differs from the general one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Variant {
     /// Value references and start values of parameters and inputs.
     start: Vec<(u32, f64)>,
-    /// True if arrays are listed. They can be read even if they are not.
+    /// True if arrays are listed. They can be read even if they are not listed.
     arrays: bool,
 }
 
-/// Suffix for arrays.
+/// Suffix of a GUID with arrays.
 pub const ARRAYS: &str = "-arrays";
-/// Prefix of the start values.
+/// Prefix of the start values in a GUID.
 pub const SET: &str = "-set-";
-/// How a description writes start values.
+/// The form of start values in a GUID, as the model description states it.
 pub const START_VALUES: &str = "-set-{reference}:{bits}";
 
-/// Bytes of the section: a mark by which it is found in the file, and room for each variable.
+/// Size of the reserved section, bytes: a mark by which it is found in the file, and room for each variable.
 pub const RESERVED: usize = MARK.len() + (1 << 14);
 /// Mark at the start of the section.
 pub const MARK: &[u8; 32] = b"dth_hammer: this unit starts as:";
 
-/// The hash of a text in a GUID: a dash and hexadecimal digits (FNV-1a of 64 bits).
+/// The hash that stands for a text in a GUID: a dash and hexadecimal digits (FNV-1a of 64 bits).
 pub fn sign(text: &str) -> String {
     let fold = |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
     format!("-{:016x}", text.bytes().fold(0xcbf2_9ce4_8422_2325, fold))
 }
 
 impl Variant {
-    /// The variant that a GUID names, for a library with this text in its section; `None` if the GUID belongs to
-    /// another build or another text.
+    /// The variant that a GUID names, for a library with `text` in its reserved section; `None` if the GUID belongs to
+    /// another build or another text. `plain` is the general GUID.
     pub fn signed(guid: &str, plain: &str, text: &str) -> Option<Self> {
         match guid.strip_prefix(plain) {
             Some(rest) if !text.is_empty() => (rest == sign(text))
@@ -53,7 +57,7 @@ impl Variant {
         }
     }
 
-    /// The variant that a text names; `None` if it belongs to another build.
+    /// The variant that an unabridged GUID names; `None` if it belongs to another build. `plain` is the general GUID.
     pub fn named(guid: &str, plain: &str) -> Option<Self> {
         let mut rest = guid.strip_prefix(plain)?;
         let mut variant = Self::default();
@@ -63,13 +67,14 @@ impl Variant {
         if let Some(list) = rest.strip_prefix(SET) {
             variant.start = list.split(',').map(start_value).collect::<Option<_>>()?;
         }
-        // Each variant has a single text.
+        // A variant has only one valid text.
         (variant.suffix() == guid[plain.len()..]).then_some(variant)
     }
 
-    /// The part of its GUID after the general one.
+    /// The part of the unabridged GUID after the general one.
     pub fn suffix(&self) -> String {
-        let pair = |(at, value): &(u32, f64)| format!("{at}:{:016x}", value.to_bits());
+        let pair =
+            |(reference, value): &(u32, f64)| format!("{reference}:{:016x}", value.to_bits());
         let mut list: Vec<&(u32, f64)> = self.start.iter().collect();
         list.sort_by_key(|(reference, _)| *reference);
         list.dedup_by_key(|(reference, _)| *reference);
@@ -78,7 +83,7 @@ impl Variant {
         set + if self.arrays { ARRAYS } else { "" }
     }
 
-    /// True if the description lists arrays, and the structural parameters that are their lengths.
+    /// True if the model description lists arrays, and the structural parameters that are their lengths.
     pub fn lists_arrays(&self) -> bool {
         self.arrays
     }
@@ -89,7 +94,7 @@ impl Variant {
     }
 }
 
-/// Parses a reference of a settable variable, and an allowed number for it.
+/// Parses the reference and the start value of a variable; `None` if the variable cannot be set, or not to this value.
 fn start_value(text: &str) -> Option<(u32, f64)> {
     let (reference, bits) = text.split_once(':')?;
     let reference = reference.parse::<u32>().ok()?;
@@ -105,7 +110,8 @@ fn start_value(text: &str) -> Option<(u32, f64)> {
 mod tests {
     use super::*;
 
-    /// The library of a configured unit accepts only its own hash: neither the plain GUID nor that of another text.
+    /// The library of a configured unit accepts only its own hash, and neither the general GUID nor the hash of another
+    /// text.
     #[test]
     fn a_signed_guid_is_of_the_text_in_the_library() {
         let text = "-set-5:3fc999999999999a-arrays";
@@ -115,7 +121,7 @@ mod tests {
         for (guid, section) in [("g", text), (&guid, ""), (&guid, "-set-5:3fc999999999999b")] {
             assert_eq!(Variant::signed(guid, "g", section), None, "{guid} {section}");
         }
-        // The offset basis, and the hash of "a" as published by its authors.
+        // These are the offset basis, and the hash of "a" as published by the authors of FNV.
         assert_eq!([sign(""), sign("a")], ["-cbf29ce484222325", "-af63dc4c8601ec8c"]);
         assert!(crate::GUID.len() + sign(text).len() <= 64);
     }

@@ -1,12 +1,13 @@
 //! The work that one call may do.
 //!
-//! It is counted in modal coordinates that are processed, not in time, so that a call is refused or not independently
-//! of the processor and of its load. Decompositions are not counted, since another scene may have cached them; their
-//! number and size are limited by the table of parameters.
+//! Work is counted in modal coordinates that are processed, not in time, so that whether a call is refused does not
+//! depend on the processor or its load.
+//! Decompositions are not counted, since another scene may have cached them. The table of parameters limits their
+//! number and size.
 
 use std::cell::Cell;
 
-/// Coordinates that a core processes in a second at most.
+/// Largest number of coordinates that a core processes in a second.
 pub(crate) const PER_SECOND: u64 = 625_000_000;
 
 thread_local! {
@@ -14,7 +15,7 @@ thread_local! {
     static LEFT: Cell<Option<u64>> = const { Cell::new(None) };
 }
 
-/// Work that a call may do, in coordinates.
+/// The work that a call may do, in coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Allowance(u64);
 
@@ -24,26 +25,27 @@ impl Allowance {
         Self(PER_SECOND.saturating_mul(seconds as u64))
     }
 
-    /// What is left to the present call.
+    /// The work that the present call may still do.
     pub fn left() -> Self {
         Self(LEFT.get().unwrap_or(u64::MAX))
     }
 
-    /// An equal part for each of so many pieces of work, which may run on other threads.
+    /// An equal share for each of so many pieces of work, which may run on other threads.
     pub fn shared(self, pieces: usize) -> Self {
         Self(self.0 / pieces.max(1) as u64)
     }
 
-    /// Does `work` with this allowance, or with what is left to the enclosing call if that is less. The work is
-    /// charged to the enclosing call.
+    /// Does `work` with this allowance, or with that of the enclosing call if less is left of it. The work is charged
+    /// to the enclosing call.
     pub fn within<T>(self, work: impl FnOnce() -> T) -> T {
         let (outer, granted) = (LEFT.get(), self.0.min(Self::left().0));
         LEFT.set(Some(granted));
-        let _after = After { outer, granted };
+        let _charge = Charge { outer, granted };
         work()
     }
 
-    /// Takes coordinates from what is left. Returns false if it was less. Outside any call there is no limit.
+    /// Takes coordinates from the present call's allowance. Returns false if less is left. Outside any call there is no
+    /// limit.
     pub fn spend(coordinates: u64) -> bool {
         let Some(left) = LEFT.get() else { return true };
         LEFT.set(Some(left.saturating_sub(coordinates)));
@@ -51,13 +53,13 @@ impl Allowance {
     }
 }
 
-/// Charges the outer call with the work of the inner one, even after a panic.
-struct After {
+/// Charges the work of an inner call to the outer one when it is dropped, even after a panic.
+struct Charge {
     outer: Option<u64>,
     granted: u64,
 }
 
-impl Drop for After {
+impl Drop for Charge {
     fn drop(&mut self) {
         let used = self.granted - LEFT.get().unwrap_or_default();
         LEFT.set(self.outer.map(|left| left.saturating_sub(used)));

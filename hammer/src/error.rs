@@ -1,4 +1,4 @@
-//! Errors.
+//! The errors of the engine.
 
 use crate::interrupt;
 use crate::laws::mode::{Mode, Tie};
@@ -13,7 +13,7 @@ use thiserror::Error;
 /// What exceeded its limit of work.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum WorkLimit {
-    /// More transitions than mesh, contact and rock can make in that time.
+    /// There are more transitions than mesh, contact and rock can make in that time.
     #[error("the mode changes more often than mesh, contact and rock can make it")]
     Transitions,
     /// The bodies of a tie meet and part too often in one step.
@@ -51,16 +51,16 @@ pub enum SpectrumError {
     /// An eigenvalue is missing, duplicated or wrong.
     #[error("its eigenvalues do not add up to the trace of its damping matrix")]
     Trace,
-    /// Complex eigenvalues of a real system without their conjugates.
+    /// Complex eigenvalues of a real system lack their conjugates.
     #[error("its complex eigenvalues are not in conjugate pairs")]
     Unpaired,
     /// An eigenvector overflowed.
     #[error("an eigenvector is not finite")]
     Infinite,
-    /// An [`Interrupt`](crate::Interrupt) came.
+    /// An [`Interrupt`](crate::Interrupt) ended the decomposition.
     #[error("it was cancelled")]
     Cancelled,
-    /// A state converted to the modal basis and back differs.
+    /// A state that is converted to the modal basis and back differs from the original.
     #[error("its modal basis times the computed inverse is not the identity")]
     Mismatch,
 }
@@ -71,13 +71,13 @@ pub enum CorruptState {
     /// A number is infinite or NaN.
     #[error("it has a number that is not finite")]
     NotFinite,
-    /// The last event, the time since and the present time disagree.
+    /// The instant of the last event, the time since then and the present time disagree.
     #[error("its times contradict each other")]
     Times,
     /// The communication step starts before the last event or after the present.
     #[error("its communication step does not begin between its last event and its present time")]
     Step,
-    /// An anchor is later than the last event, or earlier although it is not that of a lone piston.
+    /// An anchor is later than the last event, or earlier although its group is not a piston that flies alone.
     #[error("one of its reference instants is not that of its last event")]
     Ahead,
     /// An event lies between the last stored event and the present.
@@ -89,13 +89,13 @@ pub enum CorruptState {
     /// The power series of a slow coordinate ends before the present.
     #[error("one of its power series ends before its present time")]
     Series,
-    /// The air in the chambers is invalid, or is not where the mode has it.
+    /// The air in the chambers is invalid, or contradicts the mode.
     #[error("the air in the chambers is invalid, or is not where the mode has it")]
     Air,
-    /// Too many blows in one step.
+    /// It has too many blows in one step.
     #[error("it has more blows than one step can have")]
     Blows,
-    /// More events than any run can have.
+    /// Its counts are higher than any run can reach.
     #[error("its counts are larger than those of any run")]
     Counts,
 }
@@ -103,10 +103,10 @@ pub enum CorruptState {
 /// Every error of the engine.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Error {
-    /// A parameter out of its domain.
+    /// A parameter is out of its domain.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// An input value or derivative that is refused.
+    /// A value or derivative of an input is refused.
     #[error("input {name}: {error}")]
     Input {
         /// Name of the input.
@@ -114,72 +114,72 @@ pub enum Error {
         /// What is wrong with it.
         error: InputError,
     },
-    /// `advance` to an instant that is not finite or in the past.
+    /// The instant to advance to is in the past, or is not finite.
     #[error("cannot advance from t = {} s to t = {} s", DisplayNumber(*.from), DisplayNumber(*.to))]
     Backwards {
         /// Present time, s.
         from: f64,
-        /// The instant asked for, s.
+        /// The instant to advance to, s.
         to: f64,
     },
-    /// A tie is pulled from the start.
+    /// A joint of the drill string is pulled apart at the start of the scene.
     #[error("{tie} of the drill string is pulled apart by {} N at the start: raise feed_force until it is pressed, or set {} = 0, which holds it both ways", DisplayNumber(-*.force), .tie.travel_name())]
     TiePulled {
-        /// Which.
+        /// The tie.
         tie: Tie,
-        /// The force that presses it, N: negative.
+        /// The force that presses on the tie, N; it is negative.
         force: f64,
     },
-    /// The piston is where a chamber has no volume left: nothing has stopped it.
+    /// The piston, which nothing has stopped, is at a position where a chamber has no volume left.
     #[error("the air cannot be solved beyond t = {} s, where the piston is at relative_position = {} m: the drive chamber has volume above {} m (air.cylinder, air.drive.dead_volume), the return chamber below {} m (air.return.dead_volume); {}", DisplayNumber(*.time), DisplayNumber(*.place), DisplayNumber(.range[0]), DisplayNumber(.range[1]), VENTING)]
     Air {
-        /// When, s.
+        /// The instant, s.
         time: f64,
-        /// The piston's position then, m.
+        /// The piston's relative position at that instant, m.
         place: f64,
-        /// Positions between which both chambers have volume, m.
+        /// Least and largest position at which both chambers have volume, m.
         range: [f64; 2],
     },
-    /// A pressure of supply or exhaust falls to zero, by the rates that it was set with.
+    /// The pressure of supply or exhaust falls to zero because of the rates with which the input was set.
     #[error("{name} falls to zero at t = {} s, by the rates that it was set with: an absolute pressure is above 0", DisplayNumber(*.time))]
     Vacuum {
-        /// When, s.
+        /// The instant, s.
         time: f64,
         /// Name of the input.
         name: &'static str,
     },
-    /// Zeno behaviour: mode transitions at one instant without end.
+    /// Zeno behaviour: the mode changes at one instant without end.
     #[error("{transitions} changes of mode at t = {} s, without end; the last was from ({from}) to ({to})", DisplayNumber(*.time))]
     Chattering {
-        /// When, s.
+        /// The instant, s.
         time: f64,
-        /// How many.
+        /// Number of transitions.
         transitions: u32,
-        /// The last mode left.
+        /// The mode before the last transition.
         from: Mode,
-        /// The last mode entered.
+        /// The mode after the last transition.
         to: Mode,
     },
-    /// The scene needs too much work: its frequencies or event rates are far beyond any hammer's.
+    /// The scene needs too much work: its frequencies or the rates of its events are far beyond those of any hammer.
     #[error(
         "the call takes too much work at t = {} s: {limit} ({mode}){}{}",
         DisplayNumber(*.time), hint(.suspect.as_ref()),
         .work_limit.map_or_else(String::new, |limit| format!("; work_limit = {limit} ends it"))
     )]
     Overwork {
-        /// When, s.
+        /// The instant, s.
         time: f64,
         /// What exceeded its limit.
         limit: WorkLimit,
-        /// The mode.
+        /// The mode at that instant.
         mode: Mode,
         /// The parameter that is most out of proportion, if any is.
         suspect: Option<Suspect>,
-        /// The limit of the call, if that was reached.
+        /// The parameter `work_limit`, if that limit was reached.
         work_limit: Option<usize>,
     },
-    /// An [`Interrupt`](crate::Interrupt) ended the work. The machine is at its last event or, if there was none, at
-    /// the start of the step, and can continue.
+    /// An [`Interrupt`](crate::Interrupt) ended the work. The machine is at the last event of the step or, if there was
+    /// none, at its start, and can continue.
     #[error("cancelled before it was done")]
     Cancelled,
     /// The system has too little memory for the scene.
@@ -188,11 +188,11 @@ pub enum Error {
          mesh", *.bytes as f64 / 1e6
     )]
     OutOfMemory {
-        /// How many of each elastic body.
+        /// The number of elements of each elastic body, in words.
         elements: String,
-        /// Of the mesh.
+        /// Degree of the mesh.
         degree: usize,
-        /// The memory requested.
+        /// The memory that is needed.
         bytes: usize,
     },
     /// The free modes of a stepped body could not be computed to working accuracy.
@@ -200,20 +200,20 @@ pub enum Error {
         "the natural modes of the {body} cannot be computed: its sections differ too much in length or area"
     )]
     Modes {
-        /// Piston or bit.
+        /// Name of the body.
         body: &'static str,
     },
     /// The eigenvalues of a system could not be computed to working accuracy.
     #[error("the modes of the hammer with {mode} cannot be computed: {error}{}", hint(.suspect.as_ref()))]
     Spectrum {
-        /// The mode whose linear system failed.
+        /// The mode whose linear system cannot be decomposed.
         mode: Mode,
-        /// Why.
+        /// The reason.
         error: SpectrumError,
         /// The parameter that is most out of proportion, if any is.
         suspect: Option<Suspect>,
     },
-    /// A stored state belongs to a scene of other dimensions.
+    /// A stored state belongs to a scene with other bodies or meshes.
     #[error("the stored state is that of another hammer: its bodies or meshes differ")]
     Foreign,
     /// A stored state is corrupt.
@@ -225,7 +225,7 @@ pub enum Error {
     /// A number of the state overflowed.
     #[error("the motion has grown beyond all numbers at t = {} s", DisplayNumber(*.time))]
     NotFinite {
-        /// When, s.
+        /// The instant, s.
         time: f64,
     },
 }
@@ -236,15 +236,15 @@ impl Error {
         if interrupt::is_set() { Err(Self::Cancelled) } else { Ok(()) }
     }
 
-    /// Adds the parameter that is most out of proportion, where a system cannot be decomposed.
-    pub(crate) fn suspecting(mut self, far_off: Option<Suspect>) -> Self {
+    /// Adds the parameter that is most out of proportion, if this is the error of a system that cannot be decomposed.
+    pub(crate) fn suspecting(mut self, parameter: Option<Suspect>) -> Self {
         if let Self::Spectrum { suspect, .. } = &mut self {
-            *suspect = far_off;
+            *suspect = parameter;
         }
         self
     }
 
-    /// A refused value of this input.
+    /// The error of a value of this input that is refused.
     pub(crate) fn of_input(input: Input) -> impl Fn(InputError) -> Self {
         move |error| Self::Input { name: input.name(), error }
     }

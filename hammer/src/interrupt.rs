@@ -1,4 +1,4 @@
-//! Interrupts: another thread, or a question that is asked now and then, ends long work.
+//! Interrupts, which end long work. Another thread sets them, or a question that is asked every few milliseconds.
 
 use std::cell::RefCell;
 use std::fmt;
@@ -10,10 +10,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-/// True if the work is to end.
+/// Returns true if the work must end.
 type Question = Box<dyn Fn() -> bool + Send + Sync>;
 
-/// How often a thread that waits for others asks the question.
+/// Interval at which a thread that waits for others asks the question.
 const PAUSE: Duration = Duration::from_millis(5);
 
 #[derive(Default)]
@@ -22,17 +22,19 @@ struct Inner {
     question: Option<Question>,
 }
 
-/// Ends work of the engine that is [watched](Self::watch).
+/// An interrupt, which ends the work of the engine that it [watches](Self::watch).
 ///
-/// While the interrupt is set, watched work returns [`Error::Cancelled`](crate::Error::Cancelled) within
-/// milliseconds, and so does any new watched work, until it is [cleared](Self::clear). Only a call of the dense
-/// eigenvalue solver runs to its end: 0.08 s of one core for a body of 400 splines. Clones share one state.
+/// While the interrupt is set, watched work returns [`Error::Cancelled`](crate::Error::Cancelled) within milliseconds,
+/// and so does any new watched work, until the interrupt is [cleared](Self::clear).
+/// Only a call of the dense eigenvalue solver runs to its end, which takes 0.08 s on one core for a body of 400
+/// splines.
+/// Clones share one state.
 #[derive(Clone, Default)]
 pub struct Interrupt(Arc<Inner>);
 
 impl Interrupt {
-    /// An interrupt that is also set as soon as `question` returns true. The question is asked every few
-    /// milliseconds, except during the dense solver's calls ([`Self`]), in the thread that works.
+    /// An interrupt that is also set as soon as `question` returns true. The working thread asks the question every few
+    /// milliseconds, except during calls of the dense solver (see [`Self`]).
     pub fn asking(question: impl Fn() -> bool + Send + Sync + 'static) -> Self {
         Self(Arc::new(Inner { set: AtomicBool::new(false), question: Some(Box::new(question)) }))
     }
@@ -47,7 +49,7 @@ impl Interrupt {
         self.0.set.store(false, Ordering::Relaxed);
     }
 
-    /// True from [`Self::set`] or the question's answer on, until [`Self::clear`].
+    /// True from [`Self::set`], or from the question's answer true, until [`Self::clear`].
     pub fn is_set(&self) -> bool {
         if !self.0.set.load(Ordering::Relaxed) && self.0.question.as_ref().is_some_and(|ask| ask())
         {
@@ -56,15 +58,15 @@ impl Interrupt {
         self.0.set.load(Ordering::Relaxed)
     }
 
-    /// The interrupt that watches this thread's work, or one that is never set.
+    /// The interrupt that watches this thread's work. If there is none, this is one that nobody sets.
     pub fn present() -> Self {
         copy().unwrap_or_default()
     }
 
-    /// Does `work` while this interrupt watches it: steps, decompositions, derivatives and the search for a cycle, as
-    /// far as they run in this thread.
+    /// Does `work` while this interrupt watches it: the steps, decompositions, derivatives and searches for a cycle
+    /// that run in this thread.
     pub fn watch<T>(&self, work: impl FnOnce() -> T) -> T {
-        let _before = Before(exchange(Some(self.clone())));
+        let _previous = Previous(exchange(Some(self.clone())));
         work()
     }
 }
@@ -76,8 +78,8 @@ impl fmt::Debug for Interrupt {
 }
 
 thread_local! {
-    /// The interrupt that watches this thread's work. It is never dropped at the end of a thread, and always taken
-    /// out before: a library can be unloaded while threads that have used it live on.
+    /// The interrupt that watches this thread's work. It is always taken out before the thread ends, and not dropped at
+    /// its end, since a library can be unloaded while threads that have used it live on.
     static PRESENT: RefCell<ManuallyDrop<Option<Interrupt>>> =
         const { RefCell::new(ManuallyDrop::new(None)) };
 }
@@ -86,16 +88,17 @@ fn exchange(other: Option<Interrupt>) -> Option<Interrupt> {
     ManuallyDrop::into_inner(PRESENT.replace(ManuallyDrop::new(other)))
 }
 
-/// The previous interrupt of this thread, which is restored.
-struct Before(Option<Interrupt>);
+/// The previous interrupt of this thread, which is restored when this is dropped.
+struct Previous(Option<Interrupt>);
 
-impl Drop for Before {
+impl Drop for Previous {
     fn drop(&mut self) {
         exchange(self.0.take());
     }
 }
 
-/// A copy, since a question may itself do work of the engine, and nothing must be borrowed meanwhile.
+/// A copy of this thread's interrupt. It is copied because nothing may be borrowed while the question is asked, which
+/// may itself do work of the engine.
 fn copy() -> Option<Interrupt> {
     PRESENT.with_borrow(|present| Option::clone(present))
 }
@@ -107,12 +110,13 @@ pub(crate) fn is_set() -> bool {
 
 /// Does `work` on each part, on so many threads, and returns the results in the order of the parts.
 ///
-/// The threads are watched by this thread's interrupt. This thread asks the question meanwhile, since it may be the
-/// only one that can: Python handles signals in its main thread only. With one thread, or if none can be started,
-/// this thread works itself.
+/// This thread's interrupt watches the threads.
+/// Meanwhile this thread asks the question, since it may be the only one that can: Python handles signals only in its
+/// main thread.
+/// With one thread, or if no thread can be started, this thread does the work itself.
 ///
 /// # Panics
-/// If `work` does.
+/// If `work` panics.
 pub fn in_threads<P: Send, T: Send>(
     parts: Vec<P>,
     threads: usize,
@@ -126,35 +130,35 @@ pub fn in_threads<P: Send, T: Send>(
     let mut results: Vec<_> = parts.iter().map(|_| None).collect();
     let queue = Mutex::new(parts.into_iter().enumerate());
     let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
-    let labour = |done: Sender<(usize, T)>| {
+    let work_off = |results: Sender<(usize, T)>| {
         while let Some((k, part)) = next() {
-            // It is received, since the receiver waits for all results.
-            let _ = done.send((k, work(part)));
+            // Sending cannot fail, since the receiver waits for all results.
+            let _ = results.send((k, work(part)));
         }
     };
     thread::scope(|scope| {
         let (sender, receiver) = channel();
-        let (interrupt, labour) = (&interrupt, &labour);
+        let (interrupt, work_off) = (&interrupt, &work_off);
         let thread = |_| {
             let sender = sender.clone();
-            let listening = move || interrupt.watch(|| labour(sender));
-            thread::Builder::new().spawn_scoped(scope, listening).ok()
+            let watched = move || interrupt.watch(|| work_off(sender));
+            thread::Builder::new().spawn_scoped(scope, watched).ok()
         };
-        let crew: Vec<_> = (0..threads).map_while(thread).collect();
-        if crew.is_empty() {
-            labour(sender);
+        let workers: Vec<_> = (0..threads).map_while(thread).collect();
+        if workers.is_empty() {
+            work_off(sender);
         } else {
             drop(sender);
         }
         loop {
             match receiver.recv_timeout(PAUSE) {
-                Ok((k, done)) => results[k] = Some(done),
+                Ok((k, result)) => results[k] = Some(result),
                 Err(RecvTimeoutError::Timeout) => (),
                 Err(RecvTimeoutError::Disconnected) => break,
             }
             interrupt.is_set();
         }
-        for worker in crew {
+        for worker in workers {
             worker.join().unwrap_or_else(|panic| resume_unwind(panic));
         }
     });

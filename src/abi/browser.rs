@@ -1,4 +1,4 @@
-//! Functions beyond FMI for the page that runs the engine in a browser. They are exported to browsers only.
+//! Functions beyond FMI, for the page that runs the engine in a browser. Only the library for browsers exports them.
 
 use crate::c::{Handle, Out, Status, Text};
 use crate::datasheet;
@@ -9,21 +9,22 @@ use hammer::means::{Averages, Kind, Wanted, steady};
 use std::ffi::{CString, c_char};
 use std::sync::OnceLock;
 
-/// Solves a datasheet. Writes as much of the answer as there is room for, and returns its length in bytes.
+/// Solves a datasheet. Writes as much of the answer as there is room for, and returns the length of the whole answer in
+/// bytes.
 #[unsafe(no_mangle)]
 extern "C" fn dth_datasheet(request: Text, answer: Out<u8>, room: usize) -> usize {
     let text = request.read().map(|text| text.to_string_lossy().into_owned()).unwrap_or_default();
-    let found = datasheet::answer(&text);
-    for (index, byte) in found.bytes().take(room).enumerate() {
+    let solved = datasheet::answer(&text);
+    for (index, byte) in solved.bytes().take(room).enumerate() {
         if answer.write(index, byte, "answer").is_err() {
             return 0;
         }
     }
-    found.len()
+    solved.len()
 }
 
-/// Writes stresses in the elements of piston (0) or bit (1), as many as there is room for, and returns their number;
-/// 0 without an instance. Hosts read the arrays of FMI 3.0 instead.
+/// Writes the stresses in the elements of the piston (`body` 0) or the bit (1), as many as there is room for. Returns
+/// the number of elements, or 0 without an instance. Hosts read the arrays of FMI 3.0 instead.
 #[unsafe(no_mangle)]
 extern "C" fn dth_stress(me: Handle, body: usize, out: Out<f64>, room: usize) -> usize {
     let mut count = 0;
@@ -37,7 +38,7 @@ extern "C" fn dth_stress(me: Handle, body: usize, out: Out<f64>, room: usize) ->
     count
 }
 
-/// Names of the means of [`dth_steady`], one on a line.
+/// Names of the means of [`dth_steady`], one on each line.
 #[unsafe(no_mangle)]
 extern "C" fn dth_steady_names() -> *const c_char {
     static NAMES: OnceLock<CString> = OnceLock::new();
@@ -45,27 +46,27 @@ extern "C" fn dth_steady_names() -> *const c_char {
     NAMES.get_or_init(|| CString::new(names()).unwrap_or_default()).as_ptr()
 }
 
-/// The long-run response of the scene set, before it runs: to a relative error of the rate of
-/// penetration, with so many simulated blows at most.
+/// Computes the long-run response of the scene that was set and does not run yet. `error` is the relative error of the
+/// rate of penetration at which the computation ends, `blows` the largest number of simulated blows.
 ///
-/// Writes the number of blows after which it repeats (0: it does not, -1: it stalls), the number
-/// of blows, 1 if the error was reached, then all means, all their standard errors, and all standard
-/// deviations from blow to blow. SI units.
+/// Writes the number of blows after which the response repeats (0 if it does not repeat, -1 if the hammer stalls), the
+/// number of simulated blows, 1 if the error was reached (otherwise 0), then all means, all their standard errors, and
+/// all standard deviations from blow to blow, in SI units.
 #[unsafe(no_mangle)]
 extern "C" fn dth_steady(me: Handle, error: f64, blows: usize, values: Out<f64>) -> Status {
     call(me, |instance| {
         let (parameters, inputs) = instance.starting()?;
         let error = Averages::of_rates(error);
-        let wanted = Wanted { error, blows, ..Wanted::default() };
-        let found = steady(&Scene { parameters, inputs }, &wanted, &mut |_, _| true)
+        let target = Wanted { error, blows, ..Wanted::default() };
+        let steady = steady(&Scene { parameters, inputs }, &target, &mut |_, _| true)
             .map_err(CallError::from)?;
-        let kind = match found.kind {
+        let kind = match steady.kind {
             Kind::Cycle(blows) => blows as f64,
             Kind::Irregular => 0.0,
             Kind::Stalled => -1.0,
         };
-        let head = [kind, found.blows as f64, f64::from(u8::from(found.reached))];
-        let lists = [found.mean.0, found.error.0, found.spread.0];
+        let head = [kind, steady.blows as f64, f64::from(u8::from(steady.reached))];
+        let lists = [steady.mean.0, steady.error.0, steady.spread.0];
         for (index, value) in head.iter().chain(lists.as_flattened()).enumerate() {
             values.write(index, *value, "values")?;
         }

@@ -1,11 +1,11 @@
 //! Directional and adjoint derivatives.
 //!
-//! They are those of the standard: derivatives of an output at the present by a known at the present. In
-//! initialization mode the scene itself depends on the knowns. Afterwards the state is given, and an output depends
-//! on an input only where the description's `dependencies` say so.
+//! They are those of the standard: derivatives of an output at the present by a known at the present.
+//! In initialization mode the scene itself depends on the knowns. Afterwards the state is given, and an output depends
+//! on an input only if the `dependencies` in the model description say so.
 //!
 //! The derivative of an output at the end of the last communication step by an input during that step is another
-//! number. Its unknown has a value reference [`OVER_STEP`] above the output's.
+//! number. The value reference of its unknown is that of the output plus [`OVER_STEP`].
 
 use super::events::Face;
 use super::inputs::Inputs;
@@ -28,9 +28,9 @@ enum Known {
     Input(Input),
     /// A real parameter.
     Parameter(Argument),
-    /// A variable on which no output at the present depends: the time, slopes of inputs, positions at which steps
-    /// end.
-    Still,
+    /// A variable on which no output at the present depends: the time, the slope of an input, or a position at which
+    /// steps end.
+    Unrelated,
 }
 
 impl Instance {
@@ -38,8 +38,7 @@ impl Instance {
     ///
     /// # Errors
     ///
-    /// Unknowns that are no real outputs; knowns that are no real parameters or inputs, or cannot
-    /// change any more.
+    /// An unknown is not a real output; a known is not a real parameter or input, or cannot change any more.
     pub fn directional(
         &mut self,
         unknowns: &[u32],
@@ -58,7 +57,7 @@ impl Instance {
     /// `sum_k seed_k d unknown_k / d known`, for each known.
     ///
     /// # Errors
-    /// As [`Instance::directional`].
+    /// Those of [`Instance::directional`].
     pub fn adjoint(
         &mut self,
         unknowns: &[u32],
@@ -70,7 +69,7 @@ impl Instance {
         Ok(self.jacobian(unknowns, knowns)?.iter().map(sum).collect())
     }
 
-    /// Derivatives of the scalars of all unknowns, one row per known.
+    /// Derivatives of all scalars of the unknowns, with one row for each known.
     fn jacobian(&mut self, unknowns: &[u32], knowns: &[u32]) -> Result<Vec<Vec<f64>>, CallError> {
         use Phase::{Initialization, Instantiated, Stepping, Terminated};
         const CALL: &str = "GetDirectionalDerivative";
@@ -79,7 +78,7 @@ impl Instance {
         let distinct: Vec<u32> =
             knowns.iter().copied().collect::<BTreeSet<_>>().into_iter().collect();
         let rows = self.distinct_rows(unknowns, &distinct)?;
-        let row = |known| distinct.binary_search(known).ok().and_then(|at| rows.get(at));
+        let row = |known| distinct.binary_search(known).ok().and_then(|index| rows.get(index));
         Ok(knowns.iter().filter_map(row).cloned().collect())
     }
 
@@ -89,11 +88,10 @@ impl Instance {
         knowns: &[u32],
     ) -> Result<Vec<Vec<f64>>, CallError> {
         let knowns = knowns.iter().map(|r| self.known(*r)).collect::<Result<Vec<_>, _>>()?;
-        let over = |reference: &u32| reference.checked_sub(OVER_STEP);
-        if !unknowns.is_empty() && unknowns.iter().all(|reference| over(reference).is_some()) {
+        if !unknowns.is_empty() && unknowns.iter().all(|reference| *reference >= OVER_STEP) {
             return self.over_step(unknowns, &knowns);
         }
-        // Making the scene takes most of the time of reading.
+        // Before any output is read the scene must be made, which takes most of the time and can be cancelled.
         self.cancel.clone().over(|| self.machine().map(|_| ()))?;
         let mut sizes = Vec::with_capacity(unknowns.len());
         for reference in unknowns {
@@ -112,7 +110,7 @@ impl Instance {
         if let Face::Three { .. } = self.face
             && let Some(Extra::Time | Extra::Slope(_) | Extra::Position(_)) = Extra::of(reference)
         {
-            return Ok(Known::Still);
+            return Ok(Known::Unrelated);
         }
         let variable = row(reference, WANTED)?;
         match variable.role {
@@ -124,18 +122,18 @@ impl Instance {
         argument.ok_or(CallError::Reference { reference, wanted: WANTED })
     }
 
-    /// The scalars of a real output.
+    /// The values of a real output, which may be an array.
     fn output_values(&mut self, reference: u32) -> Result<Vec<f64>, CallError> {
-        let of_three = self.face != Face::Two;
-        if !(of_three && Extra::of(reference).is_some_and(Extra::is_output)) {
+        let is_fmi3 = self.face != Face::Two;
+        if !(is_fmi3 && Extra::of(reference).is_some_and(Extra::is_output)) {
             output(reference)?;
         }
-        let mut found = Vec::new();
-        self.float64s(reference, &mut found)?;
-        Ok(found)
+        let mut values = Vec::new();
+        self.float64s(reference, &mut values)?;
+        Ok(values)
     }
 
-    /// The rows before initialization is complete, by differences of scenes.
+    /// The rows while initialization is not complete, by differences of scenes.
     fn at_start(
         &mut self,
         unknowns: &[u32],
@@ -154,11 +152,11 @@ impl Instance {
             let mut values = Vec::with_capacity(scalars);
             for reference in unknowns {
                 if is_zero_at_start(*reference) {
-                    // Differences would consist of rounding, and contradict the description.
+                    // Differences would consist of rounding, and would contradict the model description.
                     values.push(0.0);
                     continue;
                 }
-                // The instance itself has just read them, so only an interrupt can be the reason.
+                // The instance itself has just read the same outputs, so only an interrupt can be the reason.
                 let read = probe.output_values(*reference).map_err(|_| hammer::Error::Cancelled)?;
                 values.extend(read);
             }
@@ -167,21 +165,21 @@ impl Instance {
         let argument = |known: &Known| match known {
             Known::Input(input) => Argument::named(input.name()),
             Known::Parameter(argument) => Some(*argument),
-            Known::Still => None,
+            Known::Unrelated => None,
         };
         let by: Vec<Argument> = knowns.iter().filter_map(argument).collect();
-        let found = self.cancel.clone().over(|| derivatives(&scene, &by, &run))?;
-        self.warn_of_kinks(by.iter().map(|by| by.name()).zip(&found));
-        // A known without allowed neighbouring values has no derivative (a casing that does not exist). The warning
-        // says so.
-        let finite_or_zero = |slope: f64| if slope.is_nan() { 0.0 } else { slope };
+        let rows = self.cancel.clone().over(|| derivatives(&scene, &by, &run))?;
+        self.warn_of_kinks(by.iter().map(|by| by.name()).zip(&rows));
+        // A known has no derivative if its neighbouring values are not allowed, as the mass of a casing that does not
+        // exist. The warning says so.
+        let number_or_zero = |slope: f64| if slope.is_nan() { 0.0 } else { slope };
         let mut rows =
-            found.into_iter().map(|row| row.values.into_iter().map(finite_or_zero).collect());
+            rows.into_iter().map(|row| row.values.into_iter().map(number_or_zero).collect());
         let mut row = |known| argument(known).and_then(|_| rows.next());
         Ok(knowns.iter().map(|known| row(known).unwrap_or_else(|| vec![0.0; scalars])).collect())
     }
 
-    /// The rows of unknowns [`OVER_STEP`], by a constant added to an input over the last step.
+    /// The rows of unknowns above [`OVER_STEP`], by constants that are added to inputs during the last step.
     fn over_step(
         &mut self,
         unknowns: &[u32],
@@ -202,18 +200,18 @@ impl Instance {
             inputs.push(*input);
         }
         let read = |machine: &mut Machine| outputs.iter().map(|read| read(machine)).collect();
-        let at_start = self.step_start.clone();
+        let step_start = self.step_start.clone();
         let cancel = self.cancel.clone();
         let machine = self.machine()?;
         let present = machine.state();
-        let start = match at_start {
+        let start = match step_start {
             Some((time, None)) => present.looked_at(time),
             Some((_, Some(state))) => *state,
             None => present,
         };
-        let found = cancel.over(|| over_step(machine, &start, &inputs, &read))?;
-        self.warn_of_kinks(inputs.iter().map(|input| input.name()).zip(&found));
-        Ok(found.into_iter().map(|row| row.values).collect())
+        let rows = cancel.over(|| over_step(machine, &start, &inputs, &read))?;
+        self.warn_of_kinks(inputs.iter().map(|input| input.name()).zip(&rows));
+        Ok(rows.into_iter().map(|row| row.values).collect())
     }
 
     fn warn_of_kinks<'a>(&mut self, rows: impl Iterator<Item = (&'static str, &'a Derivative)>) {
@@ -226,7 +224,7 @@ impl Instance {
     }
 }
 
-/// A row for a given state: an output depends on the inputs that its row of the table names.
+/// A row if the state is given. An output then depends only on the inputs that its row of the table names.
 fn feedthrough(machine: &Machine, unknowns: &[u32], sizes: &[usize], known: Known) -> Vec<f64> {
     let slope = |reference: u32| match (known, VARIABLES.get(reference as usize)) {
         (Known::Input(input), Some(variable)) => match &variable.role {
@@ -241,7 +239,7 @@ fn feedthrough(machine: &Machine, unknowns: &[u32], sizes: &[usize], known: Know
     values.flat_map(|(reference, size)| std::iter::repeat_n(slope(*reference), *size)).collect()
 }
 
-/// An infinite slope does not matter if its seed is zero.
+/// The product of a slope and its seed. It is 0 if the seed is, even for an infinite slope.
 fn product(slope: f64, seed: f64) -> f64 {
     if seed == 0.0 { 0.0 } else { slope * seed }
 }

@@ -6,7 +6,7 @@ use crate::events::{Extra, Length, MAX_LENGTH, MAX_POSITIONS};
 use hammer::{Input, Machine, ParameterError, Stop, Stops};
 use serde::{Deserialize, Serialize};
 
-/// The host's standard, and the options that it has chosen.
+/// The version of FMI that the host uses, and the options that it has chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Face {
     /// FMI 2.0.
@@ -21,7 +21,7 @@ pub enum Face {
 }
 
 impl Face {
-    /// The name of a call in this standard.
+    /// The name of a call in this version of FMI.
     pub fn call(self, name: &str) -> String {
         let three = match (self, name) {
             (Self::Two, _) => return format!("fmi2{name}"),
@@ -38,19 +38,19 @@ impl Face {
     }
 }
 
-/// Modes of FMI 3.0 within a [`Phase`].
+/// A mode of FMI 3.0 within a [`Phase`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Mode {
-    /// No mode within the phase.
+    /// The phase's only or usual mode, which while stepping is step mode.
     #[default]
     Plain,
-    /// Before initialization: structural parameters may be set.
+    /// Configuration mode, before initialization: structural parameters may be set.
     Configuration,
-    /// Between steps: events are handled.
+    /// Event mode, between steps: the host handles events.
     Event,
 }
 
-/// State of events.
+/// What the host has chosen about events, arrays and slopes, and what happened in the last step.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Events {
     pub(super) mode: Mode,
@@ -80,18 +80,19 @@ impl Default for Events {
 }
 
 impl Events {
-    /// Whether calls of the host could have led here. Checked because a stored state may be corrupt.
+    /// True if calls of a host can have led to this state. This is checked because a stored state may be corrupt.
     pub(super) fn is_sound(&self) -> bool {
-        let asked = self.position.get(..self.positions.unsigned_abs() as usize);
-        let are = |stops: &Stops| asked.is_some_and(|asked| stops.are(self.blow, asked));
+        let positions = self.position.get(..self.positions.unsigned_abs() as usize);
+        let fit =
+            |stops: &Stops| positions.is_some_and(|positions| stops.are(self.blow, positions));
         self.last.position.is_none_or(|index| index < MAX_POSITIONS)
-            && self.position.iter().all(|place| place.is_finite())
+            && self.position.iter().all(|position| position.is_finite())
             && Input::ALL.iter().all(|i| i.check(1, self.slopes[*i as usize]).is_ok())
             && self.lengths.iter().all(|length| (1..=MAX_LENGTH).contains(length))
-            && self.stops.as_ref().is_none_or(are)
+            && self.stops.as_ref().is_none_or(fit)
     }
 
-    /// The events that suit the engine's state, for a host that may not handle events.
+    /// These events, adapted to the restored state of the engine and to the host, which may not handle events.
     pub(super) fn of_state(&self, face: Face, machine: Option<&Machine>) -> Self {
         let mut events = self.clone();
         if let (Some(stops), Some(machine)) = (&mut events.stops, machine) {
@@ -103,7 +104,7 @@ impl Events {
         events
     }
 
-    /// Changes a start value, as in a variant's description.
+    /// Sets a start value from the model description of a variant.
     pub(super) fn start_with(&mut self, reference: u32, value: f64) {
         match Extra::of(reference) {
             Some(Extra::EventBlow) => self.blow = value != 0.0,
@@ -114,8 +115,8 @@ impl Events {
         }
     }
 
-    /// The stops at which a step ends, if the host handles events. They end a step only if the host has agreed to
-    /// that.
+    /// The stops, if the host handles events. They end a step only if the host accepts an early return; otherwise they
+    /// are only recorded.
     pub(super) fn stops(&mut self, face: Face) -> Option<&mut Stops> {
         let Face::Three { event_mode: true, early_return } = face else { return None };
         let stops = self.stops.as_mut()?;
@@ -123,10 +124,10 @@ impl Events {
         Some(stops)
     }
 
-    /// `event_kind` and `event_position`.
+    /// The values of `event_kind` and `event_position`.
     pub(super) fn last(&self) -> [f64; 2] {
-        let place = self.last.position.map_or(0.0, |index| index as f64 + 1.0);
-        [if self.last.blow { 1.0 } else { 2.0 * place.min(1.0) }, place]
+        let position = self.last.position.map_or(0.0, |index| index as f64 + 1.0);
+        [if self.last.blow { 1.0 } else { 2.0 * position.min(1.0) }, position]
     }
 
     /// Refuses numbers that are invalid for any scene.
@@ -159,10 +160,10 @@ impl Instance {
         CallError::Order { call: self.face.call(call), phase }
     }
 
-    /// Refuses to enter initialization mode while in configuration mode.
+    /// Refuses to enter initialization mode from configuration mode.
     ///
     /// # Errors
-    /// Configuration mode was not left.
+    /// The instance is still in configuration mode.
     pub fn leave_configuration_first(&self) -> Result<(), CallError> {
         self.demand_mode("EnterInitializationMode", Phase::Instantiated, Mode::Plain)
     }
@@ -170,7 +171,7 @@ impl Instance {
     /// Enters configuration mode, in which structural parameters can be set.
     ///
     /// # Errors
-    /// Initialization mode was entered before, and none of them is tunable; or the unit has none.
+    /// Initialization mode was entered before, and no structural parameter is tunable; or the unit has none.
     pub fn enter_configuration(&mut self) -> Result<(), CallError> {
         self.demand_mode("EnterConfigurationMode", Phase::Instantiated, Mode::Plain)?;
         if !self.variant.lists_arrays() {
@@ -184,14 +185,14 @@ impl Instance {
     /// Leaves configuration mode.
     ///
     /// # Errors
-    /// Not in configuration mode.
+    /// The instance is not in configuration mode.
     pub fn exit_configuration(&mut self) -> Result<(), CallError> {
         self.demand_mode("ExitConfigurationMode", Phase::Instantiated, Mode::Configuration)?;
         self.events.mode = Mode::Plain;
         Ok(())
     }
 
-    /// Starts to monitor events when the scene is complete. The first mode is event mode.
+    /// Starts to monitor events once the scene is complete. The instance is then in event mode.
     pub(super) fn begin_events(&mut self) {
         if !self.face.handles_events() {
             return;
@@ -206,7 +207,7 @@ impl Instance {
     ///
     /// # Errors
     ///
-    /// Not in step mode, or the host did not announce event mode.
+    /// The instance is not in step mode, or the host did not announce event mode.
     pub fn enter_event_mode(&mut self) -> Result<(), CallError> {
         self.demand_mode("EnterEventMode", Phase::Stepping, Mode::Plain)?;
         if !self.face.handles_events() {
@@ -220,26 +221,26 @@ impl Instance {
     /// Returns to step mode.
     ///
     /// # Errors
-    /// Not in event mode.
+    /// The instance is not in event mode.
     pub fn enter_step_mode(&mut self) -> Result<(), CallError> {
         self.demand_event_mode("EnterStepMode")?;
         self.events.mode = Mode::Plain;
         Ok(())
     }
 
-    /// Refuses a call that belongs to event mode.
+    /// Refuses a call that is allowed only in event mode.
     ///
     /// # Errors
-    /// Not in event mode.
+    /// The instance is not in event mode.
     pub fn demand_event_mode(&self, call: &'static str) -> Result<(), CallError> {
         self.demand_mode(call, Phase::Stepping, Mode::Event)
     }
 
-    /// [`Instance::step`] up to the next event, if there is one and the host accepts early returns. Returns whether
-    /// there was an event, and whether it ended the step early.
+    /// Makes a step as [`Instance::step`] does, but ends it at the next event if the host accepts early returns.
+    /// Returns true if there was an event, and true if it ended the step early.
     ///
     /// # Errors
-    /// As [`Instance::step`]; in event mode.
+    /// Those of [`Instance::step`]; the instance is in event mode.
     pub fn step_to_event(&mut self, point: f64, size: f64) -> Result<[bool; 2], CallError> {
         if self.phase == Phase::Stepping {
             self.demand_mode("DoStep", Phase::Stepping, Mode::Plain)?;

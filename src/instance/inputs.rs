@@ -1,7 +1,7 @@
-//! Inputs as the host sets them, collected until they are needed.
+//! The inputs that the host sets. They are collected until the engine needs them.
 //!
-//! A host sets a value before or after its derivatives, in any order. Therefore they are passed to the engine
-//! together: the last value and the last derivatives of a communication point.
+//! A host may set a value and its derivatives in any order. Therefore the last value and the last derivatives of a
+//! communication point are passed to the engine together.
 
 use crate::error::CallError;
 use hammer::{Input, InputValues, MAX_INPUT_ORDER, Machine};
@@ -18,52 +18,52 @@ struct Fresh {
 /// The inputs that were set since the last communication step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Inputs {
-    /// Start values of the description.
+    /// Start values of the model description.
     start: InputValues,
-    /// True for each input that was ever set.
+    /// For each input, true if it was ever set to something else.
     set: [bool; Input::ALL.len()],
     fresh: [Fresh; Input::ALL.len()],
     dirty: bool,
 }
 
 impl Inputs {
-    /// The inputs with the start values of the description.
+    /// Inputs with the start values of the model description.
     pub fn new(start: InputValues) -> Self {
-        let [mut own, mut usual] = [start, InputValues::default()];
-        let set = Input::ALL.map(|input| *slot(&mut own, input) != *slot(&mut usual, input));
+        let [mut values, mut defaults] = [start, InputValues::default()];
+        let set = Input::ALL.map(|input| *slot(&mut values, input) != *slot(&mut defaults, input));
         Self { start, set, fresh: Default::default(), dirty: false }
     }
 
-    /// Whether calls of the host could have led here. Checked because a stored state may be corrupt.
+    /// True if calls of a host can have led to this state. This is checked because a stored state may be corrupt.
     pub fn is_sound(&self) -> bool {
-        let sound = |input: &Input| {
+        let is_valid = |input: &Input| {
             let Fresh { value, derivatives, order } = self.fresh[*input as usize];
             let start = *slot(&mut self.start.clone(), *input);
             let rates = (1..).zip(derivatives).all(|(k, rate)| input.check(k, rate).is_ok());
             let values = [Some(start), value].into_iter().flatten();
             rates && order <= MAX_INPUT_ORDER && { values }.all(|v| input.check(0, v).is_ok())
         };
-        Input::ALL.iter().all(sound)
+        Input::ALL.iter().all(is_valid)
     }
 
-    /// True if a value other than the start value was set, or a derivative.
+    /// True if a derivative was set, or a value other than the start value.
     pub fn sets(&self, input: Input) -> bool {
         self.set[input as usize]
     }
 
-    /// The value set, if one was.
+    /// The value that was set since the last communication step, if one was.
     pub fn value(&self, input: Input) -> Option<f64> {
         self.fresh[input as usize].value
     }
 
-    /// A new value, which is constant unless derivatives are set too.
+    /// Sets a value, which is constant unless derivatives are set too.
     pub fn set_value(&mut self, input: Input, value: f64) {
         self.fresh[input as usize].value = Some(value);
         self.set[input as usize] |= value != *slot(&mut self.start.clone(), input);
         self.dirty = true;
     }
 
-    /// The derivative of an `order` from 1 to [`MAX_INPUT_ORDER`] at the present time.
+    /// Sets the derivative of an `order` from 1 to [`MAX_INPUT_ORDER`] at the present time.
     pub fn set_derivative(&mut self, input: Input, order: usize, value: f64) {
         let fresh = &mut self.fresh[input as usize];
         if let Some(slot) = order.checked_sub(1).and_then(|i| fresh.derivatives.get_mut(i)) {
@@ -74,7 +74,7 @@ impl Inputs {
         }
     }
 
-    /// Values at the start, from which the engine finds its equilibrium.
+    /// The values at the start, for which the engine finds its equilibrium.
     pub fn starting(&self) -> InputValues {
         let mut values = self.start;
         for input in Input::ALL {
@@ -90,11 +90,11 @@ impl Inputs {
         *slot(&mut self.starting(), input)
     }
 
-    /// Passes what was set to the engine; does nothing if nothing was set.
+    /// Passes what was set to the engine. Does nothing if nothing was set.
     ///
     /// # Errors
     ///
-    /// Those of the engine about the polynomial.
+    /// The engine refuses the polynomial of an input.
     pub fn apply(&mut self, machine: &mut Machine) -> Result<(), CallError> {
         if !self.dirty {
             return Ok(());
@@ -113,12 +113,12 @@ impl Inputs {
         Ok(())
     }
 
-    /// Marks everything that was set to be passed again, to an engine that was created again.
+    /// Marks everything that was set, so that it is passed again to an engine that was created anew.
     pub fn reapply(&mut self) {
         self.dirty = true;
     }
 
-    /// Called after a communication point, from which the engine continues its polynomials.
+    /// Forgets what was set for a communication point that has passed. The engine continues its polynomials from there.
     pub fn pass(&mut self) {
         (self.fresh, self.dirty) = (Default::default(), false);
     }

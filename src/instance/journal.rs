@@ -1,4 +1,4 @@
-//! Log lines, stored until the host's logger can be called while the instance is not locked.
+//! Log lines. They are stored until the host's logger can be called, which must not be while the instance is locked.
 
 use crate::category::{Category, LOG_ALL};
 use crate::error::CallError;
@@ -7,15 +7,16 @@ use std::ffi::CString;
 /// A finished log line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
-    /// Its subject.
+    /// The line's category.
     pub category: Category,
-    /// Text without a line break at its end.
+    /// The line's text, without a line break at its end.
     pub text: String,
 }
 
 impl Line {
-    /// Category and text as C strings. In FMI 2.0 the text is a `format`, and some hosts pass no arguments, so `%` is
-    /// doubled, and so is `#`, which begins a variable there.
+    /// Category and text as C strings. In FMI 2.0 the text is a `format` string, and some hosts pass no arguments for
+    /// it.
+    /// Therefore `%` is doubled, and so is `#`, which begins a variable in FMI 2.0.
     pub fn to_c(&self, format: bool) -> [CString; 2] {
         let mut text = self.text.replace('\0', " ");
         if format {
@@ -25,22 +26,22 @@ impl Line {
     }
 }
 
-/// The selected categories, and the lines not yet written.
+/// The selected categories, and the lines that are not written yet.
 #[derive(Debug)]
 pub struct Journal {
-    wanted: [bool; Category::ALL.len()],
+    selected: [bool; Category::ALL.len()],
     lines: Vec<Line>,
 }
 
 impl Journal {
-    /// A log that is on begins with errors and warnings, and with the other categories if `debug`.
+    /// A journal in which errors and warnings are selected if it is `on`, and all categories if `debug`.
     pub fn new(debug: bool, on: bool) -> Self {
-        Self { wanted: Category::ALL.map(|c| debug || on && !c.is_debug()), lines: Vec::new() }
+        Self { selected: Category::ALL.map(|c| debug || on && !c.is_debug()), lines: Vec::new() }
     }
 
-    /// True if any category is selected.
+    /// True if this category is selected.
     pub fn wants(&self, category: Category) -> bool {
-        self.wanted[category as usize]
+        self.selected[category as usize]
     }
 
     /// True if a debug category is selected.
@@ -55,17 +56,17 @@ impl Journal {
         }
     }
 
-    /// Takes all lines.
+    /// Takes all lines out of the journal.
     pub fn take(&mut self) -> Vec<Line> {
         std::mem::take(&mut self.lines)
     }
 
-    /// Switches the named categories, or all without names. A host that wants only errors names the
-    /// debug categories to switch off, or never switches logging on.
+    /// Switches the named categories on or off; without names, all of them. A host that needs only errors and warnings
+    /// switches the debug categories off by their names, or never switches logging on.
     ///
     /// # Errors
     ///
-    /// A name that is no category; nothing is switched then.
+    /// A name is not that of a category. Nothing is then switched.
     pub fn switch(&mut self, on: bool, names: &[String]) -> Result<(), CallError> {
         let known =
             |name: &String| name == LOG_ALL || Category::ALL.iter().any(|c| c.name() == name);
@@ -75,10 +76,10 @@ impl Journal {
         for category in Category::ALL {
             let named = names.iter().any(|name| name == LOG_ALL || name == category.name());
             if named || names.is_empty() {
-                self.wanted[category as usize] = on;
+                self.selected[category as usize] = on;
             } else if on && category.is_debug() {
-                // Naming some debug categories selects only those.
-                self.wanted[category as usize] = false;
+                // If some debug categories are switched on by name, the other debug categories are switched off.
+                self.selected[category as usize] = false;
             }
         }
         Ok(())

@@ -1,4 +1,4 @@
-//! Variables of FMI 3.0 by type, including those that FMI 2.0 lacks.
+//! Reading and setting variables by the types of FMI 3.0, with those that FMI 2.0 does not have.
 
 use super::events::Mode;
 use super::values::{INTEGER, REAL, check, read_only, row, sound};
@@ -16,24 +16,24 @@ impl Instance {
     /// Appends the values of a real variable.
     ///
     /// # Errors
-    /// No such variable, or wrong parameters while the scene is not yet made.
-    pub fn float64s(&mut self, reference: u32, found: &mut Vec<f64>) -> Result<(), CallError> {
+    /// There is no such variable; or the scene is not made yet, and its parameters are wrong.
+    pub fn float64s(&mut self, reference: u32, values: &mut Vec<f64>) -> Result<(), CallError> {
         let value = match Extra::of(reference) {
             Some(Extra::Time) => self.time(),
             Some(Extra::Position(index)) => self.events.position[index],
             Some(Extra::Slope(input)) => self.events.slopes[input as usize],
-            Some(Extra::Along(family)) => return self.along(family, found),
+            Some(Extra::Along(family)) => return self.along(family, values),
             Some(Extra::EventKind) => self.events.last()[0],
             Some(Extra::EventPosition) => self.events.last()[1],
             Some(Extra::BlowCount) => self.machine()?.step_blows().len() as f64,
-            Some(Extra::OfBlow(figure)) => return self.of_blows(figure, found),
+            Some(Extra::OfBlow(figure)) => return self.of_blows(figure, values),
             Some(_) => return Err(CallError::Reference { reference, wanted: REAL }),
             None => {
                 row(reference, REAL)?;
                 self.real(reference)?
             }
         };
-        found.push(value);
+        values.push(value);
         Ok(())
     }
 
@@ -50,12 +50,12 @@ impl Instance {
         self.events.lengths[length as usize] as usize
     }
 
-    /// Stress or velocity at the stations. A rigid body has no stress and one velocity.
-    fn along(&mut self, family: usize, found: &mut Vec<f64>) -> Result<(), CallError> {
+    /// Appends stress or velocity at the stations. A rigid body has no stress, and the same velocity at all stations.
+    fn along(&mut self, family: usize, values: &mut Vec<f64>) -> Result<(), CallError> {
         let (stations, family) = (self.length(Length::Stations), &ALONG[family]);
         let elements = self.machine()?.parameters().spans(family.body);
         let profile = self.profile()?;
-        let at = |station: usize| {
+        let value_at = |station: usize| {
             let element = (2 * station + 1) * elements / (2 * stations);
             // A rigid body has a single node.
             let end = |node| family.value(profile, node).or_else(|| family.value(profile, 0));
@@ -64,28 +64,28 @@ impl Instance {
             sound(family.name, value)
         };
         for station in 0..stations {
-            found.push(at(station)?);
+            values.push(value_at(station)?);
         }
         Ok(())
     }
 
-    /// A figure of the last step's blows, in order; only of the last ones if the array is too short.
-    fn of_blows(&mut self, figure: usize, found: &mut Vec<f64>) -> Result<(), CallError> {
-        let (room, before) = (self.length(Length::Blows), found.len());
+    /// Appends a figure of the last step's blows in their order. If the array is too short, it has the last of them.
+    fn of_blows(&mut self, figure: usize, values: &mut Vec<f64>) -> Result<(), CallError> {
+        let (length, before) = (self.length(Length::Blows), values.len());
         let blows = self.machine()?.step_blows();
-        let last = blows.iter().skip(blows.len().saturating_sub(room));
-        found.extend(last.map(OF_BLOW[figure].value));
+        let last = blows.iter().skip(blows.len().saturating_sub(length));
+        values.extend(last.map(OF_BLOW[figure].value));
         if OF_BLOW[figure].is_instant() {
-            found[before..].iter_mut().for_each(|time| *time = self.on_clock(*time));
+            values[before..].iter_mut().for_each(|time| *time = self.on_clock(*time));
         }
-        found.resize(before + room, 0.0);
+        values.resize(before + length, 0.0);
         Ok(())
     }
 
     /// Sets parameters, inputs and slopes of inputs: all or none.
     ///
     /// # Errors
-    /// The first that does not exist, is not finite, or cannot be set now.
+    /// A variable does not exist or cannot be set now, or a value is not finite.
     pub fn set_float64s(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
         self.demand_settable("SetReal", references)?;
         for (reference, value) in references.iter().zip(values) {
@@ -106,10 +106,10 @@ impl Instance {
                 }
             }
         }
-        let (plain, extra): (Vec<_>, Vec<_>) =
+        let (common, extra): (Vec<_>, Vec<_>) =
             references.iter().zip(values).partition(|(r, _)| Extra::of(**r).is_none());
-        let (names, numbers): (Vec<u32>, Vec<f64>) = plain.into_iter().unzip();
-        self.set_reals(&names, &numbers)?;
+        let (common, numbers): (Vec<u32>, Vec<f64>) = common.into_iter().unzip();
+        self.set_reals(&common, &numbers)?;
         for (reference, value) in extra {
             match Extra::of(*reference) {
                 Some(Extra::Position(index)) => self.events.position[index] = *value,
@@ -120,7 +120,7 @@ impl Instance {
                 _ => {}
             }
         }
-        for reference in names {
+        for reference in common {
             if let Role::Input(InputRow { input, .. }) = &row(reference, REAL)?.role {
                 self.incline(*input);
             }
@@ -135,18 +135,19 @@ impl Instance {
         self.inputs.set_derivative(input, 1, slope);
     }
 
+    /// Refuses to set a fixed parameter after initialization.
     fn demand_fixed(&self, extra: Extra) -> Result<(), CallError> {
-        let open = matches!(self.phase, Phase::Instantiated | Phase::Initialization);
+        let is_settable = matches!(self.phase, Phase::Instantiated | Phase::Initialization);
         let reason = "it is fixed after initialization";
-        if open { Ok(()) } else { Err(CallError::ReadOnly { name: extra.name(), reason }) }
+        if is_settable { Ok(()) } else { Err(CallError::ReadOnly { name: extra.name(), reason }) }
     }
 
-    /// An integer variable.
+    /// Appends the value of an integer variable.
     ///
     /// # Errors
-    /// As [`Instance::float64s`].
-    pub fn int32(&mut self, reference: u32, found: &mut Vec<i32>) -> Result<(), CallError> {
-        found.push(match Extra::of(reference) {
+    /// Those of [`Instance::float64s`].
+    pub fn int32(&mut self, reference: u32, values: &mut Vec<i32>) -> Result<(), CallError> {
+        values.push(match Extra::of(reference) {
             Some(Extra::Positions) => self.events.positions,
             _ if is_choice(reference) => {
                 return Err(CallError::Reference { reference, wanted: INTEGER });
@@ -159,10 +160,10 @@ impl Instance {
     /// Sets integer parameters: all or none.
     ///
     /// # Errors
-    /// As [`Instance::set_float64s`].
+    /// Those of [`Instance::set_float64s`].
     pub fn set_int32s(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
         self.demand_settable("SetInteger", references)?;
-        let (mut names, mut numbers, mut positions) = (Vec::new(), Vec::new(), None);
+        let (mut common, mut numbers, mut positions) = (Vec::new(), Vec::new(), None);
         for (reference, value) in references.iter().zip(values) {
             if Extra::of(*reference) == Some(Extra::Positions) {
                 self.demand_fixed(Extra::Positions)?;
@@ -170,53 +171,53 @@ impl Instance {
             } else if is_choice(*reference) {
                 return Err(CallError::Reference { reference: *reference, wanted: INTEGER });
             } else {
-                names.push(*reference);
+                common.push(*reference);
                 numbers.push(*value);
             }
         }
-        self.set_integers(&names, &numbers)?;
+        self.set_integers(&common, &numbers)?;
         self.events.positions = positions.unwrap_or(self.events.positions);
         Ok(())
     }
 
-    /// An enumeration's value, from 1.
+    /// Appends the value of an enumeration, which counts from 1.
     ///
     /// # Errors
-    /// As [`Instance::float64s`].
-    pub fn int64(&mut self, reference: u32, found: &mut Vec<i64>) -> Result<(), CallError> {
+    /// Those of [`Instance::float64s`].
+    pub fn int64(&mut self, reference: u32, values: &mut Vec<i64>) -> Result<(), CallError> {
         if !is_choice(reference) {
             return Err(CallError::Reference { reference, wanted: ENUMERATION });
         }
-        found.push(self.integer(reference)?.into());
+        values.push(self.integer(reference)?.into());
         Ok(())
     }
 
     /// Sets enumeration parameters: all or none.
     ///
     /// # Errors
-    /// As [`Instance::set_float64s`].
+    /// Those of [`Instance::set_float64s`].
     pub fn set_int64s(&mut self, references: &[u32], values: &[i64]) -> Result<(), CallError> {
         if let Some(reference) = references.iter().copied().find(|r| !is_choice(*r)) {
             return Err(CallError::Reference { reference, wanted: ENUMERATION });
         }
-        // A number that is too large is not an item.
+        // A number that is too large becomes one that is no item either.
         let number = |value: &i64| i32::try_from(*value).unwrap_or(i32::MAX);
         self.set_integers(references, &values.iter().map(number).collect::<Vec<_>>())
     }
 
-    /// The length of a group of arrays.
+    /// Appends a length of arrays.
     ///
     /// # Errors
-    /// As [`Instance::float64s`].
-    pub fn uint64(&mut self, reference: u32, found: &mut Vec<u64>) -> Result<(), CallError> {
-        found.push(self.events.lengths[length_of(reference)? as usize]);
+    /// Those of [`Instance::float64s`].
+    pub fn uint64(&mut self, reference: u32, values: &mut Vec<u64>) -> Result<(), CallError> {
+        values.push(self.events.lengths[length_of(reference)? as usize]);
         Ok(())
     }
 
     /// Sets lengths of arrays: all or none.
     ///
     /// # Errors
-    /// Not in configuration mode; a number that is not allowed.
+    /// The instance is not in configuration mode, or a number is not allowed.
     pub fn set_uint64s(&mut self, references: &[u32], values: &[u64]) -> Result<(), CallError> {
         let mut lengths = self.events.lengths;
         for (reference, value) in references.iter().zip(values) {
@@ -236,12 +237,12 @@ impl Instance {
         Ok(())
     }
 
-    /// A Boolean variable.
+    /// Appends the value of a Boolean variable.
     ///
     /// # Errors
-    /// As [`Instance::float64s`].
-    pub fn truth(&mut self, reference: u32, found: &mut Vec<u8>) -> Result<(), CallError> {
-        found.push(match Extra::of(reference) {
+    /// Those of [`Instance::float64s`].
+    pub fn truth(&mut self, reference: u32, values: &mut Vec<u8>) -> Result<(), CallError> {
+        values.push(match Extra::of(reference) {
             Some(Extra::EventBlow) => self.events.blow.into(),
             _ => self.boolean(reference)?.into(),
         });
@@ -251,7 +252,7 @@ impl Instance {
     /// Sets Boolean parameters: all or none.
     ///
     /// # Errors
-    /// As [`Instance::set_float64s`].
+    /// Those of [`Instance::set_float64s`].
     pub fn set_truths(&mut self, references: &[u32], values: &[u8]) -> Result<(), CallError> {
         self.demand_settable("SetBoolean", references)?;
         for reference in references {

@@ -17,16 +17,16 @@ pub(super) fn row(reference: u32, wanted: &'static str) -> Result<&'static Varia
         .ok_or(CallError::Reference { reference, wanted })
 }
 
-/// Turns -0 into 0: a force of -0 N would look like tension.
+/// Turns -0 into 0, since a force of -0 N would look like tension.
 fn unsigned_zero(value: f64) -> f64 {
     value + 0.0
 }
 
 impl Instance {
-    /// A real variable.
+    /// The value of a real variable.
     ///
     /// # Errors
-    /// No such variable, or wrong parameters while the scene is not yet made.
+    /// There is no such variable; or the scene is not made yet, and its parameters are wrong.
     pub fn real(&mut self, reference: u32) -> Result<f64, CallError> {
         let Variable { name, role, .. } = row(reference, REAL)?;
         match role {
@@ -51,7 +51,7 @@ impl Instance {
         }
     }
 
-    /// Waves along the bars, all computed when one of them is first read.
+    /// Motion and stress along the bars. All of it is computed when a part is first read.
     pub fn profile(&mut self) -> Result<&Profile, CallError> {
         self.machine()?;
         let Some(machine) = &self.machine else { return Err(CallError::Failed) };
@@ -67,10 +67,10 @@ impl Instance {
         }
     }
 
-    /// An integer variable, or an enumeration's value (from 1).
+    /// The value of an integer variable, or of an enumeration, which counts from 1.
     ///
     /// # Errors
-    /// As [`Instance::real`].
+    /// Those of [`Instance::real`].
     pub fn integer(&mut self, reference: u32) -> Result<i32, CallError> {
         match &row(reference, INTEGER)?.role {
             Role::Parameter(Parameter { slot: Slot::Integer(_) | Slot::Choice(..), .. }) => {
@@ -81,10 +81,10 @@ impl Instance {
         }
     }
 
-    /// A Boolean variable.
+    /// The value of a Boolean variable.
     ///
     /// # Errors
-    /// As [`Instance::real`].
+    /// Those of [`Instance::real`].
     pub fn boolean(&mut self, reference: u32) -> Result<bool, CallError> {
         match &row(reference, BOOLEAN)?.role {
             Role::Truth(value) => Ok(value(self.machine()?)),
@@ -92,12 +92,12 @@ impl Instance {
         }
     }
 
-    /// The derivative of a real output of some order: the first of every output, the second where the engine knows
-    /// it, and otherwise 0, as the standard demands (4.2.2).
+    /// The derivative of a real output of an order: the first derivative of every output, the second if the engine
+    /// knows it, and otherwise 0, as the standard demands (FMI 2.0, 4.2.2).
     ///
     /// # Errors
     ///
-    /// An order below 1, or a variable that is not an output.
+    /// The order is below 1, or the variable is not an output.
     pub fn output_derivative(&mut self, reference: u32, order: i32) -> Result<f64, CallError> {
         const WANTED: &str = "an output";
         if order < 1 {
@@ -119,7 +119,7 @@ impl Instance {
     /// Sets parameters and inputs: all or none.
     ///
     /// # Errors
-    /// The first that does not exist, is not finite, or cannot be set now.
+    /// A variable does not exist or cannot be set now, or a value is not finite.
     pub fn set_reals(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
         self.demand_settable("SetReal", references)?;
         for (reference, value) in references.iter().zip(values) {
@@ -136,7 +136,7 @@ impl Instance {
                 Role::Input(row) => check(row.input, 0, *value)?,
                 _ => finite(variable.name, *value)?,
             }
-            // Checked now, since no later call could refuse it once the simulation runs.
+            // While the simulation runs, the value is checked now, since no later call could refuse it.
             if self.phase == Phase::Stepping
                 && let Role::Parameter(row) = &variable.role
             {
@@ -158,7 +158,7 @@ impl Instance {
     /// Sets integer and enumeration parameters: all or none.
     ///
     /// # Errors
-    /// The first that does not exist, or cannot be set now.
+    /// A variable does not exist, or cannot be set now.
     pub fn set_integers(&mut self, references: &[u32], values: &[i32]) -> Result<(), CallError> {
         self.demand_settable("SetInteger", references)?;
         for reference in references {
@@ -177,10 +177,10 @@ impl Instance {
         Ok(())
     }
 
-    /// Refuses to set Booleans, of which none can be set.
+    /// Refuses to set Boolean variables, since none of them can be set.
     ///
     /// # Errors
-    /// Always, unless nothing is to be set.
+    /// Always, unless the call is empty.
     pub fn set_booleans(&mut self, references: &[u32]) -> Result<(), CallError> {
         self.demand_settable("SetBoolean", references)?;
         let Some(reference) = references.first() else { return Ok(()) };
@@ -191,10 +191,10 @@ impl Instance {
         }
     }
 
-    /// Sets derivatives of inputs at the present time, of orders from 1: all or none.
+    /// Sets derivatives of inputs at the present time, with orders from 1: all or none.
     ///
     /// # Errors
-    /// The first that is not an input, not finite, or of an order that is not supported.
+    /// A variable is not an input, a value is not finite, or an order is not supported.
     pub fn set_input_derivatives(
         &mut self,
         references: &[u32],
@@ -228,7 +228,8 @@ impl Instance {
         Ok(())
     }
 
-    /// An empty set call is allowed in any phase, because hosts make it.
+    /// Refuses to set variables in phases and modes that forbid it. An empty call is allowed in any phase, because
+    /// hosts make it.
     pub(super) fn demand_settable(
         &self,
         call: &'static str,
@@ -253,16 +254,16 @@ impl Instance {
     }
 }
 
-/// Returns an error instead of a value that is not finite.
+/// The value, or an error if it is not finite.
 pub(super) fn sound(name: &'static str, value: f64) -> Result<f64, CallError> {
     if value.is_finite() { Ok(value) } else { Err(CallError::Overflowed { name }) }
 }
 
-/// Refuses a value of an input, or its derivative of some order, by the engine's own rule.
+/// Refuses a value of an input (order 0) or one of its derivatives by the engine's own rule.
 pub(super) fn check(input: Input, order: usize, value: f64) -> Result<(), CallError> {
     finite(input.name(), value)?;
-    let refused = |error| Error::Input { name: input.name(), error }.into();
-    input.check(order, value).map_err(refused)
+    let refusal = |error| Error::Input { name: input.name(), error }.into();
+    input.check(order, value).map_err(refusal)
 }
 
 pub(super) fn read_only(name: &'static str) -> CallError {

@@ -54,14 +54,14 @@ impl Bar {
         if loose == 0 {
             return Some(vec![Self::of(parameters, Body::Bit)?]);
         }
-        let all = parameters.sections(Body::Bit);
-        let spans = all.spans(parameters.spans(Body::Bit));
+        let string_sections = parameters.sections(Body::Bit);
+        let spans = string_sections.spans(parameters.spans(Body::Bit));
         let mut bodies: Vec<usize> = parameters.drill.sections().map(|(body, _)| body).collect();
         bodies.resize(spans.len(), loose);
         let part = |body: usize| {
             let first = bodies.iter().position(|b| *b == body)?;
             let end = bodies.iter().rposition(|b| *b == body)? + 1;
-            let sections = Sections::new(&all.as_slice()[first..end])?;
+            let sections = Sections::new(&string_sections.as_slice()[first..end])?;
             Self::elastic(parameters, &sections, spans[first..end].iter().sum())
         };
         (0..=loose).map(part).collect()
@@ -99,8 +99,8 @@ impl Bar {
             (material.youngs_modulus / (material.density * length * length), 1.0 / mass.sqrt());
         let scaled = |shape: &Vec<f64>| shape.iter().map(|c| c * amplitude).collect();
         let coefficients: Vec<Vec<f64>> = pairs.shapes.iter().map(scaled).collect();
-        let each = |pick: fn(&[f64]) -> f64| coefficients.iter().map(|c| pick(c)).collect();
-        let (top, bottom) = (each(|c| c[0]), each(|c| c[c.len() - 1]));
+        let ends_of = |pick: fn(&[f64]) -> f64| coefficients.iter().map(|c| pick(c)).collect();
+        let (top, bottom) = (ends_of(|c| c[0]), ends_of(|c| c[c.len() - 1]));
         let omega2 = pairs.lambda.iter().map(|lambda| lambda * rate2).collect();
         let shapes = Shapes::Splines { basis, coefficients };
         Some(Self { mass, omega2, top, bottom, shapes })
@@ -116,9 +116,10 @@ impl Bar {
         let (mut omega2, mut top, mut bottom) = (angle.clone(), angle.clone(), angle.clone());
         for i in 0..modes {
             let theta = i as f64 * PI / n;
-            let half = math::sin(theta / 2.0);
+            let half_sine = math::sin(theta / 2.0);
             // These are 2 + cos theta and 1 - cos theta, without cancellation.
-            let (inertia, elastic) = (3.0 - 2.0 * half * half, 2.0 * half * half);
+            let (inertia, elastic) =
+                (3.0 - 2.0 * half_sine * half_sine, 2.0 * half_sine * half_sine);
             let ends_only = theta == 0.0 || i == elements;
             let sum = if ends_only { n } else { n / 2.0 };
             let amplitude = 1.0 / (mass / n / 3.0 * inertia * sum).sqrt();

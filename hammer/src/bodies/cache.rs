@@ -115,28 +115,28 @@ mod tests {
 
     #[test]
     fn the_oldest_go_until_the_rest_fit_but_the_least_number_stays() {
-        let known = Recent::new(10, 1, |size: &usize| *size);
-        let with_one = |key| was_cached(&known, key);
+        let cache = Recent::new(10, 1, |size: &usize| *size);
+        let with_one = |key| was_cached(&cache, key);
         assert!([4, 5, 4].map(with_one) == [false, false, true]);
         // 4 was used after 5, so 5 is dropped to make room for 6.
         assert!([6, 4, 5].map(with_one) == [false, true, false]);
         assert!([20, 20, 4].map(with_one) == [false, true, false]);
-        assert_eq!(known.find(7, |_| Err(0)), Err(0));
-        let known = Recent::new(10, 2, |size: &usize| *size);
-        let cached = [20, 30, 20, 30, 1, 20].map(|key| was_cached(&known, key));
+        assert_eq!(cache.find(7, |_| Err(0)), Err(0));
+        let cache = Recent::new(10, 2, |size: &usize| *size);
+        let cached = [20, 30, 20, 30, 1, 20].map(|key| was_cached(&cache, key));
         assert!(cached == [false, false, true, true, false, false], "{cached:?}");
     }
 
     /// A locked cache is not waited for. After a fork, the lock of another thread of the parent is never released.
     #[test]
     fn what_is_locked_is_not_waited_for() {
-        let known = Recent::new(10, 1, |size: &usize| *size);
-        assert!(!was_cached(&known, 4));
-        let lock = known.known.lock().expect("a lock");
+        let cache = Recent::new(10, 1, |size: &usize| *size);
+        assert!(!was_cached(&cache, 4));
+        let lock = cache.known.lock().expect("a lock");
         let cached = std::thread::scope(|scope| {
-            scope.spawn(|| [4, 4].map(|key| was_cached(&known, key))).join().expect("two values")
+            scope.spawn(|| [4, 4].map(|key| was_cached(&cache, key))).join().expect("two values")
         });
         drop(lock);
-        assert!(cached == [false, false] && was_cached(&known, 4), "each is its own; found again");
+        assert!(cached == [false, false] && was_cached(&cache, 4), "each is its own; found again");
     }
 }

@@ -197,15 +197,15 @@ fn dense(points: &Points, size: usize) -> Option<Vec<Vec<f64>>> {
     reflect(&mut c, &axis, scale);
     c.transpose_mut();
     reflect(&mut c, &axis, scale);
-    let rest = c.remove_row(0).remove_column(0);
-    if rest.iter().any(|x| !x.is_finite()) {
+    let elastic = c.remove_row(0).remove_column(0);
+    if elastic.iter().any(|x| !x.is_finite()) {
         return None;
     }
-    let rest = (&rest + rest.transpose()) * 0.5;
+    let symmetric = (&elastic + elastic.transpose()) * 0.5;
     if interrupt::is_set() {
         return None;
     }
-    let solved = SymmetricEigen::try_new(rest, f64::EPSILON, SWEEPS * size)?;
+    let solved = SymmetricEigen::try_new(symmetric, f64::EPSILON, SWEEPS * size)?;
     let mut shapes = solved.eigenvectors.insert_row(0, 0.0);
     reflect(&mut shapes, &axis, scale);
     lower.tr_solve_lower_triangular_mut(&mut shapes);
@@ -228,11 +228,13 @@ fn add(y: &mut [f64], factor: f64, x: &[f64]) {
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = a.remainder().iter().zip(b.remainder()).map(|(x, y)| x * y).sum();
+    let remainder: f64 = a.remainder().iter().zip(b.remainder()).map(|(x, y)| x * y).sum();
     for (x, y) in a.zip(b) {
         for k in 0..8 {
             sums[k] += x[k] * y[k];
         }
     }
-    ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7])) + rest
+    ((sums[0] + sums[4]) + (sums[2] + sums[6]))
+        + ((sums[1] + sums[5]) + (sums[3] + sums[7]))
+        + remainder
 }

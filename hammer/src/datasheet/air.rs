@@ -45,8 +45,8 @@ impl AirBlow {
                 height = height.max(-machine.kinematics().relative.displacement);
             }
             if let Some(b) = machine.blow().filter(|_| blows > counted.max(SKIPPED)) {
-                let all = [b.energy, b.period, b.air_flow, b.rock_work];
-                sum.iter_mut().zip(all).for_each(|(sum, new)| *sum += new / AVERAGED as f64);
+                let values = [b.energy, b.period, b.air_flow, b.rock_work];
+                sum.iter_mut().zip(values).for_each(|(sum, new)| *sum += new / AVERAGED as f64);
             }
             counted = blows;
             if machine.time() > LONGEST {

@@ -127,10 +127,10 @@ impl DeferredLedger {
 
     /// The pending intervals in order of time.
     fn pending(&self) -> Vec<&Deferred> {
-        let all = std::iter::successors(self.last.as_deref(), |it| it.before.as_deref());
-        let mut all: Vec<_> = all.collect();
-        all.reverse();
-        all
+        let backwards = std::iter::successors(self.last.as_deref(), |it| it.before.as_deref());
+        let mut list: Vec<_> = backwards.collect();
+        list.reverse();
+        list
     }
 
     /// The ledger with all pending integrals added.

@@ -25,14 +25,14 @@ static STORED: AtomicUsize = AtomicUsize::new(0);
 const PROCESS: usize = 1 << 22;
 /// Largest number of numbers in the intervals of one hammer: 8 MB, or some 120 blows of the reference hammer. A run of
 /// one second then integrates nothing that is never read.
-const MOST: usize = 1 << 20;
+const MAX_STORED: usize = 1 << 20;
 /// The same limit for one of many hammers: 256 kB, which stay in the processor's caches.
 pub(crate) const CROWDED: usize = 1 << 15;
 
 /// How many numbers a hammer may store now, in intervals whose integrals or peaks are not yet computed. The limit does
 /// not affect their values.
 pub(crate) fn storable() -> usize {
-    if STORED.load(Ordering::Relaxed) > PROCESS { CROWDED } else { MOST }
+    if STORED.load(Ordering::Relaxed) > PROCESS { CROWDED } else { MAX_STORED }
 }
 
 /// Works, losses and impulses, summed over time.
@@ -134,7 +134,7 @@ pub(crate) struct Interval {
     pub given: [f64; 2],
 }
 
-/// A track other than the tip's, from the event that last changed it.
+/// A track other than the tip's. Its interval begins at the event that last changed the track.
 #[derive(Debug)]
 struct Other {
     group: Group,
@@ -283,8 +283,8 @@ impl Interval {
             forces[0] = force(Displacement::Tip, line, 1.0);
         }
         for (slot, tie) in forces.iter_mut().skip(1).zip(Tie::REPORTED) {
-            let mut held = self.graph.holding(self.ties);
-            if let Some((_, line)) = held.find(|(edge, _)| edge.tie == tie) {
+            let mut holding = self.graph.holding(self.ties);
+            if let Some((_, line)) = holding.find(|(edge, _)| edge.tie == tie) {
                 *slot = force(Displacement::Tie(tie), line, -1.0);
             }
         }

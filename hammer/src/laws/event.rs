@@ -26,7 +26,7 @@ pub enum RockEvent {
     Restart,
     /// Q8: the tip's velocity falls through `-vs` in SS.
     Retreat,
-    /// The tip is lifted off the rock out of standstill.
+    /// The tip is lifted off the rock in SS.
     StandstillLiftOff,
 }
 
@@ -238,7 +238,7 @@ pub(crate) fn opening(chamber: Chamber, port: Port) -> Direction {
 pub struct Guard {
     /// The displacement.
     pub displacement: Displacement,
-    /// 0: the displacement itself, 1: its rate.
+    /// 0 for the displacement itself, 1 for its rate.
     pub order: usize,
     /// The direction.
     pub direction: Direction,

@@ -312,8 +312,8 @@ mod tests {
         let close = |a: f64, b: f64| (a - b).abs() <= 4.0 * f64::EPSILON * b.abs();
         let down = memory.transit(RockMode::Forward, RockEvent::Turn, p, 0.0, &rock);
         assert!(close(down.shift, p * d / (1.0 + d)), "{:e}", down.shift);
-        let back = memory.transit(RockMode::Standstill, RockEvent::Restart, p, 0.0, &rock);
-        assert!(close(back.shift, -d * p), "{:e}", back.shift);
+        let reload = memory.transit(RockMode::Standstill, RockEvent::Restart, p, 0.0, &rock);
+        assert!(close(reload.shift, -d * p), "{:e}", reload.shift);
         let lost = Spring::Loading.lost_on_loading(&rock, 0.0, p);
         assert!(close(lost, 0.5 * rock.stiffness * p * p * d / (1.0 + d)), "{lost:e}");
     }

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct Counters {
     /// Collisions. Closings within `2 (T1 + T2)` of the last opening belong to the same collision.
     pub contacts: u64,
-    /// Blows: of each fall of the piston the first collision, if it is fast enough.
+    /// Blows. The first collision in each fall of the piston is a blow if it is fast enough.
     pub blows: u64,
     /// Drilling cycles that have begun (entries into DFC).
     pub rock_cycles: u64,

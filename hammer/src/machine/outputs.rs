@@ -89,15 +89,15 @@ impl Kinematics {
         let (tip, gap) = (present.tip, contact.x);
         let origin = state.origin.value();
         let place = |x: f64, bodies| origin + x + motion.ahead(Displacement::Mean(bodies));
-        let at = |displacement, [_, velocity, acceleration, _]: [f64; 4]| PointMotion {
+        let point = |displacement, [_, velocity, acceleration, _]: [f64; 4]| PointMotion {
             displacement,
             velocity,
             acceleration,
         };
         let difference: [f64; 4] = std::array::from_fn(|k| piston[k] - reference[k]);
-        let relative = at(difference[0] + motion.ahead(Displacement::Relative), difference);
+        let relative = point(difference[0] + motion.ahead(Displacement::Relative), difference);
         let casing = match graph.is_framed() {
-            true => at(place(reference[0], frame), reference),
+            true => point(place(reference[0], frame), reference),
             false => PointMotion::default(),
         };
         let over_struck = match graph.over_struck() {
@@ -109,9 +109,12 @@ impl Kinematics {
         };
         let initial = motion.parameters().contact.initial_gap;
         Self {
-            piston: at(origin + piston[0] + initial + motion.ahead(Displacement::PISTON), piston),
+            piston: point(
+                origin + piston[0] + initial + motion.ahead(Displacement::PISTON),
+                piston,
+            ),
             piston_jerk: piston[3],
-            bit: at(place(bit[0], graph.string()), bit),
+            bit: point(place(bit[0], graph.string()), bit),
             bit_jerk: bit[3],
             tip: PointMotion { displacement: origin + tip.displacement, ..tip },
             relative,

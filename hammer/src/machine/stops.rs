@@ -67,10 +67,10 @@ impl Stops {
     /// Corrects the stored sides after a machine was restored: the piston is on the side where it is found, unless it
     /// is so near the position that a guard could have missed the passage.
     pub fn settle(&mut self, machine: &Machine) {
-        let near = NEAR * machine.motion().resolved(Displacement::Relative);
+        let tolerance = NEAR * machine.motion().resolved(Displacement::Relative);
         let x = machine.kinematics().relative.displacement;
         for (level, beyond) in &mut self.levels {
-            if (x - *level).abs() > near {
+            if (x - *level).abs() > tolerance {
                 *beyond = x > *level;
             }
         }

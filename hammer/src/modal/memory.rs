@@ -27,22 +27,22 @@ fn modes(p: &Parameters, body: Body) -> usize {
 /// The memory that a scene may need, bytes: for the dense solution of the bodies' modes, for every system that the
 /// hammer can reach with its tables and forms, and for the decomposition of the largest system.
 fn needed(p: &Parameters) -> usize {
-    let each: Vec<usize> = p.bodies().map(|body| modes(p, body)).collect();
+    let counts: Vec<usize> = p.bodies().map(|body| modes(p, body)).collect();
     // The systems are those of piston and bit alone, of the two together, and of the two with the other bodies.
-    let (both, all) = (each[0] + each[1], each.iter().sum::<usize>());
-    let (springs, shares) = (4, if each.len() > 2 { 10 } else { 6 });
-    let mut systems = System::room(each[0], 2)
-        + springs * (System::room(each[1], shares) + System::room(both, shares));
-    for beside in each.iter().skip(2) {
-        systems += System::room(*beside, 4)
-            + springs * (System::room(each[1] + beside, shares) + System::room(all, shares));
+    let (both, all) = (counts[0] + counts[1], counts.iter().sum::<usize>());
+    let (springs, shares) = (4, if counts.len() > 2 { 10 } else { 6 });
+    let mut systems = System::room(counts[0], 2)
+        + springs * (System::room(counts[1], shares) + System::room(both, shares));
+    for other in counts.iter().skip(2) {
+        systems += System::room(*other, 4)
+            + springs * (System::room(counts[1] + other, shares) + System::room(all, shares));
     }
     if p.drill.loose() > 0 {
         systems += shared::BUDGET;
     }
-    let largest = each.iter().fold(0, |largest, modes| largest.max(*modes));
+    let largest = counts.iter().fold(0, |largest, modes| largest.max(*modes));
     // These are the mode shapes, the dense solver's matrices, and the fields at the points of the quadrature.
-    let shapes = 2 * each.iter().map(|modes| modes * modes).sum::<usize>()
+    let shapes = 2 * counts.iter().map(|modes| modes * modes).sum::<usize>()
         + (DENSE + 2 * (p.mesh.degree + 1)) * largest * largest;
     let len = 2 * all.next_multiple_of(LANES);
     systems + size_of::<f64>() * (shapes + 2 * len * len) + STRETCHES

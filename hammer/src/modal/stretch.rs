@@ -209,15 +209,15 @@ impl<'a> Stretch<'a> {
     }
 
     fn tip_square_and_size(&self, tip: usize, drift: &Poly, start: f64) -> [f64; 2] {
-        let own = start - self.system.viscous_form().of(self.end);
+        let free = start - self.system.viscous_form().of(self.end);
         if !self.system.varies(self.loads) {
-            return [own, start];
+            return [free, start];
         }
         let rate = drift.trimmed(self.span);
         let moments = self.rate_moments(tip, rate.degree());
         let [cross_term, size] = self.moment_and_size(&moments, &rate);
         let forced = rate.integral_of_product(&rate, self.span);
-        [own + 2.0 * cross_term + forced, start + 2.0 * size + forced]
+        [free + 2.0 * cross_term + forced, start + 2.0 * size + forced]
     }
 }
 

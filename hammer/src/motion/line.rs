@@ -1,9 +1,11 @@
-//! A transmission line at the piston: its reaction to the piston's speed, `-Zd x'`.
+//! A transmission line at the piston, and its reaction `-Zd vr'` to the piston's velocity.
 //!
-//! The host supplies the incoming wave. The reaction acts between the piston's mean and that of the body that
-//! the drive pushes against: the casing or, without one, what the piston strikes. The reaction changes the
-//! speed on which it depends. It is therefore solved in windows of its own, as a polynomial that agrees with
-//! the speed at Gauss's nodes. The error of a window is below what guards resolve.
+//! The host supplies the incoming wave.
+//! The reaction acts on the piston and, with the opposite sign, on the body that takes the drive's reaction: the casing
+//! or, without one, what the piston strikes. `vr'` is the difference of the two mean velocities.
+//! The reaction changes the velocity on which it depends. It is therefore solved in windows of time, as a polynomial
+//! that agrees with the velocity at the nodes of Gauss's rule.
+//! The error of a window is below the resolution of guards.
 
 use super::state::Line;
 use super::{Motion, start};
@@ -14,18 +16,17 @@ use crate::numerics::poly::Poly;
 use crate::numerics::series::{LOW, NODES, through, value};
 use crate::scene::graph::{CHANNELS, Channel};
 
-/// Attempts to solve a window, each shorter, and iterations of each.
+/// Limits of the attempts to solve a window, of which each is shorter, and of the iterations of each attempt.
 const TRIALS: usize = 64;
 const PASSES: usize = 12;
-/// Safety factor of the window's length, and its largest growth and shrinkage.
+/// Safety factor of the length of a window, and limits of its growth and shrinkage.
 const SAFETY_FACTOR: f64 = 0.8;
 const GROWTH: f64 = 2.0;
 const SHRINKAGE: f64 = 0.1;
-/// Coefficient of the Legendre polynomial of the highest degree in the highest power, on the interval from 0 to
-/// 1, inverted.
+/// Inverse of the leading coefficient of the Legendre polynomial of the highest degree, on the interval from 0 to 1.
 const LAST: f64 = 1.0 / 924.0;
-/// Allowed error of a window's speed, over what guards resolve; and its least share of the speed, for motions
-/// much faster than the hammer's lengths suggest.
+/// Allowed error of the velocity in a window, as a share of the resolution of guards. It is at least the share
+/// [`ROUNDED`] of the velocity, for motions that are much faster than the hammer's lengths suggest.
 const ALLOWED: f64 = 0.1;
 const ROUNDED: f64 = 1e-12;
 
@@ -42,11 +43,10 @@ impl Motion {
         }
         let others = start::loads(parameters, &self.state.inputs, mode, [Poly::default(); 2]);
         let (mut span, mut work, mut growth) = (self.state.line.ahead, 0, GROWTH);
-        // Each attempt starts from the original motion, since loads that are added and removed leave rounding
-        // errors.
+        // Each attempt starts from the original motion, since adding and removing loads would leave rounding errors.
         let (before, [_, [speed, _]]) = (self.clone(), self.in_cylinder(&self.tracks, 0.0));
         for _ in 0..TRIALS {
-            let error = self.answer(&before, &others, [span, speed], &mut work);
+            let error = self.solve_line(&before, &others, [span, speed], &mut work);
             let change = SAFETY_FACTOR / math::pow(error, 1.0 / LOW as f64);
             if error <= 1.0 {
                 let ahead = span * change.clamp(SAFETY_FACTOR, growth);
@@ -57,13 +57,13 @@ impl Motion {
             (span, growth) = (span * change.clamp(SHRINKAGE, SAFETY_FACTOR), 1.0);
         }
         *self = before;
-        // Errors shrink with the window, so only a number that is not finite leads here.
+        // Errors shrink with the window, so all attempts fail only if a number is not finite.
         Err(Error::NotFinite { time: self.state.epoch.value() })
     }
 
-    /// Solves the reaction over a window of length `span` that begins at `speed`, and adds it to the loads.
-    /// Returns the error over that allowed; infinite if the iteration does not converge.
-    fn answer(
+    /// Solves the reaction over a window of length `span`, at whose start the velocity is `speed`, and adds it to the
+    /// loads. Returns the error over the allowed error; it is infinite if the iteration does not converge.
+    fn solve_line(
         &mut self,
         before: &Self,
         others: &[Poly; CHANNELS],
@@ -72,21 +72,21 @@ impl Motion {
     ) -> f64 {
         let impedance = self.parameters().drive.impedance;
         let bodies = &self.graph().bodies;
-        // Change of speed by a unit force over the window, of two free bodies.
-        let moved = span * (1.0 / bodies[0].mass + 1.0 / bodies[self.graph().frame].mass);
-        let most = |values: &[f64]| values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        // In powers of time over the window's length.
+        // The change of velocity that a unit force over the window would cause between two free bodies.
+        let mobility = span * (1.0 / bodies[0].mass + 1.0 / bodies[self.graph().frame].mass);
+        let largest = |values: &[f64]| values.iter().fold(0.0, |max: f64, x| max.max(x.abs()));
+        // Coefficients of the reaction in powers of time over the window's length.
         let mut force = [0.0; LOW];
         force[0] = -impedance * speed;
         for _ in 0..PASSES {
-            let answer = Poly::of_part(&force, span);
+            let reaction = Poly::of_part(&force, span);
             let mut loads = *others;
-            let mut push = |on: Channel, sign: f64| {
-                loads[on as usize] = loads[on as usize].plus(sign, &answer);
+            let mut add = |channel: Channel, sign: f64| {
+                loads[channel as usize] = loads[channel as usize].plus(sign, &reaction);
             };
-            push(Channel::Drive, 1.0);
+            add(Channel::Drive, 1.0);
             if !self.graph().is_framed() {
-                push(Channel::Anvil, -1.0);
+                add(Channel::Anvil, -1.0);
             }
             self.clone_from(before);
             self.load(loads, |_, _| false);
@@ -99,15 +99,16 @@ impl Motion {
             if !speeds.iter().all(|speed| speed.is_finite()) {
                 return f64::INFINITY;
             }
-            let resolved = self.model.resolutions[1];
-            let allowed = (ALLOWED * resolved).max(ROUNDED * most(&speeds));
-            let off = std::array::from_fn(|i| -impedance * speeds[i] - value(&force, NODES[i]));
-            if moved * most(&off) <= allowed {
-                return moved * (LAST * force[LOW - 1]).abs() / (4 * LOW - 2) as f64 / allowed;
+            let resolution = self.model.resolutions[1];
+            let allowed = (ALLOWED * resolution).max(ROUNDED * largest(&speeds));
+            let residuals =
+                std::array::from_fn(|i| -impedance * speeds[i] - value(&force, NODES[i]));
+            if mobility * largest(&residuals) <= allowed {
+                return mobility * (LAST * force[LOW - 1]).abs() / (4 * LOW - 2) as f64 / allowed;
             }
-            // Newton's step for two free bodies: a change of the force brakes them, too.
-            let mut step = through(&off);
-            (1..LOW).for_each(|k| step[k] -= impedance * moved * step[k - 1] / k as f64);
+            // This is Newton's step for two free bodies, which a change of the force brakes too.
+            let mut step = through(&residuals);
+            (1..LOW).for_each(|k| step[k] -= impedance * mobility * step[k - 1] / k as f64);
             force.iter_mut().zip(step).for_each(|(force, step)| *force += step);
         }
         f64::INFINITY

@@ -1,4 +1,4 @@
-//! The scene at its start.
+//! The motion at the start of a scene.
 
 use super::Motion;
 use super::air::{beyond, outside};
@@ -16,22 +16,25 @@ use crate::scene::graph::CHANNELS;
 use crate::scene::graph::Group;
 
 impl Motion {
-    /// The scene at its start.
+    /// The motion at the start of a scene.
     ///
-    /// The loads are taken to have acted for ever, so that no body oscillates. If they press the bit down
-    /// (`FS + Mb G > 0`), it is in static equilibrium, in SS. If they lift it, it is in FF: at rest, its tip
-    /// just touching, and strained as in the uniform acceleration that follows. For `FS + Mb G = 0` both cases
-    /// have the same limit, the shape of a bit that hangs from its shoulder; only the mode jumps there. Where
-    /// the loads press neither on the rock nor on the chuck, nothing is in equilibrium, and the bit is in FF.
+    /// The loads are taken to have acted for ever, so that no body oscillates.
+    /// * If they press the bit down (`FS + Mb G > 0`), it is in static equilibrium, in SS.
+    /// * If they lift it, it is in FF: it is at rest with its tip just touching the rock, and strained as in the
+    ///   uniform acceleration that follows.
+    /// * For `FS + Mb G = 0` both cases have the same limit, the shape of a bit that hangs from its shoulder; only the
+    ///   mode jumps there.
+    /// * If the loads press neither on the rock nor on the chuck, there is no equilibrium, and the bit is in FF.
     ///
-    /// The origin is the rock surface, where `uu = ul = 0`; the last force at which the tip turned upward is
-    /// the present one. The piston hangs `g0` above the bit's unloaded position; a lifted bit raises it as far
-    /// as it must.
+    /// The origin is the rock surface, where `uu = ul = 0`. The last force at which the tip turned upward is taken to
+    /// be the present one.
+    /// The piston starts `g0` above the bit's unloaded position. If a strained bit reaches further up, the piston
+    /// starts on the bit.
     ///
-    /// A casing rests on the bit with its weight, the feed and the drive's reaction. If these lift it, it is at
-    /// rest with its shoulder just touching and the chuck open, strained as in the acceleration that follows;
-    /// the string's dashpot has not braked it yet. The bit then stands on the rock by its own weight, or is in
-    /// FF if it has none.
+    /// The weight of a casing, the feed force and the drive's reaction press the casing on the bit. If they lift it
+    /// instead, it is at rest with the chuck open and its shoulder just touching, and strained as in the acceleration
+    /// that follows; the string's dashpot has not braked it yet.
+    /// The bit then stands on the rock by its own weight, or is in FF if gravity does not press it down.
     pub(crate) fn new(model: Model, inputs: Inputs, start: f64) -> Result<Self, Error> {
         let (parameters, graph) = (model.parameters, model.graph.clone());
         let gap = parameters.contact.initial_gap;
@@ -48,42 +51,42 @@ impl Motion {
             Some(_) if lifted => 0.0,
             Some(_) => shoulder,
         };
-        let mut held = above + anvil;
+        let mut force = above + anvil;
         for edge in graph.ties.iter().filter(|edge| edge.tie.joins_modes()) {
-            let Some(above) = edge.upper else { continue };
-            held += weight(Bodies::one(above));
-            if held < 0.0 && edge.law.travel > 0.0 {
-                return Err(Error::TiePulled { tie: edge.tie, force: held });
+            let Some(upper) = edge.upper else { continue };
+            force += weight(Bodies::one(upper));
+            if force < 0.0 && edge.law.travel > 0.0 {
+                return Err(Error::TiePulled { tie: edge.tie, force });
             }
         }
         let press = above + string;
-        let stands = press > 0.0 || press == 0.0 && above > 0.0;
-        let rock = if stands { RockMode::Standstill } else { RockMode::FreeFlight };
+        let is_standing = press > 0.0 || press == 0.0 && above > 0.0;
+        let rock = if is_standing { RockMode::Standstill } else { RockMode::FreeFlight };
         let mut mode = Mode::starting(rock);
         if let Some(carrier) = carrier.filter(|_| !lifted) {
             mode = mode.with(carrier.tie, TieState::Pressed);
         }
         let loads = loads(&parameters, &inputs, mode, [drive, anvil].map(Poly::constant));
         let root = graph.bodies[0].mass.sqrt();
-        // Nothing oscillates.
-        let still = |group: Group| {
+        // An anchor of a group in which nothing oscillates.
+        let anchor = |group: Group| {
             let flight = [-gap * root, parameters.piston.initial_velocity * root];
             let start = if group == Group::PISTON { flight } else { [0.0; 2] };
             let system = model.system(group, mode)?;
-            let moves = system.rigid.then(|| system.translation(start, &loads));
-            let driven = Driven::translating(moves.unwrap_or_default());
+            let translation = system.rigid.then(|| system.translation(start, &loads));
+            let driven = Driven::translating(translation.unwrap_or_default());
             Ok(Anchor { z: vec![0.0; 2 * system.blocks()], driven, ..Anchor::of(group) })
         };
         let groups = graph.groups(&mode).into_iter();
-        let mut anchors = groups.map(still).collect::<Result<Vec<_>, Error>>()?;
+        let mut anchors = groups.map(anchor).collect::<Result<Vec<_>, Error>>()?;
         if rock == RockMode::FreeFlight {
-            // The strain has moved the tip off the rock surface. This moves it back.
+            // The strain has moved the tip off the rock surface. Here the bit is moved so that the tip is back there.
             let bit = anchors[0].group;
             let system = model.system(bit, mode)?;
             if let Some(tip) = graph.share(bit, Displacement::Tip) {
                 let driven = &mut anchors[0].driven;
-                let off = system.poly(tip, &loads, driven).at(0.0);
-                driven.translation.0[0] -= off / system.functionals[tip].rigid;
+                let displacement = system.poly(tip, &loads, driven).at(0.0);
+                driven.translation.0[0] -= displacement / system.functionals[tip].rigid;
             }
         }
         let state = MotionState {
@@ -105,7 +108,7 @@ impl Motion {
         let steady = state.is_steady();
         let mut motion = Self { model, state, tracks, steady, basis_changes: 0, series: None };
         if rock == RockMode::Standstill {
-            // The tip must stand at the level of its restart to the last digit.
+            // The tip must stand exactly at the level of its restart guard.
             let tip = motion.point(&motion.tracks, Displacement::Tip, 0.0).displacement;
             let stiffness = Spring::Unloading.coefficients(&parameters.rock).stiffness;
             motion.state.memory.turned = (stiffness * tip).max(0.0);
@@ -115,8 +118,8 @@ impl Motion {
         }
         motion.hang_piston();
         if parameters.drive.source == Source::Air {
-            let [places] = motion.in_cylinder(&motion.tracks, 0.0);
-            let (air, _) = Air::start(&parameters, places, motion.outside(0.0), 0.0);
+            let [positions] = motion.in_cylinder(&motion.tracks, 0.0);
+            let (air, _) = Air::start(&parameters, positions, motion.outside(0.0), 0.0);
             motion.state.air = Some(Box::new(air));
         }
         let lead = motion.ahead(Displacement::Relative);
@@ -125,7 +128,7 @@ impl Motion {
         Ok(motion)
     }
 
-    /// Hangs the piston above the bit. A strained bit may reach beyond the gap; then it has lifted the piston.
+    /// Places the piston above the bit. If a strained bit reaches beyond the gap, the piston is raised accordingly.
     fn hang_piston(&mut self) {
         let overlap = |motion: &Self| {
             let gap = Displacement::Tie(Tie::Contact);
@@ -138,8 +141,8 @@ impl Motion {
         }
     }
 
-    /// Places a frame that nothing carries at rest, its shoulder just touching the bit. Only the feed strains
-    /// it, since the other loads are distributed like its mass.
+    /// Places a lifted frame at rest, with its shoulder just touching the bit. Only the feed force strains it, since
+    /// the other loads are distributed like its mass.
     fn lift_frame(&mut self, feed: f64) -> Result<(), Error> {
         let graph = self.model.graph.clone();
         let frame = &graph.bodies[graph.frame];
@@ -151,7 +154,7 @@ impl Motion {
         let modes = state.iter_mut().zip(frame.top.iter().zip(&frame.omega2));
         modes.skip(1).for_each(|(q, (top, omega2))| *q = top * feed / omega2);
         let strain: f64 = frame.bottom.iter().zip(&state).map(|(bottom, q)| bottom * q).sum();
-        // The frame's own displacement is replaced here, so it may be taken as 0.
+        // The frame's own displacement is set here, so it may be taken as 0 until then.
         let carrier = graph.carrier();
         let carried = carrier.and_then(|edge| self.share(0, Displacement::Tie(edge.tie)));
         let shoulder = carried.map_or(0.0, |bit| self.poly(0, bit).at(0.0));
@@ -160,22 +163,22 @@ impl Motion {
     }
 }
 
-/// The driving force and that of the return chamber on the bit at the start, N.
+/// The forces of the drive on the piston and of the return chamber on the bit at the start, N.
 fn start_forces(model: &Model, inputs: &Inputs) -> Result<[f64; 2], Error> {
     let parameters = &model.parameters;
     if parameters.drive.source != Source::Air {
         let drive = parameters.drive.force(inputs, Relay::Drive);
         return Ok([drive, parameters.drive.on_bit(inputs)].map(|load| load.at(0.0)));
     }
-    let places = [-parameters.contact.initial_gap; 2];
+    let positions = [-parameters.contact.initial_gap; 2];
     let pressures = outside(inputs).map(|poly| poly.at(0.0));
-    if !volumes(parameters, places).iter().all(|volume| *volume > 0.0) {
-        return Err(beyond(parameters, 0.0, places));
+    if !volumes(parameters, positions).iter().all(|volume| *volume > 0.0) {
+        return Err(beyond(parameters, 0.0, positions));
     }
-    Ok(Air::start(parameters, places, pressures, parameters.piston.initial_velocity).1)
+    Ok(Air::start(parameters, positions, pressures, parameters.piston.initial_velocity).1)
 }
 
-/// The loads as polynomials after the epoch. `forces` are those of the air.
+/// The loads as polynomials of the time after the epoch. `air` are the forces of the air on piston and bit.
 pub(super) fn loads(
     parameters: &Parameters,
     inputs: &Inputs,

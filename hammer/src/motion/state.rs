@@ -15,37 +15,37 @@ use crate::scene::graph::CHANNELS;
 use crate::scene::graph::Group;
 use serde::{Deserialize, Serialize};
 
-/// A modal vector at an instant not after the last event.
+/// A group's modal vector at the last event or before it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Anchor {
-    /// Group of bodies that it is of.
+    /// The group of bodies.
     pub group: Group,
-    /// Modal vector at `at`.
+    /// Modal vector at the instant `at`.
     pub z: Vec<f64>,
-    /// Its instant after the epoch, s (not after 0).
+    /// Instant of `z` relative to the epoch, s; 0 or negative.
     pub at: f64,
-    /// The polynomial part of its motion after the epoch.
+    /// The polynomial part of the group's motion, in time after the epoch.
     pub driven: Driven,
     /// `z.Q z` where the flight of the piston began, J; 0 for a track that ends at the tip.
     pub form: f64,
-    /// Instant, s, and modal vector where an event last touched the group, if later events did not. The ledger
+    /// Instant (s) and modal vector of the last event that changed the group, if later events did not. The ledger
     /// integrates from there.
     pub began: Option<(f64, Vec<f64>)>,
 }
 
 impl Anchor {
-    /// An anchor at the epoch, without its motion.
+    /// An anchor at the epoch whose motion is still to be set.
     pub(crate) fn of(group: Group) -> Self {
         let (z, driven) = (Vec::new(), Driven::default());
         Self { group, z, at: 0.0, driven, form: 0.0, began: None }
     }
 
-    /// Where the ledger's interval of the group begins: instant, s, and modal vector.
+    /// Instant (s) and modal vector at which the ledger's interval of the group begins.
     pub(crate) fn start(&self) -> (f64, &[f64]) {
         self.began.as_ref().map_or((self.at, &self.z), |(at, z)| (*at, z))
     }
 
-    /// Moves the epoch by `at`, to an event that touches the group or does not.
+    /// Moves the epoch by `at` (s) to an event. `touched` is true if the event changes the group.
     pub(crate) fn move_start(&mut self, at: f64, touched: bool) {
         let began = self.began.take();
         if !touched {
@@ -58,21 +58,21 @@ impl Anchor {
 /// Time and hole depth at an instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Milestone {
-    /// Time.
+    /// Time, s.
     pub time: Double,
-    /// Hole depth.
+    /// Depth of the hole, m.
     pub hole: Double,
 }
 
-/// Initial guess of a window's length, s.
+/// Initial guess of the length of a line's window, s.
 const FIRST: f64 = 1e-4;
 
 /// State of a transmission line's window. The reaction itself is among the loads.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Line {
-    /// How long after the epoch the window holds, s; none without a line.
+    /// How long after the epoch the window is valid, s; `None` without a line.
     pub reach: Option<f64>,
-    /// Length that is tried for the next window, s.
+    /// Length that is tried first for the next window, s.
     pub ahead: f64,
 }
 
@@ -83,13 +83,13 @@ impl Default for Line {
 }
 
 impl Line {
-    /// Whether a line acts. It does not while the drive is vented.
+    /// True if there is a line and it acts. It does not act while the drive is vented.
     pub(crate) fn acts(parameters: &Parameters, mode: Mode) -> bool {
         let drive = &parameters.drive;
         drive.impedance > 0.0 && !(mode.vented && drive.source.switches())
     }
 
-    /// Checked because a stored state may be corrupt.
+    /// True if the numbers are possible. This is checked because a stored state may be corrupt.
     pub(crate) fn is_sound(&self, parameters: &Parameters, mode: Mode, now: f64) -> bool {
         let reaches = |reach: f64| reach.is_finite() && reach >= now;
         self.reach.is_some() == Self::acts(parameters, mode)
@@ -99,7 +99,7 @@ impl Line {
     }
 }
 
-/// Dynamic state of the motion; times are relative to `epoch`, displacements to `origin`.
+/// Dynamic state of the motion. Times are relative to `epoch`, displacements to `origin`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MotionState {
     /// Discrete state.
@@ -108,40 +108,40 @@ pub struct MotionState {
     pub epoch: Double,
     /// Present time after the epoch, s.
     pub now: f64,
-    /// Present time as the host names it, s.
+    /// Present time in the host's count, s.
     pub time: f64,
-    /// Input polynomials in time after the epoch.
+    /// Inputs as polynomials of the time after the epoch.
     pub inputs: Inputs,
     /// The air in the chambers, if it drives the piston.
     pub air: Option<Box<Air>>,
     /// State of the transmission line at the piston; its reaction is among the loads.
     pub line: Line,
-    /// Load polynomials in time after the epoch.
+    /// Loads as polynomials of the time after the epoch.
     pub loads: [Poly; CHANNELS],
-    /// An anchor of each group, that of the bit first.
+    /// An anchor for each group; the bit's group comes first.
     pub anchors: Vec<Anchor>,
-    /// Zero of the present rock line.
+    /// Position of the zero of the present rock line, m.
     pub origin: Double,
-    /// Rock memory relative to the origin.
+    /// Memory of the rock law, relative to the origin.
     pub memory: Memory,
     /// Viscous work of the present drilling cycle before the epoch, J.
     pub psi: f64,
-    /// The piston's relative position at the start, m.
+    /// The piston's relative position `vr` at the start of the scene, m.
     pub began: f64,
 }
 
 impl MotionState {
-    /// True if no load varies and the polynomial part of the motion is at most a parabola. Checked
+    /// True if no load varies and the polynomial part of the motion is at most a parabola. The motion is checked too,
     /// because a stored state may be corrupt.
     pub(crate) fn is_steady(&self) -> bool {
         let parabola = |anchor: &Anchor| anchor.driven.is_parabola();
         self.loads.iter().all(Poly::is_constant) && self.anchors.iter().all(parabola)
     }
 
-    /// Tracks at the anchors.
+    /// The tracks, each at its anchor.
     ///
     /// # Errors
-    /// Anchors that do not fit the model's dimensions.
+    /// [`Error::Foreign`] if the anchors do not fit the model's dimensions.
     pub(crate) fn tracks(&self, model: &Model) -> Result<Vec<Track>, Error> {
         let (mode, graph) = (&self.mode, &model.graph);
         let groups = self.anchors.iter().map(|anchor| anchor.group);
@@ -207,10 +207,10 @@ mod tests {
             |s, x| s.anchors[0].driven.translation.0[0] = x,
         ];
         for (index, set) in numbers.into_iter().enumerate() {
-            for strange in [f64::NAN, f64::INFINITY] {
+            for value in [f64::NAN, f64::INFINITY] {
                 let mut altered = state.clone();
-                set(&mut altered, strange);
-                assert!(!altered.is_finite(), "number {index}: {strange}");
+                set(&mut altered, value);
+                assert!(!altered.is_finite(), "number {index}: {value}");
             }
         }
         let mut altered = state;

@@ -1,12 +1,12 @@
-//! Transitions: how an event changes the mode, and how the state moves with it.
+//! Transitions: how an event changes the mode and the state.
 //!
-//! At an event a track is converted to displacements and velocities of the bodies' modes, the law
-//! changes, and the track is converted to the system of the new mode:
+//! At an event the state of a track is converted to displacements and velocities of the bodies' modes, the law changes,
+//! and the state is converted to the system of the new mode. What changes is
 //!
 //! ```text
-//! tie       holds: [lower], [upper] -> [both]       opens: [both] -> [lower], [upper]
+//! tie       the groups. It holds: [lower], [upper] -> [both].  It opens: [both] -> [lower], [upper]
 //! rock      spring and origin of the track that ends at the tip
-//! drive     loads alone
+//! drive     only the loads
 //! ```
 
 use super::Motion;
@@ -26,18 +26,20 @@ use crate::scene::graph::{Edge, Group};
 use std::cell::OnceCell;
 use std::sync::Arc;
 
-/// Bound on the rounding of a transition, in half an `eps`. The state goes through two bases, each term with
-/// [`combine::roundings`] (30 for a hundred modes), and is evaluated before and after; entries of the bases are
-/// sums themselves. 190 roundings were observed. The search is correct for any value. A bound that is too low
-/// would let a guard cross again at once, which Zeno detection turns into an error. A bound that is too high
-/// would track a guard that starts so far above its level as if it started at it.
-const LEFT: f64 = 256.0;
+/// Bound on the number of roundings in a transition, each of half an `eps`.
+/// The state is converted with two bases, each of which rounds a term [`combine::roundings`] times (30 for a hundred
+/// modes), and is evaluated before and after; the entries of the bases are sums themselves.
+/// 190 roundings were observed.
+/// The search is correct with any value. If the bound is too low, a guard may cross again at once, which Zeno detection
+/// turns into an error. If it is too high, a guard that starts above its level by less than the bound is treated as if
+/// it started at its level.
+const ROUNDINGS: f64 = 256.0;
 
 impl Motion {
-    /// Makes the systems that a transition leads to, and changes nothing else.
+    /// Makes the systems that a transition needs, and changes nothing else.
     ///
     /// # Errors
-    /// As [`Model::system`](crate::modal::model::Model::system).
+    /// Those of [`Model::system`](crate::modal::model::Model::system).
     pub(crate) fn prepare(&self, event: Event) -> Result<(), Error> {
         let mut mode = self.state.mode;
         match event {
@@ -45,12 +47,12 @@ impl Motion {
             Event::Rock(event) => {
                 mode.rock = mode.rock.next(event, &self.state.memory, self.rock())
             }
-            // The drive has no system of its own.
+            // Events of the drive change no system.
             _ => return Ok(()),
         }
         if self.graph().is_loose() {
-            let stands = |group: &Group| self.state.anchors.iter().any(|a| a.group == *group);
-            for group in self.graph().groups(&mode).into_iter().filter(|group| !stands(group)) {
+            let exists = |group: &Group| self.state.anchors.iter().any(|a| a.group == *group);
+            for group in self.graph().groups(&mode).into_iter().filter(|group| !exists(group)) {
                 self.model.system(group, mode)?;
             }
         }
@@ -65,36 +67,39 @@ impl Motion {
         &self.model.parameters.rock
     }
 
-    /// Transitions Q9 and Q10.
+    /// Makes transition Q9 or Q10: the relay switches.
     pub(crate) fn switch_relay(&mut self) {
         self.state.mode.relay = self.state.mode.relay.turned();
         self.reload();
     }
 
-    /// The piston passes the edge of a port, which is `opening` from there on.
+    /// Makes the transition where the piston passes the edge of a port, whose state is `opening` from there on.
     pub(crate) fn switch_port(&mut self, chamber: Chamber, port: Port, opening: Opening) {
         if let Some(air) = &mut self.state.air {
             air.openings[chamber as usize][port as usize] = opening;
         }
     }
 
-    /// Begins or ends venting: the bit hangs out beyond the idle travel, or no longer does. Of a vented drive
-    /// the chambers are at the exhaust's pressure.
+    /// Begins or ends venting. The drive is vented while the bit hangs out beyond the idle travel; its chambers then
+    /// have the exhaust's pressure.
     pub(crate) fn switch_vent(&mut self, vented: bool) {
         self.state.mode.vented = vented;
         self.state.mode.relay = Relay::Drive;
-        self.change_air(|air, parameters, at, exhaust| air.vent(parameters, at, vented, exhaust));
-    }
-
-    /// The piston enters the end of an air hammer's cylinder, or leaves it.
-    pub(crate) fn pass_end(&mut self, inside: bool) {
-        let vented = self.state.mode.vented;
-        self.change_air(|air, parameters, places, exhaust| {
-            air.pass_end(parameters, places, [inside, vented], exhaust);
+        self.change_air(|air, parameters, positions, exhaust| {
+            air.vent(parameters, positions, vented, exhaust);
         });
     }
 
-    /// The bodies of a tie meet or part. All tracks but that of a lone piston are at the epoch.
+    /// Makes the transition where the piston enters the end of an air hammer's cylinder, or leaves it.
+    pub(crate) fn pass_end(&mut self, inside: bool) {
+        let vented = self.state.mode.vented;
+        self.change_air(|air, parameters, positions, exhaust| {
+            air.pass_end(parameters, positions, [inside, vented], exhaust);
+        });
+    }
+
+    /// Makes the transition where the bodies of a tie meet or part. All tracks except that of a piston that flies alone
+    /// must be at the epoch.
     pub(crate) fn switch_tie(&mut self, tie: Tie, to: TieState) -> Result<(), Error> {
         let Some(edge) = self.graph().edge(tie).copied() else { return Ok(()) };
         self.rotate_to_epoch(edge.ends);
@@ -107,37 +112,36 @@ impl Motion {
         Ok(())
     }
 
-    /// Moves the bodies beyond a tie that is open now.
-    fn displace_beyond(&mut self, edge: &Edge, by: f64) {
+    /// Displaces the bodies beyond a tie that is open now by `distance` (m).
+    fn displace_beyond(&mut self, edge: &Edge, distance: f64) {
         for index in 0..self.tracks.len() {
             let group = self.state.anchors[index].group;
-            if by != 0.0 && group.bodies.within(edge.beyond) {
-                let root = self.root(group);
-                self.state.anchors[index].driven.translation.0[0] += by * root;
+            if distance != 0.0 && group.bodies.within(edge.beyond) {
+                let root = self.root_mass(group);
+                self.state.anchors[index].driven.translation.0[0] += distance * root;
             }
         }
     }
 
-    /// Square root of a group's mass: the coordinate of a translation by 1 m.
-    fn root(&self, group: Group) -> f64 {
+    /// Square root of a group's mass, which is the coordinate of a translation by 1 m.
+    fn root_mass(&self, group: Group) -> f64 {
         self.graph().mass(group.bodies).sqrt()
     }
 
-    /// Assigns the bodies to the systems of the present ties. A group whose system stays the same is not
-    /// touched.
+    /// Assigns the bodies to the groups of the present ties. A group that stays the same is not changed.
     fn regroup(&mut self) -> Result<(), Error> {
         let groups = self.graph().groups(&self.state.mode);
-        let gone = |index: &usize| !groups.contains(&self.state.anchors[*index].group);
-        let from: Vec<Standing> =
-            (0..self.tracks.len()).filter(gone).map(|index| self.standing(index)).collect();
+        let ends = |index: &usize| !groups.contains(&self.state.anchors[*index].group);
+        let from: Vec<TrackState> =
+            (0..self.tracks.len()).filter(ends).map(|index| self.track_state(index)).collect();
         // Everything that may fail comes first, before any change.
         let system = |group: &Group| self.model.system(*group, self.state.mode);
         let systems = groups.iter().map(system).collect::<Result<Vec<_>, _>>()?;
-        let most = groups.len();
-        let mut tracks = std::mem::replace(&mut self.tracks, Vec::with_capacity(most));
-        let mut anchors = std::mem::replace(&mut self.state.anchors, Vec::with_capacity(most));
-        let mut made = vec![false; most];
-        for ((made, &group), system) in made.iter_mut().zip(&groups).zip(systems) {
+        let count = groups.len();
+        let mut tracks = std::mem::replace(&mut self.tracks, Vec::with_capacity(count));
+        let mut anchors = std::mem::replace(&mut self.state.anchors, Vec::with_capacity(count));
+        let mut is_new = vec![false; count];
+        for ((is_new, &group), system) in is_new.iter_mut().zip(&groups).zip(systems) {
             if let Some(same) = anchors.iter().position(|anchor| anchor.group == group) {
                 self.tracks.push(tracks.swap_remove(same));
                 self.state.anchors.push(anchors.swap_remove(same));
@@ -145,17 +149,17 @@ impl Motion {
             }
             self.state.anchors.push(Anchor::of(group));
             self.tracks.push(Track { system, z: Vec::new(), at: 0.0 });
-            *made = true;
+            *is_new = true;
         }
-        for (index, &group) in groups.iter().enumerate().filter(|(index, _)| made[*index]) {
-            let shares = |old: &&Standing| old.group.bodies.meet(group.bodies);
-            let from: Vec<&Standing> = from.iter().filter(shares).collect();
-            self.carry(index, group, &from, None)?;
+        for (index, &group) in groups.iter().enumerate().filter(|(index, _)| is_new[*index]) {
+            let shares = |old: &&TrackState| old.group.bodies.meet(group.bodies);
+            let from: Vec<&TrackState> = from.iter().filter(shares).collect();
+            self.convert(index, group, &from, None)?;
         }
         Ok(())
     }
 
-    /// Transitions Q1 to Q8. The tip's track is at the epoch.
+    /// Makes the transitions Q1 to Q8. The tip's track must be at the epoch.
     pub(crate) fn switch_rock(&mut self, event: RockEvent) -> Result<(), Error> {
         let steady = self.is_calm(0);
         let is_turn = matches!(event, RockEvent::DissipativeTurn | RockEvent::Turn);
@@ -175,17 +179,17 @@ impl Motion {
         }
         self.state.origin.move_by(transition.shift);
         for index in 1..self.tracks.len() {
-            let root = self.root(self.state.anchors[index].group);
-            let moved = &mut self.state.anchors[index].driven.translation;
-            moved.0[0] -= transition.shift * root;
+            let root = self.root_mass(self.state.anchors[index].group);
+            let translation = &mut self.state.anchors[index].driven.translation;
+            translation.0[0] -= transition.shift * root;
         }
         let group = self.graph().at_tip(&self.state.mode);
         let from = self.state.anchors[0].group;
-        if steady && let Some(way) = self.model.passage(from, group, self.state.mode)? {
-            return self.pass(group, &way, transition);
+        if steady && let Some(passage) = self.model.passage(from, group, self.state.mode)? {
+            return self.pass(group, &passage, transition);
         }
-        let before = self.standing(0);
-        self.carry(0, group, &[&before], Some(transition))
+        let before = self.track_state(0);
+        self.convert(0, group, &[&before], Some(transition))
     }
 
     /// The tip's displacement at the epoch, and the part of it that does not oscillate.
@@ -196,15 +200,15 @@ impl Motion {
         };
         let functional = &track.system.functionals[tip];
         let drift = if steady {
-            let moved = functional.rigid * anchor.driven.translation.0[0];
-            moved + functional.strain(&self.state.loads)
+            let translation = functional.rigid * anchor.driven.translation.0[0];
+            translation + functional.strain(&self.state.loads)
         } else {
             self.poly(0, tip).0[0]
         };
         [drift + kernel::dot(&functional.rows[0], &track.z), drift]
     }
 
-    /// Bound on the rounding of the tip's displacement.
+    /// Bound on the rounding of the tip's displacement, m. `drift` is the part that does not oscillate.
     fn tip_rounding(&self, drift: f64) -> f64 {
         let (track, anchor) = (&self.tracks[0], &self.state.anchors[0]);
         let Some(tip) = self.graph().share(anchor.group, Displacement::Tip) else { return 0.0 };
@@ -213,9 +217,14 @@ impl Motion {
         0.5 * f64::EPSILON * combine::roundings(track.z.len()) as f64 * terms
     }
 
-    /// Moves the tip's track to the system of `group` without its static part, which constant loads produce
-    /// before and after.
-    fn pass(&mut self, group: Group, way: &Passage, moved: Transition) -> Result<(), Error> {
+    /// Converts the tip's track to the system of `group` by a direct passage, under constant loads. The static part,
+    /// which these loads produce before and after, is not converted.
+    fn pass(
+        &mut self,
+        group: Group,
+        passage: &Passage,
+        transition: Transition,
+    ) -> Result<(), Error> {
         let system = self.model.system(group, self.state.mode)?;
         let loads = self.state.loads.each_ref().map(|load| load.0[0]);
         let (track, anchor) = (&mut self.tracks[0], &mut self.state.anchors[0]);
@@ -223,14 +232,14 @@ impl Motion {
         track.system.add_translation(&anchor.driven, &mut old);
         let mut y = std::mem::take(&mut anchor.z);
         y.resize(2 * system.blocks(), 0.0);
-        way.apply_moving(&old, loads, &mut y);
-        anchor.z = old; // Its memory is reused.
-        if moved.shift != 0.0 {
-            self.displace(group, &system, -moved.shift, &mut y);
+        passage.apply_moving(&old, loads, &mut y);
+        anchor.z = old; // The memory of the old vector is reused.
+        if transition.shift != 0.0 {
+            self.displace(group, &system, -transition.shift, &mut y);
             if let Some(tip) = self.graph().share(group, Displacement::Tip) {
                 let strain = system.functionals[tip].strain(&self.state.loads);
-                let off = moved.tip - system.displacement(tip, &y) - strain;
-                self.displace(group, &system, off, &mut y);
+                let correction = transition.tip - system.displacement(tip, &y) - strain;
+                self.displace(group, &system, correction, &mut y);
             }
         }
         let driven = system.take_translation(&self.state.loads, &mut y);
@@ -239,26 +248,26 @@ impl Motion {
     }
 
     /// The state of track `index` at the epoch.
-    fn standing(&self, index: usize) -> Standing {
+    fn track_state(&self, index: usize) -> TrackState {
         let (track, anchor) = (&self.tracks[index], &self.state.anchors[index]);
         let (system, mut y) = (track.system.clone(), track.z.clone());
         system.add_driven(&self.state.loads, &anchor.driven, 0.0, &mut y);
-        Standing { group: anchor.group, system, y, bodies: OnceCell::new() }
+        TrackState { group: anchor.group, system, y, bodies: OnceCell::new() }
     }
 
-    /// Moves track `index` to the system of `group`, with the state of its bodies `from`. A transition of the
-    /// rock also moves the origin of displacements.
-    fn carry(
+    /// Puts track `index` on the system of `group`, with the state that the group's bodies have in `from`. A transition
+    /// of the rock also moves the origin of displacements.
+    fn convert(
         &mut self,
         index: usize,
         group: Group,
-        from: &[&Standing],
-        moved: Option<Transition>,
+        from: &[&TrackState],
+        transition: Option<Transition>,
     ) -> Result<(), Error> {
         let system = self.model.system(group, self.state.mode)?;
         let mut y = vec![0.0; 2 * system.blocks()];
-        let shift = moved.map_or(0.0, |transition| transition.shift);
-        if !self.carry_straight(group, from, &mut y)? {
+        let shift = transition.map_or(0.0, |transition| transition.shift);
+        if !self.convert_directly(group, from, &mut y)? {
             let mut state = vec![0.0; 2 * system.modes()];
             for old in from {
                 let (q, v) = old.bodies().split_at(old.system.modes());
@@ -270,11 +279,12 @@ impl Motion {
         } else if shift != 0.0 {
             self.displace(group, &system, -shift, &mut y);
         }
-        if let Some(transition) = moved.filter(|_| shift != 0.0) {
-            // For a deep hole and a small force the rounding of the depth makes the shift uncertain.
+        if let Some(transition) = transition.filter(|_| shift != 0.0) {
+            // If the hole is deep and the force small, the rounding of the depth makes the shift uncertain. The tip's
+            // new position is known more accurately.
             if let Some(tip) = self.graph().share(group, Displacement::Tip) {
-                let off = transition.tip - system.displacement(tip, &y);
-                self.displace(group, &system, off, &mut y);
+                let correction = transition.tip - system.displacement(tip, &y);
+                self.displace(group, &system, correction, &mut y);
             }
         }
         let driven = system.take_driven(&self.state.loads, &mut y);
@@ -282,46 +292,45 @@ impl Motion {
         Ok(())
     }
 
-    /// Moves all bodies of a group.
-    fn displace(&self, group: Group, system: &System, by: f64, y: &mut [f64]) {
-        let each = self.translations(group);
-        each.for_each(|(mode, root)| system.displace(mode, by * root, y));
+    /// Displaces all bodies of a group by `distance` (m) in the modal state `y`.
+    fn displace(&self, group: Group, system: &System, distance: f64, y: &mut [f64]) {
+        let translations = self.translations(group);
+        translations.for_each(|(mode, root)| system.displace(mode, distance * root, y));
     }
 
-    /// Writes to `y` the sum of the contributions of `from`, converted directly between the bases. Returns
-    /// false if there is no direct conversion; then `y` must be computed through the bodies' modes.
-    fn carry_straight(
+    /// Writes to `y` the sum of the states in `from`, converted by direct passages. Returns false if a passage is
+    /// missing; then `y` must be computed through the bodies' modes.
+    fn convert_directly(
         &self,
         group: Group,
-        from: &[&Standing],
+        from: &[&TrackState],
         y: &mut [f64],
     ) -> Result<bool, Error> {
-        let way = |old: &Standing| self.model.passage(old.group, group, self.state.mode);
+        let passage = |old: &TrackState| self.model.passage(old.group, group, self.state.mode);
         let [first, others @ ..] = from else { return Ok(true) };
-        let Some(straight) = way(first)? else { return Ok(false) };
-        straight.apply(&first.y, y);
+        let Some(direct) = passage(first)? else { return Ok(false) };
+        direct.apply(&first.y, y);
         for old in others {
-            let Some(straight) = way(old)? else { return Ok(false) };
+            let Some(direct) = passage(old)? else { return Ok(false) };
             let mut part = vec![0.0; y.len()];
-            straight.apply(&old.y, &mut part);
+            direct.apply(&old.y, &mut part);
             kernel::add(y, 1.0, &part);
         }
         Ok(true)
     }
 
-    /// Bound on the rounding of a functional at the start of track `index`, of a displacement (`order` 0) or a
-    /// velocity (1): [`LEFT`] roundings, plus the effect of the basis's mismatch, of everything that the modes
-    /// contribute.
+    /// Bound on the rounding of a functional at the start of track `index`: of the displacement (`order` 0) or of the
+    /// velocity (`order` 1). It covers [`ROUNDINGS`] roundings of everything that the modes contribute, and the effect
+    /// of the basis's mismatch.
     pub(crate) fn rounding(&self, index: usize, functional: usize, order: usize) -> f64 {
         let (track, anchor) = (self.at_anchor(index), &self.state.anchors[index]);
-        let (system, standing) = (&track.system, self.standing(index));
+        let (system, whole) = (&track.system, self.track_state(index));
         let state = self.body_state(&track, index, anchor.at);
         let (displacements, velocities) = state.split_at(state.len() / 2);
         let modes = self.ends(anchor.group);
         let rates = modes.iter().map(|[_, rate]| *rate);
         let slowest = rates.filter(|rate| *rate > 0.0).fold(f64::INFINITY, f64::min);
-        let static_bound =
-            kernel::bound(&system.functionals[functional].weights[order], &standing.y);
+        let static_bound = kernel::bound(&system.functionals[functional].weights[order], &whole.y);
         let [mut sum, mut swing, mut all] = [static_bound, 0.0f64, 0.0];
         for ((q, v), [end, rate]) in displacements.iter().zip(velocities).zip(&modes) {
             // A basis mixes displacements and velocities.
@@ -330,15 +339,15 @@ impl Motion {
             swing = swing.max(speed);
             all += end / if order == 0 { slow } else { 1.0 };
         }
-        LEFT * f64::EPSILON * sum + system.mismatch() * (swing * all + static_bound)
+        ROUNDINGS * f64::EPSILON * sum + system.mismatch() * (swing * all + static_bound)
     }
 
-    /// Overlap of the bodies that rounding cannot distinguish from a gap, m.
+    /// Largest overlap of piston and bit that rounding cannot distinguish from a gap, m.
     pub(crate) fn least_overlap(&self) -> f64 {
         self.resolved(Displacement::Tie(Tie::Contact))
     }
 
-    /// Resolution of a displacement by rounding and guards, m.
+    /// Resolution of a displacement, m: its rounding, or the resolution of guards if that is larger.
     pub(crate) fn resolved(&self, displacement: Displacement) -> f64 {
         let tracks = 0..self.tracks.len();
         let shares = tracks.filter_map(|i| Some((i, self.share(i, displacement)?)));
@@ -346,13 +355,13 @@ impl Motion {
         rounding.max(self.model.resolutions[0])
     }
 
-    /// The uniform translation of each body of a group: its mode, and the square root of the body's mass.
+    /// For each body of a group, the index of its uniform translation among the modes, and the square root of its mass.
     fn translations(&self, group: Group) -> impl Iterator<Item = (usize, f64)> + use<'_> {
         let bodies = self.graph().bodies_of(group.bodies);
         bodies.map(|(_, first, body)| (first, body.mass.sqrt()))
     }
 
-    /// Of each free mode of a group: largest amplitude at a body's end (kg^-1/2), and frequency (rad/s).
+    /// For each free mode of a group, the larger amplitude at its body's two ends (kg^-1/2) and its frequency (rad/s).
     fn ends(&self, group: Group) -> Vec<[f64; 2]> {
         let modes = self.graph().bodies_of(group.bodies).flat_map(|(_, _, bar)| {
             let ends = bar.top.iter().zip(&bar.bottom).zip(&bar.omega2);
@@ -361,7 +370,7 @@ impl Motion {
         modes.collect()
     }
 
-    /// Puts a group with `[q | q']` of its bodies on its system, at the epoch.
+    /// Puts a group at the epoch on its system, with the state `[q | q']` of its bodies.
     pub(super) fn enter(
         &mut self,
         index: usize,
@@ -376,7 +385,7 @@ impl Motion {
         Ok(())
     }
 
-    /// Puts a track on a system at the epoch: takes the polynomial part of the motion out of `z`.
+    /// Puts a track on a system at the epoch, with the modal vector `z` and the polynomial part `driven` of the motion.
     fn settle(
         &mut self,
         index: usize,
@@ -385,7 +394,8 @@ impl Motion {
         z: Vec<f64>,
         driven: Driven,
     ) {
-        // If the motion was steady and this track is a parabola, it still is; otherwise all tracks are examined.
+        // If the motion was steady and this track is a parabola, the motion is still steady. Otherwise all tracks are
+        // examined.
         let parabolic = driven.is_parabola();
         let anchor = &mut self.state.anchors[index];
         anchor.driven = driven;
@@ -401,16 +411,16 @@ impl Motion {
     }
 }
 
-/// The state of a track at an instant, including the motion by the loads.
-struct Standing {
+/// The whole state of a track, including the polynomial part that loads cause.
+struct TrackState {
     group: Group,
     system: Arc<System>,
     y: Vec<f64>,
     bodies: OnceCell<Vec<f64>>,
 }
 
-impl Standing {
-    /// The state in the bodies' modes, converted once for all groups that take over a part of it.
+impl TrackState {
+    /// The state in the bodies' modes. It is converted once for all groups that take over a part of it.
     fn bodies(&self) -> &[f64] {
         self.bodies.get_or_init(|| {
             let mut state = vec![0.0; 2 * self.system.modes()];
@@ -427,23 +437,23 @@ mod tests {
     use crate::quantities::inputs::Inputs;
     use crate::quantities::parameters::{InputValues, Parameters};
 
-    /// A scene of unequal bodies in which all times are `slow` times as long.
-    fn slower(slow: f64) -> Motion {
+    /// A scene of unequal bodies in which all times are longer by `factor`.
+    fn slower(factor: f64) -> Motion {
         let mut p = Parameters::default();
-        (p.piston.length, p.piston.initial_velocity) = (0.17, 8.0 / slow);
-        let inputs = InputValues { feed_force: 5e3 / (slow * slow), ..InputValues::default() };
+        (p.piston.length, p.piston.initial_velocity) = (0.17, 8.0 / factor);
+        let inputs = InputValues { feed_force: 5e3 / (factor * factor), ..InputValues::default() };
         for value in [&mut p.contact.stiffness, &mut p.rock.stiffness, &mut p.gravity] {
-            *value /= slow * slow;
+            *value /= factor * factor;
         }
-        p.material.youngs_modulus /= slow * slow;
-        p.material.damping_time *= slow;
-        p.rock.viscosity /= slow;
+        p.material.youngs_modulus /= factor * factor;
+        p.material.damping_time *= factor;
+        p.rock.viscosity /= factor;
         let model = Model::new(&p).expect("a model");
         Motion::new(model, Inputs::constant(&inputs), 0.0).expect("a scene")
     }
 
-    /// A bound on a displacement does not depend on the unit of time; one on a velocity scales with its
-    /// inverse. A factor that is a power of two scales all numbers exactly, except those of the decompositions.
+    /// A bound on a displacement does not depend on the unit of time; a bound on a velocity scales with its inverse.
+    /// The factor is a power of two, which scales all numbers exactly, except those of the decompositions.
     #[test]
     fn the_bound_on_rounding_has_the_unit_of_what_it_bounds() {
         let (quick, slow) = (slower(1.0), slower(1024.0));

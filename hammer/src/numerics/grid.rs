@@ -31,14 +31,14 @@ impl Grid {
     fn bound<S: Simd>(&mut self, simd: S, q: &[f64; POLY]) {
         let part = const { 1.0 / GRID as f64 };
         let at_ends = |first: f64, rest: &[f64; GRID]| {
-            let mut all = [first; GRID + 1];
-            all[1..].copy_from_slice(rest);
-            all
+            let mut ends = [first; GRID + 1];
+            ends[1..].copy_from_slice(rest);
+            ends
         };
         let (values, seconds) = (at_ends(q[0], &self.value), at_ends(2.0 * q[2], &self.second));
         let ends = |x: &[f64; GRID + 1], i: usize| {
-            let at = i * S::F64_LANES;
-            [at, at + 1].map(|at| S::as_simd_f64s(&x[at..at + S::F64_LANES]).0[0])
+            let start = i * S::F64_LANES;
+            [start, start + 1].map(|k| S::as_simd_f64s(&x[k..k + S::F64_LANES]).0[0])
         };
         // Between two points, the nearer one is at most half a part away.
         let [half, sag, zero] = [0.5 * part, 0.125 * part * part, 0.0].map(|x| simd.splat_f64s(x));

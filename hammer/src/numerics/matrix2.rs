@@ -53,10 +53,10 @@ pub fn sylvester(a: &Matrix2, b: &Matrix2, r: Matrix2) -> Matrix2 {
     if is_spiral(a) && is_spiral(b) {
         // Both are written as z' = (sigma - i omega) z, where sums of eigenvalues do not cancel.
         let (la, lb) = (C::new(a[0], -a[1]), C::new(b[0], -b[1]));
-        let like = 0.5 * C::new(r[0] - r[3], -(r[1] + r[2]));
+        let equal_turn = 0.5 * C::new(r[0] - r[3], -(r[1] + r[2]));
         let cross = 0.5 * C::new(r[0] + r[3], -(r[1] - r[2]));
         let part = |x: C, l: C| if l == C::default() { C::default() } else { x / l };
-        let (p, q) = (part(like, la + lb), part(cross, la.conj() + lb));
+        let (p, q) = (part(equal_turn, la + lb), part(cross, la.conj() + lb));
         return [p.re + q.re, -p.im - q.im, -p.im + q.im, q.re - p.re];
     }
     let t = [a[0], a[2], a[1], a[3]];

@@ -98,7 +98,7 @@ fn splat<S: Simd>(simd: S, z: C) -> Z<S> {
     [simd.splat_f64s(z.re), simd.splat_f64s(z.im)]
 }
 
-/// A complex sum, still separate by lanes.
+/// A complex sum whose lanes are not yet added up.
 type Lanes = [[f64; LANES]; 2];
 
 /// Stores vector `g` of a sum.
@@ -151,9 +151,9 @@ fn weighed_with<S: Simd, const WEIGHTS: usize>(
             let a = plus(simd, minus(simd, base, point::<S>(group, 0, g)), offset);
             let b = plus(simd, minus(simd, base, point::<S>(group, 2, g)), offset);
             let compliance = inverse(simd, times(simd, a, b));
-            let both = times(simd, plus(simd, a, b), compliance);
-            let derivative = times(simd, both, compliance);
-            pole_sum = plus(simd, pole_sum, both);
+            let pole_term = times(simd, plus(simd, a, b), compliance);
+            let derivative = times(simd, pole_term, compliance);
+            pole_sum = plus(simd, pole_sum, pole_term);
             for (k, [sum, slope]) in parts.iter_mut().enumerate() {
                 let w = group[(ENDS + k) * width + g];
                 *sum = plus(simd, *sum, scaled(simd, w, compliance));
@@ -242,8 +242,8 @@ vectorised! {
                 let a = plus(simd, minus(simd, base, point::<S>(group, 0, g)), offset_a);
                 let offset_b = minus(simd, offset, point::<S>(group, 6, g));
                 let b = plus(simd, minus(simd, base, point::<S>(group, 2, g)), offset_b);
-                let both = times(simd, plus(simd, a, b), inverse(simd, times(simd, a, b)));
-                sum = plus(simd, sum, both);
+                let term = times(simd, plus(simd, a, b), inverse(simd, times(simd, a, b)));
+                sum = plus(simd, sum, term);
             }
             keep::<S>(&mut lanes, g, sum);
         }

@@ -191,17 +191,17 @@ mod tests {
             let scale = d.iter().fold(k * inner_product(&z, &z), |a, b| a.max(*b));
             for (i, (_, v)) in pairs.iter().enumerate() {
                 for (j, (_, w)) in pairs.iter().enumerate() {
-                    let known = f64::from(u8::from(i == j));
+                    let expected = f64::from(u8::from(i == j));
                     // The bound is one rounding for each of the n factors and terms, with a margin.
                     let bound = 20.0 * n as f64 * f64::EPSILON;
-                    assert!((inner_product(v, w) - known).abs() < bound, "{round} {i} {j}");
+                    assert!((inner_product(v, w) - expected).abs() < bound, "{round} {i} {j}");
                 }
             }
             for a in 0..n {
                 for b in 0..n {
                     let sum: f64 = pairs.iter().map(|(value, v)| value * v[a] * v[b]).sum();
-                    let own = if a == b { d[a] } else { 0.0 };
-                    let error = (sum - own - k * z[a] * z[b]).abs();
+                    let diagonal = if a == b { d[a] } else { 0.0 };
+                    let error = (sum - diagonal - k * z[a] * z[b]).abs();
                     assert!(error < 20.0 * n as f64 * f64::EPSILON * scale, "{round} {a} {b}");
                 }
             }

@@ -47,8 +47,7 @@ impl Drill {
         if self.joint.stiffness > 0.0 { self.rods } else { 0 }
     }
 
-    /// The sections above the bit's own, from top to bottom, with the number of the body that each
-    /// belongs to.
+    /// The sections of shank and rods from top to bottom, each with the number of the body that it belongs to.
     pub(crate) fn sections(&self) -> impl Iterator<Item = (usize, Segment)> {
         let Self { rods, shank, rod, coupling, .. } = *self;
         let covered = move |part: Segment, halves: f64| Segment {

@@ -276,8 +276,8 @@ impl Graph {
 
     /// Each tie that holds, with its stiffness and viscosity.
     pub(crate) fn holding(&self, ties: Ties) -> impl Iterator<Item = (&Edge, Coefficients)> {
-        let held = self.ties.iter().filter(move |edge| ties.hold(edge.tie));
-        held.map(|edge| (edge, edge.law.line))
+        let holding = self.ties.iter().filter(move |edge| ties.hold(edge.tie));
+        holding.map(|edge| (edge, edge.law.line))
     }
 
     /// The ties inside a group.
@@ -373,7 +373,7 @@ impl Graph {
 
     /// Appends one body's part of [`Self::shape`].
     fn add_shape(&self, displacement: Displacement, body: usize, bar: &Bar, to: &mut Vec<f64>) {
-        // The mean is the amplitude of the first mode.
+        // The first mode is the body's translation, whose amplitude gives the mean displacement.
         let (points, sign, mean) = match displacement {
             Displacement::Tip if body == self.bit => (Some(&bar.bottom), 1.0, 0.0),
             Displacement::Top(place) if body == place => (Some(&bar.top), 1.0, 0.0),

@@ -1,10 +1,13 @@
-//! Q3: when the viscous work of a drilling cycle reaches the energy barrier.
+//! The search for Q3, the instant at which the viscous work of a drilling cycle reaches the energy barrier.
 //!
 //! `psi(t) = psi_0 + CR int p'^2` never falls, so a single value below the barrier at `t` proves that the barrier was
-//! not reached before `t`. Steps may therefore be guesses, and a single value at the end of the searched time may
-//! replace all of them: the guards go first, and an event that comes soon needs only the work up to it, which the
-//! ledger takes over. The integral is exact (see [`crate::modal::stretch`]). Under constant loads the viscous form
-//! of the state bounds the remaining `int p'^2`; if that cannot reach the barrier, nothing is evaluated.
+//! not reached before `t`.
+//! Steps may therefore be guesses, and a single value at the end of the searched time may replace all of them. For this
+//! reason the guards are searched first: if an event comes soon, only the work up to it is needed, which the ledger
+//! needs too.
+//! The integral is exact (see [`crate::modal::stretch`]).
+//! Under constant loads the viscous form of the state bounds the remaining `int p'^2`. If this bound is too low to
+//! reach the barrier, nothing is evaluated.
 
 use crate::modal::stretch::{LITTLE, Stretch};
 use crate::modal::system::generator::Generator;
@@ -15,30 +18,29 @@ use crate::numerics::poly::Poly;
 use crate::search::tracker::Work;
 use std::cell::OnceCell;
 
-/// Factor that covers the rounding of a form, at most 1e-12 of itself.
+/// Factor that covers the rounding of a form, which is at most 1e-12 of the form.
 const SURELY: f64 = 1.0 - 1e-9;
-/// A closed form that would cancel is replaced by a sum of series, over at most this many radians of the fastest
-/// mode: a creeping tip might never reach the barrier.
+/// A closed form that would cancel is replaced by a sum of series, but only over so many radians of the fastest mode,
+/// since a creeping tip may never reach the barrier.
 const LONGEST: f64 = 4096.0;
-/// First step, in radians of the fastest mode, and the largest growth of the next. Too long a step
-/// is no error; it only widens the bracket of the root.
+/// First step, in radians of the fastest mode, and the largest factor from one step to the next. A step that is too
+/// long is no error; it only widens the bracket of the root.
 const FIRST_STEP: f64 = 8.0;
 const GROWTH: f64 = 4.0;
-/// A step aims for this many times the time in which the present power would reach the barrier. Any value is correct.
-/// Steps are rounded down to powers of two, by a half at most, so from 2 on a step reaches the barrier unless the
-/// power falls; the rest allows for a small fall.
+/// A step is this many times as long as the time in which the present power would reach the barrier. Any value is
+/// correct. Steps are rounded down to powers of two, by a half at most, so with a value of 2 a step reaches the barrier
+/// unless the power falls; the rest allows for a small fall.
 const BEYOND: f64 = 2.1;
-/// Width of a root, relative to its first bracket.
+/// Uncertainty of a root, relative to its first bracket.
 const SHARP: f64 = 1e-12;
-/// Below this many radians of the fastest mode, the error of a series of four derivatives is less
-/// than [`SHARP`].
+/// Over so many radians of the fastest mode, the error of a series of four derivatives is below [`SHARP`].
 const SHORT_STEP: f64 = 1e-3;
-/// Newton steps to the zero of a nearly straight cubic.
+/// Number of Newton steps to the zero of a nearly straight cubic.
 const NEWTONS: usize = 5;
-/// Bisections before Newton's method.
+/// Number of bisections before Newton's method.
 const HALVINGS: usize = 20;
 
-/// Cost of a form: evaluations for this many coordinates.
+/// The value of a form costs one evaluation for each of so many coordinates.
 const FORM: u64 = 16;
 
 /// The search for the barrier along one track.
@@ -48,35 +50,36 @@ pub struct Barrier {
     pub room: f64,
     /// `CR`, N s/m.
     pub viscosity: f64,
-    /// Not reached before this instant, s.
+    /// The barrier is not reached before this instant, s.
     pub clear: f64,
-    /// Where it is reached, s.
+    /// The instant at which the barrier is reached, s, if it is known.
     pub root: Option<f64>,
-    /// Where the next step begins; at first the anchor, which is not copied before it is needed.
+    /// The track where the next step begins. At first this is the anchor, which is copied only when it is needed.
     cursor: OnceCell<Track>,
     step: f64,
     /// Functional of the tip's displacement.
     tip: usize,
     /// Rate of the polynomial part of the tip's displacement.
     drift: Poly,
-    /// Viscous form at the anchor.
+    /// Value of the viscous form at the anchor.
     pub form: f64,
-    /// Work up to the cursor's instant, J.
+    /// Viscous work up to the cursor's instant, J.
     done: f64,
-    /// True if differences of forms would cancel, since the work still allowed is small beside them, or if they might
-    /// under varying loads.
+    /// True if differences of forms would cancel because the work still allowed is small compared with them, or if they
+    /// might cancel under varying loads.
     fine: bool,
-    /// True if no load that the tip feels varies.
+    /// True if no load that acts on the tip's group varies.
     is_calm: bool,
-    /// Until when it waits for the guards' proofs, at whose end a single value may replace many steps; 0 once it has
-    /// waited. Under varying loads, where a value is expensive, it waits for ever; not if a form costs next to nothing.
+    /// The search waits up to this instant for the guards' proofs, at whose end a single value may replace many steps.
+    /// It is 0 after the search has waited, and also if a form costs next to nothing; it is infinite under varying
+    /// loads, where a value is expensive.
     pub waits: f64,
-    /// The instant of the event that ends the mode, and the work up to there, J, if the proof took it.
+    /// The instant of the event that ends the mode, and the viscous work up to it (J), if the proof computed it.
     pub ended: Option<[f64; 2]>,
 }
 
 impl Barrier {
-    /// Starts at the anchor of the tip's track, instant 0.
+    /// A search that starts at the anchor of the tip's track, at the instant 0.
     pub fn new(motion: &Motion, tip: usize, room: f64, viscosity: f64) -> Self {
         let (track, is_calm) = (&motion.tracks[0], motion.is_calm(0));
         let step = FIRST_STEP / track.system.rate_max;
@@ -88,8 +91,8 @@ impl Barrier {
         } else {
             barrier.drift = motion.poly(0, tip).derivative();
             barrier.form = track.system.viscous_form().of(&track.z);
-            let is_dear = track.z.len() as u64 > FORM;
-            let soon = if is_dear { GROWTH * barrier.step } else { 0.0 };
+            let is_expensive = track.z.len() as u64 > FORM;
+            let soon = if is_expensive { GROWTH * barrier.step } else { 0.0 };
             barrier.waits = if is_calm { soon } else { f64::INFINITY };
             barrier.fine = !is_calm || room < LITTLE * viscosity * barrier.form;
             if is_calm && viscosity * barrier.form < SURELY * room {
@@ -99,7 +102,7 @@ impl Barrier {
         barrier
     }
 
-    /// True if the work up to the track's instant is summed from series. Under varying loads that is so only near the
+    /// True if the work up to the track's instant is summed from series. Under varying loads this is done only near the
     /// start, where the closed form would cancel.
     pub(crate) fn sums(&self, track: &Track) -> bool {
         self.fine && track.at * track.system.rate_max <= LONGEST
@@ -109,6 +112,7 @@ impl Barrier {
         self.cursor.get_or_init(|| motion.at_anchor(0))
     }
 
+    /// The viscous work up to the track's instant, J.
     fn done(&self, motion: &Motion, track: &Track, work: &mut Work) -> f64 {
         let stretch = motion.stretch(0, track, track.at);
         work.barrier += track.z.len() as u64 / FORM;
@@ -119,13 +123,13 @@ impl Barrier {
             }
             let Track { at, z, system } = self.cursor(motion);
             work.count_panels(Stretch::panels(system, track.at - at));
-            let more = stretch.tip_square_by_series(self.tip, &self.drift, *at, z);
-            return self.done + self.viscosity * more;
+            let increase = stretch.tip_square_by_series(self.tip, &self.drift, *at, z);
+            return self.done + self.viscosity * increase;
         }
         self.viscosity * stretch.tip_square(self.tip, &self.drift, self.form)
     }
 
-    /// The power at the dashpot, and its first two rates.
+    /// The power of the dashpot at the tip, and its first two rates.
     fn powers(&self, track: &Track) -> [f64; 3] {
         let rows = &track.system.functionals[self.tip].rows;
         let drift: [f64; 3] = self.drift.derivatives_at(track.at);
@@ -133,9 +137,11 @@ impl Barrier {
         [v * v, 2.0 * v * a, 2.0 * (a * a + v * jerk)].map(|rate| self.viscosity * rate)
     }
 
-    /// Extends the proof by one step, or locates the instant. If all guards are proved up to `end`, a single value
-    /// there may do, on the tip's track if that has come there. A step begins where the previous one ended, not at such
-    /// an end, so that the instant does not depend on them.
+    /// Extends the proof by one step, or locates the instant.
+    /// If all guards are proved up to `end`, a single value there may be enough. It is computed on the tip's track if
+    /// that is already at `end`.
+    /// A step always begins where the previous step ended, never at such an `end`, so that the instant found does not
+    /// depend on these.
     pub(crate) fn extend(&mut self, motion: &Motion, end: Option<f64>, work: &mut Work) {
         let waited = std::mem::take(&mut self.waits) > 0.0;
         if let Some(end) = end.filter(|_| waited)
@@ -144,9 +150,9 @@ impl Barrier {
             self.clear = end.next_up();
             return;
         }
-        let left = self.room - self.done;
+        let remaining = self.room - self.done;
         let cursor = self.cursor(motion);
-        let guess = BEYOND * left / self.powers(cursor)[0];
+        let guess = BEYOND * remaining / self.powers(cursor)[0];
         let span = guess.min(self.step).max(0.0);
         let (_, length) = Generator::level_below(span).unwrap_or((0, Generator::length(0)));
         let mut ahead = cursor.clone();
@@ -163,7 +169,7 @@ impl Barrier {
         self.root = Some(self.root(motion, length, end, work));
     }
 
-    /// True if a single value at `end` shows that the barrier was not reached before.
+    /// True if a single value at `end` shows that the barrier was not reached before `end`.
     fn is_clear_until(&mut self, end: f64, motion: &Motion, work: &mut Work) -> bool {
         let tip = &motion.tracks[0];
         if tip.at == end {
@@ -180,33 +186,34 @@ impl Barrier {
         self.done(motion, &ahead, work) < SURELY * self.room
     }
 
-    /// The root of the rising `psi`, by Newton's method with three derivatives (cheap beside `psi`
-    /// itself), within a bracket that bisection narrows. `end` is work and power at the bracket's end.
+    /// The instant at which the rising `psi` reaches the barrier, by Newton's method within a bracket that bisection
+    /// narrows. The method uses three derivatives, which cost little compared with `psi` itself. `end` has the work and
+    /// the power at the end of the bracket.
     fn root(&self, motion: &Motion, span: f64, end: [f64; 2], work: &mut Work) -> f64 {
         let (mut low, mut high) = (0.0, span);
         let cursor = self.cursor(motion);
         let start = [self.done, self.powers(cursor)[0]];
         let mut x =
             span * reached([start, end].map(|[done, power]| [done - self.room, span * power]));
-        let sharp = SHARP * span;
+        let tolerance = SHARP * span;
         for _ in 0..100 {
-            let mut at = cursor.clone();
-            work.samples += at.rotate_to(cursor.at + x);
+            let mut track = cursor.clone();
+            work.samples += track.rotate_to(cursor.at + x);
             work.evaluations += 1;
-            let overrun = self.done(motion, &at, work) - self.room;
+            let overrun = self.done(motion, &track, work) - self.room;
             if overrun > 0.0 {
                 high = x
             } else {
                 low = x
             }
-            let steps = steps(overrun, self.powers(&at));
+            let steps = steps(overrun, self.powers(&track));
             let inside = steps.map(|step| x + step).into_iter().rfind(|&x| low < x && x < high);
             let next = inside.unwrap_or(0.5 * (low + high));
-            // If the third derivative changes nothing, neither does the fourth, provided the step
-            // is short: just after the tip starts to move, the power changes by much of itself.
-            let is_short = (next - x).abs() * at.system.rate_max <= SHORT_STEP;
-            let is_sure = (steps[2] - steps[1]).abs() <= sharp && inside == Some(x + steps[2]);
-            if is_short && is_sure || (next - x).abs() <= sharp {
+            // If the third derivative changes nothing and the step is short, the fourth changes nothing either. (Just
+            // after the tip starts to move, the power may change by a large share of itself.)
+            let is_short = (next - x).abs() * track.system.rate_max <= SHORT_STEP;
+            let is_sure = (steps[2] - steps[1]).abs() <= tolerance && inside == Some(x + steps[2]);
+            if is_short && is_sure || (next - x).abs() <= tolerance {
                 return cursor.at + next;
             }
             x = next;
@@ -215,8 +222,8 @@ impl Barrier {
     }
 }
 
-/// Steps to the zero of a function by its first, its first two and all three derivatives: Newton's, Halley's and
-/// Householder's.
+/// Steps to the zero of a function with one, two and three of its derivatives: the methods of Newton, Halley and
+/// Householder.
 fn steps(value: f64, [first, second, third]: [f64; 3]) -> [f64; 3] {
     let newton = -value / first;
     let refined = |third: f64| {
@@ -228,11 +235,10 @@ fn steps(value: f64, [first, second, third]: [f64; 3]) -> [f64; 3] {
     [newton, refined(0.0), refined(third)]
 }
 
-/// The zero on `[0, 1]` of the cubic with these values and slopes at its ends, negative at 0 and
-/// not at 1.
+/// The zero on `[0, 1]` of the cubic with these values and slopes at 0 and 1. It is negative at 0, and not at 1.
 fn reached([[a, p], [b, q]]: [[f64; 2]; 2]) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
-    // Then Newton's method, which converges quadratically.
+    // This is only the start for Newton's method, which converges quadratically.
     for _ in 0..HALVINGS {
         let x = 0.5 * (low + high);
         let y = 1.0 - x;
@@ -246,22 +252,22 @@ fn reached([[a, p], [b, q]]: [[f64; 2]; 2]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Steps to the zero of `(x - r) (1 + b x + c x^2)` from 0: with each further derivative the error is of the next
-    /// power of `r`.
+    /// Steps from 0 to the zero `r` of `(x - r) (1 + b x + c x^2)`: with each further derivative the error is of the
+    /// next higher power of `r`.
     #[test]
     fn each_derivative_brings_the_step_nearer_to_the_zero() {
         let (b, c) = (0.4, 0.3);
         for r in [1e-2, -1e-2, 1e-3] {
             let derivatives = [1.0 - b * r, 2.0 * (b - c * r), 6.0 * c];
-            let off = steps(-r, derivatives).map(|step| (step - r).abs());
+            let errors = steps(-r, derivatives).map(|step| (step - r).abs());
             let sizes = [b * r * r, c * r * r * r].map(f64::abs);
-            assert!((off[0] / sizes[0] - 1.0).abs() < 0.05, "{r}: {off:?}");
-            assert!((off[1] / sizes[1] - 1.0).abs() < 0.05, "{r}: {off:?}");
-            assert!(off[2] <= 4.0 * f64::EPSILON * r.abs(), "{r}: {off:?}");
+            assert!((errors[0] / sizes[0] - 1.0).abs() < 0.05, "{r}: {errors:?}");
+            assert!((errors[1] / sizes[1] - 1.0).abs() < 0.05, "{r}: {errors:?}");
+            assert!(errors[2] <= 4.0 * f64::EPSILON * r.abs(), "{r}: {errors:?}");
         }
     }
 
-    /// The cubic `(x - r) (x^2 + b)`, by its values and slopes at 0 and 1.
+    /// The cubic is `(x - r) (x^2 + b)`, given by its values and slopes at 0 and 1.
     #[test]
     fn the_cubic_of_two_values_and_slopes_is_followed_to_its_zero() {
         for (r, b) in [(0.1, 0.5), (0.5, 2.0), (0.93, 0.2)] {

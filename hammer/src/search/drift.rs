@@ -1,4 +1,5 @@
-//! The drift of a guard, its polynomial part: statics under the loads, and translation.
+//! The drift of a guard: its polynomial part, which consists of the static deflection under the loads and of the
+//! translation.
 
 use crate::modal::system::TAYLOR;
 use crate::numerics::poly::{Poly, TERMS};
@@ -9,30 +10,30 @@ pub(crate) const LONG: f64 = 1e-3;
 
 const _: () = assert!(TERMS <= TAYLOR);
 
-/// A polynomial of time, by its degree.
+/// A polynomial of time, stored according to its degree.
 #[derive(Clone, Debug)]
 pub(crate) enum Drift {
     Still(f64),
     Parabola([f64; 3]),
-    /// Higher degree: an input has derivatives.
+    /// A polynomial of higher degree, which occurs if an input has derivatives.
     High(Box<High>),
 }
 
 #[derive(Clone, Debug)]
 pub(crate) struct High {
     pub poly: Poly,
-    /// Bound on `|p''|` while the polynomial is valid; none if that is longer than a step may be.
+    /// Bound on `|p''|` for as long as the polynomial is valid; `None` if that is longer than the longest step.
     bend: Option<f64>,
 }
 
 impl Drift {
-    /// A parabola of these coefficients.
+    /// The drift that is a parabola with these coefficients.
     #[inline]
     pub fn parabola(c: [f64; 3]) -> Self {
         if c[1] == 0.0 && c[2] == 0.0 { Self::Still(c[0]) } else { Self::Parabola(c) }
     }
 
-    /// Of any polynomial.
+    /// The drift that is this polynomial.
     pub fn new(poly: Poly) -> Self {
         let [c0, c1, c2, rest @ ..] = &poly.0;
         if rest.iter().all(|&c| c == 0.0) {
@@ -42,7 +43,7 @@ impl Drift {
         }
     }
 
-    /// The same drift, valid up to `reach` only.
+    /// The same drift, if it is only valid up to `reach`.
     #[inline]
     pub fn within(mut self, reach: f64) -> Self {
         if let Self::High(high) = &mut self
@@ -58,19 +59,19 @@ impl Drift {
         if let Self::Still(c) = self { Some(*c) } else { None }
     }
 
-    /// True if an input has derivatives.
+    /// True if the degree is higher than 2, as it is if an input has derivatives.
     #[inline]
     pub fn is_high(&self) -> bool {
         matches!(self, Self::High(_))
     }
 
-    /// True if [`Self::bends`] holds as long as the drift is valid, not only for the span asked.
+    /// True if the bounds of [`Self::bends`] hold for as long as the drift is valid, not only for the given span.
     #[inline]
     pub fn is_bounded(&self) -> bool {
         !matches!(self, Self::High(high) if high.bend.is_none())
     }
 
-    /// The first coefficients.
+    /// The first three coefficients.
     #[inline]
     pub fn start(&self) -> [f64; 3] {
         match self {
@@ -91,14 +92,14 @@ impl Drift {
     }
 
     /// Subtracts a constant.
-    pub fn lower(&mut self, by: f64) {
+    pub fn lower(&mut self, constant: f64) {
         match self {
-            Self::Still(c) | Self::Parabola([c, ..]) => *c -= by,
-            Self::High(high) => high.poly.0[0] -= by,
+            Self::Still(c) | Self::Parabola([c, ..]) => *c -= constant,
+            Self::High(high) => high.poly.0[0] -= constant,
         }
     }
 
-    /// Bound on the rounding of a value up to `t`, and of the coefficients shifted there.
+    /// Bound on the rounding of a value up to `t`, and on that of the coefficients shifted to `t`.
     pub fn rounding(&self, t: f64) -> f64 {
         f64::EPSILON
             * match self {
@@ -106,14 +107,14 @@ impl Drift {
                 Self::Parabola(c) => 3.0 * (c[0].abs() + t * (c[1].abs() + t * c[2].abs())),
                 Self::High(high) => {
                     let poly = &high.poly;
-                    // Bound on the number of terms and operations.
+                    // This bounds the number of terms and operations.
                     let count = (poly.degree() + 1) as f64;
                     count * poly.0.iter().rev().fold(0.0, |sum, c| sum * t + c.abs())
                 }
             }
     }
 
-    /// Coefficients in `(time - t) / h`.
+    /// Coefficients of the polynomial in `(time - t) / h`.
     pub fn expand(&self, t: f64, h: f64) -> [f64; TAYLOR] {
         let mut q = [0.0; TAYLOR];
         match self {
@@ -127,8 +128,8 @@ impl Drift {
         q
     }
 
-    /// How long it stays below `-margin`, from `t`, where it has this value and rate. For a drift of high degree this
-    /// is at most `long`.
+    /// How long the drift stays below `-margin` after `t`, at which it has this value and rate. For a drift of high
+    /// degree the result is at most `long`.
     pub fn step_below(&self, margin: f64, (t, [value, rate]): (f64, [f64; 2]), long: f64) -> f64 {
         let room = -margin - value;
         if room.is_nan() || room <= 0.0 {
@@ -141,8 +142,8 @@ impl Drift {
         }
     }
 
-    /// Bounds from `t` on, for a drift of high degree up to `t + long`: an upper bound on the second derivative, not
-    /// below zero, and what to add to it for a bound on its absolute value.
+    /// Two bounds that hold from `t` on, for a drift of high degree up to `t + long`: an upper bound on the second
+    /// derivative, which is not negative, and what to add to it for a bound on the magnitude.
     #[inline]
     pub fn bends(&self, t: f64, long: f64) -> [f64; 2] {
         match self {
@@ -153,11 +154,11 @@ impl Drift {
     }
 }
 
-/// Not inlined, so that its callers are short enough to be.
+/// Value and rate of a polynomial of high degree. This is not inlined, so that its callers are short enough to be.
 #[inline(never)]
 fn high_at(poly: &Poly, t: f64) -> [f64; 2] {
-    let each = poly.0[..=poly.degree()].iter().rev();
-    each.fold([0.0; 2], |[value, rate], c| [value * t + c, rate * t + value])
+    let coefficients = poly.0[..=poly.degree()].iter().rev();
+    coefficients.fold([0.0; 2], |[value, rate], c| [value * t + c, rate * t + value])
 }
 
 fn parabola_at(c: &[f64; 3], t: f64) -> [f64; 2] {
@@ -165,14 +166,14 @@ fn parabola_at(c: &[f64; 3], t: f64) -> [f64; 2] {
 }
 
 impl High {
-    /// Bound on `|p''|` over `span` from `t` on, while the polynomial is valid.
+    /// Bound on `|p''|` from `t` to `t + span`, as far as the polynomial is valid.
     fn bend(&self, t: f64, span: f64) -> f64 {
         let whole = || curvature(&self.poly.shifted(t).0, self.poly.degree(), span);
         self.bend.unwrap_or_else(whole)
     }
 }
 
-/// Bound on `|p''|` over `span` from 0 on.
+/// Bound on `|p''|` from 0 to `span`.
 fn curvature(p: &[f64; TERMS], degree: usize, span: f64) -> f64 {
     let terms = (2..=degree).rev().map(|k| (k * (k - 1)) as f64 * p[k].abs());
     terms.fold(0.0, |sum, term| sum * span + term)
@@ -191,7 +192,7 @@ mod tests {
         [still, up, down, Drift::new(high)]
     }
 
-    /// The error of a value is less than the bound, but not by orders of magnitude.
+    /// The error of a value is below its bound, and the bound is not larger than needed by orders of magnitude.
     #[test]
     fn a_value_is_known_to_its_bound_on_rounding() {
         for drift in drifts() {
@@ -209,10 +210,10 @@ mod tests {
         }
     }
 
-    /// During a step the drift stays below its margin, and its second derivative within the bounds.
+    /// During a step the drift stays below the margin, and its second derivative stays within the bounds.
     #[test]
     fn a_drift_is_below_its_margin_for_the_step_and_bends_no_more_than_it_says() {
-        let mut looked = 0;
+        let mut parabolas = 0;
         for mut drift in drifts() {
             drift.lower(1.0);
             for (t, margin) in [0.0, 0.3, 0.9].into_iter().flat_map(|t| [0.1, 0.7].map(|m| (t, m)))
@@ -238,11 +239,11 @@ mod tests {
                 // A parabola reaches its margin at the end of the step.
                 if let (Drift::Parabola(_), true) = (&drift, 0.0 < step && step < f64::INFINITY) {
                     assert!((drift.at(t + step)[0] + margin).abs() < 1e-12, "{drift:?} {t}");
-                    looked += 1;
+                    parabolas += 1;
                 }
             }
         }
-        assert!(looked >= 2, "{looked}");
+        assert!(parabolas >= 2, "{parabolas}");
     }
 
     /// The coefficients of a window reproduce the drift, in time over the window's length.

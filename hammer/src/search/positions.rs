@@ -1,7 +1,7 @@
-//! The instants at which the piston passes given positions over the bit.
+//! The search for the instants at which the piston passes given positions over the bit.
 //!
-//! These guards have their own tracks. A passage ends a step, but it neither moves the epoch nor
-//! changes the motion.
+//! Its guards have tracks of their own. A passage may end a step, but it neither moves the epoch nor changes the
+//! motion.
 
 use super::tracker::GuardTracker;
 use super::work::Work;
@@ -14,13 +14,13 @@ use crate::motion::Motion;
 /// The guards of all positions in the present mode.
 #[derive(Debug)]
 pub(crate) struct Positions {
-    /// Each guard with its own tracks, since proofs proceed at different steps.
+    /// Each guard has its own tracks, since the proofs advance in different steps.
     trackers: Vec<(GuardTracker, Vec<Track>)>,
 }
 
 impl Positions {
-    /// Tracks, from `from` after the epoch, where the piston crosses each level. A level is a position, m, and
-    /// whether the piston is beyond it.
+    /// A search that starts at `from` after the epoch. Each level is a position (m) with true if the piston is beyond
+    /// it at the start.
     pub fn start(motion: &Motion, levels: &[(f64, bool)], from: f64) -> Self {
         let mut tracks: Vec<Track> =
             (0..motion.tracks.len()).map(|index| motion.at_anchor(index)).collect();
@@ -33,15 +33,15 @@ impl Positions {
                 order: 0,
                 direction: if beyond { Direction::Falling } else { Direction::Rising },
                 level,
-                event: Event::CLOSING, // Never happens.
+                event: Event::CLOSING, // A placeholder: a passage triggers no event.
             };
             (GuardTracker::new(signal(motion, &guard), from), tracks.clone())
         };
         Self { trackers: levels.iter().map(tracker).collect() }
     }
 
-    /// The first passage up to `until` after the epoch, within the motion's reach: its time and level. `search` is
-    /// that of the motion's events, whose work is limited.
+    /// The first passage up to `until` after the epoch, which must be within the motion's reach: its time, and the
+    /// index of its level. `search` is the search for events; its work limits that of this search.
     ///
     /// # Errors
     /// [`Error::Overwork`], [`Error::Cancelled`].
@@ -71,7 +71,7 @@ impl Positions {
         Ok(first)
     }
 
-    /// Ignores a level from now on, since its guard lies at zero within rounding.
+    /// Ignores a level from now on. This is for a guard that within rounding stays at zero.
     pub fn ignore(&mut self, index: usize) {
         let (tracker, _) = &mut self.trackers[index];
         (tracker.root, tracker.clear) = (None, f64::INFINITY);

@@ -10,22 +10,22 @@ use crate::numerics::poly::Poly;
 use crate::search::drift::{Drift, LONG};
 use crate::search::window::{Noise, Window};
 
-/// Resolution over the remainder allowed for each of two tracks: an eighth together, with a margin for the rounding
-/// of bounds.
+/// The resolution over the allowed remainder of each of two tracks. Together the remainders are below an eighth of the
+/// resolution, with a margin for the rounding of bounds.
 const REMAINDER: f64 = 17.0;
 
-/// One track's share of a guard.
+/// The part of a guard that one track contributes.
 #[derive(Clone, Copy, Debug)]
 pub struct Part {
-    /// Which track.
+    /// Index of the track.
     pub track: usize,
-    /// Which functional of its system.
+    /// Index of the functional in the track's system.
     pub functional: usize,
-    /// Factor.
+    /// Factor of the functional.
     pub factor: f64,
 }
 
-/// A signal at one instant.
+/// The value of a signal at one instant, with its slope and bounds.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Probe {
     pub value: f64,
@@ -36,18 +36,17 @@ pub(crate) struct Probe {
     pub curvature: f64,
 }
 
-/// Threshold of steepness, limited by the assertion in [`crate::search::steep`]. This value needs the least work on
-/// the reference hammer.
+/// Threshold of steepness. The assertion in [`crate::search::steep`] limits it; this value needs the least work on the
+/// reference hammer.
 pub(crate) const STEEP: f64 = 2.5;
 
 impl Probe {
-    /// True of a finite state, except for numbers near the largest.
+    /// True if all numbers are finite. (Their sum must be finite too, so numbers near the largest are refused.)
     pub(super) fn is_finite(&self) -> bool {
         (self.value + self.slope + self.amplitude + self.curvature).is_finite()
     }
 
-    /// True if the guard is certain to rise through zero soon; `m` bounds the size of its second
-    /// derivative.
+    /// True if the guard is certain to rise through zero soon. `m` bounds the magnitude of its second derivative.
     #[inline]
     pub fn rises_steeply(&self, m: f64) -> bool {
         self.slope > 0.0 && self.slope * self.slope >= STEEP * m * self.value.abs()
@@ -65,29 +64,29 @@ impl Probe {
     }
 }
 
-/// `drift(t) + sum factor (c B^order) . z(t)`; it crosses where it rises through zero.
+/// The function `drift(t) + sum factor (c B^order) . z(t)`. The guard crosses where it rises through zero.
 #[derive(Clone, Debug)]
 pub struct Signal {
-    /// Static and translating part, in the tracks' time.
+    /// The part due to static deflection and translation, in the tracks' time.
     pub(crate) drift: Drift,
-    /// Modal parts.
+    /// The parts that tracks contribute.
     pub parts: [Option<Part>; 2],
-    /// 0: a displacement, 1: a velocity.
+    /// 0 for a displacement, 1 for a velocity.
     pub order: usize,
-    /// The value that counts as crossed.
+    /// The value above zero from which the signal counts as crossed.
     pub resolution: f64,
     /// How long the drift is valid, s.
     reach: f64,
 }
 
 impl Signal {
-    /// A guard made of `parts`; see the fields.
+    /// A signal with this polynomial as its drift. The other arguments are the fields.
     #[inline]
     pub fn new(poly: Poly, parts: [Option<Part>; 2], order: usize, resolution: f64) -> Self {
         Self::over(Drift::new(poly), parts, order, resolution)
     }
 
-    /// A guard with this drift; see the fields.
+    /// A signal with this drift. The other arguments are the fields.
     #[inline]
     pub(crate) fn over(
         drift: Drift,
@@ -98,7 +97,7 @@ impl Signal {
         Self { drift, parts, order, resolution, reach: f64::INFINITY }
     }
 
-    /// Static and translating part, in the tracks' time.
+    /// The drift as a polynomial of the tracks' time.
     #[cfg(feature = "internals")]
     pub fn poly(&self) -> Poly {
         match &self.drift {
@@ -111,7 +110,7 @@ impl Signal {
         }
     }
 
-    /// The same signal, valid up to `reach` only.
+    /// The same signal, if it is only valid up to `reach`.
     #[inline]
     pub(crate) fn within(mut self, reach: f64) -> Self {
         self.reach = reach;
@@ -119,7 +118,7 @@ impl Signal {
         self
     }
 
-    /// True if its drift is no longer valid at `t`.
+    /// True if the drift is no longer valid at `t`.
     #[inline]
     pub(crate) fn ends_before(&self, t: f64) -> bool {
         t >= self.reach
@@ -130,8 +129,8 @@ impl Signal {
         LONG.min(self.reach)
     }
 
-    /// Roundings of a Taylor coefficient, each half an `eps`: a sum by [`combine::combine`], a factor, and the
-    /// addition of the other track's part.
+    /// Number of times `eps` by which a Taylor coefficient may be rounded: by a sum of [`combine::combine`], a factor,
+    /// and the addition of the other track's part.
     fn series_operations(&self, tracks: &[Track]) -> f64 {
         let parts = self.parts.iter().flatten();
         let longest = parts.fold(0, |n, part| tracks[part.track].z.len().max(n));
@@ -143,7 +142,7 @@ impl Signal {
         f64::EPSILON * amplitude * self.series_operations(tracks) + self.drift.rounding(t)
     }
 
-    /// Functional and track of each part.
+    /// Factor, functional and track of each part.
     fn each<'a>(
         &'a self,
         tracks: &'a [Track],
@@ -154,7 +153,7 @@ impl Signal {
         })
     }
 
-    /// Bound on the modal part of derivative `k`, from the tracks' instants on.
+    /// Bound on the modal part of the `k`-th derivative, from the tracks' instants on.
     pub(crate) fn amplitude(&self, tracks: &[Track], k: usize) -> f64 {
         let bound = |(factor, functional, track): (f64, &Functional, &Track)| {
             factor.abs() * kernel::bound(&functional.weights[self.order + k], &track.z)
@@ -167,8 +166,8 @@ impl Signal {
         step * step * self.amplitude(tracks, 2) > amplitude
     }
 
-    /// Evaluates the signal at `t`, where its drift is `drift`, rotating its tracks there in one pass each, and
-    /// returns the number of rotations too. `spare` is storage for a modal vector.
+    /// Rotates the tracks to `t` and evaluates the signal there, in one pass for each track. `drift` is the value and
+    /// the rate of the drift at `t`. Also returns the number of rotations. `spare` is storage for a modal vector.
     pub(crate) fn evaluate(
         &self,
         tracks: &mut [Track],
@@ -177,51 +176,51 @@ impl Signal {
     ) -> (Probe, u64) {
         let (mut probe, mut count) = (Probe::of(drift), 0);
         for Part { track, functional, factor } in self.parts.iter().flatten() {
-            let (value, turns) = tracks[*track].evaluate_at(t, *functional, self.order, spare);
+            let (value, rotations) = tracks[*track].evaluate_at(t, *functional, self.order, spare);
             probe.add(*factor, value);
-            count += turns;
+            count += rotations;
         }
         (probe, count)
     }
 
-    /// The signal restricted to its one track.
+    /// A view of a signal that has only one track.
     #[inline]
     pub(crate) fn view<'a>(&'a self, part: Part, system: &'a System) -> View<'a> {
         let rows = system.functionals[part.functional].evaluation_rows(self.order);
         View { signal: self, factor: part.factor, rows }
     }
 
-    /// True if a guard without drift stays below a level for ever, by its amplitude alone, which bounds
-    /// the modal part.
+    /// True if a guard with constant drift stays below a level for ever because of its `amplitude`, which bounds the
+    /// modal part.
     #[inline]
     pub(crate) fn stays_below(&self, level: f64, amplitude: f64) -> bool {
         self.drift.constant().is_some_and(|value| value + amplitude < level)
     }
 
-    /// How long a guard without drift stays below `-margin` because of its slowest decay,
-    /// `a exp(-rate t)` with `a < 0`, whatever the other modes do; 0 if it may not. `amplitude` bounds
-    /// all modes together.
+    /// How long a guard with constant drift is certain to stay below `-margin` because of its slowest decay,
+    /// `a exp(-rate t)` with `a < 0`, whatever the other modes do; 0 if that is not certain. `amplitude` bounds all
+    /// modes together.
     pub(crate) fn creeping_step(&self, tracks: &[Track], amplitude: f64, margin: f64) -> f64 {
         let mut longest = 0.0f64;
         for Part { track, functional, factor } in self.parts.iter().flatten() {
             let Track { system, z, .. } = &tracks[*track];
             let Some((k, rate)) = system.creeping else { continue };
-            let push = factor * system.functionals[*functional].rows[self.order][k] * z[k];
-            let room = -margin - self.drift.start()[0] - (amplitude - push.abs());
-            if push < 0.0 && room < 0.0 {
-                // Below while `push exp(-rate t) < room`.
-                longest = longest.max(math::ln(push / room) / rate);
+            let decay = factor * system.functionals[*functional].rows[self.order][k] * z[k];
+            let room = -margin - self.drift.start()[0] - (amplitude - decay.abs());
+            if decay < 0.0 && room < 0.0 {
+                // The guard is below `-margin` while `decay exp(-rate t) < room`.
+                longest = longest.max(math::ln(decay / room) / rate);
             }
         }
         longest.min(self.reach)
     }
 
-    /// One Newton step from a zero of the window's polynomial, to which the tracks are rotated, to the zero of the
-    /// guard. The two differ by less than the resolution.
+    /// Makes one Newton step from a zero of a window's polynomial, to which the tracks are rotated, to the zero of the
+    /// guard itself. The values of the two functions differ by less than the resolution.
     pub(crate) fn polish(&self, tracks: &[Track], root: f64) -> f64 {
         let [value, slope] = self.value_and_slope(tracks, root);
-        let close = slope > 0.0 && value.abs() <= self.resolution;
-        if close { root - value / slope } else { root }
+        let is_close = slope > 0.0 && value.abs() <= self.resolution;
+        if is_close { root - value / slope } else { root }
     }
 
     /// Value and slope at `t`, to which the tracks are rotated.
@@ -234,7 +233,7 @@ impl Signal {
         [value, slope]
     }
 
-    /// The second derivative at the tracks' instant, for a drift that is at most a parabola.
+    /// The second derivative at the tracks' instant. The drift must be at most a parabola.
     pub(crate) fn bend(&self, tracks: &[Track]) -> f64 {
         let modal = |(factor, f, track): (f64, &Functional, &Track)| {
             factor * kernel::dot(&f.rows[self.order + 2], &track.z)
@@ -242,8 +241,8 @@ impl Signal {
         2.0 * self.drift.start()[2] + self.each(tracks).map(modal).sum::<f64>()
     }
 
-    /// The guard's Taylor polynomial from `t`, over the longest window whose remainder is below an
-    /// eighth of the resolution; its modal terms sum to `amplitude`.
+    /// The guard's Taylor polynomial from `t` on, over the longest window in which its remainder is below an eighth of
+    /// the resolution. The magnitudes of its modal terms sum to `amplitude`.
     pub fn expand(&self, tracks: &[Track], t: f64, amplitude: f64) -> Window {
         let allowed = const { factorial(TAYLOR) / REMAINDER } * self.resolution;
         let mut longest = f64::INFINITY;
@@ -255,8 +254,8 @@ impl Signal {
             }
         }
         let h = (10.0 * LONG).min(self.reach).min(longest);
-        // The window is as long as `a_TAYLOR h^TAYLOR <= allowed` permits on each track, with a margin: `1.03^TAYLOR`
-        // is two.
+        // Each track allows the longest window with `a_TAYLOR h^TAYLOR <= allowed`. The factor 1.03 is a margin:
+        // `1.03^TAYLOR` is two.
         let growth = if longest < f64::INFINITY {
             let radians = math::root(allowed / amplitude);
             1.03 * std::f64::consts::SQRT_2 * radians * (h / longest)
@@ -272,7 +271,7 @@ impl Signal {
             let mut scale = part.factor * if self.order == 0 { 1.0 } else { rate };
             let terms = track.system.taylor(part.functional, self.order, &track.z);
             for (k, (c, term)) in q.iter_mut().zip(terms).enumerate() {
-                // The scale may overflow where the term is zero.
+                // The scale may overflow if the term is zero.
                 *c += if term == 0.0 { 0.0 } else { scale * term };
                 scale *= h * rate / (k + 1) as f64;
             }
@@ -281,7 +280,7 @@ impl Signal {
     }
 }
 
-/// A signal restricted to its one track.
+/// A view of a signal that has only one track.
 #[derive(Clone, Copy)]
 pub(crate) struct View<'a> {
     signal: &'a Signal,
@@ -290,9 +289,8 @@ pub(crate) struct View<'a> {
 }
 
 impl View<'_> {
-    /// Evaluates the signal a tabulated span after the track's instant, and leaves the modal vector
-    /// there in `spare`. It reuses the earlier bounds of `known`, if given: they hold for all later
-    /// times.
+    /// Evaluates the signal after a tabulated rotation from the track's instant, and leaves the rotated modal vector in
+    /// `spare`. If an earlier probe is given as `bounds`, its bounds are reused, since they hold for all later times.
     #[inline]
     pub fn evaluate_ahead(
         &self,
@@ -313,7 +311,7 @@ impl View<'_> {
     }
 }
 
-/// [`math::root`] takes the root of the remainder's order.
+/// [`math::root`] must take the root of the order of the remainder.
 const _: () = assert!(TAYLOR == math::ROOT);
 
 const fn factorial(n: usize) -> f64 {
@@ -333,9 +331,9 @@ mod tests {
     use crate::modal::system::Recipe;
     use std::sync::Arc;
 
-    /// An undamped oscillator `a cos(w t + phase)`, and one of the two decays `exp(-r t)` of an oscillator with rates
-    /// `r` and `R`, which begins at `-push`. The functional is their sum.
-    fn track([w, a, phase]: [f64; 3], [r, fast, push]: [f64; 3]) -> Track {
+    /// A track whose functional is the sum of an undamped oscillation `a cos(w t + phase)` and the decay
+    /// `-size exp(-r t)`. The decay is the slower one of an overdamped oscillator with the rates `r` and `fast`.
+    fn track([w, a, phase]: [f64; 3], [r, fast, size]: [f64; 3]) -> Track {
         let omega2 = [r * fast, w * w];
         let shape = &[1.0, 0.0];
         let dashpot = Attachment { shape, stiffness: 0.0, viscosity: r + fast };
@@ -349,7 +347,7 @@ mod tests {
         let system = Arc::new(System::new(recipe, None, mode).expect("a spectrum"));
         let mut z = vec![0.0; 2 * system.blocks()];
         let (sine, cosine) = phase.sin_cos();
-        system.to_modal(&[-push, a * cosine, push * r, -a * w * sine], &mut z);
+        system.to_modal(&[-size, a * cosine, size * r, -a * w * sine], &mut z);
         Track { system, z, at: 0.0 }
     }
 
@@ -358,22 +356,22 @@ mod tests {
         Signal::over(Drift::parabola(drift), [Some(part), None], 0, 1e-9)
     }
 
-    /// A creeping step ends where the rest of the motion, at its bound, could bring the guard to the margin. A decay
-    /// that pushes upward, or that does not outweigh the rest, gives no step.
+    /// A creeping step ends where the other modes, at their bound, could bring the guard to the margin. A decay from
+    /// above, or one that does not outweigh the other modes, gives no step.
     #[test]
     fn a_creeping_step_ends_where_the_decay_outweighs_the_rest_no_more() {
-        let (r, push, a, margin) = (30.0, 2.0, 0.2, 0.05);
+        let (r, size, a, margin) = (30.0, 2.0, 0.2, 0.05);
         for (factor, level) in [(1.0, -0.3), (1.5, -0.1), (1.0, 0.2)] {
-            let tracks = [track([2e4, a, 0.3], [r, 4e3, push])];
+            let tracks = [track([2e4, a, 0.3], [r, 4e3, size])];
             let signal = guard([level, 0.0, 0.0], factor);
             let amplitude = signal.amplitude(&tracks, 0);
             let step = signal.creeping_step(&tracks, amplitude, margin);
-            let rest = amplitude - factor * push;
+            let rest = amplitude - factor * size;
             assert!(rest >= 0.999 * factor * a, "{rest}");
-            let then = level - factor * push * (-r * step).exp() + rest;
-            assert!(step > 0.0 && (then + margin).abs() < 1e-9, "{factor} {level}: {step} {then}");
+            let end = level - factor * size * (-r * step).exp() + rest;
+            assert!(step > 0.0 && (end + margin).abs() < 1e-9, "{factor} {level}: {step} {end}");
         }
-        let up = [track([2e4, a, 0.3], [r, 4e3, -push])];
+        let up = [track([2e4, a, 0.3], [r, 4e3, -size])];
         let signal = guard([-0.3, 0.0, 0.0], 1.0);
         assert_eq!(signal.creeping_step(&up, signal.amplitude(&up, 0), margin), 0.0);
         let weak = [track([2e4, a, 0.3], [r, 4e3, 0.1])];
@@ -381,8 +379,8 @@ mod tests {
         assert_eq!(signal.creeping_step(&weak, signal.amplitude(&weak, 0), margin), 0.0);
     }
 
-    /// For `a cos(w t)` plus a parabola, second derivative and zero are those of the closed form. A window is as long
-    /// as `w` permits, and its error at most an eighth of the resolution.
+    /// For `a cos(w t)` plus a parabola, the second derivative and the values in a window are those of the closed form.
+    /// A window is as long as `w` allows, and its error is at most an eighth of the resolution.
     #[test]
     fn bends_zeros_and_windows_are_those_of_the_closed_form() {
         let (w, a, phase) = (2e4, 0.2, 0.3);
@@ -398,21 +396,21 @@ mod tests {
             let window = signal.expand(&tracks, 0.0, amplitude);
             for x in [0.0, 0.3, 0.7, 1.0] {
                 let value = window.q.iter().rev().fold(0.0, |sum, c| sum * x + c);
-                let off = (value - exact(x * window.h)).abs();
-                assert!(off <= signal.resolution / 8.0, "{factor} {x}: {off:e}");
+                let error = (value - exact(x * window.h)).abs();
+                assert!(error <= signal.resolution / 8.0, "{factor} {x}: {error:e}");
             }
-            // The terms grow by `sqrt 2 w h`, up to the margin for a power of two.
+            // The terms grow by `sqrt 2 w h`, times a margin.
             let growth = window.modal.growth / (std::f64::consts::SQRT_2 * w * window.h);
             assert!((1.0..1.1).contains(&growth), "{factor}: {growth}");
             assert_eq!(window.modal.amplitude, f64::EPSILON * amplitude);
-            // Its rounding is at least that of a value and its factor, and at most that of some ten terms.
+            // The rounding is at least that of a value and its factor, and at most that of some ten terms.
             let rounding = signal.rounding(&tracks, 0.0, amplitude) - signal.drift.rounding(0.0);
             let roundings = rounding / (f64::EPSILON * amplitude);
             assert!((4.0..20.0).contains(&roundings), "{roundings}");
         }
     }
 
-    /// A Newton step near a zero where the guard rises and is within its resolution; elsewhere no step.
+    /// A Newton step is made where the guard rises and is within its resolution of zero; elsewhere no step is made.
     #[test]
     fn a_zero_is_polished_where_the_guard_rises_within_its_resolution() {
         for (slope, start, is_polished) in
@@ -429,12 +427,12 @@ mod tests {
     fn a_probe_is_finite_if_each_of_its_numbers_is() {
         let probe = Probe { value: 1.0, slope: 1.0, amplitude: 1.0, curvature: 1.0 };
         assert!(probe.is_finite());
-        for strange in [f64::NAN, f64::INFINITY] {
+        for number in [f64::NAN, f64::INFINITY] {
             for altered in [
-                Probe { value: strange, ..probe },
-                Probe { slope: strange, ..probe },
-                Probe { amplitude: strange, ..probe },
-                Probe { curvature: strange, ..probe },
+                Probe { value: number, ..probe },
+                Probe { slope: number, ..probe },
+                Probe { amplitude: number, ..probe },
+                Probe { curvature: number, ..probe },
             ] {
                 assert!(!altered.is_finite(), "{altered:?}");
             }

@@ -1,32 +1,32 @@
 //! The crossing of a guard that rises steeply through zero, found without a window.
 //!
-//! Let `m` bound `|g''|` from here on, `K` = [`STEEP`] and `F` = [`FAR`] < `K`. Where `g < 0`,
-//! `g' > 0` and `g'^2 >= K m |g|`, the guard rises throughout the time `S = F |g| / g'`:
+//! Let `m` bound `|g''|` from now on, `K` = [`STEEP`] and `F` = [`FAR`] < `K`. If now `g < 0`, `g' > 0` and
+//! `g'^2 >= K m |g|`, the guard rises throughout the time `S = F |g| / g'`:
+//!
 //! ```text
 //! g'(s) >= g' - m s >= (1 - F / K) g',      g(S) >= (F - 1) |g| - m S^2 / 2 >= |g| / 5,
 //! ```
 //!
-//! So it has exactly one zero there and then lies far above zero. Newton's method finds it: a step
-//! from the distance `d` errs by at most `m d^2 / 2` over the slope.
+//! so that it has exactly one zero in this time, and is far above zero at its end.
+//! Newton's method finds this zero: the error of a step from the distance `d` is at most `m d^2 / 2` over the slope.
 //!
-//! The slope's rounding is negligible: by the Cauchy-Schwarz inequality the terms of `g'` sum to at
-//! most `sqrt(a m)`, where `a` is the sum of those of `g`, and `|g|` is many resolutions, each of
-//! which is at least 16 roundings of `a`; likewise for a drift.
+//! The rounding of the slope is negligible. By the Cauchy-Schwarz inequality the terms of `g'` sum to at most
+//! `sqrt(a m)`, where `a` is the sum of the terms of `g`; and `|g|` is many resolutions, each of which is at least 16
+//! roundings of `a`. The same holds for a drift.
 
 use crate::modal::track::Track;
 use crate::search::ahead::Ahead;
 use crate::search::signal::{Probe, STEEP, Signal};
 use crate::search::work::Work;
 
-/// `S`, over `|g| / g'`.
+/// The factor `F` in `S = F |g| / g'`.
 const FAR: f64 = 2.4;
 const _: () = assert!(STEEP > FAR && FAR - 1.0 - 0.5 * FAR * FAR / STEEP > 0.2);
-/// Newton steps; two or three are usual, and a window finds what needs more.
+/// Limit of the Newton steps. Two or three are usual; a zero that needs more is left to a window.
 const STEPS: usize = 6;
 
-/// The crossing of a guard from its value at an instant, if it is steep and can be extrapolated
-/// that far; `m` is an upper bound on its second derivative. A track of its own is left near the
-/// crossing.
+/// The crossing of a guard, found from its value at an instant, if the guard is steep and can be extrapolated that far.
+/// `m` is an upper bound on its second derivative. A guard's own track is left near the crossing.
 pub(super) fn crossing(
     signal: &Signal,
     ahead: &mut Ahead,
@@ -46,19 +46,19 @@ pub(super) fn crossing(
     ahead.part_from(track);
     ahead.spare.clone_from(&track.z);
     let at = track.at;
-    let found = rise(signal, tracks, here, m, work);
+    let crossing = rise(signal, tracks, here, m, work);
     let track = &mut tracks[part.track];
-    if let Some(found) = found {
-        track.step_back_to(found);
+    if let Some(crossing) = crossing {
+        track.step_back_to(crossing);
     } else {
         std::mem::swap(&mut track.z, &mut ahead.spare);
         track.at = at;
     }
-    found
+    crossing
 }
 
-/// The zero of a guard from its value at `t`, to which its tracks are rotated; they are left near the zero. None if
-/// the guard is not steep, or cannot be extrapolated that far.
+/// The zero of a guard, found from its value at `t`, to which its tracks are rotated; `None` if the guard is not steep,
+/// or cannot be extrapolated that far. The tracks are left near the zero.
 fn rise(
     signal: &Signal,
     tracks: &mut [Track],
@@ -68,7 +68,7 @@ fn rise(
 ) -> Option<f64> {
     let Probe { value, slope, .. } = *probe;
     let end = t - FAR * value / slope;
-    // The zero of the parabola.
+    // The first estimate is the zero of the parabola.
     let root = (slope * slope - 2.0 * signal.bend(tracks) * value).max(0.0).sqrt();
     let mut at = t - 2.0 * value / (slope + root);
     let tolerance = 0.25 * f64::EPSILON * at;

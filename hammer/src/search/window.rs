@@ -1,13 +1,13 @@
-//! A guard's Taylor polynomial over one window: steps below a level, zeros and minima.
+//! Windows: a guard's Taylor polynomial over a short time, with steps below a level, zeros and minima.
 
 use crate::modal::system::TAYLOR;
 use crate::numerics::grid::{self, GRID, Grid};
 use crate::numerics::math;
 
-/// A window is shortened by a factor of a million at most.
+/// Limit of the halvings of a window, which shorten it by a factor of a million.
 const MAX_HALVINGS: u32 = 20;
 
-/// Length of a part of a window.
+/// Length of the part between two points of the grid, as a share of the window.
 pub(crate) const PART: f64 = 1.0 / GRID as f64;
 
 /// Largest `s` with `slope s + m s^2 / 2 <= room` on all of `[0, s]`; `room >= 0`.
@@ -15,47 +15,49 @@ pub(crate) fn step_below(room: f64, slope: f64, m: f64) -> f64 {
     if m <= 0.0 && slope <= 0.0 {
         return f64::INFINITY;
     }
-    let disc = slope * slope + 2.0 * m * room;
-    if disc < 0.0 {
-        return f64::INFINITY; // Concave: turns back before it gets there.
+    let discriminant = slope * slope + 2.0 * m * room;
+    if discriminant < 0.0 {
+        return f64::INFINITY; // The parabola is concave and turns back before it reaches the room.
     }
     if room <= 0.0 && slope >= 0.0 {
-        return 0.0; // At the level and not leaving it: 0 / 0 would be no bound.
+        return 0.0; // The parabola is at the level and does not fall. The formula below would give 0 / 0.
     }
-    let root = disc.sqrt();
+    let root = discriminant.sqrt();
     if slope >= 0.0 { 2.0 * room / (slope + root) } else { (root - slope) / m }
 }
 
-/// Until when a function that falls with `slope < 0` at 0 stays below its value there, if it is certain to fall by
-/// `depth` in between; `m` bounds its second derivative.
+/// How long a function that falls with `slope < 0` at 0 is certain to stay at least `depth` below its value there,
+/// after it has fallen by that much; `None` if it need not fall so far. `m` bounds its second derivative.
 pub(crate) fn dip(depth: f64, slope: f64, m: f64) -> Option<f64> {
-    let disc = slope * slope - 2.0 * m * depth;
-    if slope >= 0.0 || disc <= 0.0 || disc.is_nan() {
+    let discriminant = slope * slope - 2.0 * m * depth;
+    if slope >= 0.0 || discriminant <= 0.0 || discriminant.is_nan() {
         return None;
     }
-    let fall = disc.sqrt() - slope;
+    let fall = discriminant.sqrt() - slope;
     Some(if m > 0.0 { fall / m } else { f64::INFINITY })
 }
 
 /// A guard's Taylor polynomial on one window.
 #[derive(Clone, Copy, Debug)]
 pub struct Window {
-    /// Length, s.
+    /// Length of the window, s.
     pub h: f64,
-    /// Coefficients in `(time - start) / h`.
+    /// Coefficients of the polynomial in `(time - start) / h`.
     pub q: [f64; TAYLOR],
     /// Rounding of the modes' part of the coefficients.
     pub modal: Noise,
-    /// Rounding of the drift's part of the coefficients, summed.
+    /// Sum of the roundings of the drift's part of all coefficients.
     pub drift: f64,
 }
 
-/// Rounding of the modes' part of a window's coefficients. Coefficient `k` is a sum over the modes
-/// of terms below `a_k h^k / k!`, with `a_k = sum |c| |B|^k |z|`. Its products and sums are
-/// `operations` roundings, and its row and scale add 4 for each power. Here `|B|` is made of the
-/// absolute values of a block's entries, at most `sqrt 2` of its norm. Since `a_k^(1/k)` rises with
-/// `k` (power means do), `a_k <= a_0 s^k` with `s^TAYLOR = a_TAYLOR / a_0`. With `y = sqrt 2 s h`
-/// the errors of all coefficients sum to at most
+/// Rounding of the modes' part of a window's coefficients.
+///
+/// Coefficient `k` is a sum over the modes whose terms have a total size of at most `a_k h^k / k!`, with
+/// `a_k = sum |c| |B|^k |z|`.
+/// Its products and sums make `operations` roundings, and its row and scale add 4 for each power.
+/// Here `|B|` has the absolute values of a block's entries, and its norm is at most `sqrt 2` times that of `B`.
+/// Since `a_k^(1/k)` rises with `k` (as power means do), `a_k <= a_0 s^k` with `s^TAYLOR = a_TAYLOR / a_0`.
+/// With `y = sqrt 2 s h` the errors of all coefficients sum to at most
 ///
 /// ```text
 /// eps a_0 sum_k (operations + 4 k) y^k / k!  <=  eps a_0 (operations + 4 y) exp(y)
@@ -64,9 +66,9 @@ pub struct Window {
 pub struct Noise {
     /// `eps a_0`.
     pub amplitude: f64,
-    /// Roundings of a sum of products, each half an `eps`.
+    /// Rounding of a sum of products, in units of `eps`.
     pub operations: f64,
-    /// `y`.
+    /// The number `y`.
     pub growth: f64,
 }
 
@@ -85,28 +87,28 @@ impl Noise {
 }
 
 impl Window {
-    /// Bound on the rounding of all coefficients, including terms that cancel.
+    /// Bound on the sum of the roundings of all coefficients, which includes those of terms that cancel.
     pub fn noise(&self) -> f64 {
         self.drift + self.modal.bound()
     }
 
-    /// Bound on the rounding of a value on the window: of the coefficients and of their sum.
+    /// Bound on the rounding of a value in the window, by the roundings of the coefficients and of their sum.
     pub fn rounding(&self) -> f64 {
         self.noise() + rounding(&self.q)
     }
 
-    /// Halves the window until its rounding is below `fine`, if possible. Otherwise the rounding of a body that moves
-    /// metres in a window would exceed a guard's resolution. `drift` is the rounding of the drift over a window of a
-    /// given length. Returns the rounding too.
+    /// Halves the window until its rounding is below `fine`, if possible, and also returns the rounding. Without this,
+    /// the rounding of a body that moves by metres in a window would exceed a guard's resolution. `drift` returns the
+    /// rounding of the drift over a window of a given length.
     pub(crate) fn shortened(mut self, fine: f64, drift: impl Fn(f64) -> f64) -> (Self, f64) {
-        let most = fine.max(2.0 * (drift(0.0) + f64::EPSILON * self.q[0].abs()));
-        // No shorter window reduces the modes' rounding enough.
+        let allowed = fine.max(2.0 * (drift(0.0) + f64::EPSILON * self.q[0].abs()));
+        // If no shorter window would reduce the modes' rounding enough, that rounding is left out.
         if 2.0 * self.modal.least() >= fine {
             self.modal = Noise::default();
         }
         let mut rounding = self.rounding();
         for _ in 0..MAX_HALVINGS {
-            if rounding <= most {
+            if rounding <= allowed {
                 break;
             }
             self.h *= 0.5;
@@ -123,8 +125,8 @@ impl Window {
     }
 }
 
-/// Rounding of `sum q_k x^k` on `[0, 1]` by Horner's rule: each of `2 k + 1` operations rounds the
-/// term of power `k` by half an `eps`.
+/// Bound on the rounding of `sum q_k x^k` on `[0, 1]` by Horner's rule. Each of `2 k + 1` operations rounds the term of
+/// power `k` by half an `eps`.
 pub(crate) fn rounding(q: &[f64; TAYLOR]) -> f64 {
     let (mut sum, mut weight) = (0.0, 0.0);
     for c in q {
@@ -134,7 +136,7 @@ pub(crate) fn rounding(q: &[f64; TAYLOR]) -> f64 {
     sum
 }
 
-/// Value and slope.
+/// Value and slope of the polynomial at `x`, by Horner's rule.
 pub(crate) fn horner(q: &[f64; TAYLOR], x: f64) -> (f64, f64) {
     let (mut value, mut slope) = (0.0, 0.0);
     for &c in q.iter().rev() {
@@ -144,8 +146,8 @@ pub(crate) fn horner(q: &[f64; TAYLOR], x: f64) -> (f64, f64) {
     (value, slope)
 }
 
-/// Where the next window begins: at `end` or, if the guard is above zero there, before the zero that it rose through,
-/// so that the next window finds it.
+/// The point at which the next window begins. It is `end` or, if the guard is above zero there, the last point of the
+/// grid before the zero that it rose through, so that the next window finds this zero.
 pub(crate) fn back_up(q: &[f64; TAYLOR], grid: &Grid, end: f64) -> f64 {
     if horner(q, end).0 <= 0.0 {
         return end;
@@ -155,8 +157,8 @@ pub(crate) fn back_up(q: &[f64; TAYLOR], grid: &Grid, end: f64) -> f64 {
     points.iter().rposition(|&value| value <= 0.0).map_or(end, |i| (i + 1) as f64 * PART)
 }
 
-/// The minimum before `end` of a guard that starts above zero and falls, if it is below zero. By rounding a
-/// transition may leave its own guard above zero; a later rise is another crossing.
+/// A point before `end` at which a guard that starts above zero and falls is below zero, if there is one. (A transition
+/// may leave its own guard above zero by rounding. If the guard falls below zero, its next rise is another crossing.)
 pub(crate) fn low_point(q: &[f64; TAYLOR], end: f64) -> Option<f64> {
     let (mut low, mut high) = (0.0, end);
     if horner(q, low).1 >= 0.0 {
@@ -177,8 +179,8 @@ pub(crate) fn low_point(q: &[f64; TAYLOR], end: f64) -> Option<f64> {
     None
 }
 
-/// A zero between `low` (not above zero) and `high` (above): Newton's method from above, kept in
-/// the bracket by bisection.
+/// A zero between `low`, where the polynomial is not above zero, and `high`, where it is. Newton's method starts from
+/// `high`; bisection keeps it within the bracket.
 pub(crate) fn zero_between(q: &[f64; TAYLOR], mut low: f64, mut high: f64) -> f64 {
     let mut x = high;
     for _ in 0..100 {
@@ -199,13 +201,14 @@ pub(crate) fn zero_between(q: &[f64; TAYLOR], mut low: f64, mut high: f64) -> f6
     x
 }
 
-/// Evaluations after which [`maximum`] gives up, some milliseconds of work. A flat maximum takes thousands; where
+/// Number of evaluations (some milliseconds of work) after which [`maximum`] stops. A flat maximum takes thousands. If
 /// bounds overflow, halving would never end.
 pub(crate) const EVALUATIONS: u64 = 1 << 16;
 
-/// The larger of `best` and the maximum of `sum p_k x^k` on `[0, 1]`, to the rounding of its terms: parts are halved
-/// until a bound on each is no larger than the best value. Returns the number of evaluations too; after
-/// [`EVALUATIONS`] the maximum may be larger.
+/// The larger of `best` and the maximum of `sum p_k x^k` on `[0, 1]`, accurate to the rounding of the polynomial's
+/// terms.
+/// Parts of the interval are halved until an upper bound on each is no larger than the best value.
+/// Also returns the number of evaluations. If this is [`EVALUATIONS`], the true maximum may be larger.
 pub(crate) fn maximum(p: &[f64; TAYLOR], best: f64) -> (f64, u64) {
     let grid = grid::on_grid(p);
     let best = grid.value.iter().fold(best.max(p[0]), |a, &b| a.max(b));
@@ -213,7 +216,7 @@ pub(crate) fn maximum(p: &[f64; TAYLOR], best: f64) -> (f64, u64) {
     let (mut left, mut left_second) = (p[0], 2.0 * p[2]);
     for i in 0..GRID {
         let (right, right_second) = (grid.value[i], grid.second[i]);
-        // No point is further than half a part from an end of the part.
+        // Every point of a part is within half its length from one of its ends.
         let drift = 0.5 * PART * grid.third_bound[i];
         let dip = (drift - left_second.min(right_second)).max(0.0);
         let (start, end) = (i as f64 * PART, (i + 1) as f64 * PART);
@@ -226,7 +229,7 @@ pub(crate) fn maximum(p: &[f64; TAYLOR], best: f64) -> (f64, u64) {
 /// The search for a polynomial's maximum.
 struct Maximum<'a> {
     p: &'a [f64; TAYLOR],
-    /// What is allowed above the best value found.
+    /// By how much the true maximum may exceed the best value found.
     fine: f64,
     best: f64,
     evaluations: u64,
@@ -236,17 +239,17 @@ impl Maximum<'_> {
     /// Searches between two points `[x, value]`, where the second derivative is at least `-dip`.
     fn between(&mut self, a: [f64; 2], b: [f64; 2], dip: f64) {
         let width = b[0] - a[0];
-        // The function lies below the parabola of that curvature through both ends.
+        // The function lies below the parabola through both ends whose second derivative is `-dip`.
         let (sag, rise) = (0.125 * dip * width * width, (b[1] - a[1]).abs());
         let top = if rise < 4.0 * sag {
-            // In this order nothing overflows if the result does not.
+            // In this order of operations nothing overflows unless the result does.
             0.5 * (a[1] + b[1]) + sag + rise * (rise / (16.0 * sag))
         } else {
             a[1].max(b[1])
         };
         let middle = 0.5 * (a[0] + b[0]);
-        let get_on = top > self.best + self.fine && a[0] < middle && middle < b[0];
-        if !get_on || self.evaluations == EVALUATIONS {
+        let continues = top > self.best + self.fine && a[0] < middle && middle < b[0];
+        if !continues || self.evaluations == EVALUATIONS {
             return;
         }
         self.evaluations += 1;
@@ -270,10 +273,10 @@ mod tests {
             for s in [1e-3, 1.0, 40.0] {
                 let mut p = [0.0; TAYLOR];
                 (p[0], p[1], p[2]) = (1.0 - s * c * c, 2.0 * s * c, -s);
-                // Rounding of the terms; the search stops below it.
-                let (found, evaluations) = maximum(&p, f64::NEG_INFINITY);
-                let apart = (found - 1.0).abs();
-                assert!(apart <= 2.0 * rounding(&p), "c {c} s {s}: {apart:e}");
+                // The search stops within the rounding of the terms.
+                let (maximum, evaluations) = maximum(&p, f64::NEG_INFINITY);
+                let error = (maximum - 1.0).abs();
+                assert!(error <= 2.0 * rounding(&p), "c {c} s {s}: {error:e}");
                 assert!(evaluations < 64, "c {c} s {s}: {evaluations}");
             }
         }
@@ -281,26 +284,26 @@ mod tests {
         assert!(!maximum(&[f64::NAN; TAYLOR], 0.0).0.is_nan());
     }
 
-    /// Squares of the values overflow; in the second polynomial the third derivative does too, so that no bound says
-    /// anything.
+    /// The squares of the first polynomial's values overflow. In the second polynomial the third derivative overflows
+    /// too, so that all bounds are infinite.
     #[test]
     fn a_search_for_the_maximum_of_an_enormous_polynomial_ends() {
-        let falling = |power: usize, by: f64| {
-            std::array::from_fn(|k| [1.0, -by, 0.0][if k == power { 1 } else { 2 * k.min(1) }])
+        let falling = |power: usize, c: f64| {
+            std::array::from_fn(|k| [1.0, -c, 0.0][if k == power { 1 } else { 2 * k.min(1) }])
         };
-        let (found, evaluations) = maximum(&falling(5, 3e194), 0.0);
-        assert!(found == 1.0 && evaluations < EVALUATIONS, "{found} {evaluations}");
+        let (value, evaluations) = maximum(&falling(5, 3e194), 0.0);
+        assert!(value == 1.0 && evaluations < EVALUATIONS, "{value} {evaluations}");
         assert_eq!(maximum(&falling(TAYLOR - 1, 1e305), 0.0), (1.0, EVALUATIONS));
     }
 
-    /// Every combination of slope and curvature, of both signs, and none.
+    /// All combinations of negative, zero and positive slopes and curvatures.
     fn slopes() -> impl Iterator<Item = (f64, f64)> {
-        let each = [-3.0, -0.2, 0.0, 0.2, 3.0];
-        each.into_iter().flat_map(move |slope| each.map(|m| (slope, m)))
+        let values = [-3.0, -0.2, 0.0, 0.2, 3.0];
+        values.into_iter().flat_map(move |slope| values.map(|m| (slope, m)))
     }
 
-    /// A parabola reaches `room` at the end of its step and nowhere before; it never does if the step is infinite.
-    /// The allowance is three roundings of its terms.
+    /// A parabola reaches `room` at the end of its step and nowhere before. If the step is infinite, it never does. The
+    /// tolerance is three roundings of its terms.
     #[test]
     fn a_step_ends_where_its_parabola_first_reaches_the_room() {
         for ((slope, m), room) in slopes().flat_map(|s| [0.0, 1e-3, 0.7].map(|room| (s, room))) {
@@ -317,23 +320,23 @@ mod tests {
         }
     }
 
-    /// A parabola is below zero until the end of its dip, and at it `depth` lower than at its start; without a dip it
-    /// never falls so far. A bound on the curvature is never negative.
+    /// At the end of its dip a parabola is `depth` lower than at its start, and before that it is below zero. Without a
+    /// dip it never falls so far. A bound on the curvature is never negative.
     #[test]
     fn a_dip_is_where_its_parabola_is_below_the_depth() {
         let cases = slopes().filter(|(_, m)| *m >= 0.0);
         for ((slope, m), depth) in cases.flat_map(|s| [1e-3, 0.7].map(|depth| (s, depth))) {
             let above = |s: f64| s * (slope + 0.5 * m * s) + depth;
-            let Some(up) = dip(depth, slope, m) else {
+            let Some(end) = dip(depth, slope, m) else {
                 assert!(slope >= 0.0 || slope * slope <= 2.0 * m * depth, "{slope} {m} {depth}");
                 continue;
             };
-            assert_eq!(up == f64::INFINITY, m == 0.0);
-            let last = up.min(100.0);
+            assert_eq!(end == f64::INFINITY, m == 0.0);
+            let last = end.min(100.0);
             assert!((1..100).all(|i| above(f64::from(i) / 100.0 * last) < depth));
-            if up < f64::INFINITY {
-                let rounding = 3.0 * f64::EPSILON * (up * (slope.abs() + m * up) + depth);
-                assert!(above(up).abs() <= rounding, "{slope} {m} {depth}: {up}");
+            if end < f64::INFINITY {
+                let rounding = 3.0 * f64::EPSILON * (end * (slope.abs() + m * end) + depth);
+                assert!(above(end).abs() <= rounding, "{slope} {m} {depth}: {end}");
             }
         }
     }
@@ -345,7 +348,7 @@ mod tests {
         q
     }
 
-    /// Against exact values in double-double, the error is within the bound, and more than a fiftieth of it.
+    /// Compared with values in double-double, all errors are within the bound, and the largest exceeds 1/50 of it.
     #[test]
     fn the_rounding_of_a_value_is_bounded_by_that_of_its_terms() {
         let mut seed = 1u64;
@@ -353,7 +356,7 @@ mod tests {
             seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
             (seed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
         };
-        let mut nearest = 0.0f64;
+        let mut largest = 0.0f64;
         for _ in 0..2000 {
             let q: [f64; TAYLOR] = std::array::from_fn(|_| random());
             let x = random().abs();
@@ -361,24 +364,24 @@ mod tests {
                 .iter()
                 .rev()
                 .fold(Double::default(), |sum, &c| sum * Double::new(x) + Double::new(c));
-            let off = (exact - Double::new(horner(&q, x).0)).value().abs();
-            nearest = nearest.max(off / rounding(&q));
+            let error = (exact - Double::new(horner(&q, x).0)).value().abs();
+            largest = largest.max(error / rounding(&q));
         }
-        assert!((0.02..=1.0).contains(&nearest), "{nearest}");
+        assert!((0.02..=1.0).contains(&largest), "{largest}");
     }
 
-    /// Zeros are found to the rounding of a value over the slope.
+    /// Zeros are found with an error of at most the rounding of a value over the slope.
     #[test]
     fn zeros_and_low_points_of_a_window_are_found() {
         let (rising, falling) = (cubic(1.0), cubic(-1.0));
         for (q, low, high, zero) in
             [(rising, 0.0, 0.3, 0.2), (rising, 0.6, 1.0, 0.9), (falling, 0.3, 0.7, 0.55)]
         {
-            let found = zero_between(&q, low, high);
+            let root = zero_between(&q, low, high);
             let bound = 1e-14 + rounding(&q) / horner(&q, zero).1;
-            assert!((found - zero).abs() <= bound, "{found} {zero}");
+            assert!((root - zero).abs() <= bound, "{root} {zero}");
         }
-        // It starts above zero and falls below it at 0.2.
+        // This cubic starts above zero and falls below it at 0.2.
         let low = low_point(&falling, 0.4).expect("it falls below zero");
         assert!(horner(&falling, low).0 < 0.0 && low < 0.4);
         assert_eq!(low_point(&rising, 1.0), None);
@@ -387,21 +390,21 @@ mod tests {
         assert_eq!(low_point(&shallow, 1.0), None);
     }
 
-    /// A window that ends above zero is left at the grid point after which the guard stays above.
+    /// If a window ends above zero, the next one begins at the last point of the grid at which the guard is not above.
     #[test]
     fn a_window_is_left_before_a_rise_through_zero() {
         let (rising, falling) = (cubic(1.0), cubic(-1.0));
-        let left = |q: &[f64; TAYLOR], end: f64| back_up(q, &grid::on_grid(q), end);
-        assert_eq!([left(&rising, 1.0), left(&rising, 0.75)], [0.875, 0.75]);
-        assert_eq!([left(&falling, 1.0), left(&falling, 0.75)], [1.0, 0.5]);
-        // A guard that is nowhere below zero has no earlier place.
+        let next = |q: &[f64; TAYLOR], end: f64| back_up(q, &grid::on_grid(q), end);
+        assert_eq!([next(&rising, 1.0), next(&rising, 0.75)], [0.875, 0.75]);
+        assert_eq!([next(&falling, 1.0), next(&falling, 0.75)], [1.0, 0.5]);
+        // If the guard is nowhere below zero, the next window begins at the end of this one.
         let mut above = [0.0; TAYLOR];
         above[0] = 1.0;
-        assert_eq!(left(&above, 0.5), 0.5);
+        assert_eq!(next(&above, 0.5), 0.5);
     }
 
-    /// Drift, modes and values each contribute to the rounding, over a motion so long that only a part of the window
-    /// is fine enough.
+    /// Drift, modes and values all contribute to the rounding. The window is so long that only a part of it has a small
+    /// enough rounding.
     #[test]
     fn a_window_is_halved_until_its_rounding_is_fine() {
         let drift = |h: f64| 1e-16 + 1e-9 * h;
@@ -416,18 +419,19 @@ mod tests {
             drift(h) + 1e-17 * (40.0 + 4.0 * y) * y.exp() + sum.sum::<f64>()
         };
         let h = 1e-3;
-        for wanted in [0, 1, 3, 7] {
-            let fine = 1.0001 * bound(h * 0.5f64.powi(wanted), wanted);
+        for halvings in [0, 1, 3, 7] {
+            let fine = 1.0001 * bound(h * 0.5f64.powi(halvings), halvings);
             let window = Window { h, q, modal: modal(3.0), drift: drift(h) };
             let (short, rounding) = window.shortened(fine, drift);
-            assert_eq!(short.h, h * 0.5f64.powi(wanted), "{wanted}");
-            assert!((rounding / fine - 1.0 / 1.0001).abs() < 1e-12, "{wanted}: {rounding} {fine}");
+            assert_eq!(short.h, h * 0.5f64.powi(halvings), "{halvings}");
+            let ratio = rounding / fine;
+            assert!((ratio - 1.0 / 1.0001).abs() < 1e-12, "{halvings}: {rounding} {fine}");
             for x in [0.0, 0.4, 1.0] {
                 let whole = horner(&q, x * short.h / h).0;
-                assert!((horner(&short.q, x).0 - whole).abs() < 1e-13, "{wanted} {x}");
+                assert!((horner(&short.q, x).0 - whole).abs() < 1e-13, "{halvings} {x}");
             }
         }
-        // Where no window is short enough for the modes or for the value at the start, their rounding is left out.
+        // If no window is short enough for the modes, or for the value at the start, their rounding is left out.
         let loud = Noise { amplitude: 1e-3, ..modal(3.0) };
         let window = Window { h, q, modal: loud, drift: drift(h) };
         let (short, rounding) = window.shortened(0.05, drift);

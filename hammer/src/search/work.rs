@@ -1,11 +1,12 @@
-//! The work of a search, and how much a communication step may spend.
+//! The work of a search, and the limit of the work in a communication step.
 //!
-//! The unit is an evaluation of a guard. It costs as many coordinates of the call's [`Allowance`] as the scene has,
-//! plus [`BESIDE`]; the cost of air does not depend on the scene ([`AIR`]). The reference hammer spends about 1e5
-//! units per second of motion.
+//! The unit of work is one evaluation of a guard.
+//! A call's [`Allowance`] is counted in coordinates. A unit costs as many coordinates as the scene has, plus
+//! [`BESIDE`]; the cost of air does not depend on the scene ([`AIR`]).
+//! The reference hammer spends about 1e5 units per second of motion.
 //!
-//! Chattering (a contact a million times too stiff, a corrupt state) could take minutes or never end. It becomes an
-//! error that names what chatters and the parameter that is out of proportion.
+//! Chattering, as with a contact a million times too stiff or a corrupt state, could take minutes or never end. It
+//! becomes an error that names what chatters and the parameter that is out of proportion.
 
 use crate::allowance::Allowance;
 use crate::error::{Error, WorkLimit};
@@ -18,35 +19,36 @@ use std::cell::Cell;
 const BESIDE: usize = 20;
 /// Transitions are named as the cause if they make up at least this share of a step's work.
 const BUSY: f64 = 0.01;
-const MOST: f64 = 0.5;
-/// Units between two polls of the interrupt: 0.1 ms, or 4 ms on the finest mesh.
+/// The barrier or the air is named as the cause if it makes up at least this share.
+const MAJORITY: f64 = 0.5;
+/// Number of units between two polls of the interrupt: 0.1 ms of work, or 4 ms on the finest mesh.
 const PAUSE: u64 = 500;
-/// Units of a Taylor window, of a panel of the barrier's series, and of a transition.
+/// Units that a Taylor window, a panel of the barrier's series, and a transition cost.
 const WINDOW: u64 = 16;
 const PANEL: u64 = 2;
 const TRANSITION: u64 = 100;
-/// Cost of an air window's series, in coordinates.
+/// Cost of the series of a window of air, in coordinates.
 const AIR: u64 = 8_000;
 
-/// Work done by a search.
+/// The work that a search has done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Evaluations of a guard or its bounds.
+    /// Number of evaluations of a guard or its bounds.
     pub evaluations: u64,
-    /// Rotations of a track.
+    /// Number of rotations of a track.
     pub samples: u64,
-    /// Taylor windows opened.
+    /// Number of Taylor windows opened.
     pub windows: u64,
-    /// Steps of scans within windows.
+    /// Number of steps of the scans within windows.
     pub scans: u64,
-    /// Units of the barrier's integrals.
+    /// Units spent on the barrier's integrals.
     pub(super) barrier: u64,
-    /// Series for the air in the chambers.
+    /// Number of series for the air in the chambers.
     air: u64,
 }
 
 impl Work {
-    /// Counts one evaluation, a tabulated step ahead.
+    /// Counts one evaluation after a tabulated rotation.
     #[inline]
     pub(super) fn count_evaluation(&mut self) {
         self.evaluations += 1;
@@ -57,7 +59,7 @@ impl Work {
         self.barrier += PANEL * panels;
     }
 
-    /// Counts the rotations and series of a window of air or of a line.
+    /// Counts the rotations and the series of a window of air or of a line.
     pub(crate) fn count_air(&mut self, [rotations, series]: [u64; 2]) {
         self.samples += rotations;
         self.air += series;
@@ -68,24 +70,25 @@ impl Work {
     }
 }
 
-/// Possible causes of a step that spends its work.
+/// Possible causes of too much work, in the order of [`Budget::spent`].
 fn causes() -> impl Iterator<Item = WorkLimit> {
     let others = [WorkLimit::Rock, WorkLimit::Drive, WorkLimit::Loads];
     others.into_iter().chain(Tie::all().map(WorkLimit::Tie))
 }
 
-/// The work of the present step, paid for from the call's [`Allowance`] now and then.
+/// The work of the present step. From time to time it is paid for from the call's [`Allowance`].
 #[derive(Debug, Default)]
 pub(crate) struct Budget {
     /// [`Work`] at the start of the step.
     start: Work,
-    /// Coordinates of [`Work`] and of transitions in this step that are already paid for.
+    /// Cost of this step's [`Work`] and transitions that is already paid for, in coordinates.
     pub paid: Cell<u64>,
     /// Cost of a unit, in coordinates.
     price: u64,
-    /// Units of [`Work`] at which the interrupt is polled.
+    /// Units of [`Work`] at which the interrupt is next polled.
     pause: Cell<u64>,
-    /// Transitions of the rock and of the drive, renewals of series under varying loads, and transitions of each tie.
+    /// Units of the rock's transitions, of the drive's, of renewals of series under varying loads, and of each tie's
+    /// transitions.
     spent: [u64; 3 + Tie::COUNT],
 }
 
@@ -104,7 +107,7 @@ impl Budget {
         let cause = match event {
             Some(Event::Rock(_)) => 0,
             Some(Event::Tie(tie, _)) => 3 + tie.index(),
-            // The drive's.
+            // All other events are those of the drive.
             Some(_) => 1,
             None => 2,
         };
@@ -112,7 +115,7 @@ impl Budget {
         self.pause.set(self.pause.get().saturating_sub(TRANSITION));
     }
 
-    /// Returns an error if the step may not go on beyond `time`, s.
+    /// Returns an error if the step may not continue beyond `time` (s).
     ///
     /// # Errors
     ///
@@ -132,15 +135,15 @@ impl Budget {
         Ok(())
     }
 
-    /// Pays for everything not yet paid for. Returns false if that is more than is left.
+    /// Pays for all work that is not yet paid for. Returns false if the allowance is too small for it.
     pub fn pay(&self, work: &Work) -> bool {
         let units = work.units() - self.start.units() + self.transitions();
-        let done = self.price.saturating_mul(units).saturating_add(self.of_air(work));
-        let due = done.saturating_sub(self.paid.replace(done));
+        let cost = self.price.saturating_mul(units).saturating_add(self.of_air(work));
+        let due = cost.saturating_sub(self.paid.replace(cost));
         Allowance::spend(due)
     }
 
-    /// Coordinates of the air's series.
+    /// Cost of the air's series, in coordinates.
     fn of_air(&self, work: &Work) -> u64 {
         AIR.saturating_mul(work.air - self.start.air)
     }
@@ -150,15 +153,16 @@ impl Budget {
     }
 
     fn refusal(&self, motion: &Motion, time: f64, work: &Work, done: u64) -> Error {
-        // Part of the work belongs to the searches that follow transitions.
-        let most = causes().zip(self.spent).max_by_key(|(_, spent)| *spent);
+        // Transitions are named even with a small share, since much of the other work is the searches that follow them.
+        let largest = causes().zip(self.spent).max_by_key(|(_, spent)| *spent);
         let is_busy = (self.price * self.transitions()) as f64 > BUSY * done as f64;
-        let limit = most.filter(|_| is_busy).map_or(WorkLimit::Search, |(cause, _)| cause);
+        let limit = largest.filter(|_| is_busy).map_or(WorkLimit::Search, |(cause, _)| cause);
         let barrier = self.price.saturating_mul(work.barrier - self.start.barrier);
-        let beside = [(WorkLimit::Barrier, barrier), (WorkLimit::Air, self.of_air(work))];
-        let mut beside = beside.into_iter().filter(|(_, spent)| *spent as f64 > MOST * done as f64);
-        let limit = beside.next().map_or(limit, |(cause, _)| cause);
-        // Under air, the renewed series are those of the air's windows.
+        let others = [(WorkLimit::Barrier, barrier), (WorkLimit::Air, self.of_air(work))];
+        let mut others = others.into_iter();
+        let main = others.find(|(_, spent)| *spent as f64 > MAJORITY * done as f64);
+        let limit = main.map_or(limit, |(cause, _)| cause);
+        // If air drives the piston, the renewed series are those of its windows.
         let is_air = limit == WorkLimit::Loads && motion.air().is_some();
         let limit = if is_air { WorkLimit::Air } else { limit };
         let parameters = motion.parameters();
@@ -180,16 +184,16 @@ mod tests {
         Motion::new(model, inputs, 0.0).expect("a scene")
     }
 
-    /// Checks a step that began at `start` and has come to `work` against a new allowance of one second.
+    /// Checks a step whose search has come to `work` against a new allowance of one second.
     fn checked(budget: &Budget, work: &Work) -> Result<(), WorkLimit> {
-        let done = Allowance::of_seconds(1).within(|| budget.check(&motion(), work, 0.0));
-        done.map_err(|error| match error {
+        let result = Allowance::of_seconds(1).within(|| budget.check(&motion(), work, 0.0));
+        result.map_err(|error| match error {
             Error::Overwork { limit, .. } => limit,
             other => panic!("{other}"),
         })
     }
 
-    /// A million million units exceed the allowance of a second.
+    /// `1 << 40` units exceed the allowance of a second.
     #[test]
     fn every_kind_of_work_is_paid_for_and_the_most_is_named() {
         let (many, none) = (1 << 40, Work::default());
@@ -209,7 +213,7 @@ mod tests {
         }
     }
 
-    /// Transitions count, and are named as the cause from a hundredth of the work on.
+    /// Transitions count, and are named as the cause if they make up at least 1 % of the work.
     #[test]
     fn transitions_are_paid_for_and_named_by_their_cause() {
         use crate::laws::event::RockEvent;
@@ -228,8 +232,8 @@ mod tests {
             let transitions = budget.transitions();
             assert_eq!(transitions, TRANSITION << 20);
             for (share, cause) in [(90, cause), (110, WorkLimit::Search)] {
-                let all = Work { evaluations: share * transitions, ..Work::default() };
-                assert_eq!(checked(&budget, &all), Err(cause), "{event:?}");
+                let work = Work { evaluations: share * transitions, ..Work::default() };
+                assert_eq!(checked(&budget, &work), Err(cause), "{event:?}");
                 budget.paid.set(0);
                 budget.pause.set(0);
             }

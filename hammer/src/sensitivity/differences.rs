@@ -176,15 +176,16 @@ impl Stencil {
             coarse: false,
             reach: reach(&base.events, slope),
         };
-        let at = |sample: &Sample, k: usize| sample.values.get(k).copied().unwrap_or(f64::NAN);
+        let value = |sample: &Sample, k: usize| sample.values.get(k).copied().unwrap_or(f64::NAN);
         let mut inaccurate = false;
         for k in 0..count {
-            inaccurate |= stencil.second_order(k, [at(&low, k), at(base, k), at(&high, k)]);
+            inaccurate |=
+                stencil.second_order(k, [value(&low, k), value(base, k), value(&high, k)]);
         }
         if inaccurate {
             let Some(far) = take(2.0 * h)? else { return Ok(None) };
             for k in 0..count {
-                let four = [at(&low, k), at(base, k), at(&high, k), at(&far, k)];
+                let four = [value(&low, k), value(base, k), value(&high, k), value(&far, k)];
                 stencil.third_order(k, four);
             }
         }

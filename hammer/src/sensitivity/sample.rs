@@ -64,13 +64,13 @@ impl Sample {
         let (ours, theirs) = (&self.events, &other.events);
         let differs = |k: &usize| ours.get(*k).map(|r| r.event) != theirs.get(*k).map(|r| r.event);
         let Some(first) = (0..ours.len().max(theirs.len())).find(differs) else {
-            let moved = self.passed.iter().zip(&other.passed).find(|(a, b)| a != b);
-            let (a, b) = moved?;
+            let difference = self.passed.iter().zip(&other.passed).find(|(a, b)| a != b);
+            let (a, b) = difference?;
             return ours.get(*a.min(b)).map(|r| Change::AtInstant(r.event));
         };
-        let at = |list: &[Record], k: usize| list.get(k).map(|r| r.event);
-        let [old, next] = [at(ours, first), at(ours, first + 1)];
-        let [new, after] = [at(theirs, first), at(theirs, first + 1)];
+        let event = |list: &[Record], k: usize| list.get(k).map(|r| r.event);
+        let [old, next] = [event(ours, first), event(ours, first + 1)];
+        let [new, after] = [event(theirs, first), event(theirs, first + 1)];
         Some(match (old, new) {
             (Some(old), Some(new)) if next == Some(new) && after == Some(old) => {
                 Change::Exchanged(old, new)

@@ -88,13 +88,13 @@ pub fn over_step(
     let derivatives = || {
         // This run too starts from `start`, so that its windows of air begin at the same instants as in the others.
         let base = run(*first, 0.0)?;
-        let by = |input: &Input| {
+        let derivative = |input: &Input| {
             let value = present.input(*input).abs();
             let usual = Argument::named(input.name()).map_or(1.0, Argument::nominal);
             let scale = Scale { size: LINEAR * value.max(usual), noise };
             differentiate(&base, scale, &mut |h| run(*input, h).map(Some))
         };
-        inputs.iter().map(by).collect()
+        inputs.iter().map(derivative).collect()
     };
     let derivatives = Allowance::of_seconds(present.parameters.work_limit).within(derivatives);
     machine.restore(&present)?;

@@ -4,12 +4,12 @@
 //! power of their compliance has to cancel.
 
 use crate::modal::spectrum::jet::Jet;
-use crate::modal::spectrum::secular::{MOST, PAIRS, Root, Secular, size};
+use crate::modal::spectrum::secular::{MAX_ORDER, PAIRS, Root, Secular, size};
 use crate::numerics::poles;
 use num_complex::Complex64 as C;
 
 /// A matrix of which the first rows and columns are used.
-type Matrix = [[Jet; MOST]; MOST];
+type Matrix = [[Jet; MAX_ORDER]; MAX_ORDER];
 
 /// Two modes dominate if a root is nearer to its pole, and the poles nearer to one another, than this share of their
 /// size.
@@ -113,7 +113,7 @@ impl Secular {
     /// The null vector of the [matrix](Self::bordered) of an expanded determinant, or zeros if the determinant is not
     /// expanded. It consists of the cofactors of one row: the one with the largest terms, or for a trapped mode that
     /// mode's row.
-    pub(crate) fn row_forces(&self, root: Root) -> [C; MOST] {
+    pub(crate) fn row_forces(&self, root: Root) -> [C; MAX_ORDER] {
         if !self.expanded {
             return Default::default();
         }
@@ -134,7 +134,7 @@ impl Secular {
 }
 
 /// Cofactors of a row of a matrix of order two or more. Entries beyond the order are zero.
-fn cofactors(matrix: &Matrix, order: usize, row: usize) -> [Jet; MOST] {
+fn cofactors(matrix: &Matrix, order: usize, row: usize) -> [Jet; MAX_ORDER] {
     std::array::from_fn(|column| {
         if column >= order {
             return Jet::default();
@@ -153,18 +153,18 @@ fn all(order: usize) -> u8 {
 /// Determinant of some rows and as many columns. It is expanded along the first of the rows, without division:
 /// `a_0 M_0 - (a_1 M_1 - (a_2 M_2 - ...))`.
 fn minor(matrix: &Matrix, rows: u8, columns: u8) -> Jet {
-    let row = &matrix[rows.trailing_zeros() as usize % MOST];
+    let row = &matrix[rows.trailing_zeros() as usize % MAX_ORDER];
     let below = rows & rows.wrapping_sub(1);
-    let last = &matrix[below.trailing_zeros() as usize % MOST];
+    let last = &matrix[below.trailing_zeros() as usize % MAX_ORDER];
     let term = |column: usize| {
         let others = columns & !(1 << column);
         match below.count_ones() {
             0 => row[column],
-            1 => row[column] * last[others.trailing_zeros() as usize % MOST],
+            1 => row[column] * last[others.trailing_zeros() as usize % MAX_ORDER],
             _ => row[column] * minor(matrix, below, others),
         }
     };
-    let used = (0..MOST).rev().filter(|column| columns >> column & 1 == 1);
+    let used = (0..MAX_ORDER).rev().filter(|column| columns >> column & 1 == 1);
     let sum = used.map(term).reduce(|rest, term| term - rest);
     sum.unwrap_or_default()
 }
@@ -177,10 +177,10 @@ mod tests {
     /// times its determinant. Arithmetic with whole numbers of this size is exact.
     #[test]
     fn determinants_and_cofactors_are_those_of_vandermonde() {
-        let x: [i32; MOST] = [2, -3, 5, 7, -11, 13];
+        let x: [i32; MAX_ORDER] = [2, -3, 5, 7, -11, 13];
         let jet = |x: f64| Jet { at: x.into(), slope: C::default() };
         let matrix = x.map(|x| std::array::from_fn(|k| jet(f64::from(x).powi(k as i32))));
-        for order in 2..=MOST {
+        for order in 2..=MAX_ORDER {
             let pairs = (0..order).flat_map(|j| (0..j).map(move |i| f64::from(x[j] - x[i])));
             let determinant = pairs.product::<f64>();
             assert_eq!(minor(&matrix, all(order), all(order)).at, determinant.into());

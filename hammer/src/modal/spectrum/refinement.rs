@@ -97,8 +97,8 @@ impl<'a> Refinement<'a> {
         let start = self.s.value();
         for _ in 0..STEPS {
             if self.step()? <= LAST {
-                let near = norm(self.s.value() - start) <= self.room;
-                return near.then_some((self.s, self.x));
+                let is_near = norm(self.s.value() - start) <= self.room;
+                return is_near.then_some((self.s, self.x));
             }
         }
         None
@@ -218,10 +218,11 @@ impl Linearised<'_> {
         }
         let mut forces = solved(rows)?;
         forces.iter_mut().zip(&sizes).for_each(|(force, size)| *force /= size);
-        let near = forces.split_off(order);
-        let root = near[self.near.len()];
+        let near_and_root = forces.split_off(order);
+        let root = near_and_root[self.near.len()];
         let mut amplitudes = vec![C::default(); self.d.len()];
-        self.near.iter().zip(near).for_each(|(&i, step)| amplitudes[i] = step);
+        let near = self.near.iter().zip(near_and_root);
+        near.for_each(|(&i, step)| amplitudes[i] = step);
         for &i in &self.far {
             let force: C = forces.iter().enumerate().map(|(a, f)| phi(a)(i) * f).sum();
             amplitudes[i] = -(residual(i) + slope(i) * root + force) / self.d[i];

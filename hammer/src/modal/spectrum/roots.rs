@@ -163,8 +163,8 @@ impl<'a> Roots<'a> {
                         let (old, new) = (roots[k].offset, roots[k].offset - step);
                         let is_on_pole = new == C::default();
                         roots[k].offset = if is_on_pole { f64::EPSILON * old } else { new };
-                        let near = roots[k].offset.norm_sqr().min(value.norm_sqr());
-                        let size = (step.norm_sqr() / near).sqrt();
+                        let distance2 = roots[k].offset.norm_sqr().min(value.norm_sqr());
+                        let size = (step.norm_sqr() / distance2).sqrt();
                         let rough = if sweep > PATIENCE { self.rough() } else { 0.0 };
                         settled[k] = steps_in_place(settled[k], size, rough);
                         self.rebase(&mut roots[k]);

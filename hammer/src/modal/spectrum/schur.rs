@@ -86,9 +86,9 @@ impl Form<'_> {
         while let Some((place, vector)) = reals.next() {
             if let Some((other, _)) = reals.next_if(|(_, next)| coincide(&vector.pair, &next.pair))
             {
-                let both = [place.min(other), place.max(other)];
-                let (columns, coupling) = self.separated(&both);
-                let [a, b] = both.map(|place| self.places[place].0);
+                let places = [place.min(other), place.max(other)];
+                let (columns, coupling) = self.separated(&places);
+                let [a, b] = places.map(|place| self.places[place].0);
                 let b = [self.t[(a, a)], coupling, 0.0, self.t[(b, b)]];
                 blocks.extend(self.block(&columns, b));
             } else {
@@ -125,16 +125,16 @@ impl Form<'_> {
     fn separated(&self, blocks: &[usize]) -> (Vec<Vec<f64>>, f64) {
         let (t, m) = (&self.t, self.t.nrows());
         let rows_of = |k: &usize| self.places[*k].0..self.places[*k].0 + self.places[*k].1;
-        let own: Vec<usize> = blocks.iter().flat_map(rows_of).collect();
-        let mut y = vec![vec![0.0; m]; own.len()];
-        own.iter().zip(&mut y).for_each(|(row, y)| y[*row] = 1.0);
+        let block_rows: Vec<usize> = blocks.iter().flat_map(rows_of).collect();
+        let mut y = vec![vec![0.0; m]; block_rows.len()];
+        block_rows.iter().zip(&mut y).for_each(|(row, y)| y[*row] = 1.0);
         let mut coupling = 0.0;
         // An entry of `B`.
         let entry = |c: usize, d: usize, coupling: f64| match (c, d) {
-            _ if c == d => t[(own[c], own[c])],
+            _ if c == d => t[(block_rows[c], block_rows[c])],
             (0, 1) if blocks.len() == 2 => coupling,
             _ if blocks.len() == 2 => 0.0,
-            _ => t[(own[c], own[d])],
+            _ => t[(block_rows[c], block_rows[d])],
         };
         for place in (0..*blocks.last().unwrap_or(&0)).rev() {
             let (i, rows) = self.places[place];
@@ -146,15 +146,16 @@ impl Form<'_> {
             }
             // Sylvester's equation is T_ii X - X B = -source.
             let (mut matrix, mut right) = (Matrix4::<f64>::identity(), Vector4::<f64>::zeros());
-            for (a, c) in (0..rows).flat_map(|a| (0..own.len()).map(move |c| (a, c))) {
+            for (a, c) in (0..rows).flat_map(|a| (0..block_rows.len()).map(move |c| (a, c))) {
                 let row = 2 * a + c;
                 matrix[(row, row)] = 0.0;
                 (0..rows).for_each(|b| matrix[(row, 2 * b + c)] += t[(i + a, i + b)]);
-                (0..own.len()).for_each(|d| matrix[(row, 2 * a + d)] -= entry(d, c, coupling));
+                (0..block_rows.len())
+                    .for_each(|d| matrix[(row, 2 * a + d)] -= entry(d, c, coupling));
                 right[row] = -source(a, &y[c]);
             }
             let x = self.solved(matrix, right);
-            for (a, c) in (0..rows).flat_map(|a| (0..own.len()).map(move |c| (a, c))) {
+            for (a, c) in (0..rows).flat_map(|a| (0..block_rows.len()).map(move |c| (a, c))) {
                 y[c][i + a] = x[2 * a + c];
             }
         }
@@ -250,7 +251,7 @@ impl Form<'_> {
 /// The block with the characteristic polynomial `(s - sigma)^2 + delta`, from the mean of its vectors and `sigma / 2`
 /// times their divided difference. The two together are scaled to norm 1.
 fn together(sigma: f64, delta: f64, [mean, difference]: [Vec<f64>; 2]) -> Block {
-    let both = unit([&mean[..], &difference].concat());
-    let (mean, difference) = both.split_at(both.len() / 2);
+    let unit_pair = unit([&mean[..], &difference].concat());
+    let (mean, difference) = unit_pair.split_at(unit_pair.len() / 2);
     Block::quadratic(sigma, delta, 0.5 * sigma.abs(), [mean.to_vec(), difference.to_vec()])
 }

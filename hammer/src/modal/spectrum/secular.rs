@@ -42,7 +42,7 @@ pub(crate) const PAIRS: [[usize; 2]; 10] =
     [[0, 0], [0, 1], [1, 1], [0, 2], [1, 2], [2, 2], [0, 3], [1, 3], [2, 3], [3, 3]];
 
 /// Largest number of attachments and dominating modes together.
-pub(crate) const MOST: usize = 6;
+pub(crate) const MAX_ORDER: usize = 6;
 
 /// Number of weights in the sums over the poles for one, two, three and four attachments.
 const WEIGHTS: [usize; 4] = [1, 4, 6, 10];
@@ -99,8 +99,8 @@ impl Translations {
 fn is_expanded(system: &Deflated) -> bool {
     let [x, y] = &system.shapes[..] else { return system.shapes.len() > 2 };
     let modes = x.iter().zip(y).zip(&system.omega2);
-    let mut both = modes.filter(|((x, y), w2)| **w2 > 0.0 && **x != 0.0 && **y != 0.0);
-    both.clone().count() > 1 && both.all(|((x, y), _)| x == y)
+    let mut common = modes.filter(|((x, y), w2)| **w2 > 0.0 && **x != 0.0 && **y != 0.0);
+    common.clone().count() > 1 && common.all(|((x, y), _)| x == y)
 }
 
 /// The two roots of `s^2 + beta w2 s + w2`.
@@ -336,15 +336,15 @@ impl Secular {
     }
 
     /// The eigenvector's amplitudes `sum_a phi_{a,i} F_a / d_i`, where `F_a` are the attachments' forces.
-    fn amplitudes(&self, root: Root, forces: &[C; MOST]) -> Vec<C> {
+    fn amplitudes(&self, root: Root, forces: &[C; MAX_ORDER]) -> Vec<C> {
         let (shapes, compliances) = (&self.system.shapes, self.compliances(root));
         if !self.expanded {
             let pushes = self.pushes(root).into_iter().zip(compliances);
             return pushes.map(|(push, compliance)| push * compliance).collect();
         }
-        let push = |i: usize| forces.iter().zip(shapes).map(|(f, shape)| f * shape[i]).sum::<C>();
-        let each = compliances.iter().enumerate().map(|(i, compliance)| push(i) * compliance);
-        let mut amplitudes: Vec<C> = each.collect();
+        let force = |i: usize| forces.iter().zip(shapes).map(|(f, shape)| f * shape[i]).sum::<C>();
+        let products = compliances.iter().enumerate().map(|(i, compliance)| force(i) * compliance);
+        let mut amplitudes: Vec<C> = products.collect();
         for (mode, own) in self.borders(root).into_iter().zip(&forces[shapes.len()..]) {
             amplitudes[mode] = *own;
         }
@@ -362,17 +362,17 @@ impl Secular {
         let forces = self.forces(&r, s, second);
         let (first, other) = if second { (1, 0) } else { (0, 1) };
         let (x, y) = (&shapes[first], &shapes[other]);
-        let own = [r.r11, r.r22][other].at;
+        let receptance = [r.r11, r.r22][other].at;
         let kappa = self.system.springs[other].0 + self.system.springs[other].1 * s;
         // Below the bars' resonances, this is what remains of the sum when the translations cancel.
-        let slow = self.translations.moved[2 * other] * size(r.free.at) > size(own);
+        let slow = self.translations.moved[2 * other] * size(r.free.at) > size(receptance);
         let push = |i: usize| {
             if !slow {
                 return shapes[0][i] * forces[0] + shapes[1][i] * forces[1];
             }
             let minor = |&a: &usize| (x[i] * y[a] - y[i] * x[a]) * y[a];
             let moved: f64 = self.translations.modes.iter().map(minor).sum();
-            x[i] + kappa * (x[i] * own - y[i] * r.r12.at + moved * r.free.at)
+            x[i] + kappa * (x[i] * receptance - y[i] * r.r12.at + moved * r.free.at)
         };
         (0..self.system.omega2.len()).map(push).collect()
     }

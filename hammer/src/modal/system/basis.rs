@@ -137,12 +137,12 @@ impl Basis {
     pub(crate) fn enter_part(&self, state: &[f64], moving: Range<usize>, y: &mut [f64]) {
         self.combined(state, moving, y);
         if self.mismatch > ROUGH {
-            let mut rest = vec![0.0; 2 * self.modes];
-            self.leave(y, &mut rest);
-            rest.iter_mut().zip(state).for_each(|(b, x)| *b = x - *b);
-            let mut more = vec![0.0; y.len()];
-            self.combined(&rest, 0..self.modes, &mut more);
-            y.iter_mut().zip(&more).for_each(|(y, m)| *y += m);
+            let mut residual = vec![0.0; 2 * self.modes];
+            self.leave(y, &mut residual);
+            residual.iter_mut().zip(state).for_each(|(b, x)| *b = x - *b);
+            let mut correction = vec![0.0; y.len()];
+            self.combined(&residual, 0..self.modes, &mut correction);
+            y.iter_mut().zip(&correction).for_each(|(y, m)| *y += m);
         }
     }
 

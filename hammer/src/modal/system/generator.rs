@@ -296,8 +296,8 @@ impl Generator {
         let n = self.n;
         let mut e = vec![0.0; 4 * n];
         for i in 0..n {
-            let still = i >= self.blocks.len() || i < self.still();
-            let x = if still {
+            let is_fixed = i >= self.blocks.len() || i < self.still();
+            let x = if is_fixed {
                 [1.0, 0.0, 0.0, 1.0]
             } else {
                 matrix2::exponential(&self.blocks[i], span)

@@ -293,8 +293,8 @@ impl System {
     pub fn add_driven(&self, loads: &[Poly; CHANNELS], driven: &Driven, t: f64, z: &mut [f64]) {
         self.response.add(loads, driven, t, z);
         if self.rigid {
-            let moved = &driven.translation;
-            self.put_translation([moved.at(t), moved.derivative().at(t)], z);
+            let translation = &driven.translation;
+            self.put_translation([translation.at(t), translation.derivative().at(t)], z);
         }
     }
 

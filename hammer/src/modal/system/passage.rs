@@ -78,11 +78,11 @@ impl Passage {
     pub fn apply_moving(&self, y: &[f64], loads: [f64; CHANNELS], out: &mut [f64]) {
         let [blocks, modes] = self.from;
         let (first, second) = y.split_at(blocks);
-        let mut rest = [0.0; MAX_MODES + CHANNELS];
-        rest[..modes].copy_from_slice(&second[..modes]);
-        rest[modes..modes + CHANNELS].copy_from_slice(&loads);
+        let mut second_and_loads = [0.0; MAX_MODES + CHANNELS];
+        second_and_loads[..modes].copy_from_slice(&second[..modes]);
+        second_and_loads[modes..modes + CHANNELS].copy_from_slice(&loads);
         let columns = Columns { numbers: &self.columns, stride: self.len, offset: 0 };
-        combine(columns, [&first[..modes], &rest[..modes + CHANNELS]], out);
+        combine(columns, [&first[..modes], &second_and_loads[..modes + CHANNELS]], out);
     }
 }
 

@@ -151,8 +151,8 @@ impl Response {
             let mut statics = statics[channel];
             if let Some(c) = &fast {
                 let orders = if constant { 1 } else { ORDERS };
-                let each = statics.iter_mut().zip(self.statics[channel].chunks_exact(c.len()));
-                each.take(orders).for_each(|(s, shape)| *s = kernel::dot(c, shape));
+                let pairs = statics.iter_mut().zip(self.statics[channel].chunks_exact(c.len()));
+                pairs.take(orders).for_each(|(s, shape)| *s = kernel::dot(c, shape));
             }
             if constant {
                 sum.0[0] += statics[0] * load.0[0];
@@ -259,8 +259,8 @@ impl Response {
     ) -> (Vec<(usize, Poly)>, f64) {
         let n = generator.n;
         let (mut slow, mut fastest) = (Vec::new(), 0.0f64);
-        let still = usize::from(generator.rigid && !generator.braked);
-        for (i, rates) in generator.rates.iter().enumerate().skip(still) {
+        let fixed = usize::from(generator.rigid && !generator.braked);
+        for (i, rates) in generator.rates.iter().enumerate().skip(fixed) {
             if rates[0].min(rates[1]) > limit {
                 continue;
             }
