@@ -33,23 +33,8 @@ KINDS = (*TEXTS, ".parquet", ".xlsx", ".las")
 SEPARATORS, LOOKED_AT = ";\t|,", 200
 #: Words for nothing, in small letters, and numbers that LAS files and rigs write for it. Others are
 #: nothing only where they are far from all the rest of their column.
-WORDS = {
-    "",
-    "nan",
-    "null",
-    "none",
-    "nil",
-    "n/a",
-    "na",
-    "#n/a",
-    "<na>",
-    "-",
-    "--",
-    "---",
-    ".",
-    "*",
-    "?",
-}
+WORDS = {"", "nan", "null", "none", "nil", "n/a", "na", "#n/a", "<na>"}
+WORDS |= {"-", "--", "---", ".", "*", "?"}
 NULLS = (-999.25, -999.0, -9999.0, -9999.25, -99999.0, -32768.0)
 NULLS_IF_FAR = (999.25, 999.0, 9999.0, 9999.25, 99999.0, 32767.0, 65535.0)
 #: Median deviations from the median beyond which a value is told; a deviation counts at least as
@@ -73,9 +58,8 @@ MEANT = {
     "blowsperminute blowsmin spm schlagzahl schlagfrequenz slagfrekvens",
     "time": "t seconds elapsedtime zeit tid temps",
 }
-#: What is a number as it is.
+#: What is a number; one as text, before its unit; whole numbers in groups of three.
 NUMBERS = (int, float, np.number, Decimal)
-#: A number before its unit; whole numbers in groups of three.
 WRITTEN = re.compile(r"([+-]?[\d.,][\d.,'\u2019 \u00a0\u202f]*(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 GROUPS = {mark: re.compile(rf"[+-]?\d{{1,3}}(\{mark}\d{{3}})+") for mark in ".,"}
 
@@ -94,11 +78,11 @@ class Field:
 
     def in_heading(self, head: str) -> tuple[str, str] | None:
         """The word and the unit of a heading that is this field's."""
-        parts = [(head[: m.start()], head[m.end() :]) for m in re.finditer(r"\s*,\s*|\s+|_", head)]
-        brackets = [
-            (head[: m.start()], head[m.end() :]) for m in re.finditer(r"[\s_]*[\[({<]", head)
-        ]
-        parts += [(word, rest.strip()[:-1].strip()) for word, rest in brackets]
+        parts, brackets = (
+            [(head[: m.start()], head[m.end() :].strip()) for m in re.finditer(mark, head)]
+            for mark in (r"\s*,\s*|\s+|_", r"[\s_]*[\[({<]")
+        )
+        parts += [(word, rest[:-1].strip()) for word, rest in brackets]
         pairs = [pair for pair in parts if quantities.is_unit(pair[1])]
         # Another remark in brackets, as "(average)", is no unit.
         last = pairs[-1][1] if pairs else ""
@@ -279,7 +263,7 @@ def _below_heads(rows: list[tuple[int, list[Any]]], fields: Sequence[Field], nam
     heads = [[str(cell).lstrip("#% ").strip() for cell in row] for _, row in texts[:LOOKED_AT]]
     known = [sum(any(f.in_heading(h) for f in fields) for h in row if h) for row in heads]
     if not any(known):
-        wanted, begun = ", ".join(of.name for of in fields[:5]), "; ".join([*heads, [""]][0])
+        wanted, begun = ", ".join(f.name for f in fields[:5]), "; ".join([*heads, [""]][0])
         raise DomainError(f"{name}: no heading is {wanted} or another known; it begins {begun!r}")
     at = known.index(max(known))
     while not heads[at][-1]:
@@ -304,7 +288,7 @@ def _below_heads(rows: list[tuple[int, list[Any]]], fields: Sequence[Field], nam
 
 
 def _are_units(cells: Sequence[Any]) -> bool:
-    """Whether a row has units: no numbers, and mostly words that are units."""
+    """Whether a row has no numbers, and mostly units."""
     texts = [text for text in map(_bare, cells) if text.lower() not in WORDS]
     if not texts or any(re.match(r"[+-]?[.,]?\d(?!/)", text) for text in texts):
         return False
@@ -323,11 +307,10 @@ def _small(word: str) -> str:
 
 def sentences(told: Mapping[str, Sequence[str]]) -> list[str]:
     """A sentence for each kind: the first cases, and how many more there are."""
-    return [
-        f"{kind}: {'; '.join(cases[:SHOWN])}"
-        + (f"; and {len(cases) - SHOWN} more" if len(cases) > SHOWN else "")
-        for kind, cases in told.items()
-    ]
+    parts = {
+        kind: [*cases[:SHOWN], f"and {len(cases) - SHOWN} more"] for kind, cases in told.items()
+    }
+    return [f"{kind}: {'; '.join(p[: len(told[kind])])}" for kind, p in parts.items()]
 
 
 def far(values: Array) -> Array:
