@@ -432,58 +432,6 @@ impl Machine {
         self.search.start(&self.motion);
     }
 
-    /// The whole dynamic state.
-    pub fn state(&self) -> State {
-        let mut history = self.history.clone();
-        history.counters.basis_changes = self.motion.basis_changes;
-        let (parameters, motion) = (*self.parameters(), self.motion.state.clone());
-        State { parameters, motion, history, exchange: self.exchange.clone() }
-    }
-
-    /// Continues from a state of a scene with the same parameters and dimensions, bit for bit.
-    ///
-    /// The search is repeated from the last event to the present. If it finds an event there, the state was altered,
-    /// since an unaltered one would have ended at that event.
-    ///
-    /// # Errors
-    ///
-    /// The state belongs to other parameters or dimensions, or is corrupt; [`Error::Overwork`] or
-    /// [`Error::Cancelled`] of that search. Nothing is changed then.
-    pub fn restore(&mut self, state: &State) -> Result<(), Error> {
-        state.check()?;
-        let (before, failure) = (self.state(), self.failure.take());
-        let allowance = Allowance::of_seconds(state.parameters.work_limit);
-        let restored = self.adopt(state).and_then(|()| allowance.within(|| self.search_again()));
-        if restored.is_err() {
-            self.adopt(&before)?;
-            self.failure = failure;
-        }
-        restored
-    }
-
-    /// Replaces the state without checks.
-    fn adopt(&mut self, state: &State) -> Result<(), Error> {
-        let counters = &state.history.counters;
-        self.motion.restore(&state.parameters, &state.motion, counters.basis_changes)?;
-        self.history.clone_from(&state.history);
-        self.exchange = state.exchange.clone();
-        self.restart_search();
-        Ok(())
-    }
-
-    /// Repeats the search up to the present of a replaced state.
-    fn search_again(&mut self) -> Result<(), Error> {
-        let (now, reach) = (self.motion.state.now, self.motion.reach());
-        if reach < now - ROUNDED {
-            return Err(Error::Corrupt { what: CorruptState::Series });
-        }
-        self.search.budget.begin_step(&self.motion, &self.search.work);
-        match self.search.next(&mut self.motion, now.min(reach))? {
-            Some((at, _)) if at < now => Err(Error::Corrupt { what: CorruptState::Passed }),
-            _ => Ok(()),
-        }
-    }
-
     /// Records forces, works and the rebound of each blow from now on ([`Blow::account`]). They are integrated at
     /// each blow then, not where they are read.
     pub fn record_blows(&mut self) {
