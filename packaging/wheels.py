@@ -51,6 +51,7 @@ def wheel(fmu: Path, folder: Path, profile: str = "fmu") -> Path:
             anonymous(inside)
         data = inside / "dth_hammer" / "data"
         data.mkdir(exist_ok=True)
+        (data / ".gitignore").unlink(missing_ok=True)
         for ending in (".fmu", "_fmi3.fmu"):
             shutil.copy(fmu.with_name(fmu.stem + ending), data / f"dth_hammer{ending}")
         state_contents(inside / f"{inside.name}.dist-info")

@@ -5,6 +5,8 @@
 //! cargo run --release -p hammer --example masters
 //! ```
 
+#![allow(missing_docs, reason = "a program, which a test includes")]
+
 use hammer::{Fidelity, Input, InputValues, Machine, Parameters, Source};
 
 /// A model of a drive that knows the piston along a straight line from where it last was.

@@ -7,13 +7,11 @@ use crate::error::Error;
 use crate::laws::mode::Tie;
 use crate::machine::Machine;
 use crate::machine::blows::Blow;
-use crate::machine::outputs::Profile;
 use crate::quantities::domain::Domain;
 use crate::quantities::inputs::Input;
 pub use crate::quantities::inputs::{INPUTS, InputRow};
-use crate::quantities::parameters::{Fidelity, Parameters};
+use crate::quantities::parameters::Parameters;
 use crate::quantities::quantity::*;
-use crate::quantities::sections::Body;
 pub use crate::quantities::table::{PARAMETERS, Parameter, Reader, Slot};
 pub use arrays::{ALONG, Along, OF_BLOW, OF_RECORD, OfBlow};
 

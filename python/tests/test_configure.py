@@ -55,14 +55,15 @@ def test_the_fmu_in_a_host_gives_the_numbers_of_the_native_module_to_the_last_bi
     # Steps of 2^-9 s: their sums are exact, so both advance to the very same instants.
     size, end = 2.0**-9, 0.25
     scene = {"feed_force": 6e3, "rock.stiffness": 2e8, "bit.elements": 7}
-    run = simulate(scene, end, step=size)
+    names = [variable.name for variable in VARIABLES.of("output")]
+    run = simulate(scene, end, step=size, outputs=names)
     message = fmpy.simulate_fmu(
         str(find()),
         start_values=scene,
         stop_time=end,
         step_size=size,
         output_interval=size,
-        output=[v.name for v in VARIABLES.of("output")],
+        output=names,
     )
     assert (message["time"] == run.time).all()
     for name in message.dtype.names[1:]:

@@ -74,7 +74,7 @@ class Constant:
 
 def test_nothing_is_said_where_nothing_is_wrong() -> None:
     # A warning is an error in these tests: see pyproject.toml.
-    simulate({"rock.energy_barrier": 1e9, "gravity": 0.0}, until=0.01, rock="granite")
+    simulate({"rock.energy_barrier": 1e9, "gravity": 0.0}, until=0.01)
     simulate(PRESSURE, until=0.01, inputs={"drive_pressure": 1e6})
     with Hammer(PRESSURE) as hammer:
         Coupling(hammer, Constant(), 1e-3).advance(0.01)

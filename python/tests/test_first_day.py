@@ -196,5 +196,6 @@ def test_a_recipe_for_another_host_runs(recipe: blocks.Block, tmp_path: Path) ->
     with_examples(tmp_path)
     (tmp_path / recipe.title).write_text(recipe.code, encoding="utf-8")
     assert "blow_count" in recipe.code
+    ran([sys.executable, "-m", "dth_hammer.cli", "fmu"], tmp_path)  # As the page says.
     said = ran([sys.executable, recipe.title], tmp_path, os.environ | {"TMPDIR": str(tmp_path)})
     assert said.strip()

@@ -69,6 +69,7 @@ def test_what_has_no_derivative_says_so() -> None:
         simulate({**SHAPE, "piston.segments": 2}, 0.01, gradient=["piston.segment[3].area"])
 
 
+@pytest.mark.filterwarnings("ignore:The bit goes in")
 def test_derivatives_of_a_motion_that_does_not_settle_are_not_told() -> None:
     by, outputs = ["rock.stiffness"], ["tip_depth", "rop"]
     with pytest.warns(HammerWarning, match="does not settle"):

@@ -146,6 +146,7 @@ SCENES: dict[str, tuple[str | None, dict[str, float | str]]] = {
 
 
 @pytest.mark.filterwarnings("ignore:.*creeps in the rock")
+@pytest.mark.filterwarnings("ignore:The bit goes in")
 @pytest.mark.parametrize("scene", SCENES)
 def test_every_road_to_the_means_leads_to_the_engine_s(scene: str) -> None:
     preset, given = SCENES[scene]

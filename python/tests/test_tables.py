@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from dth_hammer import DomainError, HammerWarning, calibrate, from_datasheet, simulate
 from dth_hammer.scene.signals import of_file
-from dth_hammer.study.drilling import FIELDS, doubts
+from dth_hammer.study.drilling import FIELDS, suspicions
 from dth_hammer.tables import columns_of
 
 #: The same two metres by four rigs, each with its slips, and by a service company's LAS.
@@ -174,7 +174,7 @@ def test_every_damage_of_a_log_is_told_or_harmless(tmp_path: Path) -> None:
     random, path = np.random.default_rng(7), tmp_path / "log.csv"
     path.write_text(_text([HEADS.split(";"), *HOLE]), encoding="utf-8")
     whole, _, clean = columns_of(path, FIELDS)
-    assert not clean.told | doubts(sheet, whole)
+    assert not clean.told | suspicions(sheet, whole)
     silent = []
     for draw in range(4 * len(DAMAGES)):
         damage = DAMAGES[draw % len(DAMAGES)]
@@ -196,7 +196,7 @@ def test_every_damage_of_a_log_is_told_or_harmless(tmp_path: Path) -> None:
             "not used" in s for s in grid.said
         )
         nulls = numbers.isna().any().any() and len(numbers) == len(whole)
-        if not (harmless or grid.told or lost or nulls or doubts(sheet, numbers)):
+        if not (harmless or grid.told or lost or nulls or suspicions(sheet, numbers)):
             silent.append(text)
     assert len(silent) == 0, silent[0]
 

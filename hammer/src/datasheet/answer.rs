@@ -174,7 +174,7 @@ impl Datasheet {
                 say(
                     true,
                     format!(
-                        "The pressure, {gauge} bar, is over the exhaust's; supply_pressure of the scene is absolute, \
+                        "The pressure, {gauge} bar, is over the exhaust's; the scene has its absolute supply pressure, \
                          {absolute} bar."
                     ),
                 );

@@ -29,7 +29,7 @@ use crate::energy::deferred::DeferredLedger;
 use crate::energy::interval::{Interval, Sums};
 use crate::energy::ledger::{Ledger, Stored, damping_in_flight};
 use crate::energy::peaks::PeakSearch;
-use crate::error::{CorruptState, Error};
+use crate::error::Error;
 use crate::laws::air::Opening;
 use crate::laws::event::{Bodies, Event};
 use crate::laws::mode::{Mode, RockMode, Tie, TieState};
@@ -47,7 +47,6 @@ use exchange::Exchange;
 use journal::{Counters, Record};
 use recorder::Recorder;
 use serde::{Deserialize, Serialize};
-use state::State;
 use views::Views;
 use zeno::ZenoDetector;
 

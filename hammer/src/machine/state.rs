@@ -1,9 +1,10 @@
 //! The dynamic state of a scene: everything that a restart needs and cannot recompute.
 
-use super::History;
 use super::blows::MAX_STEP_BLOWS;
 use super::exchange::Exchange;
+use super::{History, Machine, ROUNDED};
 use crate::air::Air;
+use crate::allowance::Allowance;
 use crate::energy::peaks::PeakSearch;
 use crate::error::{CorruptState, Error};
 use crate::motion::state::{Anchor, MotionState};

@@ -105,12 +105,13 @@ def _drive(sheet: Datasheet | None) -> dict[str, Row]:
 
 def _loads(run: Run, waves: Waves | None, sheet: Datasheet | None) -> dict[str, Row]:
     """Returns the largest forces and stresses, with the ranges that a datasheet implies."""
-    second_half = run.convert("si").frame
-    second_half = second_half[second_half.index >= second_half.index[-1] / 2]
+    converted = run.convert("si")
+    blows = converted.blows
+    late = blows[blows["blow_time"] >= converted.frame.index[-1] / 2]
     rows = {
-        label: _plain(float(second_half[name].max()), "N")
+        label: _plain(float(late[name].max()), "N")
         for name, label in FORCES.items()
-        if name in second_half
+        if name in late and late[name].notna().any()
     }
     for body in ("piston", "bit") if waves is not None else ():
         stress = getattr(waves, body).stress

@@ -9,7 +9,7 @@ smooth function is its roughness. With measured values ``m`` of covariance ``S``
 
 within the bounds. A population is drawn from it, hammers among its members are simulated, and so on
 until the population stays as it is and the emulator is sure of nearly all of it: while it is not,
-hammers are chosen by its doubt, so that a ridge (a combination of parameters that is known much
+hammers are chosen by its spread, so that a ridge (a combination of parameters that is known much
 better than each of them) is not as wide as what is unknown of the response. The best values are
 those of its best member, moved on to where the likelihood grows no more.
 """
@@ -49,7 +49,7 @@ CORRELATED, BLIND = 0.95, 0.5
 TURNS, AMONG, STAYS = 10, 8, 0.1
 #: What the emulator may not know, in standard errors of a measurement, and of which part of the
 #: population: 0.3 makes an interval hypot(1, 0.3) = 1.04 times as wide.
-DOUBT, SURE = 0.3, 0.9
+MOST_SPREAD, SURE = 0.3, 0.9
 #: A measured value over the fitted one, either way, beyond which its unit is asked about.
 STRANGE = 10.0
 
@@ -236,8 +236,8 @@ def _weighed(problem: Problem, loss: str, seed: int) -> tuple[Emulator, Array]:
             raise RefusedError(f"no hammer within the bounds has a long-run response{why}")
         emulator = Emulator(np.array(problem.logs), found, bounds, groups, loss)
         members = population(emulator, *bounds, seed + turn)
-        doubt = emulator.doubt(members)
-        sure = bool(np.quantile(doubt, SURE) <= DOUBT)
+        spread = emulator.spread(members)
+        sure = bool(np.quantile(spread, SURE) <= MOST_SPREAD)
         sides = np.quantile(members, [0.025, 0.5, 0.975], axis=0)
         wide = sides[2] - sides[0] + NARROW
         stays = before is not None and bool((np.abs(sides - before) < STAYS * wide).all())
@@ -246,9 +246,9 @@ def _weighed(problem: Problem, loss: str, seed: int) -> tuple[Emulator, Array]:
         before = sides
         if turn < TURNS - 1:
             random, count = np.random.default_rng([seed, turn]), AMONG * len(problem.names)
-            # Where it is sure anywhere among the members; else by the variance of its doubt, so
+            # Where it is sure anywhere among the members; else by the variance of its spread, so
             # that what looks plausible only because nothing is known there is tried.
-            chance = None if sure else doubt**2 / np.sum(doubt**2)
+            chance = None if sure else spread**2 / np.sum(spread**2)
             problem.note(members[random.choice(len(members), count, replace=sure, p=chance)])
     return emulator, members
 
@@ -295,7 +295,7 @@ def _described(
         cannot_tell=(
             *_blind(problem, covariance),
             *_several(names, peaks),
-            *_unsure(float(np.quantile(emulator.doubt(members), SURE)), len(problem.logs)),
+            *_unsure(float(np.quantile(emulator.spread(members), SURE)), len(problem.logs)),
         ),
         at_bounds=tuple(n for n, room in zip(names, near, strict=True) if room < 1e-6),
         residuals=tables[0],
@@ -339,11 +339,11 @@ def _tables(problem: Problem, logs: Array, rough: Array, off: Array) -> list[pd.
     return tables
 
 
-def _unsure(doubt: float, hammers: int) -> tuple[str, ...]:
+def _unsure(spread: float, hammers: int) -> tuple[str, ...]:
     """Says that intervals have what is not known of the response."""
-    wide = np.hypot(1.0, doubt)
+    wide = np.hypot(1.0, spread)
     text = f"after {hammers} hammers the response is not well known: intervals are up to {wide:.1f}"
-    return (f"{text} times as wide as the measurements make them",) if doubt > DOUBT else ()
+    return (f"{text} times as wide as the measurements make them",) if spread > MOST_SPREAD else ()
 
 
 def _several(names: Sequence[str], peaks: list[tuple[Array, float]]) -> tuple[str, ...]:

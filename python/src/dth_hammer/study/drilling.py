@@ -102,7 +102,7 @@ def specific_energy(
         [_native.spread(row, weights) for row in energy], columns=names, index=rows.index
     )
     answer = pd.concat([rows, answer], axis=1)
-    for text in tables.sentences(doubts(sheet, answer)):
+    for text in tables.sentences(suspicions(sheet, answer)):
         warn(text)
     others = others[drilled].rename(columns={n: f"{n} (of the log)" for n in names})
     answer = pd.concat([answer, others], axis=1)
@@ -149,7 +149,7 @@ def _powers(base: Datasheet, rows: pd.DataFrame) -> tuple[Array, list[str]]:
     return power, used
 
 
-def doubts(sheet: Datasheet, rows: pd.DataFrame) -> dict[str, list[str]]:
+def suspicions(sheet: Datasheet, rows: pd.DataFrame) -> dict[str, list[str]]:
     """Pressures and feeds that are not the sheet's, and energies that no rock has, by kind."""
     known, told = whole(sheet.parameters), dict[str, list[str]]()
     usual = {"pressure": known["supply_pressure"] - known["exhaust_pressure"]}

@@ -144,7 +144,7 @@ class Emulator:
         means = terms @ self.plane + np.column_stack([mean for mean, _ in found])
         return means, np.sqrt(np.column_stack([variance for _, variance in found]))
 
-    def doubt(self, logs: Array) -> Array:
+    def spread(self, logs: Array) -> Array:
         """How much of the worst known response at each point is the emulator's own ignorance:
         see `_Process.unknown`.
         """
