@@ -374,7 +374,7 @@ fn no_variable_is_named_beside_the_table() {
 }
 
 /// Files of the engine that name the tie of bit and casing or of rods, or the casing itself, with the reason.
-const TIED: [(&str, &str); 15] = [
+const TIED: [(&str, &str); 16] = [
     ("quantities/sections.rs", "the bodies' names"),
     ("quantities/parameters.rs", "the numbers of ties and bodies"),
     ("quantities/drill.rs", "those of rods and of what joins them"),
@@ -386,6 +386,7 @@ const TIED: [(&str, &str); 15] = [
     ("laws/tie.rs", "their laws"),
     ("machine/outputs.rs", "what their outputs read"),
     ("variables.rs", "the rows of their outputs"),
+    ("variables/arrays.rs", "values along the casing, and the chuck's force at a blow"),
     ("presets/air.rs", "hammers with a casing"),
     ("datasheet/drilled.rs", "whether a feed holds the casing"),
     ("datasheet/answer.rs", "what is printed, of a casing that is held"),
