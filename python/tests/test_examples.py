@@ -47,7 +47,7 @@ HAS_PARALLEL = all(importlib.util.find_spec(name) for name in ("libcosimpy", "ec
 
 
 # While it idles, single impacts are faster than steel stands for long.
-@pytest.mark.filterwarnings("ignore:An impact at")
+@pytest.mark.filterwarnings("ignore:An impact at", "ignore:The bit goes in")
 def test_an_air_hammer_idles_below_the_feed_that_holds_its_casing(tmp_path: Path) -> None:
     table = thrust.run_air((2e3, 6e3, 10e3, 15e3), until=0.8)
     lost, idle, full, more = table.to_dict("records")

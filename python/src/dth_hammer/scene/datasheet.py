@@ -195,7 +195,7 @@ def from_datasheet(
         >>> sheet = from_datasheet(power="11 kW", frequency="1500 bpm", hole="115 mm")
         >>> low, high = (3600 * rate for rate in sheet.ranges["rate of penetration"])
         >>> print(f"{low:.0f} to {high:.0f} m/h")
-        9 to 22 m/h
+        9 to 23 m/h
     """
     written = {name: value for name, value in locals().items() if value is not None}
     named: list[str] = []

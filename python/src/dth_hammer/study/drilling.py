@@ -78,7 +78,7 @@ def specific_energy(
         >>> hole = {"depth [m]": [10, 11], "rop [m/h]": [25, 18], "pressure [bar]": [22, 24]}
         >>> found = specific_energy(sheet, pd.DataFrame(hole))["specific_energy"]
         >>> print(f"{found[1] / found[0]:.2f} times as hard to drill a metre below")
-        1.56 times as hard to drill a metre below
+        1.55 times as hard to drill a metre below
     """
     rows, others, grid = tables.columns_of(log, FIELDS, unit, column)
     if missing := [name for name in NEEDED if name not in rows]:
