@@ -1,7 +1,7 @@
 //! Hammers from datasheets.
 
 use crate::scenes::one_in;
-use hammer::Scene;
+use hammer::{Parameters, Scene};
 use hammer::datasheet::{Datasheet, DatasheetError, Quantity, Solution, THROUGH};
 use hammer::means::{Wanted, steady};
 
@@ -318,9 +318,17 @@ fn what_no_hammer_does_is_told_in_words() {
     let message = |known: &[(Quantity, f64)]| solved(known).contradictions.join("\n");
     let fast = message(&[(PistonMass, 6.0), (BlowEnergy, 300.0), (Frequency, 100.0)]);
     assert!(fast.contains("more than the 50 that the fastest hammers do"), "{fast}");
-    let slow = [(PistonMass, 3.4), (BlowEnergy, 220.0), (Frequency, 10.0), (Length, 0.4)];
-    let long = message(&[&slow[..], &[(OuterDiameter, 0.067)]].concat());
-    assert!(long.contains("there is no room for both"), "{long}");
+    // Piston and stroke have 0.7 of the length: told in whole millimetres.
+    let slow = [(PistonMass, 3.4), (BlowEnergy, 220.0), (Frequency, 10.0), (OuterDiameter, 0.067)];
+    let short = |whole: f64| message(&[&slow[..], &[(Length, whole)]].concat());
+    let told = short(0.4);
+    let millimetres = |mark: &str| {
+        let before = told.split(mark).next().and_then(|text| text.rsplit(' ').next());
+        before.and_then(|word| word.parse::<f64>().ok()).expect("a length")
+    };
+    let least = 1e-3 * (millimetres(" mm turns") + millimetres(" mm above the bit")) / 0.7;
+    let is_told = |whole: f64| short(whole).contains("there is no room for both");
+    assert!(is_told(0.995 * least) && !is_told(1.005 * least), "{told}");
     let weak = [(PistonMass, 8.6), (BlowEnergy, 475.0), (Frequency, 30.0), (Stroke, 0.05)];
     let weak = message(&[&weak[..], &[(Pressure, 5e5), (OuterDiameter, 0.1)]].concat());
     assert!(weak.contains("% more than all of the supply's"), "{weak}");
@@ -337,6 +345,10 @@ fn a_liquid_s_flow_is_a_power() {
     let assumed = solution.assumed.join("\n");
     assert!(assumed.contains("liquid") && !assumed.contains("air presets"), "{assumed}");
     assert!(solution.contradictions.is_empty(), "{:?}", solution.contradictions);
+    // The contact is as stiff as the section is large.
+    let stiffness = |p: &Parameters| p.contact.stiffness / p.cross_section;
+    let ratio = stiffness(&solution.scene.parameters) / stiffness(&Scene::default().parameters);
+    assert!((ratio - 1.0).abs() < 1e-12, "{ratio}");
     let [energy, frequency, _] = settled(&solution.scene);
     assert!((energy / found(&solution, "blow energy") - 1.0).abs() < 0.02, "{energy} J");
     assert!((frequency * 60.0 / 1780.0 - 1.0).abs() < 0.05, "{frequency} Hz");

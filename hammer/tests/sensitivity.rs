@@ -167,7 +167,11 @@ fn the_events_keep_their_order_up_to_the_reach() {
     };
     let argument = named("air.drive.supply");
     let base = run(&scene).expect("a run");
-    let reach = derivatives(&scene, &[argument], &run).expect("runs")[0].reach;
+    let found = &derivatives(&scene, &[argument], &run).expect("runs")[0];
+    let reach = found.reach;
+    // Both runs of a difference have the error of the gas, over twice the step.
+    let least = 1e-11 * base.values[0].abs() / found.step;
+    assert!((least..10.0 * least).contains(&found.errors[0]), "{least} {found:?}");
     let at = |part: f64| {
         let near = argument.at(&scene, argument.value(&scene) + part * reach);
         base.change(&run(&near).expect("a run"))

@@ -105,7 +105,8 @@ fn printed_numbers_are_those_of_a_held_casing() {
 }
 
 /// The range of the rate that a run of the scene tells, by its factor, is the sheet's: both have their geometric middle at
-/// the told rate, but for the skewness of a sample.
+/// the told rate, but for the skewness of a sample. Without a measured rate the range of the specific energy is the rock's
+/// own 80 %: a quantile of 120 antithetic pairs has an error of 0.13 of the deviation, 0.1 of the range's width.
 #[test]
 fn the_range_of_the_rate_travels_with_the_scene() {
     let known = [(OuterDiameter, 0.124), (Pressure, 24e5), (Power, 31.7e3), (Hole, 0.14)];
@@ -116,6 +117,12 @@ fn the_range_of_the_rate_travels_with_the_scene() {
         let factor = solution.scene.parameters.rock.specific_energy_factor;
         for (end, carried) in row.range.iter().zip([row.value / factor, row.value * factor]) {
             assert!((end / carried - 1.0).abs() < 0.04, "{end} {carried}");
+        }
+        if more.is_empty() {
+            let row = solution.found.iter().find(|row| row.name == "specific energy").expect("one");
+            let width = 0.5 * (row.range[1] / row.range[0]).ln();
+            let rock = Scene::default().parameters.rock.specific_energy_factor.ln();
+            assert!((width / rock - 1.0).abs() < 0.1, "{width} {rock}");
         }
     }
 }

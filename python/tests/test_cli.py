@@ -145,13 +145,12 @@ def test_means_of_many_hammers_come_from_a_file_and_only_what_is_missing_is_soug
     cli(*command, "--rows", rows, "-o", table)
     # In the file they stand as they came to an end.
     assert sorted(pd.read_csv(table)["feed_force"]) == [4e3, 5e3]
-    # A cycle of its own: a row that was known is not sought again.
-    known = table.read_text(encoding="utf-8").replace("cycle", "known")
-    table.write_text(known, encoding="utf-8")
+    # A row that was known is not sought again: it would stand behind the others.
+    known = table.read_text(encoding="utf-8").splitlines()[1:]
     with rows.open("a", encoding="utf-8") as file:
         file.write("6 kN,9.81\n")
     cli(*command, "--rows", rows, "-o", table)
-    assert pd.read_csv(table)["kind"].tolist() == ["known", "known", "cycle"]
+    assert table.read_text(encoding="utf-8").splitlines()[1:-1] == known
     over = cli(*command, "--over", "feed_force=4e3:6e3:2", "--units", "rop=m/h")
     heads, first, *_ = over.splitlines()
     assert "rop_error [m/h]" in heads

@@ -8,10 +8,18 @@ import random
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+import dth_hammer
+import pandas as pd
 import pytest
-from dth_hammer import PRESETS, Scene, fmu
+from dth_hammer import VARIABLES, Hammer, Scene, Snapshot, fmu, sweep, tables
 from dth_hammer.errors import DthHammerError
+from dth_hammer.fmu import system
+from dth_hammer.scene import rocks
+from dth_hammer.study.drilling import FIELDS
+from dth_hammer.study.store import Store
+from dth_hammer.tables import columns_of
 
 #: Drawn damages of each kind of file.
 DAMAGES = 200
@@ -58,16 +66,114 @@ def packed(entries: dict[str, bytes]) -> bytes:
     return file.getvalue()
 
 
-def test_drawn_damages_of_an_archive(archive: dict[str, bytes], tmp_path: Path) -> None:
+SCENE = {
+    "description": "Granite, with a feed that rises",
+    "preset": "air_4_inch",
+    "rock": "granite",
+    "start_values": {"feed_force": "6 kN", "piston.length": 0.18},
+    "inputs": {"feed_force": {"0 s": "4 kN", "1 s": "8 kN"}},
+    "until": "1 s",
+}
+LOG = "Depth [m];ROP [m/h];Air pressure [bar];Rock\n" + "".join(
+    f"{k};18,5;{20 + k % 5};gneiss\n" for k in range(30)
+)
+ROWS = "feed_force [kN],rock.stiffness\n4,1e8\n5,2e8\n"
+
+
+def read_partner(path: Path) -> object:
+    """As a partner of a system; one that is whole has no name in common with the hammer."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(system, "configure", None)  # Nothing is made of one that is read.
+        return fmu.write_system({}, path.with_suffix(".ssp"), {"drive": path})
+
+
+def told(row: dict[str, Any]) -> dict[str, Any]:
+    """What a row says: a file of several sweeps has empty cells for what only others have."""
+    return {name: cell for name, cell in row.items() if cell == cell and cell != ""}
+
+
+def read_rows(path: Path) -> object:
+    """Runs whose rows are read from the file are those that were written to it."""
+    found = Store(path).whole(STORED["wanted"]) if path.stat().st_size else pd.DataFrame()
+    for row in found.to_dict("records"):
+        if row["run"] in STORED["wanted"]:
+            assert told(row) == STORED["rows"][row["run"]]
+    return found
+
+
+#: What `read_rows` compares with.
+STORED: dict[str, Any] = {}
+
+
+@pytest.fixture(scope="module")
+def whole(
+    archive: dict[str, bytes], tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, bytes]:
+    """A file of each kind."""
+    folder = tmp_path_factory.mktemp("whole")
     # Without the library, so that most damages meet the directory or the description.
     small = {name: content for name, content in archive.items() if len(content) < 200_000}
-    whole, draw, refused = packed(small), random.Random(1), 0
+    description = small["modelDescription.xml"].replace(b' name="', b' name="own_')
+    rock = folder / "rock.json"
+    rocks.write(rock, Scene(rock="granite").numbers)
+    frame = pd.read_csv(io.StringIO(LOG.replace(",", ".")), sep=";")
+    frame.to_excel(folder / "log.xlsx", index=False)
+    frame.to_parquet(folder / "log.parquet", index=False)
+    las = "~Version\n VERS. 2.0:\n WRAP. NO:\n~Curve\n DEPT.M:\n ROP.M/HR:\n~A\n"
+    las += "".join(f"{k} 18.5\n" for k in range(30))
+    for kind in (".csv", ".parquet"):
+        out = folder / f"sweep{kind}"
+        sweep({"fidelity": ["Rigid"], "feed_force": [4e3, 5e3]}, "20 ms", out=out)
+    rows = Store(out).rows()
+    STORED["wanted"] = {run: ["rop", "checksum"] for run in rows["run"]}
+    STORED["rows"] = {row["run"]: told(row) for row in rows.to_dict("records")}
+    with Hammer() as hammer:
+        hammer.advance(0.02)
+        state = hammer.save().to_bytes()
+    written = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+    return written | {
+        "unit.fmu": packed(small),
+        "partner.fmu": packed(small | {"modelDescription.xml": description}),
+        "scene.json": json.dumps(SCENE, indent=1).encode(),
+        "log.csv": LOG.encode(),
+        "log.las": las.encode(),
+        "rows.csv": ROWS.encode(),
+        "state.bin": state,
+    }
+
+
+def read_log(path: Path) -> object:
+    return columns_of(path, FIELDS)
+
+
+#: A reader of each kind of file, and of how many damages in a hundred at least it notices: where a
+#: damage meets other files of an archive, words or blanks, what is read is whole.
+READERS: dict[str, tuple[Callable[[Path], object], int]] = {
+    "unit.fmu": (fmu.load, 10),
+    "partner.fmu": (read_partner, 100),
+    "scene.json": (lambda path: Scene.read(path).numbers, 50),
+    "rock.json": (lambda path: dth_hammer.rock(str(path)), 50),
+    "log.csv": (read_log, 0),
+    "log.las": (read_log, 0),
+    "log.xlsx": (read_log, 10),
+    "log.parquet": (read_log, 10),
+    "rows.csv": (lambda path: tables.rows_of(path, VARIABLES), 0),
+    "sweep.csv": (read_rows, 10),
+    "sweep.parquet": (read_rows, 10),
+    "state.bin": (lambda path: Snapshot.from_bytes(path.read_bytes()), 99),
+}
+
+
+@pytest.mark.parametrize("kind", READERS)
+@pytest.mark.filterwarnings("ignore")
+def test_drawn_damages(kind: str, whole: dict[str, bytes], tmp_path: Path) -> None:
+    (read, least), draw, refused = READERS[kind], random.Random(kind), 0
     for number in range(DAMAGES):
-        path = tmp_path / f"{number}.fmu"
-        path.write_bytes(damaged(whole, draw))
-        refused += is_refused_by_name(fmu.load, path)
-    # Where the damage meets another file of the archive, the description is whole.
-    assert refused > DAMAGES / 10
+        # A reader knows a file again by its name, time and size.
+        path = tmp_path / f"{number}{Path(kind).suffix}"
+        path.write_bytes(damaged(whole[kind], draw))
+        refused += is_refused_by_name(read, path)
+    assert refused >= DAMAGES * least / 100, refused
 
 
 ALTERED = {
@@ -112,23 +218,6 @@ def test_scenes_that_are_none(kind: str, tmp_path: Path) -> None:
     path.write_text(SCENES[kind], encoding="utf-8", errors="surrogateescape")
     with pytest.raises(DthHammerError, match=r"^[^\n]*$"):
         Scene.read(path).numbers  # noqa: B018
-
-
-def test_drawn_damages_of_a_scene(tmp_path: Path) -> None:
-    scene = {
-        "description": "Granite, with a feed that rises",
-        "preset": "air_4_inch",
-        "rock": "granite",
-        "start_values": {"feed_force": "6 kN", "piston.length": 0.18},
-        "inputs": {"feed_force": {"0 s": "4 kN", "1 s": "8 kN"}},
-        "until": "1 s",
-    }
-    assert scene["preset"] in PRESETS
-    whole, draw = json.dumps(scene, indent=1).encode(), random.Random(2)
-    path = tmp_path / "scene.json"
-    for _ in range(DAMAGES):
-        path.write_bytes(damaged(whole, draw))
-        is_refused_by_name(lambda path: Scene.read(path).numbers, path)
 
 
 def test_numbers_of_a_rock_in_a_scene_are_told_where_they_belong(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """Many runs: all of them, once each, in order."""
 
 import contextlib
+import math
 import os
 import re
 import signal
@@ -14,6 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 from dask.distributed import Client, LocalCluster
@@ -147,6 +149,32 @@ def test_a_file_that_lost_a_column_is_refused_by_its_name(tmp_path: Path) -> Non
             sweep({**grid, "feed_force": [4e3, 5e3]}, "20 ms", out=out)
 
 
+def test_a_row_that_was_changed_in_the_file_is_no_answer(tmp_path: Path) -> None:
+    grid = {"fidelity": ["Rigid"], "feed_force": [4e3, 5e3]}
+    for suffix in (".csv", ".parquet"):
+        out = tmp_path / f"sweep{suffix}"
+        whole = sweep(grid, "20 ms", out=out)
+        table = Store(out).rows()
+        # Of an input, an output, and text; the next float and an empty cell are changes too.
+        changes = [
+            ("feed_force", 4001.0),
+            ("rop", np.nextafter(table["rop"][0], np.inf)),
+            ("rop", math.nan),
+            ("warning", "hot"),
+            ("checksum", ""),
+        ]
+        for column, value in changes:
+            changed = table.copy()
+            changed.loc[0, column] = value
+            outputs.write(changed, out, index=False)
+            with forbidden_runs(), pytest.raises(OutputError, match=f"{table['run'][0]} was chang"):
+                sweep(grid, "20 ms", out=out)
+            # Rows of other runs are not looked at.
+            sweep({**grid, "feed_force": [float(table["feed_force"][1])]}, "20 ms", out=out)
+        outputs.write(table.drop(index=0), out, index=False)
+        pd.testing.assert_frame_equal(sweep(grid, "20 ms", out=out), whole, check_exact=True)
+
+
 def test_a_file_that_is_no_sweep_s_is_left_alone(tmp_path: Path) -> None:
     for name, writer in (
         ("mine.csv", pd.DataFrame.to_csv),
@@ -160,13 +188,14 @@ def test_a_file_that_is_no_sweep_s_is_left_alone(tmp_path: Path) -> None:
         assert mine.read_bytes() == before
 
 
-@pytest.mark.parametrize("name", ["x.xlsx", "x", "nodir.csv/x.csv"])
+@pytest.mark.parametrize("name", ["x.xlsx", "x", "nodir.csv/x.csv", "none/x.csv"])
 def test_a_file_that_cannot_be_written_is_refused_before_anything_runs(
     tmp_path: Path, name: str
 ) -> None:
     (tmp_path / "nodir.csv").touch()
     with forbidden_runs(), pytest.raises(OutputError):
         sweep(GRID, UNTIL, out=tmp_path / name)
+    assert not (tmp_path / "none").exists()
 
 
 @pytest.mark.parametrize(

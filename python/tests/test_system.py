@@ -152,7 +152,7 @@ def test_what_cannot_be_a_system_is_told_and_nothing_is_written(
     text.write_text("no archive", encoding="utf-8")
     hammer = find()
     for partners, error, message in (
-        ({"drive": text}, FmuNotFoundError, "is not a readable FMU"),
+        ({"drive": text}, FmuNotFoundError, "cannot be read as an FMU"),
         ({"drive": tmp_path / "none.fmu"}, FmuNotFoundError, r"none\.fmu"),
         ({"hammer": drive}, DomainError, "cannot be called 'hammer'"),
         ({"my drive": drive}, DomainError, "cannot be called 'my drive'"),

@@ -28,14 +28,15 @@ def either(kinds: tuple[str, ...] = TABLES) -> str:
 
 
 def check(path: str | Path, kinds: Iterable[str] = TABLES) -> Path:
-    """Returns the path if a file of one of these kinds can be written there; creates its folder."""
+    """Returns the path if a file of one of these kinds can be written there: no folder is made."""
     path, kinds = Path(path).expanduser(), tuple(kinds)
     if path.suffix.lower() not in kinds:
         raise OutputError(f"{path.name} must end in {either(kinds)}")
     if path.is_dir():
         raise OutputError(f"{path} is a folder")
+    if not path.parent.is_dir():
+        raise OutputError(f"{path} cannot be written: there is no folder {path.parent}")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         there = path.exists()
         with path.open("ab"):
             pass
@@ -98,7 +99,7 @@ def read(path: Path) -> pd.DataFrame:
     """
     import pandas as pd  # noqa: PLC0415
 
-    try:
+    with reading(path, "a table", DomainError):
         if path.suffix.lower() != ".csv":
             return pd.read_parquet(path)
         text = path.read_text("utf-8-sig", "replace")
@@ -107,8 +108,6 @@ def read(path: Path) -> pd.DataFrame:
             text = text[: text.rfind("\n", 0, -1) + 1]
         # As text: how pandas reads a float has changed, and float() is exact.
         return pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
-    except (ValueError, TypeError, OSError) as error:
-        raise DomainError(f"{path} cannot be read as a table: {error}") from None
 
 
 def read_object(path: Path, known: Collection[str], what: str) -> dict[str, Any]:

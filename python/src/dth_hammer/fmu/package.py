@@ -50,20 +50,26 @@ def find(fmu: str | Path | None = None, *, fmi: int = 2) -> Path:
 #: More than an FMU of the hammer ever has, for all platforms: 40 entries, 10 MB.
 MOST_ENTRIES = 1000
 MOST_BYTES = 100_000_000
+#: How many times as large the FMU of a partner may be: some bring a runtime of their own.
+PARTNER = 10
 
 
-def inspect(archive: zipfile.ZipFile) -> None:
+def inspect(archive: zipfile.ZipFile, times: int = 1) -> None:
     """Looks at an archive's directory alone: nothing is unpacked.
+
+    Args:
+        archive: an FMU.
+        times: how many times as large as one of the hammer it may be.
 
     Raises:
         BadZipFile: it has too many entries, would unpack to too much, or to outside a folder.
     """
     entries = archive.infolist()
     size = sum(entry.file_size for entry in entries)
-    if len(entries) > MOST_ENTRIES:
-        raise zipfile.BadZipFile(f"it has {len(entries)} entries, more than {MOST_ENTRIES}")
-    if size > MOST_BYTES:
-        limit = f"more than {MOST_BYTES / 1e6:.0f} MB"
+    if len(entries) > times * MOST_ENTRIES:
+        raise zipfile.BadZipFile(f"it has {len(entries)} entries, more than {times * MOST_ENTRIES}")
+    if size > times * MOST_BYTES:
+        limit = f"more than {times * MOST_BYTES / 1e6:.0f} MB"
         raise zipfile.BadZipFile(f"it would unpack to {size / 1e6:.0f} MB, {limit}")
     names = [entry.filename for entry in entries]
     for name in names:

@@ -24,14 +24,14 @@ from xml.etree import ElementTree as ET
 from .. import __name__ as package_name
 from .. import _native
 from ..contract import typed
-from ..errors import DomainError, DthHammerError, FmuNotFoundError, warn
+from ..errors import DomainError, DthHammerError, FmuNotFoundError, reading, warn
 from ..extras import need
 from ..outputs import check, whole
 from ..scene import quantities
 from ..scene.hammers import Hammerlike, Rocklike, scene_of
 from ..scene.variables import UNTIL, VARIABLES
 from ..scene.variables import whole as whole_of
-from .package import Package, load
+from .package import PARTNER, Package, inspect, load
 from .variant import configure, start_values
 
 if TYPE_CHECKING:
@@ -160,11 +160,10 @@ def _identifier(name: str) -> str:
 
 def _described(path: Path, fmi: int) -> ModelDescription:
     fmpy = need("fmpy")
-    try:
+    with reading(path, "an FMU", FmuNotFoundError):
+        with zipfile.ZipFile(path) as archive:
+            inspect(archive, PARTNER)
         description: ModelDescription = fmpy.read_model_description(path)
-    except Exception as error:
-        text = " ".join(str(error).split()) or type(error).__name__
-        raise FmuNotFoundError(f"{path} is not a readable FMU: {text}") from None
     versions = ["2.0", "3.0"][: fmi - 1]
     if description.fmiVersion not in versions or description.coSimulation is None:
         wanted = " or ".join(versions)

@@ -19,7 +19,7 @@ from .longrun import KIND, Wanted, answered
 from .store import RUN
 
 #: Version of the format of a row. It is part of a run's key, so old rows are not reused.
-ROWS = 5
+ROWS = 6
 #: Columns beside parameters and outputs: name of the case, duration (s), version of the model,
 #: the error of a refused run, and warnings.
 CASE, UNTIL, MODEL, ERROR, WARNING = "case", "until", "model", "error", "warning"

@@ -1,6 +1,8 @@
 """The file of a sweep, to which rows are only ever added."""
 
 import contextlib
+import hashlib
+import json
 import math
 import os
 import socket
@@ -15,9 +17,10 @@ import pandas as pd
 from .. import outputs
 from ..errors import OutputError
 
-RUN = "run"
+#: Columns: the run's key, and the checksum of what else its row holds.
+RUN, CHECKSUM = "run", "checksum"
 #: Columns of text, which may be empty or look like numbers.
-TEXTS = (RUN, "case", "error", "warning", "model", "kind")
+TEXTS = (RUN, "case", "error", "warning", "model", "kind", CHECKSUM)
 
 
 class Store:
@@ -73,19 +76,30 @@ class Store:
         return self._together(self._files())
 
     def whole(self, columns: Mapping[str, Iterable[str]]) -> pd.DataFrame:
-        """Returns all stored rows; raises if a run lacks one of the columns that it is to have."""
+        """Returns all stored rows.
+
+        Raises:
+            OutputError: a row of these runs lacks a column, or was changed since it was written.
+        """
         table = self.rows()
-        for key in set(columns).intersection(table.get(RUN, ())):
-            for column in columns[key]:
-                if column not in table:
+        for row in table.to_dict("records"):
+            for column in (*columns.get(row[RUN], ()), CHECKSUM):
+                if row[RUN] in columns and column not in table:
                     raise OutputError(
                         f"{self.path} has lost its column {column}: choose another file"
                     )
+            if row[RUN] in columns and row[CHECKSUM] != _checksum(row):
+                raise OutputError(
+                    f"{self.path}: the row of run {row[RUN]} was changed since it was written: "
+                    "delete the row, which is then run again, or choose another file"
+                )
         return table
 
     def add(self, table: pd.DataFrame) -> None:
         """Stores rows as a new part."""
         self.parts.mkdir(exist_ok=True)
+        table = _plain(table)
+        table[CHECKSUM] = [_checksum(row) for row in table.to_dict("records")]
         outputs.write(table, self.parts / f"{table[RUN].iloc[0]}.parquet", index=False)
 
     def finish(self) -> None:
@@ -116,12 +130,22 @@ class Store:
             table = outputs.read(path)
             if RUN not in table:
                 raise OutputError(f"{path} is there and is no sweep's table: it would be lost")
-            # All numbers are floats, however a sweep has written them.
-            table = table.reset_index(drop=True)
-            columns = {n: c if n in TEXTS else _numbers(c) for n, c in table.items()}
+            return _plain(table)
         except (ValueError, TypeError) as error:
             raise OutputError(f"{path} is there and is no sweep's table: {error}") from None
-        return pd.DataFrame(columns)
+
+
+def _plain(table: pd.DataFrame) -> pd.DataFrame:
+    """Returns the table with all numbers as floats, however a sweep has written them."""
+    table = table.reset_index(drop=True)
+    # Texts as a list: pyarrow decodes each where it is first looked at.
+    return pd.DataFrame({n: [*c] if n in TEXTS else _numbers(c) for n, c in table.items()})
+
+
+def _checksum(row: Mapping[str, str | float]) -> str:
+    """Returns the checksum of a row. Empty cells do not count: other sweeps may have columns."""
+    told = sorted((n, v) for n, v in row.items() if n != CHECKSUM and v == v and v != "")
+    return hashlib.sha256(json.dumps(told).encode()).hexdigest()[:16]
 
 
 def _numbers(column: pd.Series) -> pd.Series:
