@@ -1,9 +1,9 @@
 //! Hammers from datasheets.
 
 use crate::scenes::one_in;
-use hammer::{Parameters, Scene};
 use hammer::datasheet::{Datasheet, DatasheetError, Quantity, Solution, THROUGH};
 use hammer::means::{Wanted, steady};
+use hammer::{Parameters, Scene};
 
 use Quantity::{
     AirFlow, BlowEnergy, DampingRatio, Feed, Flow, Frequency, Hole, ImpactSpeed, Length,

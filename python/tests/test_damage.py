@@ -18,7 +18,7 @@ from dth_hammer.errors import DthHammerError
 from dth_hammer.fmu import system
 from dth_hammer.scene import rocks
 from dth_hammer.study.drilling import FIELDS
-from dth_hammer.study.store import Store
+from dth_hammer.study.store import Store, told
 from dth_hammer.tables import columns_of
 
 #: Drawn damages of each kind of file.
@@ -87,11 +87,6 @@ def read_partner(path: Path) -> object:
         return fmu.write_system({}, path.with_suffix(".ssp"), {"drive": path})
 
 
-def told(row: dict[str, Any]) -> dict[str, Any]:
-    """What a row says: a file of several sweeps has empty cells for what only others have."""
-    return {name: cell for name, cell in row.items() if cell == cell and cell != ""}
-
-
 def read_rows(path: Path) -> object:
     """Runs whose rows are read from the file are those that were written to it."""
     found = Store(path).whole(STORED["wanted"]) if path.stat().st_size else pd.DataFrame()
@@ -106,9 +101,7 @@ STORED: dict[str, Any] = {}
 
 
 @pytest.fixture(scope="module")
-def whole(
-    archive: dict[str, bytes], tmp_path_factory: pytest.TempPathFactory
-) -> dict[str, bytes]:
+def whole(archive: dict[str, bytes], tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
     """A file of each kind."""
     folder = tmp_path_factory.mktemp("whole")
     # Without the library, so that most damages meet the directory or the description.

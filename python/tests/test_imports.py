@@ -1,11 +1,13 @@
 """The modules of the package: none of them needs one that needs it."""
 
 import ast
+import sys
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import dth_hammer
 import pytest
+from programs import ran
 
 ROOT = Path(dth_hammer.__file__).parent
 
@@ -53,3 +55,10 @@ def test_no_module_of_the_package_is_in_a_circle_of_imports() -> None:
     texts["dth_hammer.scene.scene"] += "\ndef late() -> None:\n    from ..run.run import simulate\n"
     with pytest.raises(CycleError, match="run"):
         order(texts)
+
+
+def test_the_native_module_works_in_a_subinterpreter() -> None:
+    code = "import dth_hammer._native as n; m = n.Machine({}); m.advance(0.02); print(m.time)"
+    name = "_interpreters" if sys.version_info >= (3, 13) else "_xxsubinterpreters"
+    script = f"import {name} as s; s.run_string(s.create(), {code!r})"
+    assert ran([sys.executable, "-c", script]).strip() == "0.02"

@@ -150,10 +150,14 @@ def test_what_cannot_be_a_system_is_told_and_nothing_is_written(
 ) -> None:
     out, text = tmp_path / "out" / "one.ssp", tmp_path / "text.fmu"
     text.write_text("no archive", encoding="utf-8")
-    hammer = find()
+    hammer, outside = find(), tmp_path / "outside.fmu"
+    with ZipFile(outside, "w") as archive:
+        archive.writestr("modelDescription.xml", DRIVE)
+        archive.writestr("../evil", b"")
     for partners, error, message in (
         ({"drive": text}, FmuNotFoundError, "cannot be read as an FMU"),
         ({"drive": tmp_path / "none.fmu"}, FmuNotFoundError, r"none\.fmu"),
+        ({"drive": outside}, FmuNotFoundError, r"would unpack '\.\./evil' outside"),
         ({"hammer": drive}, DomainError, "cannot be called 'hammer'"),
         ({"my drive": drive}, DomainError, "cannot be called 'my drive'"),
         ({"one": drive, "two": drive}, DthHammerError, "both one and two give supply_pressure"),

@@ -10,7 +10,7 @@ import sys
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 import pandas as pd
 
@@ -142,10 +142,14 @@ def _plain(table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame({n: [*c] if n in TEXTS else _numbers(c) for n, c in table.items()})
 
 
-def _checksum(row: Mapping[str, str | float]) -> str:
-    """Returns the checksum of a row. Empty cells do not count: other sweeps may have columns."""
-    told = sorted((n, v) for n, v in row.items() if n != CHECKSUM and v == v and v != "")
-    return hashlib.sha256(json.dumps(told).encode()).hexdigest()[:16]
+def told(row: Mapping[Any, Any]) -> dict[Any, Any]:
+    """Returns what a row says: other sweeps of the file may have columns that are empty here."""
+    return {name: cell for name, cell in row.items() if cell != "" and pd.notna(cell)}
+
+
+def _checksum(row: Mapping[Any, Any]) -> str:
+    said = sorted(pair for pair in told(row).items() if pair[0] != CHECKSUM)
+    return hashlib.sha256(json.dumps(said).encode()).hexdigest()[:16]
 
 
 def _numbers(column: pd.Series) -> pd.Series:
