@@ -131,7 +131,7 @@ pub enum Error {
         force: f64,
     },
     /// The piston, which nothing has stopped, is at a position where a chamber has no volume left.
-    #[error("the air cannot be solved beyond t = {} s, where the piston is at relative_position = {} m: the drive chamber has volume above {} m (air.cylinder, air.drive.dead_volume), the return chamber below {} m (air.return.dead_volume); {}", DisplayNumber(*.time), DisplayNumber(*.place), DisplayNumber(.range[0]), DisplayNumber(.range[1]), VENTING)]
+    #[error("the air cannot be solved beyond t = {} s, where the piston is at relative_position = {} m: the drive chamber has volume above {} m (air.cylinder, air.drive.dead_volume), the return chamber below {} m (air.return.dead_volume, and by contact.stiffness how far the contact gives); {}", DisplayNumber(*.time), DisplayNumber(*.place), DisplayNumber(.range[0]), DisplayNumber(.range[1]), VENTING)]
     Air {
         /// The instant, s.
         time: f64,
