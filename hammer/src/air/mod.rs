@@ -6,11 +6,14 @@
 //! its formula, or where the previous window ended; never at a host's communication point. Its polynomials hold
 //! up to any event inside it.
 
+mod fit;
 pub(crate) mod series;
+mod stream;
 mod windows;
 
 use crate::laws::air::{GAS, KAPPA, Openings, Regime, Side, heated};
-use crate::numerics::series::{Powers, value};
+use crate::numerics::kernel::Row;
+use crate::numerics::series::{LOW, ORDER, Powers, value};
 use crate::quantities::air::AirLaw;
 use crate::quantities::parameters::Parameters;
 use serde::{Deserialize, Serialize};
@@ -44,13 +47,15 @@ pub struct AirSums {
 pub struct Window {
     /// Length as solved, s. The polynomials are in the time divided by it.
     pub length: f64,
-    /// The content of the chambers.
-    pub content: [Powers; 4],
-    /// Mass from the supply, enthalpy that comes in, and the sum of `int P' x` over the forces `P` of the
-    /// pressures.
-    pub sums: [Powers; 3],
+    /// Pressures, masses and volumes of the chambers, mass from the supply, enthalpy that comes in: of each the
+    /// coefficients, power by power.
+    pub rows: [Row; ORDER + 1],
+    /// Whether air can flow into or out of each chamber. One that is shut keeps its content exactly.
+    pub flows: [bool; 2],
+    /// The sum of `int P' x` over the forces `P` of the pressures.
+    pub moment: Powers,
     /// These forces, `p_d A_d` and `-p_r A_r`, N.
-    pub push: [Powers; 2],
+    pub push: [[f64; LOW]; 2],
     /// The piston's positions at the start.
     pub place: Places,
     /// How long it holds, s: to its end, or until a flow changes its formula.
@@ -77,7 +82,28 @@ pub struct Air {
     /// The piston's positions when the chambers were vented; none while they are not.
     pub vented: Option<Places>,
     /// The window that follows; none while the chambers are vented.
-    pub window: Option<Window>,
+    pub window: Option<Box<Window>>,
+}
+
+impl Window {
+    /// The numbers of the rows at a time over the window's length.
+    fn at(&self, tau: f64) -> Row {
+        let each = self.rows.iter().rev();
+        each.fold([0.0; 8], |sum, row| from_fn(|i| sum[i] * tau + row[i]))
+    }
+
+    /// The content of the chambers there, if it is `start` at the epoch.
+    fn content_at(&self, tau: f64, start: Content) -> Content {
+        self.content_of(self.at(tau), start)
+    }
+
+    fn content_of(&self, [p, q, m, n, v, w, ..]: Row, start: Content) -> Content {
+        let of = |i: usize, m: f64, p: f64, v: f64| {
+            if self.flows[i] { [m, p * v * heated(v)] } else { [start[2 * i], start[2 * i + 1]] }
+        };
+        let ([m, s], [n, t]) = (of(0, m, p, v), of(1, n, q, w));
+        [m, s, n, t]
+    }
 }
 
 /// Volumes of the chambers at the piston's positions, m3.
@@ -170,7 +196,7 @@ impl Air {
     /// The content of the chambers at `t` after the epoch.
     pub(crate) fn content_at(&self, t: f64) -> Content {
         let Some(window) = &self.window else { return self.content };
-        from_fn(|k| value(&window.content[k], t / window.length))
+        window.content_at(t / window.length, self.content)
     }
 
     /// The sums at `t` after the epoch. The work `int P x'` is that of the polynomial forces on the actual
@@ -179,7 +205,11 @@ impl Air {
     pub(crate) fn sums_at(&self, places: Places, t: f64) -> AirSums {
         let Some(window) = &self.window else { return self.sums };
         let tau = t / window.length;
-        let [mass, enthalpy, rest] = from_fn(|k| value(&window.sums[k], tau));
+        self.sums_of(window, window.at(tau), (places, tau))
+    }
+
+    fn sums_of(&self, window: &Window, at: Row, (places, tau): (Places, f64)) -> AirSums {
+        let ([.., mass, enthalpy], rest) = (at, value(&window.moment, tau));
         let at_ends = |i: usize| {
             value(&window.push[i], tau) * places[i] - window.push[i][0] * window.place[i]
         };
@@ -257,10 +287,13 @@ impl Air {
 
     /// Moves the epoch forward by `at`, where the piston has these positions.
     pub(crate) fn shift(&mut self, places: Places, at: f64) {
-        (self.content, self.sums) = (self.content_at(at), self.sums_at(places, at));
-        let Some(Window { reach, then, .. }) = self.window.take() else { return };
-        if at >= reach
-            && let Some((path, regime)) = then
+        let Some(window) = self.window.take() else { return };
+        let tau = at / window.length;
+        let numbers = window.at(tau);
+        self.content = window.content_of(numbers, self.content);
+        self.sums = self.sums_of(&window, numbers, (places, tau));
+        if at >= window.reach
+            && let Some((path, regime)) = window.then
         {
             self.regimes[path] = regime;
         }
@@ -269,8 +302,9 @@ impl Air {
     /// True if every number is finite and the window reaches beyond `now`.
     pub(crate) fn is_sound(&self, now: f64) -> bool {
         let window = |w: &Window| {
-            let powers = w.content.iter().chain(&w.sums).chain(&w.push).flatten();
-            powers.chain(&w.place).chain([&w.length]).all(|x| x.is_finite())
+            let powers = w.rows.iter().flatten().chain(w.push.iter().flatten());
+            let powers = powers.chain(&w.moment).chain(&w.place);
+            powers.chain([&w.length]).all(|x| x.is_finite())
                 && w.length > 0.0
                 && w.reach <= w.length
                 && w.reach >= now
@@ -281,7 +315,7 @@ impl Air {
         self.content.iter().all(|x| x.is_finite() && *x > 0.0)
             && numbers.into_iter().all(f64::is_finite)
             && self.vented.is_none_or(|places| places.into_iter().all(f64::is_finite))
-            && self.window.as_ref().is_none_or(window)
+            && self.window.as_deref().is_none_or(window)
     }
 }
 

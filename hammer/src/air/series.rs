@@ -1,20 +1,27 @@
 //! Power series in time of the air of one window, and of the steel that it pushes.
 //!
 //! Gas and steel are expanded together, coefficient by coefficient. Coefficient `k` of the steel's coordinates
-//! gives that of the volumes; volumes and contents give the pressures; pressures give forces and flows; and
-//! these give coefficient `k + 1` of coordinates and contents. Nothing is iterated or rejected: the last
-//! coefficients say how far the series holds ([`Series::length`]).
+//! gives that of the volumes. With the heat that has flowed, a volume gives the pressure,
+//! `V p' = kappa (sum flow R T - p V')`; pressures give forces and flows; and these give coefficient `k + 1` of
+//! coordinates and masses. Nothing is iterated or rejected: the last coefficients say how far the series holds
+//! ([`Series::length`]).
 //!
-//! Coefficient `k` of a product of two series, and of every other operation, is a sum over pairs of coefficients. All
-//! operations on one chamber or one flow are lanes of the same rows ([`Lanes`]), whose sums are made together.
+//! Coefficient `k` of a product of two series, and of every other operation, is a sum over pairs of coefficients.
+//! All operations on the chambers, and all on one flow ([`Stream`]), are lanes of the same rows ([`Lanes`]), whose
+//! sums are made together.
 
+use super::fit::Fit;
+use super::stream::{self, Lanes, Stream};
 use super::{Air, ENDS, PATHS, Places};
-use crate::laws::air::{CHOKED_FLOW, Flow, GAS, KAPPA, Opening, Regime, STRAIGHT_SLOPE, heated};
-use crate::numerics::kernel::{Row, convolve};
+use crate::laws::air::{GAS, KAPPA, Opening, Regime, Side};
+use crate::numerics::kernel::{LANES, Row, vectorised};
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
-use crate::numerics::series::{LOW, ORDER, Powers};
+use crate::numerics::series::{LOW, ORDER};
+use crate::numerics::vectors::dispatch;
+use crate::quantities::air::AirLaw;
 use crate::quantities::parameters::Parameters;
+use pulp::{Simd, WithSimd};
 use std::array::from_fn;
 
 /// Longest window, s, where the series would hold longer.
@@ -23,10 +30,16 @@ pub(crate) const LONGEST: f64 = 0.02;
 const INSTANT: f64 = 1e-4;
 /// A flow changes its formula where pressures pass the formula's bounds by so many times their error.
 const BEYOND: f64 = 2.0;
-/// Step of a numerical derivative by a pressure, over that pressure.
-const STEP: f64 = 1e-6;
 /// Heat of air at constant pressure over its gas constant.
 const HEAT: f64 = KAPPA / (KAPPA - 1.0);
+/// Lanes of [`Series::rows`] after the forces on the piston and on the bit: pressures and masses of the chambers, and
+/// the piston's positions.
+pub(super) const PRESSURE: usize = 2;
+const MASS: usize = 4;
+pub(super) const PLACE: usize = 6;
+/// Lanes of a chamber in the row of both: products of the volume and of its rate with the pressure, of `R T` with the
+/// mass, and of `R T` with all that flows out.
+const CHAMBER: usize = LANES / 2;
 
 /// Two coordinates of the steel, `z' = B z + b f`, and their share of the piston's positions.
 #[derive(Clone, Copy, Debug)]
@@ -73,35 +86,48 @@ pub(crate) struct Problem<'a> {
     pub outside: [Poly; 2],
 }
 
-/// The factors of as many products of series as a row has numbers.
-#[derive(Clone, Debug, Default)]
-struct Lanes {
-    left: [Row; ORDER + 1],
-    right: [Row; ORDER + 1],
-    /// Of each product, coefficient `k` without the terms of a first coefficient.
-    sum: Row,
-}
-
-/// A path through which air flows.
+/// A chamber's first coefficients.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Stream {
-    pub(super) path: usize,
-    /// Upstream and downstream side, and the sign of the flow along the path.
-    sides: [usize; 2],
-    sign: f64,
-    flow: Flow,
-    /// The opening's area at the start, m2, and its slope over `x`.
-    area: [f64; 2],
-}
-
-/// Coefficients of the air on one side of a flow path.
-#[derive(Clone, Copy, Debug, Default)]
-struct Side {
+struct Chamber {
     pressure: f64,
     /// `R T`.
     heat: f64,
-    /// The pressure over `sqrt(R T)`.
-    sonic: f64,
+    volume: f64,
+    /// The sum of the flows out of it.
+    outflow: f64,
+    /// Reciprocals of volume and mass.
+    reciprocals: [f64; 2],
+    /// What it loses of its pressure if it grows by 1 m3, `kappa p / V`.
+    stiffness: f64,
+}
+
+/// Coefficients of what the chambers gain: masses, `sum flow R T`; and of what the supply gives.
+#[derive(Clone, Copy, Debug, Default)]
+struct Gains {
+    masses: [f64; 2],
+    heats: [f64; 2],
+    /// All that flows out of each.
+    outflows: [f64; 2],
+    supplied: f64,
+}
+
+impl Gains {
+    /// Adds a flow and its product with `R T`, which what flows out of a chamber loses all together.
+    #[inline(always)]
+    fn add(&mut self, stream: &Stream, [flow, warmth]: [f64; 2]) {
+        let [from, to] = stream.sides;
+        if from > 1 {
+            self.masses[from - 2] -= flow;
+            self.outflows[from - 2] += flow;
+        }
+        if to > 1 {
+            self.masses[to - 2] += flow;
+            self.heats[to - 2] += warmth;
+        }
+        if ENDS[stream.path][0] == 0 {
+            self.supplied += stream.sign * flow;
+        }
+    }
 }
 
 /// The power series of a window.
@@ -109,31 +135,29 @@ struct Side {
 pub(crate) struct Series {
     /// Coefficients of the expanded coordinates.
     blocks: Vec<Block>,
-    /// Both chambers, then the flows.
-    lanes: [Lanes; 2 + PATHS],
+    chambers: [Chamber; 2],
+    /// Of both chambers, then of the flows.
+    lanes: [Lanes; 1 + PATHS],
     pub(super) streams: Vec<Stream>,
-    /// Pressures on the sides of the flow paths.
-    pub(super) pressures: [Powers; 4],
-    /// Contents of the chambers.
-    pub(super) content: [Powers; 4],
-    /// The piston's positions.
-    pub(super) places: [Powers; 2],
-    /// `F_A`, the return chamber's force on the bit, and the two forces of the pressures alone, N.
-    pub(super) forces: [Powers; 4],
+    /// True if the pressures of supply and exhaust are constant.
+    pub(super) is_still: bool,
+    /// `F_A`, the return chamber's force on the bit, pressures and masses of the chambers, the piston's positions.
+    pub(super) rows: [Row; ORDER + 1],
     /// Mass from the supply, enthalpy that comes in.
-    pub(super) sums: [Powers; 2],
+    pub(super) sums: [[f64; 2]; ORDER + 1],
+    /// The same over the window's length.
+    pub(super) fit: Fit,
 }
 
-/// Error allowed of a pressure or an opening at the end of a window, for the error asked of means over the
-/// window: the mean of the last power `t^k` is `k + 1` times less than its value at the end.
+/// Error allowed of an opening at the end of a window, and of a pressure that passes a bound, for the error asked of
+/// means over the window: the mean of the last power `t^k` is `k + 1` times less than its value at the end.
 pub(super) fn instant(error: f64) -> f64 {
     error.max(INSTANT.min(0.25 * ORDER as f64 * error))
 }
 
 impl Air {
-    /// Gives every flow the formula of the present pressures. A flow near a bound keeps its formula.
-    pub(crate) fn classify(&mut self, parameters: &Parameters, places: Places, outside: [f64; 2]) {
-        let sides = self.sides(parameters, places, outside, 0.0);
+    /// Gives every flow the formula of the present pressures on its sides. A flow near a bound keeps its formula.
+    pub(crate) fn classify(&mut self, parameters: &Parameters, sides: &[Side; 4]) {
         // The time of a change of formula is known only as well as the pressures are.
         let margin = BEYOND * instant(parameters.air.error);
         for (regime, ends) in self.regimes.iter_mut().zip(ENDS) {
@@ -146,27 +170,19 @@ impl Air {
 
     /// Largest relative rate of a chamber's content, 1/s, per relative change of a pressure, and per metre of
     /// the piston's position, where ports are partly open.
-    pub(crate) fn haste(
-        &self,
-        parameters: &Parameters,
-        places: Places,
-        outside: [f64; 2],
-    ) -> [f64; 2] {
-        let law = &parameters.air;
-        let sides = self.sides(parameters, places, outside, 0.0);
-        let areas = law.areas(&self.openings, places[0]);
-        let wider = law.areas(&self.openings, places[0] + 1.0);
-        let of = |path: usize| {
-            let ([one, other], regime) = (ENDS[path].map(|i| sides[i]), self.regimes[path]);
-            let flow =
-                |[a, b]: [f64; 2]| regime.flow([a * one[0], one[1]], [b * other[0], other[1]]);
-            let change = |parts: [f64; 2]| ((flow(parts)[0] - flow([1.0; 2])[0]) / STEP).abs();
-            let most = change([1.0 + STEP, 1.0]).max(change([1.0, 1.0 + STEP]));
-            [areas[path] * most, (wider[path] - areas[path]).abs() * most]
-        };
-        let leak = of(4);
+    pub(crate) fn haste(&self, parameters: &Parameters, x: f64, sides: &[Side; 4]) -> [f64; 2] {
+        let [areas, wider] = [x, x + 1.0].map(|x| parameters.air.areas(&self.openings, x));
+        let all: [[f64; 2]; PATHS] = from_fn(|path| {
+            let (area, opens) = (areas[path], (wider[path] - areas[path]).abs());
+            if area == 0.0 && opens == 0.0 {
+                return [0.0; 2];
+            }
+            let [one, other] = ENDS[path].map(|i| sides[i]);
+            let most = self.regimes[path].steepness(one, other);
+            [area * most, opens * most]
+        });
         let of = |i: usize, k: usize| {
-            KAPPA * (of(2 * i)[k] + of(2 * i + 1)[k] + leak[k]) / self.content[2 * i]
+            KAPPA * (all[2 * i][k] + all[2 * i + 1][k] + all[4][k]) / self.content[2 * i]
         };
         [0, 1].map(|k| of(0, k).max(of(1, k)))
     }
@@ -197,249 +213,248 @@ pub(super) fn pushes(
     [(driving - exhaust) * drive.area_drive - back - parameters.air.drag * speed, back]
 }
 
-impl Series {
+vectorised! {
     /// Expands the window that begins at the epoch.
-    pub(super) fn solve(&mut self, air: &Air, problem: &Problem) {
-        let parameters = problem.parameters;
-        for (powers, poly) in self.pressures.iter_mut().zip(&problem.outside) {
-            powers.copy_from_slice(&poly.0[..=ORDER]);
-        }
-        self.content.iter_mut().zip(air.content).for_each(|(powers, content)| powers[0] = content);
-        self.sums = Default::default();
-        self.streams.clear();
-        let mut blocks = std::mem::take(&mut self.blocks);
+    pub(super) fn expand(series: &'a mut Series, air: &'a Air, problem: &'a Problem<'a>) -> () as Expand, simd {
+        let mut blocks = std::mem::take(&mut series.blocks);
         blocks.clone_from(&problem.blocks);
-        for k in 0..=ORDER {
-            for (i, place) in self.places.iter_mut().enumerate() {
-                let still = problem.left.still[i].get(k).copied().unwrap_or_default();
-                let part = |block: &Block| block.along(i, block.start);
-                place[k] = still + blocks.iter().map(part).sum::<f64>();
-            }
-            for lanes in &mut self.lanes[..2 + self.streams.len()] {
-                let inner = 1..k.max(1);
-                convolve(&lanes.left[inner.clone()], &lanes.right[inner], &mut lanes.sum);
-            }
-            self.chambers(parameters, k);
-            let speed: f64 = blocks.iter().map(|block| block.along(0, block.rates())).sum();
-            let mut forces = self.forces_at(problem, speed, k);
-            if problem.left.gives != [[0.0; 2]; 2] {
-                // The displacement by the forces changes the forces in turn. One correction is enough: the next
-                // is of higher order.
-                let given = problem.left.gives.map(|by| by[0] * forces[0] + by[1] * forces[1]);
-                self.places.iter_mut().zip(given).for_each(|(place, by)| place[k] += by);
-                self.chambers(parameters, k);
-                forces = self.forces_at(problem, speed, k);
-            }
-            if k == 0 {
-                self.open(air, problem);
-            }
-            for (series, force) in self.forces.iter_mut().zip(&forces) {
-                series[k] = *force;
-            }
-            if k < ORDER {
-                self.flows(parameters, k);
-                blocks.iter_mut().for_each(|block| block.go_on([forces[0], forces[1]], k));
-            }
+        let mut gains = series.begin(air, problem, &blocks);
+        for k in 1..=ORDER {
+            gains = series.go_on(simd, problem, &mut blocks, (k, gains));
         }
-        self.blocks = blocks;
+        series.blocks = blocks;
+    }
+}
+
+impl Problem<'_> {
+    /// Coefficient `k` of the piston's positions, without what the forces of that coefficient give at once.
+    #[inline(always)]
+    fn unforced(&self, blocks: &[Block], k: usize) -> Places {
+        let still = &self.left.still;
+        let mut places = [0, 1].map(|i| if k < LOW { still[i][k] } else { 0.0 });
+        for block in blocks {
+            (0..2).for_each(|i| places[i] += block.along(i, block.start));
+        }
+        places
     }
 
-    /// Coefficient `k` of `F_A`, of the force on the bit, and of those of the pressures alone.
-    fn forces_at(&self, problem: &Problem, speed: f64, k: usize) -> [f64; 4] {
-        let (drive, drag) = (&problem.parameters.drive, problem.parameters.air.drag);
-        let areas = [drive.area_drive, drive.area_return];
-        let pressures = [2, 3].map(|i| self.pressures[i][k]);
-        let [push, back] = [0, 1].map(|i| (pressures[i] - problem.outside[1].0[k]) * areas[i]);
-        let Left { speeds: [own, other], others, .. } = &problem.left;
-        let speed = speed - other * back - others.get(k).copied().unwrap_or_default();
-        let force = (push - back - drag * speed) / (1.0 - drag * own);
-        [force, back, pressures[0] * areas[0], -pressures[1] * areas[1]]
+    /// Coefficient `k` of `F_A` and of the force on the bit.
+    #[inline(always)]
+    fn forces(&self, pressures: [f64; 2], blocks: &[Block], k: usize) -> [f64; 2] {
+        let (drive, drag) = (&self.parameters.drive, self.parameters.air.drag);
+        let exhaust = self.outside[1].0[k];
+        let push = (pressures[0] - exhaust) * drive.area_drive;
+        let back = (pressures[1] - exhaust) * drive.area_return;
+        if drag == 0.0 {
+            return [push - back, back];
+        }
+        let Left { speeds: [own, other], others, .. } = &self.left;
+        let speed: f64 = blocks.iter().map(|block| block.along(0, block.rates())).sum();
+        let speed = speed - other * back - if k < LOW { others[k] } else { 0.0 };
+        [(push - back - drag * speed) / (1.0 - drag * own), back]
+    }
+
+    /// What these forces displace at once.
+    #[inline(always)]
+    fn given(&self, forces: [f64; 2]) -> Places {
+        self.left.gives.map(|by| by[0] * forces[0] + by[1] * forces[1])
+    }
+
+    /// Coefficient `k` of the air on the sides of the flow paths.
+    #[inline(always)]
+    fn sides(&self, pressures: [f64; 2], heats: [f64; 2], k: usize) -> [stream::Air; 4] {
+        let heat = if k == 0 { GAS * self.parameters.air.temperature } else { 0.0 };
+        let [supply, exhaust] = [0, 1].map(|i| [self.outside[i].0[k], heat]);
+        [supply, exhaust, [pressures[0], heats[0]], [pressures[1], heats[1]]]
+    }
+}
+
+impl Series {
+    /// The first coefficients.
+    fn begin(&mut self, air: &Air, problem: &Problem, blocks: &[Block]) -> Gains {
+        let at = |places: Places| {
+            let volumes = super::volumes(problem.parameters, places);
+            (volumes, super::pressures(&air.content, volumes))
+        };
+        let mut places = problem.unforced(blocks, 0);
+        let (mut volumes, mut pressures) = at(places);
+        let mut forces = problem.forces(pressures, blocks, 0);
+        if problem.left.is_soft() {
+            let given = problem.given(forces);
+            places = [places[0] + given[0], places[1] + given[1]];
+            (volumes, pressures) = at(places);
+            forces = problem.forces(pressures, blocks, 0);
+        }
+        let masses = [air.content[0], air.content[2]];
+        self.chambers = from_fn(|i| {
+            let (volume, mass, pressure) = (volumes[i], masses[i], pressures[i]);
+            let reciprocals = [1.0 / volume, 1.0 / mass];
+            let heat = pressure * volume * reciprocals[1];
+            let stiffness = KAPPA * pressure * reciprocals[0];
+            Chamber { pressure, heat, volume, outflow: 0.0, reciprocals, stiffness }
+        });
+        self.open(air, problem, places[0]);
+        let (heats, mut gains) = (self.chambers.map(|chamber| chamber.heat), Gains::default());
+        let sides = problem.sides(pressures, heats, 0);
+        self.is_still = problem.outside.iter().all(Poly::is_constant);
+        let is_still = self.is_still;
+        for (stream, lanes) in self.streams.iter_mut().zip(&mut self.lanes[1..]) {
+            let flow = stream.begin(lanes, &sides, is_still);
+            gains.add(stream, flow);
+        }
+        for (chamber, outflow) in self.chambers.iter_mut().zip(gains.outflows) {
+            chamber.outflow = outflow;
+        }
+        let outflows = gains.outflows;
+        self.rows[0] = row(forces, pressures, masses, places);
+        self.sums[0] = [0.0; 2];
+        for i in 0..2 {
+            gains.heats[i] -= heats[i] * outflows[i];
+            let right = [pressures[i], pressures[i], masses[i], outflows[i]];
+            self.lanes[0].put(0, i, [volumes[i], 0.0, heats[i], heats[i]], right);
+        }
+        gains
+    }
+
+    /// Coefficient `k`, from what the chambers gained by coefficient `k - 1`; what they gain by it.
+    #[inline(always)]
+    fn go_on<S: Simd>(
+        &mut self,
+        simd: S,
+        problem: &Problem,
+        blocks: &mut [Block],
+        (k, gained): (usize, Gains),
+    ) -> Gains {
+        let (order, over) = (k as f64, 1.0 / k as f64);
+        let before = [self.rows[k - 1][0], self.rows[k - 1][1]];
+        blocks.iter_mut().for_each(|block| block.go_on(before, k - 1, over));
+        let drive = &problem.parameters.drive;
+        let (swept, chambers) = ([drive.area_drive, -drive.area_return], &self.chambers);
+        let sum = self.lanes[0].inner::<S, 0>(simd, k);
+        let lane = |i: usize, product: usize| sum[CHAMBER * i + product];
+        let mut places = problem.unforced(blocks, k);
+        let mut pressures = from_fn(|i| {
+            let warmed = KAPPA * gained.heats[i] - (KAPPA - 1.0) * lane(i, 1);
+            let grown = chambers[i].stiffness * swept[i] * places[i];
+            chambers[i].reciprocals[0] * (over * warmed - lane(i, 0)) - grown
+        });
+        let mut forces = problem.forces(pressures, blocks, k);
+        if problem.left.is_soft() {
+            // The displacement by the forces changes the forces in turn. One correction is enough: the next
+            // is of higher order.
+            for (i, given) in problem.given(forces).into_iter().enumerate() {
+                places[i] += given;
+                pressures[i] -= chambers[i].stiffness * swept[i] * given;
+            }
+            forces = problem.forces(pressures, blocks, k);
+        }
+        let masses = gained.masses.map(|gain| over * gain);
+        self.rows[k] = row(forces, pressures, masses, places);
+        self.sums[k] = [over * gained.supplied, over * HEAT * (gained.heats[0] + gained.heats[1])];
+        if k == ORDER {
+            return gained;
+        }
+        let volumes: [f64; 2] = from_fn(|i| swept[i] * places[i]);
+        let heats = from_fn(|i| {
+            let chamber = &chambers[i];
+            let grown = volumes[i] * chamber.pressure + chamber.volume * pressures[i];
+            let left = lane(i, 0) + grown - lane(i, 2) - chamber.heat * masses[i];
+            chamber.reciprocals[1] * left
+        });
+        let (sides, mut gains) = (problem.sides(pressures, heats, k), Gains::default());
+        for (stream, lanes) in self.streams.iter().zip(&mut self.lanes[1..]) {
+            let flow = stream.go_on(simd, lanes, (k, over), (&sides, places[0]));
+            gains.add(stream, flow);
+        }
+        let outflows = gains.outflows;
+        for i in 0..2 {
+            let Chamber { heat, outflow, .. } = chambers[i];
+            gains.heats[i] -= lane(i, 3) + heat * outflows[i] + heats[i] * outflow;
+            let left = [volumes[i], order * volumes[i], heats[i], heats[i]];
+            let right = [pressures[i], pressures[i], masses[i], outflows[i]];
+            self.lanes[0].put(k, i, left, right);
+        }
+        gains
     }
 
     /// Adds a stream for every path through which air can flow.
-    fn open(&mut self, air: &Air, problem: &Problem) {
+    fn open(&mut self, air: &Air, problem: &Problem, x: f64) {
         let law = &problem.parameters.air;
-        let [now, beyond] = [0.0, 1.0].map(|by| law.areas(&air.openings, self.places[0][0] + by));
+        let [now, beyond] = [x, x + 1.0].map(|x| law.areas(&air.openings, x));
+        self.streams.clear();
         for path in 0..PATHS {
-            let Regime { reversed, flow } = air.regimes[path];
-            let sides = ENDS[path];
             let partial = path < 4 && air.openings[path / 2][path % 2] == Opening::Partial;
             let area = [now[path], if partial { beyond[path] - now[path] } else { 0.0 }];
-            if area == [0.0; 2] {
-                continue;
+            if area != [0.0; 2] {
+                self.streams.push(Stream::new(path, air.regimes[path], area));
             }
-            let (sides, sign) = if reversed { ([sides[1], sides[0]], -1.0) } else { (sides, 1.0) };
-            self.streams.push(Stream { path, sides, sign, flow, area });
         }
     }
+}
 
-    /// Coefficient `k` of both chambers' volumes and of their states.
-    fn chambers(&mut self, parameters: &Parameters, k: usize) {
-        let drive = &parameters.drive;
-        let [x, y] = [0, 1].map(|i| self.places[i][k]);
-        let volumes = match k {
-            0 => super::volumes(parameters, [x, y]),
-            _ => [drive.area_drive * x, -drive.area_return * y],
-        };
-        for (i, volume) in volumes.into_iter().enumerate() {
-            let [mass, entropy] = [0, 1].map(|kind| self.content[2 * i + kind][k]);
-            let pressure = self.lanes[i].chamber(k, volume, mass, entropy);
-            self.pressures[2 + i][k] = pressure;
-        }
-    }
+/// A row of [`Series::rows`].
+#[inline(always)]
+fn row([f, b]: [f64; 2], [p, q]: [f64; 2], [m, n]: [f64; 2], [x, y]: Places) -> Row {
+    [f, b, p, q, m, n, x, y]
+}
 
-    /// Coefficient `k` of the air on a side of the flow paths.
-    fn side(&self, parameters: &Parameters, side: usize, k: usize) -> Side {
-        let pressure = self.pressures[side][k];
-        if side < 2 {
-            let heat = GAS * parameters.air.temperature;
-            let sonic = pressure / heat.sqrt();
-            return Side { pressure, heat: if k == 0 { heat } else { 0.0 }, sonic };
-        }
-        let [.., heat, _, sonic, _] = self.lanes[side - 2].left[k];
-        Side { pressure, heat, sonic }
-    }
-
-    /// Coefficient `k` of all flows, and coefficient `k + 1` of the contents.
-    fn flows(&mut self, parameters: &Parameters, k: usize) {
-        let [mut masses, mut heats] = [[0.0; PATHS]; 2];
-        for (i, stream) in self.streams.iter().enumerate() {
-            let [high, low] = stream.sides.map(|side| self.side(parameters, side, k));
-            let open = stream.area[1] * self.places[0][k];
-            let open = if k == 0 { stream.area[0] } else { open };
-            let [rate, heat] = self.lanes[2 + i].flow(k, stream.flow, [high, low], open);
-            masses[stream.path] = stream.sign * rate;
-            heats[stream.path] = stream.sign * heat;
-        }
-        let (gained, warmth) = (super::gains(&masses), super::gains(&heats));
-        let next = 1.0 / (k + 1) as f64;
-        for i in 0..2 {
-            let lanes = &mut self.lanes[i];
-            lanes.right[k][7] = warmth[i];
-            self.content[2 * i][k + 1] = next * gained[i];
-            self.content[2 * i + 1][k + 1] = next * KAPPA * lanes.product(k, 7);
-        }
-        self.sums[0][k + 1] = next * (masses[0] + masses[2]);
-        self.sums[1][k + 1] = next * HEAT * (heats[0] + heats[2] - heats[1] - heats[3]);
-    }
-
+impl Series {
     /// How long the series holds, s: until one of its last two terms reaches the error allowed.
     pub(super) fn length(&self, air: &Air, problem: &Problem) -> f64 {
-        let parameters = problem.parameters;
-        // Of both terms, the largest over what is allowed of it, if the length is 1 s.
-        let (mut most, mut sum) = ([0.0f64; 2], 0.0);
-        let mut look = |series: &Powers, allowed: f64| {
-            for (most, c) in most.iter_mut().zip(&series[ORDER - 1..]) {
-                let part = (c / allowed).abs();
-                (*most, sum) = (most.max(part), sum + part);
-            }
-        };
-        let (error, instant) = (parameters.air.error, instant(parameters.air.error));
-        self.content.iter().for_each(|content| look(content, content[0] * error));
-        self.pressures[2..].iter().for_each(|pressure| look(pressure, pressure[0] * instant));
+        let AirLaw { error, port_height, .. } = problem.parameters.air;
+        let first = &self.rows[0];
+        let mut weights = [0.0; LANES];
+        for lane in PRESSURE..PLACE {
+            weights[lane] = 1.0 / (first[lane] * error);
+        }
         if air.openings.as_flattened().contains(&Opening::Partial) {
-            look(&self.places[0], parameters.air.port_height * instant);
+            weights[PLACE] = 1.0 / (port_height * instant(error));
         }
-        let mut length = if sum.is_nan() { 0.0 } else { problem.left.longest };
-        for (k, most) in (ORDER - 1..).zip(most) {
+        let mut length = problem.left.longest;
+        for (k, row) in self.rows.iter().enumerate().skip(ORDER - 1) {
+            // The largest term over what is allowed of it, if the length is 1 s; infinite for NaN.
+            let part = row.iter().zip(&weights).map(|(c, weight)| (c * weight).abs());
+            let most = part.fold(0.0, |most: f64, part| if part <= most { most } else { part });
+            if most.is_nan() {
+                return 0.0;
+            }
             if most * math::powi(length, k) > 1.0 {
-                length = math::pow(1.0 / most, 1.0 / k as f64);
+                length = 1.0 / math::rough_root(most, k as u64);
             }
         }
-        let volumes = super::volumes(parameters, self.places.map(|place| place[0]));
-        let positive = self.content.iter().all(|content| content[0] > 0.0);
-        if positive && volumes.iter().all(|v| *v > 0.0) { length } else { 0.0 }
+        let volumes = self.chambers.map(|chamber| chamber.volume);
+        let positive = volumes.iter().chain(&first[MASS..PLACE]).all(|x| *x > 0.0);
+        if positive && length.is_finite() { length } else { 0.0 }
+    }
+}
+
+impl Left {
+    fn is_soft(&self) -> bool {
+        self.gives != [[0.0; 2]; 2]
     }
 }
 
 impl Block {
     /// Contribution of the coordinates to a position.
+    #[inline(always)]
     fn along(&self, place: usize, [p, q]: [f64; 2]) -> f64 {
         self.parts[place][0] * p + self.parts[place][1] * q
     }
 
+    #[inline(always)]
     fn rates(&self) -> [f64; 2] {
         let ([p, q], b) = (self.start, &self.matrix);
         [b[0] * p + b[1] * q, b[2] * p + b[3] * q]
     }
 
     /// From coefficient `k` to `k + 1`, with coefficient `k` of the forces.
-    fn go_on(&mut self, forces: [f64; 2], k: usize) {
+    #[inline(always)]
+    fn go_on(&mut self, forces: [f64; 2], k: usize, over: f64) {
         let rates = self.rates();
         self.start = from_fn(|c| {
-            let other = self.others[c].get(k).copied().unwrap_or_default();
             let pushed = self.pushed[0][c] * forces[0] + self.pushed[1][c] * forces[1];
-            (rates[c] + pushed + other) / (k + 1) as f64
+            let other = if k < LOW { self.others[c][k] } else { 0.0 };
+            (rates[c] + pushed + other) * over
         });
-    }
-}
-
-impl Lanes {
-    /// Coefficient `k` of the product in a lane, whose factors' coefficients are known.
-    fn product(&self, k: usize, lane: usize) -> f64 {
-        let [[a0, b0], [a, b]] = [0, k].map(|k| [self.left[k][lane], self.right[k][lane]]);
-        if k == 0 { a0 * b0 } else { self.sum[lane] + a0 * b + a * b0 }
-    }
-
-    /// Coefficient `k` of a chamber's pressure, and of what else its state gives, from that of volume and content.
-    /// The last lane is that of the entropy's rate.
-    fn chamber(&mut self, k: usize, volume: f64, mass: f64, entropy: f64) -> f64 {
-        let (heated, product, pressure, heat, speed, sonic);
-        let order = k as f64;
-        if k == 0 {
-            heated = self::heated(volume);
-            (product, pressure) = (entropy / heated, entropy / heated / volume);
-            heat = product / mass;
-            speed = heat.sqrt();
-            sonic = pressure / speed;
-        } else {
-            let [heated0, _, product0, pressure0, heat0, speed0, sonic0, _] = self.left[0];
-            let (volume0, mass0, sum) = (self.right[0][1], self.right[0][4], &self.sum);
-            let risen = (KAPPA - 1.0) * (sum[0] + order * heated0 * volume) - sum[1];
-            heated = risen / (order * volume0);
-            product = (entropy - sum[2] - product0 * heated) / heated0;
-            pressure = (product - sum[3] - pressure0 * volume) / volume0;
-            heat = (product - sum[4] - heat0 * mass) / mass0;
-            speed = 0.5 * (heat - sum[5]) / speed0;
-            sonic = (pressure - sum[6] - sonic0 * speed) / speed0;
-        }
-        self.left[k] = [heated, order * heated, product, pressure, heat, speed, sonic, heated];
-        self.right[k] = [order * volume, volume, heated, volume, mass, speed, speed, 0.0];
-        pressure
-    }
-
-    /// Coefficient `k` of a flow from one side to the other, kg/s, and of its product with `R T`, from that of the
-    /// opening.
-    fn flow(&mut self, k: usize, flow: Flow, [high, low]: [Side; 2], open: f64) -> [f64; 2] {
-        let (order, start) = (k as f64, k == 0);
-        let ([ratio0, bent0, _, _, jet0, ..], high0, sum) =
-            (self.left[0], self.right[0][0], &self.sum);
-        let [mut ratio, mut bent, mut rest] = [0.0; 3];
-        if flow != Flow::Choked {
-            let known = low.pressure - sum[0] - ratio0 * high.pressure;
-            ratio = if start { low.pressure / high.pressure } else { known / high0 };
-        }
-        if flow == Flow::Subsonic {
-            let risen = (sum[1] + order * bent0 * ratio) / KAPPA - sum[2];
-            bent = if start { math::five_sevenths(ratio) } else { risen / (order * ratio0) };
-            rest = bent - ratio;
-        }
-        self.left[k] = [ratio, bent, order * bent, bent, 0.0, 0.0, open, 0.0];
-        self.right[k] =
-            [high.pressure, order * ratio, ratio, rest, 0.0, high.sonic, 0.0, high.heat];
-        // The flow through 1 m2 is this times the higher pressure over `sqrt(R T)`.
-        let unit = f64::from(u8::from(start));
-        let square = self.product(k, 3);
-        let jet = match flow {
-            Flow::Straight => STRAIGHT_SLOPE * (unit - ratio),
-            Flow::Choked => CHOKED_FLOW * unit,
-            Flow::Subsonic if start => square.sqrt(),
-            Flow::Subsonic => 0.5 * (square - self.sum[4]) / jet0,
-        };
-        (self.left[k][4], self.left[k][5], self.right[k][4]) = (jet, jet, jet);
-        self.right[k][6] = self.product(k, 5);
-        let rate = (2.0 * HEAT).sqrt() * self.product(k, 6);
-        self.left[k][7] = rate;
-        [rate, self.product(k, 7)]
     }
 }

@@ -3,19 +3,17 @@
 //! The force on the steel is a projection of the force's series on Legendre polynomials of lower degree over
 //! the window. The part left out has zero mean and zero first moments over the window.
 
-use super::series::{Problem, Series, instant};
-use super::{Air, ENDS, Window};
+use super::fit::{Fit, scale};
+use super::series::{self, PLACE, PRESSURE, Problem, Series, instant};
+use super::{Air, Window, volumes};
+use crate::numerics::bernstein::{first_rise, rise_between};
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
-use crate::numerics::series::{LOW, ORDER, Powers, projections};
+use crate::numerics::series::{LOW, ORDER, Powers, value};
 use std::array::from_fn;
 
-/// Samples of a window at which the bounds of a flow's formula are checked.
-const LOOKS: usize = 8;
 /// Halvings of an interval in search of a negative value of a function that begins at zero.
 const SOON: usize = 20;
-/// Halvings of an eighth of a window that holds a zero, down to rounding.
-const HALVINGS: usize = 50;
 /// Largest error of a force at one instant by the projection, over the error asked of its mean; and the share
 /// of it that is allowed where a projection of fewer powers is tried.
 const LEFT_OUT: f64 = 10.0;
@@ -25,86 +23,129 @@ const SHORTEST: f64 = 1e-12;
 
 /// A window, and the forces on piston and bit. The error is a path whose flow passes a bound of its formula at
 /// once, with that bound; or none where no window exists.
-pub(crate) type Solved = Result<(Window, [Poly; 2]), Option<(usize, usize)>>;
+pub(crate) type Solved = Result<(Box<Window>, [Poly; 2]), Option<(usize, usize)>>;
 
 impl Air {
     /// The window that begins at the epoch; `series` is storage.
     pub(crate) fn window(&self, problem: &Problem, series: &mut Series) -> Solved {
-        series.solve(self, problem);
-        let allowed = LEFT_OUT * problem.parameters.air.error;
+        series::expand(series, self, problem);
         let longest = series.length(self, problem);
-        let (length, forces) = series.projected(longest, allowed).ok_or(None)?;
-        let powers = |series: &Powers| scaled(series, length);
-        let content = series.content.each_ref().map(powers);
-        let mut push = [[0.0; ORDER + 1]; 2];
+        let length = series.projected(problem, longest).ok_or(None)?;
+        let fit = &series.fit;
+        let drive = &problem.parameters.drive;
+        let areas = [drive.area_drive, -drive.area_return];
+        let push = [0, 1].map(|i| fit.parts.map(|part| areas[i] * part[PRESSURE + i]));
         // `int P' x`: the slopes of the forces times the positions.
         let mut moment = [0.0; ORDER + 1];
-        for (i, place) in series.places.iter().map(powers).enumerate() {
-            push[i][..LOW].copy_from_slice(&forces[2 + i]);
-            for (k, force) in forces[2 + i].iter().enumerate().skip(1) {
+        for (i, push) in push.iter().enumerate() {
+            for (k, force) in push.iter().enumerate().skip(1) {
                 let slope = k as f64 * force;
-                moment[k..].iter_mut().zip(place).for_each(|(sum, place)| *sum += slope * place);
+                let rises = moment[k..].iter_mut().zip(&fit.rows);
+                rises.for_each(|(sum, row)| *sum += slope * row[PLACE + i]);
             }
         }
         moment.iter_mut().enumerate().skip(1).for_each(|(k, sum)| *sum /= k as f64);
-        let sums = [powers(&series.sums[0]), powers(&series.sums[1]), moment];
+        let dead = volumes(problem.parameters, [0.0; 2]);
+        let mut power = 1.0;
+        let rows = from_fn(|k| {
+            let [_, _, p, q, m, n, x, y] = fit.rows[k];
+            let [v, w] = if k == 0 { dead } else { [0.0; 2] };
+            let [mass, enthalpy] = series.sums[k].map(|sum| sum * power);
+            power *= length;
+            [p, q, m, n, v + areas[0] * x, w + areas[1] * y, mass, enthalpy]
+        });
         let place = problem.places;
-        let mut window = Window { length, content, sums, push, place, reach: length, then: None };
-        let margin = instant(problem.parameters.air.error);
-        if let Some((tau, path, bound)) = series.passage(self, &window, margin) {
+        let flows =
+            [2, 3].map(|side| series.streams.iter().any(|stream| stream.sides.contains(&side)));
+        let (reach, then) = (length, None);
+        let window = Window { length, rows, flows, moment, push, place, reach, then };
+        let mut window = Box::new(window);
+        if let Some((tau, path, bound)) = series.passage(self, problem, length) {
             if tau == 0.0 {
                 return Err(Some((path, bound)));
             }
             window.reach = tau * length;
             window.then = Some((path, self.regimes[path].next(bound)));
         }
-        Ok((window, [0, 1].map(|i| Poly::of_part(&forces[i], length))))
+        let force = |i: usize| Poly::of_part(&fit.parts.map(|part| part[i]), length);
+        Ok((window, [0, 1].map(force)))
     }
 }
 
 impl Series {
-    /// A length, `longest` at most, and the projected forces over it. At either end the part left out is at
-    /// most the share `allowed` of the pressures' force; both ends count, since a window may be cut short.
-    fn projected(&self, longest: f64, allowed: f64) -> Option<(f64, [[f64; LOW]; 4])> {
-        let [drag, _, push, back] = self.forces.each_ref().map(|force| force[0].abs());
-        let scales = [drag + push + back, back].map(|scale| scale.max(f64::MIN_POSITIVE));
-        let small = [scales[0], scales[1], push, back].map(|scale| FEWER * allowed * scale);
+    /// A length, `longest` at most, and the series over it with their projections. At either end the part of a force
+    /// that is left out is at most the share `allowed` of the pressures' force; both ends count, since a window may be
+    /// cut short.
+    fn projected(&mut self, problem: &Problem, longest: f64) -> Option<f64> {
+        let (allowed, drive) = (LEFT_OUT * problem.parameters.air.error, &problem.parameters.drive);
+        let [_, _, p, q, ..] = self.rows[0];
+        let [push, back] = [p * drive.area_drive, q * drive.area_return];
+        let scales = [push + back, back].map(|scale| scale.max(f64::MIN_POSITIVE));
+        let small = [scales[0], scales[1], p, q].map(|scale| FEWER * allowed * scale);
         let mut length = longest;
         while length > SHORTEST {
-            let whole = side_by_side(&self.forces, length);
-            let parts = projections(whole, small);
-            let sum = |rows: &[[f64; 4]], i: usize| rows.iter().map(|row| row[i]).sum::<f64>();
-            let left = |i: usize| {
-                let ends = [whole[0][i] - parts[0][i], sum(&whole, i) - sum(&parts, i)];
-                ends[0].abs().max(ends[1].abs()) / scales[i]
+            scale(&self.rows, length, small, &mut self.fit);
+            let Fit { rows, parts, .. } = &self.fit;
+            let ends = |i: usize| {
+                let whole = rows.iter().map(|row| row[i]).sum::<f64>();
+                let part = parts.iter().map(|part| part[i]).sum::<f64>();
+                (rows[0][i] - parts[0][i]).abs().max((whole - part).abs()) / scales[i]
             };
-            let most = left(0).max(left(1));
+            let most = ends(0).max(ends(1));
             if most <= allowed {
-                return Some((length, from_fn(|i| from_fn(|k| parts[k][i]))));
+                return Some(length);
             }
-            length *= math::pow(0.5 * allowed / most, 1.0 / LOW as f64);
+            length *= math::rough_root(0.5 * allowed / most, LOW as u64);
         }
         None
     }
 
-    /// The first time in a window at which a flow passes a bound of its formula, with the path and the bound.
-    fn passage(&self, air: &Air, window: &Window, margin: f64) -> Option<(f64, usize, usize)> {
-        let rows = side_by_side(&self.pressures, window.length);
-        let at = |tau: f64| {
-            let each = rows.iter().rev();
-            each.fold([0.0; 4], |sum, row| from_fn(|i| sum[i] * tau + row[i]))
-        };
-        let sampled: [[f64; 4]; LOOKS + 1] = from_fn(|i| at(i as f64 / LOOKS as f64));
+    /// The first time in a window at which a flow passes a bound of its formula by more than the pressures' error, with
+    /// the path and the bound.
+    fn passage(&self, air: &Air, problem: &Problem, length: f64) -> Option<(f64, usize, usize)> {
+        let (margin, fit) = (instant(problem.parameters.air.error), &self.fit);
         let mut first: Option<(f64, usize, usize)> = None;
+        let outside: [(Powers, [f64; 2]); 2] = from_fn(|i| {
+            let (mut powers, mut power) = ([0.0; ORDER + 1], 1.0);
+            powers[0] = problem.outside[i].0[0];
+            let mut range = [powers[0]; 2];
+            for k in (1..=ORDER).take_while(|_| !self.is_still) {
+                power *= length;
+                powers[k] = power * problem.outside[i].0[k];
+                range = [range[0] + powers[k].min(0.0), range[1] + powers[k].max(0.0)];
+            }
+            (powers, range)
+        });
+        // The range of the pressure on a side, and its coefficient.
+        let range = |side: usize| match side.checked_sub(2) {
+            Some(i) => [fit.least[PRESSURE + i], fit.most[PRESSURE + i]],
+            None => outside[side].1,
+        };
+        let term = |side: usize, k: usize| match side.checked_sub(2) {
+            Some(i) => fit.rows[k][PRESSURE + i],
+            None => outside[side].0[k],
+        };
         for stream in &self.streams {
-            let [one, other] = ENDS[stream.path];
-            let beyond = |p: &[f64; 4]| air.regimes[stream.path].beyond([p[one], p[other]]);
-            let values = sampled.each_ref().map(beyond);
-            for bound in 0..2 {
-                let passed = |tau: f64| beyond(&at(tau))[bound];
-                let values = values.map(|both| both[bound]);
-                let Some([before, after]) = risen(&values, margin, passed) else { continue };
-                let root = root(before, after, passed);
+            let regime = air.regimes[stream.path];
+            let [high, low] = stream.sides;
+            let ([high_range, low_range], bounds) = ([high, low].map(range), regime.bounds());
+            for (bound, level) in bounds.into_iter().enumerate() {
+                let sign = if bound == 0 { -1.0 } else { 1.0 };
+                // How far the lower pressure is beyond the bound, over the higher one, is at most this.
+                let level_beyond = level + sign * margin;
+                let most = if bound == 0 {
+                    level_beyond * high_range[1] - low_range[0]
+                } else {
+                    low_range[1] - level_beyond * high_range[0]
+                };
+                if most <= 0.0 {
+                    continue;
+                }
+                let beyond = |level: f64| -> Powers {
+                    from_fn(|k| sign * (term(low, k) - level * term(high, k)))
+                };
+                let Some(until) = first_rise(&beyond(level_beyond), 0.0) else { continue };
+                let root = last_rise(&beyond(level), until);
                 if first.is_none_or(|(earliest, ..)| root < earliest) {
                     first = Some((root, stream.path, bound));
                 }
@@ -114,58 +155,13 @@ impl Series {
     }
 }
 
-/// The same series, in powers of time over the window's length.
-fn scaled(series: &Powers, length: f64) -> Powers {
-    let mut power = 1.0;
-    series.map(|c| {
-        let scaled = c * power;
-        power *= length;
-        scaled
-    })
-}
-
-/// The same of several series, power by power.
-fn side_by_side(series: &[Powers; 4], length: f64) -> [[f64; 4]; ORDER + 1] {
-    let all = series.each_ref().map(|series| scaled(series, length));
-    from_fn(|k| from_fn(|i| all[i][k]))
-}
-
-/// The first interval at whose end a sampled function exceeds `margin`. A peak between samples is estimated by
-/// the parabola through three values.
-fn risen(
-    values: &[f64; LOOKS + 1],
-    margin: f64,
-    function: impl Fn(f64) -> f64,
-) -> Option<[f64; 2]> {
-    let place = |i: f64| i / LOOKS as f64;
-    for i in 1..=LOOKS {
-        let [before, here] = [i - 1, i].map(|i| place(i as f64));
-        if values[i] > margin {
-            return Some([before, here]);
-        }
-        let Some(&next) = values.get(i + 1) else { continue };
-        let (rise, fall) = (values[i] - values[i - 1], values[i] - next);
-        if rise >= 0.0 && fall >= 0.0 && rise + fall > 0.0 {
-            let peak = place(i as f64 + 0.5 * (rise - fall) / (rise + fall));
-            if function(peak) > margin {
-                return Some([before, peak]);
-            }
-        }
-    }
-    None
-}
-
-/// Where a function crosses zero upward between two places; `first`, if it is nowhere negative close behind it.
-fn root(first: f64, mut high: f64, function: impl Fn(f64) -> f64) -> f64 {
+/// Where a function rises through zero before a place at which it is above; 0 if it begins there and is nowhere
+/// negative close behind.
+fn last_rise(q: &Powers, until: f64) -> f64 {
     // A function that begins at zero may fall before it rises.
-    let nearer = (1..=SOON).map(|k| first + math::powi(0.5, k) * (high - first));
-    let below = std::iter::once(first).chain(nearer).find(|&place| function(place) < 0.0);
-    let Some(mut low) = below else { return first };
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if function(middle) < 0.0 { low = middle } else { high = middle }
-    }
-    high
+    let nearer = (1..=SOON).map(|k| math::powi(0.5, k) * until);
+    let below = std::iter::once(0.0).chain(nearer).find(|&place| value(q, place) < 0.0);
+    below.map_or(0.0, |low| rise_between(q, [low, until], until))
 }
 
 #[cfg(test)]
@@ -173,7 +169,6 @@ mod tests {
     use super::*;
     use crate::air::series::{LONGEST, Left};
     use crate::laws::air::{GAS, KAPPA};
-    use crate::numerics::series::value;
     use crate::quantities::air::ATMOSPHERE;
     use crate::quantities::parameters::{Parameters, Source};
 
@@ -191,7 +186,8 @@ mod tests {
         let (law, places) = (parameters.air, [-0.01; 2]);
         let pressures = [2e6, ATMOSPHERE];
         let (mut gas, _) = Air::start(&parameters, places, pressures, 0.0);
-        gas.classify(&parameters, places, pressures);
+        let sides = gas.sides(&parameters, places, pressures, 0.0);
+        gas.classify(&parameters, &sides);
         let outside = pressures.map(Poly::constant);
         let problem = Problem {
             parameters: &parameters,
@@ -211,9 +207,9 @@ mod tests {
             law.discharge * law.exhaust_area * choked * GAS * law.temperature.sqrt() / volume;
         let off = |tau: f64| {
             let cooled = 1.0 + 0.5 * (KAPPA - 1.0) * rate * tau * window.length;
+            let content = window.content_at(tau, gas.content);
             let of = |k: usize, power: i32| {
-                (value(&window.content[k], tau) / (gas.content[k] * cooled.powi(-power)) - 1.0)
-                    .abs()
+                (content[k] / (gas.content[k] * cooled.powi(-power)) - 1.0).abs()
             };
             of(0, 5).max(of(1, 7))
         };

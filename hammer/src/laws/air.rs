@@ -58,6 +58,8 @@ pub(crate) fn heated(volume: f64) -> f64 {
 const CHOKED: f64 = 0.528_281_787_717_174;
 /// `sqrt(CHOKED^(2/kappa) - CHOKED^((kappa + 1)/kappa))`.
 pub(crate) const CHOKED_FLOW: f64 = 0.258_804_164_062_475_66;
+/// `sqrt(2 kappa / (kappa - 1))`, the root of 7.
+pub(crate) const NOZZLE: f64 = 2.645_751_311_064_590_6;
 /// The ratio of pressures above which a flow is proportional to their difference.
 pub(crate) const STRAIGHT: f64 = 0.995;
 /// `sqrt(STRAIGHT^(2/kappa) - STRAIGHT^((kappa + 1)/kappa)) / (1 - STRAIGHT)`.
@@ -116,10 +118,16 @@ impl Regime {
     /// the bound towards larger flow, then the other.
     pub fn beyond(self, [one, other]: [f64; 2]) -> [f64; 2] {
         let ratio = if self.reversed { one / other } else { other / one };
+        let [low, high] = self.bounds();
+        [low - ratio, ratio - high]
+    }
+
+    /// The bounds of the lower over the higher pressure: towards larger flow, then the other.
+    pub(crate) fn bounds(self) -> [f64; 2] {
         match self.flow {
-            Flow::Straight => [STRAIGHT - ratio, ratio - 1.0],
-            Flow::Subsonic => [CHOKED - ratio, ratio - STRAIGHT],
-            Flow::Choked => [-1.0, ratio - CHOKED],
+            Flow::Straight => [STRAIGHT, 1.0],
+            Flow::Subsonic => [CHOKED, STRAIGHT],
+            Flow::Choked => [0.0, CHOKED],
         }
     }
 
@@ -134,11 +142,30 @@ impl Regime {
         }
     }
 
+    /// The larger of the flow's rates by the logarithms of the two pressures, through 1 m2, kg/s.
+    pub(crate) fn steepness(self, one: Side, other: Side) -> f64 {
+        let ([high, hot], [low, _]) = if self.reversed { (other, one) } else { (one, other) };
+        let factor = NOZZLE / (GAS * hot).sqrt();
+        let most = match self.flow {
+            Flow::Straight => STRAIGHT_SLOPE * high.max(low),
+            Flow::Choked => CHOKED_FLOW * high,
+            Flow::Subsonic => {
+                // With `b = r^(1/kappa)` the flow goes with `p_h g`, `g^2 = b (b - r)`.
+                let ratio = low / high;
+                let b = math::five_sevenths(ratio);
+                let g = (b * (b - ratio)).max(0.0).sqrt();
+                let by_low = (b * (b / KAPPA - 0.5 * ratio * (1.0 / KAPPA + 1.0)) / g).abs();
+                high * (g + by_low)
+            }
+        };
+        factor * most
+    }
+
     /// Flow from the first side to the second through 1 m2, kg/s, and its upstream temperature, K.
     pub fn flow(self, one: Side, other: Side) -> [f64; 2] {
         let ([high, hot], [low, _], sign) =
             if self.reversed { (other, one, -1.0) } else { (one, other, 1.0) };
-        let factor = sign * (2.0 * KAPPA / ((KAPPA - 1.0) * GAS * hot)).sqrt();
+        let factor = sign * NOZZLE / (GAS * hot).sqrt();
         let shape = match self.flow {
             Flow::Straight => STRAIGHT_SLOPE * (high - low),
             Flow::Choked => CHOKED_FLOW * high,

@@ -4,7 +4,7 @@ use super::Motion;
 use crate::air::series::{Block, LONGEST, Left, Problem};
 use crate::air::{Air, Places, volumes};
 use crate::error::Error;
-use crate::laws::air::KAPPA;
+use crate::laws::air::{KAPPA, Side};
 use crate::laws::event::Displacement;
 use crate::modal::system::visible::VisibleBlock;
 use crate::numerics::math;
@@ -93,6 +93,7 @@ impl Motion {
     /// # Errors
     /// [`Error::Air`], [`Error::Vacuum`].
     pub(crate) fn renew_air(&mut self) -> Result<[u64; 2], Error> {
+        let known = self.cylinder.take();
         let (breath, input) = self.breath();
         if breath < 2.0 * INSTANT {
             return Err(Error::Vacuum { time: self.state.epoch.value(), name: input.name() });
@@ -100,15 +101,17 @@ impl Motion {
         let Some(mut air) = self.state.air.take_if(|air| air.vented.is_none()) else {
             return Ok([self.renew_line()?, 0]);
         };
-        let motion @ [places, _] = self.in_cylinder(&self.tracks, 0.0);
+        let of_epoch = || self.in_cylinder(&self.tracks, 0.0);
+        let motion @ [places, _] = known.unwrap_or_else(of_epoch);
         for index in 0..self.tracks.len() {
             if self.is_whole(index) {
                 let (track, driven) = (&mut self.tracks[index], &self.state.anchors[index].driven);
                 track.system.add_driven(&self.state.loads, driven, 0.0, &mut track.z);
             }
         }
-        air.classify(self.parameters(), places, self.outside(0.0));
-        let (blocks, left) = self.visible(&air, motion);
+        let sides = air.sides(self.parameters(), places, self.outside(0.0), 0.0);
+        air.classify(self.parameters(), &sides);
+        let (blocks, left) = self.visible(&air, motion, &sides);
         let outside = outside(&self.state.inputs);
         let problem = Problem { parameters: &self.model.parameters, blocks, left, places, outside };
         let series = self.series.get_or_insert_default();
@@ -180,7 +183,12 @@ impl Motion {
     ///
     /// The first two, summed over all oscillations left out, are kept within [`UNSEEN`] of the allowed error.
     /// The third limits the window.
-    fn visible(&self, air: &Air, [places, speeds]: [Places; 2]) -> (Vec<Block>, Left) {
+    fn visible(
+        &self,
+        air: &Air,
+        [places, speeds]: [Places; 2],
+        sides: &[Side; 4],
+    ) -> (Vec<Block>, Left) {
         let (graph, parameters) = (self.graph(), self.parameters());
         let drive = &parameters.drive;
         let own = [Channel::Drive as usize, Channel::Anvil as usize];
@@ -203,7 +211,7 @@ impl Motion {
         let forces = [areas[0] + areas[1], areas[1]].map(|area| supply.max(exhaust) * area);
         let masses = [graph.frame, 1].map(|body| graph.bodies[body].mass);
         let stroke = (graph.bodies[0].mass * parameters.air.cylinder / forces[0].max(1.0)).sqrt();
-        let [jets, opens] = air.haste(parameters, places, self.outside(0.0));
+        let [jets, opens] = air.haste(parameters, places[0], sides);
         let squeezed = (stirs[0] * speeds[0]).abs().max((stirs[1] * speeds[1]).abs());
         let haste = KAPPA * jets + squeezed + 1.0 / stroke;
         let change: [f64; CHANNELS] = from_fn(|c| match own.iter().position(|own| *own == c) {

@@ -19,6 +19,7 @@ mod start;
 pub mod state;
 mod transition;
 
+use crate::air::Places;
 use crate::air::series::Series;
 use crate::error::Error;
 use crate::laws::event::{Bodies, Displacement, Event};
@@ -56,6 +57,9 @@ pub struct Motion {
     pub(crate) basis_changes: u64,
     /// Storage for the air's series.
     series: Option<Box<Series>>,
+    /// The piston's positions in the cylinder and their rates where the epoch was moved to, for the window that begins
+    /// there.
+    cylinder: Option<[Places; 2]>,
 }
 
 impl Motion {
@@ -76,6 +80,7 @@ impl Motion {
             self.model = model;
         }
         (self.tracks, self.state, self.basis_changes) = (tracks, state.clone(), basis_changes);
+        self.cylinder = None;
         self.steady = self.state.is_steady();
         Ok(())
     }
@@ -341,7 +346,8 @@ impl Motion {
         touched: Bodies,
         viscous: f64,
     ) -> Result<(), Error> {
-        let [places] = self.air().map_or([[0.0; 2]; 1], |_| self.in_cylinder(&self.tracks, at));
+        self.cylinder = self.air().map(|_| self.in_cylinder(&self.tracks, at));
+        let [places, _] = self.cylinder.unwrap_or_default();
         for (track, anchor) in self.tracks.iter_mut().zip(&mut self.state.anchors) {
             track.at -= at;
             if anchor.group != Group::PISTON {

@@ -106,7 +106,8 @@ impl Motion {
         };
         let tracks = state.tracks(&model)?;
         let steady = state.is_steady();
-        let mut motion = Self { model, state, tracks, steady, basis_changes: 0, series: None };
+        let mut motion =
+            Self { model, state, tracks, steady, basis_changes: 0, series: None, cylinder: None };
         if rock == RockMode::Standstill {
             // The tip must stand exactly at the level of its restart guard.
             let tip = motion.point(&motion.tracks, Displacement::Tip, 0.0).displacement;

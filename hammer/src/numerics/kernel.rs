@@ -173,20 +173,6 @@ vectorised! {
 /// Numbers of as many series, side by side.
 pub type Row = [f64; LANES];
 
-vectorised! {
-    /// `sum_j left_j right_(n - 1 - j)` of `n` rows, lane by lane.
-    pub fn convolve(left: &'a [Row], right: &'a [Row], sum: &'a mut Row) -> () as Convolve, simd {
-        let mut sums: Sums<S> = [simd.splat_f64s(0.0); MOST];
-        for (x, y) in left.iter().zip(right.iter().rev()) {
-            let (x, y) = (S::as_simd_f64s(x).0, S::as_simd_f64s(y).0);
-            for g in 0..LANES / S::F64_LANES {
-                sums[g] = simd.add_f64s(sums[g], simd.mul_f64s(x[g], y[g]));
-            }
-        }
-        S::as_mut_simd_f64s(sum).0.copy_from_slice(&sums[..LANES / S::F64_LANES]);
-    }
-}
-
 /// True if every number is finite; in whole groups.
 pub fn is_finite(y: &[f64]) -> bool {
     // A finite number times zero is zero; any other is NaN.

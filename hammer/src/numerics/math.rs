@@ -60,6 +60,24 @@ pub(crate) fn five_sevenths(x: f64) -> f64 {
     square * square * root
 }
 
+/// `x` to the power 2/7.
+pub(crate) fn two_sevenths(x: f64) -> f64 {
+    let root = odd_root::<7>(x);
+    root * root
+}
+
+/// The `n`-th root of a positive number, to `0.06 / n` and 0.002. The bits are the binary logarithm, linear between
+/// powers of two; within an octave its inverse is a parabola.
+pub(crate) fn rough_root(x: f64, n: u64) -> f64 {
+    const BITS: u64 = f64::MANTISSA_DIGITS as u64 - 1;
+    const BIAS: f64 = (f64::MAX_EXP - 1) as f64;
+    let logarithm = x.to_bits() as f64 / (1u64 << BITS) as f64 - BIAS;
+    let shifted = logarithm / n as f64 + BIAS;
+    let octave = shifted as u64;
+    let part = shifted - octave as f64;
+    f64::from_bits(octave << BITS) * (1.0 + part * (0.6565 + 0.3435 * part))
+}
+
 /// Magnitude of a complex number.
 pub(crate) fn norm(z: Complex64) -> f64 {
     hypot(z.re, z.im)

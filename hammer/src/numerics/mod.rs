@@ -1,5 +1,6 @@
 //! Mathematics that is independent of the hammer.
 
+pub(crate) mod bernstein;
 pub mod combine;
 pub mod display;
 pub mod form;

@@ -1,7 +1,6 @@
 //! Power series up to a fixed order, coefficient by coefficient, and their projection on lower powers.
 
 use std::array::from_fn;
-use std::sync::OnceLock;
 
 /// Highest power of a series.
 pub const ORDER: usize = 16;
@@ -50,15 +49,15 @@ pub fn value(powers: &[f64], t: f64) -> f64 {
 /// down, the part is taken out that is orthogonal to all lower powers: the Legendre polynomial over its highest
 /// coefficient. All projections have the same number of coefficients, at most [`LOW`]; a power is also taken out if
 /// this changes no polynomial by more than it is `allowed`.
+#[inline(always)]
 pub fn projections<const COUNT: usize>(
     mut all: [[f64; COUNT]; ORDER + 1],
     allowed: [f64; COUNT],
 ) -> [[f64; COUNT]; LOW] {
-    static ORTHOGONAL: OnceLock<[Powers; ORDER + 1]> = OnceLock::new();
-    let orthogonal = ORTHOGONAL.get_or_init(|| from_fn(legendre));
     let mut left = [0.0; COUNT];
     for k in (1..=ORDER).rev() {
-        let parts = all[k].map(|c| c / orthogonal[k][k]);
+        let mut parts = all[k];
+        parts.iter_mut().for_each(|part| *part /= ORTHOGONAL[k][k]);
         if k < LOW {
             // In the interval the Legendre polynomial is at most one.
             let out: [f64; COUNT] = from_fn(|i| left[i] + parts[i].abs());
@@ -67,20 +66,30 @@ pub fn projections<const COUNT: usize>(
             }
             left = out;
         }
-        for (row, p) in all[..k].iter_mut().zip(&orthogonal[k]) {
-            row.iter_mut().zip(parts).for_each(|(c, part)| *c -= part * p);
+        for (row, p) in all[..k].iter_mut().zip(&ORTHOGONAL[k]) {
+            for i in 0..COUNT {
+                row[i] -= parts[i] * p;
+            }
         }
         all[k] = [0.0; COUNT];
     }
     from_fn(|k| all[k])
 }
 
-/// The Legendre polynomial of this degree on the interval from 0 to 1: `sum_i (-1)^(j + i) C(j, i) C(j + i, i) t^i`.
-fn legendre(j: usize) -> Powers {
-    let choose = |n: usize, m: usize| (0..m).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
-    let sign = |i: usize| if (i + j).is_multiple_of(2) { 1.0 } else { -1.0 };
-    from_fn(|i| if i <= j { sign(i) * choose(j, i) * choose(j + i, i) } else { 0.0 })
-}
+/// The Legendre polynomials on the interval from 0 to 1, `sum_i (-1)^(j + i) C(j, i) C(j + i, i) t^i`.
+static ORTHOGONAL: [Powers; ORDER + 1] = {
+    let (mut all, mut j) = ([[0.0; ORDER + 1]; ORDER + 1], 0);
+    while j <= ORDER {
+        let (mut c, mut i) = (if j % 2 == 0 { 1.0 } else { -1.0 }, 0);
+        while i <= j {
+            all[j][i] = c;
+            c *= -(((j - i) * (j + i + 1)) as f64) / ((i + 1) * (i + 1)) as f64;
+            i += 1;
+        }
+        j += 1;
+    }
+    all
+};
 
 #[cfg(test)]
 mod tests {

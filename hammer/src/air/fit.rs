@@ -1,0 +1,35 @@
+//! The series of a window over its length.
+
+use crate::numerics::kernel::{Row, vectorised};
+use crate::numerics::series::{LOW, ORDER, projections};
+use crate::numerics::vectors::dispatch;
+use pulp::{Simd, WithSimd};
+
+/// Series in time over a window's length, and the projections of its forces and pressures.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Fit {
+    pub(super) rows: [Row; ORDER + 1],
+    pub(super) parts: [[f64; 4]; LOW],
+    /// Of each row's numbers, bounds over the window.
+    pub(super) most: Row,
+    pub(super) least: Row,
+}
+
+vectorised! {
+    /// Scales rows to a length and projects their first four numbers. A projection may have fewer powers if this
+    /// changes nothing by more than `small`.
+    pub(super) fn scale(rows: &'a [Row; ORDER + 1], length: f64, small: [f64; 4], fit: &'a mut Fit) -> () as Scale, _simd {
+        let (mut power, mut first) = (1.0, [[0.0; 4]; ORDER + 1]);
+        (fit.most, fit.least) = (rows[0], rows[0]);
+        for ((row, scaled), first) in rows.iter().zip(&mut fit.rows).zip(&mut first) {
+            scaled.iter_mut().zip(row).for_each(|(scaled, c)| *scaled = c * power);
+            first.copy_from_slice(&scaled[..4]);
+            power *= length;
+        }
+        for row in &fit.rows[1..] {
+            fit.most.iter_mut().zip(row).for_each(|(most, c)| *most += c.max(0.0));
+            fit.least.iter_mut().zip(row).for_each(|(least, c)| *least += c.min(0.0));
+        }
+        fit.parts = projections(first, small);
+    }
+}
