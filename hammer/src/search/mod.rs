@@ -8,6 +8,7 @@
 mod ahead;
 pub mod barrier;
 mod drift;
+mod envelope;
 pub(crate) mod positions;
 pub mod signal;
 mod steep;
@@ -24,6 +25,7 @@ use crate::motion::Motion;
 use crate::numerics::poly::Poly;
 use barrier::Barrier;
 use drift::Drift;
+use envelope::Envelope;
 use signal::{Part, Signal};
 use tracker::GuardTracker;
 use work::{Budget, Work};
@@ -42,9 +44,13 @@ const FALLING: f64 = 4096.0;
 pub(crate) struct Search {
     /// Guards of the present mode, then spare ones whose memory is reused.
     trackers: Vec<(Event, GuardTracker)>,
-    /// Number of guards of the present mode.
+    /// Number of guards of the present mode that are tracked.
     count: usize,
+    /// True if others cannot cross before the motion's polynomials end.
+    others: bool,
     barrier: Option<Barrier>,
+    /// Where the guarded displacements can be in a window of the air.
+    envelopes: Vec<Envelope>,
     /// How far each proof extends.
     known: Known,
     /// Work done so far.
@@ -56,12 +62,32 @@ pub(crate) struct Search {
 impl Search {
     /// Starts tracking the guards of the present mode from the epoch.
     pub fn start(&mut self, motion: &Motion) {
-        self.count = 0;
+        (self.count, self.others) = (0, false);
+        self.envelopes.clear();
         let parameters = motion.parameters();
         let (mode, reach) = (motion.mode(), motion.reach());
         let (vr, working) = (Displacement::Relative, !mode.vented);
         let mut track = |guard: Guard| {
-            let signal = signal(motion, &guard).within(reach);
+            let known = self.envelopes.iter().position(|envelope| envelope.is_of(&guard));
+            let envelope = known.or_else(|| {
+                let made = Envelope::new(motion, &guard, reach, &self.envelopes)?;
+                self.envelopes.push(made);
+                Some(self.envelopes.len() - 1)
+            });
+            let (mut signal, mut clear, mut root) = (None, [0.0; 2], None);
+            if let Some(envelope) = envelope.map(|envelope| &self.envelopes[envelope]) {
+                let resolution = motion.model.resolutions[guard.order];
+                clear = envelope.clear(&guard, resolution, reach);
+                if clear == [0.0, f64::INFINITY] {
+                    self.others = true;
+                    return;
+                }
+                if clear[0] == 0.0 {
+                    root = envelope.crossing(&guard, resolution, [clear[1], reach]);
+                }
+                signal = Some(envelope.signal(&guard, resolution));
+            }
+            let signal = signal.unwrap_or_else(|| self::signal(motion, &guard)).within(reach);
             match self.trackers.get_mut(self.count) {
                 Some((event, tracker)) => {
                     *event = guard.event;
@@ -69,6 +95,8 @@ impl Search {
                 }
                 None => self.trackers.push((guard.event, GuardTracker::new(signal, 0.0))),
             }
+            let tracker = &mut self.trackers[self.count].1;
+            (tracker.between, tracker.root) = (clear, root);
             self.count += 1;
         };
         // One after the other: a chain of them is long, and would be moved.
@@ -89,6 +117,11 @@ impl Search {
             Barrier::new(motion, tip, room, parameters.rock.viscosity)
         });
         self.known.restart(self.count);
+        for place in 0..self.count {
+            if self.trackers[place].1.root.is_some() {
+                self.record_root(place);
+            }
+        }
         self.record_barrier();
     }
 
@@ -232,7 +265,9 @@ impl Search {
         let tracks = motion.present();
         let mut tracked =
             self.trackers[..self.count].iter().filter(|(e, _)| e.rank() == rank).peekable();
-        tracked.peek().is_some() && tracked.all(|(_, w)| w.root.is_none() && w.never(&tracks))
+        !self.others
+            && tracked.peek().is_some()
+            && tracked.all(|(_, w)| w.root.is_none() && w.never(&tracks))
     }
 }
 

@@ -36,7 +36,12 @@ pub(super) fn crossing(
     work: &mut Work,
 ) -> Option<f64> {
     let m = m + signal.drift.bends(here.1, signal.long())[1];
-    if signal.drift.is_high() || !here.0.rises_steeply(m) {
+    if !here.0.rises_steeply(m) {
+        return None;
+    }
+    // A drift of high degree must be known, and its bound must hold, as far as that.
+    let end = here.1 + FAR * here.0.value.abs() / here.0.slope;
+    if signal.drift.is_high() && (!signal.drift.is_bounded() || signal.ends_before(end)) {
         return None;
     }
     let [Some(part), None] = signal.parts else {

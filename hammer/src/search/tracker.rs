@@ -63,6 +63,8 @@ pub struct GuardTracker {
     pub clear: f64,
     /// The crossing, s.
     pub root: Option<f64>,
+    /// It is known not to cross between these instants, s ([`super::envelope`]).
+    pub(super) between: [f64; 2],
     /// True once the resolution has been raised to what the guard's terms can resolve.
     known: bool,
     /// True once the guard has been evaluated.
@@ -107,13 +109,14 @@ impl GuardTracker {
     #[inline]
     pub fn new(signal: Signal, t: f64) -> Self {
         let (known, begun, ahead) = (false, false, Ahead::new());
-        Self { signal, clear: t, root: None, known, begun, beyond: None, ahead }
+        let between = [0.0; 2];
+        Self { signal, clear: t, root: None, between, known, begun, beyond: None, ahead }
     }
 
     /// Restarts with another guard at `t`; memory is reused.
     #[inline]
     pub(crate) fn restart(&mut self, signal: Signal, t: f64) {
-        (self.signal, self.clear, self.root) = (signal, t, None);
+        (self.signal, self.clear, self.root, self.between) = (signal, t, None, [0.0; 2]);
         (self.known, self.begun, self.beyond) = (false, false, None);
         self.ahead.restart();
     }
@@ -145,6 +148,11 @@ impl GuardTracker {
     /// Extends the proof beyond `clear`, or finds the crossing.
     #[inline]
     pub fn extend(&mut self, tracks: &mut [Track], work: &mut Work) {
+        if (self.between[0]..self.between[1]).contains(&self.clear) {
+            self.clear = self.between[1];
+            self.ahead.probe = None;
+            return;
+        }
         if self.ahead.probe.is_some() {
             let levels = [NEAR, APPROACHED].map(|far| -far * self.signal.resolution);
             if self.ahead.step_on(&self.signal, levels, &mut self.clear, work) {
