@@ -160,8 +160,9 @@ fn every_output_derivative_is_that_of_its_output() {
             |v| if let Role::Output(output) = &v.role { Some((v.name, output)) } else { None },
         )
         .collect();
-    // In flight, in the collision, and while the bit drills and rebounds.
-    let instants = [1e-4, 2.26e-4, 2.4e-4, 2.6e-4, 2.8e-4, 4e-4, 7e-4, 1.5e-3, 3e-3, 6e-3];
+    // In flight, in the collision, and while the bit drills and rebounds. No window of air ends within a stencil: there
+    // the force may leap by ten times `air.error`.
+    let instants = [1e-4, 2.26e-4, 2.4e-4, 2.61e-4, 2.8e-4, 4e-4, 7e-4, 1.5e-3, 3e-3, 6e-3];
     for source in 1..=4 {
         let host = driven(&library, source);
         let mut time = 0.0;

@@ -193,7 +193,7 @@ mod tests {
     fn a_series_of_a_flow_is_the_law_at_later_times() {
         let ratios = [(Flow::Straight, 0.997), (Flow::Subsonic, 0.8), (Flow::Choked, 0.3)];
         for (flow_law, low) in ratios {
-            for path in 0..PATHS {
+            for (path, ends) in ENDS.into_iter().enumerate() {
                 for reversed in [false, true] {
                     let regime = Regime { reversed, flow: flow_law };
                     let slope = if path == LEAK { 0.0 } else { 3e-4 };
@@ -219,7 +219,7 @@ mod tests {
                             let [p, h] = [0, 1].map(|c| start[i][c] + t * air[1][i][c]);
                             [p, h / crate::laws::air::GAS]
                         };
-                        let [one, other] = ENDS[path].map(side);
+                        let [one, other] = ends.map(side);
                         let (unit, hot) = (regime.flow(one, other)[0].abs(), stream.sides[0]);
                         let exact = (2e-4 + slope * t) * unit;
                         let warm = exact * (start[hot][1] + t * air[1][hot][1]);

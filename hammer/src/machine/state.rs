@@ -29,7 +29,7 @@ pub struct State {
 
 impl State {
     /// Number of the stored layout, raised whenever a field is added, dropped, moved or changes its meaning.
-    pub const FORMAT: u32 = 3;
+    pub const FORMAT: u32 = 4;
 
     /// Parameters, with the tunable values of that instant.
     pub fn parameters(&self) -> &Parameters {

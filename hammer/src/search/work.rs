@@ -158,11 +158,13 @@ impl Budget {
         let is_busy = (self.price * self.transitions()) as f64 > BUSY * done as f64;
         let limit = largest.filter(|_| is_busy).map_or(WorkLimit::Search, |(cause, _)| cause);
         let barrier = self.price.saturating_mul(work.barrier - self.start.barrier);
-        let others = [(WorkLimit::Barrier, barrier), (WorkLimit::Air, self.of_air(work))];
-        let mut others = others.into_iter();
+        // If air drives the piston, the renewed series are those of its windows.
+        let [_, _, renewed, ..] = self.spent;
+        let renewed = motion.air().map_or(0, |_| self.price.saturating_mul(renewed));
+        let air = self.of_air(work).saturating_add(renewed);
+        let mut others = [(WorkLimit::Barrier, barrier), (WorkLimit::Air, air)].into_iter();
         let main = others.find(|(_, spent)| *spent as f64 > MAJORITY * done as f64);
         let limit = main.map_or(limit, |(cause, _)| cause);
-        // If air drives the piston, the renewed series are those of its windows.
         let is_air = limit == WorkLimit::Loads && motion.air().is_some();
         let limit = if is_air { WorkLimit::Air } else { limit };
         let parameters = motion.parameters();
