@@ -8,10 +8,8 @@ from typing import Any
 
 import dth_hammer
 from dth_hammer import PRESETS, VARIABLES, figures, fmu, testing
-from dth_hammer.run import diagram
-from dth_hammer.scene import mesh, quantities, rocks
+from dth_hammer.scene import quantities
 from dth_hammer.scene.variables import Variable
-from dth_hammer.study import calibration, fatigue, optimisation, trends
 
 #: Title of a page of variables by the first part of the names that it has; the first has the rest.
 PARAMETERS = {
@@ -33,17 +31,17 @@ OUTPUTS = {
 FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "simulate": ("Run",),
     "steady": ("Steady",),
-    "trend": (trends.Trend,),
+    "trend": ("Trend",),
     "sweep": (),
-    "optimise": (optimisation.Optimum,),
-    "calibrate": (calibration.Calibration, "Record"),
+    "optimise": ("Optimum",),
+    "calibrate": ("Calibration", "Record"),
     "from_datasheet": ("Datasheet",),
     "compare": (),
     "specific_energy": (),
-    "rock": (rocks.Rock,),
-    "mesh_for": (mesh.Mesh,),
-    "life": ("SNCurve", fatigue.Life),
-    "waves": (diagram.Waves,),
+    "rock": ("Rock",),
+    "mesh_for": ("Mesh",),
+    "life": ("SNCurve", "Life"),
+    "waves": ("Waves",),
     "report": ("Scene",),
     "Hammer": ("Snapshot",),
     "Coupling": ("Partner", "Motion"),

@@ -1,6 +1,8 @@
 """The command line."""
 
 import contextlib
+import io
+import json
 import os
 import re
 import struct
@@ -14,9 +16,10 @@ from xml.etree import ElementTree
 import matplotlib.image as mpimg
 import pandas as pd
 import pytest
-from dth_hammer import VARIABLES, DomainError, Hammer, outputs, steady, sweep
+from dth_hammer import VARIABLES, DomainError, Hammer, outputs, simulate, steady, sweep
 from dth_hammer import rock as dth_rock
 from dth_hammer.cli import main
+from dth_hammer.commands import COMMANDS
 from dth_hammer.fmu import load
 from dth_hammer.scene.hammers import numbers_of
 from dth_hammer.tables import rows_of
@@ -121,7 +124,7 @@ def test_long_work_shows_how_far_it_is_on_a_terminal_and_nothing_in_a_pipe(
 def test_a_stream_that_takes_nothing_is_told_in_a_line(
     tmp_path: Path, cli: Callable[..., str]
 ) -> None:
-    command = f"{sys.executable} -m dth_hammer.cli info"
+    command = f"{sys.executable} -m dth_hammer info"
     for stream, code, said in ((" >/dev/full", 2, "cannot write: No space"), (" >&-", 0, "")):
         done = subprocess.run(command + stream, shell=True, capture_output=True, text=True)  # noqa: PLW1510
         assert done.returncode == code
@@ -211,6 +214,12 @@ def test_info_tells_units_domains_and_presets(cli: Callable[..., str]) -> None:
         (["configure", "-o", "my.csv"], "must end in"),
         (["datasheet"], "nothing is given"),
         (["life", "--sn", "200 MPa,1e7"], "is not STRENGTH,CYCLES,SLOPE"),
+        (["run", "--unitl", "1"], "did you mean '--until'"),
+        # A beginning is not taken for the whole: --bit might be --bit-mass or --bit-length.
+        (["datasheet", "--bit", "3"], "no option of dth-hammer datasheet is called '--bit'"),
+        (["run", "reference", "again"], "no use for 'again'"),
+        (["run", "--until"], "expected one argument: see dth-hammer run --help"),
+        (["life"], "required: --sn: see dth-hammer life --help"),
     ],
 )
 def test_mistakes_are_told_in_a_line_before_anything_runs(
@@ -247,6 +256,38 @@ def cells(path: Path) -> list[list[str]]:
         found = [(cell.get("t"), cell.findtext("v", "", space)) for cell in row]
         rows.append([texts[int(value)] if kind == "s" else value for kind, value in found])
     return rows
+
+
+def test_what_is_found_is_printed_for_programs(cli: Callable[..., str]) -> None:
+    hammer = ["--set", "fidelity=Rigid", "--quiet"]
+    blows = json.loads(cli("run", *hammer, *QUICK, "--json"))["blows"]
+    table = pd.read_csv(io.StringIO(cli("run", *hammer, *QUICK, "-o", "-")))
+    # The same run by two doors, to the last digit: both print SI units.
+    last = table[table["blow_count"] == len(blows)].iloc[-1]
+    assert blows[-1]["blow_energy"] == last["blow_energy"]
+    found = simulate({"fidelity": "Rigid"}, until=QUICK[1]).blows
+    assert [blow["blow_time"] for blow in blows] == found["blow_time"].tolist()
+    many = ["sweep", *QUICK, *hammer, "--over", "feed_force=3e3,5e3"]
+    assert [row["feed_force"] for row in json.loads(cli(*many, "--json"))] == [3e3, 5e3]
+    assert "--json" in cli("fmu", "--json", code=2)
+
+
+def test_a_shell_completes_every_command_and_its_options(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for shell in ("bash", "zsh"):
+        with pytest.raises(SystemExit, match="0"):
+            main(["--completion", shell])
+        said = capsys.readouterr().out
+        assert all(word in said for word in (*COMMANDS, "--write-rock", "--over", "--sn"))
+
+
+def test_a_command_that_shows_no_table_imports_no_pandas() -> None:
+    script = (
+        "import sys; from dth_hammer.cli import main; main(['mesh']); main(['info', 'rock']); "
+        "assert 'pandas' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True, capture_output=True)
 
 
 def test_excel_and_matlab_get_the_numbers_of_the_table(
@@ -328,9 +369,9 @@ def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no signals")
 def test_ctrl_c_during_imports_is_told_in_a_line(tmp_path: Path) -> None:
-    # Instead of pandas: the terminal's signal while it is imported.
+    # Instead of NumPy: the terminal's signal while it is imported.
     text = "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nraise AssertionError\n"
-    (tmp_path / "pandas.py").write_text(text, encoding="utf-8")
+    (tmp_path / "numpy.py").write_text(text, encoding="utf-8")
     # As an entry point calls it; a shell's background job ignores the signal.
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
     script = f"{heard}; import sys; from dth_hammer.cli import main; sys.exit(main(['info']))"

@@ -94,6 +94,7 @@ def functions(folder: Path) -> dict[Callable[..., Any], dict[str, Any]]:
 #: Not called: what answers are, errors, and tables.
 ANSWERS = {
     "Datasheet", "Motion", "Partner", "Run", "Snapshot", "Steady", "DomainError", "DthHammerError",
+    "Calibration", "Life", "Mesh", "Optimum", "Rock", "Trend", "Waves",
     "HammerWarning", "RefusedError", "UnknownNameError", "PRESETS", "ROCKS", "VARIABLES", "fmu",
 }  # fmt: skip
 

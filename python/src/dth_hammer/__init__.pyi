@@ -13,6 +13,7 @@ from .figures.page import report as report
 from .run.couple import Coupling as Coupling
 from .run.couple import Motion as Motion
 from .run.couple import Partner as Partner
+from .run.diagram import Waves as Waves
 from .run.diagram import waves as waves
 from .run.hammer import Hammer as Hammer
 from .run.records import Record as Record
@@ -20,21 +21,26 @@ from .run.run import Run as Run
 from .run.run import simulate as simulate
 from .scene.datasheet import Datasheet as Datasheet
 from .scene.datasheet import from_datasheet as from_datasheet
+from .scene.mesh import Mesh as Mesh
 from .scene.mesh import mesh_for as mesh_for
 from .scene.rocks import ROCKS as ROCKS
+from .scene.rocks import Rock as Rock
 from .scene.rocks import rock as rock
 from .scene.scene import Scene as Scene
+from .scene.steel import SNCurve as SNCurve
 from .scene.variables import PRESETS as PRESETS
 from .scene.variables import VARIABLES as VARIABLES
+from .study.calibration import Calibration as Calibration
 from .study.calibration import calibrate as calibrate
 from .study.comparison import compare as compare
 from .study.drilling import specific_energy as specific_energy
-from .study.fatigue import SNCurve as SNCurve
+from .study.fatigue import Life as Life
 from .study.fatigue import life as life
 from .study.longrun import Steady as Steady
+from .study.optimisation import Optimum as Optimum
 from .study.optimisation import optimise as optimise
 from .study.response import steady as steady
 from .study.sweeping import sweep as sweep
+from .study.trends import Trend as Trend
 from .study.trends import trend as trend
-
-__version__: str
+from .version import __version__ as __version__

@@ -1,18 +1,22 @@
 """The command line, `dth-hammer`: subcommands are listed in `dth_hammer.commands`."""
 
 import argparse
+import contextlib
 import functools
 import importlib
+import inspect
 import io
 import os
 import sys
+import tempfile
 import warnings
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, NoReturn
 
 from .commands import COMMANDS
-from .errors import DthHammerError, HammerWarning, UnknownNameError
-from .extras import need_all
+from .errors import DomainError, DthHammerError, HammerWarning, UnknownNameError
+from .extras import need, need_all
 
 #: Exit code that shells use for an interrupted program.
 INTERRUPTED = 130
@@ -46,12 +50,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.simplefilter("always", HammerWarning)
             warnings.showwarning = _teller()
             if options is not None:
-                need_all(_packages(options))
-                for option in getattr(options.module, "ALSO", ()):
-                    # Check that output files can be written before doing any work.
-                    if (value := getattr(options, option.dest)) is not None:
-                        setattr(options, option.dest, option.check(value))
-                options.module.run(options)
+                with _streams(options):
+                    need_all(_packages(options))
+                    for option in getattr(options.module, "ALSO", ()):
+                        # Check that output files can be written before doing any work.
+                        if (value := getattr(options, option.dest)) is not None:
+                            setattr(options, option.dest, option.check(value))
+                    options.found = options.module.run(options)
         if sys.stdout is not None:
             sys.stdout.flush()
     except BrokenPipeError:
@@ -73,31 +78,72 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     description = "Simulate a down-the-hole percussive drilling hammer."
-    parser = argparse.ArgumentParser(prog="dth-hammer", description=description)
+    parser = argparse.ArgumentParser(prog="dth-hammer", description=description, allow_abbrev=False)
     parser.add_argument("--version", action=_Version, nargs=0, help="print the versions and exit")
+    parser.add_argument(
+        "--completion", action=_Completion, metavar="SHELL", help="print completions for a shell"
+    )
     subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=_Command)
     for name, does in COMMANDS.items():
-        subparsers.add_parser(name, help=does, description=f"{does[0].upper()}{does[1:]}.")
+        subparsers.add_parser(
+            name, help=does, description=f"{does[0].upper()}{does[1:]}.", allow_abbrev=False
+        )
     return parser
+
+
+@contextlib.contextmanager
+def _streams(options: argparse.Namespace) -> Iterator[None]:
+    """Prints what a command finds as JSON, or as the file of ``-o -``, and its text elsewhere."""
+    if getattr(options, "json", False):
+        from .outputs import as_json  # noqa: PLC0415
+
+        with contextlib.redirect_stdout(io.StringIO()):
+            yield
+        print(as_json(options.found))
+    elif (suffix := getattr(options, "stream", "")) and options.out == Path("-"):
+        with tempfile.TemporaryDirectory() as folder:
+            options.out = Path(folder, f"table{suffix}")
+            with contextlib.redirect_stdout(sys.stderr):
+                yield
+            print(options.out.read_text(encoding="utf-8"), end="")
+    else:
+        yield
 
 
 class _Command(argparse.ArgumentParser):
     """The parser of a command, which imports the command's module when it is chosen."""
 
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Imports the command and adds its options before it parses the arguments."""
-        from .commands.options import Call  # noqa: PLC0415
+    def fill(self) -> None:
+        """Imports the command and adds its options."""
+        from .commands.options import JSON, Call  # noqa: PLC0415
 
         module: Any = importlib.import_module(f".commands.{self.prog.split()[-1]}", __package__)
-        for call in vars(module).values():
-            if isinstance(call, Call):
-                call.declare(self)
-        if hasattr(module, "call"):
-            module.call().declare(self)
+        written = [*getattr(module, "ALSO", ())]
+        calls = [call for call in vars(module).values() if isinstance(call, Call)]
+        for call in [*calls, *([module.call()] if hasattr(module, "call") else [])]:
+            call.declare(self)
+            written += call.written.values()
+        if inspect.signature(module.run).return_annotation not in (None, "None"):
+            JSON.add(self)
         for option in getattr(module, "ALSO", ()):
             option.add(self)
-        self.set_defaults(module=module)
-        return super().parse_known_args(args, namespace)
+        stream = "".join(option.stream for option in written if option.dest == "out")
+        self.set_defaults(module=module, stream=stream)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Fills itself, parses, and refuses what is no option of the command."""
+        self.fill()
+        options, left = super().parse_known_args(args, namespace)
+        for word in left:
+            if word.startswith("-"):
+                known = [*self._option_string_actions]
+                raise UnknownNameError(f"option of {self.prog}", word.partition("=")[0], known)
+            raise DomainError(f"{self.prog} has no use for {word!r}: see {self.prog} --help")
+        return options, left
+
+    def error(self, message: str) -> NoReturn:
+        """Raises an error in one line, which names the command."""
+        raise DomainError(f"{message}: see {self.prog} --help")
 
 
 def _packages(options: argparse.Namespace) -> list[str]:
@@ -122,6 +168,20 @@ class _Version(argparse.Action):
         from .fmu.package import provenance  # noqa: PLC0415
 
         print(f"dth-hammer {__version__}\n{provenance()}")
+        parser.exit()
+
+
+class _Completion(argparse.Action):
+    """Prints a script that completes commands and options in a shell."""
+
+    def __call__(self, parser: argparse.ArgumentParser, _: Any, shell: Any, *__: object) -> None:
+        shtab = need("shtab")
+        if shell not in shtab.SUPPORTED_SHELLS:
+            raise UnknownNameError("shell", shell, shtab.SUPPORTED_SHELLS)
+        for action in parser._actions:
+            for command in action.choices.values() if isinstance(action.choices, dict) else ():
+                command.fill()
+        print(shtab.complete(parser, shell))
         parser.exit()
 
 

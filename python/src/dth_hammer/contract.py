@@ -37,7 +37,8 @@ def typed(**remedies: str) -> Callable[[Made], Made]:
                 raise DomainError(f"{target.__name__}: {error}") from None
             for name, value in given.items():
                 if wrong := _wrong(value, hints[name], name):
-                    remedy = f"; {remedies[name]}" if name in remedies else ""
+                    remedy = remedies.get(name) or _strength(name, value)
+                    remedy = remedy and f"; {remedy}"
                     raise DomainError(f"{target.__name__}: {wrong}{remedy}")
             return function(*arguments, **named)
 
@@ -49,10 +50,24 @@ def typed(**remedies: str) -> Callable[[Made], Made]:
     return decorate
 
 
+def _strength(name: str, value: Any) -> str:
+    """Asks whether a number that is given as a rock is a strength, in the unit of the trade."""
+    return (
+        f"is it a strength, rock='{value:g} MPa'?" if name == "rock" and _is_number(value) else ""
+    )
+
+
 def hints_of(function: Callable[..., Any]) -> dict[str, Any]:
     """Returns the annotations of a function's arguments by name."""
-    parameters = inspect.signature(function, eval_str=True).parameters
-    return {n: Any if p.annotation is p.empty else p.annotation for n, p in parameters.items()}
+    function = inspect.unwrap(function)
+    hints = {}
+    for name, parameter in inspect.signature(function).parameters.items():
+        hint = Any if parameter.annotation is parameter.empty else parameter.annotation
+        # An alias is text too where a part of it is expensive to import.
+        while isinstance(hint, str):
+            hint = eval(hint, function.__globals__)
+        hints[name] = hint
+    return hints
 
 
 def _wrong(value: Any, hint: Any, name: str) -> str:

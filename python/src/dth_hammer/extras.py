@@ -4,7 +4,6 @@ import importlib
 import importlib.util
 import re
 from collections.abc import Iterable
-from importlib import metadata
 from typing import Any
 
 from .errors import MissingError
@@ -49,6 +48,8 @@ def _missing(packages: list[str]) -> MissingError:
 
 def _extra(package: str) -> str:
     """Returns the extra of this package that installs an optional package, from the metadata."""
+    from importlib import metadata  # noqa: PLC0415, takes a third as long as NumPy
+
     lines = metadata.requires("dth-hammer") or []
     matches = (re.match(rf"{package}\b.*extra == .(\w+)", line) for line in lines)
     return next(match[1] for match in matches if match)

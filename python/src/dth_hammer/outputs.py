@@ -5,17 +5,16 @@ from __future__ import annotations
 import contextlib
 import io
 import json
+import math
 import os
 import re
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from .errors import DomainError, OutputError, UnknownNameError, reading
 from .extras import need
-
-if TYPE_CHECKING:
-    import pandas as pd
+from .frames import pd
 
 #: What a table can be written as, by the file's suffix; what can be read back and added to.
 TABLES = (".parquet", ".csv", ".xlsx", ".mat")
@@ -71,8 +70,6 @@ def whole(path: Path) -> Iterator[Path]:
 
 def write(table: pd.DataFrame, path: Path, *, index: bool = True) -> None:
     """Writes a table in the format of the suffix."""
-    import pandas as pd  # noqa: PLC0415
-
     kind = path.suffix.lower()
     with whole(path) as new:
         if kind == ".csv":
@@ -92,13 +89,32 @@ def write(table: pd.DataFrame, path: Path, *, index: bool = True) -> None:
             table.to_parquet(new, index=index)
 
 
+def as_json(found: Any) -> str:
+    """Returns what a command found as JSON in SI units: of a table a list of its rows."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, pd.DataFrame):
+            named = [name for name in value.index.names if name]
+            return plain(
+                (value.reset_index() if named or value.index.dtype == object else value).to_dict(
+                    "records"
+                )
+            )
+        if isinstance(value, Mapping):
+            return {str(name): plain(item) for name, item in value.items()}
+        if isinstance(value, list | tuple):
+            return [plain(item) for item in value]
+        value = value.item() if hasattr(value, "item") else value
+        return None if isinstance(value, float) and not math.isfinite(value) else value
+
+    return json.dumps(plain(found), indent=2, ensure_ascii=False)
+
+
 def read(path: Path) -> pd.DataFrame:
     """Reads a table that `write` has written; of a CSV all cells as text.
 
     An incomplete last line (a write that was cut) is left out. `tables` reads those of others.
     """
-    import pandas as pd  # noqa: PLC0415
-
     with reading(path, "a table", DomainError):
         if path.suffix.lower() != ".csv":
             return pd.read_parquet(path)

@@ -6,6 +6,8 @@ them. LAS files are read by lasio, workbooks by openpyxl. Nothing is dropped in 
 sentence for each column, and for each cell and row that is left out.
 """
 
+from __future__ import annotations
+
 import csv
 import io
 import logging
@@ -15,18 +17,18 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
-import pandas as pd
 
 from .errors import DomainError, UnknownNameError, reading
 from .extras import need
+from .frames import pd
 from .scene import quantities
 from .scene.variables import Array
 
 #: A table, or the path of a file.
-Source = pd.DataFrame | str | Path
+Source: TypeAlias = "pd.DataFrame | str | Path"
 TEXTS = (".csv", ".tsv", ".txt")
 KINDS = (*TEXTS, ".parquet", ".xlsx", ".las")
 #: Separators, the likeliest first, and rows by which they and the headings are found.

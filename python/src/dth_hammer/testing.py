@@ -1,7 +1,8 @@
 """Assertions for tests of a drive or a controller of a hammer."""
 
-import pandas as pd
+from __future__ import annotations
 
+from .frames import pd
 from .run.hammer import Hammer
 from .run.run import Run
 

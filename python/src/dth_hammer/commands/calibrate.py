@@ -53,7 +53,7 @@ CALL = Call(
 ALSO = (table("table to write"), UNITS, WRITE_ROCK)
 
 
-def run(options: argparse.Namespace) -> None:
+def run(options: argparse.Namespace) -> Any:
     """Fits, writes the parameters, and prints them beside what was measured."""
     given = CALL.given(options)
     units = {name: VARIABLES.settable(name).unit for name in given["free"]}
@@ -66,3 +66,4 @@ def run(options: argparse.Namespace) -> None:
     print(common.readable(fitted))
     print(common.readable(found.residuals))
     print(*found.in_words(), sep="\n")
+    return {"parameters": found.to_frame(), "residuals": found.residuals}

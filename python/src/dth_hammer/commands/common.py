@@ -1,14 +1,16 @@
 """Options and output that several subcommands share."""
 
+from __future__ import annotations
+
 import argparse
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from .. import tables
 from ..errors import DomainError
+from ..frames import pd
 from ..scene import rocks
 from ..scene.band import reason, with_sides
 from ..scene.quantities import Fixed, Units, alike, convert, with_units

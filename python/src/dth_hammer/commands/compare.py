@@ -1,6 +1,7 @@
 """`dth-hammer compare`: what one hammer, or pressure, gives over another in one rock."""
 
 import argparse
+from typing import Any
 
 from ..scene.band import interval
 from ..scene.datasheet import from_datasheet
@@ -18,10 +19,12 @@ ALSO = (
 )
 
 
-def run(options: argparse.Namespace) -> None:
+def run(options: argparse.Namespace) -> Any:
     """Prints each number of the other hammer over that of the first, with its range."""
     given = assignments(listed(options.sheet)) | ({"rock": options.rock} if options.rock else {})
     first = from_datasheet(**given)
     other = first.but(**assignments(listed(options.other)))
-    for name, row in compare(other, first).iterrows():
+    table = compare(other, first)
+    for name, row in table.iterrows():
         print(f"{name}: {row['ratio']:.3g} times ({interval(row['low'], row['high'], 3)})")
+    return table

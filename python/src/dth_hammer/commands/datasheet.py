@@ -53,7 +53,7 @@ ALSO = (
 )
 
 
-def run(options: argparse.Namespace) -> None:
+def run(options: argparse.Namespace) -> Any:
     """Finds the hammer, prints it and writes the requested files."""
     given = CALL.given(options)
     if not given:
@@ -73,3 +73,9 @@ def run(options: argparse.Namespace) -> None:
         units = common.printed_units(options.units)
         page = report(sheet, options.report, units=units, progress=True, **header)
         print(f"{page}: {page.stat().st_size / 1e6:.1f} MB")
+    return {
+        "found": sheet.to_frame(),
+        "parameters": sheet.parameters,
+        "assumed": sheet.assumed,
+        "contradictions": sheet.contradictions,
+    }

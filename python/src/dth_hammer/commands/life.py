@@ -1,6 +1,7 @@
 """`dth-hammer life`: computes the hours until piston and bit break by fatigue."""
 
 import argparse
+from typing import Any
 
 from .. import outputs
 from ..study.fatigue import life
@@ -13,7 +14,7 @@ ALSO = (
 )
 
 
-def run(options: argparse.Namespace) -> None:
+def run(options: argparse.Namespace) -> Any:
     """Counts stress cycles, prints each section's worst place and writes the requested files."""
     given = CALL.given(options)
     result = life(**given)
@@ -25,3 +26,4 @@ def run(options: argparse.Namespace) -> None:
         from ..run.diagram import waves  # noqa: PLC0415
 
         wave_diagram(waves(given["hammer"]), result).savefig(options.plot)
+    return result.places

@@ -2,6 +2,7 @@
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 from .. import outputs
 from ..scene.datasheet import from_datasheet
@@ -37,10 +38,11 @@ CALL = Call(
 ALSO = (table("table to write"), UNITS)
 
 
-def run(options: argparse.Namespace) -> None:
+def run(options: argparse.Namespace) -> Any:
     """Prints and writes the table, in metric units unless others are asked for."""
     found = convert(specific_energy(**CALL.given(options)), options.units or "metric")
     if options.out:
         outputs.write(found, options.out, index=False)
     print(common.readable(found, index=False))
     print(*found.attrs["said"], sep="\n")
+    return found

@@ -1,6 +1,7 @@
 """`dth-hammer mesh`: says which degree and how many spans a stated error needs."""
 
 import argparse
+from typing import Any
 
 from ..scene.mesh import READINGS, mesh_for
 from .options import Call, Written
@@ -9,8 +10,9 @@ DEFAULT_ERRORS = ", ".join(f"{error:g} of a {of}" for of, error in sorted(READIN
 CALL = Call(mesh_for, error=Written(more=f"; if not given, {DEFAULT_ERRORS}"))
 
 
-def run(options: argparse.Namespace) -> None:
+def run(options: argparse.Namespace) -> Any:
     """Prints the mesh as parameters, ready to be set."""
     mesh = mesh_for(**CALL.given(options))
     print(f"front {mesh.front * 1e3:.3g} mm, spans of {mesh.span * 1e3:.3g} mm at most:")
     print(" ".join(f"--set {name}={value}" for name, value in mesh.parameters.items()))
+    return mesh.parameters

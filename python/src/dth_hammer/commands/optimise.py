@@ -1,11 +1,12 @@
 """`dth-hammer optimise`: finds the best design within bounds and limits."""
 
+from __future__ import annotations
+
 import argparse
 from typing import Any
 
-import pandas as pd
-
 from .. import outputs
+from ..frames import pd
 from ..scene.variables import VARIABLES
 from ..study.measures import named, unit
 from ..study.optimisation import optimise
@@ -29,7 +30,7 @@ CALL = Call(
 ALSO = (table("table of all designs that were tried"), UNITS)
 
 
-def run(options: argparse.Namespace) -> None:
+def run(options: argparse.Namespace) -> Any:
     """Optimises, writes every design that was tried and prints the best."""
     given = CALL.given(options)
     goal = {options.goal: unit(named(options.goal))}
@@ -42,3 +43,4 @@ def run(options: argparse.Namespace) -> None:
     print(common.readable(common.by_name(best, units, options.units)))
     print(optimum.steady.rate)
     print(f"{optimum.status}: {optimum.message}")
+    return {"parameters": optimum.parameters, options.goal: optimum.value, "status": optimum.status}

@@ -14,7 +14,7 @@ from ..contract import alternatives, hints_of
 from ..errors import DomainError
 from ..scene import quantities
 from ..scene.hammers import scene_of
-from ..study.fatigue import SNCurve
+from ..scene.steel import SNCurve
 
 
 class Written:
@@ -28,6 +28,7 @@ class Written:
         help: str = "",
         more: str = "",
         check: Callable[[Any], Any] = lambda value: value,
+        stream: str = "",
         **keywords: Any,
     ) -> None:
         #: Such as ``-o --out``, or a word alone; that of the argument's name if empty.
@@ -38,6 +39,8 @@ class Written:
         self.help, self.more = help, more
         #: Raises, before any work is done, if a file cannot be written.
         self.check = check
+        #: The kind of the file that is printed in place of the text if it is called ``-``.
+        self.stream = stream
         self.keywords = keywords
 
     def add(self, parser: argparse.ArgumentParser) -> None:
@@ -228,9 +231,20 @@ UNITS = Written(
 )
 
 
+#: What a file may be called.
+STREAM = "- prints it in place of the text"
+#: What a command finds, for programs.
+JSON = Written("--json", help="print what is found as JSON, in SI units", action="store_true")
+
+
 def file(flags: str, of: str, *kinds: str) -> Written:
     """A file of one of these kinds."""
-    return Written(flags, type=Path, help=of, check=lambda path: outputs.check(path, kinds))
+    printed = (".csv", ".json") if "--out" in flags else ()
+    stream = next((kind for kind in printed if kind in kinds), "")
+    text = f"{of}; {STREAM}" if stream else of
+    return Written(
+        flags, type=Path, help=text, stream=stream, check=lambda path: outputs.check(path, kinds)
+    )
 
 
 def table(of: str) -> Written:

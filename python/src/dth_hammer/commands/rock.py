@@ -1,6 +1,7 @@
 """`dth-hammer rock`: prints what is known of a rock, and its parameters under a bit."""
 
 import argparse
+from typing import Any
 
 from ..scene.rocks import ROCKS, rock
 from .options import Call, Written
@@ -15,7 +16,7 @@ CALL = Call(
 )
 
 
-def run(options: argparse.Namespace) -> None:
+def run(options: argparse.Namespace) -> Any:
     """Prints all rocks, or one with the parameters to set."""
     named = options.name.strip().lower() if options.name else ""
     matching = [name for name in ROCKS if named in (name, *name.split())] or [*ROCKS]
@@ -29,8 +30,9 @@ def run(options: argparse.Namespace) -> None:
             print(f"    {known}{figure.source}")
     if not named or all(v is None for v in (options.hole, options.inserts, options.insert_radius)):
         print("give a name and --hole, or --inserts and --insert-radius, for its parameters")
-        return
+        return None
     parameters = rock(**CALL.given(options))
     for name, number in parameters.items():
         print(f"--set {name}={number:.6g}")
     print("assumed:", *parameters.assumed, sep="\n  ")
+    return parameters

@@ -3,6 +3,7 @@
 import argparse
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from .. import outputs
 from ..errors import TooFewBlowsError
@@ -37,7 +38,7 @@ PRINTED = ("blow_time", "blow_period", "blow_speed", "blow_energy", "rop")
 ALSO = (table("table to write"), figure("figure to write"), UNITS, WRITE_ROCK)
 
 
-def run(options: argparse.Namespace) -> None:
+def run(options: argparse.Namespace) -> Any:
     """Simulates, writes, and prints a row per blow."""
     given = CALL.given(options)
     displayed = {v.name: v.unit for v in VARIABLES.of("output", "local")}
@@ -63,3 +64,4 @@ def run(options: argparse.Namespace) -> None:
         print("no blow")
     if made["stalled"].any():
         print(f"stalled at {made.time[made['stalled']][0]:g} s")
+    return {"blows": made.blows, "parameters": made.parameters, "warnings": made.warnings}

@@ -1,11 +1,13 @@
 """`dth-hammer steady`: computes the long-run means of a hammer, or of many, with errors."""
 
+from __future__ import annotations
+
 import argparse
 from pathlib import Path
-
-import pandas as pd
+from typing import Any
 
 from .. import outputs
+from ..frames import pd
 from ..scene.hammers import numbers_of
 from ..scene.variables import VARIABLES
 from ..study.longrun import MEANS, unit
@@ -24,6 +26,7 @@ CALL = Call(
     out=Written(
         "-o --out",
         type=Path,
+        stream=".csv",
         help=f"table to write: {outputs.either()}; of many hammers {outputs.either(outputs.STORED)}"
         ": the same command seeks only what is missing",
     ),
@@ -33,7 +36,7 @@ CALL = Call(
 ALSO = (*MANY, UNITS, WRITE_ROCK)
 
 
-def run(options: argparse.Namespace) -> None:
+def run(options: argparse.Namespace) -> Any:
     """Computes the long-run responses, then writes and prints means and errors."""
     grid, asked = common.many(options), CALL.given(options)
     if options.out:
@@ -47,7 +50,7 @@ def run(options: argparse.Namespace) -> None:
         table = steady(rows, **asked)
         columns = ["rop", "rop_error", "blow_frequency", "blow_energy"]
         common.tell_many(options, table, [*grid, "kind", "blows", *columns], base)
-        return
+        return table
     common.check_units(options.units, units)
     asked.pop("out", None)
     response = steady(**asked)
@@ -63,3 +66,4 @@ def run(options: argparse.Namespace) -> None:
         print(common.readable(table))
     if response.motions is not None:
         print(common.readable(response.motions))
+    return {"kind": response.kind, "blows": response.blows, "means": response.outputs}

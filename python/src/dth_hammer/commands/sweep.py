@@ -1,6 +1,7 @@
 """`dth-hammer sweep`: simulates a grid of hammers."""
 
 import argparse
+from typing import Any
 
 from ..errors import DomainError
 from ..scene.variables import UNTIL, VARIABLES
@@ -29,7 +30,7 @@ CALL = Call(
 ALSO = (*MANY, UNITS)
 
 
-def run(options: argparse.Namespace) -> None:
+def run(options: argparse.Namespace) -> Any:
     """Simulates the grid points that are not in the file yet, and prints one row per run."""
     given = CALL.given(options)
     grid = common.many(options)
@@ -38,4 +39,6 @@ def run(options: argparse.Namespace) -> None:
     outputs = options.outputs or RESULTS
     common.check_units(options.units, {n: VARIABLES[n].unit for n in [*grid, *outputs]})
     columns = options.outputs or ["blow_speed", "rop"]
-    common.tell_many(options, sweep(grid, **given), [*grid, *columns], given["base"])
+    table = sweep(grid, **given)
+    common.tell_many(options, table, [*grid, *columns], given["base"])
+    return table

@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Sequence
+from typing import Any
 
 from .. import outputs
 from ..scene.quantities import read
@@ -30,7 +31,7 @@ CALL = Call(
 ALSO = (table("table to write"), figure("figure to write: tornado chart"))
 
 
-def run(options: argparse.Namespace) -> None:
+def run(options: argparse.Namespace) -> Any:
     """Computes the trends, writes the requested files and prints the trends."""
     result = trend(**CALL.given(options))
     if options.out:
@@ -44,3 +45,4 @@ def run(options: argparse.Namespace) -> None:
     elasticities["roughness"] = result.roughness.map("{:.2%}".format)
     elasticities.columns.name = None
     print(elasticities.to_string())
+    return result.table

@@ -1,17 +1,19 @@
 """Figures of the settled cycle and of the way to it."""
 
+from __future__ import annotations
+
 import itertools
 import re
 from collections.abc import Mapping
 
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from ..errors import DthHammerError, TooFewBlowsError
+from ..frames import pd
 from ..run.run import Run, simulate
 from ..scene.hammers import Hammerlike, Rocklike
 from ..scene.variables import whole

@@ -1,12 +1,14 @@
 """Stress in piston and bit over place and time."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ..frames import pd
 from ..run.diagram import Waves
 from ..scene.variables import Array
 from ..study.fatigue import Life

@@ -1,13 +1,14 @@
 """The first page of a report: one A4 sheet with the hammer's drawing, numbers and assumptions."""
 
+from __future__ import annotations
+
 import datetime
 import math
 from collections.abc import Mapping
 from html import escape
 
-import pandas as pd
-
 from .. import _native
+from ..frames import pd
 from ..run.run import Run
 from ..scene.band import ranged, sentence, to_digits
 from ..scene.datasheet import Datasheet

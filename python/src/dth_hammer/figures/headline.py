@@ -1,11 +1,12 @@
 """The numbers of a hammer that an engineer reports, in field units."""
 
-from collections.abc import Mapping
+from __future__ import annotations
 
-import pandas as pd
+from collections.abc import Mapping
 
 from .. import _native
 from ..errors import TooFewBlowsError
+from ..frames import pd
 from ..run.diagram import Waves
 from ..run.run import Run
 from ..scene.band import band

@@ -1,17 +1,19 @@
 """A run as one self-contained HTML page: `report`."""
 
+from __future__ import annotations
+
 import functools
 from collections.abc import Callable, Iterable
 from html import escape
 from pathlib import Path
 
-import pandas as pd
 from matplotlib.figure import Figure
 
 from .. import _native, figures, outputs
 from ..contract import typed
 from ..errors import DomainError, RefusedError, TooFewBlowsError
 from ..extras import bar
+from ..frames import pd
 from ..run import answers
 from ..run.diagram import Waves, waves
 from ..run.gradients import differentiable
@@ -23,8 +25,9 @@ from ..scene.hammers import Hammerlike, Rocklike, scene_of
 from ..scene.mesh import ELASTIC, FIDELITY
 from ..scene.quantities import Units, convert
 from ..scene.scene import Scene
+from ..scene.steel import SNCurve
 from ..scene.variables import VARIABLES
-from ..study.fatigue import Life, SNCurve, life
+from ..study.fatigue import Life, life
 from ..study.trends import trend
 from .front import STYLE as SHEET
 from .front import front

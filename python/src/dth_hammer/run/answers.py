@@ -5,18 +5,21 @@ from __future__ import annotations
 import base64
 import html
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from ..errors import MissingError, TooFewBlowsError
 from ..extras import need
+from ..frames import pd
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from ..scene.variables import Array
 
 BLUE, ORANGE, GREY, BROWN, DARK = "#0072b2", "#d55e00", "#999999", "#8c6d31", "#444444"
 #: Half of the interval that holds 95 of 100 normal deviates.
@@ -139,6 +142,26 @@ def exchanged(table: pd.DataFrame, end: float) -> Figure:
         figure.legend(loc="outside upper center", ncols=2)
         lower.plot(table.index, 1e3 * table["relative_position"], color=DARK)
         lower.set(xlabel="time (s)", ylabel="piston over bit (mm)")
+    return figure
+
+
+def over_time(times: Array, columns: Sequence[tuple[Array, str]], ax: Axes | None = None) -> Figure:
+    """Draws columns of numbers over time: a panel each, or all in the given axes."""
+    if ax is not None:
+        for values, label in columns:
+            ax.plot(times, values, label=label)
+        ax.set_xlabel("time (s)")
+        ax.legend()
+        figure: Figure = ax.get_figure(root=True)  # type: ignore[assignment]
+        return figure
+    with _styled(7.0, 1.2 + 1.6 * len(columns)) as figure:
+        panels = figure.subplots(len(columns), sharex=True, squeeze=False)[:, 0]
+        for axes, (values, label) in zip(panels, columns, strict=True):
+            axes.plot(times, values, color=BLUE)
+            axes.set_ylabel(label)
+            axes.grid(color="0.92", linewidth=0.6)
+        panels[-1].set_xlabel("time (s)")
+        figure.align_ylabels()
     return figure
 
 

@@ -20,15 +20,15 @@ then ends there, the partner follows to that instant, and its new values hold fr
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 
 import numpy as np
-import pandas as pd
 
 from ..contract import typed
 from ..errors import DomainError
+from ..frames import pd
 from ..scene import quantities
 from ..scene.variables import VARIABLES, whole
 from . import answers
@@ -97,7 +97,7 @@ class Partner(Protocol):
     def outputs(self) -> Mapping[str, float]:
         """Returns values of the hammer's inputs, by name."""
 
-    def advance(self, size: float, motion: Callable[[float], tuple[float, float]], /) -> None:
+    def advance(self, size: float, motion: Motion, /) -> None:
         """Integrates over one step; ``motion`` gives the piston's position and velocity in it."""
 
 

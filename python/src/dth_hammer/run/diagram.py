@@ -12,6 +12,7 @@ from .. import _native
 from ..contract import typed
 from ..errors import DthHammerError, TooFewBlowsError
 from ..extras import need
+from ..frames import pd
 from ..scene.hammers import Hammerlike, Rocklike
 from ..scene.mesh import BODIES
 from ..scene.quantities import Fixed
@@ -20,7 +21,6 @@ from . import answers
 from .run import Run, simulate
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.figure import Figure
 
 #: Outputs that a wave diagram shows beside the stresses.

@@ -10,11 +10,10 @@ import numpy as np
 
 from .. import _native
 from ..errors import DomainError, DthHammerError, UnknownNameError
+from ..frames import pd
 from ..scene.variables import Array
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from .hammer import Hammer
 
 #: Between an output and what it is differentiated by, in the name of a table's column, and the
@@ -108,8 +107,6 @@ def column(output: str, by: str) -> str:
 
 def with_derivatives(frame: pd.DataFrame, found: Derivatives, by: Iterable[str]) -> pd.DataFrame:
     """A run's table with columns for each derivative of what is a number, and for its error."""
-    import pandas as pd  # noqa: PLC0415
-
     columns = {
         column(str(output), name) + ending: values[:, i]
         for i, output in enumerate(frame)
@@ -128,8 +125,6 @@ def derivatives_in(
     """The derivatives among the columns of a run's table, or their errors; elasticities by what
     has a value here.
     """
-    import pandas as pd  # noqa: PLC0415
-
     names = [str(c) for c in frame if PER in str(c) and not str(c).endswith(ERROR)]
     if not names:
         raise DthHammerError("no derivatives in this run: simulate(..., gradient=[...])")

@@ -1,13 +1,15 @@
 """Measured records of a sensor over time, and the same record as a simulated hammer gives it."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
 
 from ..contract import typed
 from ..errors import DomainError, UnknownNameError
+from ..frames import pd
 from ..scene.variables import VARIABLES, Array
 from .hammer import Hammer
 

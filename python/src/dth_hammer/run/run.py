@@ -12,8 +12,9 @@ import numpy as np
 
 from .. import _native
 from ..contract import typed
-from ..errors import UnknownNameError, warn
+from ..errors import DomainError, UnknownNameError, warn
 from ..extras import bar
+from ..frames import pd
 from ..scene import quantities
 from ..scene.band import factor
 from ..scene.hammers import Hammerlike, Rocklike, scene_of
@@ -27,7 +28,7 @@ from .hammer import Hammer
 from .summary import summary
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 #: Parts of a run between which a progress bar moves.
@@ -43,7 +44,7 @@ OF_BLOW = {name: (unit, display, must) for name, unit, display, must in _native.
 PER_STEP = ("contact_force_peak", "rock_force_peak", "chuck_force_peak")
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, eq=False)
 class Run(answers.Answer):
     """A run: its outputs over time, its blows, and the scene that was simulated."""
 
@@ -83,8 +84,21 @@ class Run(answers.Answer):
         return map(str, self.frame)
 
     def __len__(self) -> int:
-        """Number of instants."""
-        return len(self.frame)
+        """Number of outputs that were read: that of the names."""
+        return self.frame.shape[1]
+
+    def keys(self) -> list[str]:
+        """Names of the outputs, so that ``dict(run)`` has each over time."""
+        return [*self]
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both have the same numbers, to the last binary digit, of the same parameters."""
+        if not isinstance(other, Run):
+            return NotImplemented
+        tables = self.frame.equals(other.frame) and self.blows.equals(other.blows)
+        return tables and self.parameters == other.parameters
+
+    __hash__ = None  # type: ignore[assignment]
 
     @property
     def time(self) -> Array:
@@ -160,10 +174,25 @@ class Run(answers.Answer):
         begin = self.time[-1] / 2 if since is None else quantities.seconds(since, "since")
         return summary(si.blows, begin, factor(self.parameters))
 
-    def plot(self) -> Figure:
-        """Plots the length drilled, and speed, energy and rate per blow."""
+    def plot(self, *columns: str, ax: Axes | None = None) -> Figure:
+        """Plots outputs over time, a panel each, in the units that the run has.
+
+        Args:
+            columns: outputs; if none is named, the length drilled, and speed, energy and rate of
+                each blow.
+            ax: axes of one's own, which all the named outputs are drawn into.
+        """
+        if columns:
+            return answers.over_time(self.time, [self._labelled(n) for n in columns], ax)
+        if ax is not None:
+            raise DomainError("ax is for named outputs: plot('contact_force', ax=ax)")
         si = self.convert("si")
         return answers.overview(si.frame, si.blows)
+
+    def _labelled(self, name: str) -> tuple[Array, str]:
+        """An output's values and its name with the unit."""
+        unit = self.units[name] if name in self else ""
+        return self[name].to_numpy(float), name if unit in ("", "1") else f"{name} ({unit})"
 
     def gradient(self, *, elasticities: bool = False, errors: bool = False) -> pd.DataFrame:
         """The derivatives in a run that `simulate` made with ``gradient``, or their errors.
@@ -323,8 +352,6 @@ def _again(
 
 
 def _frame(rows: Array, variables: list[Variable], instants: Array) -> pd.DataFrame:
-    import pandas as pd  # noqa: PLC0415
-
     columns: dict[str, Any] = {}
     for variable, values in zip(variables, rows.T, strict=True):
         if variable.kind == "Boolean":
@@ -344,8 +371,6 @@ def _frame(rows: Array, variables: list[Variable], instants: Array) -> pd.DataFr
 
 def _blows(blows: Array, *, recorded: bool) -> pd.DataFrame:
     """Returns the table of blows."""
-    import pandas as pd  # noqa: PLC0415
-
     every = zip(OF_BLOW, blows.T, strict=True)
     columns = {name: values for name, values in every if recorded or not OF_BLOW[name][2]}
     index = pd.RangeIndex(1, len(blows) + 1, name="blow")

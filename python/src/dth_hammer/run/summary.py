@@ -1,11 +1,13 @@
 """Summary of a run: means over blows, the range of the rate, the spread of the blows."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np
-import pandas as pd
 
 from ..errors import DomainError, TooFewBlowsError
+from ..frames import pd
 from ..scene import quantities
 from ..scene.band import beside, interval
 from ..scene.variables import Array

@@ -6,11 +6,13 @@ least known number that a rate depends on. It is known up to the factor
 from blow to blow is a different number and is not part of this range.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping
 
 import numpy as np
-import pandas as pd
 
+from ..frames import pd
 from .variables import Value, numbers, whole
 
 #: Number of metres per hour in one metre per second.

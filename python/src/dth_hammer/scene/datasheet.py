@@ -5,15 +5,15 @@ see `hammer::datasheet`; here are units and tables.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
-
-import pandas as pd
 
 from .. import _native
 from ..contract import typed
 from ..errors import DomainError, warn
+from ..frames import pd
 from . import quantities, rocks
 from .band import ranged, to_digits
 from .variables import VARIABLES, Value, numbers
@@ -31,8 +31,8 @@ class Datasheet:
     found: tuple[tuple[str, float, str], ...]
     #: Of each of these the ends between which 80 % of the hammers lie that the sheet allows.
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    #: These hammers, a row each, a column by name; ``weight`` is what one counts.
-    members: pd.DataFrame = field(default_factory=pd.DataFrame, repr=False)
+    #: Each number of all these hammers, by name; ``weight`` is what one counts.
+    sample: Mapping[str, Sequence[float]] = field(default_factory=dict, repr=False)
     #: What was given, and what the hammers have: name, given, of the hammers, unit, and of a row of
     #: a table its pressure.
     compared: tuple[tuple[str, float, float, str, float | None], ...] = ()
@@ -53,6 +53,11 @@ class Datasheet:
             raise DomainError(why)
         return from_datasheet(**after)
 
+    @cached_property
+    def members(self) -> pd.DataFrame:
+        """The hammers of the sample, a row each, a column by name."""
+        return pd.DataFrame(self.sample)
+
     @property
     def ground(self) -> dict[str, float]:
         """The parameters with the rock's own range: the scene's is of this hammer in it."""
@@ -62,8 +67,8 @@ class Datasheet:
     def compared_as(self) -> _native.Compared:
         """This sheet as a side of `compare`."""
         rock = repr((self.given.get("rock"), self.given.get("specific_energy")))
-        columns = [(str(name), self.members[name].to_list()) for name in self.members]
-        return _read(self.given), rock, columns, self.members["weight"].to_list(), (0.0, 0.0)
+        columns = [(name, [*numbers]) for name, numbers in self.sample.items()]
+        return _read(self.given), rock, columns, [*self.sample["weight"]], (0.0, 0.0)
 
     def __str__(self) -> str:
         rows = [
@@ -119,7 +124,7 @@ class Datasheet:
         return f"<table>{''.join(cells + names)}</table><ul>{''.join(texts)}</ul>"
 
 
-@typed(rock="`dth_hammer.rock` gives them by name")
+@typed()
 def from_datasheet(
     *,
     piston_mass: Value | None = None,
@@ -218,7 +223,7 @@ def from_datasheet(
         (*solved["assumed"], *named),
         tuple((name, number, unit) for name, number, _, _, unit, _ in solved["found"]),
         {name: (low, high) for name, _, low, high, _, _ in solved["found"]},
-        pd.DataFrame({row[0]: row[5] for row in solved["found"]} | {"weight": solved["weights"]}),
+        {row[0]: row[5] for row in solved["found"]} | {"weight": solved["weights"]},
         tuple(solved["compared"]),
         tuple(solved["contradictions"]),
         written,

@@ -62,6 +62,9 @@ def _read(hammer: Hammerlike) -> Scene:
         return Scene(parameters={str(name): value for name, value in hammer.items()})
     if isinstance(hammer, Datasheet):
         return Scene("Hammer of a datasheet", parameters=dict(hammer.parameters))
+    # A row of a pandas table.
+    if hasattr(hammer, "to_dict") and getattr(hammer, "ndim", 0) == 1:
+        return _read(hammer.to_dict())
     if not isinstance(hammer, str | Path):
         scene = getattr(hammer, "scene", None)
         if not isinstance(scene, Scene):

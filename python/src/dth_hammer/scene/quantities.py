@@ -18,6 +18,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from ..errors import DomainError, UnknownNameError
+from ..frames import pd
 
 if TYPE_CHECKING:
     import numpy as np

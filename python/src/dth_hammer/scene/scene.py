@@ -15,20 +15,20 @@ All but the braces may be left out. Inputs may be a file, ``"inputs": "feed.csv"
 
 from __future__ import annotations
 
+import html
 from collections.abc import Mapping
 from dataclasses import InitVar, dataclass, field
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from .. import _native, outputs
 from ..contract import typed
 from ..errors import DomainError
+from ..frames import pd
 from . import quantities
 from .rocks import ROCK
 from .signals import Signal, of_file
-from .variables import Value, numbers
+from .variables import VARIABLES, Value, numbers
 
 KEYS = ("description", "preset", "rock", "start_values", "inputs", "until")
 
@@ -67,6 +67,13 @@ class Scene:
     def over(self, under: Mapping[str, float]) -> dict[str, float]:
         """The same, laid over other numbers."""
         return numbers(self.preset, self.parameters, under)
+
+    def _repr_html_(self) -> str:
+        """Returns what the scene sets, and what stands beside it, for notebooks."""
+        beside = {"preset": self.preset, "inputs": ", ".join(self.inputs), "until": self.until}
+        rows = {name: VARIABLES[name].text(number) for name, number in self.numbers.items()}
+        table = pd.Series({**{n: str(v) for n, v in beside.items() if v}, **rows}, name="value")
+        return f"<p>{html.escape(self.title or 'scene')}</p>{table.to_frame().to_html()}"
 
     @property
     def damping_ratio(self) -> float:

@@ -1,5 +1,7 @@
 """Inputs that change over time, and the instants at which outputs are read."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -7,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import DomainError
+from ..frames import pd
 from . import quantities
 from .variables import STEP, UNTIL, VARIABLES, Array
 
@@ -37,8 +40,6 @@ def instants_of(
 
 def _rising(times: Iterable[Any], name: str, twice: bool = False) -> Array:
     """Instants in seconds, from numbers, text with units, or timedeltas."""
-    import pandas as pd  # noqa: PLC0415, takes longer than all else here
-
     try:
         index = pd.Index(times)
     except (TypeError, ValueError):
@@ -81,8 +82,6 @@ def _signal(name: str, signal: Signal) -> Function:
 
 def of_file(path: Path) -> dict[str, Signal]:
     """Inputs over time from a file: a column ``time``, and one for each input."""
-    import pandas as pd  # noqa: PLC0415
-
     from .. import tables  # noqa: PLC0415
 
     names = [v.name for v in VARIABLES.of("input")]

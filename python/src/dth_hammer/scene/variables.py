@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from .. import _native
 from ..errors import DomainError, UnknownNameError
+from ..frames import pd
 from . import quantities
 from .rocks import beside
 
@@ -154,6 +155,13 @@ class Variables(Mapping[str, Variable]):
     def __len__(self) -> int:
         """Number of variables in the table."""
         return len(self._table)
+
+    def _repr_html_(self) -> str:
+        """Returns a table of all variables for notebooks."""
+        rows = {v.name: (v.causality, v.unit, v.start, v.description) for v in self.values()}
+        heads = ["kind", "unit", "start", "meaning"]
+        table = pd.DataFrame.from_dict(rows, orient="index", columns=heads)
+        return table.to_html(na_rep="", max_rows=None)
 
     def of(self, *causalities: str) -> list[Variable]:
         """Returns the variables of the given causalities, in the order of the table."""

@@ -14,17 +14,19 @@ better than each of them) is not as wide as what is unknown of the response. The
 those of its best member, moved on to where the likelihood grows no more.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
-from .. import tables
 from ..contract import typed
 from ..errors import DomainError, RefusedError, warn
 from ..extras import need
+from ..frames import pd
 from ..run import answers
 from ..run.records import Record
 from ..scene.band import beside, factor
@@ -163,7 +165,7 @@ class Calibration(answers.Answer):
 @typed(measured=GIVE)
 def calibrate(
     hammer: Hammerlike,
-    measured: Mapping[str, Measured] | tables.Source,
+    measured: Mapping[str, Measured] | pd.DataFrame | str | Path,
     free: Free,
     *,
     records: Sequence[Record] = (),

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import pandas as pd
 
 from .. import _native
 from ..contract import typed
 from ..errors import DomainError, warn
+from ..frames import pd
 from ..scene.band import factor
 from ..scene.datasheet import Datasheet
 from ..scene.hammers import Hammerlike, numbers_of

@@ -5,14 +5,17 @@ monitoring data*): rate, air pressure, pull-down, and the blows' frequency where
 through the simulated hammer to the work that breaks a volume of rock.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from .. import _native, tables
 from ..contract import typed
 from ..errors import DomainError, warn
+from ..frames import pd
 from ..scene.datasheet import Datasheet
 from ..scene.variables import VARIABLES, Array, whole
 from .longrun import FEWEST, Wanted, responses
@@ -45,7 +48,7 @@ BEYOND = 4.0
 @typed()
 def specific_energy(
     sheet: Datasheet,
-    log: tables.Source,
+    log: pd.DataFrame | str | Path,
     *,
     unit: Mapping[str, str] | None = None,
     column: Mapping[str, str] | None = None,

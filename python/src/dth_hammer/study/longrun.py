@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from .. import _native
 from ..errors import DomainError, RefusedError, UnknownNameError
 from ..extras import bar
+from ..frames import pd
 from ..run import answers
 from ..scene import quantities
 from ..scene.band import beside, factor, in_words

@@ -1,5 +1,7 @@
 """What is measured, which parameters are free, and the hammers that were simulated for it."""
 
+from __future__ import annotations
+
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 

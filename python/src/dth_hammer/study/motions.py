@@ -1,12 +1,14 @@
 """The motions that a hammer settles to from several initial states."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from ..errors import DomainError
+from ..frames import pd
 from ..scene.variables import whole
 from .longrun import Steady
 

@@ -13,11 +13,11 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from ..contract import typed
 from ..errors import DomainError
 from ..extras import bar, need
+from ..frames import pd
 from ..run import answers
 from ..scene.band import sides
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of

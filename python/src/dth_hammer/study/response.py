@@ -1,21 +1,22 @@
 """The long-run response: of one hammer, or a table of many."""
 
-from collections.abc import Callable, Mapping
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import Executor
 from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeGuard, cast, overload
 
-import pandas as pd
-
 from ..contract import typed
 from ..errors import DomainError, RefusedError, warn
+from ..frames import pd
 from ..run.hammer import Hammer
 from ..scene import quantities
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of, scene_of
 from ..scene.signals import Signal, signals_of
-from ..scene.variables import STEP
+from ..scene.variables import STEP, Value
 from .cases import Case
 from .longrun import Steady, Wanted, responses, telling
 from .motions import drawn, met
@@ -60,7 +61,10 @@ def steady(
 
 @typed()
 def steady(
-    hammer: Hammerlike | Grid = None,
+    hammer: Hammerlike
+    | Mapping[str, Value | Collection[Value]]
+    | Sequence[Mapping[str, Value]]
+    | pd.DataFrame = None,
     *,
     preset: str | None = None,
     rock: Rocklike = None,

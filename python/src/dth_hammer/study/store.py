@@ -1,5 +1,7 @@
 """The file of a sweep, to which rows are only ever added."""
 
+from __future__ import annotations
+
 import contextlib
 import hashlib
 import json
@@ -12,10 +14,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import IO, Any
 
-import pandas as pd
-
 from .. import outputs
 from ..errors import OutputError
+from ..frames import pd
 
 #: Columns: the run's key, and the checksum of what else its row holds.
 RUN, CHECKSUM = "run", "checksum"

@@ -1,18 +1,20 @@
 """Many runs over a grid of parameters; resumable; one row per run."""
 
+from __future__ import annotations
+
 import itertools
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import closing, nullcontext
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import Any, TypeAlias, TypeGuard
 
 import numpy as np
-import pandas as pd
 
 from ..contract import typed
 from ..errors import DomainError, InterruptedSweepError, LostWorkerError, UnknownNameError, warn
 from ..extras import bar
+from ..frames import pd
 from ..run.hammer import Hammer
 from ..scene import quantities
 from ..scene.band import SIDES, with_sides
@@ -29,7 +31,9 @@ from .workers import parts_of
 Workers = tuple[Executor | None, int | None]
 
 #: Values by parameter, or rows.
-Grid = Mapping[str, Value | Collection[Value]] | Sequence[Mapping[str, Value]] | pd.DataFrame
+Grid: TypeAlias = (
+    "Mapping[str, Value | Collection[Value]] | Sequence[Mapping[str, Value]] | pd.DataFrame"
+)
 #: Columns of a long-run response beside its means.
 LONG: Mapping[str, Any] = {KIND: str, "blows": "Int64", "reached": "boolean"}
 #: What a row tells about a run's end unless other outputs are asked for.
@@ -279,6 +283,8 @@ def _checked(row: object, point: Mapping[str, Any]) -> dict[str, float]:
 
 def _points(grid: Grid) -> list[dict[str, Any]]:
     if isinstance(grid, pd.DataFrame):
+        if len(twice := grid.columns[grid.columns.duplicated()]):
+            raise DomainError(f"two columns of the table are {twice[0]}: leave one out")
         points = [{str(k): v for k, v in row.items()} for row in grid.to_dict("records")]
     elif not isinstance(grid, Mapping):
         points = [{**point} for point in grid if isinstance(point, Mapping)]

@@ -12,11 +12,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from ..contract import typed
 from ..errors import DomainError, RefusedError, warn
 from ..extras import need
+from ..frames import pd
 from ..run import answers
 from ..run.gradients import differentiable
 from ..scene.band import beside, factor, in_words, sides, with_sides
