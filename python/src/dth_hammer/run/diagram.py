@@ -77,8 +77,6 @@ class Waves(answers.Answer):
 
     def to_frame(self) -> pd.DataFrame:
         """Returns the stresses in long form: time, body, position and stress in each row."""
-        import pandas as pd  # noqa: PLC0415
-
         parts = []
         for body, bar in (("piston", self.piston), ("bit", self.bit)):
             size = len(bar.centres)

@@ -139,8 +139,6 @@ class Run(answers.Answer):
 
     def since(self, impact: float, notes: Mapping[str, float]) -> Run:
         """Returns the run with times counted from an instant (s)."""
-        import pandas as pd  # noqa: PLC0415
-
         frame = self.frame.set_axis(pd.Index(self.time - impact, name="time"), axis=0)
         frame.attrs = self.frame.attrs
         return replace(self, frame=frame, notes={**self.notes, **notes})
