@@ -321,14 +321,14 @@ fn what_no_hammer_does_is_told_in_words() {
     // Piston and stroke have 0.7 of the length: told in whole millimetres.
     let slow = [(PistonMass, 3.4), (BlowEnergy, 220.0), (Frequency, 10.0), (OuterDiameter, 0.067)];
     let short = |whole: f64| message(&[&slow[..], &[(Length, whole)]].concat());
-    let told = short(0.4);
+    let refusal = short(0.4);
     let millimetres = |mark: &str| {
-        let before = told.split(mark).next().and_then(|text| text.rsplit(' ').next());
+        let before = refusal.split(mark).next().and_then(|text| text.rsplit(' ').next());
         before.and_then(|word| word.parse::<f64>().ok()).expect("a length")
     };
     let least = 1e-3 * (millimetres(" mm turns") + millimetres(" mm above the bit")) / 0.7;
     let is_told = |whole: f64| short(whole).contains("there is no room for both");
-    assert!(is_told(0.995 * least) && !is_told(1.005 * least), "{told}");
+    assert!(is_told(0.995 * least) && !is_told(1.005 * least), "{refusal}");
     let weak = [(PistonMass, 8.6), (BlowEnergy, 475.0), (Frequency, 30.0), (Stroke, 0.05)];
     let weak = message(&[&weak[..], &[(Pressure, 5e5), (OuterDiameter, 0.1)]].concat());
     assert!(weak.contains("% more than all of the supply's"), "{weak}");

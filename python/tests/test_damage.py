@@ -18,7 +18,7 @@ from dth_hammer.errors import DthHammerError
 from dth_hammer.fmu import system
 from dth_hammer.scene import rocks
 from dth_hammer.study.drilling import FIELDS
-from dth_hammer.study.store import Store, told
+from dth_hammer.study.store import Store, filled
 from dth_hammer.tables import columns_of
 
 #: Drawn damages of each kind of file.
@@ -92,7 +92,7 @@ def read_rows(path: Path) -> object:
     found = Store(path).whole(STORED["wanted"]) if path.stat().st_size else pd.DataFrame()
     for row in found.to_dict("records"):
         if row["run"] in STORED["wanted"]:
-            assert told(row) == STORED["rows"][row["run"]]
+            assert filled(row) == STORED["rows"][row["run"]]
     return found
 
 
@@ -119,7 +119,7 @@ def whole(archive: dict[str, bytes], tmp_path_factory: pytest.TempPathFactory) -
         sweep({"fidelity": ["Rigid"], "feed_force": [4e3, 5e3]}, "20 ms", out=out)
     rows = Store(out).rows()
     STORED["wanted"] = {run: ["rop", "checksum"] for run in rows["run"]}
-    STORED["rows"] = {row["run"]: told(row) for row in rows.to_dict("records")}
+    STORED["rows"] = {row["run"]: filled(row) for row in rows.to_dict("records")}
     with Hammer() as hammer:
         hammer.advance(0.02)
         state = hammer.save().to_bytes()

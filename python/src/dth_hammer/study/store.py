@@ -143,13 +143,13 @@ def _plain(table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame({n: [*c] if n in TEXTS else _numbers(c) for n, c in table.items()})
 
 
-def told(row: Mapping[Any, Any]) -> dict[Any, Any]:
+def filled(row: Mapping[Any, Any]) -> dict[Any, Any]:
     """Returns what a row says: other sweeps of the file may have columns that are empty here."""
     return {name: cell for name, cell in row.items() if cell != "" and pd.notna(cell)}
 
 
 def _checksum(row: Mapping[Any, Any]) -> str:
-    said = sorted(pair for pair in told(row).items() if pair[0] != CHECKSUM)
+    said = sorted(pair for pair in filled(row).items() if pair[0] != CHECKSUM)
     return hashlib.sha256(json.dumps(said).encode()).hexdigest()[:16]
 
 
