@@ -81,10 +81,10 @@ def test_a_number_as_a_rock_is_asked_about() -> None:
 
 def test_variables_and_a_scene_show_themselves_in_a_notebook() -> None:
     assert all(f"<th>{name}</th>" in VARIABLES._repr_html_() for name in VARIABLES)
-    shown = Scene("one & two", preset="air_4_inch", parameters={"feed_force": "6 kN"})._repr_html_()
-    assert "one &amp; two" in shown
-    assert "air_4_inch" in shown
-    assert "6000 N" in shown
+    page = Scene("one & two", preset="air_4_inch", parameters={"feed_force": "6 kN"})._repr_html_()
+    assert "one &amp; two" in page
+    assert "air_4_inch" in page
+    assert "6000 N" in page
 
 
 def test_programs_of_users_pass_the_strict_checks_of_types(tmp_path: Path) -> None:
