@@ -38,7 +38,7 @@ class Explore {
       { places: moments, begin: 60, unit: "ms", scene: plain, moment: loops, chart: "loop" },
       { places: [0.25, 0.35, 0.5, 0.7, 1, 1.4, 2, 2.8, 4], begin: 4, unit: "×", scene: (times) => changed({ "rock.stiffness": times * this.value("rock.stiffness") }), chart: "energy" },
       { places: geometric(easy, hard, 19), begin: 9, unit: "MJ/m³", scale: 1e-6, scene: (energy) => changed({ "rock.specific_energy": energy }), chart: "hole" },
-      { places: [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12].map((kN) => 1e3 * kN), begin: 11, unit: "kN", scale: 1e-3, scene: (feed) => changed({ feed_force: feed }), chart: "feed" },
+      { places: Array.from({ length: 12 }, (_, i) => 1.5e3 * (i + 1)), begin: 5, unit: "kN", scale: 1e-3, scene: (feed) => changed({ feed_force: feed }), chart: "feed" },
       { places: [1, 2, 3, 4, 6], begin: 3, unit: "", scene: (rods) => ({ ...this.drifter, "drill.rods": rods, "bit.elements": 20 + 16 * rods }), chart: "rods", of: MEAN_OF_RODS },
     ];
     this.at = this.screens.map(({ begin }) => begin);
@@ -168,7 +168,9 @@ class Explore {
   show() {
     this.numbers = told(this, this.answer, this.place);
     const all = Object.fromEntries(Object.entries(this.numbers).map(([name, value]) => [name, digits(value, 3)]));
-    this.find("screen-text").textContent = say(`screen_${this.screen + 1}`, all);
+    const known = this.row.length, { places, chart } = this.screens[this.screen];
+    const filling = chart === "feed" && known < places.length ? ` ${say("curve_filling", { known, all: places.length })}` : "";
+    this.find("screen-text").textContent = say(`screen_${this.screen + 1}`, all) + filling;
     this.label();
     this.draw();
   }

@@ -19,7 +19,7 @@ class Figure extends Drawing {
         drawing.text(say(name), x, y, "left", at(100, 0)[0] - x);
       })),
       loop: of("loop", [4, 400], ["depth_axis_short", "force_axis"], [["all", GHOST], ["so far", ROCK], dot("ink")]),
-      feed: of("feed", [12, 60], ["feed_axis", "rate_axis"], [["least", () => palette.muted, { dash: [5, 4] }], ["rate", ROCK], dot("rock", 4), dot("ink", 7)], (drawing, at) => {
+      feed: of("feed", [18, 60], ["feed_axis", "rate_axis"], [["least", () => palette.muted, { dash: [5, 4] }], ["rate", ROCK], dot("rock", 4), dot("ink", 7)], (drawing, at) => {
         const [x, y] = at(this.least, 57);
         drawing.text(say("lifts_off"), x - 6, y, "right", x - at(0, 0)[0] - 8);
       }),
