@@ -123,11 +123,28 @@ impl Parameters {
     /// Relative error of the forces at an impact on the scene's own mesh, by this module's formula for the longest span
     /// of piston and bit.
     pub fn force_error(&self) -> f64 {
+        self.error_behind(self.front_width(), self.longest_span())
+    }
+
+    /// Relative error of a rate on the scene's own mesh, by this module's law for the longest span of piston and bit;
+    /// `None` for linear and quadratic elements, whose dispersion the law leaves out.
+    pub fn rate_error(&self) -> Option<f64> {
+        let share = self.longest_span() / self.rate_span(self.front_width());
+        (self.mesh.degree >= RATE_DEGREE).then(|| RATE_ERROR * math::pow(share, RATE_ORDER))
+    }
+
+    /// Longest span of piston and bit, m.
+    fn longest_span(&self) -> f64 {
         let longest = Body::ALL.map(|body| {
             let nodes = self.sections(body).nodes(self.spans(body));
             nodes.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max)
         });
-        self.error_behind(self.front_width(), longest[0].max(longest[1]))
+        longest[0].max(longest[1])
+    }
+
+    /// Span on which rates err by [`RATE_ERROR`], m, with fronts of this width (m).
+    fn rate_span(&self, width: f64) -> f64 {
+        if self.drill.rods == 0 { RATE_SPAN * width } else { STRING_SPAN * self.blow_wave() }
     }
 
     /// Relative error of the forces behind a front of this width (m), on splines with spans of this length (m).
@@ -167,11 +184,14 @@ impl Parameters {
         let factor = math::pow(error / RATE_ERROR, 1.0 / RATE_ORDER);
         let spans = |body: Body, width: f64| {
             let shortest_wave = self.sections(body).length() / LEAST_SPANS;
-            let (span, keeps_shape) = match self.drill.rods {
-                0 => (RATE_SPAN * width, f64::INFINITY),
-                _ => (STRING_SPAN * self.blow_wave(), self.longest_string_span(RATE_DEGREE)),
+            let keeps_shape = match self.drill.rods {
+                0 => f64::INFINITY,
+                _ => self.longest_string_span(RATE_DEGREE),
             };
-            self.spans_of(body, (factor * span).min(shortest_wave).min(keeps_shape))
+            self.spans_of(
+                body,
+                (factor * self.rate_span(width)).min(shortest_wave).min(keeps_shape),
+            )
         };
         self.mesh_of(RATE_DEGREE, 1.0, spans)
     }

@@ -25,7 +25,7 @@ pub struct Preset {
 pub const PRESETS: &[Preset] = &[
     Preset {
         name: "reference",
-        description: "The reference hammer of Depouhon, Denoël and Detournay: all start values as they are",
+        description: "A hammer with the times that Depouhon, Denoël and Detournay print: all start values as they are",
         change: |_, _| {},
     },
     Preset {

@@ -37,7 +37,7 @@ mod _native {
             ratios, refused_change, rocks, spread, usual_hole,
         },
         machine::Machine,
-        scene::{bodies, diagnostics, force_error, mesh, unread, wave_names},
+        scene::{bodies, diagnostics, mesh, mesh_errors, unread, wave_names},
         snapshot::Snapshot,
         table::{Selection, instead_of, presets, variables},
         turn::forked,

@@ -54,10 +54,12 @@ pub fn bodies(py: Python<'_>, numbers: HashMap<String, f64>) -> PyResult<Bound<'
     parameters.bodies().map(|body| (body.name(), shape(body))).into_py_dict(py)
 }
 
-/// Relative error of the forces of an impact on the scene's own mesh, by the engine's formula.
+/// Relative errors of rates and of an impact's forces on the scene's own mesh, by the engine's rules; that of a rate is
+/// None for linear elements.
 #[pyfunction]
-pub fn force_error(numbers: HashMap<String, f64>) -> PyResult<f64> {
-    Ok(checked(&numbers)?.force_error())
+pub fn mesh_errors(numbers: HashMap<String, f64>) -> PyResult<(Option<f64>, f64)> {
+    let parameters = checked(&numbers)?;
+    Ok((parameters.rate_error(), parameters.force_error()))
 }
 
 /// Width of the sharpest wave front (m), and a mesh with a relative error of at most `error`, if there is one.

@@ -10,6 +10,7 @@ from ..errors import TooFewBlowsError
 from ..run.run import simulate
 from ..run.summary import readable
 from ..scene.band import reason
+from ..scene.mesh import errors_in_words
 from ..scene.quantities import convert
 from ..scene.signals import of_file
 from ..scene.variables import VARIABLES
@@ -58,7 +59,7 @@ def run(options: argparse.Namespace) -> Any:
         print(common.readable(convert(printed, units, skip_missing=True)))
         with suppress(TooFewBlowsError):
             print(f"\nfrom {made.time[-1] / 2:g} s on:\n{readable(made.summary())}")
-        print(reason(made.parameters))
+        print(reason(made.parameters), *errors_in_words(made.parameters), sep="\n")
         common.tell_air(made.parameters)
     else:
         print("no blow")

@@ -9,6 +9,7 @@ from typing import Any
 from .. import outputs
 from ..frames import pd
 from ..scene.hammers import numbers_of
+from ..scene.mesh import errors_in_words
 from ..scene.variables import VARIABLES
 from ..study.longrun import MEANS, unit
 from ..study.response import steady
@@ -61,7 +62,7 @@ def run(options: argparse.Namespace) -> Any:
     reached = "" if response.reached else ", the wanted error was not reached"
     print(f"{response.kind}, {response.blows} blows{reached}")
     if response.blows:
-        print(response.rate)
+        print(response.rate, *errors_in_words(response.parameters), sep="\n")
         common.tell_air(response.parameters)
         print(common.readable(table))
     if response.motions is not None:

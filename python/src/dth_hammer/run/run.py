@@ -18,7 +18,7 @@ from ..frames import pd
 from ..scene import quantities
 from ..scene.band import factor
 from ..scene.hammers import Hammerlike, Rocklike, scene_of
-from ..scene.mesh import coarse_for
+from ..scene.mesh import coarse_for, errors_in_words
 from ..scene.scene import Scene
 from ..scene.signals import Function, Signal, instants_of, signals_of
 from ..scene.variables import STEP, VARIABLES, Array, Variable, model, numbers, whole
@@ -210,8 +210,9 @@ class Run(answers.Answer):
         return derivatives_in(self.frame, by, errors=errors)
 
     def in_words(self) -> list[str]:
-        """Blows and time."""
-        return [f"{len(self.blows)} blows in {self.time[-1]:g} s"]
+        """Blows and time, and by how much the mesh errs."""
+        counted = f"{len(self.blows)} blows in {self.time[-1]:g} s"
+        return [counted, *errors_in_words(self.parameters)]
 
 
 @typed()

@@ -47,16 +47,32 @@ def coarse_for(names: Iterable[str], waves: bool, given: Mapping[str, float]) ->
         given: numbers of the hammer.
     """
     asked = [name for name in FORCES if name in names] + ["stresses"] * waves
-    if not asked or whole(given)[FIDELITY] != VARIABLES[FIDELITY].number(ELASTIC):
+    if not asked or not _elastic(given):
         return ()
     reading = "stress" if waves else "force"
-    error, default_error = float(_native.force_error(dict(given))), READINGS[reading]
+    error, default_error = _native.mesh_errors(dict(given))[1], READINGS[reading]
     if error <= default_error:
         return ()
     return (
         f"{', '.join(asked)}: this mesh is fine enough for a rate; the force of an impact errs by "
         f"up to {error:.0%} on it. mesh_for(of={reading!r}) has a mesh for {default_error:.0%}",
     )
+
+
+def _elastic(given: Mapping[str, float]) -> bool:
+    return whole(given)[FIDELITY] == VARIABLES[FIDELITY].number(ELASTIC)
+
+
+def errors_in_words(given: Mapping[str, float]) -> list[str]:
+    """Returns by how much the mesh of a hammer errs, as a sentence; none for rigid bodies."""
+    if not _elastic(given):
+        return []
+    rate, force = _native.mesh_errors(dict(given))
+    known = "not known (linear elements)" if rate is None else f"up to {100 * rate:.2g} %"
+    return [
+        f"error of the mesh: of rates {known}, of the largest forces up to {100 * force:.2g} % "
+        "(`mesh_for` has a finer one)"
+    ]
 
 
 @typed()

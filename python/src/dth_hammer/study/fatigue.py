@@ -154,7 +154,7 @@ def life(
     values = whole(given)
     spans = [name for name in (*ELEMENTS, "casing.elements") if name.split(".")[0] in bodies]
     mesh = {name: int(values[name]) for name in ("mesh.degree", *spans)}
-    error = float(_native.force_error(given))
+    error = _native.mesh_errors(given)[1]
     return Life(table, curve, blows, blows * period, response.kind, mesh, error)
 
 

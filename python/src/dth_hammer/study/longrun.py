@@ -17,6 +17,7 @@ from ..frames import pd
 from ..run import answers
 from ..scene import quantities
 from ..scene.band import beside, factor, in_words
+from ..scene.mesh import errors_in_words
 from ..scene.variables import VARIABLES, Array, Value, whole
 
 if TYPE_CHECKING:
@@ -143,9 +144,9 @@ class Steady(answers.Answer):
     caption = "Energy of a blow"
 
     def in_words(self) -> list[str]:
-        """Returns the kind of motion and the number of blows, then the rate of penetration."""
+        """Returns kind of motion and number of blows, the rate, and the error of the mesh."""
         text = f"{self.kind}, {self.blows} blows" + ("" if self.reached else ", error not reached")
-        return [text, self.rate] if self.rate else [text]
+        return [text, self.rate, *errors_in_words(self.parameters)] if self.rate else [text]
 
     def to_frame(self) -> pd.DataFrame:
         """Returns means, ranges, errors and spreads, one row per output."""
