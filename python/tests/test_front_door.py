@@ -73,6 +73,17 @@ def test_a_row_of_a_table_is_a_hammer_and_a_column_stands_in_it_once() -> None:
         sweep(twice, 0.05)
 
 
+def test_a_run_and_a_mean_tell_the_error_of_their_mesh() -> None:
+    # The engine's law, whose error is tested there: 4 w of the front's width are 1 %.
+    for answer in (simulate(until=0.02), steady()):
+        (told,) = (text for text in answer.in_words() if "error of the mesh" in text)
+        assert "of rates up to 0.87 %" in told
+    finer = simulate({"piston.elements": 32, "bit.elements": 32}, until=0.02).in_words()[-1]
+    assert f"of rates up to {0.87 * 2**-3.6:.2g} %" in finer
+    assert "not known" in simulate({"mesh.degree": 1}, until=0.02).in_words()[-1]
+    assert len(simulate(RIGID, until=0.02).in_words()) == 1
+
+
 def test_a_number_as_a_rock_is_asked_about() -> None:
     for call in (simulate, steady):
         with pytest.raises(DomainError, match="is it a strength, rock='180 MPa'"):
