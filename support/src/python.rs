@@ -27,6 +27,8 @@ pub enum Needs {
     Suite,
     /// Also building the user guide.
     Guide,
+    /// General solvers beside the engine; nothing of the above.
+    Peers,
     /// Linking for other machines; nothing of the above.
     Cross,
     /// Making wheels and the bill of materials of a release; nothing of the above.
@@ -42,6 +44,7 @@ impl Needs {
             Self::Demo => &all[..1],
             Self::Suite => &all[..5],
             Self::Guide => all,
+            Self::Peers => &["peers.txt"],
             Self::Cross => &["cross.txt"],
             Self::Wheel => &["wheel.txt"],
             Self::Release => &["release.txt"],
@@ -51,6 +54,7 @@ impl Needs {
     /// Where the environment is, in cargo's target folder.
     fn folder(self) -> &'static str {
         match self {
+            Self::Peers => "venv-peers",
             Self::Cross => "venv-cross",
             Self::Wheel => "venv-wheel",
             Self::Release => "venv-release",

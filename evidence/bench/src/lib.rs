@@ -6,6 +6,7 @@
 #[cfg(feature = "contest")]
 pub mod diffsol_peer;
 pub mod engine;
+pub mod heyoka;
 pub mod library;
 pub mod schema;
 pub mod sundials;

@@ -4,6 +4,7 @@ use crate::{folder, timed};
 use bench::Failure;
 use bench::diffsol_peer::{Diffsol, Method};
 use bench::engine::{Engine, machine};
+use bench::heyoka::{self, Heyoka};
 use bench::schema::{Answer, Peer, Task, Verdict};
 use bench::sundials::{Sundials, compile};
 use hammer::{Fidelity, Parameters, Source};
@@ -92,8 +93,22 @@ impl<'a> Contest<'a> {
             parameters.air.error = error;
             self.add_engine(parameters, error);
         }
+        self.add_heyoka()?;
         self.add_sundials([ADAMS, ("CVODE BDF", "bdf"), ERK])?;
         Ok(self)
+    }
+
+    fn add_heyoka(&mut self) -> Result<(), Failure> {
+        if let Err(reason) = heyoka::install() {
+            self.absent.push(("heyoka", reason.to_string()));
+            return Ok(());
+        }
+        let (model, folder) = (self.model, folder()?);
+        for tolerance in [1e-4, 1e-6, 1e-8, 1e-10] {
+            let peer = Heyoka { model, folder: folder.clone(), tolerance };
+            self.add("heyoka", tolerance, || Box::new(peer));
+        }
+        Ok(())
     }
 
     fn enter(&mut self, solver: &'static str, setting: f64, setup: f64, solve: Solve<'a>) {
@@ -178,6 +193,7 @@ impl<'a> Contest<'a> {
                 }
                 match solve() {
                     Ok((answer, cpu)) => {
+                        point.setup = answer.setup.unwrap_or(point.setup);
                         point.verdict = Some(answer.judge(self.exact, self.task));
                         point.cpu = point.cpu.min(cpu);
                         point.slowest = point.slowest.max(cpu);
