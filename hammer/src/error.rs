@@ -32,7 +32,7 @@ pub enum WorkLimit {
     #[error("most of it is for the air in the chambers")]
     Air,
     /// Inputs vary too fast for their power series.
-    #[error("an input varies too fast")]
+    #[error("an input, or the line at the piston, varies too fast")]
     Loads,
     /// The search for the next event needs too many evaluations.
     #[error("a quantity stays too close to the value at which the mode would change")]

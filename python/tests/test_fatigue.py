@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 from dth_hammer import DomainError, HammerWarning, RefusedError, Scene, SNCurve, life, report
 from dth_hammer.errors import MissingError
+from dth_hammer.study import fatigue
 from dth_hammer.study.fatigue import Life, ranges, turning_points
 
 CURVE = SNCurve("200 MPa", 1e7, 8)
@@ -67,7 +68,11 @@ def test_stresses_are_those_of_the_blow(found: Life) -> None:
     assert found.places["position"].between(-0.168, 0.168).all()
 
 
-def test_hours_go_with_the_strength_to_the_power_of_the_slope(found: Life) -> None:
+def test_hours_go_with_the_strength_to_the_power_of_the_slope(
+    found: Life, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # In blocks of another length, of which none loses a turning point.
+    monkeypatch.setattr(fatigue, "BLOCK", 97)
     twice = life(MESH, SNCurve("400 MPa", 1e7, 8))
     ratio = twice.places["hours"] / found.places["hours"]
     assert ratio.to_numpy() == pytest.approx(np.full(20, 2.0**8), rel=1e-9)
@@ -75,6 +80,8 @@ def test_hours_go_with_the_strength_to_the_power_of_the_slope(found: Life) -> No
     worst = found.worst
     alone = found.curve.damage(worst["range"] / 2, 0.0)
     assert alone <= worst["damage"] * (1 + 1e-12) < 10 * alone
+    larger = found.curve.damage((1 + found.stress_error) * worst["range"] / 2, 0.0)
+    assert 1 + found.life_error == pytest.approx(larger / alone)
     assert worst["hours"] == pytest.approx(found.time / found.blows / worst["damage"] / 3600)
 
 

@@ -204,6 +204,7 @@ class TestInputsOverTime:
         ("value", "index", "message"),
         [
             (8e3, [0.1, 0.0], r"index of feed_force must rise, but 0\.1 s"),
+            (8e3, [0.1, 0.1], r"index of feed_force must rise, but 0\.1 s"),
             (8e3, pd.to_datetime(["2020-01-01", "2020-01-02"]), "not dates"),
             (float("nan"), [0.0, 0.1], "feed_force"),
             (None, [0.0, 0.1], "feed_force"),

@@ -16,6 +16,7 @@ from dth_hammer import (
     simulate,
 )
 from dth_hammer.run.run import PER_BLOW, PER_STEP
+from dth_hammer.scene.signals import instants_of
 from dth_hammer.scene.variables import VARIABLES, model
 from dth_hammer.testing import assert_energy_balanced, assert_periodic
 
@@ -39,6 +40,8 @@ def test_the_table_has_units_types_and_where_it_came_from(run: Run) -> None:
 def test_times_are_the_steps_and_the_last_is_the_end() -> None:
     short = simulate(until=0.01, step=0.003, outputs=["tip_depth"])
     assert short.time.tolist() == pytest.approx([0.0, 0.003, 0.006, 0.009, 0.01])
+    # The quotient is a rounding above 7.
+    assert len(instants_of(2.1, 0.3)) == 8
 
 
 def test_the_table_survives_parquet(run: Run, tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from dth_hammer import PRESETS, DomainError, Hammer, Scene, simulate, sweep
+from dth_hammer import PRESETS, VARIABLES, DomainError, Hammer, Scene, simulate, sweep
 from dth_hammer.study.store import Store
 from sweeps import UNTIL, forbidden_runs
 
@@ -42,6 +42,10 @@ def test_a_case_is_what_simulate_gives(tmp_path: Path) -> None:
     ways = {"cases": CASES, "step": "1 ms", "out": tmp_path / "cases.parquet"}
     table = sweep(grid, UNTIL, **ways)
     assert table["error"].tolist() == [""] * 8
+    # What only another case sets has its start value.
+    start = VARIABLES["drive.stroke"].start
+    own = PRESETS["water_hammer"].values["drive.stroke"]
+    assert table["drive.stroke"].tolist() == [*[start] * 6, own, own]
     for _, row in table.iterrows():
         with Hammer(CASES[row["case"]] if row["case"] != "ramp" else None) as one:
             point = one.numbers | {"rock.viscosity": row["rock.viscosity"]}
@@ -77,6 +81,9 @@ def test_a_case_is_told_from_another_by_its_inputs_and_its_version(tmp_path: Pat
         ways = {"control": harder_when_deeper, "version": version}
         sweep(grid, 0.01, out=out, **ways)
     assert len(Store(out).rows()) == 6
+    # By its step too.
+    sweep(grid, 0.01, out=out, step="2 ms", **ways)
+    assert len(Store(out).rows()) == 7
 
 
 def test_code_without_a_version_keeps_no_rows(tmp_path: Path) -> None:

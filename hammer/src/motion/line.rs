@@ -19,6 +19,8 @@ use crate::scene::graph::{CHANNELS, Channel};
 /// Limits of the attempts to solve a window, of which each is shorter, and of the iterations of each attempt.
 const TRIALS: usize = 64;
 const PASSES: usize = 12;
+/// Iterations that take as long as a series of the air: each copies the motion and solves its loads anew.
+const OF_A_SERIES: u64 = 2;
 /// Safety factor of the length of a window, and limits of its growth and shrinkage.
 const SAFETY_FACTOR: f64 = 0.8;
 const GROWTH: f64 = 2.0;
@@ -32,17 +34,17 @@ const ROUNDED: f64 = 1e-12;
 
 impl Motion {
     /// Solves the reaction of the line in the window that begins at the epoch, if there is a line. Returns the
-    /// number of rotations.
+    /// numbers of rotations and of series of equal work.
     ///
     /// # Errors
     /// [`Error::NotFinite`].
-    pub(super) fn renew_line(&mut self) -> Result<u64, Error> {
+    pub(super) fn renew_line(&mut self) -> Result<[u64; 2], Error> {
         let (parameters, mode) = (&self.model.parameters, self.state.mode);
         if !Line::acts(parameters, mode) {
-            return Ok(0);
+            return Ok([0; 2]);
         }
         let others = start::loads(parameters, &self.state.inputs, mode, [Poly::default(); 2]);
-        let (mut span, mut work, mut growth) = (self.state.line.ahead, 0, GROWTH);
+        let (mut span, mut work, mut growth) = (self.state.line.ahead, [0; 2], GROWTH);
         // Each attempt starts from the original motion, since adding and removing loads would leave rounding errors.
         let (before, [_, [speed, _]]) = (self.clone(), self.in_cylinder(&self.tracks, 0.0));
         for _ in 0..TRIALS {
@@ -51,7 +53,8 @@ impl Motion {
             if error <= 1.0 {
                 let ahead = span * change.clamp(SAFETY_FACTOR, growth);
                 self.state.line = Line { reach: Some(span), ahead };
-                return Ok(work);
+                let [rotations, passes] = work;
+                return Ok([rotations, passes.div_ceil(OF_A_SERIES)]);
             }
             // The window must not grow back to a length that has just failed.
             (span, growth) = (span * change.clamp(SHRINKAGE, SAFETY_FACTOR), 1.0);
@@ -68,7 +71,7 @@ impl Motion {
         before: &Self,
         others: &[Poly; CHANNELS],
         [span, speed]: [f64; 2],
-        work: &mut u64,
+        work: &mut [u64; 2],
     ) -> f64 {
         let impedance = self.parameters().drive.impedance;
         let bodies = &self.graph().bodies;
@@ -79,6 +82,7 @@ impl Motion {
         let mut force = [0.0; LOW];
         force[0] = -impedance * speed;
         for _ in 0..PASSES {
+            work[1] += 1;
             let reaction = Poly::of_part(&force, span);
             let mut loads = *others;
             let mut add = |channel: Channel, sign: f64| {
@@ -93,7 +97,7 @@ impl Motion {
             let mut tracks = self.tracks.clone();
             let speeds = NODES.map(|node| {
                 let rotations = tracks.iter_mut().map(|track| track.rotate_to(span * node));
-                *work += rotations.sum::<u64>();
+                work[0] += rotations.sum::<u64>();
                 self.point(&tracks, Displacement::Relative, span * node).velocity
             });
             if !speeds.iter().all(|speed| speed.is_finite()) {
