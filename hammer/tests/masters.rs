@@ -65,7 +65,7 @@ fn in_even_steps_the_delay_is_what_the_values_of_a_hose_stand_for() {
 }
 
 /// What `energy_exchange` tells is within a factor of two of what was made, at 0.5 and 1.5, where that passes 2 % of the
-/// work. Returns how often it does.
+/// work; where the hammer strikes, a warning comes with it. Returns how often it does.
 fn is_told<D: Drive>(size: f64) -> usize {
     let mut judged = 0;
     for steps in STEPS {
@@ -75,7 +75,8 @@ fn is_told<D: Drive>(size: f64) -> usize {
                 judged += 1;
                 let ratio = found.told / found.made;
                 assert!(0.5 < ratio && ratio < 2.0, "{size} {master:?} {steps:?}: {found:?}");
-                assert!(found.warnings > 0, "{size} {master:?} {steps:?}: {found:?}");
+                let is_heard = found.warnings > 0 || found.speed.is_nan();
+                assert!(is_heard, "{size} {master:?} {steps:?}: {found:?}");
             }
         }
     }

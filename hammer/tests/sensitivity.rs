@@ -90,6 +90,8 @@ fn a_peak_at_rest_has_two_sides_and_says_so() {
     assert_eq!(row.nonsmooth, [NonSmooth::Kink { index: 0 }]);
     // Downward, the force at the start. Upward, the bit swings past the new load by as much again, undamped.
     assert!(row.left[0].abs() < 1e-6 && (row.right[0] - 2.0).abs() < 0.3, "{row:?}");
+    // Either side is within the error that is told of their mean.
+    assert!(2.0 * row.errors[0] >= row.right[0] - row.left[0], "{row:?}");
     // The machine is unchanged.
     assert!(machine.time() == 1e-3 && (machine.peaks().rock_force() - 5e3).abs() < 1e-8);
 }
@@ -152,6 +154,7 @@ fn an_event_at_the_instant_that_is_read_is_named() {
     assert!(found.nonsmooth.iter().any(named), "{:?}", found.nonsmooth);
     // With a wider gap there is no contact yet; with a narrower one the force grows at the piston's speed.
     assert!(found.right[0].abs() < 1e-6 * found.left[0].abs(), "{found:?}");
+    assert!(2.0 * found.errors[0] >= (found.right[0] - found.left[0]).abs(), "{found:?}");
 }
 
 /// The reach is the change at which two events would meet. On its way down the piston passes the edges of its ports

@@ -128,12 +128,12 @@ fn slow() -> Scene {
     let mut scene = Scene::default();
     let p = &mut scene.parameters;
     (p.fidelity, p.gravity) = (Fidelity::Rigid, 0.0);
-    (p.drive.amplitude, p.drive.stroke, p.contact.initial_gap) = (25.0, 0.5, 0.5);
+    (p.drive.amplitude, p.drive.stroke, p.contact.initial_gap) = (15.0, 0.5, 0.5);
     scene
 }
 
-/// The first blow comes after 0.4 s, and each further one after more than a second. With a limit between these the
-/// hammer counts as stalled, with a longer one it does not.
+/// The first blow comes after 0.5 s, and each further one after 1.5 s. With a limit between these the hammer counts as
+/// stalled, with a longer one it does not.
 #[test]
 fn a_hammer_without_a_blow_for_the_limit_is_stalled() {
     for (limit, stalled) in [(0.6, true), (4.0, false)] {

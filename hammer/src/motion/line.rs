@@ -19,8 +19,8 @@ use crate::scene::graph::{CHANNELS, Channel};
 /// Limits of the attempts to solve a window, of which each is shorter, and of the iterations of each attempt.
 const TRIALS: usize = 64;
 const PASSES: usize = 12;
-/// Iterations that take as long as a series of the air: each copies the motion and solves its loads anew.
-const OF_A_SERIES: u64 = 2;
+/// Work of four iterations, in series of the air: each iteration copies the motion and solves its loads anew.
+const OF_FOUR: u64 = 3;
 /// Safety factor of the length of a window, and limits of its growth and shrinkage.
 const SAFETY_FACTOR: f64 = 0.8;
 const GROWTH: f64 = 2.0;
@@ -54,7 +54,7 @@ impl Motion {
                 let ahead = span * change.clamp(SAFETY_FACTOR, growth);
                 self.state.line = Line { reach: Some(span), ahead };
                 let [rotations, passes] = work;
-                return Ok([rotations, passes.div_ceil(OF_A_SERIES)]);
+                return Ok([rotations, (OF_FOUR * passes).div_ceil(4)]);
             }
             // The window must not grow back to a length that has just failed.
             (span, growth) = (span * change.clamp(SHRINKAGE, SAFETY_FACTOR), 1.0);
