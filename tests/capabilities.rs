@@ -58,6 +58,10 @@ fn an_input_goes_on_until_it_is_set_again() {
     host.step(2.0 * STEP, STEP);
     assert_eq!(host.get("drive_force"), 7.0, "a value alone is constant");
     assert_eq!(host.get("applied_drive_force"), 7.0);
+    // A slope alone goes on from the value that there is.
+    host.set_derivative("drive_force", 1, 1e3);
+    host.step(3.0 * STEP, STEP);
+    close(host.get("drive_force"), 7.0 + 1e3 * STEP);
 }
 
 #[test]
