@@ -100,7 +100,7 @@ def component(part: dict[str, str]) -> dict[str, Any]:
     if not version[:1].isdigit():
         return found | {"name": part["name"]}
     found |= {"name": name, "version": version}
-    own = name in ("hammer", "dth-fmu", "dth-native")
+    own = name in ("dth-hammer", "dth-fmu", "dth-native")
     return found if own else found | {"purl": f"pkg:cargo/{name}@{version}"}
 
 

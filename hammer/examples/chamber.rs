@@ -1,7 +1,7 @@
 //! A hammer driven by a custom chamber. Its pressure is a force that depends on the piston's position,
 //! set from step to step as a polynomial of time.
 //!
-//! `cargo run --release -p hammer --example chamber`
+//! `cargo run --release -p dth-hammer --example chamber`
 
 use hammer::{Input, InputValues, Machine, Parameters, PointMotion, Source};
 

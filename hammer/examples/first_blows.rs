@@ -1,7 +1,7 @@
 //! Cost of a scene before its cycle settles, for a profiler: two blows of the reference hammer and its energies. The first argument is the number of elements per bar, the second one how often this is done (1), each time with a hundredth more feed; from the second time on the decompositions are cached. A third argument is the degree of the bodies' splines (1).
 //!
 //! ```text
-//! cargo build --release -p hammer --example first_blows
+//! cargo build --release -p dth-hammer --example first_blows
 //! valgrind --tool=callgrind target/release/examples/first_blows 100
 //! valgrind --tool=callgrind target/release/examples/first_blows 100 2
 //! valgrind --tool=callgrind target/release/examples/first_blows 20 2 3

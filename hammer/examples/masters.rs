@@ -2,7 +2,7 @@
 //! unit is stepped first; and steps of any sizes. Prints what the exchange costs; `tests/masters.rs` asserts it.
 //!
 //! ```text
-//! cargo run --release -p hammer --example masters
+//! cargo run --release -p dth-hammer --example masters
 //! ```
 
 #![allow(missing_docs, reason = "a program, which a test includes")]

@@ -1,6 +1,6 @@
 //! The reference hammer settled, in three rocks.
 //!
-//! `cargo run --release -p hammer --example settled`
+//! `cargo run --release -p dth-hammer --example settled`
 
 use hammer::{InputValues, Machine, Parameters};
 

@@ -1,6 +1,6 @@
 //! Every system that a scene can meet has its modes: on each of 161 meshes of the reference hammer, bare and in every
 //! casing, and of hammers drawn over the whole domain. The suite runs a part of both;
-//! `BASES=1500 cargo test -p hammer --test all bases::` draws 1500.
+//! `BASES=1500 cargo test -p dth-hammer --test all bases::` draws 1500.
 
 use hammer::laws::event::Bodies;
 use hammer::laws::rock::Spring;

@@ -1,5 +1,5 @@
 //! The layout of a stored state, compared with the last one's (`state_layout.txt`), so that no changed field is read from
-//! older bytes. `STATE_LAYOUT=write cargo test -p hammer --test all state_layout` writes it anew.
+//! older bytes. `STATE_LAYOUT=write cargo test -p dth-hammer --test all state_layout` writes it anew.
 
 use crate::scenes::cased;
 use hammer::{Input, InputValues, Machine, Parameters, Source, State};

@@ -56,7 +56,7 @@ def test_it_has_the_licences_of_what_is_compiled_and_lists_no_more(site: Path) -
     text = bill.read_text(encoding="utf-8")
     listed = {part["name"] for part in json.loads(text)["components"]}
     # Of features that nobody asks for, of the tests, of the compiler's plugins.
-    assert {"hammer", "dth-native", "nalgebra", "numpy", "pyo3"} <= listed
+    assert {"dth-hammer", "dth-native", "nalgebra", "numpy", "pyo3"} <= listed
     assert not {"glam", "serde_json", "syn"} & listed
     assert not any(str(place) in text for place in (Path.home(), ROOT))
     licences = {

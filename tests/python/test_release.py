@@ -135,7 +135,7 @@ def test_the_bill_of_materials_names_what_is_linked(release: Path) -> None:
         listed = {line.split(": ")[0] for line in licences.split("\n\n")[0].splitlines()}
         assert listed == set(made_of[path.name])
         names = {parts[ref]["name"] for ref in made_of[path.name]}
-        assert {"hammer", "libm", "nalgebra", "postcard"} <= names
+        assert {"dth-hammer", "libm", "nalgebra", "postcard"} <= names
         # What only tests, the build script and procedural macros want is in no library.
         assert not names & {"rand", "libloading", "quick-xml", "serde_json", "serde_derive", "syn"}
     crates = [c for c in bill["components"] if c.get("purl", "").startswith("pkg:cargo/")]

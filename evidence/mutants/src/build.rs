@@ -86,7 +86,7 @@ impl Build {
     /// A cargo command for the engine alone, with its tests.
     fn engine(&self, task: &str) -> Command {
         let mut command = self.cargo(task);
-        command.args(["--package", "hammer", "--features", "internals"]);
+        command.args(["--package", "dth-hammer", "--features", "internals"]);
         command
     }
 

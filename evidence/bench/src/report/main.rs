@@ -77,7 +77,7 @@ fn draw(name: &Path, json: &str) -> Result<(), Failure> {
 fn cost() -> Result<Written, Failure> {
     let root = checkout();
     let examples =
-        ["build", "--release", "-p", "hammer", "--example", "runs", "--example", "fleet"];
+        ["build", "--release", "-p", "dth-hammer", "--example", "runs", "--example", "fleet"];
     run(cargo(&root).args(examples))?;
     run(cargo(&root).args(["lab"]))?;
     let mut command = Environment::prepare(&root, Needs::Suite)?.command("python");
