@@ -1,7 +1,7 @@
 //! Directional and adjoint derivatives, against differences of getters and closed forms.
 
 use crate::support::host::{Host, vr};
-use crate::support::library::{ERROR, Library, OK};
+use crate::support::library::{ERROR, Handle, Library, OK};
 use crate::support::three::{Three, extra};
 use dth_hammer::capabilities::OVER_STEP;
 use dth_hammer::events::Extra;
@@ -253,6 +253,50 @@ fn adjoint_derivatives_are_the_directional_ones_the_other_way_round() {
     host.step(0.0, 0.02);
     let of = ["piston_position", "bit_velocity", "relative_position"].map(|n| OVER_STEP + vr(n));
     check_adjoint(&host, &of, &[vr("feed_force")], 3);
+}
+
+/// What the end of a step owes to an input over it, in hammers under a valve and under air, in a casing and without one: as
+/// differences of the same step from the same state, of which two sizes tell their own error. A difference of 1 N moves
+/// 1e-6 of a position, known to some 1e-13 of it; 95 of 100 are within what the engine tells of such, 1e-6.
+#[test]
+fn what_a_step_owes_to_an_input_is_that_of_fmi_3_s_own_steps() {
+    let (library, feed) = (Library::load(), vr("feed_force"));
+    let of = ["bit_position", "bit_velocity", "piston_velocity", "drilled_length"].map(vr);
+    let mut held = Vec::new();
+    for draw in 0..8 {
+        let host = Three::new(&library, false, false);
+        host.set("Int64", vr("fidelity"), 1_i64);
+        if draw % 2 == 0 {
+            host.set("Int64", vr("drive.source"), i64::from(AIR));
+            host.set("Float64", vr("air.error"), 1e-11);
+        }
+        host.set("Float64", vr("casing.mass"), if draw % 4 < 2 { 60.0 } else { 0.0 });
+        assert_eq!(host.enter_initialization(0.0), OK);
+        host.calls(&["ExitInitializationMode"]);
+        let (from, size) = (0.02 + 0.009 * f64::from(draw), 4e-3);
+        host.step(0.0, from);
+        let mut state = Handle(0);
+        assert_eq!(host.save(&mut state), OK);
+        let end = |by: f64| {
+            assert_eq!(host.restore(state), OK);
+            host.set("Float64", feed, 5e3 + by);
+            host.step(from, size);
+            of.map(|output| host.get(output))
+        };
+        let slope = |by: f64| {
+            let ends = [end(-by), end(by)];
+            std::array::from_fn::<f64, 4, _>(|k| (ends[1][k] - ends[0][k]) / (2.0 * by))
+        };
+        let [finer, coarser] = [slope(1.0), slope(2.0)];
+        end(0.0);
+        let told = host.derivative("Directional", &of.map(|o| o + OVER_STEP), &[feed], &[1.0], 4);
+        for k in 0..4 {
+            let known = (finer[k] - coarser[k]).abs();
+            held.push((told[k] - finer[k]).abs() <= 1e-6 * finer[k].abs() + 2.0 * known + 1e-15);
+        }
+        assert_eq!(host.forget(&mut state), OK);
+    }
+    assert!(20 * held.iter().filter(|held| !**held).count() <= held.len(), "{held:?}");
 }
 
 fn check_adjoint(host: &Three, of: &[u32], by: &[u32], scalars: usize) {

@@ -28,6 +28,7 @@ fn response(scene: &Scene) -> Steady {
 fn a_drawn_sheet_tells_what_its_scene_does() {
     let mut random = Random::new(70);
     let count = std::env::var("SHEETS").ok().and_then(|n| n.parse().ok()).unwrap_or(3);
+    let mut failures = Vec::new();
     for sheet in 0..count {
         let outer = random.spread(0.06, 0.21);
         let pressure = random.spread(6e5, 30e5);
@@ -58,8 +59,18 @@ fn a_drawn_sheet_tells_what_its_scene_does() {
         let solution = all.solve(&base).expect("a hammer");
         let found = response(&solution.scene);
         if found.kind == Kind::Stalled {
-            let said = solution.contradictions.iter().any(|text| text.contains("stall"));
-            assert!(said, "{known:?} {:?}", solution.contradictions);
+            // At once, or after more blows than a sheet simulates.
+            let words = ["stalls", "may come to rest"];
+            let said = |text: &String| words.iter().any(|word| text.contains(word));
+            if !solution.contradictions.iter().any(said) {
+                failures.push(format!("{sheet} {known:?} {:?}", solution.contradictions));
+            }
+            continue;
+        }
+        let exact = matches!(found.kind, Kind::Cycle(_));
+        // An irregular motion may fall into a cycle after more blows than a sheet simulates: one of 40 did.
+        let said = |words: &str| solution.contradictions.iter().any(|text| text.contains(words));
+        if exact && said("The blows differ") && said("or fall into another motion") {
             continue;
         }
         let mean = |name| found.mean.get(name);
@@ -72,12 +83,14 @@ fn a_drawn_sheet_tells_what_its_scene_does() {
             ("rate of penetration", mean("rop").min(mean("tip_rate")), "rop", 0.03, 0.01),
         ] {
             let off = number(&solution, name) / value - 1.0;
-            let exact = matches!(found.kind, Kind::Cycle(_));
             let own = if exact { 0.0 } else { own };
             let allowed = 4.0 * f64::hypot(own, error(of)) + more + 0.005;
-            assert!(off.abs() < allowed, "{sheet} {known:?}: {name} {off:+.3} of {allowed:.3}");
+            if off.abs() >= allowed {
+                failures.push(format!("{sheet} {known:?}: {name} {off:+.3} of {allowed:.3}"));
+            }
         }
     }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
 /// What is printed of a hammer is of its casing held, whatever the feed: the printed power is told beside that at the

@@ -393,13 +393,6 @@ def test_an_optimum_keeps_its_value_when_it_is_perturbed() -> None:
     error = np.std(rates) / np.sqrt(40)
     assert abs(np.mean(rates) - values[0]) <= 4.0 * np.hypot(error, found[0].error)
     assert found[0].nominal == pytest.approx(steady(RIGID | dict(chosen))["rop"], rel=1e-9)
-    for best in found:
-        # The mean over the tolerance keeps the limit; energy is a smooth function of both, so the
-        # design itself does to the square of the tolerance, times its curvature of some units.
-        assert best.steady["blow_energy"] <= 160.0 * (1.0 + 1e-3)
-        assert best.at_bounds or best.at_limits
-        assert best.evaluations == len(best.history)
-        assert {"start", "goal", "refused"} <= {*best.history}
 
 
 def test_starts_that_agree_are_enough() -> None:

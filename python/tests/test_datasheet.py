@@ -14,6 +14,7 @@ from dth_hammer import (
     compare,
     from_datasheet,
     simulate,
+    sweep,
 )
 from dth_hammer.scene.hammers import scene_of
 
@@ -24,31 +25,12 @@ def strikes(sheet: Datasheet, until: float) -> tuple[float, float]:
     return table["blow_energy"].mean(), 1.0 / table["blow_period"].mean()
 
 
-@pytest.mark.parametrize(
-    ("given", "energy", "frequency"),
-    [
-        ({"piston_mass": "8 kg", "blow_energy": "350 J", "frequency": "1500 1/min"}, 350.0, 25.0),
-        (
-            {
-                "piston_mass": "19 lb",
-                "blow_energy": "300 ft.lbf",
-                "frequency": "30 Hz",
-                "hole": "6 in",
-                "bit_mass": "40 lb",
-                "rock": "R4",
-            },
-            300 * 0.3048 * 0.45359237 * 9.80665,
-            30.0,
-        ),
-    ],
-)
-def test_a_hammer_strikes_as_its_datasheet_says(
-    given: dict[str, Any], energy: float, frequency: float
-) -> None:
-    found = strikes(from_datasheet(**given), 1.2)
+def test_a_hammer_strikes_as_its_datasheet_says() -> None:
+    given = {"piston_mass": "19 lb", "blow_energy": "300 ft.lbf", "frequency": "30 Hz"}
+    found = strikes(from_datasheet(**given, hole="6 in", bit_mass="40 lb", rock="R4"), 1.2)
     # Each is met up to its own error, 5 and 2 %: what pistons do pulls at them.
-    assert found[0] == pytest.approx(energy, rel=0.05)
-    assert found[1] == pytest.approx(frequency, rel=0.02)
+    assert found[0] == pytest.approx(300 * 0.3048 * 0.45359237 * 9.80665, rel=0.05)
+    assert found[1] == pytest.approx(30.0, rel=0.02)
 
 
 def test_the_rock_grows_with_the_area_of_the_hole() -> None:
@@ -71,25 +53,11 @@ def test_the_rock_grows_with_the_area_of_the_hole() -> None:
         ({"piston_mass": 3.4}, "nothing says the power of the blows: give pressure"),
         ({"power": "20 kW", "air_flow": {}}, "air_flow is empty"),
         ({"power": "20 kW", "rock": "granite"}, "give hole or od"),
-        ({"piston_mass": -1, "blow_energy": 220, "frequency": 20}, "piston_mass = -1 is not"),
         ({"piston_mass": "3 m", "blow_energy": 220, "frequency": 20}, "piston_mass is given in kg"),
         (
             {"piston_mass": 3.4, "blow_energy": 220, "frequency": "1800 rpm"},
             "of blows, not of turns",
         ),
-        ({"piston_mass": 3.4, "blow_energy": 220, "frequency": 0.01}, "0.5 to 500 Hz"),
-        (
-            {
-                "piston_mass": 3.4,
-                "pressure": 1e6,
-                "bore": 0.07,
-                "stroke": 0.1,
-                "effectiveness": 2.0,
-            },
-            "effectiveness = 2",
-        ),
-        ({"piston_mass": 3.4, "blow_energy": "9.5 MJ", "frequency": 20}, "is the unit right"),
-        ({"piston_mass": 3.4, "impact_speed": 1256, "frequency": 20}, "0.5 to 25 m/s"),
     ],
 )
 def test_what_makes_no_hammer_is_refused_in_words(given: dict[str, Any], message: str) -> None:
@@ -144,7 +112,7 @@ def test_a_number_that_belongs_to_what_is_changed_does_not_stay() -> None:
     assert bare.parameters["supply_pressure"] == pytest.approx(30e5 + 101325.0)
 
 
-def test_whatever_simulate_takes_is_compared() -> None:
+def test_whatever_simulate_takes_is_compared(cli: Callable[..., str], tmp_path: Any) -> None:
     # Of the same scene under twice its specific energy the rate is half, in the middle.
     scene = {"fidelity": "Rigid"}
     energy = VARIABLES["rock.specific_energy"].start or 0.0
@@ -156,6 +124,14 @@ def test_whatever_simulate_takes_is_compared() -> None:
     ratio, low, high = compare(sheet, "air_4_inch").loc["blow energy"]
     assert low < 1.0 < high < 2.5 * low
     assert low < ratio < high
+    # A row of a sweep, a preset and a file are hammers too, and so they are for the command.
+    table = sweep({"feed_force": [4e3, 6e3]}, 0.05, base=scene)
+    rows = compare(table.iloc[1], table.iloc[0])
+    file = tmp_path / "rigid.json"
+    file.write_text('{"start_values": {"fidelity": "Rigid", "feed_force": "4 kN"}}', "utf-8")
+    printed = cli("compare", file, "feed_force=6kN")
+    assert f"rate of penetration: {rows.loc['rate of penetration', 'ratio']:.3g} times" in printed
+    assert "blow energy: " in cli("compare", file, "water_hammer")
 
 
 def test_the_air_at_the_compressor_is_told() -> None:

@@ -1,5 +1,6 @@
 """A drilling log to the rock's specific energy over depth."""
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -7,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from dth_hammer import (
+    PRESETS,
     DomainError,
     HammerWarning,
     compare,
@@ -14,7 +16,8 @@ from dth_hammer import (
     specific_energy,
     steady,
 )
-from dth_hammer.study.drilling import HEARD, _heard
+from dth_hammer.scene.variables import numbers, whole
+from dth_hammer.study.drilling import HEARD, SCATTER, _heard
 
 SHEET = {"od": "124 mm", "pressure": "24 bar", "power": "31.7 kW", "hole": "140 mm"}
 
@@ -42,6 +45,7 @@ def test_a_log_of_simulated_rates_gives_the_rock_that_they_were_simulated_in() -
     # What one rate says to the sheet, the log says too: the same members and quantiles.
     one = sheet.but(rop=18 / 3600)
     here = {"depth [m]": [0.0], "rop [m/s]": [18 / 3600], "pressure [Pa]": [24e5]}
+    here["feed [N]"] = [one.parameters["feed_force"]]
     alone = specific_energy(sheet, pd.DataFrame(here)).iloc[0]
     assert alone["specific_energy"] == pytest.approx(
         one.parameters["rock.specific_energy"], rel=1e-6
@@ -106,9 +110,11 @@ def test_a_frequency_and_a_feed_count_where_they_stand_and_what_else_there_is_st
         {"Depth [m]": [10, 11], "ROP [min/m]": [3, 4], "Percussion pressure [bar]": [24, 24]}
     )
     log["specific_energy"], log["Time"] = ["mine", "mine too"], ["10:02", "10:07"]
-    alone = specific_energy(sheet, log)
+    own = sheet.parameters["feed_force"] / 9806.65
+    fed = log.assign(**{"Thrust [t]": [own, 2]})
+    unfed, alone = specific_energy(sheet, log), specific_energy(sheet, fed)
     middle = 60 * sheet.members["frequency"].median()
-    heard = specific_energy(sheet, log.assign(BPM=[middle, None], **{"Thrust [t]": [None, 2]}))
+    heard = specific_energy(sheet, fed.assign(BPM=[middle, None]))
 
     def wide(table: pd.DataFrame) -> np.ndarray:
         return np.log(table["specific_energy_high"] / table["specific_energy_low"]).to_numpy()
@@ -116,15 +122,42 @@ def test_a_frequency_and_a_feed_count_where_they_stand_and_what_else_there_is_st
     first, second = wide(heard) / wide(alone)
     # Of numbers that go together as normal ones do, with the ear's own error; the ends of 80 % of
     # 240 members are known to some 7 % each.
-    own = np.log(sheet.but(rop="18 m/h").members[["specific energy", "frequency"]])
-    trust = own["frequency"].var() / (own["frequency"].var() + HEARD**2)
-    assert first == pytest.approx(np.sqrt(1.0 - trust * own.corr().iloc[0, 1] ** 2), rel=0.1)
+    logs = np.log(sheet.but(rop="18 m/h").members[["specific energy", "frequency"]])
+    trust = logs["frequency"].var() / (logs["frequency"].var() + HEARD**2)
+    assert first == pytest.approx(np.sqrt(1.0 - trust * logs.corr().iloc[0, 1] ** 2), rel=0.1)
     assert first < 1.0
     assert second == pytest.approx(1.0, rel=1e-9)
+    # So does a feed, without which it is anywhere in what rigs put on such a hammer.
+    assert (wide(alone) < wide(unfed)).all()
     assert heard["feed"].tolist()[1] == pytest.approx(2000 * 9.80665)
     said = "; ".join(heard.attrs["said"])
-    assert "frequency is used in 1 of 2 rows: it makes the range of the power 0." in said
-    assert "feed is used in 1 of 2 rows" in said
+    assert "frequency is used in 1 of 2 rows, which makes the range of the power 0." in said
+    assert re.search(
+        "feed is used in 2 of 2 rows: .* which makes the range of the power 0[.]", said
+    )
     assert "'Time' is not used" in said
     assert heard["Time"].tolist() == ["10:02", "10:07"]
     assert heard["specific_energy (of the log)"].tolist() == ["mine", "mine too"]
+
+
+@pytest.mark.filterwarnings("ignore::dth_hammer.HammerWarning")
+def test_a_log_is_of_whatever_simulate_takes(tmp_path: Path, cli: Callable[..., str]) -> None:
+    # Of a hammer's own rates the log gives its own rock, at its pressure and at another.
+    hammer = {**PRESETS["air_4_inch"].values, "fidelity": "Rigid"}
+    lower = hammer | {"supply_pressure": 0.8 * hammer["supply_pressure"]}
+    air = whole(numbers(None, hammer))["exhaust_pressure"]
+    hole = tmp_path / "hole.csv"
+    rows = [
+        f"{k} m,{steady(own)['rop']!r} m/s,{own['supply_pressure'] - air!r} Pa"
+        for k, own in enumerate((hammer, lower))
+    ]
+    hole.write_text("\n".join(["depth,rop,pressure", *rows]), encoding="utf-8")
+    found = specific_energy(hammer, hole)
+    energy = whole(numbers(None, hammer))["rock.specific_energy"]
+    # The middle of 240 members whose 5 and 10 % are drawn, and two means known to 2 %.
+    assert found["specific_energy"].to_numpy() == pytest.approx([energy] * 2, rel=0.06)
+    wide = np.log(found["specific_energy_high"] / found["specific_energy_low"])
+    assert wide.to_numpy() == pytest.approx([2 * 1.2816 * np.hypot(0.05, SCATTER)] * 2, rel=0.15)
+    assert "specific_energy [MJ/m3]" in cli("log", hole, "--sheet", "air_4_inch")
+    with pytest.raises(DomainError, match="does not drive this hammer"):
+        specific_energy("water_hammer", hole)

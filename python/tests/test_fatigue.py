@@ -11,7 +11,7 @@ import pytest
 from dth_hammer import DomainError, HammerWarning, RefusedError, Scene, SNCurve, life, report
 from dth_hammer.errors import MissingError
 from dth_hammer.study import fatigue
-from dth_hammer.study.fatigue import Life, ranges, turning_points
+from dth_hammer.study.fatigue import Life, _counted, ranges, turning_points
 
 CURVE = SNCurve("200 MPa", 1e7, 8)
 # A coarse mesh, which costs a quarter, and a penalty as stiff as two of its elements.
@@ -55,6 +55,16 @@ def test_the_damage_of_a_cycle_is_that_of_the_line() -> None:
     assert bent.damage(stress[:1], np.array([500e6])) == pytest.approx(1e-7, rel=1e-12)
     assert bent.damage(stress[:1], np.array([-500e6])) == pytest.approx(1e-7 / 256, rel=1e-12)
     assert math.isinf(bent.damage(stress[:1], np.array([1e9]))[0])
+
+
+def test_many_small_cycles_count_where_the_line_is_flat() -> None:
+    # One cycle of 100 MPa and 20,000 of 0.9: by Miner they are added.
+    small = 20_000
+    turns = 1e6 * np.concatenate(([100.0, 0.0], np.tile([0.9, 0.0], small)))
+    alone, each = SNCurve("200 MPa", 1e7, 3).damage(np.array([50e6, 0.45e6]), np.zeros(2))
+    damage = _counted(turns, SNCurve("200 MPa", 1e7, 3))["damage"]
+    assert damage == pytest.approx(alone + small * each, rel=1e-9)
+    assert damage > 1.01 * alone
 
 
 def test_stresses_are_those_of_the_blow(found: Life) -> None:

@@ -1,9 +1,7 @@
 """Long-run responses and trends: against longer simulations, known lines, and each other."""
 
-import warnings
 from collections.abc import Callable
 from pathlib import Path
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -75,23 +73,6 @@ APART = {
     "rock.stiffness": 9.3e7,
     "rock.unloading_ratio": 5.43,
 }
-
-
-def test_a_cycle_of_a_hammer_that_is_irregular_from_another_start_is_told(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    cycle = steady(RIGID)
-    irregular = steady(RIGID | {"feed_force": 0.0}, error=0.05)
-    for own, other, told in ((cycle, irregular, 1), (cycle, cycle, 0), (irregular, cycle, 0)):
-        # Which start falls into which motion is chance: here it is said.
-        answers = Mock(side_effect=[[own], [other]])
-        monkeypatch.setattr("dth_hammer.study.response.responses", answers)
-        with warnings.catch_warnings(record=True) as said:
-            warnings.simplefilter("always")
-            found = steady(RIGID)
-        assert len(said) == len(found.warnings) == told
-        assert not told or "50 % cycle at" in str(said[0].message)
-        monkeypatch.undo()
 
 
 @pytest.mark.filterwarnings("ignore:.*creeps in the rock")

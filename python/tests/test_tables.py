@@ -174,7 +174,7 @@ def test_every_damage_of_a_log_is_told_or_harmless(tmp_path: Path) -> None:
     random, path = np.random.default_rng(7), tmp_path / "log.csv"
     path.write_text(_text([HEADS.split(";"), *HOLE]), encoding="utf-8")
     whole, _, clean = columns_of(path, FIELDS)
-    assert not clean.told | suspicions(sheet, whole)
+    assert not clean.told | suspicions(sheet.parameters, whole)
     silent = []
     for draw in range(4 * len(DAMAGES)):
         damage = DAMAGES[draw % len(DAMAGES)]
@@ -196,7 +196,7 @@ def test_every_damage_of_a_log_is_told_or_harmless(tmp_path: Path) -> None:
             "not used" in s for s in grid.said
         )
         nulls = numbers.isna().any().any() and len(numbers) == len(whole)
-        if not (harmless or grid.told or lost or nulls or suspicions(sheet, numbers)):
+        if not (harmless or grid.told or lost or nulls or suspicions(sheet.parameters, numbers)):
             silent.append(text)
     assert len(silent) == 0, silent[0]
 

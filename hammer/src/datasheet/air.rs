@@ -36,22 +36,28 @@ impl AirBlow {
     /// # Errors
     /// Those of the engine; [`DatasheetError::Contradiction`] for a hammer that strikes too few blows.
     pub fn of(scene: &Scene) -> Result<Self, DatasheetError> {
+        Self::after(scene, SKIPPED)
+    }
+
+    /// Simulates the blows of a scene after some that are skipped.
+    pub(super) fn after(scene: &Scene, skipped: u64) -> Result<Self, DatasheetError> {
+        let longest = LONGEST.max(0.3 * skipped as f64);
         let mut machine = scene.machine()?;
         let (mut sum, mut counted, mut height) = ([0.0; 4], 0, 0.0f64);
-        while machine.counters().blows < SKIPPED + AVERAGED {
+        while machine.counters().blows < skipped + AVERAGED {
             machine.advance(machine.time() + 1e-3)?;
             let blows = machine.counters().blows;
-            if blows >= SKIPPED {
+            if blows >= skipped {
                 height = height.max(-machine.kinematics().relative.displacement);
             }
-            if let Some(b) = machine.blow().filter(|_| blows > counted.max(SKIPPED)) {
+            if let Some(b) = machine.blow().filter(|_| blows > counted.max(skipped)) {
                 let values = [b.energy, b.period, b.air_flow, b.rock_work];
                 sum.iter_mut().zip(values).for_each(|(sum, new)| *sum += new / AVERAGED as f64);
             }
             counted = blows;
-            if machine.time() > LONGEST {
+            if machine.time() > longest {
                 return Err(DatasheetError::Contradiction(format!(
-                    "an air hammer of these numbers strikes {counted} times in {LONGEST} s: it stalls"
+                    "an air hammer of these numbers strikes {counted} times in {longest} s: it stalls"
                 )));
             }
         }

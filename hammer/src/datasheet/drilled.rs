@@ -24,7 +24,7 @@ const BEGUN: u64 = 8;
 const ENDED: u64 = 24;
 
 /// Means of a scene's blows in the long run, elastic as the scene is, with their relative standard errors.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Drilled {
     /// Energy of the piston, J; blows per time, Hz; free air through the chambers, m3/s.
     pub energy: f64,
@@ -42,18 +42,20 @@ pub(super) struct Drilled {
     pub blows: usize,
     /// Share of the time in which the shoulder of the chuck is open.
     pub open: f64,
+    /// A sentence, if it settles elsewhere from another start.
+    pub elsewhere: Option<String>,
 }
 
 impl Drilled {
-    /// Simulates a scene until its means are known. Whether its casing is held is asked where a feed is given (`fed`):
-    /// the assumed one holds it.
+    /// Simulates a scene until its means are known. Whether its casing is held, and whether it settles elsewhere from
+    /// another start, is asked where a feed is given (`fed`): the assumed one holds it.
     ///
     /// # Errors
     /// The engine's; a hammer that stalls.
     pub fn of(scene: &Scene, fed: bool) -> Result<Self, DatasheetError> {
-        let mut found = Self::means(scene, BLOWS[0])?;
+        let mut found = Self::means(scene, BLOWS[0], fed)?;
         if !found.reached {
-            found = Self::means(scene, BLOWS[1])?;
+            found = Self::means(scene, BLOWS[1], fed)?;
         }
         if found.kind == Kind::Stalled {
             let feed = 1e-3 * scene.inputs.feed_force;
@@ -75,10 +77,11 @@ impl Drilled {
             errors: [error("rop"), error("blow_energy"), error("period"), flow],
             blows: found.blows,
             open: if fed { Shoulder::open(scene)? } else { 0.0 },
+            elsewhere: found.depends_on_its_start(),
         })
     }
 
-    fn means(scene: &Scene, blows: usize) -> Result<Steady, Error> {
+    fn means(scene: &Scene, blows: usize, second: bool) -> Result<Steady, Error> {
         let air = scene.parameters.drive.source == Source::Air;
         let wanted = Averages::names().map(|name| match name {
             "rop" | "tip_rate" => OF_RATE,
@@ -88,7 +91,7 @@ impl Drilled {
         });
         let mut error = Averages::default();
         error.0.iter_mut().zip(wanted).for_each(|(error, wanted)| *error = wanted);
-        let wanted = Wanted { error, blows, limit: LONGEST, ..Wanted::default() };
+        let wanted = Wanted { error, blows, limit: LONGEST, second, ..Wanted::default() };
         steady(scene, &wanted, &mut |_, _| true)
     }
 

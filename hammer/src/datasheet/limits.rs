@@ -87,7 +87,8 @@ impl Datasheet {
         if let Some(feed) = feed.filter(|_| !drilled.held()) {
             list.push(format!(
                 "The feed of {} kN does not hold the casing down: the bit hangs out of its shoulder for {:.0} % of the \
-                 time. Printed numbers are those of a held casing.",
+                 time, and with time the hammer may come to rest or fall into another motion. Printed numbers are \
+                 those of a held casing.",
                 digits(1e-3 * feed),
                 100.0 * drilled.open
             ));
@@ -100,6 +101,7 @@ impl Datasheet {
                 100.0 * rate
             ));
         }
+        list.extend(drilled.elsewhere.clone());
         let (rate_told, turns) = (sample.number(|m| m.rate).0, self.get(Quantity::Rotation));
         list.extend(buried(drilled.rate, drilled.tip_rate, drilled.tip_rate / drilled.frequency));
         match turns {

@@ -132,7 +132,7 @@ impl Datasheet {
         let (scene, mut sample) = self.drawn(base)?;
         let middle = self.hammer(&scene, &sample);
         if let Ok((_, Ok(now))) = &middle {
-            let mut then = self.get(Quantity::Rate).map(|_| *now);
+            let mut then = self.get(Quantity::Rate).map(|_| now.clone());
             if let (Some(then), Some(_)) = (&mut then, self.at) {
                 // The rate was measured at the sheet's pressure, not at the working pressure.
                 let sheet = Self { at: None, ..self.clone() };

@@ -146,7 +146,8 @@ impl Sample {
             m.blow.frequency *= frequency * off(1, of_period);
             m.blow.flow *= air * off(2, of_air);
             m.blow.driving *= air * off(2, of_air);
-            m.share = (m.share * now.share / mid_share).min(MOST);
+            // With the feed's work, which in soft rock is much, the rock may take more than the blow's energy.
+            m.share = (m.share * now.share / mid_share).min(MOST.max(now.share));
             let mut share = m.share;
             if let (Some(power), Some(rate)) = (power, m.measure.rate) {
                 // What share the rock takes is the same of both rates.
@@ -181,11 +182,10 @@ impl Sample {
 
 impl Kind {
     /// The blow of a member at the working pressure. Its pressure differs from that by the same factor as from the
-    /// sheet's.
+    /// sheet's; if the sheet has none, it is the working pressure.
     fn at(&self, off: &Point, at: f64, sheet: &Datasheet) -> Blow {
-        let given = sheet.get(Quantity::Pressure).unwrap_or(at);
-        let own = math::exp(self.logs(off)[0]);
-        self.blow(off, Some(own * at / given))
+        let own = |given| math::exp(self.logs(off)[0]) * at / given;
+        self.blow(off, Some(sheet.get(Quantity::Pressure).map_or(at, own)))
     }
 }
 

@@ -11,6 +11,7 @@ use crate::laws::event::Event;
 use crate::machine::blows::Blow;
 use crate::machine::{Machine, Observer};
 use crate::means::averages::{Averages, Means};
+use crate::numerics::display::digits;
 use crate::scene::Scene;
 
 /// What a hammer does in the long run.
@@ -39,6 +40,8 @@ pub struct Steady {
     pub blows: usize,
     /// True if the error asked for was reached.
     pub reached: bool,
+    /// The irregular motion that a [second start](Wanted::second) leads to.
+    pub elsewhere: Option<Box<Self>>,
 }
 
 /// How to search for a long-run response.
@@ -54,12 +57,14 @@ pub struct Wanted {
     pub repeating: usize,
     /// Threads that simulate. The answer does not depend on their number.
     pub threads: usize,
+    /// Whether another start is tried of a motion that repeats: an irregular one may fall into a cycle from a rare start.
+    pub second: bool,
 }
 
 impl Default for Wanted {
     fn default() -> Self {
         let error = Averages::of_rates(0.01);
-        Self { error, blows: 20_000, limit: 10.0, repeating: 8, threads: 1 }
+        Self { error, blows: 20_000, limit: 10.0, repeating: 8, threads: 1, second: false }
     }
 }
 
@@ -149,7 +154,35 @@ pub fn steady(
     progress: &mut dyn FnMut(usize, f64) -> bool,
 ) -> Result<Steady, Error> {
     let apart = |number: usize| Alone::new(scene, number, wanted.limit);
-    search(apart(0)?, Some(&apart), wanted, progress)
+    let mut found = search(apart(0)?, Some(&apart), wanted, progress)?;
+    if wanted.second && matches!(found.kind, Kind::Cycle(_)) {
+        let other = match elsewhere(scene, &found, wanted, progress) {
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            // What a start that nobody gave meets is no error of the scene.
+            other => other.ok().flatten(),
+        };
+        found.elsewhere = other.map(Box::new);
+    }
+    Ok(found)
+}
+
+/// The response from half the gap, with the piston rising, of a scene that repeats; none if that nearly repeats too.
+fn elsewhere(
+    scene: &Scene,
+    found: &Steady,
+    wanted: &Wanted,
+    progress: &mut dyn FnMut(usize, f64) -> bool,
+) -> Result<Option<Steady>, Error> {
+    let mut other = *scene;
+    other.parameters.contact.initial_gap *= 0.5;
+    other.parameters.piston.initial_velocity = -0.5 * found.mean.get("blow_speed");
+    let mut member = Member::new(Alone::new(&other, 0, wanted.limit)?);
+    member.strike(SETTLED)?;
+    if member.list.len() < SETTLED || repeats(&member.list, wanted.repeating, NEAR).is_some() {
+        return Ok(None);
+    }
+    let other = steady(&other, &Wanted { second: false, ..*wanted }, progress)?;
+    Ok(Some(other).filter(|other| other.kind == Kind::Irregular))
 }
 
 /// The long-run response of a single simulation, for instance of a hammer with a controller. One whose blows repeat
@@ -230,9 +263,23 @@ fn distinct<S>(members: &[Member<S>], count: usize) -> Vec<&[Blow]> {
 }
 
 impl Steady {
+    /// A sentence about a motion that repeats from its start alone.
+    pub fn depends_on_its_start(&self) -> Option<String> {
+        let other = self.elsewhere.as_ref()?;
+        let told = |of: &Self| {
+            let [frequency, rate] = [of.mean.get("blow_frequency"), 3600.0 * of.mean.rop()];
+            format!("{} Hz, {} m/h", digits(frequency), digits(rate))
+        };
+        Some(format!(
+            "where this hammer settles depends on its start: it repeats ({}), and from another start it is irregular ({})",
+            told(self),
+            told(other)
+        ))
+    }
+
     fn of(kind: Kind, means: Means, reached: bool) -> Self {
         let Means { mean, error, spread, blows } = means;
-        Self { kind, mean, error, spread, blows, reached }
+        Self { kind, mean, error, spread, blows, reached, elsewhere: None }
     }
 }
 
@@ -405,6 +452,22 @@ mod tests {
         assert_eq!(distinct(&members, 60).len(), 4);
         // They differ from the first blow on, if only a little.
         assert!(members[1..].iter().all(|other| other.list[0] != members[0].list[0]));
+        Ok(())
+    }
+
+    /// A cycle is irregular elsewhere if the hammer does not repeat from half its gap, as the rigid reference without
+    /// feed does not; with its feed it repeats from everywhere.
+    #[test]
+    fn a_second_start_finds_an_irregular_motion_and_no_other() -> Result<(), Error> {
+        let wanted = Wanted { second: true, error: Averages::of_rates(0.1), ..Wanted::default() };
+        let (mut scene, mut on) = (rigid(), |_, _| true);
+        let mut found = steady(&scene, &wanted, &mut on)?;
+        assert_eq!((found.kind, found.depends_on_its_start()), (Kind::Cycle(1), None));
+        scene.inputs.feed_force = 0.0;
+        let other = elsewhere(&scene, &found, &wanted, &mut on)?.expect("an irregular motion");
+        assert_eq!(other.kind, Kind::Irregular);
+        found.elsewhere = Some(Box::new(other));
+        assert!(found.depends_on_its_start().is_some_and(|text| text.contains("it is irregular")));
         Ok(())
     }
 }

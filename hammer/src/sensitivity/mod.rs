@@ -1,13 +1,13 @@
 //! Derivatives of anything that a run returns, as differences of exact runs.
 //!
-//! The relative error of a run's numbers is about 1e-13, and a run repeats to the last binary digit, so differences
+//! The relative error of a run's numbers is about 2e-13, and a run repeats to the last binary digit, so differences
 //! have 7 to 9 digits.
 //! Each derivative needs two runs besides the one at `x`, and has an error estimate. With the slope `a` from `x-h` to
 //! `x` and the slope `b` from `x` to `x+h`,
 //!
 //! ```text
 //! f'(x) = (f(x+h) - f(x-h)) / 2h
-//! error = (b - a)^2 / 2 |f'| + 1e-13 |f| / h          truncation with one length scale, and rounding
+//! error = (b - a)^2 / 2 |f'| + 2e-13 |f| / h          truncation with one length scale, and rounding
 //! ```
 //!
 //! If the error is more than a millionth of the derivative, a third run, at `x + 2h`, gives the error of the central

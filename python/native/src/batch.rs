@@ -4,7 +4,7 @@
 use crate::failure::{Failure, refused};
 use crate::interrupt::PAUSE;
 use crate::machine::guarded;
-use crate::response::{response_numbers, wanted_of};
+use crate::response::{Asked, response_numbers, wanted_of};
 use crate::scene::{scene_of, warnings};
 use crate::session::Session;
 use crate::table::{Pick, Selection};
@@ -93,6 +93,7 @@ impl Plan {
                 })?;
                 let mean = &found.mean;
                 noted.extend(buried(mean.rop(), mean.tip_rate(), mean.get("advance")));
+                noted.extend(found.depends_on_its_start());
                 values.extend(response_numbers(&found));
             }
         }
@@ -136,13 +137,12 @@ impl Batch {
         Self::begin(py, scenes, Job::Run(until, selection.picks.clone()), threads)
     }
 
-    /// Starts to search long-run responses, with the largest error of each mean, most blows, longest time without a
-    /// blow (s), and longest cycle in blows.
+    /// Starts to search long-run responses.
     #[staticmethod]
     fn steady(
         py: Python<'_>,
         scenes: Vec<Vec<(String, f64)>>,
-        wanted: (Vec<f64>, usize, f64, usize),
+        wanted: Asked,
         threads: usize,
     ) -> PyResult<Self> {
         let each = (threads / scenes.len().max(1)).max(1);

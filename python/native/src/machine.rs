@@ -2,7 +2,7 @@
 
 use crate::failure::{Failure, refused};
 use crate::interrupt::interruptible;
-use crate::response::{response_numbers, wanted_of};
+use crate::response::{Asked, response_numbers, wanted_of};
 use crate::scene::scene_of;
 use crate::session::Session;
 use crate::snapshot::Snapshot;
@@ -215,7 +215,7 @@ impl Machine {
         slf: Py<Self>,
         py: Python<'_>,
         step: Py<PyAny>,
-        wanted: (Vec<f64>, usize, f64, usize),
+        wanted: Asked,
         tell: Py<PyAny>,
     ) -> PyResult<Vec<f64>> {
         let wanted = wanted_of(wanted)?;

@@ -17,16 +17,17 @@ pub fn response_numbers(found: &Steady) -> Vec<f64> {
     head.into_iter().chain(means.iter().flat_map(|averages| averages.0)).collect()
 }
 
-/// What is wanted: the largest error of each mean, most blows, longest time without a blow (s), and longest cycle in
-/// blows.
-pub fn wanted_of(
-    (error, blows, limit, repeating): (Vec<f64>, usize, f64, usize),
-) -> PyResult<Wanted> {
+/// What is wanted: the largest error of each mean, most blows, longest time without a blow (s), longest cycle in blows,
+/// and whether a second start is tried.
+pub type Asked = (Vec<f64>, usize, f64, usize, bool);
+
+/// What is wanted, as the engine has it.
+pub fn wanted_of((error, blows, limit, repeating, second): Asked) -> PyResult<Wanted> {
     if repeating > MOST_REPEATING {
         return Err(refused(format!("repeating = {repeating} must be 0 to {MOST_REPEATING}")));
     }
     let error = error.try_into().map(Averages).map_err(|wrong: Vec<f64>| {
         refused(format!("{} errors are not the {} of the means", wrong.len(), Averages::COUNT))
     })?;
-    Ok(Wanted { error, blows, limit, repeating, threads: 1 })
+    Ok(Wanted { error, blows, limit, repeating, threads: 1, second })
 }

@@ -51,7 +51,7 @@ class Machine:
     def steady(
         self,
         step: Callable[[], None],
-        wanted: tuple[list[float], int, float, int],
+        wanted: tuple[list[float], int, float, int, bool],
         tell: Callable[[int, float], None],
     ) -> list[float]: ...
     def run(
@@ -71,7 +71,7 @@ class Batch:
     @staticmethod
     def steady(
         scenes: Sequence[Sequence[tuple[str, float]]],
-        wanted: tuple[list[float], int, float, int],
+        wanted: tuple[list[float], int, float, int, bool],
         threads: int,
     ) -> Batch: ...
     def progress(self) -> tuple[int, float]: ...

@@ -5,19 +5,15 @@ from pathlib import Path
 from typing import Any
 
 from .. import outputs
-from ..scene.datasheet import from_datasheet
 from ..scene.quantities import convert
 from ..study.drilling import specific_energy
 from . import common
-from .options import UNITS, Call, Written, assignments, listed, table
+from .options import A_HAMMER, UNITS, Call, Written, assignments, hammer_of, table
 
-SHEET = "the hammer's datasheet: od=124mm,pressure=24bar,power=31.7kW,hole=140mm"
 CALL = Call(
     specific_energy,
     log=Written("log", type=Path),
-    sheet=Written(
-        "--sheet", lambda text: from_datasheet(**assignments(listed(text))), help=SHEET, type=str
-    ),
+    sheet=Written("--sheet", hammer_of, help=A_HAMMER, type=str),
     unit=Written(
         "--unit",
         assignments,

@@ -13,7 +13,9 @@ from .. import outputs
 from ..contract import alternatives, hints_of
 from ..errors import DomainError
 from ..scene import quantities
+from ..scene.datasheet import Datasheet, from_datasheet
 from ..scene.hammers import scene_of
+from ..scene.scene import Scene
 from ..scene.steel import SNCurve
 
 
@@ -154,6 +156,20 @@ def as_text(default: Any) -> str:
 def assignments(texts: Sequence[str]) -> dict[str, Any]:
     """Names and values of several ``NAME=VALUE``."""
     return _pairs(texts, "NAME=VALUE", lambda value: value or None)
+
+
+#: What `hammer_of` reads, in words.
+A_HAMMER = (
+    "a hammer: its datasheet, as od=124mm,pressure=24bar,power=31.7kW,hole=140mm, the name of a "
+    "preset, or the file of a scene"
+)
+
+
+def hammer_of(text: str, rock: str | None = None) -> Datasheet | Scene:
+    """A hammer in a word: a datasheet as NAME=VALUE,..., a preset's name, or a file."""
+    if "=" not in text:
+        return scene_of(text, rock)
+    return from_datasheet(**assignments(listed(text)), **({"rock": rock} if rock else {}))
 
 
 def units(texts: Sequence[str]) -> list[quantities.Units]:

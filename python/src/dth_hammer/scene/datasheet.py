@@ -4,7 +4,6 @@ see `hammer::datasheet`; here are units and tables.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -243,21 +242,12 @@ def _read(given: Mapping[str, Any]) -> _native.Given:
         highest = table[-1][0]
         arguments |= {"air_flow": None, "pressure": given.get("pressure", highest)}
     numbers = {
-        name: _kelvin(value) if name == "inlet" else quantities.read(value, UNITS[name], name)
+        name: quantities.read(value, UNITS[name], name)
         for name, value in arguments.items()
         if value is not None
     }
     at = given.get("at")
     return numbers, table, None if at is None else quantities.read(at, "Pa", "at")
-
-
-def _kelvin(value: Value) -> float:
-    """A temperature, K; text may be in degrees Celsius or Fahrenheit."""
-    match = re.fullmatch(r"\s*([+-]?[\d.]+)\s*(?:°\s*|deg\s*)?([CF])\s*", str(value))
-    if match is None:
-        return quantities.read(value, "K", "inlet")
-    number = float(match[1])
-    return 273.15 + (number if match[2] == "C" else (number - 32.0) / 1.8)
 
 
 #: SI units of what may be given, by name.

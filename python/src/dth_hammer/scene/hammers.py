@@ -1,10 +1,11 @@
 """Reads the first argument of every function and command: a hammer, in any accepted form."""
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from ..errors import DomainError, warn
 from .datasheet import Datasheet
@@ -21,8 +22,19 @@ class Simulated(Protocol):
         """The scene that was simulated."""
 
 
-#: Parameters by name, a preset's name, a scene or the path of its file, a datasheet, or a run.
-Hammerlike = Mapping[str, Value] | Scene | str | Path | Datasheet | Simulated | None
+class Row(Protocol):
+    """A row of a table of pandas."""
+
+    def to_dict(self) -> Mapping[Any, Any]:
+        """Its values by column."""
+
+    def to_frame(self) -> Any:
+        """A table of it, which a table does not have."""
+
+
+#: Parameters by name, also as a row of a table; a preset's name, a scene or the path of its file, a
+#: datasheet, or a run.
+Hammerlike = Mapping[str, Value] | Row | Scene | str | Path | Datasheet | Simulated | None
 #: A rock: the name that `dth_hammer.rock` takes, or the parameters that it returns.
 Rocklike = str | Mapping[str, Value] | None
 
@@ -62,9 +74,13 @@ def _read(hammer: Hammerlike) -> Scene:
         return Scene(parameters={str(name): value for name, value in hammer.items()})
     if isinstance(hammer, Datasheet):
         return Scene("Hammer of a datasheet", parameters=dict(hammer.parameters))
-    # A row of a pandas table.
-    if hasattr(hammer, "to_dict") and getattr(hammer, "ndim", 0) == 1:
-        return _read(hammer.to_dict())
+    if hasattr(hammer, "to_dict") and hasattr(hammer, "to_frame"):
+        # A row of a pandas table; that of a sweep has its results, too.
+        known = {v.name for v in VARIABLES.of("parameter", "input")}
+        cells = {str(n): x for n, x in hammer.to_dict().items()}
+        swept = "run" in cells
+        own = {n: x for n, x in cells.items() if not (isinstance(x, float) and math.isnan(x))}
+        return Scene(parameters={n: x for n, x in own.items() if not swept or n in known})
     if not isinstance(hammer, str | Path):
         scene = getattr(hammer, "scene", None)
         if not isinstance(scene, Scene):

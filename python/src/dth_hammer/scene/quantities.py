@@ -127,8 +127,12 @@ NORMAL: Mapping[str, Fraction] = {
 }
 #: Kelvins in a degree, and degrees at 0 K.
 DEGREES: Mapping[str, tuple[Fraction, Fraction]] = {
-    **dict.fromkeys(("degc", "°c", "c", "celsius"), (Fraction(1), Fraction("273.15"))),
-    **dict.fromkeys(("degf", "°f", "f", "fahrenheit"), (Fraction(5, 9), Fraction("459.67"))),
+    **dict.fromkeys(
+        ("degc", "deg c", "°c", "° c", "c", "celsius"), (Fraction(1), Fraction("273.15"))
+    ),
+    **dict.fromkeys(
+        ("degf", "deg f", "°f", "° f", "f", "fahrenheit"), (Fraction(5, 9), Fraction("459.67"))
+    ),
 }
 #: Absolute pressures: all others are above that of the air.
 ABSOLUTE = ("supply_pressure", "exhaust_pressure")

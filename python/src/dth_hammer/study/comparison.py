@@ -64,7 +64,7 @@ def _side(hammer: Hammerlike) -> _native.Compared:
     if isinstance(hammer, Datasheet):
         return hammer.compared_as()
     numbers = numbers_of(hammer)
-    found = responses([numbers], Wanted(error={"rop": WANTED}))[0]
+    found = responses([numbers], Wanted(error={"rop": WANTED}, second=True))[0]
     if not isinstance(found, Steady) or found.kind == "stalled":
         raise DomainError(f"hammer = {hammer!r} has no long-run response: {found}")
     values = {name: found[mean] for name, mean in MEANS.items() if found[mean] > 0.0}

@@ -7,7 +7,8 @@ through the simulated hammer to the work that breaks a volume of rock.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,9 @@ from ..contract import typed
 from ..errors import DomainError, warn
 from ..frames import pd
 from ..scene.datasheet import Datasheet
+from ..scene.hammers import Hammerlike, numbers_of
 from ..scene.variables import VARIABLES, Array, whole
+from .comparison import OF_SCENES, WANTED
 from .longrun import FEWEST, Wanted, responses
 from .measurements import RANGES
 from .trends import table_of
@@ -31,10 +34,14 @@ FIELDS = [tables.Field("depth", "m", tables.MEANT["depth"], (-500.0, 15e3), "m")
     )
 ]
 NEEDED = ("depth", "rop", "pressure")
-#: Nodes over pressure and feed between which hammers are interpolated, in logarithms.
-NODES = 5
+#: Most nodes over pressure and feed between which hammers are interpolated, in logarithms, and how
+#: far these are apart if there are fewer.
+NODES, APART = 5, 0.15
 #: Standard error of a frequency that is heard; so many beyond which it is of no hammer.
 HEARD, STRANGE = 0.02, 3.0
+#: Members that are drawn of a scene, and the standard error of a measured rate.
+MEMBERS = 240
+SCATTER = {row[0]: row[5] for row in _native.datasheet_numbers()}["rop"]
 #: A rate that the sheet's hammers are measured with, m/s: each row's is put in its place.
 RATE = 1e-2
 #: Specific energies of rocks, J/m3: about 1 to 1.4 of a strength of 8 to 400 MPa, 1.6 either way.
@@ -47,7 +54,7 @@ BEYOND = 4.0
 
 @typed()
 def specific_energy(
-    sheet: Datasheet,
+    sheet: Hammerlike,
     log: pd.DataFrame | str | Path,
     *,
     unit: Mapping[str, str] | None = None,
@@ -56,13 +63,15 @@ def specific_energy(
     """Returns the rock's specific energy over the depth of a hole, with the range of 80 %.
 
     Each row's rate is that of the sheet's hammers at its pressure, feed and heard frequency, each
-    of them simulated. A row without a rate, a pressure or a depth (empty, a null of LAS files and
-    rigs, a word), with one that no hammer has, or an idle one (0) is left out; a value far from all
-    others is used. All of it is told in a warning, with row and depth. ``attrs["said"]`` of the
-    answer has a sentence for each column; those that are not used stand beside the answer.
+    of them simulated. A hammer that is no datasheet is taken as known to 5 %. A row without a rate,
+    a pressure or a depth (empty, a null of LAS files and rigs, a word), with one that no hammer
+    has, or an idle one (0) is left out; a value far from all others is used. All of it is told in a
+    warning, with row and depth. ``attrs["said"]`` of the answer has a sentence for each column, and
+    by how much it narrows the range; columns that are not used stand beside the answer.
 
     Args:
-        sheet: of the hammer.
+        sheet: of the hammer, or whatever else `simulate` takes; its pressure is that of a log if it
+            is driven by air.
         log: a table, or a file (.csv, .tsv, .txt, .parquet, .xlsx, .las), with the depth, the rate,
             the pressure of the air, and the feed and the blows' frequency if they are known. Units
             stand in the heading (``ROP [m/h]``), in the row below it or with each value; a rate may
@@ -95,17 +104,16 @@ def specific_energy(
     if not drilled.any():
         raise DomainError("no row of the log has a depth, and a rate and a pressure above 0")
     rows = rows[drilled]
-    base = sheet.but(rop=RATE, at=None)
-    found, used = _powers(base, rows)
-    own = (base.members["specific energy"] / base.members["power of the blows"]).to_numpy()
-    energy = np.exp(found) * own * (RATE / rows["rop"].to_numpy())[:, None]
-    weights = base.members["weight"].to_numpy()
+    nodes = _nodes(rows["pressure"])
+    hammers = _of_sheet(sheet, nodes) if isinstance(sheet, Datasheet) else _of_scene(sheet, nodes)
+    power, used = _powers(hammers, nodes, rows)
+    energy = np.exp(power) * hammers.own / rows["rop"].to_numpy()[:, None]
     names = [f"specific_energy{side}" for side in ("", "_low", "_high")]
     answer = pd.DataFrame(
-        [_native.spread(row, weights) for row in energy], columns=names, index=rows.index
+        [_native.spread(row, hammers.weights) for row in energy], columns=names, index=rows.index
     )
     answer = pd.concat([rows, answer], axis=1)
-    for text in tables.sentences(suspicions(sheet, answer)):
+    for text in tables.sentences(suspicions(hammers.scene, answer)):
         warn(text)
     others = others[drilled].rename(columns={n: f"{n} (of the log)" for n in names})
     answer = pd.concat([answer, others], axis=1)
@@ -116,45 +124,119 @@ def specific_energy(
     return answer
 
 
-def _powers(base: Datasheet, rows: pd.DataFrame) -> tuple[Array, list[str]]:
-    """Logarithm of the power to the rock over the share that the sheet's own blows give it, if all
-    rows had the sheet's feed: a row each, a member a column. And what it is known by.
-    """
-    nodes, at = _nodes(rows["pressure"]), np.log(rows["pressure"])
-    there = [base.but(at=float(np.exp(node))) for node in nodes]
+@dataclass(frozen=True)
+class _Hammers:
+    """Those that a log may be of: a scene, and at nodes of the pressure (a row each) members."""
+
+    scene: Mapping[str, float]
+    there: Sequence[Mapping[str, float]]
+    #: Logarithms of the power to the rock (W), of the frequency, and of the feed if none is known.
+    power: Array
+    pace: Array
+    feed: Array
+    #: Specific energy times rate over that power, and what a member counts.
+    own: Array
+    weights: Array
+
+
+def _of_sheet(sheet: Datasheet, nodes: Array) -> _Hammers:
+    """The sheet's hammers, each with the share of its work that gives its measured rate."""
+    base = sheet.but(rop=RATE, at=None)
+    there = [base.but(at=float(pressure)) for pressure in np.exp(nodes)]
     power, pace = (
-        _between(at, nodes, np.log([node.members[name] for node in there]))
+        np.log([node.members[name] for node in there])
         for name in ("power to the rock", "frequency")
     )
-    power -= np.log(base.members["work to the rock over blow energy"].to_numpy())
-    used = [f"the pressure is used in all {len(rows)} rows"]
-    for name in ("frequency", "feed"):
-        known = (rows[name] > 0.0).to_numpy() if name in rows else np.zeros(len(rows), dtype=bool)
-        if not known.any():
-            used.append(f"no {name} is known: it is the sheet's")
-            continue
-        where = f"the {name} is used in {known.sum()} of {len(rows)} rows"
-        values = np.log(rows[name].to_numpy()[known])
-        if name == "frequency":
-            before = power[known].std(axis=1).mean()
-            power[known] += _heard(power[known], pace[known], values)
-            share = power[known].std(axis=1).mean() / before
-            used.append(f"{where}: it makes the range of the power {share:.2f} times as wide")
-        else:
-            feeds = _nodes(rows[name][known])
-            shares = _between(at[known], nodes, _fed(there, np.exp(feeds)))
-            moved = [np.interp(feed, feeds, row) for feed, row in zip(values, shares, strict=True)]
-            power[known] += np.array(moved)[:, None]
-            low, high = np.exp([min(moved), max(moved)])
-            used.append(
-                f"{where}: the power is {low:.2f} to {high:.2f} of that at the sheet's feed"
-            )
+    own = RATE * base.members["specific energy"] / base.members["power of the blows"]
+    own /= base.members["work to the rock over blow energy"]
+    feed, weights = np.log(base.members["feed"].to_numpy()), base.members["weight"].to_numpy()
+    scenes = [node.parameters for node in there]
+    return _Hammers(sheet.parameters, scenes, power, pace, feed, own.to_numpy(), weights)
+
+
+def _of_scene(hammer: Hammerlike, nodes: Array) -> _Hammers:
+    """A known hammer: members differ by what its energy, pace and a measured rate are known to."""
+    scene = numbers_of(hammer)
+    full = whole(scene)
+    if full["drive.source"] != AIR:
+        raise DomainError("a log has the pressure of the air, which does not drive this hammer")
+    there = [{**scene, "supply_pressure": p + full["exhaust_pressure"]} for p in np.exp(nodes)]
+    found = responses(there, Wanted(error={"rop": WANTED}, second=True))
+    if refused := [text for text in found if isinstance(text, str)]:
+        raise DomainError(f"this hammer has no long-run response: {refused[0]}")
+    works = ["energy_rock_dissipated", "energy_viscous", "blow_frequency"]
+    *work, paces = table_of(found, works)[0].T
+    normal = np.random.default_rng(2).standard_normal((3, MEMBERS))
+    pace, energy = OF_SCENES / np.sqrt(2.0) * normal[:2]
+    power = np.log(sum(work) * paces)[:, None] + energy + pace
+    own = np.exp(SCATTER * normal[2]) / (0.25 * np.pi * full["hole.diameter"] ** 2)
+    feed = np.full(MEMBERS, np.log(max(full["feed_force"], 1.0)))
+    pace = np.log(paces)[:, None] + pace
+    return _Hammers(scene, there, power, pace, feed, own, np.ones(MEMBERS))
+
+
+def _powers(hammers: _Hammers, nodes: Array, rows: pd.DataFrame) -> tuple[Array, list[str]]:
+    """Logarithm of the power at the pressure, feed and frequency of each row, a member a column,
+    and what it is known by.
+    """
+    at = np.log(rows["pressure"])
+    power, pace = (_between(at, nodes, table) for table in (hammers.power, hammers.pace))
+    ends = np.exp([power.mean(axis=1).min(), power.mean(axis=1).max()]) / 1e3
+    used = [
+        "the pressure is used: by it the power to the rock is {:.3g} to {:.3g} kW".format(*ends)
+    ]
+
+    known = {
+        name: (rows[name] > 0.0).to_numpy() if name in rows else np.zeros(len(rows), dtype=bool)
+        for name in ("feed", "frequency")
+    }
+    fed, heard = known["feed"], known["frequency"]
+    # Of a row without one the members have feeds of their own.
+    power += (own := _unfed(hammers))
+    if not fed.any():
+        used.append(f"no feed is known: it is that of the hammer, {_wider(power, power - own)}")
+    else:
+        before, feeds = power[fed].copy(), _nodes(rows["feed"][fed])
+        shares = _between(at[fed], nodes, _fed(hammers.there, np.exp(feeds)))
+        values = np.log(rows["feed"].to_numpy()[fed])
+        moved = [np.interp(feed, feeds, row) for feed, row in zip(values, shares, strict=True)]
+        power[fed] += np.array(moved)[:, None] - own
+        low, high = np.exp([min(moved), max(moved)])
+        used.append(
+            f"the feed is used in {fed.sum()} of {len(rows)} rows: by it the power is {low:.2f} to "
+            f"{high:.2f} of that at the hammer's own, {_wider(power[fed], before)}"
+        )
+    if not heard.any():
+        used.append("no frequency is known: it is that of the hammer")
+    else:
+        before = power[heard].copy()
+        values = np.log(rows["frequency"].to_numpy()[heard])
+        power[heard] += _heard(before, pace[heard], values)
+        used.append(
+            f"the frequency is used in {heard.sum()} of {len(rows)} rows, "
+            f"{_wider(power[heard], before)}"
+        )
     return power, used
 
 
-def suspicions(sheet: Datasheet, rows: pd.DataFrame) -> dict[str, list[str]]:
+def _wider(now: Array, before: Array) -> str:
+    share = now.std(axis=1).mean() / before.std(axis=1).mean()
+    return f"which makes the range of the power {share:.2f} times as wide"
+
+
+def _unfed(hammers: _Hammers) -> Array:
+    """Logarithm of each member's power at its own feed over that at the scene's."""
+    _, low, high = np.log(_native.spread(np.exp(hammers.feed), hammers.weights))
+    if high - low < 1e-6:
+        return np.zeros(len(hammers.feed))
+    feeds, middle = np.linspace(low, high, NODES), len(hammers.there) // 2
+    shares = _fed(hammers.there[middle : middle + 1], np.exp(feeds))[0]
+    return np.asarray(np.interp(hammers.feed, feeds, shares))
+
+
+def suspicions(scene: Mapping[str, float], rows: pd.DataFrame) -> dict[str, list[str]]:
     """Pressures and feeds that are not the sheet's, and energies that no rock has, by kind."""
-    known, told = whole(sheet.parameters), dict[str, list[str]]()
+    known, told = whole(scene), dict[str, list[str]]()
     usual = {"pressure": known["supply_pressure"] - known["exhaust_pressure"]}
     usual = usual if known["drive.source"] == AIR else {}
     usual["feed"] = known["feed_force"]
@@ -176,7 +258,7 @@ def suspicions(sheet: Datasheet, rows: pd.DataFrame) -> dict[str, list[str]]:
 def _nodes(values: pd.Series) -> Array:
     """Logarithms from that of the least value to that of the largest."""
     low, high = np.log([values.min(), values.max()])
-    return np.linspace(low, high, NODES if high > 0.01 + low else 1)
+    return np.linspace(low, high, min(NODES, 1 + int(np.ceil((high - low - 0.01) / APART))))
 
 
 def _between(places: pd.Series, nodes: Array, table: Array) -> Array:
@@ -197,12 +279,12 @@ def _heard(power: Array, pace: Array, heard: Array) -> Array:
     return np.asarray(np.nan_to_num(gain[:, None] * (off + noise)))
 
 
-def _fed(there: list[Datasheet], feeds: Array) -> Array:
-    """Logarithm of the power to the rock over that under the sheet's own feed, a row for each
-    sheet: of simulated rigid hammers.
+def _fed(there: Sequence[Mapping[str, float]], feeds: Array) -> Array:
+    """Logarithm of the power to the rock over that under a scene's own feed, a row for each scene:
+    of simulated rigid hammers.
     """
     rigid = {"fidelity": VARIABLES["fidelity"].number("Rigid")}
-    plain = [{**node.parameters, **rigid} for node in there]
+    plain = [{**scene, **rigid} for scene in there]
     scenes = [scene | feed for scene in plain for feed in ({}, *({"feed_force": f} for f in feeds))]
     found = responses(scenes, Wanted(error={"rop": 0.02}, blows=FEWEST))
     table = np.log(table_of(found, ["rop"])[0]).reshape(len(plain), -1)

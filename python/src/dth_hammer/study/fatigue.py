@@ -27,9 +27,9 @@ from .response import steady
 SETTLED, IRREGULAR = 60, 10
 #: Samples while a wave passes an element, and samples that are computed in one block.
 FINE, BLOCK = 8, 20_000
-#: Stress ranges below this share of the largest range at a place are not counted. With a slope of
-#: 8, a million such cycles do 1e-10 of the damage of the largest one; with a slope of 5, 1e-4.
-LEAST = 0.01
+#: Stress ranges below a share of the largest range at a place are not counted: this one, and one of
+#: which a million cycles do `LOST` of the damage of the largest cycle.
+LEAST, MANY, LOST = 0.01, 1e6, 1e-4
 #: Relative error of the hours for which a mesh is chosen, unless the default error of a stress is
 #: stricter.
 LIFE_ERROR = 0.2
@@ -245,7 +245,8 @@ def _counted(turns: Array, curve: SNCurve) -> dict[str, float]:
     then closes every cycle.
     """
     top = int(np.argmax(turns))
-    history = _filtered(np.concatenate((turns[top:], turns[: top + 1])))
+    share = min(LEAST, (LOST / MANY) ** (1.0 / curve.slope))
+    history = _filtered(np.concatenate((turns[top:], turns[: top + 1])), share)
     counted = ranges(history)
     amplitude, mean, count = counted[:, 0] / 2.0, counted[:, 1], counted[:, 2]
     return {
@@ -257,9 +258,9 @@ def _counted(turns: Array, curve: SNCurve) -> dict[str, float]:
     }
 
 
-def _filtered(turns: Array) -> Array:
-    """Returns the turning points without those of ranges too small to matter, see `LEAST`."""
-    least, history = LEAST * float(np.ptp(turns)), [float(turns[0])]
+def _filtered(turns: Array, share: float) -> Array:
+    """Returns the turning points without those of ranges below a share of the largest."""
+    least, history = share * float(np.ptp(turns)), [float(turns[0])]
     rising = 0.0
     for value in map(float, turns[1:]):
         step = value - history[-1]

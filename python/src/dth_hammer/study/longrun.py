@@ -183,6 +183,9 @@ class Wanted:
     blows: int = int(DEFAULTS["blows"])
     #: A hammer without a blow for this time (s) is stalled.
     limit: float = DEFAULTS["limit"]
+    #: Whether a second start is tried of a motion that repeats, and a warning given if it does not
+    #: repeat from there.
+    second: bool = False
 
     def __post_init__(self) -> None:
         bounds = [("blows", self.blows, FEWEST, 1e7), ("limit", self.limit, 1e-3, 1e4)]
@@ -204,12 +207,12 @@ class Wanted:
         return [self.by_mean.get(name, np.inf) for name in MEANS]
 
     @property
-    def engine_arguments(self) -> tuple[list[float], int, float, int]:
+    def engine_arguments(self) -> tuple[list[float], int, float, int, bool]:
         """These settings as the engine takes them.
 
-        The last number is the largest number of blows in a cycle that the engine looks for.
+        The last but one is the largest number of blows in a cycle that the engine looks for.
         """
-        return self.errors, self.blows, self.limit, int(DEFAULTS["repeating"])
+        return self.errors, self.blows, self.limit, int(DEFAULTS["repeating"]), self.second
 
 
 def responses(

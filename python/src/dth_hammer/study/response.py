@@ -133,7 +133,7 @@ def steady(
              4000.0 cycle
              6000.0 cycle
     """
-    wanted = Wanted(error=error, blows=blows, limit=quantities.duration(limit, "limit"))
+    wanted = Wanted(error, blows, quantities.duration(limit, "limit"), second=starts == 1)
     if _many(hammer):
         if starts != 1 or inputs or control or partner or step is not None:
             raise DomainError(
@@ -162,15 +162,10 @@ def steady(
         raise RefusedError(found)
     for text in found.warnings:
         warn(text)
-    repeats = found.kind.startswith("cycle")
-    if starts == 1 and not repeats:
+    if starts == 1:
         return found
     speed = found["blow_speed"] if found.kind != "stalled" else 1.0
-    drawn_starts = drawn(given, speed, max(starts - 1, 1), seed)
-    others = responses(drawn_starts, wanted, progress=progress and starts > 1)
-    if starts == 1 and [getattr(other, "kind", "") for other in others] != ["irregular"]:
-        # An irregular motion may fall into a cycle from a rare start, never the other way round.
-        return found
+    others = responses(drawn(given, speed, starts - 1, seed), wanted, progress=progress)
     motions, texts = met(found, others)
     for text in texts:
         warn(text)
