@@ -15,7 +15,7 @@ from dth_hammer import (
     trend,
 )
 from dth_hammer.errors import MissingError
-from dth_hammer.run.answers import BAND, BLUE, ORANGE
+from dth_hammer.simulation.answers import BAND, BLUE, ORANGE
 from dth_hammer.study.calibration import Calibration
 from dth_hammer.study.longrun import Steady
 from dth_hammer.study.optimisation import LIMIT_TOLERANCE, Optimum
@@ -95,7 +95,7 @@ def test_without_matplotlib_the_tables_are_left(
     def missing(*_: str) -> None:
         raise MissingError("this needs matplotlib", name="matplotlib")
 
-    monkeypatch.setattr("dth_hammer.run.answers.need", missing)
+    monkeypatch.setattr("dth_hammer.simulation.answers.need", missing)
     assert "<img" not in cycle._repr_html_()
     assert "<table" in cycle._repr_html_()
 

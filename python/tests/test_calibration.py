@@ -20,8 +20,8 @@ from dth_hammer import (
     optimise,
     steady,
 )
-from dth_hammer.run.records import simulated
 from dth_hammer.scene.variables import numbers, whole
+from dth_hammer.simulation.records import simulated
 from dth_hammer.study.designs import LIMIT_TOLERANCE, Problem, limits_of
 from dth_hammer.study.measures import measure
 from dth_hammer.study.posterior import modes, population

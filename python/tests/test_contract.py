@@ -112,7 +112,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
         return ((k, answer) for k in range(len(points)))
 
     monkeypatch.setattr(longrun, "finished", finished)
-    monkeypatch.setattr("dth_hammer.run.answers.image", lambda *_: "")
+    monkeypatch.setattr("dth_hammer.simulation.answers.image", lambda *_: "")
 
 
 def test_every_public_name_is_tried_or_an_answer(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from dth_hammer import (
     simulate,
     steady,
 )
-from dth_hammer.run.summary import displayed
+from dth_hammer.simulation.summary import displayed
 
 HOLE = {"hole.diameter": 0.09, "rock.specific_energy": 399e6}
 AREA = math.pi / 4 * 0.09**2

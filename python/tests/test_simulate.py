@@ -15,9 +15,9 @@ from dth_hammer import (
     mesh_for,
     simulate,
 )
-from dth_hammer.run.run import PER_BLOW, PER_STEP
 from dth_hammer.scene.signals import instants_of
 from dth_hammer.scene.variables import VARIABLES, model
+from dth_hammer.simulation.run import PER_BLOW, PER_STEP
 from dth_hammer.testing import assert_energy_balanced, assert_periodic
 
 

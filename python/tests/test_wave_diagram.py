@@ -19,7 +19,7 @@ from dth_hammer import (
     simulate,
     waves,
 )
-from dth_hammer.run.diagram import Waves
+from dth_hammer.simulation.diagram import Waves
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import QuadMesh
 from scipy.integrate import simpson

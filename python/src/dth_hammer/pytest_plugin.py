@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from .run.hammer import Hammer
+    from .simulation.hammer import Hammer
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -28,7 +28,7 @@ def pytest_configure(config: pytest.Config) -> None:
 def make_hammer() -> Iterator[Callable[..., Hammer]]:
     """Returns a function that makes hammers; they are closed after the test."""
     # Imported here, so that a test session without a hammer starts no slower.
-    from .run.hammer import Hammer  # noqa: PLC0415
+    from .simulation.hammer import Hammer  # noqa: PLC0415
 
     made: list[Hammer] = []
 

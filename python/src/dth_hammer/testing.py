@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from .frames import pd
-from .run.hammer import Hammer
-from .run.run import Run
+from .simulation.hammer import Hammer
+from .simulation.run import Run
 
 WORKS = ("energy_drive", "energy_gravity", "energy_feed")
 

@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 
 from .. import outputs
-from ..run.run import Run
 from ..scene.band import with_band
+from ..simulation.run import Run
 from .options import HAMMER, Written
 
 NEEDS = ("matplotlib",)

@@ -23,7 +23,7 @@ def run(options: argparse.Namespace) -> Any:
         outputs.write(result.places, options.out)
     if options.plot:
         from ..figures import wave_diagram  # noqa: PLC0415
-        from ..run.diagram import waves  # noqa: PLC0415
+        from ..simulation.diagram import waves  # noqa: PLC0415
 
         wave_diagram(waves(given["hammer"]), result).savefig(options.plot)
     return result.places

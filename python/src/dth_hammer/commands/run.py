@@ -7,13 +7,13 @@ from typing import Any
 
 from .. import outputs
 from ..errors import TooFewBlowsError
-from ..run.run import simulate
-from ..run.summary import readable
 from ..scene.band import reason
 from ..scene.mesh import errors_in_words
 from ..scene.quantities import convert
 from ..scene.signals import of_file
 from ..scene.variables import VARIABLES
+from ..simulation.run import simulate
+from ..simulation.summary import readable
 from . import common
 from .options import UNITS, WRITE_ROCK, Call, Written, figure, table
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from .. import outputs
 from ..errors import DomainError
-from ..run.diagram import waves
 from ..scene.mesh import ELEMENTS
+from ..simulation.diagram import waves
 from .options import Call, Written, figure, table
 
 CALL = Call(waves, {"times": "instants about an impact that is not known before"})

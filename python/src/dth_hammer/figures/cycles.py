@@ -14,9 +14,9 @@ from matplotlib.ticker import MaxNLocator
 
 from ..errors import DthHammerError, TooFewBlowsError
 from ..frames import pd
-from ..run.run import Run, simulate
 from ..scene.hammers import Hammerlike, Rocklike
 from ..scene.variables import whole
+from ..simulation.run import Run, simulate
 from .marks import BIT, COLOURS, DARK, MODES, PISTON, PRESSURES, ROCK
 from .style import styled
 

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..frames import pd
-from ..run.diagram import Waves
 from ..scene.variables import Array
+from ..simulation.diagram import Waves
 from ..study.fatigue import Life
 from .dark import ON_COLOUR
 from .marks import COLOURS, MODES, apart

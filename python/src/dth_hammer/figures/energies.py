@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from ..errors import TooFewBlowsError
-from ..run.run import Run, simulate
 from ..scene.hammers import Hammerlike, Rocklike
 from ..scene.variables import Array
+from ..simulation.run import Run, simulate
 from .marks import DARK, apart
 from .style import styled
 

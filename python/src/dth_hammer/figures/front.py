@@ -9,11 +9,11 @@ from html import escape
 
 from .. import _native
 from ..frames import pd
-from ..run.run import Run
 from ..scene.band import ranged, sentence, to_digits
 from ..scene.datasheet import Datasheet
 from ..scene.rocks import ROCK, described
 from ..scene.variables import PRESETS, VARIABLES, whole
+from ..simulation.run import Run
 
 #: The six main results, by their names in the headline table.
 NUMBERS = (

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from .. import _native
 from ..errors import TooFewBlowsError
 from ..frames import pd
-from ..run.diagram import Waves
-from ..run.run import Run
 from ..scene.band import band
 from ..scene.datasheet import Datasheet
 from ..scene.quantities import Fixed, displayed
+from ..simulation.diagram import Waves
+from ..simulation.run import Run
 from ..study.fatigue import Life
 
 #: Name of the row with the bit's rotation speed.

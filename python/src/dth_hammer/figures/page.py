@@ -14,11 +14,6 @@ from ..contract import typed
 from ..errors import DomainError, RefusedError, TooFewBlowsError
 from ..extras import bar
 from ..frames import pd
-from ..run import answers
-from ..run.diagram import Waves, waves
-from ..run.gradients import differentiable
-from ..run.run import PER_BLOW, Run, simulate
-from ..run.summary import HEADS, displayed
 from ..scene.band import interval, ranged, sentence, to_digits
 from ..scene.datasheet import Datasheet
 from ..scene.hammers import Hammerlike, Rocklike, scene_of
@@ -27,6 +22,11 @@ from ..scene.quantities import Units, convert
 from ..scene.scene import Scene
 from ..scene.steel import SNCurve
 from ..scene.variables import VARIABLES
+from ..simulation import answers
+from ..simulation.diagram import Waves, waves
+from ..simulation.gradients import differentiable
+from ..simulation.run import PER_BLOW, Run, simulate
+from ..simulation.summary import HEADS, displayed
 from ..study.fatigue import Life, life
 from ..study.trends import trend
 from .front import STYLE as SHEET

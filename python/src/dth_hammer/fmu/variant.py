@@ -23,10 +23,10 @@ from xml.etree import ElementTree as ET
 from ..contract import typed
 from ..errors import DthHammerError
 from ..outputs import check, whole
-from ..run.hammer import Hammer
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of, scene_of
 from ..scene.scene import Scene
 from ..scene.variables import VARIABLES, Value, Variable
+from ..simulation.hammer import Hammer
 from .package import DESCRIPTION, IDENTITY, Package, inspect, load
 
 DOCUMENTATION = "documentation/index.html"

@@ -27,11 +27,11 @@ from ..contract import typed
 from ..errors import DomainError, RefusedError, warn
 from ..extras import need
 from ..frames import pd
-from ..run import answers
-from ..run.records import Record
 from ..scene.band import beside, factor
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of
 from ..scene.variables import Array
+from ..simulation import answers
+from ..simulation.records import Record
 from .longrun import Steady, Wanted, named, responses, unit
 from .measurements import GIVE, Free, Measured, Problem, problem_of
 from .posterior import LOSSES, Emulator, maximum, modes, population

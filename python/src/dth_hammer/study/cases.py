@@ -9,12 +9,12 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from ..errors import DomainError, RefusedError
-from ..run.hammer import Hammer
-from ..run.run import play
 from ..scene import quantities
 from ..scene.band import sides
 from ..scene.signals import Signal, instants_of, points_in, signals_of
 from ..scene.variables import STEP, VARIABLES, model
+from ..simulation.hammer import Hammer
+from ..simulation.run import play
 from .longrun import KIND, Wanted, answered
 from .store import RUN
 

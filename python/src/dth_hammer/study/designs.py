@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import DomainError, DthHammerError, RefusedError
-from ..run.gradients import differentiable
 from ..scene.quantities import alike, read
 from ..scene.variables import VARIABLES, Array, Value, whole
+from ..simulation.gradients import differentiable
 from .longrun import Steady, Wanted, responses
 from .measures import measure, unit
 from .trends import fitted, lost, sobol

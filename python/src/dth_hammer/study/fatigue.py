@@ -14,12 +14,12 @@ from ..contract import typed
 from ..errors import DomainError, RefusedError
 from ..extras import need
 from ..frames import pd
-from ..run import answers
 from ..scene import quantities
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of, scene_of
 from ..scene.mesh import ELEMENTS, READINGS, mesh_for
 from ..scene.steel import SNCurve
 from ..scene.variables import Array, whole
+from ..simulation import answers
 from .longrun import Steady
 from .response import steady
 

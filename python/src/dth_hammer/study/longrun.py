@@ -14,11 +14,11 @@ from .. import _native
 from ..errors import DomainError, RefusedError, UnknownNameError
 from ..extras import bar
 from ..frames import pd
-from ..run import answers
 from ..scene import quantities
 from ..scene.band import beside, factor, in_words
 from ..scene.mesh import errors_in_words
 from ..scene.variables import VARIABLES, Array, Value, whole
+from ..simulation import answers
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

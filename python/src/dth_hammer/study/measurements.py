@@ -9,10 +9,10 @@ import numpy as np
 
 from .. import _native, tables
 from ..errors import DomainError, RefusedError, warn
-from ..run.gradients import differentiable
-from ..run.records import Record, simulated
 from ..scene.quantities import alike, read
 from ..scene.variables import VARIABLES, Array, Value, whole
+from ..simulation.gradients import differentiable
+from ..simulation.records import Record, simulated
 from .longrun import MEANS, Wanted, named, responses, unit
 from .trends import sobol, table_of
 

@@ -18,10 +18,10 @@ from ..contract import typed
 from ..errors import DomainError
 from ..extras import bar, need
 from ..frames import pd
-from ..run import answers
 from ..scene.band import sides
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of
 from ..scene.variables import Array, Value
+from ..simulation import answers
 from .designs import LIMIT_TOLERANCE, Limits, Measure, Problem, Row, limits_of
 from .longrun import Steady, Wanted
 from .trends import line, sobol

@@ -12,11 +12,11 @@ from typing import TypeGuard, cast, overload
 from ..contract import typed
 from ..errors import DomainError, RefusedError, warn
 from ..frames import pd
-from ..run.hammer import Hammer
 from ..scene import quantities
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of, scene_of
 from ..scene.signals import Signal, signals_of
 from ..scene.variables import STEP, Value
+from ..simulation.hammer import Hammer
 from .cases import Case
 from .longrun import Steady, Wanted, responses, telling
 from .motions import drawn, met

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ..errors import DomainError, warn
-from ..run.hammer import Hammer
 from ..scene.signals import Function
+from ..simulation.hammer import Hammer
 from .longrun import Steady, Wanted, answered
 
 

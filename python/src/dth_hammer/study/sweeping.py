@@ -15,12 +15,12 @@ from ..contract import typed
 from ..errors import DomainError, InterruptedSweepError, LostWorkerError, UnknownNameError, warn
 from ..extras import bar
 from ..frames import pd
-from ..run.hammer import Hammer
 from ..scene import quantities
 from ..scene.band import SIDES, with_sides
 from ..scene.hammers import Hammerlike, Rocklike, scene_of
 from ..scene.variables import VARIABLES, Value, model
 from ..scene.variables import numbers as checked
+from ..simulation.hammer import Hammer
 from . import longrun
 from .cases import CASE, ERROR, MODEL, PASSING, UNTIL, WARNING, Case, Job, planned
 from .longrun import KIND, MEANS, Wanted, unit

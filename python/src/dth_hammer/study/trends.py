@@ -17,11 +17,11 @@ from ..contract import typed
 from ..errors import DomainError, RefusedError, warn
 from ..extras import need
 from ..frames import pd
-from ..run import answers
-from ..run.gradients import differentiable
 from ..scene.band import beside, factor, in_words, sides, with_sides
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of
 from ..scene.variables import Array, whole
+from ..simulation import answers
+from ..simulation.gradients import differentiable
 from .longrun import Steady, Wanted, named, responses
 
 if TYPE_CHECKING:
