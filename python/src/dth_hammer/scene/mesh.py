@@ -71,7 +71,7 @@ def errors_in_words(given: Mapping[str, float]) -> list[str]:
     known = "not known (linear elements)" if rate is None else f"up to {100 * rate:.2g} %"
     return [
         f"error of the mesh: of rates {known}, of the largest forces up to {100 * force:.2g} % "
-        "(`mesh_for` has a finer one)"
+        "(a finer one: mesh_for, dth-hammer mesh)"
     ]
 
 
