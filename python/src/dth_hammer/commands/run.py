@@ -13,7 +13,6 @@ from ..scene.quantities import convert
 from ..scene.signals import of_file
 from ..scene.variables import VARIABLES
 from ..simulation.run import simulate
-from ..simulation.summary import readable
 from . import common
 from .options import UNITS, WRITE_ROCK, Call, Written, figure, table
 
@@ -58,7 +57,7 @@ def run(options: argparse.Namespace) -> Any:
         units = common.printed_units(options.units)
         print(common.readable(convert(printed, units, skip_missing=True)))
         with suppress(TooFewBlowsError):
-            print(f"\nfrom {made.time[-1] / 2:g} s on:\n{readable(made.summary())}")
+            print(f"\nfrom {made.time[-1] / 2:g} s on:\n{made.readable()}")
         print(reason(made.parameters), *errors_in_words(made.parameters), sep="\n")
         common.tell_air(made.parameters)
     else:

@@ -10,6 +10,7 @@ import numpy as np
 from ..contract import typed
 from ..errors import DomainError, UnknownNameError
 from ..frames import pd
+from ..scene.hammers import Hammerlike, numbers_of
 from ..scene.variables import VARIABLES, Array
 from .hammer import Hammer
 
@@ -78,6 +79,10 @@ class Record:
         """Standard errors of the samples, in SI units."""
         errors = np.asarray(self.error, dtype=float)
         return np.full(len(self.samples), float(errors)) if errors.ndim == 0 else errors
+
+    def simulated(self, hammer: Hammerlike) -> Array:
+        """Returns the samples that a hammer gives at the record's times."""
+        return simulated(self, numbers_of(hammer))
 
 
 def simulated(record: Record, parameters: Mapping[str, float]) -> Array:

@@ -25,7 +25,7 @@ from ..scene.variables import STEP, VARIABLES, Array, Variable, model, numbers, 
 from . import answers
 from .gradients import derivatives, derivatives_in, warnings_of, with_derivatives
 from .hammer import Hammer
-from .summary import summary
+from .summary import readable, summary
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -171,6 +171,10 @@ class Run(answers.Answer):
         si = self.convert("si")
         begin = self.time[-1] / 2 if since is None else quantities.seconds(since, "since")
         return summary(si.blows, begin, factor(self.parameters))
+
+    def readable(self, since: float | str | None = None) -> str:
+        """Returns the `summary` as text, in the units of the trade."""
+        return readable(self.summary(since))
 
     def plot(self, *columns: str, ax: Axes | None = None) -> Figure:
         """Plots outputs over time, a panel each, in the units that the run has.
