@@ -289,10 +289,10 @@ fn what_a_step_owes_to_an_input_is_that_of_fmi_3_s_own_steps() {
         };
         let [finer, coarser] = [slope(1.0), slope(2.0)];
         end(0.0);
-        let told = host.derivative("Directional", &of.map(|o| o + OVER_STEP), &[feed], &[1.0], 4);
+        let found = host.derivative("Directional", &of.map(|o| o + OVER_STEP), &[feed], &[1.0], 4);
         for k in 0..4 {
             let known = (finer[k] - coarser[k]).abs();
-            held.push((told[k] - finer[k]).abs() <= 1e-6 * finer[k].abs() + 2.0 * known + 1e-15);
+            held.push((found[k] - finer[k]).abs() <= 1e-6 * finer[k].abs() + 2.0 * known + 1e-15);
         }
         assert_eq!(host.forget(&mut state), OK);
     }

@@ -210,9 +210,9 @@ fn the_errors_that_are_told_hold_in_drawn_scenes() {
             };
             Sample::of_run(&mut scene.machine()?, &[0.13], &read)
         };
-        let told = derivatives(&scene, &by.map(named), &run).expect("runs");
+        let found = derivatives(&scene, &by.map(named), &run).expect("runs");
         scene.parameters.air.error = 1e-11;
-        for (argument, told) in by.map(named).iter().zip(told) {
+        for (argument, found) in by.map(named).iter().zip(found) {
             let own = argument.value(&scene);
             let at =
                 |part: f64| run(&argument.at(&scene, own * (1.0 + part))).expect("a run").values;
@@ -222,9 +222,9 @@ fn the_errors_that_are_told_hold_in_drawn_scenes() {
                 [0, 1, 2].map(|k| number(k) / (12.0 * part * own))
             };
             for (k, (finer, coarser)) in slope(4e-6).into_iter().zip(slope(8e-6)).enumerate() {
-                let (known, error) = ((finer - coarser).abs(), told.errors[k]);
+                let (known, error) = ((finer - coarser).abs(), found.errors[k]);
                 if known < 1e-4 * finer.abs() + error {
-                    let off = (told.values[k] - finer).abs();
+                    let off = (found.values[k] - finer).abs();
                     held.push((off <= error + known, draw, argument.name(), k));
                 }
             }

@@ -67,6 +67,11 @@ impl Averages {
         self.0[0]
     }
 
+    /// Mean speed of the piston just before it meets the bit, m/s.
+    pub fn speed(&self) -> f64 {
+        self.get("blow_speed")
+    }
+
     /// The advance of the bit's tip per time, m/s.
     pub fn tip_rate(&self) -> f64 {
         self.0[1]

@@ -175,7 +175,7 @@ fn elsewhere(
 ) -> Result<Option<Steady>, Error> {
     let mut other = *scene;
     other.parameters.contact.initial_gap *= 0.5;
-    other.parameters.piston.initial_velocity = -0.5 * found.mean.get("blow_speed");
+    other.parameters.piston.initial_velocity = -0.5 * found.mean.speed();
     let mut member = Member::new(Alone::new(&other, 0, wanted.limit)?);
     member.strike(SETTLED)?;
     if member.list.len() < SETTLED || repeats(&member.list, wanted.repeating, NEAR).is_some() {
@@ -266,14 +266,14 @@ impl Steady {
     /// A sentence about a motion that repeats from its start alone.
     pub fn depends_on_its_start(&self) -> Option<String> {
         let other = self.elsewhere.as_ref()?;
-        let told = |of: &Self| {
+        let in_words = |of: &Self| {
             let [frequency, rate] = [of.mean.get("blow_frequency"), 3600.0 * of.mean.rop()];
             format!("{} Hz, {} m/h", digits(frequency), digits(rate))
         };
         Some(format!(
             "where this hammer settles depends on its start: it repeats ({}), and from another start it is irregular ({})",
-            told(self),
-            told(other)
+            in_words(self),
+            in_words(other)
         ))
     }
 
