@@ -282,7 +282,7 @@ thread = threading.Thread(target=hammer.advance, args=(3000.0,))
 thread.start()
 time.sleep(0.1)
 errors = [1e-6] * len(_native.MEANS)
-batch = _native.Batch.steady([[("feed_force", 0.0)]], (errors, 10**6, 10.0, 8), 1)
+batch = _native.Batch.steady([[("feed_force", 0.0)]], (errors, 10**6, 10.0, 8, False), 1)
 child = os.fork()
 if not child:
     free.advance(0.1)

@@ -1,6 +1,5 @@
 """Reads the first argument of every function and command: a hammer, in any accepted form."""
 
-import math
 import re
 from collections.abc import Mapping
 from dataclasses import replace
@@ -79,8 +78,7 @@ def _read(hammer: Hammerlike) -> Scene:
         known = {v.name for v in VARIABLES.of("parameter", "input")}
         cells = {str(n): x for n, x in hammer.to_dict().items()}
         swept = "run" in cells
-        own = {n: x for n, x in cells.items() if not (isinstance(x, float) and math.isnan(x))}
-        return Scene(parameters={n: x for n, x in own.items() if not swept or n in known})
+        return Scene(parameters={n: x for n, x in cells.items() if not swept or n in known})
     if not isinstance(hammer, str | Path):
         scene = getattr(hammer, "scene", None)
         if not isinstance(scene, Scene):
