@@ -125,7 +125,8 @@ def laboratory() -> None:
             page.wait_for_timeout(100)
 
     page_of = (ROOT / "dist" / "lab" / "index.html").as_uri()
-    chromium = shutil.which("chromium") or shutil.which("google-chrome")
+    known = ("chromium-headless-shell", "chromium", "google-chrome")
+    chromium = next(filter(None, map(shutil.which, known)), None)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         for scheme, suffix in (("light", ""), ("dark", "-dark")):
