@@ -10,7 +10,7 @@ use pulp::{Simd, WithSimd};
 pub(super) struct Fit {
     pub(super) rows: [Row; ORDER + 1],
     pub(super) parts: [[f64; 4]; LOW],
-    /// Of each row's numbers, bounds over the window.
+    /// Upper and lower bounds of each series over the window.
     pub(super) most: Row,
     pub(super) least: Row,
 }

@@ -47,8 +47,8 @@ pub struct AirSums {
 pub struct Window {
     /// Length as solved, s. The polynomials are in the time divided by it.
     pub length: f64,
-    /// Pressures, masses and volumes of the chambers, mass from the supply, enthalpy that comes in: of each the
-    /// coefficients, power by power.
+    /// Coefficients of the chambers' pressures, masses and volumes, of the mass from the supply and of the incoming
+    /// enthalpy; one row per power of time.
     pub rows: [Row; ORDER + 1],
     /// Whether air can flow into or out of each chamber. One that is shut keeps its content exactly.
     pub flows: [bool; 2],

@@ -97,7 +97,7 @@ struct Chamber {
     outflow: f64,
     /// Reciprocals of volume and mass.
     reciprocals: [f64; 2],
-    /// What it loses of its pressure if it grows by 1 m3, `kappa p / V`.
+    /// Pressure lost per volume gained, `kappa p / V`, Pa/m3.
     stiffness: f64,
 }
 
@@ -106,7 +106,7 @@ struct Chamber {
 struct Gains {
     masses: [f64; 2],
     heats: [f64; 2],
-    /// All that flows out of each.
+    /// Total flow out of each chamber.
     outflows: [f64; 2],
     supplied: f64,
 }
@@ -136,7 +136,7 @@ pub(crate) struct Series {
     /// Coefficients of the expanded coordinates.
     blocks: Vec<Block>,
     chambers: [Chamber; 2],
-    /// Of both chambers, then of the flows.
+    /// Products of both chambers in the first row, then one row per flow.
     lanes: [Lanes; 1 + PATHS],
     pub(super) streams: Vec<Stream>,
     /// True if the pressures of supply and exhaust are constant.

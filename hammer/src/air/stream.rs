@@ -34,7 +34,7 @@ pub(super) struct Lanes {
 }
 
 impl Lanes {
-    /// Of each product from lane `FROM` on, coefficient `k` without the terms of a first coefficient.
+    /// Coefficient `k` of each product from lane `FROM` on, without the terms that contain a first coefficient.
     #[inline(always)]
     pub(super) fn inner<S: Simd, const FROM: usize>(&self, simd: S, k: usize) -> Row {
         let mut sums: Sums<S> = [simd.splat_f64s(0.0); MOST];

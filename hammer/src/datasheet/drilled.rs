@@ -42,7 +42,7 @@ pub(super) struct Drilled {
     pub blows: usize,
     /// Share of the time in which the shoulder of the chuck is open.
     pub open: f64,
-    /// A sentence, if it settles elsewhere from another start.
+    /// A warning if the hammer settles into another motion from another start.
     pub elsewhere: Option<String>,
 }
 

@@ -57,7 +57,8 @@ pub struct Wanted {
     pub repeating: usize,
     /// Threads that simulate. The answer does not depend on their number.
     pub threads: usize,
-    /// Whether another start is tried of a motion that repeats: an irregular one may fall into a cycle from a rare start.
+    /// Whether to try a second start if the motion repeats. A motion that is irregular from most starts may repeat from
+    /// a few.
     pub second: bool,
 }
 
@@ -158,7 +159,7 @@ pub fn steady(
     if wanted.second && matches!(found.kind, Kind::Cycle(_)) {
         let other = match elsewhere(scene, &found, wanted, progress) {
             Err(Error::Cancelled) => return Err(Error::Cancelled),
-            // What a start that nobody gave meets is no error of the scene.
+            // The caller did not ask for this start, so its errors are not reported.
             other => other.ok().flatten(),
         };
         found.elsewhere = other.map(Box::new);
@@ -166,7 +167,8 @@ pub fn steady(
     Ok(found)
 }
 
-/// The response from half the gap, with the piston rising, of a scene that repeats; none if that nearly repeats too.
+/// The response of a repeating scene when it starts from half the gap with the piston rising. `None` if that motion
+/// nearly repeats, too.
 fn elsewhere(
     scene: &Scene,
     found: &Steady,
@@ -263,7 +265,7 @@ fn distinct<S>(members: &[Member<S>], count: usize) -> Vec<&[Blow]> {
 }
 
 impl Steady {
-    /// A sentence about a motion that repeats from its start alone.
+    /// A warning if the motion repeats from the given start but not from the second one.
     pub fn depends_on_its_start(&self) -> Option<String> {
         let other = self.elsewhere.as_ref()?;
         let in_words = |of: &Self| {
@@ -455,8 +457,8 @@ mod tests {
         Ok(())
     }
 
-    /// A cycle is irregular elsewhere if the hammer does not repeat from half its gap, as the rigid reference without
-    /// feed does not; with its feed it repeats from everywhere.
+    /// The rigid reference without feed repeats from its own start but not from half its gap. With its feed it repeats
+    /// from both.
     #[test]
     fn a_second_start_finds_an_irregular_motion_and_no_other() -> Result<(), Error> {
         let wanted = Wanted { second: true, error: Averages::of_rates(0.1), ..Wanted::default() };

@@ -14,7 +14,7 @@ const SETTLED: f64 = 1e-15;
 /// Coefficients, as many as the polynomial has.
 type Terms = [f64; TERMS];
 
-/// Bernstein's coefficients of `sum_k q_k t^k`: those of the powers over binomials, summed up again and again.
+/// Bernstein's coefficients of `sum_k q_k t^k`: the power coefficients divided by binomials, then cumulated repeatedly.
 fn coefficients(q: &[f64]) -> Terms {
     let (mut b, mut over, last) = ([0.0; TERMS], 1.0, q.len() - 1);
     for (k, c) in q.iter().enumerate() {
@@ -29,7 +29,8 @@ fn coefficients(q: &[f64]) -> Terms {
     b
 }
 
-/// Where a polynomial first rises to zero from a place on; that place if it is there or above.
+/// The first point from a given one on at which a polynomial rises to zero; the given point if the polynomial is
+/// already zero or positive there.
 pub(crate) fn first_rise(q: &[f64], from: f64) -> Option<f64> {
     let mut b = coefficients(q);
     if from > 0.0 {
@@ -38,7 +39,7 @@ pub(crate) fn first_rise(q: &[f64], from: f64) -> Option<f64> {
     halved(q, &b, [from, 1.0], HALVINGS)
 }
 
-/// Replaces coefficients by those of the part of the interval beyond a share of it; returns those of the part before.
+/// Splits the interval at a fraction of its length. Keeps the coefficients of the upper part; returns the lower part's.
 fn split(b: &mut [f64], share: f64) -> Terms {
     let mut before = [0.0; TERMS];
     for (before, last) in before.iter_mut().zip((0..b.len()).rev()) {

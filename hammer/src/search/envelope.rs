@@ -1,8 +1,8 @@
-//! Where a displacement can be in a window of the air.
+//! Bounds on a displacement within one window of the air.
 //!
-//! Its polynomial part holds until the window ends, and amplitudes bound the rest. So one polynomial says of each of its
-//! guards when it may cross at all: most never do in the window, and the search for the others begins shortly before they
-//! cross.
+//! Its polynomial part holds until the window ends, and amplitudes bound the rest. So one polynomial
+//! shows when each guard on the displacement could cross. Most guards cannot cross within the window. The search for the
+//! others begins shortly before they cross.
 
 use super::signal::{Part, Signal};
 use super::tracker::NEAR;
@@ -12,7 +12,7 @@ use crate::numerics::bernstein::{first_rise, rise_between};
 use crate::numerics::kernel;
 use crate::numerics::poly::{Poly, TERMS};
 
-/// Roundings of the terms that are allowed for, many more than there are.
+/// Number of rounding errors allowed for, far more than actually occur.
 const ROUNDINGS: f64 = 4096.0;
 
 /// A displacement or its rate, until the motion's polynomials end.
@@ -20,7 +20,7 @@ const ROUNDINGS: f64 = 4096.0;
 pub(super) struct Envelope {
     /// The displacement, and the order of its rate.
     guarded: (Displacement, usize),
-    /// What oscillates in it.
+    /// Its oscillating parts.
     parts: [Option<Part>; 2],
     /// The polynomial part, and what the displacement is ahead of it.
     poly: Poly,
@@ -94,8 +94,8 @@ impl Envelope {
         self.guarded == (guard.displacement, guard.order)
     }
 
-    /// Between which times a guard cannot cross, if it counts as crossed beyond `resolution`: for ever if not before
-    /// `reach`.
+    /// The interval in which a guard cannot cross, if crossing means exceeding its level by `resolution`. The interval
+    /// has no end if the guard cannot cross before `reach`.
     pub fn clear(&self, guard: &Guard, resolution: f64, reach: f64) -> [f64; 2] {
         let (sign, level) = (guard.direction.sign(), guard.level - self.ahead);
         let margin = self.amplitude + self.rounding + NEAR * resolution;
@@ -127,8 +127,8 @@ impl Envelope {
         Signal::new(poly, parts, self.guarded.1, resolution)
     }
 
-    /// Where a guard in which nothing oscillates crosses, if it cannot before `clear` and then rises on beyond the
-    /// resolution.
+    /// The time at which a guard without oscillating parts crosses, if it cannot cross before `clear` and then rises
+    /// beyond the resolution.
     pub fn crossing(
         &self,
         guard: &Guard,
@@ -177,8 +177,8 @@ mod tests {
         Guard { displacement, order, direction, level, event }
     }
 
-    /// Between the times a guard is below its level with the amplitude added, up to where it no longer is; and so that
-    /// none is left out, one of them ends where it is above.
+    /// Within the interval a guard plus its amplitude stays below the level. At both ends it is above the level or
+    /// close to it, so the interval is not shorter than it needs to be.
     #[test]
     fn a_guard_is_below_its_level_between_the_times_and_not_beyond() {
         for amplitude in [0.0, 5e-6, 3e-5] {

@@ -49,7 +49,7 @@ pub(crate) struct Search {
     /// True if others cannot cross before the motion's polynomials end.
     others: bool,
     barrier: Option<Barrier>,
-    /// Where the guarded displacements can be in a window of the air.
+    /// Bounds on the guarded displacements within a window of the air.
     envelopes: Vec<Envelope>,
     /// How far each proof extends.
     known: Known,

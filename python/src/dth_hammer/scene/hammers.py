@@ -28,7 +28,7 @@ class Row(Protocol):
         """Its values by column."""
 
     def to_frame(self) -> Any:
-        """A table of it, which a table does not have."""
+        """Returns the row as a table. Tables have no such method, so it identifies a row."""
 
 
 #: Parameters by name, also as a row of a table; a preset's name, a scene or the path of its file, a

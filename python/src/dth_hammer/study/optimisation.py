@@ -43,7 +43,7 @@ STEPS = 20
 #: Half width of the box in which slopes at the optimum are fitted, as a share of the distance
 #: between the bounds.
 BOX = 0.02
-#: A free number is at a bound if it is nearer to it than this share of the distance between bounds.
+#: A free number counts as at a bound if it is within this share of the range from it.
 AT_BOUND = 5e-3
 
 
