@@ -18,7 +18,8 @@ const FONT = "12px system-ui, sans-serif";
 function axes(x, y, more = {}) {
   const ink = () => palette.ink, grid = () => palette.grid;
   const values = (_, splits) => splits.map((value) => digits(value));
-  const common = { values, stroke: ink, font: FONT, labelFont: FONT, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 } };
+  const common = { values, stroke: ink, font: FONT, labelFont: FONT, grid: { stroke: grid, width: 1 },
+      ticks: { stroke: grid, width: 1 } };
   return [
     { ...common, label: x, labelSize: 18, size: 28 },
     { ...common, label: y, labelSize: 18, size: 56, ...more },
@@ -27,8 +28,10 @@ function axes(x, y, more = {}) {
 
 /** A chart as wide as its place, and as high as that says or is. */
 function chart(place, options, data) {
-  const size = () => ({ width: Math.max(200, place.clientWidth), height: Number(place.dataset.height ?? Math.max(100, place.clientHeight)) });
-  const plot = new uPlot({ ...size(), cursor: { drag: { x: false, y: false } }, legend: { show: false }, padding: [8, 10, 0, 0], ...options }, data, place);
+  const size = () => ({ width: Math.max(200, place.clientWidth),
+      height: Number(place.dataset.height ?? Math.max(100, place.clientHeight)) });
+  const plot = new uPlot({ ...size(), cursor: { drag: { x: false, y: false } }, legend: { show: false },
+      padding: [8, 10, 0, 0], ...options }, data, place);
   new ResizeObserver(() => plot.setSize(size())).observe(place);
   return plot;
 }
@@ -112,7 +115,8 @@ function noted(plot) {
 /** A chart on another canvas, as uPlot shows it. */
 function traced(plot, canvas) {
   const pen = canvas.getContext("2d"), drawing = new Drawing(pen), at = placing(plot), [across, up] = plot.axes;
-  const [left, top, width, height] = ["left", "top", "width", "height"].map((name) => plot.bbox[name] / devicePixelRatio), bottom = top + height;
+  const [left, top, width, height] = ["left", "top", "width",
+      "height"].map((name) => plot.bbox[name] / devicePixelRatio), bottom = top + height;
   pen.font = FONT;
   (across._splits ?? []).forEach((value, i) => {
     const [x] = at(value, 0);
@@ -172,7 +176,8 @@ class Charts {
     const stepped = { paths: uPlot.paths.stepped({ align: 1 }), stepped: true };
     this.motion = chart(find("displacement"), {
       scales: time, axes: axes(after, say("displacement_axis")),
-      series: [{}, line("piston", PISTON), line("bit", BIT), line("rock", ROCK, { dash: [6, 3] }), line("bit before", GHOST)],
+      series: [{}, line("piston", PISTON), line("bit", BIT), line("rock", ROCK, { dash: [6, 3] }),
+          line("bit before", GHOST)],
     }, [[], [], [], [], []]);
     this.velocity = chart(find("velocity"), {
       scales: time, axes: axes(after, say("velocity_axis")),
@@ -216,7 +221,8 @@ class Charts {
   settle(rows, before = []) {
     const number = Array.from({ length: Math.max(rows.length, before.length) }, (_, i) => i + 1);
     const show = (plot, value, always) => {
-      const of = (list) => number.map((_, i) => (list[i] && (always || list[i].blow_period > 0) ? value(list[i]) : null));
+      const of = (list) => number.map((_, i) => (list[i] && (always || list[i].blow_period > 0)
+          ? value(list[i]) : null));
       plot.setData([number, of(before), of(rows)]);
     };
     show(this.energy, (row) => row.blow_energy, true);
@@ -226,7 +232,8 @@ class Charts {
 
   /** All again: the colours have changed. */
   redraw() {
-    [this.motion, this.velocity, this.modes, this.loops, this.indicator, this.rop, this.frequency, this.energy].forEach((plot) => plot.redraw());
+    [this.motion, this.velocity, this.modes, this.loops, this.indicator, this.rop, this.frequency,
+        this.energy].forEach((plot) => plot.redraw());
   }
 
   /** One cycle, from blow to blow, and that of the setting before with its hole's depth at the
@@ -238,7 +245,8 @@ class Charts {
     this.bit = scaled(cycle.bit_position, 1e3, -base);
     this.time = time;
     this.motion.setData(
-      [time, scaled(cycle.piston_position, 1e3, -base - gap), this.bit, scaled(cycle.tip_depth, 1e3, -base), ghostBit(time, before)], false);
+      [time, scaled(cycle.piston_position, 1e3, -base - gap), this.bit, scaled(cycle.tip_depth, 1e3, -base),
+          ghostBit(time, before)], false);
     this.velocity.setData([time, cycle.piston_velocity, cycle.bit_velocity].map((list) => Array.from(list)), false);
     const order = Object.keys(MODES);
     const level = Array.from(cycle.rock_mode, (mode) => order.indexOf(modes[mode]));
@@ -257,7 +265,8 @@ class Charts {
     const inside = time.map((t) => t >= 0 && t <= until);
     // A piece belongs to the mode at its start; a jump of the force belongs to the viscous mode.
     const owner = level.map((mode, i) => (mode === 1 || level[i + 1] === 1 ? 1 : mode));
-    const of = (mode) => force.map((f, i) => (inside[i] && (owner[i] === mode || (i > 0 && owner[i - 1] === mode)) ? f : null));
+    const of = (mode) => force.map((f, i) => (inside[i] && (owner[i] === mode || (i > 0 && owner[i - 1] === mode))
+        ? f : null));
     const ghost = ghostLoop(before);
     this.loops.setData([null, ghost, ...Object.keys(MODES).map((_, mode) => [depth, of(mode)])], false);
     const near = (list, other) => [...list.filter((_, i) => inside[i]), ...other];

@@ -33,12 +33,14 @@ class Curves {
     this.plot = chart(find("curve"), {
       scales: { x: { time: false }, y: { range: { min: { pad: 0.1, soft: 0, mode: 1 }, max: { pad: 0.1 } } } },
       axes: axes(" ", " "),
-      series: [{}, ...ends, line("mean", () => palette.piston, shown), line("now", () => palette.ink, { points: { show: true, size: 11 } })],
+      series: [{}, ...ends, line("mean", () => palette.piston, shown),
+          line("now", () => palette.ink, { points: { show: true, size: 11 } })],
       hooks: { draw: [noted] },
       bands: [{ series: [2, 1], fill: () => `${palette.piston}44` }],
     }, [[], [], [], [], []]);
     this.plot.notes = (drawing) => {
-      if (!this.points.length) drawing.text(say("empty_until", { button: say("draw") }), 0.5 * find("curve").clientWidth, 120);
+      if (!this.points.length) drawing.text(say("empty_until", { button: say("draw") }),
+          0.5 * find("curve").clientWidth, 120);
     };
   }
 
@@ -54,7 +56,8 @@ class Curves {
     values.sort((a, b) => a - b);
     const settings = { ...this.scene.changed };
     this.over = name;
-    this.points = values.map((value) => ({ value, now: value === this.scene.get(name), settings: { ...settings, [name]: value } }));
+    this.points = values.map((value) => ({ value, now: value === this.scene.get(name),
+        settings: { ...settings, [name]: value } }));
     // The middle first, then outwards, so that the shape shows early.
     const middle = this.points.findIndex((point) => point.now);
     this.waiting = this.points.map((_, i) => i).sort((a, b) => Math.abs(b - middle) - Math.abs(a - middle));

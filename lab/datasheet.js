@@ -63,9 +63,11 @@ class DatasheetForm {
     facts.error.forEach(([words]) => tell("failed", words));
     if (facts.error.length > 0) return false;
     facts.contradiction.forEach(([words]) => tell("contradiction", words));
-    this.table(["sheet_number", "sheet_given", "sheet_solved", "sheet_off"].map((key) => say(key)), facts.compared.map(([name, given, solved, unit]) =>
+    this.table(["sheet_number", "sheet_given", "sheet_solved", "sheet_off"].map((key) => say(key)),
+        facts.compared.map(([name, given, solved, unit]) =>
       this.compared(name, Number(given), Number(solved), unit)));
-    this.table(["sheet_found", "sheet_value"].map((key) => say(key)), facts.found.map((fields) => this.found(...fields)));
+    this.table(["sheet_found", "sheet_value"].map((key) => say(key)),
+        facts.found.map((fields) => this.found(...fields)));
     facts.assumed.forEach(([words]) => tell("small", words));
     const inputs = Object.entries(this.base).filter(([name]) => this.scene.variable(name).causality === "input");
     this.scene.replace(Object.fromEntries([...facts.set, ...inputs]));
@@ -81,10 +83,12 @@ class DatasheetForm {
   }
 
   compared(name, given, solved, si) {
-    const { field_unit: unit, factor } = this.choices.find((choice) => choice.name === name) ?? { field_unit: si, factor: 1 };
+    const { field_unit: unit, factor } = this.choices.find((choice) => choice.name === name) ?? { field_unit: si,
+        factor: 1 };
     const off = 100 * (solved / given - 1);
     const sign = off < 0 ? "−" : "+";
-    return [name.replaceAll("_", " "), `${digits(given / factor)} ${pretty(unit)}`, `${digits(solved / factor)} ${pretty(unit)}`,
+    return [name.replaceAll("_", " "), `${digits(given / factor)} ${pretty(unit)}`,
+        `${digits(solved / factor)} ${pretty(unit)}`,
       `${sign}${fixed(Math.abs(off), 1)} %`];
   }
 

@@ -18,7 +18,8 @@ const PLAYED = 6;
 class Explore {
   /** `engine` makes a worker; `presets` are the scenes to start from. */
   constructor(find, engine, description, presets) {
-    Object.assign(this, { find, engine, description, screen: 0, cache: new Map(), known: new Map(), settled: false, playing: false, phase: 0.3, numbers: {} });
+    Object.assign(this, { find, engine, description, screen: 0, cache: new Map(), known: new Map(), settled: false,
+        playing: false, phase: 0.3, numbers: {} });
     this.hammer = { ...presets.air_3_5_inch.start_values, ...WAVE_MESH };
     this.drifter = { ...presets.top_hammer.start_values };
     this.picture = new Picture(new SvgPen(find("screen-hammer")));
@@ -29,17 +30,23 @@ class Explore {
       waves: (c, at) => c.impact + (WAVE_LOOK * at) / 200,
       loops: (c, at) => c.impact + (LOOP_LOOK * at) / 200,
     };
-    /** Of each screen: places of the handle, the one to begin with, its unit, the scene at one; the moment that is shown
-     * of a cycle; what is drawn instead of the hammer. */
+    /** Each screen has the handle's places, its first place and unit, and the scene at a place. It may have the moment
+     * of the cycle to draw, and a chart that replaces the hammer. */
     this.screens = [
-      { places: [6, 8, 10, 12, 14, 17, 20, 24, 28], begin: 7, unit: "bar", scene: (bar) => changed({ supply_pressure: bar * BAR + ATMOSPHERE }), moment: cycles },
+      { places: [6, 8, 10, 12, 14, 17, 20, 24, 28], begin: 7, unit: "bar",
+          scene: (bar) => changed({ supply_pressure: bar * BAR + ATMOSPHERE }), moment: cycles },
       { places: moments, begin: 60, unit: "ms", scene: plain, moment: cycles, chart: "indicator" },
       { places: moments, begin: 32, unit: "µs", scene: plain, moment: waves },
       { places: moments, begin: 60, unit: "ms", scene: plain, moment: loops, chart: "loop" },
-      { places: [0.25, 0.35, 0.5, 0.7, 1, 1.4, 2, 2.8, 4], begin: 4, unit: "×", scene: (times) => changed({ "rock.stiffness": times * this.value("rock.stiffness") }), chart: "energy" },
-      { places: geometric(easy, hard, 19), begin: 9, unit: "MJ/m³", scale: 1e-6, scene: (energy) => changed({ "rock.specific_energy": energy }), chart: "hole" },
-      { places: Array.from({ length: 12 }, (_, i) => 1.5e3 * (i + 1)), begin: 5, unit: "kN", scale: 1e-3, scene: (feed) => changed({ feed_force: feed }), chart: "feed" },
-      { places: [1, 2, 3, 4, 6], begin: 3, unit: "", scene: (rods) => ({ ...this.drifter, "drill.rods": rods, "bit.elements": 20 + 16 * rods }), chart: "rods", of: MEAN_OF_RODS },
+      { places: [0.25, 0.35, 0.5, 0.7, 1, 1.4, 2, 2.8, 4], begin: 4, unit: "×",
+          scene: (times) => changed({ "rock.stiffness": times * this.value("rock.stiffness") }), chart: "energy" },
+      { places: geometric(easy, hard, 19), begin: 9, unit: "MJ/m³", scale: 1e-6,
+          scene: (energy) => changed({ "rock.specific_energy": energy }), chart: "hole" },
+      { places: Array.from({ length: 12 }, (_, i) => 1.5e3 * (i + 1)), begin: 5, unit: "kN", scale: 1e-3,
+          scene: (feed) => changed({ feed_force: feed }), chart: "feed" },
+      { places: [1, 2, 3, 4, 6], begin: 3, unit: "",
+          scene: (rods) => ({ ...this.drifter, "drill.rods": rods, "bit.elements": 20 + 16 * rods }), chart: "rods",
+          of: MEAN_OF_RODS },
     ];
     this.at = this.screens.map(({ begin }) => begin);
     find("screen-handle").addEventListener("input", ({ target }) => {
@@ -67,7 +74,8 @@ class Explore {
     Object.assign(this, { screen: Math.max(0, screen), answer: null });
     history.replaceState(null, "", `#screen=${this.screen + 1}`);
     const { places, moment } = this.screens[this.screen], number = this.screen + 1;
-    find("screen-title").textContent = say("screen_step", { step: number, all: this.screens.length, title: say(`screen_${number}_title`) });
+    find("screen-title").textContent = say("screen_step",
+        { step: number, all: this.screens.length, title: say(`screen_${number}_title`) });
     find("screen-label").textContent = say(`screen_${number}_handle`);
     Object.assign(find("screen-handle"), { min: 0, max: places.length - 1, value: this.at[this.screen] });
     find("screen-back").disabled = this.screen === 0;
@@ -120,7 +128,8 @@ class Explore {
 
   /** Places of this screen's handle that are known, in their order, with what the engine says. */
   get row() {
-    return this.screens[this.screen].places.map((place) => [place, this.known.get(`${this.screen} ${place}`)]).filter(([, found]) => found);
+    return this.screens[this.screen].places.map((place) => [place,
+        this.known.get(`${this.screen} ${place}`)]).filter(([, found]) => found);
   }
 
   /** What the engine says of a scene; it is asked one scene at a time. */
@@ -169,7 +178,8 @@ class Explore {
     this.numbers = told(this, this.answer, this.place);
     const all = Object.fromEntries(Object.entries(this.numbers).map(([name, value]) => [name, digits(value, 3)]));
     const known = this.row.length, { places, chart } = this.screens[this.screen];
-    const filling = chart === "feed" && known < places.length ? ` ${say("curve_filling", { known, all: places.length })}` : "";
+    const filling = chart === "feed" && known < places.length
+        ? ` ${say("curve_filling", { known, all: places.length })}` : "";
     this.find("screen-text").textContent = say(`screen_${this.screen + 1}`, all) + filling;
     this.label();
     this.draw();
@@ -189,7 +199,8 @@ class Explore {
     const text = `${digits(number, 3)} ${unit}`.trim();
     find("screen-value").textContent = text;
     find("screen-handle").setAttribute("aria-valuetext", text);
-    if (moment) find("screen-slowed").textContent = say("slowed", { times: written(Number((PLAYED / most).toPrecision(2)), { useGrouping: true }) });
+    if (moment) find("screen-slowed").textContent = say("slowed",
+        { times: written(Number((PLAYED / most).toPrecision(2)), { useGrouping: true }) });
   }
 
   draw() {
@@ -202,11 +213,14 @@ class Explore {
     }
     const scene = { get: (name) => this.value(name, values), variable: (name) => this.description.variables[name] };
     if (this.shown !== cycle) {
-      this.picture.show(cycle, measure(scene, cycle), { gap: scene.get("contact.initial_gap"), diameter: scene.get("hole.diameter"), travel: scene.get("chuck.travel"), scale: SCALE });
+      this.picture.show(cycle, measure(scene, cycle),
+          { gap: scene.get("contact.initial_gap"), diameter: scene.get("hole.diameter"),
+          travel: scene.get("chuck.travel"), scale: SCALE });
       this.shown = cycle;
     }
     const { time } = this, index = cycle.time.findIndex((t) => t >= time);
-    this.picture.draw(index < 0 ? cycle.time.length - 1 : index, this.screen === 2 ? (time - cycle.impact) * soundOf(values) : null);
+    this.picture.draw(index < 0 ? cycle.time.length - 1 : index,
+        this.screen === 2 ? (time - cycle.impact) * soundOf(values) : null);
     return this.picture.canvas.show?.();
   }
 
@@ -219,9 +233,11 @@ class Explore {
   /** The figure as it stands, as a file: `kind` png or svg. */
   save(kind) {
     const { chart } = this.screens[this.screen], plot = this.figure.plots[chart];
-    const draw = (canvas) => (plot ? traced(plot, canvas) : drawnOn(chart ? this.figure : this.picture, canvas, () => this.draw()));
+    const draw = (canvas) => (plot ? traced(plot, canvas) : drawnOn(chart ? this.figure : this.picture, canvas,
+        () => this.draw()));
     saveFigure(`screen-${this.screen + 1}`, kind, this.figured, draw);
   }
 }
 
-const geometric = (from, to, steps) => Array.from({ length: steps }, (_, i) => Number((from * (to / from) ** (i / (steps - 1))).toPrecision(3)));
+const geometric = (from, to, steps) => Array.from({ length: steps },
+    (_, i) => Number((from * (to / from) ** (i / (steps - 1))).toPrecision(3)));

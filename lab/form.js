@@ -86,7 +86,8 @@ function makeSlider(name, range, label = say(name)) {
   exact.setAttribute("aria-label", `${label}, ${pretty(variable.displayUnit) || say("ratio")}`);
   const text = Object.assign(document.createElement("label"), { htmlFor: slider.id, textContent: label });
   text.title = variable.description;
-  const unit = Object.assign(document.createElement("span"), { className: "unit", textContent: pretty(variable.displayUnit) });
+  const unit = Object.assign(document.createElement("span"),
+      { className: "unit", textContent: pretty(variable.displayUnit) });
   row.append(text, slider, exact, unit);
   slider.addEventListener("input", () => change(name, valueAt(name, range, slider.valueAsNumber / STEPS)));
   exact.addEventListener("change", () => change(name, Number((exact.valueAsNumber / variable.factor).toPrecision(12))));
@@ -94,7 +95,8 @@ function makeSlider(name, range, label = say(name)) {
     const value = scene.get(name), scaled = Number((value * variable.factor).toPrecision(6));
     slider.value = Math.round(placeOf(name, range, value) * STEPS);
     exact.value = scaled;
-    if (range.water) text.textContent = say("under_water", { label, depth: digits(Math.max(0, value - ATMOSPHERE) / WATER, 3) });
+    if (range.water) text.textContent = say("under_water",
+        { label, depth: digits(Math.max(0, value - ATMOSPHERE) / WATER, 3) });
     row.hidden = range.source !== undefined && range.source !== sourceNow();
     slider.setAttribute("aria-valuetext", `${scaled} ${pretty(variable.displayUnit)}`);
   });
@@ -107,7 +109,8 @@ function makeSections(body) {
   const set = document.createElement("fieldset");
   const choice = Object.assign(document.createElement("select"), { id: `exact-${name}` });
   for (let count = 0; count <= scene.variable(name).max; count++) {
-    choice.append(new Option(count === 0 ? say("uniform") : say(count === 1 ? "one_section" : "sections", { count }), count));
+    choice.append(new Option(count === 0 ? say("uniform") : say(count === 1 ? "one_section" : "sections", { count }),
+        count));
   }
   choice.addEventListener("change", () => {
     cut(scene, body, Number(choice.value));
@@ -171,7 +174,8 @@ function makeRest() {
   }
   for (const [group, fields] of groups) {
     const details = document.createElement("details");
-    details.append(Object.assign(document.createElement("summary"), { textContent: group || say("group_single") }), ...fields);
+    details.append(Object.assign(document.createElement("summary"), { textContent: group || say("group_single") }),
+        ...fields);
     find("rest").append(details);
   }
 }
@@ -192,6 +196,7 @@ function makeField(name) {
 function givenRow(field, name, title, unit) {
   const row = Object.assign(document.createElement("div"), { className: "given" });
   const label = Object.assign(document.createElement("label"), { htmlFor: field.id, textContent: name, title });
-  row.append(label, field, Object.assign(document.createElement("span"), { className: "unit", textContent: pretty(unit) }));
+  row.append(label, field, Object.assign(document.createElement("span"),
+      { className: "unit", textContent: pretty(unit) }));
   return row;
 }

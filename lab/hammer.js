@@ -42,7 +42,8 @@ class Picture extends Drawing {
     this.pushed = Math.max(1, largest([cycle.applied_drive_force]));
     this.pressed = scale.pressed ?? Math.max(1, largest([cycle.drive_chamber_pressure, cycle.return_chamber_pressure]));
     this.chuckLimit = Math.max(1, largest([cycle.chuck_force]));
-    const flown = (scale.flown ? gap - scale.flown : Math.min(...cycle.piston_position) - this.base) - gap - piston.length - this.string;
+    const flown = (scale.flown
+        ? gap - scale.flown : Math.min(...cycle.piston_position) - this.base) - gap - piston.length - this.string;
     const long = bit.length - flown;
     this.span = [flown - 0.16 * long, bit.length + 0.1 * long];
   }
@@ -132,7 +133,8 @@ class Picture extends Drawing {
     }
     pen.fill();
     pen.restore();
-    this.line([[middle - wall, 0], [middle - wall, bottom], [middle + wall, bottom], [middle + wall, 0]], palette.rock, 2);
+    this.line([[middle - wall, 0], [middle - wall, bottom], [middle + wall, bottom], [middle + wall, 0]], palette.rock,
+        2);
   }
 
   /** Drill string, casing and chuck; `shift` is their way down. Returns where the casing's room ends at
@@ -161,7 +163,8 @@ class Picture extends Drawing {
   chambers(y, tops, top, index) {
     const { pen, cycle, hole, middle } = this, force = cycle.applied_drive_force[index];
     const known = [cycle.drive_chamber_pressure, cycle.return_chamber_pressure].map((all) => all[index] / this.pressed);
-    const parts = known.some((part) => part > 0) ? known : [1, -1].map((side) => Math.max(0, (side * force) / this.pushed));
+    const parts = known.some((part) => part > 0)
+        ? known : [1, -1].map((side) => Math.max(0, (side * force) / this.pushed));
     const piston = tops[0] + this.bodies[0].length, wide = this.x(hole.bore);
     const places = [[top, y(tops[0])], [y(this.shoulder(tops[0])), y(Math.max(piston, tops[1] - this.string))]];
     places.forEach(([from, to], i) => {
@@ -175,7 +178,8 @@ class Picture extends Drawing {
     const long = (34 * Math.abs(force)) / this.pushed;
     if (long < 3) return;
     const down = force > 0, from = down ? y(tops[0]) - long - 4 : y(piston) + long + 4;
-    for (const side of [-0.5, 0.5]) this.arrow(middle + side * this.x(hole.bore), from, down ? long : -long, palette.ink);
+    for (const side of [-0.5, 0.5]) this.arrow(middle + side * this.x(hole.bore), from, down ? long : -long,
+        palette.ink);
   }
 
   /** From where the lower chamber reaches around the piston: below its widest part. */
@@ -217,7 +221,8 @@ class Picture extends Drawing {
     this.ring(end - 7, end, 1.06 * hole.shank, hole.casing, pressed(part), palette.bit);
     const way = Math.sign(part) * (8 + 34 * Math.abs(part));
     if (Math.abs(part) < 1e-3) return;
-    for (const side of [-1, 1]) this.arrow(this.middle + side * this.x(0.5 * (hole.shank + hole.casing)), part > 0 ? end : ring, way, palette.compression);
+    for (const side of [-1, 1]) this.arrow(this.middle + side * this.x(0.5 * (hole.shank + hole.casing)),
+        part > 0 ? end : ring, way, palette.compression);
   }
 
   /** An arrow along the axis. */
@@ -294,9 +299,11 @@ class Picture extends Drawing {
       this.line([[x(value * 1e6), 4], [x(value * 1e6), bottom]], value === 0 ? palette.muted : palette.grid, 1);
       this.text(digits(value), x(value * 1e6), bottom + 9);
     }
-    this.text(say(right - left < 170 ? "stress_short" : "stress_long"), middle, bottom + 25, "center", right - left + 16);
+    this.text(say(right - left < 170 ? "stress_short" : "stress_long"), middle, bottom + 25, "center",
+        right - left + 16);
     BODIES.forEach((name, body) => {
-      const { ends } = this.bodies[body], points = Array.from(this.cycle.stress[body][index], (value, i) => [x(value), y(tops[body] + 0.5 * (ends[i] + ends[i + 1]))]);
+      const { ends } = this.bodies[body], points = Array.from(this.cycle.stress[body][index],
+          (value, i) => [x(value), y(tops[body] + 0.5 * (ends[i] + ends[i + 1]))]);
       this.line(points, palette[name], 2);
     });
   }

@@ -106,7 +106,8 @@ function receive(data) {
   if (["bits", "datasheet"].includes(data.kind) || (data.scene !== undefined && data.scene !== number)) return;
   if (data.kind === "failed") fail(data.text);
   if (data.kind === "blows") showBlows(data);
-  if (data.kind === "cycle") showCycle({ ...data, stress: data.stress.map((block) => samplesOf(block, data.time.length)) });
+  if (data.kind === "cycle") showCycle({ ...data,
+      stress: data.stress.map((block) => samplesOf(block, data.time.length)) });
 }
 
 /** The rows of a block, one for each of so many samples. */
@@ -131,9 +132,11 @@ function showBlows({ rows, time, stalled, warnings, done }) {
   charts.settle(rows, ghost?.rows);
   showNumbers(rows.at(-1), ghost?.rows.at(-1));
   const still = stalled ? ` ${say("has_stalled")}` : "";
-  const text = done ? say("blows_done", { blows: rows.length, time: digits(time, 3) }) + still : say("running", { time: digits(time, 2) });
+  const text = done ? say("blows_done", { blows: rows.length, time: digits(time, 3) }) + still : say("running",
+      { time: digits(time, 2) });
   // Announced once at the end, since a screen reader need not hear every step.
-  if (done || find("status").className === "failed") Object.assign(find("status"), { textContent: text, className: "" });
+  if (done || find("status").className === "failed") Object.assign(find("status"),
+      { textContent: text, className: "" });
   find("warnings").hidden = warnings.length === 0;
   find("warnings").textContent = warnings.join(" ");
   find("blow").max = Math.max(1, rows.length - 1);
@@ -143,7 +146,8 @@ function showBlows({ rows, time, stalled, warnings, done }) {
 /** Of a blow: where it is shown, whether it can be, its value in SI units, and how that is written. */
 const NUMBERS = [
   ["rate", (blow) => blow.rop > 0, (blow) => blow.rop, (v) => `${digits(3600 * v)} m/h (${band(3600 * v)})`],
-  ["tip_rate", (blow) => blow.blow_period > 0, (blow) => blow.tip_rate, (v) => `${digits(60 * v)} m/min (${digits(1e3 * v)} mm/s)`],
+  ["tip_rate", (blow) => blow.blow_period > 0, (blow) => blow.tip_rate,
+      (v) => `${digits(60 * v)} m/min (${digits(1e3 * v)} mm/s)`],
   ["frequency", (blow) => blow.blow_period > 0, (blow) => 1 / blow.blow_period, (v) => `${digits(v)} Hz`],
   ["energy", () => true, (blow) => blow.blow_energy, (v) => `${digits(v)} J`],
   ["speed", () => true, (blow) => blow.blow_speed, (v) => `${digits(v)} m/s`],
@@ -165,7 +169,8 @@ function showNumbers(last, before) {
     find(`value-${name}`).textContent = shown ? text(value(last)) : "–";
     const part = shown && before && has(before) ? value(last) / value(before) - 1 : NaN;
     const sign = part >= 0 ? "+" : "";
-    find(`was-${name}`).textContent = Number.isFinite(part) ? `${sign}${digits(Number((100 * part).toFixed(1)))} %` : "";
+    find(`was-${name}`).textContent = Number.isFinite(part)
+        ? `${sign}${digits(Number((100 * part).toFixed(1)))} %` : "";
   }
 }
 
@@ -175,7 +180,8 @@ function showCycle(cycle) {
   const bodies = measure(scene, cycle);
   // If there is a casing, its shoulder carries a force at the start.
   const cased = cycle.chuck_force.some((force) => force !== 0);
-  const travel = cased ? scene.get("chuck.travel") : 0, rods = scene.variable("drill.rods") ? scene.get("drill.rods") : 0;
+  const travel = cased ? scene.get("chuck.travel") : 0, rods = scene.variable("drill.rods")
+      ? scene.get("drill.rods") : 0;
   drawing.show(cycle, bodies, { gap, diameter: scene.get("hole.diameter"), travel, rods });
   waves.show(cycle, bodies, drawing.limit, description.modes);
   player.show(cycle);
@@ -196,7 +202,9 @@ function describe(cycle) {
   find("loops").setAttribute("aria-label", say("loops_described", { force: most(cycle.rock_force, 1e-3) }));
   const pressed = Math.max(...CHAMBERS.map((name) => Math.max(...cycle[name])));
   find("chambers").hidden = pressed === 0;
-  const driven = pressed > 0 ? say("indicator_of_air", { pressure: digits(1e-5 * pressed, 3) }) : say("indicator_of_force", { force: most(cycle.applied_drive_force, 1e-3) });
+  const driven = pressed > 0 ? say("indicator_of_air",
+      { pressure: digits(1e-5 * pressed, 3) }) : say("indicator_of_force",
+      { force: most(cycle.applied_drive_force, 1e-3) });
   find("indicator").setAttribute("aria-label", driven);
   find("velocity").setAttribute("aria-label", say("velocity_described", { speed: most(cycle.piston_velocity, 1) }));
   const stress = digits(drawing.limit * 1e-6, 3);
@@ -230,8 +238,10 @@ function picture() {
     say(cycle.contact_closed[index] ? "moment_closed" : "moment_open", { force: force("contact_force") }),
     say("moment_rock", { mode, force: force("rock_force") }),
   ];
-  const chuck = cycle.chuck_force[index], hangs = (cycle.bit_position[index] - cycle.casing_position[index]) * 1e3, out = digits(Math.abs(hangs) < 1e-3 ? 0 : hangs, 3);
-  if (drawing.travel) parts.push(say(chuck > 0 ? "moment_shoulder" : chuck < 0 ? "moment_ring" : "moment_hangs", { out, force: force("chuck_force").replace("−", "") }));
+  const chuck = cycle.chuck_force[index], hangs = (cycle.bit_position[index] - cycle.casing_position[index]) * 1e3,
+      out = digits(Math.abs(hangs) < 1e-3 ? 0 : hangs, 3);
+  if (drawing.travel) parts.push(say(chuck > 0 ? "moment_shoulder" : chuck < 0 ? "moment_ring" : "moment_hangs",
+      { out, force: force("chuck_force").replace("−", "") }));
   find("moment").textContent = parts.join("; ");
   if (document.activeElement !== find("moment-slider")) find("moment-slider").value = index;
 }
@@ -316,8 +326,10 @@ function connect() {
 
 /** Under each figure, buttons that save it. */
 function makeSavers() {
-  const { motion: displacement, velocity, modes, loops, indicator, rop, frequency, energy } = charts, plots = { displacement, velocity, modes, loops, indicator, rop, frequency, energy, curve: curves.plot };
-  const drawn = { hammer: (canvas) => drawnOn(drawing, canvas, picture), waves: (canvas) => drawnOn(waves, canvas, picture) };
+  const { motion: displacement, velocity, modes, loops, indicator, rop, frequency, energy } = charts,
+      plots = { displacement, velocity, modes, loops, indicator, rop, frequency, energy, curve: curves.plot };
+  const drawn = { hammer: (canvas) => drawnOn(drawing, canvas, picture),
+      waves: (canvas) => drawnOn(waves, canvas, picture) };
   for (const [id, plot] of Object.entries(plots)) drawn[id] = (canvas) => traced(plot, canvas);
   for (const [id, draw] of Object.entries(drawn)) {
     find(id).after(saver(id, say(find(id).dataset.sayLabel), (kind) => saveFigure(id, kind, find(id), draw)));
@@ -327,9 +339,11 @@ function makeSavers() {
 
 /** Buttons that save a figure. */
 function saver(of, label, saved) {
-  const row = Object.assign(document.createElement("span"), { className: "small save", textContent: `${say("screen_save")} ` });
+  const row = Object.assign(document.createElement("span"),
+      { className: "small save", textContent: `${say("screen_save")} ` });
   for (const kind of ["SVG", "PNG"]) {
-    const button = Object.assign(document.createElement("button"), { id: `save-${of}-${kind}`, type: "button", textContent: kind, ariaLabel: `${label}: ${kind}` });
+    const button = Object.assign(document.createElement("button"),
+        { id: `save-${of}-${kind}`, type: "button", textContent: kind, ariaLabel: `${label}: ${kind}` });
     button.addEventListener("click", () => saved(kind.toLowerCase()));
     row.append(button, " ");
   }

@@ -12,7 +12,8 @@ function readDescription(text) {
   }
   const enumerations = {};
   for (const type of root.querySelectorAll("TypeDefinitions > SimpleType:has(Item)")) {
-    const items = [...type.querySelectorAll("Item")].map((item) => [Number(item.getAttribute("value")), item.getAttribute("name")]);
+    const items = [...type.querySelectorAll("Item")].map((item) => [Number(item.getAttribute("value")),
+        item.getAttribute("name")]);
     enumerations[type.getAttribute("name")] = Object.fromEntries(items);
   }
   const variables = {};
@@ -34,7 +35,8 @@ function readDescription(text) {
       items: enumerations[kind.getAttribute("declaredType")],
     };
   }
-  return { guid: root.getAttribute("guid"), version: root.getAttribute("version"), variables, modes: enumerations.RockMode };
+  return { guid: root.getAttribute("guid"), version: root.getAttribute("version"), variables,
+      modes: enumerations.RockMode };
 }
 
 /** A unit as people write it. */
@@ -43,7 +45,8 @@ function pretty(unit) {
 }
 
 /** A number as the reader's language writes it. */
-const written = (number, options) => new Intl.NumberFormat(LANGUAGE, { useGrouping: false, ...options }).format(number).replace("-", "−");
+const written = (number, options) => new Intl.NumberFormat(LANGUAGE,
+    { useGrouping: false, ...options }).format(number).replace("-", "−");
 
 /** A number with so many digits that matter, with an exponent only where that reads better. */
 function digits(number, many = 4) {
@@ -122,7 +125,8 @@ class Scene {
     const kinds = { Real: "Real", Integer: "Integer", Enumeration: "Integer", Boolean: "Boolean" };
     const lines = Object.entries(this.changed).map(
       ([name, value]) =>
-        `    <ssv:Parameter name="${name}"><ssv:${kinds[this.variable(name).type]} value="${value}"/></ssv:Parameter>\n`,
+        `    <ssv:Parameter name="${name}"><ssv:${kinds[this.variable(name).type]} value="${value}"/>` +
+        "</ssv:Parameter>\n",
     );
     return (
       '<?xml version="1.0" encoding="UTF-8"?>\n' +

@@ -7,7 +7,8 @@ const measuring = document.createElement("canvas").getContext("2d");
 class SvgPen {
   constructor(place) {
     Object.assign(this, { place, parts: [], path: "", dash: [], turn: "", kept: [], clips: 0, open: 0 });
-    Object.assign(this, { globalAlpha: 1, lineWidth: 1, fillStyle: "#000", strokeStyle: "#000", font: "12px sans-serif", textAlign: "left", textBaseline: "alphabetic" });
+    Object.assign(this, { globalAlpha: 1, lineWidth: 1, fillStyle: "#000", strokeStyle: "#000", font: "12px sans-serif",
+        textAlign: "left", textBaseline: "alphabetic" });
   }
 
   getContext() {
@@ -20,7 +21,8 @@ class SvgPen {
   }
 
   put(element, paint, more = "") {
-    const alpha = this.globalAlpha < 1 ? ` opacity="${this.globalAlpha}"` : "", turn = this.turn && ` transform="${this.turn}"`;
+    const alpha = this.globalAlpha < 1 ? ` opacity="${this.globalAlpha}"` : "",
+        turn = this.turn && ` transform="${this.turn}"`;
     this.parts.push(`<${element} ${paint}${alpha}${turn}${more ? `>${more}</${element.split(" ")[0]}>` : "/>"}`);
   }
 
@@ -51,7 +53,8 @@ class SvgPen {
 
   /** From an angle to a larger one, at most once round. */
   ellipse(x, y, wide, high, _, from, to) {
-    const at = (angle) => [x + wide * Math.cos(angle), y + high * Math.sin(angle)].map(short), size = [wide, high].map(short);
+    const at = (angle) => [x + wide * Math.cos(angle), y + high * Math.sin(angle)].map(short),
+        size = [wide, high].map(short);
     const half = 0.5 * (from + to);
     this.path += `M${at(from)}A${size} 0 0 1 ${at(half)}A${size} 0 0 1 ${at(to)}`;
   }
@@ -95,11 +98,15 @@ class SvgPen {
   text(words, x, y, room, paint) {
     const anchor = { left: "start", center: "middle", right: "end" }[this.textAlign];
     const base = { middle: "central", bottom: "text-after-edge" }[this.textBaseline] ?? "auto";
-    const squeezed = room !== undefined && this.measureText(words).width > room ? ` textLength="${short(room)}" lengthAdjust="spacingAndGlyphs"` : "";
+    const squeezed = room !== undefined && this.measureText(words).width > room
+        ? ` textLength="${short(room)}" lengthAdjust="spacingAndGlyphs"` : "";
     const [, weight, size, family] = /^(\d+ )?([\d.]+px) (.*)$/.exec(this.font);
-    const face = `font-family="${family.replace(/"/g, "'")}" font-size="${size}" font-weight="${(weight ?? "400").trim()}"`;
+    const face =
+      `font-family="${family.replace(/"/g, "'")}" font-size="${size}" ` +
+      `font-weight="${(weight ?? "400").trim()}"`;
     const style = `${face} text-anchor="${anchor}" dominant-baseline="${base}"${squeezed}`;
-    this.put(`text x="${short(x)}" y="${short(y)}" ${style}`, paint, words.replace(/&/g, "&amp;").replace(/</g, "&lt;"));
+    this.put(`text x="${short(x)}" y="${short(y)}" ${style}`, paint,
+        words.replace(/&/g, "&amp;").replace(/</g, "&lt;"));
   }
 
   fillText(words, x, y, room) {
@@ -124,7 +131,10 @@ class SvgPen {
   clip() {
     this.clips += 1;
     this.open += 1;
-    this.parts.push(`<clipPath id="c${this.clips}"><path d="${this.path}"/></clipPath><g clip-path="url(#c${this.clips})">`);
+    this.parts.push(
+      `<clipPath id="c${this.clips}"><path d="${this.path}"/></clipPath>` +
+        `<g clip-path="url(#c${this.clips})">`,
+    );
   }
 
   translate(x, y) {
@@ -136,8 +146,10 @@ class SvgPen {
   }
 
   toString() {
-    const { clientWidth: width, clientHeight: height } = this.place, size = `viewBox="0 0 ${width} ${height}" width="${width}" height="${height}"`;
-    return `<svg xmlns="http://www.w3.org/2000/svg" ${size}><rect width="100%" height="100%" fill="${palette.paper}"/>${this.parts.join("")}</svg>\n`;
+    const { clientWidth: width, clientHeight: height } = this.place,
+        size = `viewBox="0 0 ${width} ${height}" width="${width}" height="${height}"`;
+    return `<svg xmlns="http://www.w3.org/2000/svg" ${size}>` +
+      `<rect width="100%" height="100%" fill="${palette.paper}"/>${this.parts.join("")}</svg>\n`;
   }
 }
 
@@ -204,7 +216,8 @@ function saveFigure(name, kind, { clientWidth, clientHeight }, draw) {
     draw(pen);
     return save(`${name}.svg`, String(pen), "image/svg+xml");
   }
-  const [width, height] = [2 * clientWidth, 2 * clientHeight], canvas = Object.assign(document.createElement("canvas"), { width, height }), pen = canvas.getContext("2d");
+  const [width, height] = [2 * clientWidth, 2 * clientHeight], canvas = Object.assign(document.createElement("canvas"),
+      { width, height }), pen = canvas.getContext("2d");
   pen.scale(2, 2);
   draw({ clientWidth, clientHeight, width, height, scale: 2, getContext: () => pen });
   pen.setTransform(1, 0, 0, 1, 0, 0);

@@ -24,7 +24,8 @@ function fillTexts(find) {
     const mark = `[data-${name.replace(/[A-Z]/, (letter) => `-${letter.toLowerCase()}`)}]`;
     for (const element of document.querySelectorAll(mark)) element[attribute] = say(element.dataset[name]);
   }
-  const languages = Object.entries(TEXTS).map(([name, texts]) => Object.assign(new Option(texts.language, name), { lang: name }));
+  const languages = Object.entries(TEXTS).map(([name, texts]) => Object.assign(new Option(texts.language, name),
+      { lang: name }));
   find("language").append(...languages);
   find("language").value = CHOSEN;
   // The screen is named after the # of the address, and stays.

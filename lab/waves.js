@@ -113,7 +113,8 @@ class WaveDiagram extends Drawing {
     pen.font = FONT;
     const contact = top + (this.bodies[0].length / this.length) * (bottom - top);
     this.line([[left, contact], [right, contact]], palette.ink, 1);
-    [["piston", 0.5 * (top + contact)], ["bit", 0.5 * (contact + bottom)], ["rock", bottom + 6]].forEach(([name, y]) => this.text(say(name), left - 5, y, "right"));
+    [["piston", 0.5 * (top + contact)], ["bit", 0.5 * (contact + bottom)],
+        ["rock", bottom + 6]].forEach(([name, y]) => this.text(say(name), left - 5, y, "right"));
     // Below the bit, the mode of the rock in the colours of the other pictures.
     for (let pixel = left; pixel < right; pixel++) {
       const time = WAVES_FROM + ((pixel - left + 0.5) / (right - left)) * (WAVES_UNTIL - WAVES_FROM);

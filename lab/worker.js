@@ -15,7 +15,8 @@ const MOST_SAMPLES = 20000;
 /** How long the worker computes before it listens again, and before it tells how far it is, ms. */
 const PATIENCE = 15, REPORT = 100;
 
-const OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop", "tip_rate", "air_flow"];
+const OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop", "tip_rate",
+    "air_flow"];
 const OF_MOTION = [
   "piston_position", "bit_position", "bit_tip_position", "tip_depth",
   "piston_velocity", "bit_velocity", "contact_force", "rock_force", "casing_position", "chuck_force",

@@ -244,6 +244,21 @@ fn the_paths_that_contributing_and_architecture_name_are_there() {
     }
 }
 
+#[test]
+fn no_line_of_the_laboratory_is_longer_than_120_columns() {
+    let mut files = 0;
+    for entry in fs::read_dir(root().join("lab")).expect("the laboratory") {
+        let file = entry.expect("an entry").path();
+        if file.extension().is_some_and(|kind| kind == "js" || kind == "css" || kind == "html") {
+            files += 1;
+            let text = fs::read_to_string(&file).expect("a file of the page");
+            let long = text.lines().position(|line| line.chars().count() > 120);
+            assert!(long.is_none(), "{}: after line {long:?}", file.display());
+        }
+    }
+    assert!(files > 20, "{files} files");
+}
+
 /// Words that once had a private meaning in this project, and still tempt.
 const HOUSE_WORDS: [&str; 13] = [
     "told",
