@@ -195,7 +195,7 @@ impl Stencil {
     /// Tolerated error of the derivative of number `k`, which is a share of the derivative itself. If that is small, it
     /// is a share of the derivative with which the number would change by 1 % while the argument doubles.
     fn tolerance(&self, k: usize, size: f64) -> f64 {
-        FINE * self.values[k].abs().max(0.01 * size / self.scale.size) + 4.0 * self.noise(size)
+        FINE * self.values[k].abs().max(0.01 * size / self.scale.size) + 2.0 * self.noise(size)
     }
 
     /// Error that the rounding of numbers of this size makes in a derivative.
