@@ -1,5 +1,6 @@
 """A drilling log to the rock's specific energy over depth."""
 
+import json
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -158,6 +159,10 @@ def test_a_log_is_of_whatever_simulate_takes(tmp_path: Path, cli: Callable[..., 
     assert found["specific_energy"].to_numpy() == pytest.approx([energy] * 2, rel=0.06)
     wide = np.log(found["specific_energy_high"] / found["specific_energy_low"])
     assert wide.to_numpy() == pytest.approx([2 * 1.2816 * np.hypot(0.05, SCATTER)] * 2, rel=0.15)
-    assert "specific_energy [MJ/m3]" in cli("log", hole, "--sheet", "air_4_inch")
+    printed = cli("log", hole, "--sheet", "air_4_inch")
+    (row, *_) = json.loads(cli("log", hole, "--sheet", "air_4_inch", "--json"))
+    # The text is in units of the trade and has five digits, JSON is in SI units.
+    assert "specific_energy [MJ/m3]" in printed
+    assert f"{1e-6 * row['specific_energy']:.5g}" in printed
     with pytest.raises(DomainError, match="does not drive this hammer"):
         specific_energy("water_hammer", hole)

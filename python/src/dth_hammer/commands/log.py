@@ -36,9 +36,10 @@ ALSO = (table("table to write"), UNITS)
 
 def run(options: argparse.Namespace) -> Any:
     """Prints and writes the table, in metric units unless others are asked for."""
-    found = convert(specific_energy(**CALL.given(options)), options.units or "metric")
+    found = specific_energy(**CALL.given(options))
+    shown = convert(found, options.units or "metric")
     if options.out:
-        outputs.write(found, options.out, index=False)
-    print(common.readable(found, index=False))
+        outputs.write(shown, options.out, index=False)
+    print(common.readable(shown, index=False))
     print(*found.attrs["said"], sep="\n")
     return found

@@ -19,8 +19,8 @@ CALL = Call(
 def run(options: argparse.Namespace) -> Any:
     """Prints all rocks, or one with the parameters to set."""
     named = options.name.strip().lower() if options.name else ""
-    matching = [name for name in ROCKS if named in (name, *name.split())] or [*ROCKS]
-    for name in matching if named else ROCKS:
+    listed = [name for name in ROCKS if named in (name, *name.split())] or [*ROCKS]
+    for name in listed:
         print(name)
         for quantity, figure in ROCKS[name].items():
             known = "" if figure.measured else "assumed: "
@@ -30,7 +30,7 @@ def run(options: argparse.Namespace) -> Any:
             print(f"    {known}{figure.source}")
     if not named or all(v is None for v in (options.hole, options.inserts, options.insert_radius)):
         print("give a name and --hole, or --inserts and --insert-radius, for its parameters")
-        return None
+        return {name: {n: vars(figure) for n, figure in ROCKS[name].items()} for name in listed}
     parameters = rock(**CALL.given(options))
     for name, number in parameters.items():
         print(f"--set {name}={number:.6g}")

@@ -70,7 +70,7 @@ def errors_in_words(given: Mapping[str, float]) -> list[str]:
     rate, force = _native.mesh_errors(dict(given))
     known = "not known (linear elements)" if rate is None else f"up to {100 * rate:.2g} %"
     return [
-        f"error of the mesh: of rates {known}, of the largest forces up to {100 * force:.2g} % "
+        f"error of the mesh: of `rop` {known}, of the largest forces up to {100 * force:.2g} % "
         "(a finer one: mesh_for, dth-hammer mesh)"
     ]
 

@@ -22,7 +22,6 @@ from ..frames import pd
 
 if TYPE_CHECKING:
     import numpy as np
-    import pandas as pd
 
     # A number of NumPy's is one when the program runs too.
     Value = float | int | bool | str | np.integer[Any] | np.floating[Any]
