@@ -37,9 +37,9 @@ ALSO = (table("table to write"), UNITS)
 def run(options: argparse.Namespace) -> Any:
     """Prints and writes the table, in metric units unless others are asked for."""
     found = specific_energy(**CALL.given(options))
-    shown = convert(found, options.units or "metric")
+    displayed = convert(found, options.units or "metric")
     if options.out:
-        outputs.write(shown, options.out, index=False)
-    print(common.readable(shown, index=False))
+        outputs.write(displayed, options.out, index=False)
+    print(common.readable(displayed, index=False))
     print(*found.attrs["said"], sep="\n")
     return found
