@@ -1,11 +1,11 @@
-//! The series of a window over its length.
+//! The power series of a window, scaled to its length.
 
 use crate::numerics::kernel::{Row, vectorised};
 use crate::numerics::series::{LOW, ORDER, projections};
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
-/// Series in time over a window's length, and the projections of its forces and pressures.
+/// Series in time, scaled to a window's length, and projections of its forces and pressures.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Fit {
     pub(super) rows: [Row; ORDER + 1],
@@ -16,8 +16,8 @@ pub(super) struct Fit {
 }
 
 vectorised! {
-    /// Scales rows to a length and projects their first four numbers. A projection may have fewer powers if this
-    /// changes nothing by more than `small`.
+    /// Scales rows to a length and projects their first four numbers. Powers whose omission changes nothing by more
+    /// than `small` may be left out of a projection.
     pub(super) fn scale(rows: &'a [Row; ORDER + 1], length: f64, small: [f64; 4], fit: &'a mut Fit) -> () as Scale, _simd {
         let (mut power, mut first) = (1.0, [[0.0; 4]; ORDER + 1]);
         (fit.most, fit.least) = (rows[0], rows[0]);

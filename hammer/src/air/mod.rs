@@ -1,10 +1,10 @@
-//! The air of a hammer in motion, integrated in windows of its own.
+//! The air of a hammer in motion, integrated over windows of time.
 //!
-//! The steel is linear, the air is not. Over a *window* of time the air is therefore expanded in power series,
-//! together with the piston's mean motion ([`series`]). The steel then feels a force that is a polynomial of
-//! time, under which its motion is exact. A window begins at an event, at a port's edge, where a flow changes
-//! its formula, or where the previous window ended; never at a host's communication point. Its polynomials hold
-//! up to any event inside it.
+//! The steel is linear, the air is not. Over a *window* the air is therefore expanded in power series of time, together
+//! with the piston's mean motion ([`series`]). The steel then feels a force that is a polynomial of time, under which
+//! its motion is exact. A window begins at an event, at a port's edge, where a flow changes its formula, or where the
+//! previous window ended; never at a host's communication point. If an event happens inside a window, its polynomials
+//! are valid up to the event.
 
 mod fit;
 pub(crate) mod series;
@@ -22,8 +22,8 @@ use std::array::from_fn;
 /// Mass and `p V^kappa` of the drive chamber, then of the return chamber.
 pub type Content = [f64; 4];
 
-/// Positions of the piston, m: `x` in its cylinder, which sets the volume of the drive chamber, and `y`
-/// relative to what it strikes, which sets that of the return chamber.
+/// Positions of the piston, m: in its cylinder (`x`), which sets the volume of the drive chamber, and relative to what
+/// it strikes (`y`), which sets that of the return chamber.
 pub type Places = [f64; 2];
 
 /// Flow paths: supply and exhaust of the drive chamber, of the return chamber, then the leak between both.
@@ -50,17 +50,17 @@ pub struct Window {
     /// Coefficients of the chambers' pressures, masses and volumes, of the mass from the supply and of the incoming
     /// enthalpy; one row per power of time.
     pub rows: [Row; ORDER + 1],
-    /// Whether air can flow into or out of each chamber. One that is shut keeps its content exactly.
+    /// Whether air can flow into or out of each chamber. A closed chamber's content stays exactly the same.
     pub flows: [bool; 2],
     /// The sum of `int P' x` over the forces `P` of the pressures.
     pub moment: Powers,
-    /// These forces, `p_d A_d` and `-p_r A_r`, N.
+    /// The forces of the pressures, `p_d A_d` and `-p_r A_r`, N.
     pub push: [[f64; LOW]; 2],
     /// The piston's positions at the start.
     pub place: Places,
-    /// How long it holds, s: to its end, or until a flow changes its formula.
+    /// How long the window is valid, s: to its end, or until a flow changes its formula.
     pub reach: f64,
-    /// The path of that flow, and its next formula.
+    /// The path whose flow changes its formula at `reach`, and the next formula.
     pub then: Option<(usize, Regime)>,
 }
 
@@ -77,22 +77,22 @@ pub struct Air {
     pub sums: AirSums,
     /// Inner energy at the start, J.
     pub energy_start: f64,
-    /// True while the piston is in the cylinder's end.
+    /// True while the piston is in the end of the cylinder.
     pub shut: bool,
-    /// The piston's positions when the chambers were vented; none while they are not.
+    /// The piston's positions when the chambers were vented; `None` while they are not.
     pub vented: Option<Places>,
-    /// The window that follows; none while the chambers are vented.
+    /// The window that follows; `None` while the chambers are vented.
     pub window: Option<Box<Window>>,
 }
 
 impl Window {
-    /// The numbers of the rows at a time over the window's length.
+    /// Values of the series at `tau`, a time over the window's length.
     fn at(&self, tau: f64) -> Row {
         let each = self.rows.iter().rev();
         each.fold([0.0; 8], |sum, row| from_fn(|i| sum[i] * tau + row[i]))
     }
 
-    /// The content of the chambers there, if it is `start` at the epoch.
+    /// The content of the chambers at `tau`, if it is `start` at the epoch.
     fn content_at(&self, tau: f64, start: Content) -> Content {
         self.content_of(self.at(tau), start)
     }
@@ -121,8 +121,8 @@ pub(crate) fn pressures(content: &Content, volumes: [f64; 2]) -> [f64; 2] {
 }
 
 impl Air {
-    /// The air at the start, with the ports that are open at these positions, and the forces then, with the piston at
-    /// `speed`: exactly none of a chamber at the exhaust's pressure.
+    /// The air at the start, with the ports that are open at these positions, and its forces on a piston that moves at
+    /// `speed`. A chamber at the exhaust's pressure exerts exactly none.
     pub(crate) fn start(
         parameters: &Parameters,
         places: Places,
@@ -148,8 +148,8 @@ impl Air {
         });
     }
 
-    /// Begins or ends venting of the drive. Either way the chambers take the exhaust's pressure; a drive that
-    /// acts again then fills them through their ports. Chambers that stay in the cylinder's end keep their air.
+    /// Begins or ends venting of the drive. Either way the chambers take the exhaust's pressure, and a drive that acts
+    /// again fills them through their ports. While the piston is in the cylinder's end, they keep their air.
     pub(crate) fn vent(
         &mut self,
         parameters: &Parameters,
@@ -166,8 +166,8 @@ impl Air {
         }
     }
 
-    /// The piston enters or leaves the cylinder's end. Vented chambers that are shut there keep the exhaust's
-    /// pressure.
+    /// Records that the piston enters or leaves the cylinder's end. If it enters while the chambers are vented, they
+    /// are filled at the exhaust's pressure.
     pub(crate) fn pass_end(
         &mut self,
         parameters: &Parameters,
@@ -183,8 +183,8 @@ impl Air {
         }
     }
 
-    /// Sets both chambers to this pressure at once, and keeps them there if they are vented. The change of
-    /// their energy counts as enthalpy that came in.
+    /// Sets both chambers to this pressure, and holds them there if they are vented. The change of their energy counts
+    /// as enthalpy that came in.
     fn refill(&mut self, parameters: &Parameters, places: Places, pressure: f64, vented: bool) {
         let before = self.energy(parameters, places, 0.0);
         self.vented = vented.then_some(places);
@@ -244,7 +244,7 @@ impl Air {
         pressures(&self.content_at(t), volumes(parameters, places))
     }
 
-    /// Internal energy at `t` after the epoch, J; of vented chambers, that when venting began.
+    /// Internal energy at `t` after the epoch, J; for vented chambers, the energy at which venting began.
     pub(crate) fn energy(&self, parameters: &Parameters, places: Places, t: f64) -> f64 {
         let volumes = volumes(parameters, self.vented.unwrap_or(places));
         let pressures = pressures(&self.content_at(t), volumes);
@@ -319,7 +319,7 @@ impl Air {
     }
 }
 
-/// What both chambers gain by the flows through the paths.
+/// What both chambers gain through the flow paths.
 pub(crate) fn gains(flows: &[f64; PATHS]) -> [f64; 2] {
     [flows[0] - flows[1] - flows[4], flows[2] - flows[3] + flows[4]]
 }

@@ -6,9 +6,9 @@
 //! coordinates and masses. Nothing is iterated or rejected: the last coefficients say how far the series holds
 //! ([`Series::length`]).
 //!
-//! Coefficient `k` of a product of two series, and of every other operation, is a sum over pairs of coefficients.
-//! All operations on the chambers, and all on one flow ([`Stream`]), are lanes of the same rows ([`Lanes`]), whose
-//! sums are made together.
+//! Coefficient `k` of a product of two series, and of every other operation, is a sum over pairs of coefficients. All
+//! operations on the chambers, and all on one flow ([`Stream`]), share rows ([`Lanes`]), so that their sums are
+//! computed together.
 
 use super::fit::Fit;
 use super::stream::{self, Lanes, Stream};
@@ -24,21 +24,21 @@ use crate::quantities::parameters::Parameters;
 use pulp::{Simd, WithSimd};
 use std::array::from_fn;
 
-/// Longest window, s, where the series would hold longer.
+/// Longest window, s, even if the series would be valid for longer.
 pub(crate) const LONGEST: f64 = 0.02;
-/// Largest error of a pressure at one instant, unless the error asked of its mean is larger.
+/// Largest error of a pressure at one instant, unless a larger error of its mean is allowed.
 const INSTANT: f64 = 1e-4;
-/// A flow changes its formula where pressures pass the formula's bounds by so many times their error.
+/// A flow changes its formula once the pressures have passed the formula's bound by this many times their error.
 const BEYOND: f64 = 2.0;
-/// Heat of air at constant pressure over its gas constant.
+/// Heat capacity of air at constant pressure, over its gas constant.
 const HEAT: f64 = KAPPA / (KAPPA - 1.0);
 /// Lanes of [`Series::rows`] after the forces on the piston and on the bit: pressures and masses of the chambers, and
 /// the piston's positions.
 pub(super) const PRESSURE: usize = 2;
 const MASS: usize = 4;
 pub(super) const PLACE: usize = 6;
-/// Lanes of a chamber in the row of both: products of the volume and of its rate with the pressure, of `R T` with the
-/// mass, and of `R T` with all that flows out.
+/// Lanes per chamber in the row of both chambers: products of the volume and of its rate with the pressure, of `R T`
+/// with the mass, and of `R T` with the total outflow.
 const CHAMBER: usize = LANES / 2;
 
 /// Two coordinates of the steel, `z' = B z + b f`, and their share of the piston's positions.
@@ -47,7 +47,7 @@ pub(crate) struct Block {
     pub start: [f64; 2],
     /// `B`, row by row.
     pub matrix: [f64; 4],
-    /// `b` of the force `F_A` on the piston, and of the return chamber's force on the bit.
+    /// `b` for the force `F_A` on the piston, and for the return chamber's force on the bit.
     pub pushed: [[f64; 2]; 2],
     /// What the other loads contribute to `b f`: a power series in time.
     pub others: [[f64; LOW]; 2],
@@ -55,7 +55,7 @@ pub(crate) struct Block {
     pub parts: [[f64; 2]; 2],
 }
 
-/// Coordinates of the steel that are not expanded, since they follow the forces at once (quasi-static). A
+/// Coordinates of the steel that are not expanded, because they follow the forces without delay (quasi-static). A
 /// force's displacement is divided among all coordinates so that the shares of its speed cancel: the expanded
 /// coordinates take what the others do not.
 #[derive(Clone, Copy, Debug, Default)]
@@ -65,11 +65,11 @@ pub(crate) struct Left {
     pub still: [[f64; LOW]; 2],
     /// Compliance: displacement of each position by each of the forces, m/N.
     pub gives: [[f64; 2]; 2],
-    /// Their share of the speed of `x` that each force gives at once, m/(N s), and of that by the other loads,
-    /// m/s: a power series in time.
+    /// What each force contributes at once to the speed of `x` through these coordinates, m/(N s), and what the other
+    /// loads contribute, m/s: a power series in time.
     pub speeds: [f64; 2],
     pub others: [f64; LOW],
-    /// How long they may be quasi-static, s.
+    /// Longest time for which they may be taken as quasi-static, s.
     pub longest: f64,
 }
 
@@ -93,7 +93,7 @@ struct Chamber {
     /// `R T`.
     heat: f64,
     volume: f64,
-    /// The sum of the flows out of it.
+    /// The sum of the flows out of the chamber.
     outflow: f64,
     /// Reciprocals of volume and mass.
     reciprocals: [f64; 2],
@@ -101,7 +101,7 @@ struct Chamber {
     stiffness: f64,
 }
 
-/// Coefficients of what the chambers gain: masses, `sum flow R T`; and of what the supply gives.
+/// Coefficients of the masses and of `sum flow R T` that the chambers gain, and of what the supply gives.
 #[derive(Clone, Copy, Debug, Default)]
 struct Gains {
     masses: [f64; 2],
@@ -112,7 +112,8 @@ struct Gains {
 }
 
 impl Gains {
-    /// Adds a flow and its product with `R T`, which what flows out of a chamber loses all together.
+    /// Adds a flow and its product with `R T`. The product is left out for flows out of a chamber, whose sum is
+    /// multiplied once.
     #[inline(always)]
     fn add(&mut self, stream: &Stream, [flow, warmth]: [f64; 2]) {
         let [from, to] = stream.sides;
@@ -145,12 +146,12 @@ pub(crate) struct Series {
     pub(super) rows: [Row; ORDER + 1],
     /// Mass from the supply, enthalpy that comes in.
     pub(super) sums: [[f64; 2]; ORDER + 1],
-    /// The same over the window's length.
+    /// The rows over the window's length.
     pub(super) fit: Fit,
 }
 
-/// Error allowed of an opening at the end of a window, and of a pressure that passes a bound, for the error asked of
-/// means over the window: the mean of the last power `t^k` is `k + 1` times less than its value at the end.
+/// Error allowed at the end of a window for an opening, and for a pressure that passes a bound, if `error` is allowed
+/// of means over the window. The mean of the last power `t^k` is `k + 1` times less than its value at the end.
 pub(super) fn instant(error: f64) -> f64 {
     error.max(INSTANT.min(0.25 * ORDER as f64 * error))
 }
@@ -168,8 +169,8 @@ impl Air {
         }
     }
 
-    /// Largest relative rate of a chamber's content, 1/s, per relative change of a pressure, and per metre of
-    /// the piston's position, where ports are partly open.
+    /// Largest relative rates of a chamber's content, 1/s: per relative change of a pressure, and per metre of the
+    /// piston's position where ports are partly open.
     pub(crate) fn haste(&self, parameters: &Parameters, x: f64, sides: &[Side; 4]) -> [f64; 2] {
         let [areas, wider] = [x, x + 1.0].map(|x| parameters.air.areas(&self.openings, x));
         let all: [[f64; 2]; PATHS] = from_fn(|path| {
@@ -201,7 +202,7 @@ impl Air {
     }
 }
 
-/// `F_A` and the force on the bit of chambers at these pressures, the piston at this speed, N.
+/// `F_A` and the force on the bit for chambers at these pressures and a piston at this speed, N.
 pub(super) fn pushes(
     parameters: &Parameters,
     [driving, returning]: [f64; 2],
@@ -227,7 +228,7 @@ vectorised! {
 }
 
 impl Problem<'_> {
-    /// Coefficient `k` of the piston's positions, without what the forces of that coefficient give at once.
+    /// Coefficient `k` of the piston's positions, without the immediate effect of the forces' own coefficient `k`.
     #[inline(always)]
     fn unforced(&self, blocks: &[Block], k: usize) -> Places {
         let still = &self.left.still;
@@ -254,7 +255,7 @@ impl Problem<'_> {
         [(push - back - drag * speed) / (1.0 - drag * own), back]
     }
 
-    /// What these forces displace at once.
+    /// The immediate displacement by these forces.
     #[inline(always)]
     fn given(&self, forces: [f64; 2]) -> Places {
         self.left.gives.map(|by| by[0] * forces[0] + by[1] * forces[1])
@@ -270,7 +271,7 @@ impl Problem<'_> {
 }
 
 impl Series {
-    /// The first coefficients.
+    /// Sets the first coefficients.
     fn begin(&mut self, air: &Air, problem: &Problem, blocks: &[Block]) -> Gains {
         let at = |places: Places| {
             let volumes = super::volumes(problem.parameters, places);
@@ -316,7 +317,8 @@ impl Series {
         gains
     }
 
-    /// Coefficient `k`, from what the chambers gained by coefficient `k - 1`; what they gain by it.
+    /// Sets coefficient `k` from what the chambers gained by coefficient `k - 1`. Returns what they gain by coefficient
+    /// `k`.
     #[inline(always)]
     fn go_on<S: Simd>(
         &mut self,
@@ -340,7 +342,7 @@ impl Series {
         });
         let mut forces = problem.forces(pressures, blocks, k);
         if problem.left.is_soft() {
-            // The displacement by the forces changes the forces in turn. One correction is enough: the next
+            // The displacement by the forces changes the forces in turn. One correction is enough, because the next one
             // is of higher order.
             for (i, given) in problem.given(forces).into_iter().enumerate() {
                 places[i] += given;
@@ -399,7 +401,7 @@ fn row([f, b]: [f64; 2], [p, q]: [f64; 2], [m, n]: [f64; 2], [x, y]: Places) -> 
 }
 
 impl Series {
-    /// How long the series holds, s: until one of its last two terms reaches the error allowed.
+    /// How long the series is valid, s: until one of its last two terms reaches the allowed error.
     pub(super) fn length(&self, air: &Air, problem: &Problem) -> f64 {
         let AirLaw { error, port_height, .. } = problem.parameters.air;
         let first = &self.rows[0];
@@ -412,7 +414,7 @@ impl Series {
         }
         let mut length = problem.left.longest;
         for (k, row) in self.rows.iter().enumerate().skip(ORDER - 1) {
-            // The largest term over what is allowed of it, if the length is 1 s; infinite for NaN.
+            // The largest ratio of a term to its allowed error if the length is 1 s; infinite for NaN.
             let part = row.iter().zip(&weights).map(|(c, weight)| (c * weight).abs());
             let most = part.fold(0.0, |most: f64, part| if part <= most { most } else { part });
             if most.is_nan() {
@@ -447,7 +449,7 @@ impl Block {
         [b[0] * p + b[1] * q, b[2] * p + b[3] * q]
     }
 
-    /// From coefficient `k` to `k + 1`, with coefficient `k` of the forces.
+    /// Steps from coefficient `k` to `k + 1`, given coefficient `k` of the forces.
     #[inline(always)]
     fn go_on(&mut self, forces: [f64; 2], k: usize, over: f64) {
         let rates = self.rates();

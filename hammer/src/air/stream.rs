@@ -23,10 +23,10 @@ use pulp::Simd;
 const LEAK: usize = PATHS - 1;
 /// The exponent of `Q`.
 const POWER: f64 = 2.0 / 7.0;
-/// From this lane on, products are needed in all formulas; those before it in a subsonic flow only.
+/// All formulas need the products from this lane on; only a subsonic flow needs those before it.
 const COMMON: usize = LANES / 2;
 
-/// The factors of as many products of series as a row has numbers.
+/// The factors of the products of series, one product a lane.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lanes {
     pub(super) left: [Row; ORDER + 1],
@@ -72,11 +72,11 @@ pub(super) struct Stream {
     flow: Flow,
     /// The opening's area at the start, m2, and its slope over `x`.
     area: [f64; 2],
-    /// False if the flow is proportional to the area.
+    /// False if the area is constant, so that the flow is proportional to it.
     varies: bool,
     /// First coefficients of `q`, `Q`, `Z`, `W`, `a W`, `P`.
     first: [f64; 6],
-    /// Half the reciprocal of that of `W`, then reciprocals of those of `h`, `p_l`, `q`.
+    /// Half the reciprocal of the first coefficient of `W`, then the reciprocals of those of `h`, `p_l` and `q`.
     reciprocals: [f64; 4],
 }
 
@@ -98,8 +98,8 @@ impl Stream {
         }
     }
 
-    /// The first coefficients. Returns that of the flow, kg/s, and of its product with `h`. `is_still` if the pressures
-    /// of supply and exhaust are constant.
+    /// Sets the first coefficients. Returns the flow, kg/s, and its product with `h`. `is_still` means that the
+    /// pressures of supply and exhaust are constant.
     pub(super) fn begin(&mut self, lanes: &mut Lanes, air: &[Air; 4], is_still: bool) -> [f64; 2] {
         let [[high, heat], [low, _]] = self.sides.map(|side| air[side]);
         let (mut ratio, mut power, mut s, mut reciprocals) = (0.0, 0.0, 1.0, [0.0; 4]);
@@ -117,15 +117,15 @@ impl Stream {
         self.first = [ratio, power, z, w, jet, pressed];
         self.varies = !(is_still && self.sides[0] < 2 && self.flow == Flow::Choked);
         let flow = NOZZLE * (jet * pressed);
-        // The leak's area is constant. Its lane is that of the heat.
+        // The leak's area is constant, so its lane serves the heat.
         let [a, b] = if self.path == LEAK { [heat, flow] } else { [self.area[0], w] };
         lanes.left[0] = [ratio, 0.0, ratio, power, z, w, a, jet];
         lanes.right[0] = [low, power, power, power, heat, w, b, pressed];
         [flow, flow * heat]
     }
 
-    /// Coefficient `k`: of the flow, and of its product with `h`, which is left out of what flows from a chamber to the
-    /// exhaust or back to the supply. `x` is that of the position.
+    /// Coefficient `k` of the flow, and of its product with `h`; the product is left out for a flow from a chamber to
+    /// the exhaust or back to the supply. `x` is coefficient `k` of the position.
     #[inline(always)]
     pub(super) fn go_on<S: Simd>(
         &self,
@@ -173,7 +173,7 @@ mod tests {
     use std::array::from_fn;
 
     vectorised! {
-        /// The flow's series, and that of its product with `h`.
+        /// The series of the flow, and of its product with `h`.
         fn flow(stream: &'a mut Stream, air: &'a [[Air; 4]; ORDER + 1]) -> [[f64; ORDER + 1]; 2] as Flowing, simd {
             let mut lanes = Lanes::default();
             let mut series = [[0.0; ORDER + 1]; 2];
@@ -187,8 +187,8 @@ mod tests {
         }
     }
 
-    /// The series of every formula, in either direction, at a later instant against the law of the flow there. The
-    /// pressures change by some 4 % and the temperature by 1 %, so that the series of 17 terms is exact to rounding.
+    /// At a later instant, the series of every formula, in either direction, equals the law of the flow. The pressures
+    /// change by some 4 % and the temperature by 1 %, so that the series of 17 terms is exact to rounding.
     #[test]
     fn a_series_of_a_flow_is_the_law_at_later_times() {
         let ratios = [(Flow::Straight, 0.997), (Flow::Subsonic, 0.8), (Flow::Choked, 0.3)];

@@ -12,17 +12,17 @@ use crate::numerics::poly::Poly;
 use crate::numerics::series::{LOW, ORDER, Powers, value};
 use std::array::from_fn;
 
-/// Halvings of an interval in search of a negative value of a function that begins at zero.
+/// Number of halvings of an interval in the search for a negative value of a function that begins at zero.
 const SOON: usize = 20;
-/// Largest error of a force at one instant by the projection, over the error asked of its mean; and the share
-/// of it that is allowed where a projection of fewer powers is tried.
+/// Largest error that the projection may cause in a force at one instant, over the error allowed of the force's mean;
+/// and the share of it that is allowed when a projection of fewer powers is tried.
 const LEFT_OUT: f64 = 10.0;
 const FEWER: f64 = 0.05;
 /// Shortest window, s.
 const SHORTEST: f64 = 1e-12;
 
-/// A window, and the forces on piston and bit. The error is a path whose flow passes a bound of its formula at
-/// once, with that bound; or none where no window exists.
+/// A window, and the forces on piston and bit. The error names a flow path and the bound of its formula that the flow
+/// passes immediately; it is `None` if no window exists.
 pub(crate) type Solved = Result<(Box<Window>, [Poly; 2]), Option<(usize, usize)>>;
 
 impl Air {
@@ -73,9 +73,9 @@ impl Air {
 }
 
 impl Series {
-    /// A length, `longest` at most, and the series over it with their projections. At either end the part of a force
-    /// that is left out is at most the share `allowed` of the pressures' force; both ends count, since a window may be
-    /// cut short.
+    /// Finds a length of at most `longest`, and the series over it with their projections. The part of a force that the
+    /// projection leaves out is at most the share `allowed` of the pressures' force at either end. Both ends count,
+    /// because a window may be cut short.
     fn projected(&mut self, problem: &Problem, longest: f64) -> Option<f64> {
         let (allowed, drive) = (LEFT_OUT * problem.parameters.air.error, &problem.parameters.drive);
         let [_, _, p, q, ..] = self.rows[0];
@@ -131,7 +131,7 @@ impl Series {
             let ([high_range, low_range], bounds) = ([high, low].map(range), regime.bounds());
             for (bound, level) in bounds.into_iter().enumerate() {
                 let sign = if bound == 0 { -1.0 } else { 1.0 };
-                // How far the lower pressure is beyond the bound, over the higher one, is at most this.
+                // Upper bound on how far the lower pressure is beyond the bound, relative to the higher one.
                 let level_beyond = level + sign * margin;
                 let most = if bound == 0 {
                     level_beyond * high_range[1] - low_range[0]
@@ -155,8 +155,8 @@ impl Series {
     }
 }
 
-/// Where a function rises through zero before a place at which it is above; 0 if it begins there and is nowhere
-/// negative close behind.
+/// The last point before `until` at which a function that is positive at `until` rises through zero. It is 0 if the
+/// function begins at zero and is not negative shortly afterwards.
 fn last_rise(q: &Powers, until: f64) -> f64 {
     // A function that begins at zero may fall before it rises.
     let nearer = (1..=SOON).map(|k| math::powi(0.5, k) * until);
@@ -172,14 +172,14 @@ mod tests {
     use crate::quantities::air::ATMOSPHERE;
     use crate::quantities::parameters::{Parameters, Source};
 
-    /// Largest relative error of mass and entropy in a window, and the window's length, for this `air.error`. A
-    /// chamber at 20 bar empties through a choked opening while the piston rests. In closed form, with
-    /// `cooled = 1 + (kappa - 1) K t / 2`, mass and entropy fall as its powers -5 and -7.
+    /// Largest relative error of mass and entropy in a window, and the window's length, for this `air.error`. A chamber
+    /// at 20 bar empties through a choked opening while the piston rests. In closed form mass and entropy fall as
+    /// `cooled^-5` and `cooled^-7`, with `cooled = 1 + (kappa - 1) K t / 2`.
     fn emptied(error: f64) -> [f64; 2] {
         let mut parameters = Parameters::default();
         parameters.drive.source = Source::Air;
-        // The drive's supply port is open without area, so that the chamber starts at the supply's pressure.
-        // All else is closed.
+        // The drive's supply port is open but has no area, so that the chamber starts at the supply's pressure. All
+        // other ports are closed.
         let (air, back) = (&mut parameters.air.drive, &mut parameters.air.returning);
         (air.supply, air.exhaust, back.supply, back.exhaust) = (1.0, -1.0, 1.0, -1.0);
         (parameters.air.supply_area, parameters.air.error) = (0.0, error);
@@ -216,8 +216,8 @@ mod tests {
         [window.length, (1..=20).fold(0.0, |most: f64, i| most.max(off(f64::from(i) / 20.0)))]
     }
 
-    /// If the error allowed grows a thousandfold, the window grows by the `k`th root of a thousand, `k` being
-    /// the order of one of the last two terms; and the error asked is not exceeded.
+    /// If the allowed error grows a thousandfold, the window grows by the `k`th root of a thousand, where `k` is the
+    /// order of one of the last two terms. The actual error stays below the allowed one.
     #[test]
     fn a_window_s_length_goes_with_a_root_of_its_error() {
         let [[coarse, off], [fine, fine_off]] = [1e-4, 1e-7].map(emptied);

@@ -1,12 +1,10 @@
 //! A body in its own modes.
 //!
-//! Modes are mass-normalised: `phi.M phi = 1`.
-//! The modes of a stepped body, and of any body on splines, come from a dense solver (`pencil`).
-//! For a uniform bar of linear two-node elements with consistent mass, the generalised eigenproblem
-//! `K phi = omega^2 M phi` has the closed form `phi_j = a cos(theta j)`,
-//! `omega^2 = 6 E / (rho h^2) (1 - cos theta) / (2 + cos theta)`, with `theta = i pi / n`, which satisfies the rows of
-//! the two ends too.
-//! These modes are therefore exact to rounding for any number of elements.
+//! Modes are mass-normalised: `phi.M phi = 1`. The modes of a stepped body, and of any body on splines, come from a
+//! dense solver (`pencil`). For a uniform bar of linear two-node elements with consistent mass, the generalised
+//! eigenproblem `K phi = omega^2 M phi` has the closed form `phi_j = a cos(theta j)`, `omega^2 = 6 E / (rho h^2) (1 -
+//! cos theta) / (2 + cos theta)`, with `theta = i pi / n`. It also satisfies the first and the last row of the
+//! matrices. These modes are therefore exact to rounding for any number of elements.
 
 use crate::bodies::cache;
 use crate::bodies::spline::Basis;
@@ -32,7 +30,7 @@ pub struct Bar {
 /// Displacement and strain between the ends.
 #[derive(Clone, Debug, PartialEq)]
 enum Shapes {
-    /// Each mode is `top cos(angle j)` at node `j`; `size` is the distance between nodes, m.
+    /// Mode `j` is `top cos(angle i)` at node `i`; `size` is the distance between nodes, m.
     Cosines { angle: Vec<f64>, size: f64 },
     /// Each mode has coefficients in a spline basis.
     Splines { basis: Basis, coefficients: Vec<Vec<f64>> },
@@ -137,7 +135,7 @@ impl Bar {
     }
 
     #[cfg(feature = "internals")]
-    /// True if the bar has no mode (never, for a bar made here).
+    /// True if the bar has no mode, which no constructor of this type makes.
     pub fn is_empty(&self) -> bool {
         self.omega2.is_empty()
     }

@@ -1,8 +1,8 @@
-//! A cache with a budget, used for the free modes of body shapes among others.
+//! A cache of limited size, used for the free modes of body shapes and other results.
 //!
-//! A dense solver takes O(N^3) operations, a sweep over a load has the same bodies in every run, and piston and bit
-//! often have the same shape. The modes of a shape are therefore computed once per process and cached.
-//! A cached result equals a new one to the last binary digit, so the cache does not affect results.
+//! A dense solver takes O(N^3) operations. The runs of a sweep over a load have the same bodies, and piston and bit
+//! often have the same shape. The modes of a shape are therefore computed once per process and cached. A cached result
+//! equals a new one to the last binary digit, so the cache does not affect results.
 
 use crate::bodies::pencil::{self, Pairs};
 use crate::bodies::spline::Basis;
@@ -22,7 +22,7 @@ pub fn modes(shape: Shape, basis: &Basis) -> Option<Arc<Pairs>> {
     MODES.find(shape, |shape| pencil::solve(&shape.0, basis).map(Arc::new).ok_or(())).ok()
 }
 
-/// Empties the cache, so that a library that is unloaded leaves nothing behind.
+/// Empties the cache, so that a library leaves nothing behind when it is unloaded.
 pub fn forget() {
     MODES.forget();
 }
@@ -32,7 +32,7 @@ pub fn forget() {
 pub(crate) struct Recent<K, T> {
     /// Keys and values, least recently used first.
     known: Mutex<Vec<(K, T)>>,
-    /// Above the total size `most` the oldest values are dropped, but at least `least` values stay.
+    /// If the total size exceeds `most`, the oldest values are dropped, but at least `least` values stay.
     most: usize,
     least: usize,
     size: fn(&T) -> usize,
@@ -43,18 +43,18 @@ impl<K: PartialEq, T: Clone> Recent<K, T> {
         Self { known: Mutex::new(Vec::new()), most, least, size }
     }
 
-    /// The value of a key: the cached one, or one that `make` makes now.
+    /// The value of a key: from the cache, or else from `make`.
     ///
     /// # Errors
     /// Those of `make`.
     pub(crate) fn find<E>(&self, key: K, make: impl FnOnce(&K) -> Result<T, E>) -> Result<T, E> {
-        // This never waits for the lock, which after a fork may never be released.
+        // This never waits for the lock, because after a fork nobody may ever release it.
         if let Some(value) =
             self.known.try_lock().ok().and_then(|mut known| renew(&mut known, &key))
         {
             return Ok(value);
         }
-        // The value is made without the lock, which other threads may need meanwhile.
+        // The lock is not held while the value is made, since other threads may need it.
         let value = make(&key)?;
         let Ok(mut known) = self.known.try_lock() else { return Ok(value) };
         // Another thread may have made the same value meanwhile.

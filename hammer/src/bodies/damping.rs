@@ -1,8 +1,8 @@
 //! Material damping as a share of critical damping.
 //!
-//! With damping in proportion to stiffness, `C = beta K`, a body's mode of circular frequency `omega` has the damping
-//! ratio `zeta = beta omega / 2`.
-//! The piston's first elastic mode rings longest, so its ratio describes the damping of a hammer.
+//! If damping is proportional to stiffness, `C = beta K`, a body's mode of circular frequency `omega` has the damping
+//! ratio `zeta = beta omega / 2`. The piston's first elastic mode rings longest, so its ratio describes the damping of
+//! a hammer.
 
 use crate::bodies::bar::Bar;
 use crate::quantities::parameters::{Fidelity, Parameters};
@@ -17,8 +17,8 @@ impl Parameters {
         Bar::of(&elastic, Body::Piston)?.omega2.get(1).map(|omega2| omega2.sqrt())
     }
 
-    /// `beta = 2 zeta / omega`, s: the `material.damping_time` with which the piston's first elastic mode has the
-    /// damping ratio `zeta`; `None` if the piston's modes cannot be computed.
+    /// The `material.damping_time` with which the piston's first elastic mode has the damping ratio `zeta`: `beta = 2
+    /// zeta / omega`, s. `None` if the piston's modes cannot be computed.
     ///
     /// ```
     /// let mut p = hammer::Parameters::default();

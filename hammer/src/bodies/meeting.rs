@@ -1,19 +1,20 @@
 //! The stiffness through which piston and bit meet.
 //!
-//! Rigid bodies meet through `KC` in series with a stiffness `k` that represents the bars.
-//! A collision through `k` alone lasts half a period of the reduced mass `mu`; `k` is chosen so that this is the time
-//! `T` for which waves keep the contact closed: `k = pi^2 mu / T^2`.
-//! For uniform bodies with the same section `T = 2 Lmin/c0`, hence `k = pi^2 E A Lmax / (4 (Lp + Lb) Lmin)`.
-//! For stepped bodies `T` is the time until the contact force first vanishes when two free, undamped bodies with rigid
-//! faces meet. It is found with exact waves that are reflected and transmitted at every step of the sections, on a
-//! lattice that places the steps to 1/2000 of both lengths.
+//! Rigid bodies meet through `KC` in series with a stiffness `k` that represents the bars. A collision through `k`
+//! alone lasts half a period of the reduced mass `mu`; waves keep a contact of bars closed for a time `T`. `k` is
+//! chosen so that both times are equal: `k = pi^2 mu / T^2`. For uniform bodies with the same section `T = 2 Lmin/c0`,
+//! hence `k = pi^2 E A Lmax / (4 (Lp + Lb) Lmin)`. For stepped bodies `T` is the time until the contact force first
+//! vanishes when two free, undamped bodies with rigid faces meet. It is computed with exact waves, which are reflected
+//! and transmitted at every step of the sections. The lattice places the steps with an error of at most 1/2000 of both
+//! lengths.
 
 use crate::quantities::parameters::{Fidelity, Parameters};
 use crate::quantities::sections::{Body, Sections};
 
 /// Approximate number of cells of the lattice in both bodies together.
 const CELLS: f64 = 2000.0;
-/// Share of the first contact force that counts as zero: it is above rounding, and below the effect of any step.
+/// The contact force counts as zero below this share of its first value, which is above rounding and below the effect
+/// of any step.
 const NONE: f64 = 1e-9;
 /// Longest collision, in transits of a wave through both bodies.
 const LONGEST: usize = 16;
@@ -95,14 +96,14 @@ mod tests {
         p
     }
 
-    /// By Saint-Venant, for equal areas `T` is `2 Lmin/c0`, however the bodies are divided into sections. For unequal
-    /// areas contact ends after `2 L/c0`, where `L` is the length of the body with the lower impedance.
+    /// By Saint-Venant's theory, for equal areas `T` is `2 Lmin/c0`, however the bodies are divided into sections. For
+    /// unequal areas the contact ends after `2 L/c0`, where `L` is the length of the body with the lower impedance.
     #[test]
     fn a_collision_lasts_as_long_as_waves_make_it() {
         for (piston, bit, expected) in [
             // Each body is uniform but given as two sections, so that the lattice is used.
             ([(0.1, 2e-3), (0.1, 2e-3)], [(0.2, 2e-3), (0.1, 2e-3)], 0.4),
-            // A slender striker bounces off; a stout one pushes until the bit leaves it.
+            // A slender striker bounces off; a stout one keeps pushing until the bit leaves it.
             ([(0.1, 1e-3), (0.1, 1e-3)], [(0.2, 2e-3), (0.1, 2e-3)], 0.4),
             ([(0.1, 3e-3), (0.1, 3e-3)], [(0.2, 2e-3), (0.1, 2e-3)], 0.6),
         ] {

@@ -10,19 +10,16 @@
 //! phi = L^-T W, refined                   as described below
 //! ```
 //!
-//! A dense solver's error is a rounding of the *largest* eigenvalue. For the lowest mode this matters: it is 1e-16
-//! times (400 elements)^2 and more.
-//! The pairs are therefore refined by the method of Ogita and Aishima (2018, Japan J. Indust. Appl. Math. 35:1007):
-//! with `G = X^T M X` and `H = X^T K X`, `X := X (1 + E)`,
-//! `E_ij = (H_ij + lambda_j (1 - G)_ij) / (lambda_j - lambda_i)`, to second order.
-//! Both products are computed from values and strains at the Gauss points, not from the assembled matrices. Strains are
-//! differences of coefficients, so the strains of a low mode have a small relative error.
-//! `lambda_i = H_ii / G_ii` is then a sum of squares over a sum of squares.
+//! A dense solver's error is a rounding of the *largest* eigenvalue. Relative to the lowest eigenvalue, this is 1e-16
+//! times 400^2 and more for 400 elements. The pairs are therefore refined by the method of Ogita and Aishima (2018,
+//! Japan J. Indust. Appl. Math. 35:1007): with `G = X^T M X` and `H = X^T K X`, `X := X (1 + E)`, `E_ij = (H_ij +
+//! lambda_j (1 - G)_ij) / (lambda_j - lambda_i)`, to second order. Both products are computed from values and strains
+//! at the Gauss points, not from the assembled matrices. Strains are differences of coefficients, so the strains of a
+//! low mode have a small relative error. `lambda_i = H_ii / G_ii` is then a sum of squares over a sum of squares.
 //!
 //! Every loop is scalar, in fixed order, and uses only `+ - * /` and square roots, so results are the same on every
-//! processor, to the last binary digit.
-//! Of nalgebra the matrix product is not used, since it chooses its instructions at run time; `faer` was rejected
-//! because its solvers use fused products where a processor has them.
+//! processor, to the last binary digit. Nalgebra's matrix product is not used, because it chooses its instructions at
+//! run time. `faer` was rejected because its solvers use fused products where a processor has them.
 
 use crate::bodies::spline::{Basis, Node};
 use crate::interrupt;
@@ -42,11 +39,12 @@ pub struct Pairs {
 const SWEEPS: usize = 60;
 /// Limit of the rounds of refinement; one or two suffice.
 const ROUNDS: usize = 12;
-/// A correction below this is the last. The error that it leaves is its square, which is below rounding.
+/// If the corrections are below this, the refinement ends. The error that remains is their square, which is below
+/// rounding.
 const SMALL: f64 = 1e-9;
 /// Largest correction in one round; the next round removes its square.
 const STRIDE: f64 = 0.1;
-/// Coupling of two modes, relative to their `lambda`, below which it is taken as rounding.
+/// If the coupling of two modes, relative to their `lambda`, is below this, it counts as rounding.
 const NOISE: f64 = 64.0 * f64::EPSILON;
 
 /// Relative difference below which eigenvalues count as equal.
@@ -119,8 +117,8 @@ impl Points {
         dot(&strains, &strains) / mass
     }
 
-    /// Refines all modes except the rigid one by one round. Returns the largest correction, or `None` if it is not
-    /// finite or the call is interrupted.
+    /// Refines all modes once, except the rigid one. Returns the largest correction, or `None` if it is not finite or
+    /// the call is interrupted.
     fn refine(&self, shapes: &mut [Vec<f64>]) -> Option<f64> {
         for c in shapes.iter_mut() {
             // Remove the rigid motion, which is the mean and is known to rounding.
@@ -189,7 +187,7 @@ fn dense(points: &Points, size: usize) -> Option<Vec<Vec<f64>>> {
             rigid[j] += lower[(i, j)];
         }
     }
-    // A reflection that maps the rigid mode to the first axis.
+    // The reflection that maps the rigid mode to the first axis.
     let norm = rigid.dot(&rigid).sqrt();
     let mut axis = rigid;
     axis[0] += if axis[0] < 0.0 { -norm } else { norm };

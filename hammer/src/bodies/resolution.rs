@@ -1,15 +1,14 @@
-//! The mesh that a scene needs for the outputs that are read, from the width of the sharpest wave front.
+//! Chooses the mesh that a scene needs for given outputs, from the width of the sharpest wave front.
 //!
-//! Where the bodies meet, the force rises within `tau = Z/KC`, with `1/Z = 1/Zp + 1/Zb` of the sections that meet, so
-//! the front is `w = c tau` wide.
-//! A rock that unloads as stiffly as the contact makes a front too: `w = c Zt / (gamma KR)`, with the impedance `Zt` of
-//! the bit's last section.
-//! So does a chuck: `w = c Z/ks`, with the impedances of the sections of bit and casing that meet.
-//! (The chuck's viscosity makes jumps of the force, of the share `cs / (Z + cs)`, which no mesh resolves at once.)
+//! Where piston and bit meet, the force rises within `tau = Z/KC`, so the front is `w = c tau` wide. Here `1/Z = 1/Zp +
+//! 1/Zb`, with the impedances of the sections that meet. A rock that unloads as stiffly as the contact also makes a
+//! front, of the width `w = c Zt / (gamma KR)` with the impedance `Zt` of the bit's last section. A chuck makes one of
+//! the width `w = c Z/ks`, with the impedances of the sections of bit and casing that meet. (The chuck's viscosity
+//! makes jumps of the force, of the share `cs / (Z + cs)`, which no mesh resolves at once.)
 //!
-//! At the mesh's shortest wave, `k = pi/h`, the front's amplitude is about `1 / (1 + (k w)^2)`.
-//! That part is wrong on the mesh, and rings until damping, `exp(-beta (c k)^2 t / 2)`, has reduced it.
-//! The largest force comes about `t = 12 tau` after the first contact, so that
+//! At the mesh's shortest wave, `k = pi/h`, the front's amplitude is about `1 / (1 + (k w)^2)`. This part is wrong on
+//! the mesh, and rings until damping, `exp(-beta (c k)^2 t / 2)`, has reduced it. The largest force comes about `t = 12
+//! tau` after the first contact, so that
 //!
 //! ```text
 //! error = exp(-6 beta c w (pi/h)^2) / (1 + (pi w / h)^2)
@@ -19,12 +18,11 @@
 //! For linear elements dispersion dominates.
 //!
 //! For a rate, a coarser mesh suffices: all waves of a blow contribute to it, and those as short as the front carry
-//! little energy.
-//! On splines of degree 3 with spans of `4 w` the error of the rate of penetration is below 1 % (that of the tip's own
-//! advance is up to 4 %), and falls with the power 3.6 of the spans.
-//! Below a drill string the rate depends on how much of the blow's wave passes the couplings. That wave is twice as
-//! long as the piston, and spans of 0.22 of its length are short enough.
-//! These rules are empirical. The tests of `resolution` check their errors over randomly drawn hammers.
+//! little energy. On splines of degree 3 with spans of `4 w` the error of the rate of penetration is below 1 %, and
+//! falls with the power 3.6 of the spans. (The error of the tip's own advance is up to 4 %.) Below a drill string the
+//! rate depends on how much of the blow's wave passes the couplings. That wave is twice as long as the piston, and
+//! spans of 0.22 of its length are short enough. These rules are empirical. The tests of `resolution` check their
+//! errors over randomly drawn hammers.
 
 use crate::numerics::math;
 use crate::quantities::parameters::{MAX_ELEMENTS, Parameters};
@@ -45,7 +43,7 @@ impl Reading {
     /// All readings.
     pub const ALL: [Self; 3] = [Self::Rate, Self::Force, Self::Stress];
 
-    /// Its name, one word.
+    /// The reading's name, one word.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rate => "rate",
@@ -54,7 +52,7 @@ impl Reading {
         }
     }
 
-    /// The reading of this name.
+    /// The reading with this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|reading| reading.name() == name)
     }
@@ -90,10 +88,10 @@ impl MeshAdvice {
     }
 }
 
-/// With a casing, the largest force comes after waves have run through casing and bit, and the errors of several fronts
-/// add up. This empirical factor narrows the front accordingly.
+/// With a casing, the largest force comes after waves have passed through casing and bit, and the errors of several
+/// fronts add up. This empirical factor therefore narrows the front.
 const SHARPER: f64 = 0.5;
-/// Below this error, the higher degree costs less.
+/// For errors below this, the higher degree costs less.
 const FINE: f64 = 1e-4;
 /// Degree of the splines for errors above and below [`FINE`].
 const DEGREES: [usize; 2] = [5, 7];
@@ -142,7 +140,7 @@ impl Parameters {
         longest[0].max(longest[1])
     }
 
-    /// Span on which rates err by [`RATE_ERROR`], m, with fronts of this width (m).
+    /// The span with which the error of rates is [`RATE_ERROR`], m, for fronts of this width (m).
     fn rate_span(&self, width: f64) -> f64 {
         if self.drill.rods == 0 { RATE_SPAN * width } else { STRING_SPAN * self.blow_wave() }
     }
@@ -170,7 +168,7 @@ impl Parameters {
         Some(fine)
     }
 
-    /// Least number of spans of a body of which none is longer than `longest`, m; `None` if it is above
+    /// Least number of spans with which no span of a body is longer than `longest`, m; `None` if it is above
     /// [`MAX_ELEMENTS`].
     fn spans_of(&self, body: Body, longest: f64) -> Option<usize> {
         let sections = self.sections(body);
@@ -196,8 +194,8 @@ impl Parameters {
         self.mesh_of(RATE_DEGREE, 1.0, spans)
     }
 
-    /// The mesh whose number of spans in each body is `spans` of the body and its front's width. In the casing that is
-    /// the width of the front that its own tie makes, times `factor`.
+    /// The mesh in which `spans`, given a body and the width of its front, returns the body's number of spans. For the
+    /// casing, the width is that of the front that its own tie makes, times `factor`.
     fn mesh_of(
         &self,
         degree: usize,

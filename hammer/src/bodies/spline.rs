@@ -1,11 +1,10 @@
 //! B-splines along a stepped body: smooth inside a section, continuous where sections meet.
 //!
-//! Each section has `spans` equal spans and open uniform knots of the degree `p`.
-//! Only its first and its last function differ from zero at its ends, where they are 1; neighbouring sections share the
-//! function at the step between them.
-//! Degree 1 gives linear two-node elements.
-//! The derivative is computed from differences of neighbouring coefficients,
-//! `u' = sum_j p B_j^(p-1) (c_j - c_(j-1)) / (t_(j+p) - t_j)`, and so is exactly zero for a translation.
+//! Each section has `spans` equal spans and open uniform knots of the degree `p`. At an end of the section only one
+//! function differs from zero, the first or the last, and its value there is 1. Neighbouring sections share the
+//! function at the step between them. Degree 1 gives linear two-node elements. The derivative is computed from
+//! differences of neighbouring coefficients, `u' = sum_j p B_j^(p-1) (c_j - c_(j-1)) / (t_(j+p) - t_j)`, so it is
+//! exactly zero for a translation.
 
 use crate::numerics::math;
 use crate::quantities::parameters::MAX_DEGREE;
@@ -136,7 +135,8 @@ impl Basis {
         (0..part.spans).flat_map(span_nodes).collect()
     }
 
-    /// The functions at `x` of a span, from 0 at its upper end to 1, by the recurrence of Cox and de Boor.
+    /// The functions at `x` of a span, where `x` is 0 at its upper end and 1 at its lower end, by the recurrence of Cox
+    /// and de Boor.
     fn sample(&self, part: &Part, span: usize, x: f64) -> Sample {
         let p = self.degree;
         // Knots are in units of the span, and are repeated at the section's ends.

@@ -1,9 +1,8 @@
 //! The deferred ledger: works and losses are integrated only when an energy is read.
 //!
-//! The integrals over an interval follow from the states at its two ends.
-//! These states are stored until an energy is read, or until they take too much memory.
-//! The integrals are then added one by one in order of time, so that reading an energy does not change a later one, to
-//! the last binary digit.
+//! The integrals over an interval follow from the states at its two ends. These states are stored until an energy is
+//! read, or until they take too much memory. The integrals are then added one by one in order of time, so that reading
+//! an energy never changes a later value, not even in the last binary digit.
 
 use super::interval::{self, Forms, Interval, Sums};
 use super::ledger::Ledger;
@@ -12,18 +11,18 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-/// An interval whose integrals are not yet added to the ledger. Each refers to the one before it: a snapshot shares
-/// this linked list instead of copying it.
+/// An interval whose integrals are not yet added to the ledger. Each interval refers to the one before it, so that a
+/// snapshot shares this linked list instead of copying it.
 pub(crate) struct Deferred {
     pub interval: Interval,
     sums: OnceLock<Sums>,
-    /// Sums that were known at once, between the previous interval and this one.
+    /// Sums between the previous interval and this one that were known immediately.
     known: Vec<Sums>,
     before: Option<Arc<Deferred>>,
 }
 
 impl Deferred {
-    /// The integrals over the interval. `forms` are those at the end of the previous interval.
+    /// The integrals over the interval. `forms` are the damping forms at the end of the previous interval.
     fn sums<'a>(&'a self, forms: &mut Forms<'a>) -> &'a Sums {
         self.sums.get_or_init(|| self.interval.sums(forms))
     }
@@ -45,9 +44,9 @@ impl Drop for Deferred {
 pub(crate) struct DeferredLedger {
     evaluated: Ledger,
     last: Option<Arc<Deferred>>,
-    /// Sums that were known at once, after the last interval.
+    /// Sums after the last interval that were known immediately.
     known: Vec<Sums>,
-    /// Number of the stored numbers.
+    /// How many numbers are stored.
     pub size: usize,
 }
 
@@ -84,7 +83,7 @@ impl PartialEq for DeferredLedger {
 }
 
 impl DeferredLedger {
-    /// Adds an interval that is not yet integrated. `make` makes it where it is stored, since it is too large to move.
+    /// Adds an interval that is not yet integrated. `make` constructs it in place, because it is too large to move.
     pub fn defer(&mut self, make: impl FnOnce() -> Interval) -> &Arc<Deferred> {
         let (known, before) = (std::mem::take(&mut self.known), self.last.take());
         let deferred = Deferred { interval: make(), sums: OnceLock::new(), known, before };

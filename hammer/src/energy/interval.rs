@@ -19,14 +19,14 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Numbers stored in the intervals of all hammers of the process.
+/// How many numbers the intervals of all hammers of the process store.
 static STORED: AtomicUsize = AtomicUsize::new(0);
 /// If more numbers than this (32 MB) are stored in the process, each hammer may store only [`CROWDED`].
 const PROCESS: usize = 1 << 22;
-/// Largest number of numbers in the intervals of one hammer: 8 MB, or some 120 blows of the reference hammer. A run of
-/// one second then integrates nothing that is never read.
+/// Most numbers that the intervals of one hammer may store: 8 MB, or some 120 blows of the reference hammer. Within
+/// this limit, a run of one second integrates only what is read.
 const MAX_STORED: usize = 1 << 20;
-/// The same limit for one of many hammers: 256 kB, which stay in the processor's caches.
+/// The limit if many hammers store numbers: 256 kB each, which fits in the processor's caches.
 pub(crate) const CROWDED: usize = 1 << 15;
 
 /// How many numbers a hammer may store now, in intervals whose integrals or peaks are not yet computed. The limit does
@@ -112,7 +112,7 @@ impl<'a> Forms<'a> {
     }
 }
 
-/// An interval between two events, with all that its integrals follow from.
+/// An interval between two events, with all data for its integrals.
 #[derive(Debug)]
 pub(crate) struct Interval {
     graph: Arc<Graph>,
@@ -147,11 +147,11 @@ struct Other {
     driven: Driven,
 }
 
-/// Loads over an interval, and the polynomial part of its motion.
+/// Loads over an interval, and the polynomial part of the motion.
 #[derive(Debug)]
 enum Loading {
     /// Constant loads, with the parabolas of the tip's track and of a free piston. Nearly all intervals are of this
-    /// kind, which takes much less memory than polynomials of any degree.
+    /// kind, and it takes much less memory than general polynomials.
     Constant {
         loads: [f64; CHANNELS],
         translations: [[f64; 3]; 2],
@@ -203,8 +203,8 @@ impl Interval {
     }
 
     /// The interval of the tracks that contain one of the `touched` bodies and of the tip's track, from the epoch to
-    /// `span` after it. `tracks` are rotated to its end.
-    /// `known` are the value of the viscous form at its start and the viscous work, as far as they are known.
+    /// `span` after it. `tracks` are rotated to its end. `known` are the viscous form at the start and the viscous
+    /// work, if they are known.
     pub fn new(
         motion: &Motion,
         tracks: &[Track],
@@ -256,7 +256,7 @@ impl Interval {
         Track { system: system.clone(), z: ends[..ends.len() / 2].to_vec(), at: 0.0 }
     }
 
-    /// True if one of the forces acts whose peaks are outputs.
+    /// True if a force acts whose peak is an output.
     pub fn is_pressed(&self) -> bool {
         let rock = self.spring.coefficients(&self.rock).stiffness;
         rock > 0.0 || Tie::REPORTED.into_iter().any(|tie| self.ties.hold(tie))
@@ -377,8 +377,8 @@ impl Interval {
         [sums.rock, sums.viscous] = self.given;
     }
 
-    /// Work done on the rock, J: the part dissipated on loading, and that of the dashpot at the tip. Each blow reports
-    /// it, so it is integrated at once, which is cheap.
+    /// Work done on the rock, J: the part dissipated on loading, and that of the dashpot at the tip. It is integrated
+    /// immediately, because each blow reports it and it costs little.
     fn rock_work(&self, motion: &Motion, track: &Track, known: [Option<f64>; 2]) -> [f64; 2] {
         if !self.spring.is_loading() {
             return [0.0; 2];
@@ -401,8 +401,8 @@ impl Interval {
         [lost, work.unwrap_or_else(integrate)]
     }
 
-    /// The viscous work, computed exactly as the search for the energy barrier computed it: by a series, which is
-    /// accurate to its own rounding, or by quadratic forms.
+    /// The viscous work, computed in the same way as in the search for the energy barrier: by a series, whose rounding
+    /// is relative to the work itself, or by quadratic forms.
     pub fn viscous_of_barrier(&self, by_series: bool) -> f64 {
         if !by_series {
             return self.given[1];

@@ -1,4 +1,4 @@
-//! The energy ledger: works, losses and impulses since the start, and what is stored now.
+//! The energy ledger: works, losses and impulses since the start, and the stored energies.
 //!
 //! ```text
 //! work of F_A + gravity + feed = kinetic + strain + contact + recoverable rock
@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 /// The energy ledger, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energies {
-    /// Work of `F_A` and of the return chamber on the bit (with a frame, of its reaction too).
+    /// Work of `F_A` and of the return chamber on the bit. With a frame, also that of the drive's reaction.
     pub drive: f64,
     /// Work of gravity.
     pub gravity: f64,
@@ -49,7 +49,7 @@ pub struct Energies {
 const BALANCED: f64 = 1e-8;
 
 impl Energies {
-    /// Works and losses, without what is stored.
+    /// The works and losses of these sums; the stored energies are 0.
     pub(crate) fn of_sums(sums: &Sums) -> Self {
         Self {
             drive: sums.work[Channel::Drive as usize] + sums.work[Channel::Anvil as usize],
@@ -63,7 +63,7 @@ impl Energies {
         }
     }
 
-    /// All of them, in the order of the fields.
+    /// All terms, in the order of the fields.
     pub fn values(&self) -> [f64; 12] {
         let Self { drive, gravity, feed, kinetic, strain, contact, .. } = *self;
         let Self { rock_stored, rock_dissipated, viscous, damping, retuned, residual, .. } = *self;
@@ -86,10 +86,9 @@ impl Energies {
 
     /// Rates at the present instant, W.
     ///
-    /// Works are force times velocity; stored and dissipated energies follow their laws. With modal
-    /// displacements `q` and angular frequencies `w` of the free bars, strain changes by
-    /// `sum w^2 q q'` and damping by `beta sum w^2 q'^2`. The rest of the works goes into kinetic
-    /// energy, so the residual's rate is zero.
+    /// Works are force times velocity; stored and dissipated energies follow their laws. With modal displacements `q`
+    /// and angular frequencies `w` of the free bars, strain changes by `sum w^2 q q'` and damping by `beta sum w^2
+    /// q'^2`. The remaining work becomes kinetic energy, so the residual's rate is zero.
     pub(crate) fn rates(motion: &Motion) -> Self {
         let (state, graph, tracks) = (&motion.state, motion.graph(), motion.present());
         let point = |displacement| motion.point(&tracks, displacement, state.now);
@@ -202,7 +201,7 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// The sums up to the present, at which the tracks are.
+    /// The sums up to the present, to which the tracks are rotated.
     pub(crate) fn sums_now(&self, motion: &Motion, tracks: &[Track]) -> Sums {
         let mut sums = self.sums;
         let last = Interval::whole(motion, tracks, motion.state.now);

@@ -23,24 +23,24 @@ use std::sync::Arc;
 
 /// The error of a peak corresponds to a displacement of this many guard resolutions.
 const COARSE: f64 = 10.0;
-/// Windows and steps of an interval that cost nothing: a collision of a damped hammer needs no more. The number of
-/// intervals in a step is limited by the search.
+/// Number of windows and steps of an interval that are not charged: a collision of a damped hammer needs no more. The
+/// search limits the number of intervals in a step.
 const FREE: usize = 64;
-/// Most work of one communication step beyond [`FREE`], in modal coordinates, with [`WINDOW`] more for each window:
-/// half a second to a second of one core.
+/// Limit of the work of one communication step beyond [`FREE`], in modal coordinates, to which each window adds
+/// [`WINDOW`]. It takes one core half a second to a second.
 const BUDGET: u64 = 50_000_000;
 /// Cost of a window in addition to its modal vector, in coordinates.
 const WINDOW: u64 = 64;
 /// Shortest step by bounds, in radians of the fastest mode. A window is a few radians long and costs as much as three
-/// steps, so it is better than shorter steps.
+/// steps, so it replaces shorter ones.
 const SHORT_STEP: f64 = 1.0;
-/// Cost of one more value of a window's polynomial, in coordinates: a chain of [`TAYLOR`] products and sums, and the
-/// bounds beside it, 70 to 120 instructions. A flat maximum takes thousands.
+/// Cost of one more value of a window's polynomial, in coordinates. It is 70 to 120 instructions: a chain of [`TAYLOR`]
+/// products and sums, and the bounds. A flat maximum takes thousands of values.
 const EVALUATION: u64 = 16;
 /// A step costs a window's cost divided by this: a third, rounded up.
 const STEP: u64 = 2;
 
-/// Largest forces over the last communication step, N: `F_R`, then of [`Tie::REPORTED`].
+/// Largest forces over the last communication step, N: `F_R`, followed by those of the ties in [`Tie::REPORTED`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Peaks(pub(crate) [f64; 1 + Tie::REPORTED.len()]);
 
@@ -69,14 +69,14 @@ impl Peaks {
 #[derive(Clone, Debug)]
 pub struct Pending {
     of: Arc<Deferred>,
-    /// Start of the communication step in the interval, s.
+    /// Start of the communication step, after the start of the interval, s.
     start: f64,
     /// Allowed error of a displacement, m.
     resolution: f64,
 }
 
-/// Peaks of the intervals that were searched, and the work of the search, which does not depend on how often they are
-/// read.
+/// Peaks of the intervals that were searched, and the work of the search. How often the peaks are read does not affect
+/// it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Searched {
     peaks: Peaks,
@@ -98,9 +98,9 @@ pub(crate) struct PeakSearch {
     pending: Vec<Pending>,
     /// Numbers stored in them.
     pub size: usize,
-    /// Peaks of the intervals before those.
+    /// Peaks of the intervals before the pending ones.
     searched: Searched,
-    /// Where it begins after the epoch, s (0 if before).
+    /// Start of the search after the epoch, s (0 if it is earlier).
     pub start: f64,
 }
 
@@ -123,9 +123,9 @@ impl PartialEq for PeakSearch {
 }
 
 impl PeakSearch {
-    /// Begins again at the present.
+    /// Begins a new step at the present.
     pub fn begin_step(&mut self, motion: &Motion) {
-        self.pending.clear(); // Its memory is used again.
+        self.pending.clear(); // Its memory is reused.
         (self.size, self.searched, self.start) = (0, Searched::default(), motion.state.now);
     }
 
@@ -179,7 +179,7 @@ impl PeakSearch {
     /// [`Error::Overwork`] beyond [`BUDGET`]; [`Error::Cancelled`].
     pub fn now(&self, motion: &Motion) -> Result<Peaks, Error> {
         let mut searched = self.recorded();
-        // Windows proceed from the start, so that the state at the end is not needed.
+        // Windows proceed from the start, so the state at the end is not needed.
         let mut alone = DeferredLedger::default();
         let of = alone.defer(|| Interval::whole(motion, &motion.tracks, motion.state.now));
         Pending::new(motion, of.clone(), self.start).fold(&mut searched);
@@ -208,8 +208,8 @@ impl Pending {
         }
     }
 
-    /// The larger of `best` and the force's maximum over the interval, from the track `start` on. The search ends
-    /// early if `work` exceeds [`BUDGET`], if the call's [`Allowance`] is spent, or by an interrupt.
+    /// The larger of `best` and the force's maximum over the interval, from the track `start` on. The search ends early
+    /// if `work` exceeds [`BUDGET`], if the call's [`Allowance`] is spent, or if an interrupt comes.
     fn peak(&self, force: &Force, start: &Track, mut best: f64, work: &mut u64) -> f64 {
         let (mut track, end) = (start.clone(), self.of.interval.span);
         let part = Part { track: 0, functional: force.functional, factor: 1.0 };
@@ -285,9 +285,9 @@ impl Force {
         })
     }
 
-    /// How long from `t` on, to which the track is rotated, the force is certain to stay below `level`: by its value,
-    /// its rate and a bound on its second derivative up to `end`, s. `bends` are the second and third rate of the
-    /// polynomial part.
+    /// How long after `t`, to which the track is rotated, the force is certain to stay below `level`. The proof uses
+    /// the force's value, its rate and a bound on its second derivative up to `end`, s. `bends` are the second and
+    /// third rate of the polynomial part.
     fn step_below(&self, bends: &[Poly], track: &Track, [t, end]: [f64; 2], level: f64) -> f64 {
         let f = &track.system.functionals[self.functional];
         let drift: [f64; 3] = self.poly.derivatives_at(t);
@@ -300,7 +300,7 @@ impl Force {
         if room > 0.0 { step_below(room, of(v, a), bound) } else { 0.0 }
     }
 
-    /// Bound on the force from `t` to `end`. `rate` is that of the polynomial part.
+    /// Bound on the force from `t` to `end`. `rate` is the rate of the force's polynomial part.
     fn ceiling(&self, rate: &Poly, track: &Track, [t, end]: [f64; 2]) -> f64 {
         let f = &track.system.functionals[self.functional];
         let (drift, span) = (largest(rate, [t, end]), end - t);
@@ -351,8 +351,8 @@ mod tests {
     }
 
     /// Steps and ceilings are compared with the force itself at 40 instants of each interval. The scene has a casing
-    /// whose loads grow so fast that they, and not only waves, must be bounded. Rounding is that of a sum of modes,
-    /// less than 1e-12 of the largest force.
+    /// whose loads grow so fast that bounds on waves alone would not suffice. The rounding of a sum of modes is less
+    /// than 1e-12 of the largest force.
     #[test]
     fn forces_stay_below_their_bounds() {
         let mut steps = 0;

@@ -1,4 +1,4 @@
-//! The air's windows on the steel in motion.
+//! Windows of the air, solved together with the moving steel.
 
 use super::Motion;
 use crate::air::series::{Block, LONGEST, Left, Problem};
@@ -15,22 +15,23 @@ use crate::quantities::parameters::Parameters;
 use crate::scene::graph::{CHANNELS, Channel, Group};
 use std::array::from_fn;
 
-/// Attempts to solve a window, each with another formula of a flow.
+/// Limit of the attempts to solve a window. Each changes the formula of one flow.
 const TRIALS: u64 = 64;
-/// Steps of the search for a zero of the pressure outside, and the shortest step, s.
+/// Limit of the steps towards a zero of the pressure outside, and the shortest step, s.
 const MARCH: usize = 64;
 const INSTANT: f64 = 1e-9;
 /// Share of the allowed error that all quasi-static oscillations together may cause.
 const UNSEEN: f64 = 0.2;
-/// An oscillation is expanded, not quasi-static, if it would limit the window to fewer radians of its own.
+/// An oscillation is expanded, not taken as quasi-static, if otherwise it would limit the window to fewer radians of
+/// its own motion.
 const RADIANS: f64 = 3.0;
 
-/// The error that the air cannot be solved beyond a time, with the piston's position there.
+/// The error which says that the air cannot be solved beyond this time, with the piston's position then.
 pub(super) fn beyond(parameters: &Parameters, time: f64, [x, y]: Places) -> Error {
     let (air, drive) = (&parameters.air, &parameters.drive);
     let top = -air.cylinder - air.drive.dead_volume / drive.area_drive;
     let bottom = air.returning.dead_volume / drive.area_return;
-    // That of the chamber which has less room left.
+    // The position of the chamber that has less room left.
     let place = if bottom - y < x - top { y } else { x };
     Error::Air { time, place, range: [top, bottom] }
 }
@@ -78,7 +79,7 @@ impl Motion {
         self.reload();
     }
 
-    /// The air's forces on the piston and on the bit, as they stand.
+    /// The present forces of the air on the piston and on the bit.
     pub(super) fn air_forces(&self, air: Option<&Air>) -> [Poly; 2] {
         let acting = |channel: Channel| match air {
             Some(Air { vented: Some(_), .. }) => Poly::default(),
@@ -87,8 +88,8 @@ impl Motion {
         [Channel::Drive, Channel::Anvil].map(acting)
     }
 
-    /// Solves the window that begins at the epoch, of the air or of a transmission line; none if the chambers
-    /// are vented. Returns the numbers of rotations and of series.
+    /// Solves the window of the air, or of a transmission line, that begins at the epoch, unless the chambers are
+    /// vented. Returns the numbers of rotations and of series.
     ///
     /// # Errors
     /// [`Error::Air`], [`Error::Vacuum`].
@@ -132,7 +133,7 @@ impl Motion {
         Err(beyond(self.parameters(), self.state.epoch.value(), places))
     }
 
-    /// True of a track other than a lone piston's, whose whole state the air's window begins with.
+    /// True if the air's window begins with the whole state of the track, which is not that of a lone piston.
     fn is_whole(&self, index: usize) -> bool {
         self.state.anchors[index].group != Group::PISTON
             && self.positions().iter().any(|position| self.share(index, *position).is_some())
@@ -143,8 +144,8 @@ impl Motion {
         [Displacement::Relative, self.graph().over_struck()]
     }
 
-    /// How long after the epoch the pressures of supply and exhaust are positive for certain, s, and which of
-    /// them is not after that. Varying pressures are examined for [`LONGEST`] only.
+    /// How long after the epoch the pressures of supply and exhaust are certainly positive, s, and which of them is
+    /// first to lose that certainty. Varying pressures are examined for [`LONGEST`] only.
     pub(super) fn breath(&self) -> (f64, Input) {
         let of = |input: Input| {
             let poly = self.state.inputs.of(input);
@@ -167,22 +168,21 @@ impl Motion {
         if exhaust.0 < supply.0 { exhaust } else { supply }
     }
 
-    /// Puts the air's forces on the piston and on the bit, from the epoch on.
+    /// Applies the air's forces to the piston and the bit, from the epoch on.
     fn press(&mut self, [drive, anvil]: [Poly; 2]) {
         let mut loads: [Poly; CHANNELS] = self.state.loads;
         (loads[Channel::Drive as usize], loads[Channel::Anvil as usize]) = (drive, anvil);
         self.load(loads, Self::is_whole);
     }
 
-    /// Divides the coordinates of the steel into those that are expanded with the air and those that are
-    /// quasi-static. An oscillation that is left out changes a pressure by at most a share `s`. In a window
-    /// that changes
-    /// * the contents by at most twice what flows by that share in the time of one radian,
+    /// Divides the coordinates of the steel into those that are expanded with the air and those that are quasi-static.
+    /// A neglected oscillation changes a pressure by at most a share `s`. In a window, this changes
+    /// * the contents by at most twice the share `s` of what flows in the time of one radian,
     /// * the piston's speed by at most `2 s / (omega T)` of what a stroke of duration `T` gives,
-    /// * its own motion, as a spring does, by the share `h / T` of the force, over a window of length `h`.
+    /// * its own motion, as that of a spring, by the share `h / T` of the force, over a window of length `h`.
     ///
-    /// The first two, summed over all oscillations left out, are kept within [`UNSEEN`] of the allowed error.
-    /// The third limits the window.
+    /// The sum of the first two over all neglected oscillations stays within [`UNSEEN`] of the allowed error. The third
+    /// limits the window.
     fn visible(
         &self,
         air: &Air,
@@ -194,7 +194,7 @@ impl Motion {
         let own = [Channel::Drive as usize, Channel::Anvil as usize];
         let [supply, exhaust] = self.outside(0.0);
         let loads = &self.state.loads;
-        // A pressure outside that has just leapt acts at once, before any polynomial has it.
+        // If a pressure outside has just jumped, it acts at once, before any polynomial contains the jump.
         let mut acting = loads.map(|load| load.0[0]);
         if let Some(forces) = air.forces(parameters, [places, speeds], exhaust) {
             (acting[own[0]], acting[own[1]]) = (forces[0], forces[1]);
@@ -297,7 +297,7 @@ fn steepest(poly: &Poly) -> f64 {
     (1..=poly.degree()).map(term).sum()
 }
 
-/// A block that is expanded, from this start, under all loads but the air's own.
+/// An expanded block that starts in this state, under all loads except the air's own.
 fn moving(
     block: &VisibleBlock,
     start: [f64; 2],

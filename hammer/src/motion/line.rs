@@ -16,10 +16,11 @@ use crate::numerics::poly::Poly;
 use crate::numerics::series::{LOW, NODES, through, value};
 use crate::scene::graph::{CHANNELS, Channel};
 
-/// Limits of the attempts to solve a window, of which each is shorter, and of the iterations of each attempt.
+/// Limit of the attempts to solve a window, each shorter than the one before, and of the iterations of each attempt.
 const TRIALS: usize = 64;
 const PASSES: usize = 12;
-/// Work of four iterations, in series of the air: each iteration copies the motion and solves its loads anew.
+/// Work of four iterations, in units of one series of the air. Each iteration copies the motion and solves its loads
+/// anew.
 const OF_FOUR: u64 = 3;
 /// Safety factor of the length of a window, and limits of its growth and shrinkage.
 const SAFETY_FACTOR: f64 = 0.8;
@@ -27,14 +28,14 @@ const GROWTH: f64 = 2.0;
 const SHRINKAGE: f64 = 0.1;
 /// Inverse of the leading coefficient of the Legendre polynomial of the highest degree, on the interval from 0 to 1.
 const LAST: f64 = 1.0 / 924.0;
-/// Allowed error of the velocity in a window, as a share of the resolution of guards. It is at least the share
-/// [`ROUNDED`] of the velocity, for motions that are much faster than the hammer's lengths suggest.
+/// Allowed error of the velocity in a window, as a share of the resolution of guards. The error may always be the share
+/// [`ROUNDED`] of the velocity, which matters if the motion is much faster than the hammer's lengths suggest.
 const ALLOWED: f64 = 0.1;
 const ROUNDED: f64 = 1e-12;
 
 impl Motion {
-    /// Solves the reaction of the line in the window that begins at the epoch, if there is a line. Returns the
-    /// numbers of rotations and of series of equal work.
+    /// Solves the reaction of the line in the window that begins at the epoch, if there is a line. Returns its work as
+    /// numbers of rotations and of series.
     ///
     /// # Errors
     /// [`Error::NotFinite`].
@@ -110,7 +111,7 @@ impl Motion {
             if mobility * largest(&residuals) <= allowed {
                 return mobility * (LAST * force[LOW - 1]).abs() / (4 * LOW - 2) as f64 / allowed;
             }
-            // This is Newton's step for two free bodies, which a change of the force brakes too.
+            // This is Newton's step for two free bodies. A change of the force also brakes them.
             let mut step = through(&residuals);
             (1..LOW).for_each(|k| step[k] -= impedance * mobility * step[k - 1] / k as f64);
             force.iter_mut().zip(step).for_each(|(force, step)| *force += step);

@@ -7,11 +7,10 @@
 //! y(t) = exp(B (t - at)) z + static and translating parts,        u = shapes . y
 //! ```
 //!
-//! Here `z` is the modal vector of an [`Anchor`](state::Anchor) at its instant `at`. While the contact is open
-//! there are two anchors (bit, piston), while it is closed one. Displacements are measured from the
-//! *origin*, the zero of the present rock line, and times from the epoch; origin and epoch are
-//! stored in double-double precision. The piston's displacement is stored less `g0`, so that the
-//! gap is a simple difference.
+//! Here `z` is the modal vector of an [`Anchor`](state::Anchor) at its instant `at`. There are two anchors (bit and
+//! piston) while the contact is open, and one while it is closed. Displacements are measured from the *origin*, the
+//! zero of the present rock line, and times from the epoch; origin and epoch are stored in double-double precision. The
+//! stored displacement of the piston is its displacement minus `g0`, so that the gap is a simple difference.
 
 mod air;
 mod line;
@@ -50,15 +49,16 @@ pub struct PointMotion {
 pub struct Motion {
     pub(crate) model: Model,
     pub(crate) state: MotionState,
-    /// The tracks where the search left them: each is an anchor's vector, at or after its instant.
+    /// The tracks as the search left them: each is the vector of an anchor, rotated to an instant at or after the
+    /// anchor's.
     pub(crate) tracks: Vec<Track>,
-    /// [`MotionState::is_steady`] of the state.
+    /// Result of [`MotionState::is_steady`] for `state`.
     steady: bool,
     pub(crate) basis_changes: u64,
     /// Storage for the air's series.
     series: Option<Box<Series>>,
-    /// The piston's positions in the cylinder and their rates where the epoch was moved to, for the window that begins
-    /// there.
+    /// The piston's positions in the cylinder and their rates at the last move of the epoch. The window that begins
+    /// there uses them.
     cylinder: Option<[Places; 2]>,
 }
 
@@ -131,9 +131,9 @@ impl Motion {
         self.state.anchors.iter().position(|anchor| anchor.group == Group::PISTON)
     }
 
-    /// Bodies of the groups whose interval in the ledger ends where an event happens, or none: all, except for a
-    /// string with loose joints under constant loads. There it is those that the event touches, those at the tip, and
-    /// those in which a tie holds whose largest force is an output.
+    /// Bodies of the groups whose ledger interval ends at an event, or at an epoch without event. These are all bodies,
+    /// unless the scene is a string with loose joints under constant loads. Then they are those that the event touches,
+    /// those at the tip, and those of a closed tie whose largest force is an output.
     pub(crate) fn touched(&self, event: Option<Event>) -> Bodies {
         let graph = self.graph();
         let ends = match event.filter(|_| graph.is_loose() && self.is_steady()) {
@@ -146,7 +146,7 @@ impl Motion {
         asked.fold(ends.and(Bodies::one(graph.bit)), |all, edge| all.and(edge.ends))
     }
 
-    /// Tracks of these bodies other than that of the tip and that of a lone piston.
+    /// Tracks of these bodies, except the tip's track and that of a lone piston.
     pub(crate) fn others(&self, bodies: Bodies) -> impl Iterator<Item = usize> {
         let anchors = self.state.anchors.iter().enumerate().skip(1);
         let theirs = anchors.filter(move |(_, anchor)| {
@@ -256,15 +256,15 @@ impl Motion {
         shares.reduce(|a, b| std::array::from_fn(|k| a[k] + b[k])).unwrap_or([0.0; COUNT])
     }
 
-    /// Displacement of the piston's mean in the hole, m, and its first rates, `t` after the epoch. A flying piston's
-    /// is its polynomial; all tracks of one in contact are rotated to `t`.
+    /// Displacement of the piston's mean in the hole, m, and its first rates, at `t` after the epoch. For a flying
+    /// piston they follow from its polynomial; the tracks of a piston in contact must be rotated to `t`.
     pub(crate) fn piston_in_hole<const COUNT: usize>(&self, t: f64) -> [f64; COUNT] {
         let mut rates = self.rates(&self.tracks, Displacement::PISTON, t);
         rates[0] += self.state.origin.value() + self.ahead(Displacement::PISTON);
         rates
     }
 
-    /// The motion of track `index` from the epoch to `span` later, where it is `end`.
+    /// The motion of track `index` from the epoch to `span` later, at which the track is `end`.
     pub(crate) fn stretch<'a>(&'a self, index: usize, end: &'a Track, span: f64) -> Stretch<'a> {
         let anchor = &self.state.anchors[index];
         Stretch::new(end, &anchor.z, span, &self.state.loads, &anchor.driven)
@@ -327,7 +327,7 @@ impl Motion {
         }
     }
 
-    /// Rotates to `at` all tracks but that of the tip and that of a lone piston.
+    /// Rotates all tracks to `at`, except the tip's track and that of a lone piston.
     pub(crate) fn rotate_others_to(&mut self, at: f64) {
         let beside = self.tracks.iter_mut().zip(&self.state.anchors).skip(1);
         for (track, _) in beside.filter(|(_, anchor)| anchor.group != Group::PISTON) {
@@ -335,7 +335,7 @@ impl Motion {
         }
     }
 
-    /// Moves the epoch by `at`, to which all tracks but that of a lone piston are rotated. The ledger's
+    /// Moves the epoch by `at`, to which all tracks except that of a lone piston must be rotated. The ledger's
     /// intervals of `touched` bodies end there. `viscous` is added to the work that counts towards the barrier.
     ///
     /// # Errors
@@ -392,15 +392,15 @@ impl Motion {
         Ok(())
     }
 
-    /// Splits the motion of a track at the epoch again into polynomials and oscillation, under the present
-    /// loads. The previous loads are `old`, in the time of an epoch `since` ago.
+    /// Splits the motion of a track at the epoch again into polynomials and oscillation, under the present loads. `old`
+    /// are the previous loads, as functions of time after an epoch that was `since` ago.
     fn restart(&mut self, index: usize, old: &[Poly; CHANNELS], since: f64) {
         let (track, anchor) = (&mut self.tracks[index], &self.state.anchors[index]);
         track.system.add_driven(old, &anchor.driven, since, &mut track.z);
         self.split(index);
     }
 
-    /// Splits a track's whole state, which it holds, under the present loads.
+    /// Splits a track that holds its whole state, under the present loads.
     fn split(&mut self, index: usize) {
         let (track, anchor) = (&mut self.tracks[index], &mut self.state.anchors[index]);
         anchor.driven = track.system.take_driven(&self.state.loads, &mut track.z);
@@ -413,7 +413,7 @@ impl Motion {
         self.reload();
     }
 
-    /// The scene with other tunable parameters, and with its present system made.
+    /// The model with other tunable parameters. Its system for the present mode is computed.
     ///
     /// # Errors
     /// As [`Model::system`].
@@ -446,7 +446,7 @@ impl Motion {
         self.load(loads, |_, _| false);
     }
 
-    /// Replaces the loads at the epoch. Some tracks may hold their `whole` state.
+    /// Replaces the loads at the epoch. `whole` says which tracks hold their whole state.
     pub(super) fn load(&mut self, loads: [Poly; CHANNELS], whole: impl Fn(&Self, usize) -> bool) {
         let old = std::mem::replace(&mut self.state.loads, loads);
         let same = old == self.state.loads;

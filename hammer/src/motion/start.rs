@@ -1,4 +1,4 @@
-//! The motion at the start of a scene.
+//! The start of a scene.
 
 use super::Motion;
 use super::air::{beyond, outside};
@@ -26,10 +26,9 @@ impl Motion {
     ///   mode jumps there.
     /// * If the loads press neither on the rock nor on the chuck, there is no equilibrium, and the bit is in FF.
     ///
-    /// The origin is the rock surface, where `uu = ul = 0`. The last force at which the tip turned upward is taken to
-    /// be the present one.
-    /// The piston starts `g0` above the bit's unloaded position. If a strained bit reaches further up, the piston
-    /// starts on the bit.
+    /// The origin is the rock surface, where `uu = ul = 0`. The force at which the tip last turned upward is taken to
+    /// be the present force. The piston starts `g0` above the bit's unloaded position. If a strained bit reaches
+    /// further up, the piston starts on the bit.
     ///
     /// The weight of a casing, the feed force and the drive's reaction press the casing on the bit. If they lift it
     /// instead, it is at rest with the chuck open and its shoulder just touching, and strained as in the acceleration
@@ -68,7 +67,7 @@ impl Motion {
         }
         let loads = loads(&parameters, &inputs, mode, [drive, anvil].map(Poly::constant));
         let root = graph.bodies[0].mass.sqrt();
-        // An anchor of a group in which nothing oscillates.
+        // An anchor of a group that does not oscillate.
         let anchor = |group: Group| {
             let flight = [-gap * root, parameters.piston.initial_velocity * root];
             let start = if group == Group::PISTON { flight } else { [0.0; 2] };
@@ -80,7 +79,8 @@ impl Motion {
         let groups = graph.groups(&mode).into_iter();
         let mut anchors = groups.map(anchor).collect::<Result<Vec<_>, Error>>()?;
         if rock == RockMode::FreeFlight {
-            // The strain has moved the tip off the rock surface. Here the bit is moved so that the tip is back there.
+            // The strain has moved the tip off the rock surface. This moves the bit so that its tip is on the surface
+            // again.
             let bit = anchors[0].group;
             let system = model.system(bit, mode)?;
             if let Some(tip) = graph.share(bit, Displacement::Tip) {
@@ -109,7 +109,7 @@ impl Motion {
         let mut motion =
             Self { model, state, tracks, steady, basis_changes: 0, series: None, cylinder: None };
         if rock == RockMode::Standstill {
-            // The tip must stand exactly at the level of its restart guard.
+            // The tip must be exactly at the level of its restart guard.
             let tip = motion.point(&motion.tracks, Displacement::Tip, 0.0).displacement;
             let stiffness = Spring::Unloading.coefficients(&parameters.rock).stiffness;
             motion.state.memory.turned = (stiffness * tip).max(0.0);
@@ -142,7 +142,7 @@ impl Motion {
         }
     }
 
-    /// Places a lifted frame at rest, with its shoulder just touching the bit. Only the feed force strains it, since
+    /// Places a lifted frame at rest, with its shoulder just touching the bit. Only the feed force strains it, because
     /// the other loads are distributed like its mass.
     fn lift_frame(&mut self, feed: f64) -> Result<(), Error> {
         let graph = self.model.graph.clone();

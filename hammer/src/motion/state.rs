@@ -1,4 +1,4 @@
-//! The state of the motion at the last event: everything that a restart needs.
+//! The state of the motion at the last event, from which it can be restarted.
 
 use crate::air::Air;
 use crate::error::Error;
@@ -26,10 +26,10 @@ pub struct Anchor {
     pub at: f64,
     /// The polynomial part of the group's motion, in time after the epoch.
     pub driven: Driven,
-    /// `z.Q z` where the flight of the piston began, J; 0 for a track that ends at the tip.
+    /// `z.Q z` at the instant at which the piston's flight began, J; 0 for a track that ends at the tip.
     pub form: f64,
-    /// Instant (s) and modal vector of the last event that changed the group, if later events did not. The ledger
-    /// integrates from there.
+    /// Instant (s) and modal vector of the last event that changed the group, unless that is the last event of all. The
+    /// ledger integrates from there.
     pub began: Option<(f64, Vec<f64>)>,
 }
 
@@ -45,7 +45,7 @@ impl Anchor {
         self.began.as_ref().map_or((self.at, &self.z), |(at, z)| (*at, z))
     }
 
-    /// Moves the epoch by `at` (s) to an event. `touched` is true if the event changes the group.
+    /// Moves the epoch to an event `at` (s) after it. `touched` is true if the event changes the group.
     pub(crate) fn move_start(&mut self, at: f64, touched: bool) {
         let began = self.began.take();
         if !touched {
@@ -64,7 +64,7 @@ pub struct Milestone {
     pub hole: Double,
 }
 
-/// Initial guess of the length of a line's window, s.
+/// First length that is tried for a line's window, s.
 const FIRST: f64 = 1e-4;
 
 /// State of a transmission line's window. The reaction itself is among the loads.
@@ -108,7 +108,7 @@ pub struct MotionState {
     pub epoch: Double,
     /// Present time after the epoch, s.
     pub now: f64,
-    /// Present time in the host's count, s.
+    /// Present time as the host counts it, s.
     pub time: f64,
     /// Inputs as polynomials of the time after the epoch.
     pub inputs: Inputs,

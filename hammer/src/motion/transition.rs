@@ -1,7 +1,7 @@
 //! Transitions: how an event changes the mode and the state.
 //!
 //! At an event the state of a track is converted to displacements and velocities of the bodies' modes, the law changes,
-//! and the state is converted to the system of the new mode. What changes is
+//! and the state is converted to the system of the new mode. The parts of the state that change are
 //!
 //! ```text
 //! tie       the groups. It holds: [lower], [upper] -> [both].  It opens: [both] -> [lower], [upper]
@@ -26,13 +26,11 @@ use crate::scene::graph::{Edge, Group};
 use std::cell::OnceCell;
 use std::sync::Arc;
 
-/// Bound on the number of roundings in a transition, each of half an `eps`.
-/// The state is converted with two bases, each of which rounds a term [`combine::roundings`] times (30 for a hundred
-/// modes), and is evaluated before and after; the entries of the bases are sums themselves.
-/// 190 roundings were observed.
-/// The search is correct with any value. If the bound is too low, a guard may cross again at once, which Zeno detection
-/// turns into an error. If it is too high, a guard that starts above its level by less than the bound is treated as if
-/// it started at its level.
+/// Bound on the number of roundings in a transition, each of half an `eps`. The state is converted with two bases, and
+/// it is evaluated before and after. Each basis rounds a term [`combine::roundings`] times (30 for a hundred modes),
+/// and its entries are sums themselves. 190 roundings were observed. The search is correct with any value. If the bound
+/// is too low, a guard may cross again at once, which Zeno detection turns into an error. If it is too high, a guard
+/// that starts above its level by less than the bound is treated as if it started at its level.
 const ROUNDINGS: f64 = 256.0;
 
 impl Motion {
@@ -73,7 +71,8 @@ impl Motion {
         self.reload();
     }
 
-    /// Makes the transition where the piston passes the edge of a port, whose state is `opening` from there on.
+    /// Makes the transition in which the piston passes the edge of a port. From there on the state of the port is
+    /// `opening`.
     pub(crate) fn switch_port(&mut self, chamber: Chamber, port: Port, opening: Opening) {
         if let Some(air) = &mut self.state.air {
             air.openings[chamber as usize][port as usize] = opening;
@@ -90,7 +89,7 @@ impl Motion {
         });
     }
 
-    /// Makes the transition where the piston enters the end of an air hammer's cylinder, or leaves it.
+    /// Makes the transition in which the piston enters or leaves the end of an air hammer's cylinder.
     pub(crate) fn pass_end(&mut self, inside: bool) {
         let vented = self.state.mode.vented;
         self.change_air(|air, parameters, positions, exhaust| {
@@ -98,8 +97,8 @@ impl Motion {
         });
     }
 
-    /// Makes the transition where the bodies of a tie meet or part. All tracks except that of a piston that flies alone
-    /// must be at the epoch.
+    /// Makes the transition in which the bodies of a tie meet or part. All tracks must be at the epoch, except that of
+    /// a piston that flies alone.
     pub(crate) fn switch_tie(&mut self, tie: Tie, to: TieState) -> Result<(), Error> {
         let Some(edge) = self.graph().edge(tie).copied() else { return Ok(()) };
         self.rotate_to_epoch(edge.ends);
@@ -208,7 +207,8 @@ impl Motion {
         [drift + kernel::dot(&functional.rows[0], &track.z), drift]
     }
 
-    /// Bound on the rounding of the tip's displacement, m. `drift` is the part that does not oscillate.
+    /// Bound on the rounding of the tip's displacement, m. `drift` is the part of the displacement that does not
+    /// oscillate.
     fn tip_rounding(&self, drift: f64) -> f64 {
         let (track, anchor) = (&self.tracks[0], &self.state.anchors[0]);
         let Some(tip) = self.graph().share(anchor.group, Displacement::Tip) else { return 0.0 };
@@ -217,8 +217,8 @@ impl Motion {
         0.5 * f64::EPSILON * combine::roundings(track.z.len()) as f64 * terms
     }
 
-    /// Converts the tip's track to the system of `group` by a direct passage, under constant loads. The static part,
-    /// which these loads produce before and after, is not converted.
+    /// Converts the tip's track to the system of `group` by a direct passage, under constant loads. The static part is
+    /// not converted, since these loads also produce it in the new system.
     fn pass(
         &mut self,
         group: Group,
@@ -280,8 +280,8 @@ impl Motion {
             self.displace(group, &system, -shift, &mut y);
         }
         if let Some(transition) = transition.filter(|_| shift != 0.0) {
-            // If the hole is deep and the force small, the rounding of the depth makes the shift uncertain. The tip's
-            // new position is known more accurately.
+            // In a deep hole, if the force is small, the rounding of the depth makes the shift uncertain. The tip's new
+            // position is known more accurately.
             if let Some(tip) = self.graph().share(group, Displacement::Tip) {
                 let correction = transition.tip - system.displacement(tip, &y);
                 self.displace(group, &system, correction, &mut y);
@@ -420,7 +420,7 @@ struct TrackState {
 }
 
 impl TrackState {
-    /// The state in the bodies' modes. It is converted once for all groups that take over a part of it.
+    /// The state in the bodies' modes. It is converted once, for all groups that take over a part of it.
     fn bodies(&self) -> &[f64] {
         self.bodies.get_or_init(|| {
             let mut state = vec![0.0; 2 * self.system.modes()];

@@ -5,8 +5,8 @@ use crate::modal::track::Track;
 use crate::search::signal::{Probe, Signal};
 use crate::search::work::Work;
 
-/// If double steps are shorter than this, in radians of the motion, a Taylor window advances further for its work. This
-/// value needs the least work on the reference hammer, and also on one with unequal bars (0.7 and 1.4 times its
+/// If double steps are shorter than this, in radians of the motion, a Taylor window advances further for the same work.
+/// This value needs the least work on the reference hammer, and also on one with unequal bars (0.7 and 1.4 times its
 /// lengths, 14 and 27 elements).
 const SHORT_STEP: f64 = 0.025;
 
@@ -17,14 +17,14 @@ const DOUBLE_STEP: usize = 2;
 /// value needs the least work on the reference hammer; on one with unequal bars it needs 0.25 % more than the least.
 pub(super) const TRUSTED: usize = 6;
 
-/// How far a guard's proof is needed, and the state from which the proof continues.
+/// How far a guard's proof is needed, and the state from which it continues.
 #[derive(Clone, Debug)]
 pub(super) struct Ahead {
     /// The proof is not needed after this instant, because another guard crosses there, s.
     pub end: f64,
     /// The proof is not yet needed after this instant, s.
     pub until: f64,
-    /// The guard's value at the instant of its own track, if the proof continues from there.
+    /// The guard's value at the instant of its own track, if the proof continues from that instant.
     pub probe: Option<Probe>,
     /// Number of steps for which the probe's bounds have been reused.
     pub age: usize,
@@ -37,8 +37,8 @@ pub(super) struct Ahead {
     buffer: Vec<f64>,
 }
 
-/// The level and the length of the tabulated rotation just below a step that curvature allows; `None` if a window would
-/// advance further for its work.
+/// The level and the length of the longest tabulated rotation that is no longer than the step which curvature allows.
+/// `None` if a window would advance further for the same work.
 #[inline]
 pub(super) fn worthy(step: f64, curvature: f64, amplitude: f64) -> Option<(usize, f64)> {
     let is_worthy =
@@ -146,7 +146,7 @@ impl Ahead {
     }
 }
 
-/// For how long a function that is now `room` below a level stays below it, backwards and forwards, if `m` bounds its
+/// For how long a function stays below a level, backwards and forwards, if it is now `room` below it and `m` bounds its
 /// second derivative; NaN if it is above the level.
 #[inline]
 fn steps_below(room: f64, slope: f64, m: f64) -> [f64; 2] {

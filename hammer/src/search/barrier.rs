@@ -1,13 +1,11 @@
 //! The search for Q3, the instant at which the viscous work of a drilling cycle reaches the energy barrier.
 //!
 //! `psi(t) = psi_0 + CR int p'^2` never falls, so a single value below the barrier at `t` proves that the barrier was
-//! not reached before `t`.
-//! Steps may therefore be guesses, and a single value at the end of the searched time may replace all of them. For this
-//! reason the guards are searched first: if an event comes soon, only the work up to it is needed, which the ledger
-//! needs too.
-//! The integral is exact (see [`crate::modal::stretch`]).
-//! Under constant loads the viscous form of the state bounds the remaining `int p'^2`. If this bound is too low to
-//! reach the barrier, nothing is evaluated.
+//! not reached before `t`. Steps may therefore be guesses, and a single value at the end of the searched time may
+//! replace all of them. For this reason the guards are searched first. If an event comes soon, only the work up to that
+//! event is needed, and the ledger needs it anyway. The integral is exact (see [`crate::modal::stretch`]). Under
+//! constant loads the viscous form of the state bounds the remaining `int p'^2`. If this bound is too low to reach the
+//! barrier, nothing is evaluated.
 
 use crate::modal::stretch::{LITTLE, Stretch};
 use crate::modal::system::generator::Generator;
@@ -18,29 +16,29 @@ use crate::numerics::poly::Poly;
 use crate::search::tracker::Work;
 use std::cell::OnceCell;
 
-/// Factor that covers the rounding of a form, which is at most 1e-12 of the form.
+/// Safety factor for the rounding of a form, which is at most 1e-12 of the form.
 const SURELY: f64 = 1.0 - 1e-9;
-/// A closed form that would cancel is replaced by a sum of series, but only over so many radians of the fastest mode,
-/// since a creeping tip may never reach the barrier.
+/// Where the closed form would cancel, a sum of series replaces it, but only over this many radians of the fastest
+/// mode, because a creeping tip may never reach the barrier.
 const LONGEST: f64 = 4096.0;
 /// First step, in radians of the fastest mode, and the largest factor from one step to the next. A step that is too
-/// long is no error; it only widens the bracket of the root.
+/// long is harmless: it only widens the bracket of the root.
 const FIRST_STEP: f64 = 8.0;
 const GROWTH: f64 = 4.0;
 /// A step is this many times as long as the time in which the present power would reach the barrier. Any value is
-/// correct. Steps are rounded down to powers of two, by a half at most, so with a value of 2 a step reaches the barrier
-/// unless the power falls; the rest allows for a small fall.
+/// correct. Steps are rounded down to powers of two, which at most halves them. With a value of 2 a step therefore
+/// reaches the barrier unless the power falls; the excess over 2 allows for a small fall.
 const BEYOND: f64 = 2.1;
-/// Uncertainty of a root, relative to its first bracket.
+/// Allowed error of a root, relative to its first bracket.
 const SHARP: f64 = 1e-12;
-/// Over so many radians of the fastest mode, the error of a series of four derivatives is below [`SHARP`].
+/// Up to this many radians of the fastest mode, the error of a series of four derivatives is below [`SHARP`].
 const SHORT_STEP: f64 = 1e-3;
 /// Number of Newton steps to the zero of a nearly straight cubic.
 const NEWTONS: usize = 5;
 /// Number of bisections before Newton's method.
 const HALVINGS: usize = 20;
 
-/// The value of a form costs one evaluation for each of so many coordinates.
+/// The value of a form costs one evaluation for this many coordinates.
 const FORM: u64 = 16;
 
 /// The search for the barrier along one track.
@@ -70,11 +68,11 @@ pub struct Barrier {
     fine: bool,
     /// True if no load that acts on the tip's group varies.
     is_calm: bool,
-    /// The search waits up to this instant for the guards' proofs, at whose end a single value may replace many steps.
-    /// It is 0 after the search has waited, and also if a form costs next to nothing; it is infinite under varying
-    /// loads, where a value is expensive.
+    /// Up to this instant the search waits for the guards' proofs, because a single value at their end may replace many
+    /// steps. The instant is 0 if the search has waited already, or if a form costs next to nothing. It is infinite
+    /// under varying loads, where a value is expensive.
     pub waits: f64,
-    /// The instant of the event that ends the mode, and the viscous work up to it (J), if the proof computed it.
+    /// The instant of the event that ends the mode, and the viscous work up to it (J), if the proof has computed it.
     pub ended: Option<[f64; 2]>,
 }
 
@@ -137,11 +135,9 @@ impl Barrier {
         [v * v, 2.0 * v * a, 2.0 * (a * a + v * jerk)].map(|rate| self.viscosity * rate)
     }
 
-    /// Extends the proof by one step, or locates the instant.
-    /// If all guards are proved up to `end`, a single value there may be enough. It is computed on the tip's track if
-    /// that is already at `end`.
-    /// A step always begins where the previous step ended, never at such an `end`, so that the instant found does not
-    /// depend on these.
+    /// Extends the proof by one step, or locates the instant. If all guards are proved up to `end`, a single value
+    /// there may be enough. It is computed on the tip's track if that is already at `end`. A step always begins where
+    /// the previous step ended, never at such an `end`, so that the result does not depend on the values of `end`.
     pub(crate) fn extend(&mut self, motion: &Motion, end: Option<f64>, work: &mut Work) {
         let waited = std::mem::take(&mut self.waits) > 0.0;
         if let Some(end) = end.filter(|_| waited)
@@ -187,7 +183,7 @@ impl Barrier {
     }
 
     /// The instant at which the rising `psi` reaches the barrier, by Newton's method within a bracket that bisection
-    /// narrows. The method uses three derivatives, which cost little compared with `psi` itself. `end` has the work and
+    /// narrows. The method uses three derivatives, which cost little compared with `psi` itself. `end` is the work and
     /// the power at the end of the bracket.
     fn root(&self, motion: &Motion, span: f64, end: [f64; 2], work: &mut Work) -> f64 {
         let (mut low, mut high) = (0.0, span);
@@ -222,8 +218,8 @@ impl Barrier {
     }
 }
 
-/// Steps to the zero of a function with one, two and three of its derivatives: the methods of Newton, Halley and
-/// Householder.
+/// Steps to the zero of a function, computed with one, two and three of its derivatives: the methods of Newton, Halley
+/// and Householder.
 fn steps(value: f64, [first, second, third]: [f64; 3]) -> [f64; 3] {
     let newton = -value / first;
     let refined = |third: f64| {
@@ -238,7 +234,7 @@ fn steps(value: f64, [first, second, third]: [f64; 3]) -> [f64; 3] {
 /// The zero on `[0, 1]` of the cubic with these values and slopes at 0 and 1. It is negative at 0, and not at 1.
 fn reached([[a, p], [b, q]]: [[f64; 2]; 2]) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
-    // This is only the start for Newton's method, which converges quadratically.
+    // This is only the starting value for Newton's method, which converges quadratically.
     for _ in 0..HALVINGS {
         let x = 0.5 * (low + high);
         let y = 1.0 - x;
@@ -252,8 +248,8 @@ fn reached([[a, p], [b, q]]: [[f64; 2]; 2]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Steps from 0 to the zero `r` of `(x - r) (1 + b x + c x^2)`: with each further derivative the error is of the
-    /// next higher power of `r`.
+    /// Steps from 0 to the zero `r` of `(x - r) (1 + b x + c x^2)`. Each further derivative raises the order of the
+    /// error in `r` by one.
     #[test]
     fn each_derivative_brings_the_step_nearer_to_the_zero() {
         let (b, c) = (0.4, 0.3);

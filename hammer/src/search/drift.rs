@@ -22,7 +22,7 @@ pub(crate) enum Drift {
 #[derive(Clone, Debug)]
 pub(crate) struct High {
     pub poly: Poly,
-    /// Bound on `|p''|` for as long as the polynomial is valid; `None` if that is longer than the longest step.
+    /// Bound on `|p''|` for as long as the polynomial is valid; `None` if it is valid for longer than the longest step.
     bend: Option<f64>,
 }
 
@@ -59,7 +59,7 @@ impl Drift {
         if let Self::Still(c) = self { Some(*c) } else { None }
     }
 
-    /// True if the degree is higher than 2, as it is if an input has derivatives.
+    /// True if the degree is higher than 2, which occurs if an input has derivatives.
     #[inline]
     pub fn is_high(&self) -> bool {
         matches!(self, Self::High(_))
@@ -142,8 +142,8 @@ impl Drift {
         }
     }
 
-    /// Two bounds that hold from `t` on, for a drift of high degree up to `t + long`: an upper bound on the second
-    /// derivative, which is not negative, and what to add to it for a bound on the magnitude.
+    /// Two bounds that are valid from `t` on, or for a drift of high degree from `t` to `t + long`. The first bounds
+    /// the second derivative from above and is not negative. The sum of both bounds its magnitude.
     #[inline]
     pub fn bends(&self, t: f64, long: f64) -> [f64; 2] {
         match self {
@@ -154,7 +154,8 @@ impl Drift {
     }
 }
 
-/// Value and rate of a polynomial of high degree. This is not inlined, so that its callers are short enough to be.
+/// Value and rate of a polynomial of high degree. This is not inlined, so that its callers are short enough to be
+/// inlined.
 #[inline(never)]
 fn high_at(poly: &Poly, t: f64) -> [f64; 2] {
     let coefficients = poly.0[..=poly.degree()].iter().rev();

@@ -1,8 +1,8 @@
 //! Bounds on a displacement within one window of the air.
 //!
-//! Its polynomial part holds until the window ends, and amplitudes bound the rest. So one polynomial
-//! shows when each guard on the displacement could cross. Most guards cannot cross within the window. The search for the
-//! others begins shortly before they cross.
+//! The polynomial part of the displacement is valid until the window ends, and amplitudes bound the oscillating rest.
+//! So one polynomial shows when each guard on the displacement could cross. Most guards cannot cross within the window.
+//! The search for the others begins shortly before they cross.
 
 use super::signal::{Part, Signal};
 use super::tracker::NEAR;
@@ -12,23 +12,23 @@ use crate::numerics::bernstein::{first_rise, rise_between};
 use crate::numerics::kernel;
 use crate::numerics::poly::{Poly, TERMS};
 
-/// Number of rounding errors allowed for, far more than actually occur.
+/// Number of roundings that the bounds allow for, far more than actually occur.
 const ROUNDINGS: f64 = 4096.0;
 
 /// A displacement or its rate, until the motion's polynomials end.
 #[derive(Debug)]
 pub(super) struct Envelope {
-    /// The displacement, and the order of its rate.
+    /// The displacement, and the order of its derivative.
     guarded: (Displacement, usize),
     /// Its oscillating parts.
     parts: [Option<Part>; 2],
-    /// The polynomial part, and what the displacement is ahead of it.
+    /// The polynomial part, and the constant offset of the displacement.
     poly: Poly,
     ahead: f64,
-    /// Its coefficients in time over the window, and their number.
+    /// Coefficients of `poly` in time over the window, and their number.
     scaled: [f64; TERMS],
     count: usize,
-    /// A bound on the rest, and on the rounding of all terms.
+    /// Bound on the oscillating parts, and on the rounding of all terms.
     amplitude: f64,
     rounding: f64,
     /// Least and largest value of the polynomial part.
@@ -36,8 +36,8 @@ pub(super) struct Envelope {
 }
 
 impl Envelope {
-    /// None if nothing varies in the displacement, or outside the windows of air: loads that a host sets anew often hold
-    /// much longer than they are used.
+    /// `None` if nothing in the displacement varies. It is also `None` outside the windows of air, since loads that a
+    /// host sets often remain valid much longer than they are used.
     pub fn new(motion: &Motion, guard: &Guard, reach: f64, others: &[Self]) -> Option<Self> {
         let Guard { displacement, order, .. } = *guard;
         let (mut parts, mut is_calm) = ([None; 2], true);
@@ -89,13 +89,13 @@ impl Envelope {
         Self { guarded, parts, poly, ahead, scaled, count, amplitude, rounding, range }
     }
 
-    /// True of the displacement, or the rate, that a guard watches.
+    /// True if this envelope bounds the displacement, or the velocity, that the guard watches.
     pub fn is_of(&self, guard: &Guard) -> bool {
         self.guarded == (guard.displacement, guard.order)
     }
 
-    /// The interval in which a guard cannot cross, if crossing means exceeding its level by `resolution`. The interval
-    /// has no end if the guard cannot cross before `reach`.
+    /// The interval in which a guard cannot cross. To cross means to exceed its level by `resolution`. The interval has
+    /// no end if the guard cannot cross before `reach`.
     pub fn clear(&self, guard: &Guard, resolution: f64, reach: f64) -> [f64; 2] {
         let (sign, level) = (guard.direction.sign(), guard.level - self.ahead);
         let margin = self.amplitude + self.rounding + NEAR * resolution;
@@ -127,8 +127,8 @@ impl Envelope {
         Signal::new(poly, parts, self.guarded.1, resolution)
     }
 
-    /// The time at which a guard without oscillating parts crosses, if it cannot cross before `clear` and then rises
-    /// beyond the resolution.
+    /// The time at which a guard without oscillating parts crosses. The guard cannot cross before `clear`, and rises
+    /// beyond the resolution afterwards.
     pub fn crossing(
         &self,
         guard: &Guard,
@@ -144,7 +144,7 @@ impl Envelope {
         let q = &q[..self.count];
         let start = clear / reach;
         let [value, slope] = value_and_slope(q, start);
-        // Beyond twice the way by the present slope it is far above.
+        // At twice the distance that the present slope predicts, the guard is far above its level.
         let beyond = start - 2.0 * value / slope;
         let rises = value < 0.0 && slope > 0.0 && beyond <= 1.0;
         let above = || value_and_slope(q, beyond)[0] > NEAR * resolution;
@@ -177,8 +177,8 @@ mod tests {
         Guard { displacement, order, direction, level, event }
     }
 
-    /// Within the interval a guard plus its amplitude stays below the level. At both ends it is above the level or
-    /// close to it, so the interval is not shorter than it needs to be.
+    /// Within the interval the guard plus its amplitude stays below the level. At both ends it is above the level or
+    /// close to it, so the interval is not shorter than necessary.
     #[test]
     fn a_guard_is_below_its_level_between_the_times_and_not_beyond() {
         for amplitude in [0.0, 5e-6, 3e-5] {
@@ -194,7 +194,7 @@ mod tests {
                     for t in samples.filter(|t| (from..to).contains(t)) {
                         assert!(most(t) < 0.0, "{amplitude} {direction:?} {level} {t}");
                     }
-                    // A margin of four resolutions and the rounding, by the slope at least 1e-4 of the scale.
+                    // A margin of four resolutions and the rounding, over a slope of at least 1e-4 of the scale.
                     let near = 1e-4 * 1e-3;
                     assert!(to == 0.0 || to == f64::INFINITY || most(to) > -near);
                     assert!(from == 0.0 || most(from) > -near, "{from}");

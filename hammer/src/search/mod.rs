@@ -32,7 +32,7 @@ use work::{Budget, Work};
 
 /// Events closer than this count as simultaneous, s.
 pub const TIME_RESOLUTION: f64 = 1e-15;
-/// Most consecutive steps of the guard that is least far proved.
+/// Most consecutive steps of the guard whose proof extends least far.
 const RUN: usize = 64;
 
 /// A falling guard may start above its level by this many times the estimated rounding: 78 were observed, for slender
@@ -42,11 +42,11 @@ const FALLING: f64 = 4096.0;
 /// The search for the event that ends the present mode.
 #[derive(Debug, Default)]
 pub(crate) struct Search {
-    /// Guards of the present mode, then spare ones whose memory is reused.
+    /// Guards of the present mode, followed by unused trackers whose memory is reused.
     trackers: Vec<(Event, GuardTracker)>,
     /// Number of guards of the present mode that are tracked.
     count: usize,
-    /// True if others cannot cross before the motion's polynomials end.
+    /// True if the guards that are not tracked cannot cross before the motion's polynomials end.
     others: bool,
     barrier: Option<Barrier>,
     /// Bounds on the guarded displacements within a window of the air.
@@ -99,7 +99,7 @@ impl Search {
             (tracker.between, tracker.root) = (clear, root);
             self.count += 1;
         };
-        // One after the other: a chain of them is long, and would be moved.
+        // They are restarted in place, one after the other, because moving a tracker costs time.
         for edge in &motion.graph().ties {
             edge.law.guards(edge.tie, mode.ties.of(edge.tie)).for_each(&mut track);
         }
@@ -131,15 +131,16 @@ impl Search {
         self.trackers[..self.count].iter().map(|(event, tracker)| (*event, tracker.signal.clone()))
     }
 
-    /// What the barrier needed: the viscous form at the anchor of the tip's track, and the viscous work up to `at`.
+    /// The viscous form at the anchor of the tip's track, and the viscous work up to `at`, as far as the barrier's
+    /// search computed them.
     pub fn viscous(&self, at: f64) -> [Option<f64>; 2] {
         let Some(barrier) = &self.barrier else { return [None; 2] };
         let ended = barrier.ended.filter(|[end, _]| *end == at);
         [Some(barrier.form).filter(|form| *form > 0.0), ended.map(|[_, done]| done)]
     }
 
-    /// True if the barrier's work up to the instant of the tip's track comes from series, and must be summed again
-    /// there.
+    /// True if the barrier's search summed the work up to the instant of the tip's track from series, so that the
+    /// ledger must do the same.
     pub fn sums_series(&mut self, tip: &Track) -> bool {
         let sums = self.barrier.as_ref().is_some_and(|barrier| barrier.sums(tip));
         if sums {
@@ -153,8 +154,8 @@ impl Search {
         self.barrier = None;
     }
 
-    /// Rotates the tip's track to `at`, from the nearest of the guards' copies. (How far these have come when the
-    /// barrier is reached depends on the steps of the host, so that it begins at the anchors.)
+    /// Rotates the tip's track to `at`, starting from the guard's copy that is nearest. (When the barrier is reached,
+    /// it starts from the anchor, since the copies' instants then depend on the host's steps.)
     pub fn bring_tip(&mut self, motion: &mut Motion, at: f64) {
         let is_barrier = self.barrier.as_ref().is_some_and(|barrier| barrier.root == Some(at));
         motion.return_to_anchors(if is_barrier { f64::NEG_INFINITY } else { at });
@@ -184,7 +185,7 @@ impl Search {
             let (least, place, next) = self.known.front();
             self.check(motion, first.map_or(least, |(at, _)| at.min(least)))?;
             let limit = first.map_or(target, |(at, _)| at.min(target));
-            // A guard that is clear until the limit may still cross at the limit.
+            // A guard that is clear up to the limit may still cross at the limit.
             let settled = first.is_some_and(|(at, _)| at <= target);
             let open = |clear: f64| if settled { clear < limit } else { clear <= limit };
             let ends = !open(least);
@@ -259,8 +260,8 @@ impl Search {
         self.record_barrier();
     }
 
-    /// True if bounds alone prove that no event of this rank ever happens under the present loads;
-    /// false if none is tracked.
+    /// True if bounds alone prove that no event of this rank ever happens under the present loads; false if no guard of
+    /// this rank is tracked.
     pub fn never(&self, motion: &Motion, rank: u8) -> bool {
         let tracks = motion.present();
         let mut tracked =
@@ -271,8 +272,8 @@ impl Search {
     }
 }
 
-/// Re-arms a guard that started above zero by rounding only. A falling guard was at zero just before, so it may start
-/// above the estimated rounding.
+/// Re-arms a guard that started above zero only because of rounding. A falling guard was at zero just before, so it may
+/// start above the estimated rounding.
 fn re_arm(motion: &Motion, tracker: &mut GuardTracker, [value, slope]: [f64; 2]) {
     let Signal { parts, order, .. } = tracker.signal;
     let of = |part: Part| motion.rounding(part.track, part.functional, order);
@@ -283,12 +284,12 @@ fn re_arm(motion: &Motion, tracker: &mut GuardTracker, [value, slope]: [f64; 2])
     tracker.beyond = None;
 }
 
-/// How far all proofs extend; the barrier comes after all guards.
+/// How far all proofs extend. The barrier's place is after all guards.
 #[derive(Debug, Default)]
 struct Known {
-    /// Until when each guard is clear; infinite where its crossing is known.
+    /// The instant up to which each guard is clear; infinite if its crossing is known.
     clear: Vec<f64>,
-    /// The earliest crossing; of simultaneous ones, the first in order.
+    /// The earliest crossing, and the first in order of simultaneous crossings.
     first: Option<(f64, Event)>,
 }
 
@@ -300,8 +301,8 @@ impl Known {
         self.first = None;
     }
 
-    /// Until when the guard is clear that is least far proved (minus infinity for NaN), its place, and until when all
-    /// others are.
+    /// The least instant up to which a guard is clear (minus infinity for NaN), the place of that guard, and the
+    /// instant up to which all others are clear.
     #[inline]
     fn front(&self) -> (f64, usize, f64) {
         let (mut least, mut place, mut next) = (f64::INFINITY, 0, f64::INFINITY);
@@ -316,7 +317,7 @@ impl Known {
     }
 }
 
-/// The earlier of two crossings; at one instant, the first in order.
+/// The earlier of two crossings, or the first in order if they are simultaneous.
 pub fn first(one: (f64, Event), other: (f64, Event)) -> (f64, Event) {
     let tie = (one.0 - other.0).abs() <= TIME_RESOLUTION;
     let precedes = if tie { other.1.rank() < one.1.rank() } else { other.0 < one.0 };
@@ -345,8 +346,8 @@ fn signal(motion: &Motion, guard: &Guard) -> Signal {
             drift = [drift[1], 2.0 * drift[2], 0.0];
         }
         drift[0] -= factor * level;
-        // A part in which nothing oscillates belongs to the drift. (Only for displacements that involve a frame:
-        // otherwise the track would be rotated in other steps, and round differently.)
+        // A part that does not oscillate belongs to the drift. (This applies only to displacements that involve a
+        // frame: for others it would change the steps of the track's rotations, and with them the rounding.)
         if motion.graph().is_of_frame(displacement) {
             let system = |part: &Part| &motion.tracks[part.track].system;
             let moves = |part: &Part| !system(part).functionals[part.functional].still;
@@ -369,14 +370,14 @@ mod tests {
     use super::*;
     use crate::laws::mode::Relay;
 
-    /// Events closer than the resolution of time are simultaneous, and then contact comes before rock and rock before
+    /// Events closer than the resolution of time are simultaneous: contact then comes before rock, and rock before
     /// drive. Other events are in the order of time.
     #[test]
     fn of_events_at_one_instant_the_first_in_order_comes_first() {
         let events = [Event::CLOSING, Event::Rock(RockEvent::Touch), Event::Relay(Relay::Drive)];
         for (i, j) in [(0, 1), (0, 2), (1, 2)] {
             for (apart, earlier) in [(0.0, i), (0.5, i), (-0.5, i), (2.0, i), (-2.0, j)] {
-                // The event that is later in order is this many resolutions later in time, or earlier.
+                // The event that is second in order is this many resolutions later, or earlier if negative.
                 let pair = [(1e-3, events[i]), (1e-3 + apart * TIME_RESOLUTION, events[j])];
                 let expected = pair[usize::from(earlier == j)];
                 assert_eq!(first(pair[0], pair[1]), expected, "{pair:?}");

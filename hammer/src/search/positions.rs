@@ -1,7 +1,7 @@
 //! The search for the instants at which the piston passes given positions over the bit.
 //!
-//! Its guards have tracks of their own. A passage may end a step, but it neither moves the epoch nor changes the
-//! motion.
+//! The guards of this search have tracks of their own. A passage may end a step, but it neither moves the epoch nor
+//! changes the motion.
 
 use super::tracker::GuardTracker;
 use super::work::Work;
@@ -14,13 +14,13 @@ use crate::motion::Motion;
 /// The guards of all positions in the present mode.
 #[derive(Debug)]
 pub(crate) struct Positions {
-    /// Each guard has its own tracks, since the proofs advance in different steps.
+    /// Each guard with its own tracks, because the proofs advance in different steps.
     trackers: Vec<(GuardTracker, Vec<Track>)>,
 }
 
 impl Positions {
-    /// A search that starts at `from` after the epoch. Each level is a position (m) with true if the piston is beyond
-    /// it at the start.
+    /// A search that starts at `from` after the epoch. Each level is a position (m), and a flag that is true if the
+    /// piston is beyond it at the start.
     pub fn start(motion: &Motion, levels: &[(f64, bool)], from: f64) -> Self {
         let mut tracks: Vec<Track> =
             (0..motion.tracks.len()).map(|index| motion.at_anchor(index)).collect();
@@ -40,8 +40,8 @@ impl Positions {
         Self { trackers: levels.iter().map(tracker).collect() }
     }
 
-    /// The first passage up to `until` after the epoch, which must be within the motion's reach: its time, and the
-    /// index of its level. `search` is the search for events; its work limits that of this search.
+    /// The time of the first passage up to `until` after the epoch, and the index of its level. `until` must be within
+    /// the motion's reach. `search` is the search for events; both share one limit of work.
     ///
     /// # Errors
     /// [`Error::Overwork`], [`Error::Cancelled`].
@@ -71,7 +71,7 @@ impl Positions {
         Ok(first)
     }
 
-    /// Ignores a level from now on. This is for a guard that within rounding stays at zero.
+    /// Ignores a level from now on. This is meant for a guard that stays at zero within rounding.
     pub fn ignore(&mut self, index: usize) {
         let (tracker, _) = &mut self.trackers[index];
         (tracker.root, tracker.clear) = (None, f64::INFINITY);

@@ -10,8 +10,8 @@ use crate::numerics::poly::Poly;
 use crate::search::drift::{Drift, LONG};
 use crate::search::window::{Noise, Window};
 
-/// The resolution over the allowed remainder of each of two tracks. Together the remainders are below an eighth of the
-/// resolution, with a margin for the rounding of bounds.
+/// The resolution over the allowed remainder of each of two tracks. The sum of both remainders is below an eighth of
+/// the resolution, with a margin for the rounding of bounds.
 const REMAINDER: f64 = 17.0;
 
 /// The part of a guard that one track contributes.
@@ -41,7 +41,7 @@ pub(crate) struct Probe {
 pub(crate) const STEEP: f64 = 2.5;
 
 impl Probe {
-    /// True if all numbers are finite. (Their sum must be finite too, so numbers near the largest are refused.)
+    /// True if all numbers and their sum are finite. (The sum may overflow only for numbers near the largest.)
     pub(super) fn is_finite(&self) -> bool {
         (self.value + self.slope + self.amplitude + self.curvature).is_finite()
     }
@@ -190,16 +190,14 @@ impl Signal {
         View { signal: self, factor: part.factor, rows }
     }
 
-    /// True if a guard with constant drift stays below a level for ever because of its `amplitude`, which bounds the
-    /// modal part.
+    /// True if a guard with constant drift stays below a level for ever. `amplitude` bounds its modal part.
     #[inline]
     pub(crate) fn stays_below(&self, level: f64, amplitude: f64) -> bool {
         self.drift.constant().is_some_and(|value| value + amplitude < level)
     }
 
-    /// How long a guard with constant drift is certain to stay below `-margin` because of its slowest decay,
-    /// `a exp(-rate t)` with `a < 0`, whatever the other modes do; 0 if that is not certain. `amplitude` bounds all
-    /// modes together.
+    /// How long the slowest decay, `a exp(-rate t)` with `a < 0`, certainly holds a guard with constant drift below
+    /// `-margin`, whatever the other modes do; 0 if that is not certain. `amplitude` bounds all modes together.
     pub(crate) fn creeping_step(&self, tracks: &[Track], amplitude: f64, margin: f64) -> f64 {
         let mut longest = 0.0f64;
         for Part { track, functional, factor } in self.parts.iter().flatten() {
@@ -215,15 +213,15 @@ impl Signal {
         longest.min(self.reach)
     }
 
-    /// Makes one Newton step from a zero of a window's polynomial, to which the tracks are rotated, to the zero of the
-    /// guard itself. The values of the two functions differ by less than the resolution.
+    /// Makes one Newton step from a zero of a window's polynomial to the zero of the guard itself. The tracks must be
+    /// rotated to `root`. The values of the two functions differ by less than the resolution.
     pub(crate) fn polish(&self, tracks: &[Track], root: f64) -> f64 {
         let [value, slope] = self.value_and_slope(tracks, root);
         let is_close = slope > 0.0 && value.abs() <= self.resolution;
         if is_close { root - value / slope } else { root }
     }
 
-    /// Value and slope at `t`, to which the tracks are rotated.
+    /// Value and slope at `t`, to which the tracks must be rotated.
     pub(crate) fn value_and_slope(&self, tracks: &[Track], t: f64) -> [f64; 2] {
         let [mut value, mut slope] = self.drift.at(t);
         for (factor, f, track) in self.each(tracks) {
@@ -356,8 +354,8 @@ mod tests {
         Signal::over(Drift::parabola(drift), [Some(part), None], 0, 1e-9)
     }
 
-    /// A creeping step ends where the other modes, at their bound, could bring the guard to the margin. A decay from
-    /// above, or one that does not outweigh the other modes, gives no step.
+    /// A creeping step ends where the other modes, at their bound, could bring the guard to the margin. There is no
+    /// step if the decay starts above zero, or does not outweigh the other modes.
     #[test]
     fn a_creeping_step_ends_where_the_decay_outweighs_the_rest_no_more() {
         let (r, size, a, margin) = (30.0, 2.0, 0.2, 0.05);
@@ -379,8 +377,8 @@ mod tests {
         assert_eq!(signal.creeping_step(&weak, signal.amplitude(&weak, 0), margin), 0.0);
     }
 
-    /// For `a cos(w t)` plus a parabola, the second derivative and the values in a window are those of the closed form.
-    /// A window is as long as `w` allows, and its error is at most an eighth of the resolution.
+    /// For `a cos(w t)` plus a parabola, the second derivative and the values in a window equal those of the closed
+    /// form. A window is as long as `w` allows, and its error is at most an eighth of the resolution.
     #[test]
     fn bends_zeros_and_windows_are_those_of_the_closed_form() {
         let (w, a, phase) = (2e4, 0.2, 0.3);
@@ -399,7 +397,7 @@ mod tests {
                 let error = (value - exact(x * window.h)).abs();
                 assert!(error <= signal.resolution / 8.0, "{factor} {x}: {error:e}");
             }
-            // The terms grow by `sqrt 2 w h`, times a margin.
+            // The terms grow by `sqrt(2) w h`, times a margin.
             let growth = window.modal.growth / (std::f64::consts::SQRT_2 * w * window.h);
             assert!((1.0..1.1).contains(&growth), "{factor}: {growth}");
             assert_eq!(window.modal.amplitude, f64::EPSILON * amplitude);

@@ -7,12 +7,12 @@
 //! g'(s) >= g' - m s >= (1 - F / K) g',      g(S) >= (F - 1) |g| - m S^2 / 2 >= |g| / 5,
 //! ```
 //!
-//! so that it has exactly one zero in this time, and is far above zero at its end.
-//! Newton's method finds this zero: the error of a step from the distance `d` is at most `m d^2 / 2` over the slope.
+//! so that it has exactly one zero in this time, and is far above zero at its end. Newton's method finds this zero. A
+//! step from the distance `d` leaves an error of at most `m d^2 / 2` over the slope.
 //!
-//! The rounding of the slope is negligible. By the Cauchy-Schwarz inequality the terms of `g'` sum to at most
-//! `sqrt(a m)`, where `a` is the sum of the terms of `g`; and `|g|` is many resolutions, each of which is at least 16
-//! roundings of `a`. The same holds for a drift.
+//! The rounding of the slope is negligible. By the Cauchy-Schwarz inequality the terms of `g'` sum to at most `sqrt(a
+//! m)`, where `a` is the sum of the terms of `g`. `|g|` is many resolutions, and a resolution is at least 16 roundings
+//! of `a`. The same is true of a drift.
 
 use crate::modal::track::Track;
 use crate::search::ahead::Ahead;
@@ -25,8 +25,8 @@ const _: () = assert!(STEEP > FAR && FAR - 1.0 - 0.5 * FAR * FAR / STEEP > 0.2);
 /// Limit of the Newton steps. Two or three are usual; a zero that needs more is left to a window.
 const STEPS: usize = 6;
 
-/// The crossing of a guard, found from its value at an instant, if the guard is steep and can be extrapolated that far.
-/// `m` is an upper bound on its second derivative. A guard's own track is left near the crossing.
+/// The crossing of a guard, computed from its value at one instant, if the guard is steep and its extrapolation reaches
+/// the zero. `m` is an upper bound on its second derivative. The guard's own track is left near the crossing.
 pub(super) fn crossing(
     signal: &Signal,
     ahead: &mut Ahead,
@@ -39,7 +39,7 @@ pub(super) fn crossing(
     if !here.0.rises_steeply(m) {
         return None;
     }
-    // A drift of high degree must be known, and its bound must hold, as far as that.
+    // For a drift of high degree, the polynomial and the bound must be valid up to `end`.
     let end = here.1 + FAR * here.0.value.abs() / here.0.slope;
     if signal.drift.is_high() && (!signal.drift.is_bounded() || signal.ends_before(end)) {
         return None;
@@ -62,8 +62,8 @@ pub(super) fn crossing(
     crossing
 }
 
-/// The zero of a guard, found from its value at `t`, to which its tracks are rotated; `None` if the guard is not steep,
-/// or cannot be extrapolated that far. The tracks are left near the zero.
+/// The zero of a guard, computed from its value at `t`, to which its tracks are rotated. `None` if the guard is not
+/// steep, or its extrapolation does not reach the zero. The tracks are left near the zero.
 fn rise(
     signal: &Signal,
     tracks: &mut [Track],

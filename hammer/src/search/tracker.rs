@@ -5,27 +5,25 @@
 //! from the tracks' present state. It crosses by rising through zero. Let `r` be its resolution.
 //!
 //! 1. *Clear.* If a guard is clear until `t`, then `g < r` up to `t` (except for 4).
-//! 2. *Crossing.* If a crossing is reported at `t`, then `t` is a zero of `g`, which afterwards
-//!    exceeds `3 r / 8` before it falls back. Or `g` has stayed between zero and `r` for longer
-//!    than a window; then `t` is an instant at which it does. A guard whose first value exceeds
-//!    `7 r / 8` has crossed at that instant (except for 4).
+//! 2. *Crossing.* If a crossing is reported at `t`, then `t` is a zero of `g`, which afterwards exceeds `3 r / 8`
+//!    before it falls back. Otherwise `g` has stayed between zero and `r` for longer than a window, and `t` is an
+//!    instant within that time. A guard whose first value exceeds `7 r / 8` has crossed at that instant (except for 4).
 //! 3. *Grazing.* A guard that peaks below `3 r / 8` and turns back is not an event.
-//! 4. *Start.* The first value may be above zero by at most `r / 2`, by `4 r` if `g` falls, or by
-//!    the possible rounding (`Motion::rounding`; much more of it if `g` falls). Then `g` was on its
-//!    way back, or rounding hides its sign: all statements hold for `g` less its first value.
-//! 5. *Rounding.* All statements include the rounding of every value, also of terms that cancel, as
-//!    long as it is below `r / 16`. Therefore `r` is the guard's own resolution or 16 times the
-//!    rounding of its terms at the start of the search, whichever is more ([`Signal::rounding`]).
-//!    The second applies if the amplitudes sum to more than about `1e12` resolutions (for a hundred
-//!    modes; those of the reference sum to `2e11`). If the rounding of a growing drift exceeds
-//!    `r / 16`, all statements hold only to that rounding. [`Window::rounding`] bounds the rounding
-//!    of a window.
+//! 4. *Start.* The first value may be above zero by at most `r / 2`, by `4 r` if `g` falls, or by the possible rounding
+//!    (`Motion::rounding`; much more of it if `g` falls). In these cases `g` was falling back, or rounding hides its
+//!    sign. All statements then hold for `g` minus its first value.
+//! 5. *Rounding.* All statements include the rounding of every value, also of terms that cancel, as long as it is below
+//!    `r / 16`. Therefore `r` is the guard's own resolution or 16 times the rounding of its terms at the start of the
+//!    search, whichever is more ([`Signal::rounding`]). The latter is larger if the amplitudes sum to more than about
+//!    `1e12` resolutions (for a hundred modes; those of the reference hammer sum to `2e11`). If the rounding of a
+//!    growing drift exceeds `r / 16`, all statements hold only to that rounding. [`Window::rounding`] bounds the
+//!    rounding of a window.
 //!
 //! # Proof
 //! Values at one instant bound the future of a guard in three ways, the cheapest first.
-//! 1. *Amplitude.* `|exp(B t) z|` never grows, so `poly(t) + sum |c| |z|` bounds `g` for all later
-//!    `t` without any rotation. If the slowest decay outweighs all other amplitudes, it does so
-//!    until it has fallen to their sum; this decides a creeping tip.
+//! 1. *Amplitude.* `|exp(B t) z|` never grows, so `poly(t) + sum |c| |z|` bounds `g` for all later `t` without any
+//!    rotation. If the slowest decay outweighs the sum of all other amplitudes, it continues to do so until it has
+//!    fallen to that sum. This decides the case of a creeping tip.
 //! 2. *Curvature.* `g(t + s) <= g + g' s + M s^2 / 2` with `M = sum |c| |B|^2 |z|`. The largest `s`
 //!    that keeps this below `r` is a step: Newton's method from below, which cannot pass the first
 //!    root. `M` holds backwards too, so a step whose two halves are proved from its two ends is
@@ -37,10 +35,10 @@
 //!
 //! A guard that rises steeply relative to its curvature needs no window ([`steep`]).
 //!
-//! Far below zero a step approaches `-2 r`, near it `r`. A step from near zero may pass a dip that is
-//! certain ([`dip`]).
+//! A step from far below zero ends at `-2 r` at most; a step from near zero ends at `r` at most, and may pass a dip
+//! that is certain ([`dip`]).
 //!
-//! Guards are evaluated at dyadic distances, so that each needs one tabulated rotation.
+//! The distances between evaluations are powers of two, so that each evaluation needs one tabulated rotation.
 
 use crate::modal::system::TAYLOR;
 use crate::modal::system::generator::Generator;
@@ -59,34 +57,34 @@ pub use crate::search::work::Work;
 pub struct GuardTracker {
     /// The guard.
     pub signal: Signal,
-    /// It is proved not to cross before this instant, s.
+    /// The guard is proved not to cross before this instant, s.
     pub clear: f64,
     /// The crossing, s.
     pub root: Option<f64>,
-    /// It is known not to cross between these instants, s ([`super::envelope`]).
+    /// The guard is known not to cross between these instants, s ([`super::envelope`]).
     pub(super) between: [f64; 2],
     /// True once the resolution has been raised to what the guard's terms can resolve.
     known: bool,
     /// True once the guard has been evaluated.
     begun: bool,
-    /// Start value and rate, if the guard started above zero and was taken to have crossed.
+    /// Value and rate at the start, if the guard started above zero and counted as crossed.
     pub(crate) beyond: Option<[f64; 2]>,
     ahead: Ahead,
 }
 
-/// A step proved by one slow decay is taken if it is longer than this, in radians; steps by
-/// curvature rarely are.
+/// A step that a single slow decay proves is taken if it is longer than this, in radians. Steps by curvature are rarely
+/// as long.
 const LONG_STEP: f64 = 2.0;
 /// Share of the resolution at which a guard counts as crossed. The rest allows for rounding, and lets the scan arrive
 /// in finitely many steps.
 const CROSSED: f64 = 0.875;
-/// A guard is far from zero if it is more resolutions below it than this.
+/// A guard more than this many resolutions below zero is far from it.
 pub(crate) const NEAR: f64 = 4.0;
-/// Resolutions below zero that a step from far below approaches.
+/// A step from far below zero ends at least this many resolutions below it.
 const APPROACHED: f64 = 2.0;
 /// Share of the resolution by which a guard may start above zero without having crossed.
 const AMBIGUOUS: f64 = 0.5;
-/// Share of the resolution allowed for a window's remainder, and as much for its rounding.
+/// Share of the resolution allowed for a window's remainder. The same share is allowed for its rounding.
 const FINE: f64 = 0.125;
 /// Share of the resolution allowed for all other rounding.
 const ROUNDED: f64 = 1.0 / 16.0;
@@ -94,18 +92,18 @@ const ROUNDED: f64 = 1.0 / 16.0;
 /// Most steps of one scan, which then returns so that its work is counted.
 const LONGEST_SCAN: u64 = 4096;
 
-/// Result of scanning a part of a window. Instants are relative to the window's length.
+/// Result of scanning a part of a window. Times are relative to the window's length.
 enum Scan {
     /// No crossing.
     Clear,
     /// The guard reaches the resolution here.
     Reached(f64),
-    /// No crossing up to here, after [`LONGEST_SCAN`] steps.
+    /// No crossing up to this time, after [`LONGEST_SCAN`] steps.
     Slow(f64),
 }
 
 impl GuardTracker {
-    /// A tracker of a guard from `t` on.
+    /// A tracker of a guard that starts at `t`.
     #[inline]
     pub fn new(signal: Signal, t: f64) -> Self {
         let (known, begun, ahead) = (false, false, Ahead::new());
@@ -121,7 +119,7 @@ impl GuardTracker {
         self.ahead.restart();
     }
 
-    /// Asks for no proof after `end`, and for none yet after `until`.
+    /// Tells the tracker that no proof is needed after `end`, and none yet after `until`.
     #[inline]
     pub(crate) fn limit(&mut self, end: f64, until: f64) {
         (self.ahead.end, self.ahead.until) = (end, until);
@@ -139,7 +137,7 @@ impl GuardTracker {
         self.signal.stays_below(self.signal.resolution, amplitude)
     }
 
-    /// Its own copy of the track, if it has one.
+    /// The guard's own copy of the track, if it has one.
     pub(crate) fn own(&mut self) -> Option<(usize, &mut Track)> {
         let [Some(part), None] = self.signal.parts else { return None };
         self.ahead.own.as_mut().map(|track| (part.track, track))
@@ -179,7 +177,7 @@ impl GuardTracker {
         let t = self.clear;
         work.evaluations += 1;
         let drift = self.signal.drift.at(t);
-        // Guards that have been evaluated before are likely to be evaluated again.
+        // A guard that has been evaluated before is likely to be evaluated again, so this is only tried first.
         if !self.begun && self.drift_keeps_away(tracks, (t, drift), None) {
             return;
         }
@@ -198,8 +196,8 @@ impl GuardTracker {
         self.extend_from(tracks, &here, t, work);
     }
 
-    /// Extends the proof by a long step if the drift alone, which is `drift` at `t`, keeps the guard from zero.
-    /// Otherwise returns false.
+    /// Extends the proof by a long step and returns true if the drift alone, which has the value and rate `drift` at
+    /// `t`, prevents a crossing.
     #[inline]
     fn drift_keeps_away(
         &mut self,
@@ -263,7 +261,7 @@ impl GuardTracker {
             self.clear = t + step;
             self.ahead.part_from(&tracks[part.track]);
             self.ahead.probe = Some(*probe);
-        } // Else stepping on failed here before, and the next evaluation is at `clear`.
+        } // Otherwise no step was possible, and the next evaluation is at `clear`.
     }
 
     /// Raises the resolution once to what the guard's terms can resolve (statement 5).
@@ -277,8 +275,8 @@ impl GuardTracker {
         }
     }
 
-    /// True if the amplitudes prove that a guard without drift never crosses again, or extend the proof by a long
-    /// step.
+    /// Tries to prove with amplitudes that a guard without drift never crosses again, or that a long step is clear.
+    /// Returns true if it succeeds.
     fn amplitude_decides(&mut self, tracks: &[Track], t: f64, probe: &Probe) -> bool {
         let Some(drift) = self.signal.drift.constant() else { return false };
         let (r, is_far) = (self.signal.resolution, self.is_far(probe.value));
@@ -314,7 +312,7 @@ impl GuardTracker {
         }
     }
 
-    /// Withdraws a crossing at the start that was rounding, by shifting the level to the start value.
+    /// Withdraws a crossing at the start that was only rounding, by shifting the level to the start value.
     pub(crate) fn re_arm(&mut self) {
         if let Some([value, _]) = self.beyond.take() {
             self.signal.drift.lower(value);
@@ -328,7 +326,7 @@ impl GuardTracker {
     }
 
     /// The level that a step may approach: some resolutions below zero for a distant guard, otherwise the resolution.
-    /// None if that is reached.
+    /// `None` if the guard has reached it.
     fn level(&self, value: f64) -> Option<f64> {
         let r = self.signal.resolution;
         if self.is_far(value) {
@@ -337,15 +335,15 @@ impl GuardTracker {
         (value < CROSSED * r).then_some(r)
     }
 
-    /// How long a guard stays below `level`, through a dip if it is near zero.
+    /// How long a guard stays below `level`. If it is near zero, the step may pass a dip.
     fn step(&self, level: f64, value: f64, slope: f64, m: f64) -> f64 {
         let deep = value + APPROACHED * self.signal.resolution;
         let through = if self.is_far(value) { None } else { dip(deep, slope, m) };
         through.unwrap_or_else(|| step_below(level - value, slope, m))
     }
 
-    /// Searches the Taylor polynomial at `t` for the crossing: first by bounds on a grid over the
-    /// whole window, then by a scan of each part that these leave open.
+    /// Searches the Taylor polynomial at `t` for the crossing. Bounds on a grid exclude most of the window; the other
+    /// parts are scanned.
     #[inline(never)]
     fn window(&mut self, tracks: &mut [Track], t: f64, amplitude: f64, work: &mut Work) {
         let fine = FINE * self.signal.resolution;
@@ -356,7 +354,7 @@ impl GuardTracker {
         let Window { h, q, .. } = window;
         let points = grid::on_grid(&q);
         let end = Generator::level_below(h).map_or(1.0, |(_, length)| length / h);
-        // What follows is left to the next window.
+        // Whatever comes after this point is left to the next window.
         let leave = back_up(&q, &points, end);
         let far = -NEAR * self.signal.resolution;
         let mut below = (q[0] <= 0.0).then_some(0.0);
@@ -371,7 +369,7 @@ impl GuardTracker {
             }
             let (second, right, end) = (points.bend[part], points.value[part], start + PART);
             part += 1;
-            // One piece ends where the next window begins.
+            // One part ends where the next window begins.
             let split = leave.clamp(start, end);
             for piece in [[start, split], [split, end]] {
                 let x = match self.scan(&q, piece, [second, slack], (&mut below, work)) {
@@ -399,7 +397,8 @@ impl GuardTracker {
         self.clear = t + h * leave;
     }
 
-    /// The zero of the guard near a zero of the window's polynomial. A track of its own is left near it.
+    /// The zero of the guard near a zero of the window's polynomial. The guard's own track, if it has one, is left near
+    /// it.
     fn polish(&mut self, tracks: &mut [Track], root: f64) -> f64 {
         let [Some(part), None] = self.signal.parts else {
             let parts = self.signal.parts.into_iter().flatten();

@@ -4,7 +4,7 @@ use crate::modal::system::TAYLOR;
 use crate::numerics::grid::{self, GRID, Grid};
 use crate::numerics::math;
 
-/// Limit of the halvings of a window, which shorten it by a factor of a million.
+/// Limit of the halvings of a window, which shorten it by a factor of up to a million.
 const MAX_HALVINGS: u32 = 20;
 
 /// Length of the part between two points of the grid, as a share of the window.
@@ -26,8 +26,8 @@ pub(crate) fn step_below(room: f64, slope: f64, m: f64) -> f64 {
     if slope >= 0.0 { 2.0 * room / (slope + root) } else { (root - slope) / m }
 }
 
-/// How long a function that falls with `slope < 0` at 0 is certain to stay at least `depth` below its value there,
-/// after it has fallen by that much; `None` if it need not fall so far. `m` bounds its second derivative.
+/// If a function falls with `slope < 0` at 0, how long it is certain to stay at least `depth` below its value there,
+/// once it has fallen by that much; `None` if it need not fall so far. `m` bounds its second derivative.
 pub(crate) fn dip(depth: f64, slope: f64, m: f64) -> Option<f64> {
     let discriminant = slope * slope - 2.0 * m * depth;
     if slope >= 0.0 || discriminant <= 0.0 || discriminant.is_nan() {
@@ -52,12 +52,11 @@ pub struct Window {
 
 /// Rounding of the modes' part of a window's coefficients.
 ///
-/// Coefficient `k` is a sum over the modes whose terms have a total size of at most `a_k h^k / k!`, with
-/// `a_k = sum |c| |B|^k |z|`.
-/// Its products and sums make `operations` roundings, and its row and scale add 4 for each power.
-/// Here `|B|` has the absolute values of a block's entries, and its norm is at most `sqrt 2` times that of `B`.
-/// Since `a_k^(1/k)` rises with `k` (as power means do), `a_k <= a_0 s^k` with `s^TAYLOR = a_TAYLOR / a_0`.
-/// With `y = sqrt 2 s h` the errors of all coefficients sum to at most
+/// Coefficient `k` is a sum over the modes whose terms have a total size of at most `a_k h^k / k!`, with `a_k = sum |c|
+/// |B|^k |z|`. The products and sums cause `operations` roundings; the row and the scale add 4 for each power. Here
+/// `|B|` has the absolute values of a block's entries, and its norm is at most `sqrt 2` times that of `B`. Since
+/// `a_k^(1/k)` rises with `k` (as power means do), `a_k <= a_0 s^k` with `s^TAYLOR = a_TAYLOR / a_0`. With `y = sqrt(2)
+/// s h` the errors of all coefficients sum to at most
 ///
 /// ```text
 /// eps a_0 sum_k (operations + 4 k) y^k / k!  <=  eps a_0 (operations + 4 y) exp(y)
@@ -87,7 +86,7 @@ impl Noise {
 }
 
 impl Window {
-    /// Bound on the sum of the roundings of all coefficients, which includes those of terms that cancel.
+    /// Bound on the sum of the roundings of all coefficients, including the roundings of terms that cancel.
     pub fn noise(&self) -> f64 {
         self.drift + self.modal.bound()
     }
@@ -97,12 +96,12 @@ impl Window {
         self.noise() + rounding(&self.q)
     }
 
-    /// Halves the window until its rounding is below `fine`, if possible, and also returns the rounding. Without this,
-    /// the rounding of a body that moves by metres in a window would exceed a guard's resolution. `drift` returns the
+    /// Halves the window until its rounding is below `fine`, if possible, and also returns the rounding. Otherwise the
+    /// rounding would exceed the guard's resolution for a body that moves by metres in a window. `drift` returns the
     /// rounding of the drift over a window of a given length.
     pub(crate) fn shortened(mut self, fine: f64, drift: impl Fn(f64) -> f64) -> (Self, f64) {
         let allowed = fine.max(2.0 * (drift(0.0) + f64::EPSILON * self.q[0].abs()));
-        // If no shorter window would reduce the modes' rounding enough, that rounding is left out.
+        // If no shorter window would reduce the modes' rounding enough, that rounding is ignored.
         if 2.0 * self.modal.least() >= fine {
             self.modal = Noise::default();
         }
@@ -157,8 +156,9 @@ pub(crate) fn back_up(q: &[f64; TAYLOR], grid: &Grid, end: f64) -> f64 {
     points.iter().rposition(|&value| value <= 0.0).map_or(end, |i| (i + 1) as f64 * PART)
 }
 
-/// A point before `end` at which a guard that starts above zero and falls is below zero, if there is one. (A transition
-/// may leave its own guard above zero by rounding. If the guard falls below zero, its next rise is another crossing.)
+/// A point before `end` at which a guard that starts above zero and falls is below zero, if there is one. (After a
+/// transition, rounding may leave the transition's own guard above zero. If the guard falls below zero, its next rise
+/// is another crossing.)
 pub(crate) fn low_point(q: &[f64; TAYLOR], end: f64) -> Option<f64> {
     let (mut low, mut high) = (0.0, end);
     if horner(q, low).1 >= 0.0 {
@@ -202,7 +202,7 @@ pub(crate) fn zero_between(q: &[f64; TAYLOR], mut low: f64, mut high: f64) -> f6
 }
 
 /// Number of evaluations (some milliseconds of work) after which [`maximum`] stops. A flat maximum takes thousands. If
-/// bounds overflow, halving would never end.
+/// bounds overflow, the halving would never end otherwise.
 pub(crate) const EVALUATIONS: u64 = 1 << 16;
 
 /// The larger of `best` and the maximum of `sum p_k x^k` on `[0, 1]`, accurate to the rounding of the polynomial's
@@ -239,7 +239,7 @@ impl Maximum<'_> {
     /// Searches between two points `[x, value]`, where the second derivative is at least `-dip`.
     fn between(&mut self, a: [f64; 2], b: [f64; 2], dip: f64) {
         let width = b[0] - a[0];
-        // The function lies below the parabola through both ends whose second derivative is `-dip`.
+        // The function lies below the parabola through both ends that has the second derivative `-dip`.
         let (sag, rise) = (0.125 * dip * width * width, (b[1] - a[1]).abs());
         let top = if rise < 4.0 * sag {
             // In this order of operations nothing overflows unless the result does.
@@ -302,8 +302,8 @@ mod tests {
         values.into_iter().flat_map(move |slope| values.map(|m| (slope, m)))
     }
 
-    /// A parabola reaches `room` at the end of its step and nowhere before. If the step is infinite, it never does. The
-    /// tolerance is three roundings of its terms.
+    /// A parabola reaches `room` at the end of its step and not before. If the step is infinite, it never does. The
+    /// tolerance is three roundings of the parabola's terms.
     #[test]
     fn a_step_ends_where_its_parabola_first_reaches_the_room() {
         for ((slope, m), room) in slopes().flat_map(|s| [0.0, 1e-3, 0.7].map(|room| (s, room))) {
@@ -320,8 +320,8 @@ mod tests {
         }
     }
 
-    /// At the end of its dip a parabola is `depth` lower than at its start, and before that it is below zero. Without a
-    /// dip it never falls so far. A bound on the curvature is never negative.
+    /// At the end of its dip a parabola is `depth` below its start value, and before that it is below zero. If there is
+    /// no dip, the parabola never falls so far. A bound on the curvature is never negative.
     #[test]
     fn a_dip_is_where_its_parabola_is_below_the_depth() {
         let cases = slopes().filter(|(_, m)| *m >= 0.0);
@@ -348,7 +348,7 @@ mod tests {
         q
     }
 
-    /// Compared with values in double-double, all errors are within the bound, and the largest exceeds 1/50 of it.
+    /// All errors, found by comparison with double-double values, are within the bound; the largest exceeds 1/50 of it.
     #[test]
     fn the_rounding_of_a_value_is_bounded_by_that_of_its_terms() {
         let mut seed = 1u64;
@@ -390,7 +390,8 @@ mod tests {
         assert_eq!(low_point(&shallow, 1.0), None);
     }
 
-    /// If a window ends above zero, the next one begins at the last point of the grid at which the guard is not above.
+    /// If a window ends above zero, the next one begins at the last point of the grid at which the guard is not above
+    /// zero.
     #[test]
     fn a_window_is_left_before_a_rise_through_zero() {
         let (rising, falling) = (cubic(1.0), cubic(-1.0));
@@ -431,7 +432,8 @@ mod tests {
                 assert!((horner(&short.q, x).0 - whole).abs() < 1e-13, "{halvings} {x}");
             }
         }
-        // If no window is short enough for the modes, or for the value at the start, their rounding is left out.
+        // If no window is short enough for the modes' rounding, or for that of the value at the start, the rounding is
+        // ignored.
         let loud = Noise { amplitude: 1e-3, ..modal(3.0) };
         let window = Window { h, q, modal: loud, drift: drift(h) };
         let (short, rounding) = window.shortened(0.05, drift);

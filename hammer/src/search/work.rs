@@ -5,8 +5,8 @@
 //! [`BESIDE`]; the cost of air does not depend on the scene ([`AIR`]).
 //! The reference hammer spends about 1e5 units per second of motion.
 //!
-//! Chattering, as with a contact a million times too stiff or a corrupt state, could take minutes or never end. It
-//! becomes an error that names what chatters and the parameter that is out of proportion.
+//! Chattering could take minutes or never end, for example if a contact is a million times too stiff or a state is
+//! corrupt. The limit turns it into an error that names what chatters and the parameter that is out of proportion.
 
 use crate::allowance::Allowance;
 use crate::error::{Error, WorkLimit};
@@ -21,7 +21,7 @@ const BESIDE: usize = 20;
 const BUSY: f64 = 0.01;
 /// The barrier or the air is named as the cause if it makes up at least this share.
 const MAJORITY: f64 = 0.5;
-/// Number of units between two polls of the interrupt: 0.1 ms of work, or 4 ms on the finest mesh.
+/// Number of units between two polls of the interrupt. This is 0.1 ms of work, or 4 ms on the finest mesh.
 const PAUSE: u64 = 500;
 /// Units that a Taylor window, a panel of the barrier's series, and a transition cost.
 const WINDOW: u64 = 16;
@@ -76,19 +76,19 @@ fn causes() -> impl Iterator<Item = WorkLimit> {
     others.into_iter().chain(Tie::all().map(WorkLimit::Tie))
 }
 
-/// The work of the present step. From time to time it is paid for from the call's [`Allowance`].
+/// The work of the present step. The call's [`Allowance`] is charged for it from time to time.
 #[derive(Debug, Default)]
 pub(crate) struct Budget {
     /// [`Work`] at the start of the step.
     start: Work,
-    /// Cost of this step's [`Work`] and transitions that is already paid for, in coordinates.
+    /// Part of the cost of this step's [`Work`] and transitions that is already charged, in coordinates.
     pub paid: Cell<u64>,
     /// Cost of a unit, in coordinates.
     price: u64,
-    /// Units of [`Work`] at which the interrupt is next polled.
+    /// Number of units of [`Work`] at which the interrupt is next polled.
     pause: Cell<u64>,
-    /// Units of the rock's transitions, of the drive's, of renewals of series under varying loads, and of each tie's
-    /// transitions.
+    /// Units spent on transitions of the rock, on those of the drive, on renewals of series under varying loads, and on
+    /// the transitions of each tie.
     spent: [u64; 3 + Tie::COUNT],
 }
 
@@ -102,7 +102,7 @@ impl Budget {
         self.pause.set(0);
     }
 
-    /// Counts a transition, or with `None` a renewal of series under varying loads.
+    /// Counts a transition, or a renewal of series under varying loads if `event` is `None`.
     pub fn count(&mut self, event: Option<Event>) {
         let cause = match event {
             Some(Event::Rock(_)) => 0,
@@ -135,7 +135,7 @@ impl Budget {
         Ok(())
     }
 
-    /// Pays for all work that is not yet paid for. Returns false if the allowance is too small for it.
+    /// Charges the allowance for all work that is not yet charged. Returns false if the allowance is too small.
     pub fn pay(&self, work: &Work) -> bool {
         let units = work.units() - self.start.units() + self.transitions();
         let cost = self.price.saturating_mul(units).saturating_add(self.of_air(work));
@@ -153,7 +153,8 @@ impl Budget {
     }
 
     fn refusal(&self, motion: &Motion, time: f64, work: &Work, done: u64) -> Error {
-        // Transitions are named even with a small share, since much of the other work is the searches that follow them.
+        // Transitions are named even if their share is small, because much of the other work is the searches that
+        // follow them.
         let largest = causes().zip(self.spent).max_by_key(|(_, spent)| *spent);
         let is_busy = (self.price * self.transitions()) as f64 > BUSY * done as f64;
         let limit = largest.filter(|_| is_busy).map_or(WorkLimit::Search, |(cause, _)| cause);
@@ -190,7 +191,7 @@ mod tests {
         Motion::new(model, inputs, 0.0).expect("a scene")
     }
 
-    /// Checks a step whose search has come to `work` against a new allowance of one second.
+    /// Checks a step whose search has spent `work` against a new allowance of one second.
     fn checked(budget: &Budget, work: &Work) -> Result<(), WorkLimit> {
         let result = Allowance::of_seconds(1).within(|| budget.check(&motion(), work, 0.0));
         result.map_err(|error| match error {
@@ -214,7 +215,7 @@ mod tests {
             let mut budget = Budget::default();
             budget.begin_step(&motion(), &none);
             assert_eq!(checked(&budget, &work), Err(cause));
-            // Work before the step does not count, and what is paid for is not paid for again.
+            // Work before the step does not count, and no work is charged twice.
             budget.begin_step(&motion(), &work);
             assert_eq!(checked(&budget, &work), Ok(()));
         }
