@@ -1,9 +1,9 @@
 //! Blows and collisions, and what each blow drilled.
 //!
-//! A *blow* is the first collision of the falling piston, at least as fast as `blow.minimum_speed`, since the start or
-//! since the piston has risen by [`LEAST_RISE`] of its fall to the blow before. Everything until then belongs to that
+//! A *blow* is the first collision, at least as fast as `blow.minimum_speed`, after the start or after the piston has
+//! risen by the share [`LEAST_RISE`] of its fall to the previous blow. Everything until then belongs to the previous
 //! blow: later collisions of the same fall, slower bounces, and collisions of the rebounding bit with a piston that
-//! rises, rests or drifts. After [`PATIENCE`] times the wait for that blow, any rise will do.
+//! rises, rests or drifts. After [`PATIENCE`] times the wait for the previous blow, any rise is enough.
 
 use super::journal::Counters;
 use crate::energy::peaks::Peaks;
@@ -15,7 +15,7 @@ use crate::numerics::instant::Double;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
-/// A blow, and what happened since the blow before or, of the first, since the start.
+/// A blow, and what happened since the previous blow (or since the start, if it is the first).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Blow {
     /// Instant of impact, s.
@@ -34,13 +34,13 @@ pub struct Blow {
     pub tip_rate_mean: f64,
     /// Work given to the rock (dissipated and viscous), J.
     pub rock_work: f64,
-    /// Length of hole that this work drills, by the specific energy of each time, m.
+    /// Length of hole that this work drills, m. Each part of the work counts with the specific energy of its time.
     pub length: f64,
     /// Rate of penetration of the hole: `length / period`, m/s (0 for the first blow).
     pub rop: f64,
-    /// The same from the first blow to the last, m/s.
+    /// Rate of penetration of the hole from the first blow to the last, m/s.
     pub rop_mean: f64,
-    /// Free air taken, m3; 0 of another drive.
+    /// Free air consumed, m3; 0 for a drive without air.
     pub air: f64,
     /// `air / period`, m3/s (0 for the first blow).
     pub air_flow: f64,
@@ -50,7 +50,7 @@ pub struct Blow {
     pub account: Option<Account>,
 }
 
-/// Works and forces since the blow before or, of the first, since the start.
+/// Works and forces since the previous blow (or since the start, if it is the first).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Account {
     /// Last mean speed, positive upward, at which the piston left what it strikes, m/s.
@@ -72,7 +72,7 @@ pub struct Account {
 }
 
 impl Account {
-    /// Of a blow that was not recorded.
+    /// The account of a blow that was not recorded.
     pub(crate) const UNKNOWN: Self = Self {
         rebound_speed: f64::NAN,
         peaks: Peaks::UNKNOWN,
@@ -86,18 +86,18 @@ impl Account {
 }
 
 impl Blow {
-    /// The account; of a blow that was not recorded NaN.
+    /// The account; NaN for a blow that was not recorded.
     pub(crate) fn account(&self) -> Account {
         self.account.unwrap_or(Account::UNKNOWN)
     }
 }
 
-/// Least rise of the piston before a blow, over its fall to the blow before.
+/// Least rise of the piston before a blow, as a share of its fall to the previous blow.
 const LEAST_RISE: f64 = 0.02;
 
-/// After a wait of so many times that for the last blow, any rise will do. The fall to the last blow may have been
-/// out of all proportion: from a great height at the start, or after the drive was vented. After the same wait a
-/// hammer counts as [stalled](crate::Machine::stalled).
+/// After this many times the wait for the last blow, any rise is enough. The fall to the last blow may have been
+/// exceptionally long: from a great height at the start, or after the drive was vented. After the same wait a hammer
+/// counts as [stalled](crate::Machine::stalled).
 pub(super) const PATIENCE: f64 = 8.0;
 
 /// Most blows of one communication step that are stored.
@@ -124,23 +124,23 @@ pub struct Progress {
     pub air_mass: f64,
     /// Last opening of the contact.
     pub opened: Option<Double>,
-    /// The piston's way since the last blow.
+    /// The piston's travel since the last blow.
     pub way: Way,
     /// When the drive last began to act.
     pub acts_since: Double,
 }
 
-/// The way of the piston's mean in the hole since the last blow or the start, positive downward.
+/// The travel of the piston's mean in the hole since the last blow or the start, positive downward.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Way {
-    /// When it began.
+    /// Start of this travel.
     pub began: Double,
-    /// Its extremes, m.
+    /// Extreme positions, m.
     lowest: f64,
     highest: f64,
-    /// The largest rise from the lowest place until then, m.
+    /// Largest rise so far from the lowest position before it, m.
     rise: f64,
-    /// The last blow's fall, m, and wait: time since the blow before or the start, s.
+    /// The fall to the last blow, m, and the time since the blow before it or since the start, s.
     last: Option<[f64; 2]>,
 }
 
@@ -155,21 +155,21 @@ impl Way {
         self.rise = self.rise.max(self.lowest - place);
     }
 
-    /// True if a collision after this time may be a blow.
+    /// True if a collision after a wait of this time may be a blow.
     fn is_ready(&self, waited: f64) -> bool {
         self.last.is_none_or(|[fall, wait]| {
             self.rise >= LEAST_RISE * fall || self.rise > 0.0 && waited > PATIENCE * wait
         })
     }
 
-    /// How long the last blow was waited for, s.
+    /// Time that passed before the last blow, s.
     pub fn wait(&self) -> Option<f64> {
         self.last.map(|[_, wait]| wait)
     }
 }
 
 impl Progress {
-    /// At the start.
+    /// The state at the start.
     pub(crate) fn new(motion: &Motion) -> Self {
         let [place] = motion.piston_in_hole(0.0);
         let start = motion.state.epoch;
@@ -178,7 +178,7 @@ impl Progress {
 
     pub(crate) fn instants(&self) -> impl Iterator<Item = Double> + '_ {
         let milestones = self.milestones.iter().flatten().map(|milestone| milestone.time);
-        // Before the first blow the last one has no time.
+        // Before the first blow, `last` has no time.
         let last = self.milestones[1].map(|_| Double::new(self.last.time));
         let step = self.step.iter().map(|blow| Double::new(blow.time));
         let own =
@@ -186,9 +186,9 @@ impl Progress {
         milestones.chain(own).chain(last).chain(step)
     }
 
-    /// Follows the piston from the epoch to `at`, to which the tracks of all that it touches are rotated. In flight it
-    /// moves by a polynomial, of which only the places count where it turns; it meets something at the ends. In
-    /// contact only the place at `at` is examined.
+    /// Follows the piston from the epoch to `at`, to which the tracks of all bodies that it touches are rotated. In
+    /// flight its motion is a polynomial, so only the turning points and both ends are examined. In contact only the
+    /// position at `at` is examined.
     pub(crate) fn note_stretch(&mut self, motion: &Motion, at: f64) {
         let flight = motion.flying().map(|index| &motion.state.anchors[index].driven.translation);
         let mut pass = |t| {
@@ -202,7 +202,7 @@ impl Progress {
         }
     }
 
-    /// The contact opens at the epoch.
+    /// Records that the contact opens at the epoch.
     pub(crate) fn note_opening(&mut self, motion: &Motion) {
         let epoch = motion.state.epoch;
         self.opened = Some(epoch);
@@ -211,8 +211,8 @@ impl Progress {
         }
     }
 
-    /// The contact closes at the epoch, to which the tracks are rotated. Counts a new collision, and a blow; returns
-    /// whether it is one.
+    /// Records that the contact closes at the epoch, to which the tracks are rotated. Counts the collision if it is
+    /// new, and the blow if it is one. Returns true for a blow.
     pub(crate) fn note_closing(&mut self, motion: &Motion, counters: &mut Counters) -> bool {
         let epoch = motion.state.epoch;
         let same = 2.0 * motion.parameters().struck_transits();
@@ -244,7 +244,7 @@ impl Progress {
         }
     }
 
-    /// Work given to the rock, J, and the length of hole that it drilled, m.
+    /// Adds work given to the rock, J, and the length of hole that it drilled, m.
     pub(crate) fn note_work(&mut self, work: f64, length: f64) {
         self.given += work;
         self.advance += length;

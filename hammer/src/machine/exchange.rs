@@ -1,14 +1,14 @@
 //! The inputs that drive the piston, exchanged with a host as one value for each communication step.
 //!
-//! A value that a host sets for the step from `t_n` belongs to the instant `tau_n` of fractional index
-//! `n + 0.5 - d` among the communication points, with `d` of `coupling.delay`. Over the step to `t_(n+1)` acts
+//! A value that a host sets for the step from `t_n` belongs to the instant `tau_n`, whose fractional index among the
+//! communication points is `n + 0.5 - d`; `d` is `coupling.delay`. The value that acts over the step to `t_(n+1)` is
 //!
 //! ```text
 //! p_n + (m - tau_n) (p_n - p_b) / (tau_n - tau_b),    m = (t_n + t_(n+1)) / 2
 //! ```
 //!
-//! with the latest `b` of the last four values for which `|m - tau_n| <= 4 (tau_n - tau_b)`; without one it is `p_n`.
-//! In even steps this is `p_n + d (p_n - p_(n-1))`.
+//! where `b` is the latest of the last four values for which `|m - tau_n| <= 4 (tau_n - tau_b)`. If there is none,
+//! `p_n` acts. With steps of equal size the formula is `p_n + d (p_n - p_(n-1))`.
 //!
 //! | host sets | acts over the step |
 //! |---|---|
@@ -20,11 +20,11 @@
 //! | after an early return, another value | that value: a new step begins with a jump, which is not counted as an error of the exchange |
 //! | any value, with a step of size 0 | nothing moves; it does not count as a step |
 //!
-//! `energy_exchange` is the work of the force that acted, less the work of a force that joins the successive values
-//! by straight lines, each value at its instant. With a delay of 0, or with derivatives, that is the step's begin; for
-//! the wave of a line, without derivatives, always `tau_n`. It is the energy that the exchange made or lost (the
-//! residual energy of a power bond). Within a step the piston is taken to move at constant speed: for a delay of -0.5
-//! the difference is therefore 0.
+//! `energy_exchange` is the work of the force that acted, minus the work of a force that joins the successive values by
+//! straight lines. It is the energy that the exchange created or lost (the residual energy of a power bond). Each value
+//! is placed at `tau_n`, or at the start of the step if the delay is 0 or the value has derivatives; the wave of a line
+//! without derivatives is always placed at `tau_n`. The piston is assumed to move at constant speed within a step, so
+//! `energy_exchange` is 0 for a delay of -0.5.
 
 use super::Machine;
 use crate::error::Error;
@@ -37,18 +37,19 @@ use serde::{Deserialize, Serialize};
 /// Values of all inputs, including those that are not used.
 type Values = [f64; Input::ALL.len()];
 
-/// Share of the largest work of the drive in a cycle that the exchange may make or lose in one without a warning.
+/// Largest energy that the exchange may create or lose in a cycle without a warning, as a share of the largest work of
+/// the drive in a cycle.
 const TOLERATED: f64 = 0.01;
-/// Least share of the largest work so far by which a cycle is judged.
+/// A cycle is judged only if the drive's work in it is at least this share of the largest so far.
 const LEAST: f64 = 0.1;
-/// Turns of the piston that count as a cycle before the first blow.
+/// Before the first blow, this many turns of the piston count as a cycle.
 const TURNS: u32 = 8;
-/// Values that are kept to draw a line through, and how far beyond the last it is used, in distances of the two. In
-/// steps that vary by half it is 3.5. Without a bound, a step of 1 ns before one of 1 ms would multiply the partner's
-/// noise by a million.
+/// Number of values that are stored for the line, and how far it is extended beyond the last value, in multiples of the
+/// distance between the two. For steps that vary by half this is 3.5. Without a limit, a step of 1 ns before one of 1
+/// ms would multiply the partner's noise by a million.
 const KEPT: usize = 4;
 const FURTHEST: f64 = 4.0;
-/// Most pieces that wait for the next value: with a delay of at most two steps, four.
+/// Most pieces that wait for the next value; a delay of at most two steps leaves four.
 const MOST: usize = 16;
 
 /// The force over a step, or over a part of it.
@@ -56,7 +57,7 @@ const MOST: usize = 16;
 struct Piece {
     /// Start and end, s.
     span: [f64; 2],
-    /// The piston's relative positions then, m.
+    /// The piston's relative positions at the start and the end, m.
     place: [f64; 2],
     /// The force that acted, N, over time from the start.
     force: Poly,
@@ -67,7 +68,8 @@ impl Piece {
         (self.place[1] - self.place[0]) / (self.span[1] - self.span[0])
     }
 
-    /// The work of the force, less that of a straight line through two points (s, N), between these.
+    /// The work of the force minus that of a straight line through two points (s, N), over the time between these
+    /// points.
     fn beyond(&self, [from, to]: [[f64; 2]; 2]) -> f64 {
         let [begin, end] = [self.span[0].max(from[0]), self.span[1].min(to[0])];
         if end <= begin {
@@ -80,7 +82,7 @@ impl Piece {
     }
 }
 
-/// The values of a step, and the instant that they belong to, s.
+/// The values of a step, and the instant to which they belong, s.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Sample {
     instant: f64,
@@ -90,17 +92,17 @@ struct Sample {
 /// Sums since the start, and the start of the present cycle of the piston.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Cycle {
-    /// Number of blows when it began.
+    /// Number of blows when the cycle began.
     blows: u64,
     /// Number of complete cycles.
     count: u64,
-    /// The drive's work and the exchanged energy at its start, J.
+    /// The drive's work and the exchanged energy when the cycle began, J.
     began: [f64; 2],
-    /// Largest size of the drive's work in it, J.
+    /// Largest magnitude of the drive's work in the cycle, J.
     most: f64,
-    /// Largest of any cycle so far, J.
+    /// The largest `most` of all cycles so far, J.
     largest: f64,
-    /// Turns of the piston since the cycle began, where none has ended in a blow.
+    /// Turns of the piston since the cycle began. They count if no blow ends the cycle.
     turns: u32,
     /// True if the piston's last motion was upward.
     rises: bool,
@@ -108,17 +110,17 @@ struct Cycle {
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Exchange {
-    /// Last value set of each input, if it is a constant.
+    /// The last value that was set for each input, if it is a constant.
     given: [Option<f64>; Input::ALL.len()],
     /// Start and end of the last step, s, and the values at its start.
     last: Option<([f64; 2], Values)>,
     /// Start of the step before the last, s.
     earlier: Option<f64>,
-    /// The last values, the latest last.
+    /// The last values, in order of time.
     samples: Vec<Sample>,
-    /// Instant of the last values that the motion has passed, s, and their force, N.
+    /// Instant of the last values that the motion has passed, s, and the force of these values, N.
     point: Option<[f64; 2]>,
-    /// The same of values whose instant the present step has yet to pass.
+    /// The same for values whose instant the present step has not yet passed.
     ahead: Option<[f64; 2]>,
     pieces: Vec<Piece>,
     /// The drive's work and the exchanged energy, J.
@@ -126,14 +128,14 @@ pub(crate) struct Exchange {
     cycle: Cycle,
     /// The piston's mean speed over the last step, m/s.
     speed: f64,
-    /// Number of times that the exchange made too much; of the last, the size of its step, s, the share of the drive's
-    /// work, and the delay.
+    /// Number of times that the exchange created or lost too much energy; for the last time: the size of the step, s,
+    /// the share of the drive's work, and the delay.
     excesses: u32,
     excess: [f64; 3],
 }
 
 impl Drive {
-    /// Force of these values, N.
+    /// The force that these values cause, N.
     fn of_values(&self, values: &Values) -> f64 {
         Input::ALL.iter().zip(values).fold(0.0, |sum, (input, x)| sum + self.force_per(*input) * x)
     }
@@ -145,7 +147,7 @@ impl Exchange {
         Self { given: inputs.0.map(|poly| Some(poly.0[0])), ..Self::default() }
     }
 
-    /// Records an input. Returns true if it is the value set before, which may continue to act as it does.
+    /// Records an input. Returns true if it has the value that was set before, so that whatever acts now may continue.
     pub(crate) fn repeats(&mut self, input: Input, poly: &Poly) -> bool {
         let given = &mut self.given[input as usize];
         let before = *given;
@@ -153,7 +155,7 @@ impl Exchange {
         input.drives() && before.is_some() && *given == before
     }
 
-    /// The value that was set last, if it stays.
+    /// The value that was set last, if it is a constant.
     pub(crate) fn value(&self, input: Input) -> Option<f64> {
         self.given[input as usize].filter(|_| input.drives())
     }
@@ -163,7 +165,7 @@ impl Exchange {
         self.given[input as usize].iter_mut().for_each(|value| *value += by);
     }
 
-    /// Checked because a stored state may be corrupt.
+    /// True if the numbers are possible. This is checked because a stored state may be corrupt.
     pub(crate) fn is_sound(&self) -> bool {
         let last = self.last.iter().flat_map(|(span, values)| span.iter().chain(values));
         let pieces =
@@ -183,7 +185,7 @@ impl Exchange {
     /// Compares the pieces between the previous point and this one with a straight line, and sums the difference.
     fn compare(&mut self, point: [f64; 2]) {
         let Some(before) = self.point.filter(|before| before[0] < point[0]) else {
-            // Of values for one instant the last counts.
+            // Of several values for one instant, the last one counts.
             self.point = self.point.filter(|before| before[0] > point[0]).or(Some(point));
             return;
         };
@@ -201,7 +203,7 @@ impl Exchange {
         let length = piece.span[1] - piece.span[0];
         self.sums[0] += piece.speed() * piece.force.integral(length);
         match self.pieces.last_mut() {
-            // After an early return the same step continues.
+            // After an early return, the same step continues.
             Some(last) if self.last.is_some_and(|([begin, _], _)| begin < piece.span[0]) => {
                 (last.span[1], last.place[1]) = (piece.span[1], piece.place[1]);
             }
@@ -221,7 +223,7 @@ impl Exchange {
         }
         let largest = self.cycle.largest.max(self.cycle.most);
         let share = made / largest;
-        // The cycle before the first blow is incomplete; one of little work says little.
+        // The cycle before the first blow is incomplete, and a cycle with little work is not representative.
         let complete = self.cycle.count > 0 || blows == 0;
         let threshold = if self.excesses > 0 { 2.0 * self.excess[1].abs() } else { TOLERATED };
         if complete && self.cycle.most >= LEAST * largest && share.abs() > threshold {
@@ -238,8 +240,8 @@ impl Exchange {
         self.speed
     }
 
-    /// The instant that the values of a step belong to: that of fractional index `n + 0.5 - delay` among the
-    /// communication points, of which the step begins with number `n`. Before the first, steps were as the first.
+    /// The instant to which the values of a step belong. Its fractional index among the communication points is `n +
+    /// 0.5 - delay`, where `n` is that of the step's start. Steps before the first are assumed to have its size.
     fn instant(&self, [now, to]: [f64; 2], delay: f64) -> f64 {
         let size = to - now;
         let begin = self.last.map(|([begin, _], _)| begin);
@@ -252,10 +254,10 @@ impl Exchange {
         }
     }
 
-    /// The values at an instant, on the line through these and the latest before them that is far enough, if there is
-    /// one. Records these.
+    /// The values at an instant, on the line through the present values and the latest earlier ones that are far enough
+    /// away, if there are any. Records the present values.
     fn line(&mut self, last: Sample, at: f64) -> Option<Values> {
-        // Earlier values may belong to later instants: after a change of the delay, or an early return from a step
+        // Earlier values may belong to later instants after a change of the delay, or after an early return from a step
         // whose value belonged to its end.
         let lever = |base: &Sample| {
             let distance = last.instant - base.instant;
@@ -280,14 +282,14 @@ impl Exchange {
 }
 
 impl Machine {
-    /// Energy that the exchange of the drive's inputs has made (positive) or lost since the start, up to the last
+    /// Energy that the exchange of the drive's inputs has created (positive) or lost since the start, up to the last
     /// values, J.
     pub fn exchanged_energy(&self) -> f64 {
         self.exchange.sums[1]
     }
 
-    /// How many times there was something new to warn of: the exchange made or lost more than 1 % of the drive's work
-    /// of a blow, or twice what was told before.
+    /// Number of warnings so far. There is one when the exchange creates or loses more than 1 % of the drive's work of
+    /// a blow, and again each time the share exceeds twice that of the last warning.
     pub fn exchange_excesses(&self) -> u32 {
         self.exchange.excesses
     }
@@ -311,7 +313,7 @@ impl Machine {
             "0.5 if the partner goes to the position at the step's begin or differences volumes, 0 if it holds a flow, \
              -0.5 if it looks ahead"
         };
-        // The size is a difference of instants, and so rounded.
+        // The size is a difference of instants, and therefore rounded.
         let size = format!("{size:.5e}").parse().unwrap_or(size);
         Some(format!(
             "energy_exchange: at steps of {} s with coupling.delay = {} the exchange of the drive's inputs has {} \
@@ -324,8 +326,8 @@ impl Machine {
         ))
     }
 
-    /// Begins a communication step: replaces the inputs by the values that belong to its middle. Returns the piston's
-    /// relative position and the force from now on if the step's work is compared.
+    /// Begins a communication step: replaces the inputs by the values that belong to its middle. If the step's work is
+    /// compared, returns the piston's relative position and the force from now on.
     pub(super) fn begin_exchange(&mut self, to: f64) -> Result<Option<(f64, Poly)>, Error> {
         let (now, drive) = (self.time(), self.parameters().drive);
         if !matches!(drive.source, Source::Force | Source::Pressure) || to <= now {
@@ -338,7 +340,7 @@ impl Machine {
             return Ok(Some(self.begun()));
         }
         if goes_on {
-            // A jump, as a valve makes it after an event: no straight line joins it to the last value.
+            // This is a jump, as after a valve has switched: no straight line joins it to the last value.
             self.exchange.pieces.clear();
             (self.exchange.point, self.exchange.ahead) = (None, None);
             self.exchange.samples.clear();

@@ -9,10 +9,10 @@
 //!     now := to                                 the state is read, not changed
 //! ```
 //!
-//! The state belongs to the last event; a communication point reads it without changing it, and the
-//! search for the next event does not depend on where the host stops. Hence the trajectory is the
-//! same, bit for bit, however time is sliced. The epoch moves only when the future really changes:
-//! at an event, when an input becomes another polynomial, or when a parameter is tuned.
+//! The state belongs to the last event. A communication point reads it without changing it, and the search for the next
+//! event does not depend on where the host stops. Hence the trajectory is identical to the last binary digit, however
+//! the host divides the time into steps. The epoch moves only when the future really changes: at an event, when an
+//! input becomes another polynomial, or when a parameter is tuned.
 
 pub(crate) mod blows;
 pub(crate) mod exchange;
@@ -60,7 +60,7 @@ pub(crate) trait Observer {
         false
     }
 
-    /// Ends the step before `until` after the epoch, between events, by moving the present there; returns whether it
+    /// May end the step between events, before `until` after the epoch, by moving the present there. Returns true if it
     /// did.
     fn stops_before(&mut self, _: &mut Machine, _until: f64, _to: f64) -> Result<bool, Error> {
         Ok(false)
@@ -69,7 +69,7 @@ pub(crate) trait Observer {
 
 impl Observer for () {}
 
-/// What has been summed, counted and recorded since the start.
+/// Everything that has been summed, counted and recorded since the start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct History {
     /// Sums up to the last event.
@@ -78,7 +78,7 @@ pub(crate) struct History {
     pub counters: Counters,
     /// Blows and collisions so far.
     pub blows: Progress,
-    /// Observer of each blow's record, if it is asked for.
+    /// Observer that completes the record of each blow, if records are requested.
     pub recorder: Option<Recorder>,
     /// Peaks of the present step before the last event.
     pub peaks: PeakSearch,
@@ -144,8 +144,7 @@ impl Machine {
             views: Views::default(),
         };
         if machine.kinematics().gap.displacement < -machine.motion.least_overlap() {
-            // Gravity presses the bit down while the feed pulls it against the piston: they are in
-            // contact.
+            // Gravity presses the bit down while the feed pulls it against the piston, so the two are in contact.
             machine.switch_contact(TieState::Pressed)?;
         }
         let energy_start = Stored::at_epoch(&machine.motion).total();
@@ -180,8 +179,8 @@ impl Machine {
         self.exchange.value(input).unwrap_or_else(acting)
     }
 
-    /// Makes an input the polynomial of time, from now on, with this value and these derivatives,
-    /// in its unit per s, per s2, ...
+    /// Replaces an input, from now on, by the polynomial of time with this value and these derivatives, in the input's
+    /// unit per s, per s2, ...
     ///
     /// # Errors
     /// A number that is not finite, or too many derivatives; nothing is changed then.
@@ -237,10 +236,10 @@ impl Machine {
     ///
     /// # Errors
     ///
-    /// If `to` is before the present or not finite, nothing is changed. After [`Error::Cancelled`]
-    /// the present is the last event (or unchanged, if there was none), and later steps lead to the
-    /// same motion as without the cancellation. After Zeno behaviour, too much work or a state that
-    /// is no longer finite, every further step returns the same error.
+    /// If `to` is before the present or not finite, nothing is changed. After [`Error::Cancelled`] the present is the
+    /// last event (or unchanged, if there was none), and later steps produce the same motion as without the
+    /// cancellation. After Zeno behaviour, too much work or a state that is no longer finite, every further step
+    /// returns the same error.
     pub fn advance(&mut self, to: f64) -> Result<(), Error> {
         self.advance_observed(to, &mut ())
     }
@@ -295,7 +294,7 @@ impl Machine {
             self.complete_record()?;
             self.history.ledger.work_off()?;
             self.history.peaks.work_off()?;
-            // The host's time of an event may be rounded to before it.
+            // Rounding may put the host's time of an event before the event.
             let target = self.motion.state.epoch.until(to).max(-ROUNDED);
             let reach = self.motion.reach();
             let end = target.min(reach);
@@ -305,7 +304,7 @@ impl Machine {
             }
             match next {
                 Some((at, event)) => {
-                    // The long part of a transition, which an interrupt may end before anything has changed.
+                    // This is the long part of a transition. An interrupt may end it before anything has changed.
                     self.motion.prepare(event)?;
                     observer.before(self);
                     self.occur(at, event)?;
@@ -402,7 +401,7 @@ impl Machine {
         let interval = &deferred.interval;
         let work = interval.given.iter().sum();
         self.history.blows.note_work(work, work / self.motion.parameters().work_per_length());
-        // The barrier's estimate is valid only while the same drilling cycle goes on.
+        // The barrier's estimate is valid only within the same drilling cycle.
         let by_series = self.search.sums_series(&self.motion.tracks[0]);
         let goes_on = !matches!(event, Some(Event::Rock(_)));
         let viscous = if goes_on { interval.viscous_of_barrier(by_series) } else { 0.0 };
@@ -431,8 +430,8 @@ impl Machine {
         self.search.start(&self.motion);
     }
 
-    /// Records forces, works and the rebound of each blow from now on ([`Blow::account`]). They are integrated at
-    /// each blow then, not where they are read.
+    /// From now on, records forces, works and the rebound of each blow ([`Blow::account`]). They are then integrated at
+    /// each blow, and not only when they are read.
     pub fn record_blows(&mut self) {
         if self.history.recorder.is_none() {
             let ledger = self.history.ledger.evaluated();
@@ -441,8 +440,8 @@ impl Machine {
         }
     }
 
-    /// Records blows from now on, and the first time also collects them. Returns those since the last call, over any
-    /// number of steps; a restored state has its own.
+    /// Returns the blows since the last call, over any number of steps. The first call starts recording and collecting
+    /// them. A restored state has its own list.
     pub fn take_blows(&mut self) -> Vec<Blow> {
         self.record_blows();
         let recorder = self.history.recorder.as_mut();
@@ -465,13 +464,13 @@ impl Machine {
         std::mem::replace(&mut self.journal, other)
     }
 
-    /// Seconds that the last step was charged, as `work_limit` counts them.
+    /// Seconds of work that the last step was charged, in the units of `work_limit`.
     #[cfg(feature = "internals")]
     pub fn seconds_charged(&self) -> f64 {
         self.search.budget.paid.get() as f64 / crate::allowance::PER_SECOND as f64
     }
 
-    /// The counts.
+    /// The counts since the start.
     pub fn counters(&self) -> Counters {
         let work = &self.search.work;
         Counters {

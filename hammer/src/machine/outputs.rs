@@ -25,11 +25,12 @@ pub struct Kinematics {
     pub bit_jerk: f64,
     /// Motion of the bit/rock interface `w1.u`.
     pub tip: PointMotion,
-    /// `vr = up_mean - ub_mean - g0`. With a casing it is relative to the casing, and with loose joints to the shank.
+    /// `vr = up_mean - ub_mean - g0`. With a casing, the casing takes the bit's place; with loose joints, the shank
+    /// does.
     pub relative: PointMotion,
     /// Third rate of `vr`, m/s3.
     pub relative_jerk: f64,
-    /// `y = up_mean - ub_mean - g0`. It is relative to what the piston strikes, with or without a casing.
+    /// `y = up_mean - ub_mean - g0`, always relative to the body that the piston strikes, even with a casing.
     pub over_struck: PointMotion,
     /// Motion of the casing: its mass-weighted mean, or 0 without a casing.
     pub casing: PointMotion,
@@ -49,7 +50,7 @@ pub struct Kinematics {
     pub applied_drive_force: f64,
     /// First and second rate of `F_A`, N/s and N/s2.
     pub applied_drive_force_rates: [f64; 2],
-    /// `uu` of the last unloading, m.
+    /// `uu` at the last unloading, m.
     pub tip_depth: f64,
     /// Force of the chuck on the casing, N; positive where the shoulder presses on the bit.
     pub chuck_force: f64,
@@ -58,19 +59,19 @@ pub struct Kinematics {
 }
 
 /// Motion and stress along the bodies, from top to bottom. Nodes are the ends of the mesh's spans
-/// ([`crate::Sections::nodes`]) whatever the degree of the mesh; stresses are those at the middles of the spans.
+/// ([`crate::Sections::nodes`]), whatever the degree of the mesh. Stresses are those at the middles of the spans.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Profile {
     /// Displacement (m) and velocity (m/s) of the piston's nodes; a rigid body has one.
     pub piston: Vec<[f64; 2]>,
-    /// Displacement (m) and velocity (m/s) of the bit's nodes; at a loose joint the node is the lower rod's.
+    /// Displacement (m) and velocity (m/s) of the bit's nodes. The node at a loose joint is that of the lower rod.
     pub bit: Vec<[f64; 2]>,
     /// Axial stress `E (u' + beta v')` in the piston's spans, tension positive, Pa. The axial force is this stress
     /// times the section's area. Empty for a rigid body.
     pub piston_stress: Vec<f64>,
     /// Axial stress in the bit's spans, tension positive, Pa.
     pub bit_stress: Vec<f64>,
-    /// Displacement (m) and velocity (m/s) of the casing's nodes; empty without one.
+    /// Displacement (m) and velocity (m/s) of the casing's nodes; empty without a casing.
     pub casing: Vec<[f64; 2]>,
     /// Axial stress in an elastic casing's spans, tension positive, Pa.
     pub casing_stress: Vec<f64>,
@@ -140,7 +141,7 @@ impl Kinematics {
 struct Present<'a> {
     motion: &'a Motion,
     tracks: Vec<Track>,
-    /// Each load (N, for gravity m/s2) with its first and second rate.
+    /// Each load (N; m/s2 for gravity), with its first and second rate.
     loads: [[f64; 3]; CHANNELS],
     tip: PointMotion,
     /// `F_R` and its rate, N and N/s.
@@ -152,9 +153,9 @@ struct Present<'a> {
 #[derive(Clone, Copy, Default)]
 struct PresentTie {
     x: PointMotion,
-    /// Stiffness and viscosity that act now.
+    /// Stiffness and viscosity that act at present.
     line: Coefficients,
-    /// Force that pushes the tie's bodies apart and its rate, N and N/s.
+    /// Force that pushes the tie's bodies apart, and its rate, N and N/s.
     force: [f64; 2],
 }
 
@@ -190,8 +191,8 @@ impl<'a> Present<'a> {
         edges.find(|(edge, _)| edge.tie == tie).map(|(_, present)| *present).unwrap_or_default()
     }
 
-    /// Mean displacement of a set of bodies in the engine, m, and three rates. The second and the third follow from the
-    /// forces on the bodies.
+    /// Mean displacement of a set of bodies in the engine, m, and three rates. The second and third rate follow from
+    /// the forces on the bodies.
     fn mean(&self, bodies: Bodies) -> [f64; 4] {
         let graph = self.motion.graph();
         let now = self.motion.state.now;

@@ -1,4 +1,4 @@
-//! What a blow's record holds beside the blow: works, largest forces and the rebound.
+//! Completes a blow's record with works, largest forces and the rebound.
 
 use super::blows::{Account, Blow, MAX_STEP_BLOWS, Progress};
 use crate::energy::deferred::DeferredLedger;
@@ -24,25 +24,26 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    /// From the present on, with the `sums` up to there.
+    /// A recorder that starts at the present, up to which the sums are `sums`.
     pub fn new(motion: &Motion, sums: Sums) -> Self {
         let mut peaks = PeakSearch::default();
         peaks.begin_step(motion);
         Self { rebound_speed: 0.0, peaks, before: sums, due: false, collected: None }
     }
 
-    /// The contact opens at the epoch.
+    /// Records that the contact opens at the epoch.
     pub fn note_opening(&mut self, motion: &Motion) {
         let [_, velocity] = motion.piston_in_hole(0.0);
         self.rebound_speed = -velocity;
     }
 
-    /// A blow at the epoch. Its record is completed after the transition, since that takes time and may fail.
+    /// Records that there is a blow at the epoch. The record is completed after the transition, because that takes time
+    /// and may fail.
     pub fn note_blow(&mut self) {
         self.due = true;
     }
 
-    /// Completes the record of a blow at the epoch. After an interrupt the next call begins again.
+    /// Completes the record of a blow at the epoch. If an interrupt ends it, the next call starts again.
     ///
     /// # Errors
     /// [`Error::Cancelled`]; [`Error::Overwork`] if the forces ring too long between two blows.

@@ -21,29 +21,29 @@ pub struct State {
     pub(crate) parameters: Parameters,
     /// The motion at the last event.
     pub(crate) motion: MotionState,
-    /// What has been summed and counted.
+    /// Sums, counts and records since the start.
     pub(crate) history: History,
     /// State of the exchange of inputs with the host.
     pub(crate) exchange: Exchange,
 }
 
 impl State {
-    /// Number of the stored layout, raised whenever a field is added, dropped, moved or changes its meaning.
+    /// Number of the stored layout. It is raised whenever a field is added, dropped, moved or changes its meaning.
     pub const FORMAT: u32 = 4;
 
-    /// Parameters, with the tunable values of that instant.
+    /// Parameters, with the present tunable values.
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
     }
 
-    /// Value of an input at that instant.
+    /// Present value of an input.
     pub(crate) fn input(&self, input: Input) -> f64 {
         let acting = || self.motion.inputs.of(input).at(self.motion.now);
         self.exchange.value(input).unwrap_or_else(acting)
     }
 
-    /// The state without what depends on the host's communication steps: equal for runs that were
-    /// sliced differently.
+    /// The state without the parts that depend on the host's communication steps. It is equal for runs that were
+    /// divided into different steps.
     #[must_use]
     pub fn without_step(mut self) -> Self {
         self.history.peaks = PeakSearch::default();
@@ -53,8 +53,8 @@ impl State {
         self
     }
 
-    /// The state with another present, `time` (s), later than the last event and before the next. The motion needs no
-    /// change.
+    /// The state with another present, `time` (s), after the last event and before the next. The motion itself stays
+    /// the same.
     #[must_use]
     pub fn looked_at(&self, time: f64) -> Self {
         let mut state = self.clone();
@@ -64,12 +64,11 @@ impl State {
     }
 }
 
-/// Relative rounding by which the host's time may differ from the event's.
+/// Relative rounding by which the host's time of an event may differ from the event's own.
 const TIME_ROUNDING: f64 = 1e-12;
 
 impl State {
-    /// Refuses a corrupt state. Its bytes may come from anywhere, and reading them must not start
-    /// an endless search.
+    /// Refuses a corrupt state. Its bytes may come from anywhere, and reading them must not start an endless search.
     ///
     /// # Errors
     /// [`Error::Corrupt`].
@@ -87,7 +86,7 @@ impl State {
             a.start().0 > a.at || a.at > 0.0 || a.at != 0.0 && a.group != Group::PISTON
         };
         let strange = |a: &Anchor| a.driven.slow.iter().any(|(index, _)| *index >= a.z.len());
-        // Only varying loads need a series, which is renewed at its end.
+        // Only varying loads need a series, which is renewed when it ends.
         let still = motion.loads.iter().all(|load| load.is_constant());
         let ended = |reach: f64| still || reach <= 0.0 || reach < motion.now;
         let series = |a: &Anchor| a.driven.reach.is_some_and(ended);
@@ -126,7 +125,8 @@ impl Machine {
         State { parameters, motion, history, exchange: self.exchange.clone() }
     }
 
-    /// Continues from a state of a scene with the same parameters and dimensions, bit for bit.
+    /// Continues from a state of a scene with the same parameters and dimensions. The motion is identical to the last
+    /// binary digit.
     ///
     /// The search is repeated from the last event to the present. If it finds an event there, the state was altered,
     /// since an unaltered one would have ended at that event.
@@ -157,7 +157,7 @@ impl Machine {
         Ok(())
     }
 
-    /// Repeats the search up to the present of a replaced state.
+    /// Repeats the search of a replaced state up to the present.
     fn search_again(&mut self) -> Result<(), Error> {
         let (now, reach) = (self.motion.state.now, self.motion.reach());
         if reach < now - ROUNDED {
@@ -180,7 +180,7 @@ mod tests {
     use crate::numerics::poly::Poly;
     use crate::quantities::parameters::InputValues;
 
-    /// An expected outcome, and an alteration.
+    /// The expected outcome of an alteration.
     type Case<Outcome, T> = (Outcome, fn(&mut T));
 
     /// A state in the flight after the first blow, in the middle of a step.
@@ -250,14 +250,14 @@ mod tests {
         }
     }
 
-    /// Adds a quasi-static series for the coordinate `after` the last one.
+    /// Adds a quasi-static series for the coordinate that is `after` places behind the last one.
     fn slow(state: &mut State, after: isize) {
         let anchor = &mut state.motion.anchors[0];
         let coordinate = anchor.z.len().saturating_add_signed(after);
         anchor.driven.slow.push((coordinate, Poly::default()));
     }
 
-    /// Adds a series up to this instant, s, of a varying load.
+    /// Adds a varying load's series that is valid up to this instant, s.
     fn series(state: &mut State, reach: f64) {
         state.motion.loads[0].0[1] = 1.0;
         state.motion.anchors[0].driven.reach = Some(reach);
@@ -295,7 +295,7 @@ mod tests {
             };
             assert_eq!(refused(&aired, alter), expected(is_sound), "air {index}");
         }
-        // Vented by the mode alone; with air although nothing uses it; and without air although it drives.
+        // The mode alone says vented; there is air but no drive uses it; the drive needs air and there is none.
         assert_eq!(refused(&aired, |s| s.motion.mode.vented = true), expected(false));
         assert_eq!(refused(&aired, |s| s.motion.air = None), expected(false));
         let air = aired.motion.air.clone();

@@ -1,13 +1,13 @@
-//! Stops: the ends of a step that a host asks for, at each blow and where the piston passes a position.
+//! Stops: a host may ask that a step ends at each blow, and where the piston passes a position.
 //!
 //! ```text
-//! blow        the step ends at the event, whose instant is the blow's
+//! blow        the step ends at the event, at the instant of the blow
 //! position    the step ends at the first double t, at or after the passage, at which the output
 //!             is at the level or beyond it
 //! ```
 //!
-//! A stop only reads the state, so the motion stays the same, to the last binary digit.
-//! On request, such events are only recorded and do not end the step.
+//! A stop only reads the state, so the motion stays identical to the last binary digit. On request, such events are
+//! only recorded and do not end the step.
 
 use crate::error::Error;
 use crate::laws::event::Displacement;
@@ -18,7 +18,7 @@ use crate::search::tracker::NEAR;
 use crate::search::work::Work;
 use serde::{Deserialize, Serialize};
 
-/// Number of doubles after a passage that are tried one by one, and of the doublings of the distance after them.
+/// Number of doubles after a passage that are tried one by one, and number of the doublings of the distance after that.
 const TRIED: [u32; 2] = [16, 40];
 
 /// Events that end a step early, or are recorded in it.
@@ -27,16 +27,16 @@ pub struct Stops {
     /// True if these events end the step, false if they are only recorded.
     pub ends: bool,
     blows: bool,
-    /// Positions of the piston relative to the bit, m, each with true if the piston was last found beyond it.
+    /// Positions of the piston relative to the bit, m, each with a flag: true if the piston was last beyond it.
     levels: Vec<(f64, bool)>,
 }
 
-/// Why a step ended, or which events it had. A blow and a passage may be simultaneous.
+/// Why a step ended, or which events happened in it. A blow and a passage may be simultaneous.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Stop {
     /// True if there was a blow.
     pub blow: bool,
-    /// Index of the position that the piston passed; of several, the last one.
+    /// Index of the position that the piston passed; the last one if there were several.
     pub position: Option<usize>,
 }
 
@@ -64,8 +64,8 @@ impl Stops {
         self.blows == blows && self.positions().eq(positions.iter().copied())
     }
 
-    /// Corrects the stored sides after a machine was restored: the piston is on the side where it is found, unless it
-    /// is so near the position that a guard could have missed the passage.
+    /// Corrects the stored sides after a machine was restored. The piston's present position decides, unless it is so
+    /// near a level that a guard could have missed the passage.
     pub fn settle(&mut self, machine: &Machine) {
         let tolerance = NEAR * machine.motion().resolved(Displacement::Relative);
         let x = machine.kinematics().relative.displacement;
@@ -87,7 +87,7 @@ pub(crate) struct Stopper<'a> {
     stops: &'a mut Stops,
     guards: Option<Positions>,
     blows: u64,
-    /// Work of the search for positions, which may spend as much again as the search for events.
+    /// Work of the search for positions. Its limit is as large again as that of the search for events.
     work: Work,
     /// The events of the step so far.
     stop: Stop,
@@ -124,7 +124,7 @@ impl<'a> Stopper<'a> {
     }
 
     /// Looks for a passage of a position before the time `until` after the epoch and not after the instant `to`. If
-    /// there is one that ends the step, moves the present there and returns true.
+    /// there is one and it ends the step, moves the present there and returns true.
     ///
     /// # Errors
     /// Those of [`Machine::advance`].
@@ -156,7 +156,7 @@ impl<'a> Stopper<'a> {
             for attempt in 0..TRIED[0] + TRIED[1] {
                 let after = machine.motion.state.epoch.until(end);
                 if after >= until && end < to || end > to {
-                    // An event or the end of the step comes before it. The passage is found again after that.
+                    // An event or the end of the step comes first. The passage will be found again after it.
                     machine.motion.set_present(now, time);
                     return Ok(false);
                 }

@@ -19,7 +19,7 @@ use crate::{modal::track::Track, search::signal::Signal};
 use std::collections::VecDeque;
 use std::sync::OnceLock;
 
-/// Blows whose means are not yet those of a hammer.
+/// Number of first blows after which the means are representative of the hammer.
 const FIRST: u64 = 3;
 
 /// Outputs already computed for the present instant.
@@ -35,7 +35,7 @@ pub(super) struct Views {
 const LONGEST_START: f64 = 1.0;
 
 impl Views {
-    /// Forgets all, without writing over the values, which are long.
+    /// Forgets all outputs without overwriting them, since the values are large.
     pub(super) fn forget(&mut self) {
         drop((self.kinematics.take(), self.ledger.take(), self.powers.take(), self.peaks.take()));
     }
@@ -52,8 +52,7 @@ impl Machine {
         Profile::of(&self.motion)
     }
 
-    /// Does the long part of reading energies and impulses, which an interrupt may end. Later reads then take no
-    /// time.
+    /// Does the long part of reading energies and impulses, which an interrupt may end. Later reads then cost nothing.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -80,14 +79,13 @@ impl Machine {
         *self.views.powers.get_or_init(|| Energies::rates(&self.motion))
     }
 
-    /// Length of hole drilled so far, by the specific energy of each time, m.
+    /// Length of hole drilled so far, m. Each part of the work counts with the specific energy of its time.
     pub fn drilled_length(&self) -> f64 {
         let work: f64 = self.present_stretch().given.iter().sum();
         self.history.blows.drilled[0] + work / self.parameters().work_per_length()
     }
 
-    /// `psi`: viscous work of the present drilling cycle so far, J; 0 unless its viscous part is
-    /// under way.
+    /// `psi`: viscous work of the present drilling cycle so far, J; 0 outside the viscous part of a cycle.
     pub fn viscous_work_of_cycle(&self) -> f64 {
         self.motion.state.psi + self.present_stretch().given[1]
     }
@@ -124,7 +122,7 @@ impl Machine {
             return searched.clone();
         }
         let peaks = self.history.peaks.now(&self.motion);
-        // An interrupt ends the search early. A later read starts it again.
+        // If an interrupt ends the search early, a later read starts it again.
         if peaks == Err(Error::Cancelled) {
             peaks
         } else {
@@ -133,7 +131,7 @@ impl Machine {
     }
 
     /// The blows of the last communication step in order, at most the last [`MAX_STEP_BLOWS`](crate::MAX_STEP_BLOWS).
-    /// Each is as [`blow`](Self::blow) was after it.
+    /// Each is the value of [`blow`](Self::blow) right after it.
     pub fn step_blows(&self) -> &VecDeque<Blow> {
         &self.history.blows.step
     }
@@ -148,9 +146,10 @@ impl Machine {
         self.history.blows.last.contact_duration
     }
 
-    /// True if the drive acts and strikes no more. Either the piston rests on the bit and, under the present loads,
-    /// neither the contact can open nor the drive switch: a state that the model never leaves. Or no blow came for
-    /// [`PATIENCE`] times as long as the last one was waited for, before the first for [`LONGEST_START`].
+    /// True if the drive acts but strikes no more, for one of two reasons. Either the piston rests on the bit and,
+    /// under the present loads, neither can the contact open nor the drive switch, so that the model never leaves this
+    /// state. Or there was no blow for [`PATIENCE`] times as long as the wait for the last one; before the first blow,
+    /// for [`LONGEST_START`].
     pub fn stalled(&self) -> bool {
         let never = |event: Event| self.search.never(&self.motion, event.rank());
         let switches = self.parameters().drive.source.switches();
@@ -168,7 +167,7 @@ impl Machine {
         waited > patience && if switches { !self.mode().vented } else { force() != 0.0 }
     }
 
-    /// The tracks at the last event, and the signals tracked from there, for comparisons.
+    /// The tracks at the last event and the signals tracked from it, for comparisons.
     #[cfg(feature = "internals")]
     #[doc(hidden)]
     pub fn tracked(&self) -> (Vec<Track>, Vec<(Event, Signal)>) {
@@ -176,19 +175,19 @@ impl Machine {
         (tracks.map(|i| self.motion.at_anchor(i)).collect(), self.search.tracked().collect())
     }
 
-    /// Numbers stored for energies and for peaks that have not been read.
+    /// How many numbers are stored for energies and peaks that have not been read.
     #[cfg(test)]
     pub(crate) fn stored(&self) -> [usize; 2] {
         [self.history.ledger.size, self.history.peaks.size]
     }
 
-    /// A warning if the piston was faster at the last blow than steel withstands.
+    /// A warning if the last blow was faster than steel withstands.
     pub fn too_fast(&self) -> Option<String> {
         warnings::fast(self.blow()?.speed)
     }
 
-    /// A warning if the hole grew faster than the bit went in, from the first blow to the last, or the last buried the
-    /// inserts.
+    /// A warning if the hole grew faster than the bit advanced, from the first blow to the last, or if the last blow
+    /// buried the inserts.
     pub fn outrun(&self) -> Option<String> {
         let blow = self.blow().filter(|_| self.counters().blows > FIRST)?;
         warnings::buried(blow.rop_mean, blow.tip_rate_mean, blow.penetration)
@@ -211,13 +210,14 @@ impl Machine {
         self.kinematics().relative.displacement - self.motion.state.began
     }
 
-    /// The piston's mean relative speed over the last communication step, m/s, of a source whose work is compared.
+    /// The piston's mean relative speed over the last communication step, m/s, for a source whose work is compared.
     pub fn step_speed(&self) -> f64 {
         self.exchange.speed()
     }
 
-    /// Pressures at the piston, with their rates (Pa, Pa/s), if a line of the drive's impedance ends there: its wave,
-    /// less the impedance's part. Zeros where nothing reads pressures, or of a chamber without an area.
+    /// Pressures at the piston, with their rates (Pa, Pa/s), if a line of the drive's impedance ends there: the
+    /// pressure of its wave minus the part that the impedance takes. Zeros if nothing reads pressures, and for a
+    /// chamber without an area.
     pub fn line_pressures(&self) -> [[f64; 2]; 2] {
         let (drive, relative, state) =
             (self.parameters().drive, self.kinematics().relative, &self.motion.state);
@@ -243,8 +243,8 @@ impl Machine {
         drive.source == Source::Pressure && own[chamber].0 == input && own[chamber].1 != 0.0
     }
 
-    /// Pressures in the drive and the return chamber now, with their rates (Pa, Pa/s), of
-    /// [`Source::Air`](crate::Source::Air); zeros of any other source.
+    /// Present pressures in the drive and the return chamber, with their rates (Pa, Pa/s), for
+    /// [`Source::Air`](crate::Source::Air); zeros for any other source.
     pub fn chamber_pressures(&self) -> [[f64; 2]; 2] {
         let state = &self.motion.state;
         let Some((air, motion)) = self.air() else { return [[0.0; 2]; 2] };
@@ -273,7 +273,7 @@ impl Machine {
         self.motion.air().is_some_and(|air| air.vented.is_some())
     }
 
-    /// The air, and the piston's present positions and their rates.
+    /// The air, with the piston's present positions and their rates.
     fn air(&self) -> Option<(&Air, [Places; 2])> {
         let (now, air) = (self.kinematics(), self.motion.air()?);
         let places = [now.relative.displacement, now.over_struck.displacement];
@@ -294,8 +294,8 @@ impl Machine {
         self.air().map_or(0.0, |(air, [places, _])| air.sums_at(places, now).work)
     }
 
-    /// Enthalpy that came into the chambers, less their work and what they gained since the start, J:
-    /// the error of the air's balance.
+    /// Error of the air's balance, J: enthalpy that came into the chambers since the start, minus their work and the
+    /// energy that they gained.
     pub fn air_residual(&self) -> f64 {
         let now = self.motion.state.now;
         self.air().map_or(0.0, |(air, [places, _])| air.residual(self.parameters(), places, now))

@@ -1,4 +1,4 @@
-//! Zeno detection: an endless sequence of transitions ends with an error instead of an endless loop.
+//! Zeno detection: an endless sequence of transitions causes an error instead of an endless loop.
 
 use crate::error::{Error, WorkLimit};
 use crate::laws::mode::Mode;
@@ -37,7 +37,7 @@ impl ZenoDetector {
         self.simultaneous > MAX_SIMULTANEOUS || self.burst >= MAX_BURST
     }
 
-    /// Counts a transition at the epoch, which comes the time `after` (s) the previous one.
+    /// Counts a transition at the epoch, which comes `after` seconds after the previous one.
     ///
     /// # Errors
     ///
@@ -80,8 +80,8 @@ mod tests {
     use crate::quantities::inputs::Inputs;
     use crate::quantities::parameters::{InputValues, Parameters};
 
-    /// The transitions come at one instant, then within nine tenths and eleven tenths of the least time that is allowed
-    /// for so many.
+    /// First all transitions come at one instant, then within nine tenths and eleven tenths of the least time allowed
+    /// for their number.
     #[test]
     fn a_long_run_of_transitions_is_an_error_where_it_took_too_short_a_time() {
         let model = Model::new(&Parameters::default()).expect("a model");

@@ -1,6 +1,5 @@
-//! A check, before the work begins, that the memory that a scene may need is available. Without it, a host with a
-//! memory limit could be aborted during the run.
-//! The memory is allocated for this test and freed at once.
+//! Checks, before the work begins, that the memory that a scene may need is available. Without this check, a host with
+//! a memory limit could be aborted during the run. The memory is allocated for the check and freed at once.
 
 use crate::error::Error;
 use crate::modal::shared;
@@ -28,7 +27,7 @@ fn modes(p: &Parameters, body: Body) -> usize {
 /// hammer can reach with its tables and forms, and for the decomposition of the largest system.
 fn needed(p: &Parameters) -> usize {
     let counts: Vec<usize> = p.bodies().map(|body| modes(p, body)).collect();
-    // The systems are those of piston and bit alone, of the two together, and of the two with the other bodies.
+    // The systems are those of piston and bit separately, of the two together, and of the two with the other bodies.
     let (both, all) = (counts[0] + counts[1], counts.iter().sum::<usize>());
     let (springs, shares) = (4, if counts.len() > 2 { 10 } else { 6 });
     let mut systems = System::room(counts[0], 2)
@@ -41,7 +40,7 @@ fn needed(p: &Parameters) -> usize {
         systems += shared::BUDGET;
     }
     let largest = counts.iter().fold(0, |largest, modes| largest.max(*modes));
-    // These are the mode shapes, the dense solver's matrices, and the fields at the points of the quadrature.
+    // These are the mode shapes, the matrices of the dense solver, and the fields at the points of the quadrature.
     let shapes = 2 * counts.iter().map(|modes| modes * modes).sum::<usize>()
         + (DENSE + 2 * (p.mesh.degree + 1)) * largest * largest;
     let len = 2 * all.next_multiple_of(LANES);

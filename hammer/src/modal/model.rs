@@ -13,7 +13,7 @@ use crate::quantities::parameters::Parameters;
 use crate::scene::graph::{Channel, Edge, Graph, Group};
 use std::sync::Arc;
 
-/// Parameters in modal form.
+/// A scene's parameters in modal form.
 #[derive(Clone, Debug)]
 pub struct Model {
     /// The parameters.
@@ -22,8 +22,8 @@ pub struct Model {
     pub resolutions: [f64; 2],
     /// Bodies and ties.
     pub graph: Arc<Graph>,
-    /// The systems of groups, each made when first needed. A string with loose joints can have hundreds, so the least
-    /// recently used are dropped.
+    /// The systems of groups, each decomposed when it is first needed. A string with loose joints can have hundreds of
+    /// them, so the least recently used ones are dropped.
     systems: Recent<Group, Arc<System>>,
     /// The passages from one group's system into another's.
     passages: Recent<[Group; 2], Option<Arc<Passage>>>,
@@ -51,8 +51,9 @@ impl Model {
         })
     }
 
-    /// Upper bound of the circular frequency of any undamped motion, rad/s. Its square is the sum of those of the
-    /// mesh's fastest mode, and of all ties and the stiffest rock spring on the nodes that they act on.
+    /// Upper bound of the circular frequency of any undamped motion, rad/s. Its square is the sum of the squares of the
+    /// mesh's fastest mode, and of the frequencies of all ties and of the stiffest rock spring on the nodes at which
+    /// they act.
     pub fn fastest(&self) -> f64 {
         let square = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>();
         let graph = &self.graph;

@@ -13,11 +13,12 @@ use std::sync::Arc;
 
 /// Memory for the systems in this cache, and also for those of one scene's groups, bytes.
 pub(crate) const BUDGET: usize = 1 << 27;
-/// At least so many systems, as many as a scene can have, stay in the cache. On fine meshes they exceed the budget (135
-/// MB for three bodies on 160 quintic spans each), and without this a sweep would decompose them in every run.
+/// At least this many systems, as many as a scene can have, stay in the cache. On fine meshes they exceed the budget
+/// (135 MB for three bodies on 160 quintic spans each). If they were dropped, a sweep would decompose them in every
+/// run.
 pub(crate) const SCENE: usize = 18;
 
-/// All numbers of a recipe, exactly. They follow a hash, in which most keys differ.
+/// All numbers of a recipe, exactly, after a hash in which most keys differ.
 #[derive(Debug, PartialEq)]
 struct Key(u64, Vec<u64>);
 
@@ -58,8 +59,8 @@ pub(crate) fn system(recipe: Recipe, tip: Option<usize>, mode: Mode) -> Result<A
     CACHE.find(Key::new(&recipe, tip), |_| System::new(recipe, tip, mode).map(Arc::new))
 }
 
-/// Empties the caches of systems and modes, so that a library that is unloaded leaves nothing behind. (A process that
-/// was forked while another thread held a lock cannot empty that cache.)
+/// Empties the caches of systems and modes, so that a library leaves nothing behind when it is unloaded. (If a process
+/// was forked while another thread held a cache's lock, that cache cannot be emptied.)
 pub fn forget() {
     cache::forget();
     joined::forget();

@@ -3,10 +3,10 @@
 //! Over such a stretch loads are polynomials, and displacements are `c . z(t) + poly(t)`. (Slow coordinates, for which
 //! `B` is nearly singular, are part of `poly`: see `modal/system/response.rs`.) Therefore
 //!
-//! * `int f(t) c . z dt` follows from `z = (B^-1 z)'` by integration by parts, once for each degree of `f`;
-//! * `int z.W z dt` is `z.Q z` at the start minus that at the end, with `Q` from Lyapunov's equation
-//!   `B^T Q + Q B = -W`. If `W` is the damping power of the velocities, this is the work of the damping; if it is the
-//!   square of the tip's velocity, it is the viscous work over the viscosity.
+//! * `int f(t) c . z dt` follows from `z = (B^-1 z)'` by integration by parts, repeated for each degree of `f`;
+//! * `int z.W z dt` is the value of `z.Q z` at the start minus that at the end, with `Q` from Lyapunov's equation `B^T
+//!   Q + Q B = -W`. If `W` is the damping power of the velocities, this is the work of the damping; if it is the square
+//!   of the tip's velocity, it is the viscous work over the viscosity.
 
 use crate::modal::system::driven::Driven;
 use crate::modal::system::{Functional, System, TAYLOR};
@@ -108,7 +108,7 @@ impl<'a> Stretch<'a> {
     }
 
     /// The repeated integrals of `c . z` at the end and at the start, as many as a polynomial of this degree needs.
-    /// `known` are the rows of the first of them.
+    /// `known` are the coefficients of the first of them.
     fn moments(&self, known: &[Vec<f64>], degree: usize) -> Vec<[f64; 2]> {
         let mut last = Vec::new();
         let moment = |k: usize| {
@@ -121,7 +121,7 @@ impl<'a> Stretch<'a> {
         (0..=degree).map(moment).collect()
     }
 
-    /// `int load(t) c . z(t) dt`, where `c . z` has these moments, by parts; and the sum of the sizes of its terms.
+    /// `int load(t) c . z(t) dt`, by parts, from the moments of `c . z`; and the sum of the magnitudes of its terms.
     fn moment_and_size(&self, moments: &[[f64; 2]], load: &Poly) -> [f64; 2] {
         let at_end: [f64; TERMS] = load.derivatives_at(self.span);
         let (mut sum, mut size, mut factorial) = (0.0, 0.0, 1.0);

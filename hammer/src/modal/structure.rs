@@ -16,11 +16,11 @@ pub struct Structure<'a> {
     pub omega2: &'a [f64],
     /// Kelvin-Voigt damping time, s.
     pub beta: f64,
-    /// Springs and dashpots of any ratio; at most four.
+    /// Springs and dashpots of any stiffness and viscosity; at most four.
     pub attachments: Vec<Attachment<'a>>,
     /// Springs between neighbouring bodies that are damped like the bars: `c = beta k`.
     pub proportional: Vec<Attachment<'a>>,
-    /// The uniform translation of all bodies, if nothing but a dashpot to the ground resists it.
+    /// The uniform translation of all bodies, if only a dashpot to the ground resists it.
     pub sliding: Option<&'a [f64]>,
 }
 

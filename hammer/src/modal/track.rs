@@ -11,7 +11,7 @@ pub(crate) const ROUNDED: f64 = 1e-12;
 /// A modal vector in motion: `z(t) = exp(B (t - at)) z`.
 #[derive(Clone, Debug)]
 pub struct Track {
-    /// The system of which it is a state.
+    /// The system to which the modal vector belongs.
     pub system: Arc<System>,
     /// Modal vector at the time `at`, without its polynomial part (static deflection and translation).
     pub z: Vec<f64>,

@@ -1,5 +1,5 @@
-//! The parameters of an air hammer ([`Source::Air`](crate::Source::Air)): chambers, ports and the air that is supplied.
-//! The equations are in `laws/air.rs`.
+//! The parameters of an air hammer ([`Source::Air`](crate::Source::Air)): chambers, ports and supplied air. The
+//! equations are in `laws/air.rs`.
 
 use serde::{Deserialize, Serialize};
 
@@ -40,7 +40,7 @@ pub struct AirLaw {
     pub drag: f64,
     /// Temperature of the supplied air, and of air that flows back in from the exhaust, K.
     pub temperature: f64,
-    /// Error of the gas that is allowed in each window of its integration, relative.
+    /// Allowed relative error of the gas in each window of its integration.
     pub error: f64,
 }
 

@@ -3,7 +3,7 @@
 use crate::numerics::display::DisplayNumber;
 use thiserror::Error;
 
-/// The error of a parameter whose value is outside its domain.
+/// The error if a parameter's value is outside its domain.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("{name} = {} is not allowed: it must be {allowed}", DisplayNumber(*.value))]
 pub struct ParameterError {
@@ -15,7 +15,7 @@ pub struct ParameterError {
     pub allowed: String,
 }
 
-/// The domain of a real parameter. Only finite numbers are allowed in any of them.
+/// The domain of a real parameter. All domains contain finite numbers only.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Domain {
     /// Any finite number.
@@ -24,7 +24,7 @@ pub enum Domain {
     AtLeast(f64),
     /// Strictly above this.
     Above(f64),
-    /// Between the two, inclusive.
+    /// Between the two values, inclusive.
     Between(f64, f64),
 }
 

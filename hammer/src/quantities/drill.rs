@@ -1,8 +1,8 @@
 //! The drill string of a top hammer: a shank, which the piston strikes, and rods down to the bit.
 //!
-//! A sleeve of length `Lc` joins each rod to the shank or rod above it, and covers `Lc/2` of each of the two.
-//! There the sleeve carries the force together with the steel inside it.
-//! With a shank of length `Ls` and two rods of length `Lr`, the lengths of the sections are, from the top,
+//! A sleeve of length `Lc` joins each rod to the shank or rod above it, and covers `Lc/2` of each of the two. The
+//! sleeve carries the force together with the steel inside it. With a shank of length `Ls` and two rods of length `Lr`,
+//! the lengths of the sections are, from the top,
 //!
 //! ```text
 //! Ls - Lc/2,   Lc, Lr - Lc,   Lc, Lr - Lc/2,   the bit's own

@@ -12,13 +12,14 @@ use thiserror::Error;
 
 /// Largest allowed value, as a multiple of the nominal one.
 const LARGEST: f64 = 1e9;
-/// Largest allowed first derivative over the largest allowed value, 1/s. Order `n` has this number's power `n`.
+/// Largest allowed first derivative, over the largest allowed value, 1/s. For the derivative of order `n` it is the
+/// power `n` of this number.
 const FASTEST: f64 = 1e6;
 /// Names of an input's value and derivatives.
 const DERIVATIVES: [&str; MAX_INPUT_ORDER + 1] =
     ["a value", "a rate", "a second derivative", "a third derivative", "a fourth derivative"];
 
-/// What is wrong with an input.
+/// The reason why an input is refused.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum InputError {
     /// The input has no value.
@@ -33,7 +34,7 @@ pub enum InputError {
     /// A value or a derivative is larger than that of any hammer.
     #[error("{what} of {} is not allowed: it must be from -{most:e} to {most:e}", DisplayNumber(*.value))]
     TooLarge {
-        /// Whether it is the value or which derivative, in words.
+        /// Name of the value or the derivative.
         what: &'static str,
         /// The given value.
         value: f64,
@@ -81,7 +82,7 @@ impl Input {
         matches!(self, Self::DriveForce | Self::DrivePressure | Self::ReturnPressure)
     }
 
-    /// Its row of the table.
+    /// The input's row of the table.
     pub fn row(self) -> &'static InputRow {
         &INPUTS[self as usize]
     }
@@ -91,9 +92,8 @@ impl Input {
         self.row().name
     }
 
-    /// Checks a value (order 0) or a derivative (order 1 to [`MAX_INPUT_ORDER`]).
-    /// The largest allowed value is 1e9 times the nominal one.
-    /// The largest allowed derivative changes the value by that much within 1 us.
+    /// Checks a value (order 0) or a derivative (order 1 to [`MAX_INPUT_ORDER`]). The largest allowed value is 1e9
+    /// times the nominal one. The largest allowed derivative changes the input by the largest value within 1 us.
     ///
     /// # Errors
     ///
@@ -112,7 +112,7 @@ impl Input {
     ///
     /// # Errors
     ///
-    /// There is no value, [`Self::check`] refuses one, or air drives the piston and its pressure is not positive.
+    /// No value is given, [`Self::check`] refuses a value, or air drives the piston and its pressure is not positive.
     pub(crate) fn polynomial(self, values: &[f64], source: Source) -> Result<Poly, InputError> {
         let value = *values.first().ok_or(InputError::NoValue)?;
         values.iter().enumerate().try_for_each(|(order, value)| self.check(order, *value))?;
@@ -165,7 +165,7 @@ pub static INPUTS: [InputRow; 6] = [
 pub struct Inputs(pub [Poly; Input::ALL.len()]);
 
 impl Inputs {
-    /// Inputs that keep these values.
+    /// Inputs that stay at these values.
     pub fn constant(values: &InputValues) -> Self {
         let mut values = *values;
         Self(Input::ALL.map(|input| Poly::constant(*(input.row().start)(&mut values))))
@@ -176,7 +176,7 @@ impl Inputs {
         &self.0[input as usize]
     }
 
-    /// Shifts the time origin to `t` later.
+    /// Moves the time origin to `t` later.
     pub fn shift(&mut self, t: f64) {
         self.0.iter_mut().for_each(|p| p.shift(t));
     }

@@ -1,9 +1,7 @@
 //! The parameters of a scene, with their defaults.
 //!
-//! Every default number is written here and only here.
-//! The defaults are the reference hammer in soft rock: a piston of 3.4 kg, bars of 26 cm2, about 200 J per blow at
-//! 22 Hz.
-//! All numbers are in SI units.
+//! All defaults are written here and nowhere else. They describe the reference hammer in soft rock: a piston of 3.4 kg,
+//! bars of 26 cm2, about 200 J per blow at 22 Hz. All numbers are in SI units.
 
 use crate::quantities::air::{ATMOSPHERE, AirLaw};
 pub use crate::quantities::drill::{Drill, Joint};
@@ -28,7 +26,7 @@ pub enum Source {
     Force,
     /// `F_A = p_drive A_drive - p_return A_return`, where the two pressures are inputs.
     Pressure,
-    /// As `Pressure`, but the two pressures are those of air that flows through ports.
+    /// As `Pressure`, but air that flows through ports sets the two pressures.
     Air,
 }
 
@@ -47,12 +45,12 @@ impl Source {
     }
 }
 
-/// Where a bit that turns downward again in loaded rock begins to drill.
+/// How a bit moves if it turns downward again in loaded rock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Reloading {
-    /// Where it turns downward: a new loading line begins there.
+    /// A new loading line begins at the point where the bit turns downward.
     Loading,
-    /// Where it had turned upward: it first goes back there along the unloading line.
+    /// The bit first returns along the unloading line to the point where it had turned upward.
     Unloading,
 }
 
@@ -142,7 +140,7 @@ pub struct Rock {
     pub specific_energy: f64,
     /// Uncertainty of `E_v` as a factor: the true value lies between `E_v` divided by it and `E_v` times it.
     pub specific_energy_factor: f64,
-    /// The path of a bit that turns downward again before it has left the rock.
+    /// How the bit moves if it turns downward again before it has left the rock.
     pub reloading: Reloading,
 }
 
@@ -153,7 +151,7 @@ pub struct Hole {
     pub diameter: f64,
 }
 
-/// The casing around the hammer, with back head and chuck, as far as it moves along the axis.
+/// The casing around the hammer, with back head and chuck: all that moves with it along the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Casing {
     /// Mass `Mc` of a rigid casing without sections, kg; with 0 there is no casing.
@@ -196,7 +194,8 @@ pub struct Drive {
     pub area_return: f64,
     /// Area of the bit's upper face on which the return chamber's pressure acts, m2.
     pub anvil_area: f64,
-    /// How many communication steps before the middle of its step the instant lies to which an input value belongs.
+    /// Age of an input value, in communication steps: from the instant to which it belongs to the middle of the step
+    /// for which it is set.
     #[serde(default)]
     pub delay: f64,
     /// Impedance `Zd` of a transmission line at the piston, N s/m; with 0 there is no line.
@@ -244,7 +243,7 @@ pub struct Parameters {
     pub work_limit: usize,
 }
 
-/// Values of the inputs.
+/// Start values of the inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct InputValues {
@@ -258,7 +257,7 @@ pub struct InputValues {
     pub return_pressure: f64,
     /// Pressure of the supply's air, absolute, Pa.
     pub supply_pressure: f64,
-    /// Pressure that the exhaust's air goes to, absolute, Pa.
+    /// Pressure into which the air exhausts, absolute, Pa.
     pub exhaust_pressure: f64,
 }
 
@@ -278,7 +277,7 @@ impl Default for InputValues {
 impl Default for Parameters {
     fn default() -> Self {
         let (length, area) = (0.168, 2.6e-3);
-        // Unused sections: eight of them make up the uniform body.
+        // Unused sections. Eight of these would make up the uniform body.
         let eighths =
             |length, area| [Segment { length: length / MAX_SEGMENTS as f64, area }; MAX_SEGMENTS];
         let segment = eighths(length, area);
@@ -306,9 +305,9 @@ impl Default for Parameters {
                 standstill_speed: 1e-3,
                 standstill_penetration: 1e-6,
                 specific_energy: 2e8,
-                // An unknown rock lies between 130 and 310 MJ/m3. Two drilling rates from the field, with the
-                // published power of their hammers, give 182 and 245; the range is wider by about half of that at
-                // either end.
+                // The specific energy of an unknown rock lies between 130 and 310 MJ/m3. Two drilling rates from the
+                // field, with the published power of their hammers, give 182 and 245; the range extends beyond both
+                // ends by about half of their difference.
                 specific_energy_factor: 1.55,
                 reloading: Reloading::Loading,
             },
@@ -373,12 +372,12 @@ impl Parameters {
         self.fidelity == Fidelity::Elastic && !self.is_lumped(body)
     }
 
-    /// Number of sections that a body is given.
+    /// Number of sections that are given for a body.
     pub fn segments(&self, body: Body) -> usize {
         self.own(body).2.len()
     }
 
-    /// Length of a body if it is uniform (m), the number of its elements, and the sections that it is given.
+    /// Length of a body if it is uniform (m), number of its elements, and the sections that are given for it.
     pub(crate) fn own(&self, body: Body) -> (f64, usize, &[Segment]) {
         let Self { piston, bit, casing, .. } = self;
         let (length, elements, count, list) = match body {
@@ -406,8 +405,8 @@ pub const MAX_ELEMENTS: usize = 400;
 /// Largest wave speed of elastic bodies, m/s. In diamond it is 1.8e4.
 pub const FASTEST_WAVE: f64 = 2e4;
 
-/// Least stiffness of a loose joint, as a multiple of a rod's own `E A / L`.
-/// A softer joint lets hardly any wave through. Its limit is no joint at all, while the parameter 0 means a tight one.
+/// Least stiffness of a loose joint, as a multiple of a rod's own `E A / L`. A softer joint lets hardly any wave
+/// through. In the limit nothing would join the rods, whereas the parameter 0 means a tight joint.
 pub const SOFTEST_JOINT: f64 = 1e-3;
 
 /// Highest degree of splines.

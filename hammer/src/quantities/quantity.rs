@@ -1,7 +1,7 @@
 //! Physical quantities and enumerations of the variables.
 //!
-//! The type definitions of an FMU are made from these. The template of the model description defines the units
-//! (exponents and display factors).
+//! The type definitions of an FMU follow from these. The template of the model description defines the units (exponents
+//! and display factors).
 
 /// A physical quantity: one `SimpleType` of the model description.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,8 +12,8 @@ pub struct Quantity {
     pub unit: &'static str,
     /// Display unit, if it differs from the SI unit.
     pub display: Option<&'static str>,
-    /// Least and greatest magnitude of a parameter that is not 0. They are far beyond those of any hammer, yet near
-    /// enough to each other for arithmetic with sixteen digits.
+    /// Least and greatest magnitude of a parameter that is not 0. They are far outside the range of any hammer, yet
+    /// near enough to each other for arithmetic with sixteen digits.
     pub magnitudes: [f64; 2],
 }
 
@@ -98,7 +98,7 @@ quantities! {
 pub struct Enumeration {
     /// Name of the type.
     pub name: &'static str,
-    /// What it says.
+    /// Meaning of the type.
     pub description: &'static str,
     /// Names and meanings of its items, in the order of their values.
     pub items: &'static [(&'static str, &'static str)],

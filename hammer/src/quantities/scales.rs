@@ -34,9 +34,9 @@ impl Parameters {
         area * (self.material.youngs_modulus * self.material.density).sqrt()
     }
 
-    /// The sections of a body. A body without given sections is one section of `length` and `cross_section`.
-    /// If there are rods, the bit's sections are below those of the drill string.
-    /// Callers do not read the result for a body that is a point mass.
+    /// The sections of a body. A body without given sections is one section of `length` and `cross_section`. If there
+    /// are rods, the bit's sections are below those of the drill string. The result is meaningless for a body that is a
+    /// point mass.
     pub fn sections(&self, body: Body) -> Sections {
         let (length, _, own) = self.own(body);
         let uniform = [Segment { length, area: self.cross_section }];
@@ -127,13 +127,11 @@ impl Parameters {
         self.sections(Body::Piston).length() / self.wave_speed() + struck / self.wave_speed()
     }
 
-    /// Resolutions of guards: a displacement has crossed its level once it is beyond it by the first number (m), a
-    /// velocity by the second (m/s).
-    /// The first is a share of the [travel](Self::travel).
-    /// The second is the speed of an oscillation of that amplitude at the frequency `2 pi / (T1 + T2)` of the bodies'
-    /// lowest waves.
-    /// The resolutions thus scale with the scene's length (to the last binary digit) and time.
-    /// The reference hammer has 1e-14 m and 1e-9 m/s.
+    /// Resolutions of guards: a displacement (m) and a velocity (m/s). A guard has crossed its level once it is beyond
+    /// it by its resolution. The first is a share of the [travel](Self::travel). The second is the speed of an
+    /// oscillation with the first as its amplitude, at the frequency `2 pi / (T1 + T2)` of the bodies' lowest waves. So
+    /// the resolutions scale with the scene's length (to the last binary digit) and time. The reference hammer has
+    /// 1e-14 m and 1e-9 m/s.
     pub fn resolutions(&self) -> [f64; 2] {
         let displacement = RESOLUTION * self.travel();
         [displacement, displacement * std::f64::consts::TAU / self.transits()]

@@ -2,14 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Largest number of sections that a body may be given.
+/// Largest number of sections that may be given for a body.
 pub const MAX_SEGMENTS: usize = 8;
 
 /// Largest number of rods of a drill string.
 pub const MAX_RODS: usize = 8;
 
-/// Largest number of sections of a body: those that a bit is given, and above them a shank and rods with both halves
-/// of their couplings.
+/// Largest number of sections of a body: those given for a bit, and above them a shank and rods with both halves of
+/// their couplings.
 pub const MAX_SECTIONS: usize = MAX_SEGMENTS + 1 + 3 * MAX_RODS;
 
 /// A uniform part of a body.
@@ -60,7 +60,7 @@ impl Sections {
         (above.len() < MAX_SECTIONS).then(|| Self::ending(above.iter().copied(), *last))
     }
 
-    /// The list of the sections `above` and a `last` one. There must be room for all of them.
+    /// The list of the sections `above`, followed by the `last` one. Their number must not exceed [`MAX_SECTIONS`].
     pub(crate) fn ending(above: impl Iterator<Item = Segment>, last: Segment) -> Self {
         let (mut list, mut count) = ([last; MAX_SECTIONS], 1);
         for (slot, section) in list[..MAX_SECTIONS - 1].iter_mut().zip(above) {
@@ -70,7 +70,7 @@ impl Sections {
         Self { list, count }
     }
 
-    /// From top to bottom.
+    /// The sections from top to bottom.
     pub fn as_slice(&self) -> &[Segment] {
         &self.list[..self.count]
     }
@@ -85,7 +85,8 @@ impl Sections {
         self.as_slice().iter().fold(0.0, |sum, s| sum + density * s.area * s.length)
     }
 
-    /// Area of the section at a distance below the upper face, m2. Where two sections meet it is that of the upper one.
+    /// Area of the section at a distance below the upper face, m2. Where two sections meet, it is the area of the upper
+    /// one.
     pub fn area_at(&self, distance: f64) -> f64 {
         let mut end = 0.0;
         for s in self.as_slice() {

@@ -1,6 +1,6 @@
-//! The table of parameters: a row for each, with everything that is known of it.
+//! The table of parameters, with one row each.
 //!
-//! Names, units, domains, start values, refusals and warnings of every interface follow from these rows.
+//! Names, units, domains, start values, error messages and warnings of every interface follow from these rows.
 //! `crate::variables` adds the rows of outputs.
 
 use crate::quantities::domain::{Domain, ParameterError};
@@ -10,7 +10,7 @@ use crate::quantities::parameters::{
 use crate::quantities::quantity::*;
 use crate::quantities::sections::{Body, MAX_RODS, MAX_SEGMENTS};
 
-/// What reads a parameter or an input.
+/// The part of a scene that reads a parameter or an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reader {
     /// Every scene.
@@ -19,19 +19,19 @@ pub enum Reader {
     Elastic,
     /// The drive, if its source is one of these.
     Drive(&'static [Source]),
-    /// Standstill, unless reloading follows the unloading line.
+    /// The standstill mode, unless reloading follows the unloading line.
     Standstill,
     /// The casing, if there is one.
     Casing,
     /// The drill string, if it has rods.
     Rods,
-    /// Its joints, if they are not screwed tight.
+    /// The joints of the drill string, if they are not screwed tight.
     Joints,
     /// The casing, if it is elastic.
     ElasticCasing,
     /// One of these bodies, if it has no sections of its own.
     Uniform(&'static [Body]),
-    /// The section of a body with this number, from 1, if there are as many.
+    /// The section of a body with this number, from 1, if the body has that many.
     Section(Body, usize),
 }
 
@@ -72,9 +72,10 @@ pub struct Parameter {
     pub slot: Slot,
     /// Domain.
     pub domain: Domain,
-    /// True if it may change at any communication point, with the state unchanged; otherwise it is fixed at the start.
+    /// True if it may change at any communication point while the state stays the same; otherwise it is fixed at the
+    /// start.
     pub tunable: bool,
-    /// What reads it.
+    /// The part of a scene that reads it.
     pub reader: Reader,
     /// True if it may also be nearly zero or very large, to switch a law off.
     pub switches: bool,
@@ -314,7 +315,7 @@ impl Parameter {
         PARAMETERS.iter().find(|row| row.name == name)
     }
 
-    /// Why a scene does not read it; `None` if it does.
+    /// The reason why a scene does not read the parameter; `None` if it reads it.
     pub fn unread(&self, parameters: &Parameters) -> Option<String> {
         self.reader.unread(self.name, parameters)
     }
@@ -341,15 +342,15 @@ impl Parameter {
         }
     }
 
-    /// False for sections that this scene does not read, which may hold any number. Any
-    /// other parameter must lie in its domain even if it is not read.
+    /// False for sections that this scene does not read, which may hold any number. Any other parameter must be in its
+    /// domain even if the scene does not read it.
     pub fn is_checked(&self, parameters: &Parameters) -> bool {
         !matches!(self.reader, Reader::Section(..)) || self.reader.reads(parameters)
     }
 }
 
 impl Reader {
-    /// True if a scene reads it.
+    /// True if a scene reads parameters with this reader.
     pub fn reads(self, parameters: &Parameters) -> bool {
         match self {
             Self::Every => true,
@@ -365,12 +366,12 @@ impl Reader {
         }
     }
 
-    /// The warning that a scene does not read the row of this name; `None` if it does.
+    /// The warning that a scene does not read the row with this name; `None` if it reads it.
     pub fn unread(self, name: &str, parameters: &Parameters) -> Option<String> {
         self.reason(parameters).map(|reason| format!("{name} is ignored: {reason}"))
     }
 
-    /// Why a scene does not read it; `None` if it does.
+    /// The reason why a scene does not read it; `None` if it does.
     pub fn reason(self, parameters: &Parameters) -> Option<String> {
         let label = |source: &Source| SOURCE.items[*source as usize].0;
         let only = |sources: &[Source]| {

@@ -1,4 +1,4 @@
-//! Checks of a scene's parameters: each must be in its domain, and they must fit each other.
+//! Checks of a scene's parameters: each must be in its domain, and together they must be consistent.
 //!
 //! The wave of a blow, which is `2 Lp` long, must keep its shape on its way down a drill string.
 //! On splines of degree `d` with consistent mass and spans of length `h`, a wave of length `w` is too fast by the
@@ -22,14 +22,12 @@ const PHASE: f64 = 0.1;
 /// Upper bound of `zeta(2 d)`: its value `pi^2 / 6` at `d = 1`.
 const ZETA: f64 = 1.645;
 
-/// Slowest decay of the velocity of a casing that a string brakes, 1/s.
-/// With a slower decay the casing would be hardly braked within a blow, and in time would reach speeds and distances
-/// whose rounding exceeds the resolution of guards.
+/// Slowest decay of the velocity of a casing that a string brakes, 1/s. With a slower decay a blow would hardly brake
+/// the casing, and in time it would reach speeds and distances whose rounding exceeds the resolution of guards.
 const SLOWEST_STRING: f64 = 10.0;
 
-/// Least mass of a casing, as a share of the bit's.
-/// A light body that is tied to a heavy one costs the modes a digit for each decade of their mass ratio.
-/// Down to this limit, the ledger of every preset closes to 1e-10 of its turnover.
+/// Least mass of a casing, as a share of the bit's. If a light body is tied to a heavy one, the modes lose a digit for
+/// each decade of the mass ratio. Down to this limit, the ledger of every preset closes to 1e-10 of its turnover.
 const LIGHTEST_CASING: f64 = 1e-4;
 
 /// The error that refuses the `value` of the parameter with this accessor.
@@ -46,7 +44,7 @@ impl Parameters {
     ///
     /// # Errors
     ///
-    /// The first parameter that is outside: its name, its value and the allowed range.
+    /// The first parameter outside its domain: its name, its value and the allowed range.
     pub fn validate(&self) -> Result<(), ParameterError> {
         let mut checked = PARAMETERS.iter().filter(|row| row.is_checked(self));
         checked.try_for_each(|row| row.check(row.slot.read(self)))?;
@@ -110,10 +108,9 @@ impl Parameters {
         refuse(|p| &mut p.contact.initial_gap, self.contact.initial_gap, allowed)
     }
 
-    /// The largest allowed impedance of a line at the piston, N s/m.
-    /// With it, the line brakes the motion of the piston relative to the body that takes the drive's reaction within
-    /// the time in which a wave crosses the piston.
-    /// The drive's force is distributed like the mass, which cannot represent faster braking.
+    /// The largest allowed impedance of a line at the piston, N s/m. With this impedance, the line brakes the piston,
+    /// relative to the body that takes the drive's reaction, in the time in which a wave crosses the piston. The force
+    /// of the drive is distributed like the mass, and so cannot represent faster braking.
     pub fn most_impedance(&self) -> f64 {
         let struck = match self.drill.loose() {
             0 => self.bit_mass(),
@@ -128,7 +125,8 @@ impl Parameters {
         1.0 / (transit * (1.0 / self.piston_mass() + 1.0 / frame))
     }
 
-    /// Checks that a line is not combined with air, and that it brakes more slowly than waves cross the piston.
+    /// Checks that a line is not combined with air, and that its braking takes longer than a wave takes to cross the
+    /// piston.
     fn check_line(&self) -> Result<(), ParameterError> {
         let (value, largest) = (self.drive.impedance, self.most_impedance());
         let allowed = match self.drive.source {
@@ -148,7 +146,7 @@ impl Parameters {
     /// These parameters, with the values of the tunable ones taken from `target`.
     ///
     /// # Errors
-    /// A parameter is out of its domain, or one that is fixed differs.
+    /// A parameter is out of its domain, or a fixed parameter differs.
     pub(crate) fn retuned(&self, target: &Self) -> Result<Self, ParameterError> {
         let mut tuned = *self;
         for row in PARAMETERS.iter() {
@@ -193,7 +191,7 @@ impl Parameters {
         self.check_string_mesh()
     }
 
-    /// Length of the wave that a blow sends, m: twice the piston's.
+    /// Length of the wave that a blow sends, m: twice that of the piston.
     pub(crate) fn blow_wave(&self) -> f64 {
         2.0 * self.sections(Body::Piston).length()
     }

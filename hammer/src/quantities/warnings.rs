@@ -30,8 +30,8 @@ impl fmt::Display for Suspect {
     }
 }
 
-/// A value that differs from the reference hammer's by this factor is probably in another unit. Confused units differ
-/// by a thousand (mm and m, kN and N); real hammers and rocks differ by less.
+/// A value that differs from the reference hammer's by this factor is probably in another unit. Units that are easily
+/// confused differ by a thousand (mm and m, kN and N); real hammers and rocks differ by less.
 const SLIP: f64 = 300.0;
 /// The same factor for a temperature: it separates degrees Celsius from kelvins.
 const WARM: f64 = 2.0;
@@ -43,7 +43,7 @@ const USUAL: [(&str, f64); 4] = [
     ("casing.mass", 50.0),
 ];
 
-/// Values that seem to be in another unit, one sentence each.
+/// Warnings about values that seem to be in another unit, one sentence each.
 pub fn unlikely(parameters: &Parameters, inputs: &InputValues) -> Vec<String> {
     let sized = |row: &&Parameter| !row.switches || usual_size(row.name).is_some();
     let read = |row: &&Parameter| row.reader.reads(parameters) && sized(row);
@@ -64,7 +64,7 @@ fn usual_size(name: &str) -> Option<f64> {
     USUAL.iter().find(|(of, _)| *of == name).map(|(_, size)| *size)
 }
 
-/// The warning about a value, compared with the reference hammer's or the usual one.
+/// The warning about a value, which is compared with the value of the reference hammer or the usual one.
 fn slip(name: &str, quantity: Quantity, [value, own]: [f64; 2]) -> Option<String> {
     let (own, whose) =
         usual_size(name).map_or((own, "the reference hammer's"), |size| (size, "a usual"));
@@ -76,7 +76,7 @@ fn slip(name: &str, quantity: Quantity, [value, own]: [f64; 2]) -> Option<String
     }
     let unit = quantity.unit;
     let [value, own] = [value, own].map(DisplayNumber);
-    // Rounds to three digits.
+    // The ratio, rounded to three digits.
     let ratio = DisplayNumber(format!("{ratio:.2e}").parse().unwrap_or(ratio));
     Some(format!(
         "{name} = {value} {unit} is {ratio} times {whose} {own} {unit}: is the unit right?"
@@ -96,7 +96,7 @@ pub fn starved(source: Source, sets: impl Fn(Input) -> bool) -> Option<String> {
     Some(format!("drive.source is {chosen}, but nothing sets {names}: the piston is not driven"))
 }
 
-/// The warning about a feed that does not press the hammer down at the first step.
+/// The warning about a feed force that does not press the hammer down at the first step.
 pub fn unfed(force: f64) -> Option<String> {
     (force <= 0.0).then(|| {
         format!(
@@ -110,18 +110,19 @@ pub fn unfed(force: f64) -> Option<String> {
 /// Fastest impact that the steel of piston and bit withstands for long, m/s.
 pub(crate) const FASTEST: f64 = 13.0;
 
-/// The warning about a faster impact, by more than rounding.
+/// The warning about an impact that exceeds this speed by more than rounding.
 pub(crate) fn fast(speed: f64) -> Option<String> {
     (speed > 1.005 * FASTEST).then(|| {
         format!("An impact at {speed:.1} m/s: steel that strikes steel does not last beyond {FASTEST} m/s")
     })
 }
 
-/// Depth of a blow at which the inserts of usual bits are in the rock up to half their radius of 7 mm, m.
+/// Penetration of a blow, m, that buries the inserts of usual bits up to half their radius of 7 mm.
 const BURIED: f64 = 3.5e-3;
 
-/// The warning about a blow after which the hole is longer than the bit went in, or the inserts are buried. Of rates of
-/// penetration and of the bit's tip (m/s), the lesser is the hole's.
+/// The warning about a blow that lengthened the hole by more than the bit advanced, or buried the inserts. `rate` is
+/// the rate of penetration and `tip` that of the bit's tip (m/s); the hole cannot grow faster than the lesser of the
+/// two.
 pub fn buried(rate: f64, tip: f64, depth: f64) -> Option<String> {
     let [rate, tip] = [rate, tip].map(|x| 3600.0 * x);
     if rate > tip {
@@ -139,18 +140,18 @@ pub fn buried(rate: f64, tip: f64, depth: f64) -> Option<String> {
     })
 }
 
-/// A stiffness or viscosity is out of proportion from this many times the bodies' own.
+/// A stiffness or viscosity this many times the bodies' own is out of proportion.
 const FAR_OFF: f64 = 100.0;
 
 impl Parameters {
-    /// The stiffness or viscosity that exceeds the bodies' own by most, if by [`FAR_OFF`] or more. The bodies' own
-    /// are the mesh's `E A d / h` and the impedance of the section.
+    /// The stiffness or viscosity that exceeds the bodies' own by the largest factor, if that is at least [`FAR_OFF`].
+    /// The bodies' own values are the mesh's `E A d / h` and the impedance of the section.
     pub(crate) fn suspect(&self) -> Option<Suspect> {
         let (mesh, rock) = (self.mesh_stiffness(), &self.rock);
         let tip = self.sections(Body::Bit).as_slice().iter().map(|s| s.area).fold(0.0, f64::max);
         let unloading = rock.unloading_ratio * rock.stiffness;
         let cased = |x: f64| if self.has_casing() { x } else { 0.0 };
-        // Compared with the softer of the bodies that the chuck ties.
+        // The chuck's stiffness is compared with that of the softer body that it ties.
         let soft = self.end_stiffness(Body::Casing).min(self.end_stiffness(Body::Bit));
         let top = self.sections(Body::Casing).as_slice()[0].area;
         let neighbour = if self.is_elastic(Body::Casing) { top } else { tip };
@@ -194,7 +195,8 @@ pub(crate) fn warnings(parameters: &Parameters) -> Vec<String> {
     list
 }
 
-/// The warning that a port which opens as the piston rises is not fully open before the cylinder's end.
+/// The warning that a port which opens as the piston rises is not yet fully open when the piston reaches the cylinder's
+/// end.
 fn short_cylinder(parameters: &Parameters) -> Option<String> {
     let air = &parameters.air;
     let ports: [(Access, f64, f64); 2] = [
@@ -216,8 +218,8 @@ fn short_cylinder(parameters: &Parameters) -> Option<String> {
     })
 }
 
-/// The warning that the bit on the rock's spring and dashpot is overdamped: it approaches rest from one side, and
-/// never turns upward.
+/// The warning that the bit on the rock's spring and dashpot is overdamped: it approaches rest from one side and never
+/// turns upward.
 fn overdamped(parameters: &Parameters) -> Option<String> {
     let (rock, mass) = (&parameters.rock, parameters.bit_mass());
     let critical = 2.0 * (rock.stiffness * mass).sqrt();
@@ -230,15 +232,15 @@ fn overdamped(parameters: &Parameters) -> Option<String> {
     })
 }
 
-/// Warnings that under constant loads the hammer cannot strike: the drive is too weak for the piston's weight, or the
-/// feed lifts the hammer. Over a cycle mean forces balance, and the rock can only push, so feed, weights and, without
-/// a casing that carries its reaction, the drive must press the bit down.
+/// Warnings that the hammer cannot strike under constant loads: the drive is too weak for the piston's weight, or the
+/// feed lifts the hammer. The mean forces over a cycle balance, and the rock can only push. So the sum of feed, weights
+/// and drive must press the bit down; the drive counts unless a casing carries its reaction.
 pub(crate) fn idle(parameters: &Parameters, inputs: &Inputs) -> Vec<String> {
     let Parameters { drive, gravity, .. } = parameters;
     let [lifts, throws, anvil] = drive.reach(inputs);
     let weight = parameters.piston_mass() * gravity;
     let mut list = Vec::new();
-    // Without loads a piston that is thrown flies on.
+    // Without loads, a piston that was thrown flies on.
     let loaded = weight != 0.0 || lifts != 0.0 || throws != 0.0;
     if loaded && drive.source.switches() && (lifts + weight >= 0.0 || throws + weight <= 0.0) {
         list.push(format!(

@@ -19,12 +19,12 @@ pub(crate) fn is_real(root: C) -> bool {
 pub(crate) struct Block {
     /// The generator, 1/s.
     pub(crate) b: Matrix2,
-    /// Each coordinate's `|b|`, 1/s.
+    /// The rate `|b|` of each coordinate, 1/s.
     pub(crate) rate: [f64; 2],
     /// Displacement shapes of the two coordinates.
     pub(crate) shapes: [Vec<f64>; 2],
-    /// True if the first coordinate is a uniform translation, whose motion is a polynomial: `s^2`,
-    /// or `s (s + rate)` where a dashpot to the ground brakes it.
+    /// True if the first coordinate is a uniform translation, whose motion is a polynomial. The block's polynomial is
+    /// then `s^2`, or `s (s + rate)` if a dashpot to the ground brakes the translation.
     pub(crate) rigid: bool,
 }
 
@@ -32,8 +32,8 @@ impl Block {
     /// The block of `(s - sigma)^2 + delta`; `shapes` are the mean of the two eigenvectors, and
     /// `scale` times their divided difference.
     pub(crate) fn quadratic(sigma: f64, delta: f64, scale: f64, shapes: [Vec<f64>; 2]) -> Self {
-        // A root is rounded: an oscillating block must keep exactly opposite entries, otherwise the
-        // sum of its eigenvalues (twice the damping) is lost beside the frequency.
+        // A root is rounded. The entries of an oscillating block must stay exactly opposite: otherwise the sum of its
+        // eigenvalues (twice the damping) would be lost beside the frequency.
         let turns = (delta - scale * scale).abs() <= 4.0 * f64::EPSILON * delta;
         let back = if turns { scale } else { delta / scale };
         let rate =
@@ -52,7 +52,7 @@ impl Block {
         Self { b: [0.0, 0.0, 0.0, root], rate: [0.0, -root], shapes, rigid: true }
     }
 
-    /// Gives a translation, which moves all bodies alike, the sign of a displacement.
+    /// Changes the sign of a translation, which moves all bodies alike, so that it is positive downward.
     pub(crate) fn turn_downward(&mut self) {
         let shape = &mut self.shapes[0];
         if shape.iter().sum::<f64>() < 0.0 {

@@ -1,7 +1,7 @@
 //! The secular function of more than two attachments.
 //!
-//! It is one determinant, in which the modes that dominate near a root have rows and columns of their own, so that no
-//! power of their compliance has to cancel.
+//! It is one determinant. The modes that dominate near a root have their own rows and columns in it, so that no power
+//! of their compliance has to cancel.
 
 use crate::modal::spectrum::jet::Jet;
 use crate::modal::spectrum::secular::{MAX_ORDER, PAIRS, Root, Secular, size};
@@ -11,8 +11,8 @@ use num_complex::Complex64 as C;
 /// A matrix of which the first rows and columns are used.
 type Matrix = [[Jet; MAX_ORDER]; MAX_ORDER];
 
-/// Two modes dominate if a root is nearer to its pole, and the poles nearer to one another, than this share of their
-/// size.
+/// Two modes dominate if the distance of a root from its pole, and that of the two poles from each other, are below
+/// this share of their size.
 const CLOSE: f64 = 1e-6;
 
 /// A root that is nearer to its pole than this share of its size belongs to a mode that is trapped between the

@@ -1,7 +1,7 @@
 //! Deflation: modes that are already eigenvectors are removed before the eigenvalues are computed.
 //!
-//! * Of several modes with equal frequency, at most as many combinations are coupled to the attachments as there are
-//!   attachments; the other combinations are eigenvectors.
+//! * If several modes have equal frequency, at most as many of their combinations are coupled to the attachments as
+//!   there are attachments; the other combinations are eigenvectors.
 //! * A mode that hardly moves the attachments is an eigenvector too. At the upper end of the spectrum of splines each
 //!   mode belongs to one end of a body, and moves the other end only by a rounding.
 
@@ -19,7 +19,7 @@ pub(crate) struct Deflated {
     pub(crate) omega2: Vec<f64>,
     /// Kelvin-Voigt damping time, s.
     pub(crate) beta: f64,
-    /// The uniform translation, if nothing but a dashpot to the ground resists it.
+    /// The uniform translation, if only a dashpot to the ground resists it.
     pub(crate) sliding: Option<Vec<f64>>,
     /// Amplitudes of each attachment in the remaining modes.
     pub(crate) shapes: Vec<Vec<f64>>,
@@ -36,7 +36,7 @@ pub(crate) struct Deflated {
 /// Relative difference below which squared frequencies are equal to rounding.
 const EQUAL: f64 = 4.0 * f64::EPSILON;
 
-/// Share of a direction below which its remainder after orthogonalisation is rounding.
+/// If less than this share of a direction remains after orthogonalisation, the remainder is rounding.
 const SPANNED: f64 = 1e-14;
 
 impl Deflated {
@@ -104,8 +104,8 @@ impl Deflated {
     }
 }
 
-/// Orthonormal combinations of modes of one frequency, each with true if attachments are coupled to it. At most as many
-/// are coupled as there are attachments.
+/// Orthonormal combinations of modes of one frequency, each with a flag that is true if attachments are coupled to it.
+/// At most as many are coupled as there are attachments.
 fn combinations(structure: &Structure, cluster: &[usize]) -> Vec<(Vec<f64>, bool)> {
     let size = cluster.len();
     let axis = |k: usize| (0..size).map(|i| f64::from(u8::from(i == k))).collect::<Vec<f64>>();

@@ -1,8 +1,7 @@
 //! The modes of bodies that are joined by springs with proportional damping. The springs are added one after another.
 //!
-//! In the modes of the bodies with all springs before it, the stiffness of a spring is a dyad.
-//! Its damping is proportional to its stiffness, as that of the bodies is, so the joint modes are real and orthonormal,
-//! `V' V = 1`.
+//! In the modes of the bodies and all springs added before, the stiffness of a new spring is a dyad. Its damping is
+//! proportional to its stiffness, like that of the bodies, so the joint modes are real and orthonormal, `V' V = 1`.
 //! These modes do not depend on what acts on the tip. They are the same in every run of a sweep over a rock or a load,
 //! and are therefore computed once per process.
 
@@ -86,13 +85,13 @@ impl Modes {
         Some(())
     }
 
-    /// A point's amplitudes in these modes, from those in the bodies' own modes.
+    /// A point's amplitudes in these modes, converted from those in the bodies' own modes.
     fn amplitudes(&self, shape: &[f64]) -> Vec<f64> {
         let modes = self.shapes.chunks_exact(shape.len().next_multiple_of(LANES));
         modes.map(|mode| inner_product(mode, shape)).collect()
     }
 
-    /// A shape, given in these modes, in the bodies' own modes, padded to whole groups of lanes.
+    /// A shape converted from these modes to the bodies' own modes, padded to whole groups of lanes.
     fn in_bodies(&self, shape: &[f64]) -> Vec<f64> {
         let mut sum = vec![0.0; shape.len().next_multiple_of(LANES)];
         combine_in_order(&self.shapes, shape, &mut sum);
@@ -110,7 +109,7 @@ impl Joined {
         Some(Self { modes, attached, sliding })
     }
 
-    /// A structure, given in the bodies' own modes, in these modes.
+    /// A structure converted from the bodies' own modes to these modes.
     pub(crate) fn structure<'a>(&'a self, structure: &Structure) -> Structure<'a> {
         let attached = structure.attachments.iter().zip(&self.attached);
         let attached = attached.map(|(a, shape)| Attachment {
@@ -122,7 +121,7 @@ impl Joined {
         Structure { attachments, sliding, ..Structure::free(&self.modes.omega2, structure.beta) }
     }
 
-    /// A block, given in these modes, in the bodies' own modes.
+    /// A block converted from these modes to the bodies' own modes.
     pub(crate) fn block(&self, block: Block) -> Block {
         let count = self.modes.omega2.len();
         let shapes = block.shapes.each_ref().map(|shape| {

@@ -5,7 +5,7 @@
 //! deflation    modes of equal frequency taken out
 //! jet          functions of s with their derivatives
 //! secular      the function whose zeros are the eigenvalues, and its vectors
-//! bordered     the same of more than two attachments
+//! bordered the same for more than two attachments
 //! roots        all zeros at once
 //! pairing      roots into pairs, and pairs into blocks
 //! states       displacements with velocities, in which vectors are orthogonal
@@ -42,14 +42,14 @@ use crate::modal::structure::Structure;
 use crate::numerics::math::norm;
 use num_complex::Complex64 as C;
 
-/// A structure's eigenvalues, and what is known beside them.
+/// Everything that was computed about a structure's eigenvalues.
 pub(crate) struct Spectrum {
     /// The blocks of modes that no attachment moves.
     alone: Vec<Block>,
     coupled: Option<Coupled>,
 }
 
-/// The roots of the other modes, and whether all are known.
+/// The roots of the other modes, and the error if some are missing.
 struct Coupled {
     secular: Secular,
     roots: Vec<Root>,
@@ -57,6 +57,8 @@ struct Coupled {
 }
 
 impl Spectrum {
+    /// Computes the eigenvalues.
+    ///
     /// # Errors
     ///
     /// [`SpectrumError::Cancelled`].
@@ -79,20 +81,20 @@ impl Spectrum {
         }
     }
 
-    /// The blocks by the roots alone, the translation first, then by rising rate.
+    /// The blocks that follow from the roots alone: the translation first, then by rising rate.
     ///
     /// # Errors
     ///
-    /// [`SpectrumError`], if these are not known to working accuracy.
+    /// [`SpectrumError`], if the roots are not known to working accuracy.
     pub(crate) fn blocks(&self) -> Result<Vec<Block>, SpectrumError> {
         self.sorted(Coupled::blocks)
     }
 
-    /// The same with every pair refined from its root, and with what is found beside those that converge.
+    /// The blocks with every pair refined from its root. A dense solver finds the pairs that do not converge.
     ///
     /// # Errors
     ///
-    /// [`SpectrumError`], if that is not found.
+    /// [`SpectrumError`], if some pairs are not found.
     pub(crate) fn refined_blocks(&self) -> Result<Vec<Block>, SpectrumError> {
         self.sorted(Coupled::refined_blocks)
     }
@@ -105,7 +107,7 @@ impl Spectrum {
         if let Some(coupled) = &self.coupled {
             blocks.extend(found(coupled)?);
         }
-        // The slow ones outlive the fast.
+        // Slow blocks come first.
         blocks.sort_by(|a, b| (!a.rigid).cmp(&!b.rigid).then(a.rate[0].total_cmp(&b.rate[0])));
         Ok(blocks)
     }
@@ -147,14 +149,14 @@ impl Coupled {
     }
 }
 
-/// The block of a mode that is left alone, as a rigid bit on rock. It is known in closed form, at critical damping too,
-/// where the roots of the secular function coincide.
+/// The block of a single remaining mode, such as that of a rigid bit on rock. It is known in closed form, even at
+/// critical damping, where the roots of the secular function coincide.
 fn single(left: &Deflated) -> Option<Block> {
     let [own] = left.omega2[..] else { return None };
     let attached = || left.shapes.iter().map(|shape| shape[0] * shape[0]).zip(&left.springs);
     let omega2 = own + attached().map(|(part, (k, _))| k * part).sum::<f64>();
     let damping = left.beta * own + attached().map(|(part, (_, c))| c * part).sum::<f64>();
-    // Without a spring it slides against a dashpot.
+    // Without a spring the mode slides against a dashpot.
     let shape = || left.unmerged(&[C::new(1.0, 0.0)]).iter().map(|z| z.re).collect();
     (omega2 > 0.0).then(|| Block::single(omega2, damping, shape()))
 }

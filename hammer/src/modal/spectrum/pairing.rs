@@ -1,4 +1,4 @@
-//! From roots to eigenpairs, and from eigenpairs to blocks. A block consists of two conjugate roots or of two real
+//! Pairs roots into eigenpairs, and eigenpairs into blocks. A block consists of two conjugate roots or of two real
 //! roots.
 
 use crate::error::SpectrumError;
@@ -42,7 +42,7 @@ pub(crate) fn is_decay((s, _): &Eigenpair) -> bool {
     s.im == 0.0
 }
 
-/// Sorts the pairs: first the oscillations, then the decays; each from slow to fast decay.
+/// Sorts the pairs: first the oscillations, then the decays; each group from slow to fast decay.
 pub(crate) fn sort(pairs: &mut [Eigenpair]) {
     pairs.sort_by(|a, b| is_decay(a).cmp(&is_decay(b)).then(b.0.re.total_cmp(&a.0.re)));
 }
@@ -83,7 +83,7 @@ pub(crate) fn blocks(system: &Deflated, pairs: &[Eigenpair]) -> Result<Vec<Block
 
 /// The block of a root and its conjugate. The root's eigenvector `v` is given in the free modes.
 fn oscillation(s: C, v: &[C]) -> Block {
-    // The phase of the vector is free. It is chosen so that the largest component is real, which keeps the shapes of
+    // The phase of the vector is arbitrary. It is chosen so that the largest component is real, which gives shapes of
     // moderate size.
     let larger = |m: C, z: &C| if z.norm_sqr() > m.norm_sqr() { *z } else { m };
     let largest = v.iter().fold(C::default(), larger);

@@ -17,11 +17,11 @@ use crate::numerics::kernel::inner_product;
 use crate::numerics::math;
 use crate::numerics::matrix2::{Matrix2, product};
 
-/// If the terms exceed their sum by this factor, the displacement is computed from the force. With this choice the sum
+/// If the terms exceed their sum by this factor, the displacement is computed from the force. With this limit the sum
 /// loses at most three digits where it is used.
 const CANCELS: f64 = 1e3;
-/// Largest difference between the displacements by the force and by the sum, relative to the sum's terms. If it is
-/// larger, the block is inaccurate and the force is not used.
+/// Largest difference between the displacement from the force and that from the sum, relative to the sum's terms. If it
+/// is larger, the block is inaccurate and the force is not used.
 const ROUGH: f64 = 1e-10;
 
 /// The product of a row and a matrix.
@@ -84,7 +84,7 @@ impl<'a> Dashpot<'a> {
     }
 }
 
-/// The forces in the springs by least squares. Those in dashpots without a spring are known.
+/// The forces in the springs, by least squares. The forces in dashpots without a spring are known.
 fn forces(structure: &Structure, block: &Block, springs: usize) -> [[f64; 2]; MAX_SPRINGS] {
     let (b, rate) = (&block.b, block.rate[0].max(block.rate[1]));
     let square = product(b, b);
@@ -167,7 +167,7 @@ mod tests {
                 let size = expected[0].hypot(expected[1]);
                 let Some(u) = displacement else {
                     // If the spring is not stiff for this mode, the sum loses up to three digits of sixteen, and the
-                    // block a few units in its last place.
+                    // block itself is off by a few units in its last place.
                     assert!((sum[0] - expected[0]).hypot(sum[1] - expected[1]) <= 1e-11 * size);
                     continue;
                 };

@@ -6,11 +6,10 @@
 //! d_i x_i + sum_a phi_{a,i} F_a = 0,     F_a = kappa_a sum_i phi_{a,i} x_i.
 //! ```
 //!
-//! In neither equation does a term grow where another vanishes.
-//! A step solves the linearised equations in double precision. Amplitudes far from resonance are eliminated; those near
-//! it are unknowns of a small matrix, which is scaled and eliminated with complete pivoting.
-//! The accuracy of this solution affects only how fast the iteration converges. The limit is accurate to twice the
-//! digits.
+//! In these equations no term becomes large where another vanishes. A step solves the linearised equations in double
+//! precision. Amplitudes far from resonance are eliminated; those near it are unknowns of a small matrix, which is
+//! scaled and eliminated with complete pivoting. The accuracy of this solution affects only how fast the iteration
+//! converges. The limit is accurate to twice the digits.
 
 use crate::modal::spectrum::pairing::Eigenpair;
 use crate::modal::spectrum::secular::Secular;
@@ -20,10 +19,10 @@ use crate::numerics::wide::Wide;
 use num_complex::Complex64 as C;
 use std::ops::Add;
 
-/// Limit of the number of steps. Eight are needed if only two digits of the linear equations' solution are correct, and
-/// some thirty for one of two close roots, since each step then goes half the way.
+/// Limit of the number of steps. Eight are needed if only two digits of the linear equations' solution are correct.
+/// Some thirty are needed for one of two close roots, because each step then goes only half the way.
 const STEPS: usize = 40;
-/// A step below this, relative to the vector and the root, is the last.
+/// If a step is below this, relative to the vector and the root, the iteration ends.
 const LAST: f64 = 1e-18;
 /// Share of its size by which a root may move. If it moved further, it might become another root.
 pub(crate) const MOVED: f64 = 1e-6;
@@ -146,8 +145,8 @@ impl<'a> Refinement<'a> {
         let (forces, amplitudes, root) = linear.step()?;
         let size = |x: &[C]| x.iter().map(C::norm_sqr).sum::<f64>().sqrt();
         let root_size = norm(root) / norm(self.s.value());
-        // The step of the vector is one of inverse iteration, which improves any vector. The step of the root is right
-        // only if the vector is.
+        // The step of the vector is one of inverse iteration, which improves any vector. The step of the root is
+        // correct only if the vector is.
         if norm(root) <= self.room {
             self.s = self.s + Wide::new(root);
         }
@@ -205,8 +204,8 @@ impl Linearised<'_> {
         (0..order).for_each(|a| row[a] = -self.sum(conj, phi(a)));
         self.near.iter().enumerate().for_each(|(k, &i)| row[order + k] = conj(i));
         (row[n - 1], row[n]) = (-self.sum(conj, slope), self.sum(conj, residual));
-        // Forces are scaled by the modes' amplitudes, so that a scene with larger masses has the same numbers, to the
-        // last binary digit.
+        // Forces are scaled by the modes' amplitudes, so that a scene with larger masses yields the same numbers, to
+        // the last binary digit.
         let sizes: Vec<f64> = self
             .phi
             .iter()

@@ -19,8 +19,8 @@ const SHOVE: f64 = 1e-6;
 const PART: f64 = 0.5;
 /// Relative displacement that then separates them. From a symmetric position they would remain conjugates.
 const ASIDE: C = C::new(-0.06, 0.05);
-/// A step below this, relative to the distance from the pole, shows that half of the root's digits are correct. The
-/// next step, which must be below [`WHOLE`], makes all of them correct.
+/// If a step is below this, relative to the distance from the pole, half of the root's digits are correct. The next
+/// step, which must be below [`WHOLE`], makes all of them correct.
 const HALF: f64 = 1e-8;
 const WHOLE: f64 = 1e-14;
 
@@ -30,7 +30,7 @@ const COINCIDENT: f64 = 1e-6;
 /// Newton's method to find the root afterwards.
 const ROUGH: f64 = 1e-2;
 
-/// Number of consecutive steps that are so small that the root is settled after two.
+/// Number of consecutive steps, including this one, that are so small that two of them settle the root.
 fn steps_in_place(before: u8, size: f64, rough: f64) -> u8 {
     if size <= WHOLE.max(rough) { before + 1 } else { u8::from(size <= HALF) }
 }
@@ -78,7 +78,7 @@ impl<'a> Roots<'a> {
             .zip(&system.springs)
             .map(|(shape, (k, _))| k * shape.iter().map(|x| x * x).sum::<f64>())
             .fold(0.0, f64::max);
-        // The roots of translations on which only a dashpot acts must leave their pole too.
+        // If only a dashpot acts on a translation, its roots must leave their pole too.
         let dashpots = system.shapes.iter().zip(&system.springs).filter(|(_, (k, _))| *k == 0.0);
         let braking: f64 =
             dashpots.map(|(shape, (_, c))| c * shape.iter().map(|x| x * x).sum::<f64>()).sum();
@@ -114,8 +114,8 @@ impl<'a> Roots<'a> {
         next.map_or(1e-3 * norm(sites[2 * i]), |k| factor * norm(sites[2 * k] - sites[2 * i]))
     }
 
-    /// The roots, two for each mode, and an error if they do not converge, do not come in conjugate pairs, or do not
-    /// fit the trace.
+    /// The roots, two for each mode. The result is an error if they do not converge, do not come in conjugate pairs, or
+    /// do not fit the trace.
     pub(crate) fn solve(&self) -> (Vec<Root>, Result<(), SpectrumError>) {
         let (mut roots, mut result) = (Vec::new(), Err(SpectrumError::Unsettled));
         for ties in [true, false] {
@@ -203,7 +203,7 @@ impl<'a> Roots<'a> {
         if self.secular.expanded { ROUGH } else { COINCIDENT }
     }
 
-    /// The conjugate of a root.
+    /// The root's conjugate.
     fn mirrored(&self, root: Root) -> Root {
         let oscillates = self.secular.poles[root.pole].im != 0.0;
         let pole = if oscillates { root.pole ^ 1 } else { root.pole };

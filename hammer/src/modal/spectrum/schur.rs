@@ -21,7 +21,8 @@ use num_complex::Complex64 as C;
 const STEPS: usize = 100;
 /// Share of its size by which one of two close roots may move.
 const ROOM: f64 = 1e-2;
-/// If two roots are closer than this share of their size, the difference of their vectors has too few of thirty digits.
+/// If two roots are closer than this share of their size, the difference of their vectors has too few correct digits of
+/// thirty.
 const APART: f64 = 1e-9;
 
 /// Finds the eigenpairs in the space that `states` span. Adds them to the `known` ones, except roots that nearly

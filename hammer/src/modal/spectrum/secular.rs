@@ -14,10 +14,9 @@
 //! A point `s` is stored as an offset from its nearest pole, so that `d_i` does not cancel near it (as in LAPACK's
 //! `dlaed4`).
 //!
-//! The slow pole of an overdamped mode, `beta w_i > 2`, tends to `-1 / beta` with growing frequency:
-//! `s + 1 / beta = -s^2 / (beta w_i^2)`.
-//! If several such poles crowd there, these small numbers are stored ([`Secular::measured_from_crowd`]), and their
-//! differences keep all their digits.
+//! The slow pole of an overdamped mode, `beta w_i > 2`, tends to `-1 / beta` with growing frequency: `s + 1 / beta =
+//! -s^2 / (beta w_i^2)`. If several such poles crowd there, these small numbers are stored
+//! ([`Secular::measured_from_crowd`]), so that their differences keep all digits.
 
 use crate::modal::spectrum::deflation::Deflated;
 use crate::modal::spectrum::jet::Jet;
@@ -255,8 +254,8 @@ impl Secular {
         sum
     }
 
-    /// `R11 R22 - R12^2`, by that of two sums that cancels less. Between the bars' resonances each receptance is small;
-    /// below the first resonance the translations dominate.
+    /// `R11 R22 - R12^2`, from whichever of two sums cancels less. Between the bars' resonances each receptance is
+    /// small; below the first resonance the translations dominate.
     fn determinant(&self, r: &Receptance, own: [Jet; 2]) -> Jet {
         let cross = self.whole(r, 0, 1);
         let terms = |a: usize, b: usize| {

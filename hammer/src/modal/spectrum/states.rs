@@ -15,7 +15,7 @@ use crate::numerics::math;
 use nalgebra::DMatrix;
 use num_complex::Complex64 as C;
 
-/// Two vectors of nearly equal roots belong to one pair if their normalised product is above this.
+/// If the normalised product of two vectors of nearly equal roots is above this, they belong to one pair.
 const SHARED: f64 = 1e-3;
 /// Roots that differ by more than this, relative to their size, belong to different pairs.
 const NEAR: f64 = 1e-6;
@@ -73,8 +73,8 @@ fn product(dual: &[C], s: C, x: &[C]) -> C {
     dual.chunks_exact(2).zip(x).map(|(d, x)| (d[0] + s * d[1]) * x).sum()
 }
 
-/// The forces of the bars' stiffness times `share`, and of the attachments by `number`, which is their stiffness or
-/// viscosity.
+/// The forces of the bars' stiffness, multiplied by `share`, and of the attachments. `number` selects an attachment's
+/// stiffness or viscosity.
 fn forces(system: &Deflated, share: f64, number: fn(&(f64, f64)) -> f64, x: &[f64]) -> Vec<f64> {
     let mut out: Vec<f64> = system.omega2.iter().zip(x).map(|(w2, x)| share * w2 * x).collect();
     for (shape, spring) in system.shapes.iter().zip(&system.springs) {

@@ -7,7 +7,7 @@ use crate::numerics::combine::{Columns, combine};
 use crate::numerics::kernel::{self, inner_product};
 use std::ops::Range;
 
-/// With a mismatch above this, a state that is converted to the basis is corrected once.
+/// If the mismatch is above this, a state that is converted to the basis is corrected once.
 const ROUGH: f64 = 1e-11;
 
 /// A basis of the phase space `[q | q']` of the free modes, and its inverse.
@@ -32,8 +32,8 @@ pub(crate) struct Basis {
 }
 
 impl Basis {
-    /// The basis of these blocks; `None` if the call is interrupted. In the mismatch, a displacement whose frequency is
-    /// below `slowest` is weighted with `slowest`.
+    /// The basis of these blocks; `None` if the call is interrupted. In the mismatch, displacements with a frequency
+    /// below `slowest` are weighted with `slowest`.
     pub(crate) fn new(structure: &Structure, blocks: &[Block], slowest: f64) -> Option<Self> {
         let modes = blocks.len();
         let n = modes.next_multiple_of(kernel::LANES);
@@ -133,7 +133,7 @@ impl Basis {
         self.enter_part(state, 0..self.modes, y);
     }
 
-    /// [`Self::enter`] for a state in which only the modes `moving` are not zero.
+    /// [`Self::enter`] for a state that is zero in all modes except those of `moving`.
     pub(crate) fn enter_part(&self, state: &[f64], moving: Range<usize>, y: &mut [f64]) {
         self.combined(state, moving, y);
         if self.mismatch > ROUGH {
@@ -163,8 +163,8 @@ impl Basis {
         state.copy_from_slice(&padded[..2 * self.modes]);
     }
 
-    /// Each modal coordinate of the actual blocks: its index in a modal vector, and the displacements and velocities of
-    /// the free modes that it contributes.
+    /// For each modal coordinate of the actual blocks: its index in a modal vector, and the displacements and
+    /// velocities of the free modes that it contributes.
     pub(crate) fn columns(&self) -> impl Iterator<Item = (usize, [&[f64]; 2])> {
         let index = |k: usize| if k < self.modes { k } else { self.n + k - self.modes };
         self.from_modal.chunks_exact(self.phase).enumerate().map(move |(k, column)| {

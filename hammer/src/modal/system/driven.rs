@@ -20,7 +20,7 @@ impl Driven {
         Self { translation, slow: Vec::new(), reach: None }
     }
 
-    /// Moves the epoch by `step` (s) if the motion of the slow coordinates is still valid beyond. Returns true if so.
+    /// Moves the epoch by `step` (s) and returns true, if the motion of the slow coordinates is still valid afterwards.
     pub(crate) fn shift(&mut self, step: f64) -> bool {
         let is_valid = self.reach.is_none_or(|reach| reach > step);
         if is_valid {

@@ -12,7 +12,8 @@ use std::sync::OnceLock;
 /// Order of the remainder of a Taylor window.
 pub const TAYLOR: usize = 24;
 
-/// Number of repeated integrals of a rate that are stored: as many as a load, or a rate under it, has coefficients.
+/// Number of repeated integrals of a rate that are stored: as many as a load, or a rate under this load, has
+/// coefficients.
 pub const INTEGRALS: usize = ORDERS + 1;
 
 /// A linear functional of the displacements, in modal coordinates.
@@ -27,8 +28,8 @@ pub struct Functional {
     pub taylor: [Vec<f64>; 2],
     /// `c B^-1`, which gives the integral.
     pub integral: Vec<f64>,
-    /// `c B^(1 - k)` for k = 1, 2, ..., which give the repeated integrals of the rate. They are made once a load
-    /// varies.
+    /// `c B^(1 - k)` for k = 1, 2, ..., which give the repeated integrals of the rate. They are computed when a load
+    /// first varies.
     integrals: OnceLock<Vec<Vec<f64>>>,
     evaluation_rows: [OnceLock<EvaluationRows>; 2],
     /// Weight of the uniform translation.
@@ -86,7 +87,7 @@ impl Functional {
         std::array::from_fn(|_| vec![0.0; 2 * n])
     }
 
-    /// Rows for derivative `order` (0 or 1) and its rate, and weights that bound that derivative and its second
+    /// Rows for derivative `order` (0 or 1) and for its rate, and weights that bound this derivative and its second
     /// derivative for all later times.
     #[inline]
     pub(crate) fn evaluation_rows(&self, order: usize) -> &EvaluationRows {

@@ -1,11 +1,9 @@
 //! The generator `B` of a decomposed system, which has 2 by 2 blocks on its diagonal.
 //!
 //! A modal vector holds the first coordinates of all blocks, then their second coordinates. Each half is padded with
-//! zeros to the length `n`, a whole number of groups of lanes.
-//! In some systems block 0 is a uniform translation, whose motion is a polynomial that is stored elsewhere; `B` is zero
-//! there.
-//! If a dashpot to the ground brakes the translation, this holds only for the first coordinate of block 0, and the
-//! second one is a decay.
+//! zeros to the length `n`, a whole number of groups of lanes. In some systems block 0 is a uniform translation, whose
+//! motion is a polynomial that is stored elsewhere; `B` is zero in this block. If a dashpot to the ground brakes the
+//! translation, only the first coordinate of block 0 is of this kind, and the second one is a decay.
 
 use crate::modal::spectrum::block::Block;
 use crate::numerics::form::Form;
@@ -20,7 +18,7 @@ const SHORTEST: i32 = 44;
 const LEVELS: usize = 97;
 /// Longest span for which tabulated rotations are composed, s. A corrupt state may ask for any span.
 const TABULATED: f64 = 65_536.0;
-/// A rate below this share of the largest one is slow.
+/// A rate is slow if it is below this share of the largest rate.
 const SLOW: f64 = 1e-2;
 /// Coefficients below this are set to zero.
 const NOTHING: f64 = 1e-200;
@@ -28,7 +26,7 @@ const NOTHING: f64 = 1e-200;
 /// The matrix `B`, and a table of its exponentials over the spans 2^k s and 1.5 times 2^k s.
 #[derive(Debug)]
 pub(crate) struct Generator {
-    /// Number of blocks, with empty ones that fill the last group of lanes.
+    /// Number of blocks, including the empty ones that fill the last group of lanes.
     pub(crate) n: usize,
     /// True if block 0 is a uniform translation.
     pub(crate) rigid: bool,
@@ -91,7 +89,7 @@ impl Generator {
         self
     }
 
-    /// Number of blocks (0 or 1) at the beginning of which no coordinate moves by `exp(B t)`.
+    /// Number of blocks at the beginning (0 or 1) in which no coordinate moves by `exp(B t)`.
     fn still(&self) -> usize {
         usize::from(self.rigid && !self.braked)
     }
@@ -310,7 +308,8 @@ impl Generator {
     }
 
     /// The form of `Q` that solves Lyapunov's equation `B^T Q + Q B = -W`, block by block. `W` is symmetric; `w`
-    /// returns its entries up to the diagonal. Calls `stops` for each row, and returns `None` if it returns true.
+    /// returns its entries up to the diagonal. Calls `stops` for each row, and returns `None` once `stops` returns
+    /// true.
     pub(crate) fn lyapunov(
         &self,
         w: impl Fn(usize, usize) -> f64,
@@ -321,7 +320,7 @@ impl Generator {
         let mut blocks = self.blocks.clone();
         let mut by_blocks = true;
         if self.braked {
-            // The first coordinate has no part in `W`, so any rate will do for it.
+            // The first coordinate has no part in `W`, so its rate is arbitrary.
             blocks[0][0] = blocks[0][3];
         }
         for i in self.still()..self.blocks.len() {

@@ -58,20 +58,20 @@ use std::sync::{Arc, Mutex, OnceLock, Weak};
 pub struct Recipe<'a> {
     /// Bars and their attachments.
     pub structure: Structure<'a>,
-    /// For each channel, the modal load of the channel's value 1.
+    /// For each channel, the modal load that a value of 1 causes.
     pub loads: [Vec<f64>; CHANNELS],
     /// Shapes of the functionals that are evaluated.
     pub functionals: Vec<Vec<f64>>,
-    /// The functionals on which dashpots act whose work counts as damping, and the viscosities of these, N s/m.
+    /// The functionals on which dashpots act whose work counts as damping, and the dashpots' viscosities, N s/m.
     pub dampers: Vec<(usize, f64)>,
 }
 
 /// Largest mismatch of a usable basis. A missing or duplicated vector gives a mismatch near one; rounding under the
-/// stiffest dashpots gives 1e-8. A state that is converted is corrected once, which squares the mismatch. With a larger
+/// stiffest dashpots gives 1e-8. A converted state is corrected once, which squares the mismatch. With a larger
 /// mismatch it would have fewer than ten correct digits.
 const BASIS_TOLERANCE: f64 = 1e-5;
-/// A basis with a larger mismatch is made again, from pairs whose amplitudes are all refined (small ones matter where a
-/// stiff spring acts on a light body), and with a dense solver for pairs that are missing.
+/// If the mismatch is above this, the basis is computed again: from pairs whose amplitudes are all refined (small ones
+/// matter where a stiff spring acts on a light body), and with a dense solver for missing pairs.
 const ACCURATE: f64 = 1e-11;
 
 /// A decomposed system.
@@ -103,7 +103,7 @@ pub struct System {
     passages: Mutex<Vec<Entry>>,
 }
 
-/// A passage into a system, with what it starts from.
+/// A passage into this system, with the system from which it starts.
 #[derive(Debug)]
 struct Entry {
     from: Weak<System>,
@@ -194,13 +194,13 @@ impl System {
         Self::room(self.modes(), self.functionals.len())
     }
 
-    /// [`Self::bytes`] of a system with so many modes and functionals.
+    /// [`Self::bytes`] for a system with this many modes and functionals.
     pub(crate) fn room(modes: usize, functionals: usize) -> usize {
         let len = 2 * modes.next_multiple_of(LANES);
-        // A functional has rows and weights, both again in the order of the loops, integrals and powers. The rest are
-        // two bases and two forms of half a matrix, the rotations and the series.
+        // A functional has rows and weights, each stored a second time in the order of the loops, integrals and powers.
+        // The rest are two bases and two forms of half a matrix, the rotations and the series.
         let functional = 20 + INTEGRALS + TAYLOR + 1;
-        // Passages come from the same bodies under the other springs, and from these bodies apart or together.
+        // Passages lead here from the same bodies under other springs, and from these bodies apart or together.
         let passages = if modes <= passage::MAX_MODES { 5 } else { 0 };
         let squares = (3 + passages) * len * len;
         size_of::<f64>() * (squares + 207 * len + functional * functionals * len)
@@ -216,8 +216,8 @@ impl System {
         self.basis.mismatch
     }
 
-    /// The functional of a shape. `known` returns its values in a block if these are known more accurately than the
-    /// sums of their terms would be.
+    /// The functional of a shape. `known` returns its values in a block if they are known more accurately than the sums
+    /// of their terms.
     fn functional(&self, shape: &[f64], known: impl Fn(usize) -> Option<[f64; 2]>) -> Functional {
         let n = self.blocks();
         let mut c = vec![0.0; 2 * n];
@@ -254,9 +254,9 @@ impl System {
     }
 
     /// The direct passage of a state from another system into this one; `None` if it would not save work. Scenes that
-    /// share both systems share their passage.
+    /// share both systems share the passage.
     pub fn passage(&self, from: &Arc<Self>, overlap: Overlap) -> Option<Arc<Passage>> {
-        // This never waits for the lock, which after a fork may never be released.
+        // This never waits for the lock, because after a fork nobody may ever release it.
         let known = self.passages.try_lock().ok();
         let known =
             known.and_then(|all| Some(all.iter().find(|e| e.is(from, overlap))?.passage.clone()));
@@ -304,7 +304,8 @@ impl System {
         self.response.take(&self.generator, loads, y)
     }
 
-    /// As [`Self::take_driven`], but only removes the translation: the state has no static part of constant loads.
+    /// As [`Self::take_driven`], for a state without the static part of constant loads: only the translation is
+    /// removed.
     pub(crate) fn take_translation(&self, loads: &[Poly; CHANNELS], y: &mut [f64]) -> Driven {
         self.response.take_translation(&self.generator, loads, y)
     }
@@ -349,7 +350,7 @@ impl System {
         self.generator.rotate(span, z)
     }
 
-    /// The form of `Q` with `d/dt z.Q z = - beta v.K v` along the flow. It is the work that the damping will yet do.
+    /// The form of `Q` with `d/dt z.Q z = - beta v.K v` along the flow. It is the work that the damping will still do.
     pub fn damping_form(&self) -> &Form {
         self.damping_form.get_or_init(|| self.make_damping_form(never).unwrap_or_default())
     }
@@ -400,7 +401,7 @@ impl System {
         self.generator.lyapunov(|i, k| c[i] * c[k], stops)
     }
 
-    /// For each channel, what its load contributes to the damping form.
+    /// The contribution of each channel's load to the damping form.
     fn damped_drives(&self) -> &[Option<DampedDrive>; CHANNELS] {
         let make = || self.response.damped_drives(self.damping_form(), &self.generator);
         self.damped_drives.get_or_init(make)
@@ -422,7 +423,7 @@ impl System {
         )
     }
 
-    /// Value of the damping form for the whole state without translation; its modal vector at `t` is `z`.
+    /// Value of the damping form for the whole state without translation, at `t`, where the modal vector is `z`.
     pub(crate) fn damping_of_whole(
         &self,
         loads: &[Poly; CHANNELS],
@@ -444,7 +445,7 @@ impl System {
         self.response.differ(one, other)
     }
 
-    /// True if constant loads keep something moving against a dashpot.
+    /// True if a body can move steadily under constant loads against a dashpot.
     pub fn is_braked(&self) -> bool {
         self.generator.braked
     }
@@ -458,8 +459,8 @@ struct Decomposition {
 }
 
 impl Decomposition {
-    /// The decomposition with the `blocks` of the structure `solved`. That is the structure itself or, if bodies are
-    /// joined by proportional springs, the structure in the modes of the `joined` bodies.
+    /// The decomposition with the `blocks` of the structure `solved`: the structure itself or, if proportional springs
+    /// join bodies, the structure in the modes of the `joined` bodies.
     fn new(
         structure: &Structure,
         (solved, joined): (&Structure, Option<&Joined>),
@@ -484,7 +485,7 @@ impl Decomposition {
     }
 }
 
-/// For forms that are made when they are read, which is not interrupted.
+/// The check for forms that are computed when they are read, which no interrupt ends.
 fn never() -> bool {
     false
 }

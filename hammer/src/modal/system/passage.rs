@@ -2,11 +2,9 @@
 //!
 //! At an event a state is converted from the old system's basis to the bodies' modes, and from there to the new basis.
 //! For small systems the product of these two matrices is computed once for each pair of consecutive systems, which
-//! halves the work of every event.
-//! The product takes `O(N^3)` operations and an event `O(N^2)`, so with more than [`MAX_MODES`] modes it would take
-//! longer than it saves in a run.
-//! The product consists of the columns of the old basis, each converted to the new one, so that it rounds no more than
-//! the two conversions.
+//! halves the work of every event. The product takes `O(N^3)` operations and an event `O(N^2)`, so with more than
+//! [`MAX_MODES`] modes it would take longer than it saves in a run. Each column of the product is a column of the old
+//! basis, converted to the new one, so the product rounds no more than two conversions.
 
 use crate::modal::system::basis::Basis;
 use crate::numerics::combine::{Columns, combine};
@@ -26,8 +24,8 @@ pub struct Passage {
     from: [usize; 2],
     /// Length of the new modal vector.
     len: usize,
-    /// The new coordinates that each old coordinate contributes, column by column. They are followed by those of each
-    /// unit load: the old static part, converted, minus the new one.
+    /// The new coordinates that each old coordinate contributes, column by column. After them come those of each unit
+    /// load: the converted old static part minus the new static part.
     columns: Vec<f64>,
 }
 

@@ -6,12 +6,10 @@
 //! sum_j S_j f^(j)(t),     S_j = -B^-(j+1) b,
 //! ```
 //!
-//! is exact.
-//! But if the load varies quickly compared with the coordinate, `|f'| > |B f|`, the terms of this solution grow without
-//! bound and cancel in the motion. Digits are then lost, all of them for creeping rock under an oscillating load.
-//! Such a coordinate is *slow*.
-//! Like the translation, for which `B` is singular, it is represented by the power series of its whole motion from the
-//! epoch,
+//! is exact. But if the load varies quickly compared with the coordinate, `|f'| > |B f|`, the terms of this solution
+//! grow without bound and cancel in the motion. Digits are then lost; for creeping rock under an oscillating load, all
+//! of them. Such a coordinate is *slow*. Like the translation, for which `B` is singular, it is represented by the
+//! power series of its whole motion from the epoch,
 //!
 //! ```text
 //! y(t) = sum_k y_k t^k,     (k + 1) y_(k+1) = B y_k + b f_k,
@@ -34,8 +32,8 @@ use crate::scene::graph::CHANNELS;
 pub const ORDERS: usize = LOW;
 const _: () = assert!(ORDERS > crate::MAX_INPUT_ORDER);
 /// A coordinate is slow if `|B| tau` is below this, where `tau` is the time in which a load changes by its own size.
-/// Its series is used up to the same `|B| t`. In the particular solution of a faster coordinate each term is smaller
-/// than the one before by at least this factor.
+/// Its series is used up to the same `|B| t`. In the particular solution of a faster coordinate, each term is smaller
+/// than the previous one by at least this factor.
 const SPAN: f64 = 2.0;
 
 /// The response of a decomposed system to loads.
@@ -86,8 +84,7 @@ impl Response {
         Self { drives, sizes, statics, gains, braked: generator.braked }
     }
 
-    /// For each channel, what its load contributes to a damping form; `None` for a load that does not act on the
-    /// system.
+    /// The contribution of each channel's load to a damping form; `None` for a load that does not act on the system.
     pub(crate) fn damped_drives(
         &self,
         form: &Form,
@@ -239,7 +236,7 @@ impl Response {
             for (order, c) in load.0.iter().enumerate().take(load.degree() + 1).skip(1) {
                 factorial *= order as f64;
                 let part = size * (factorial * c).abs() / present;
-                // A root takes long, so it is computed only if it exceeds the largest rate so far.
+                // The root is slow to compute, so it is computed only if it exceeds the largest rate so far.
                 if part > math::powi(rate, order) {
                     rate = rate.max(math::pow(part, 1.0 / order as f64));
                 }

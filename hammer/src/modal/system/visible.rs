@@ -1,4 +1,4 @@
-//! The part of each block in two displacements, and the coordinates at rest under constant loads.
+//! The contribution of each block to two displacements, and the coordinates at rest under constant loads.
 
 use crate::modal::system::functional::Functional;
 use crate::modal::system::generator::Generator;
@@ -7,7 +7,7 @@ use crate::numerics::matrix2::Matrix2;
 use crate::scene::graph::CHANNELS;
 use std::array::from_fn;
 
-/// Indices of the functionals of two displacements; `None` for a displacement without one in this system.
+/// Indices of the functionals of two displacements; `None` if this system has no functional of the displacement.
 pub(crate) type Pair = [Option<usize>; 2];
 
 /// A block that contributes to two displacements. Its two coordinates obey `y' = B y + b f`.
@@ -22,7 +22,8 @@ pub(crate) struct VisibleBlock {
     pub parts: [[f64; 2]; 2],
     pub sizes: [f64; 2],
     pub is_translation: bool,
-    /// True if the coordinates are coupled. The norm of the two then never grows; otherwise neither of them grows.
+    /// True if the coordinates are coupled. Then the norm of the two never grows; otherwise the magnitude of each never
+    /// grows.
     pub turns: bool,
     /// The slower and the faster of the coordinates' rates, 1/s.
     pub rates: [f64; 2],
@@ -36,7 +37,7 @@ pub(crate) struct VisibleBlock {
 }
 
 impl VisibleBlock {
-    /// Upper bound of the part that the coordinates `[p, q]` have in a displacement, now and later.
+    /// Upper bound of the contribution of the coordinates `[p, q]` to a displacement, now and later.
     pub(crate) fn most(&self, place: usize, [p, q]: [f64; 2]) -> f64 {
         if self.turns {
             self.sizes[place] * (p * p + q * q).sqrt()
@@ -45,7 +46,7 @@ impl VisibleBlock {
         }
     }
 
-    /// The present part of the coordinates `[p, q]` in a displacement.
+    /// The present contribution of the coordinates `[p, q]` to a displacement.
     pub(crate) fn along(&self, place: usize, [p, q]: [f64; 2]) -> f64 {
         self.parts[place][0] * p + self.parts[place][1] * q
     }
