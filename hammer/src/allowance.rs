@@ -1,9 +1,8 @@
 //! The work that one call may do.
 //!
-//! Work is counted in modal coordinates that are processed, not in time, so that whether a call is refused does not
-//! depend on the processor or its load.
-//! Decompositions are not counted, since another scene may have cached them. The table of parameters limits their
-//! number and size.
+//! Work is counted in processed modal coordinates, not in time. Whether a call is refused therefore does not depend on
+//! the processor or its load. Decompositions are not counted, since another scene may have cached them. The table of
+//! parameters limits their number and size.
 
 use std::cell::Cell;
 
@@ -20,7 +19,7 @@ thread_local! {
 pub(crate) struct Allowance(u64);
 
 impl Allowance {
-    /// An allowance for about so many seconds on one core.
+    /// An allowance for about this many seconds on one core.
     pub fn of_seconds(seconds: usize) -> Self {
         Self(PER_SECOND.saturating_mul(seconds as u64))
     }
@@ -30,12 +29,12 @@ impl Allowance {
         Self(LEFT.get().unwrap_or(u64::MAX))
     }
 
-    /// An equal share for each of so many pieces of work, which may run on other threads.
+    /// An equal share for each of this many pieces of work, which may run on other threads.
     pub fn shared(self, pieces: usize) -> Self {
         Self(self.0 / pieces.max(1) as u64)
     }
 
-    /// Does `work` with this allowance, or with that of the enclosing call if less is left of it. The work is charged
+    /// Does `work` with this allowance, or with that of the enclosing call if less is left of that. The work is charged
     /// to the enclosing call.
     pub fn within<T>(self, work: impl FnOnce() -> T) -> T {
         let (outer, granted) = (LEFT.get(), self.0.min(Self::left().0));
@@ -44,8 +43,8 @@ impl Allowance {
         work()
     }
 
-    /// Takes coordinates from the present call's allowance. Returns false if less is left. Outside any call there is no
-    /// limit.
+    /// Takes coordinates from the present call's allowance. Returns false if fewer are left. Outside any call there is
+    /// no limit.
     pub fn spend(coordinates: u64) -> bool {
         let Some(left) = LEFT.get() else { return true };
         LEFT.set(Some(left.saturating_sub(coordinates)));

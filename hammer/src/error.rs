@@ -10,10 +10,10 @@ pub use crate::quantities::inputs::InputError;
 use crate::quantities::warnings::Suspect;
 use thiserror::Error;
 
-/// What exceeded its limit of work.
+/// The kind of work that exceeded its limit.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum WorkLimit {
-    /// There are more transitions than mesh, contact and rock can make in that time.
+    /// There are more transitions than mesh, contact and rock can cause in that time.
     #[error("the mode changes more often than mesh, contact and rock can make it")]
     Transitions,
     /// The bodies of a tie meet and part too often in one step.
@@ -42,7 +42,7 @@ pub enum WorkLimit {
     Peaks,
 }
 
-/// Why a linear system could not be decomposed to working accuracy.
+/// The reason why a linear system could not be decomposed to working accuracy.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum SpectrumError {
     /// The eigenvalue iteration did not converge.
@@ -65,7 +65,7 @@ pub enum SpectrumError {
     Mismatch,
 }
 
-/// Why a stored state is corrupt.
+/// The reason why a stored state is corrupt.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum CorruptState {
     /// A number is infinite or NaN.
@@ -92,10 +92,10 @@ pub enum CorruptState {
     /// The air in the chambers is invalid, or contradicts the mode.
     #[error("the air in the chambers is invalid, or is not where the mode has it")]
     Air,
-    /// It has too many blows in one step.
+    /// The state has too many blows in one step.
     #[error("it has more blows than one step can have")]
     Blows,
-    /// Its counts are higher than any run can reach.
+    /// The state's counts are higher than any run can reach.
     #[error("its counts are larger than those of any run")]
     Counts,
 }
@@ -111,7 +111,7 @@ pub enum Error {
     Input {
         /// Name of the input.
         name: &'static str,
-        /// What is wrong with it.
+        /// The reason why it is refused.
         error: InputError,
     },
     /// The instant to advance to is in the past, or is not finite.
@@ -130,7 +130,7 @@ pub enum Error {
         /// The force that presses on the tie, N; it is negative.
         force: f64,
     },
-    /// The piston, which nothing has stopped, is at a position where a chamber has no volume left.
+    /// The piston, which nothing stopped, is at a position where a chamber has no volume left.
     #[error("the air cannot be solved beyond t = {} s, where the piston is at relative_position = {} m: the drive chamber has volume above {} m (air.cylinder, air.drive.dead_volume), the return chamber below {} m (air.return.dead_volume, and by contact.stiffness how far the contact gives); {}", DisplayNumber(*.time), DisplayNumber(*.place), DisplayNumber(.range[0]), DisplayNumber(.range[1]), VENTING)]
     Air {
         /// The instant, s.
@@ -140,7 +140,7 @@ pub enum Error {
         /// Least and largest position at which both chambers have volume, m.
         range: [f64; 2],
     },
-    /// The pressure of supply or exhaust falls to zero because of the rates with which the input was set.
+    /// The pressure of supply or exhaust falls to zero because of the rates that were set with it.
     #[error("{name} falls to zero at t = {} s, by the rates that it was set with: an absolute pressure is above 0", DisplayNumber(*.time))]
     Vacuum {
         /// The instant, s.
@@ -148,7 +148,7 @@ pub enum Error {
         /// Name of the input.
         name: &'static str,
     },
-    /// Zeno behaviour: the mode changes at one instant without end.
+    /// Zeno behaviour: the mode changes without end at one instant.
     #[error("{transitions} changes of mode at t = {} s, without end; the last was from ({from}) to ({to})", DisplayNumber(*.time))]
     Chattering {
         /// The instant, s.
@@ -169,7 +169,7 @@ pub enum Error {
     Overwork {
         /// The instant, s.
         time: f64,
-        /// What exceeded its limit.
+        /// The kind of work that exceeded its limit.
         limit: WorkLimit,
         /// The mode at that instant.
         mode: Mode,
@@ -182,7 +182,7 @@ pub enum Error {
     /// none, at its start, and can continue.
     #[error("cancelled before it was done")]
     Cancelled,
-    /// The system has too little memory for the scene.
+    /// The computer has too little memory for the scene.
     #[error(
         "{elements} (degree {degree}) need up to {:.0} MB, which the system does not have: use a coarser \
          mesh", *.bytes as f64 / 1e6
@@ -219,7 +219,7 @@ pub enum Error {
     /// A stored state is corrupt.
     #[error("the stored state is damaged: {what}")]
     Corrupt {
-        /// What is wrong with it.
+        /// The defect of the state.
         what: CorruptState,
     },
     /// A number of the state overflowed.
@@ -236,7 +236,7 @@ impl Error {
         if interrupt::is_set() { Err(Self::Cancelled) } else { Ok(()) }
     }
 
-    /// Adds the parameter that is most out of proportion, if this is the error of a system that cannot be decomposed.
+    /// Adds the parameter that is most out of proportion, if this error is that of a system that cannot be decomposed.
     pub(crate) fn suspecting(mut self, parameter: Option<Suspect>) -> Self {
         if let Self::Spectrum { suspect, .. } = &mut self {
             *suspect = parameter;
@@ -244,7 +244,7 @@ impl Error {
         self
     }
 
-    /// The error of a value of this input that is refused.
+    /// The error of a refused value of this input.
     pub(crate) fn of_input(input: Input) -> impl Fn(InputError) -> Self {
         move |error| Self::Input { name: input.name(), error }
     }

@@ -1,4 +1,4 @@
-//! Interrupts, which end long work. Another thread sets them, or a question that is asked every few milliseconds.
+//! Interrupts, which end long work. Another thread sets them, or a function that is called every few milliseconds.
 
 use std::cell::RefCell;
 use std::fmt;
@@ -13,7 +13,7 @@ use std::time::Duration;
 /// Returns true if the work must end.
 type Question = Box<dyn Fn() -> bool + Send + Sync>;
 
-/// Interval at which a thread that waits for others asks the question.
+/// Interval at which a thread that waits for others calls the function.
 const PAUSE: Duration = Duration::from_millis(5);
 
 #[derive(Default)]
@@ -33,7 +33,7 @@ struct Inner {
 pub struct Interrupt(Arc<Inner>);
 
 impl Interrupt {
-    /// An interrupt that is also set as soon as `question` returns true. The working thread asks the question every few
+    /// An interrupt that is also set as soon as `question` returns true. The working thread calls `question` every few
     /// milliseconds, except during calls of the dense solver (see [`Self`]).
     pub fn asking(question: impl Fn() -> bool + Send + Sync + 'static) -> Self {
         Self(Arc::new(Inner { set: AtomicBool::new(false), question: Some(Box::new(question)) }))
@@ -49,7 +49,7 @@ impl Interrupt {
         self.0.set.store(false, Ordering::Relaxed);
     }
 
-    /// True from [`Self::set`], or from the question's answer true, until [`Self::clear`].
+    /// True from [`Self::set`], or from the moment when the function returns true, until [`Self::clear`].
     pub fn is_set(&self) -> bool {
         if !self.0.set.load(Ordering::Relaxed) && self.0.question.as_ref().is_some_and(|ask| ask())
         {
@@ -58,7 +58,7 @@ impl Interrupt {
         self.0.set.load(Ordering::Relaxed)
     }
 
-    /// The interrupt that watches this thread's work. If there is none, this is one that nobody sets.
+    /// The interrupt that watches this thread's work. If there is none, the result is an interrupt that nobody sets.
     pub fn present() -> Self {
         copy().unwrap_or_default()
     }
@@ -78,8 +78,8 @@ impl fmt::Debug for Interrupt {
 }
 
 thread_local! {
-    /// The interrupt that watches this thread's work. It is always taken out before the thread ends, and not dropped at
-    /// its end, since a library can be unloaded while threads that have used it live on.
+    /// The interrupt that watches this thread's work. It is always removed before the thread ends, and not dropped at
+    /// its end, because a library can be unloaded while threads that have used it still exist.
     static PRESENT: RefCell<ManuallyDrop<Option<Interrupt>>> =
         const { RefCell::new(ManuallyDrop::new(None)) };
 }
@@ -97,8 +97,8 @@ impl Drop for Previous {
     }
 }
 
-/// A copy of this thread's interrupt. It is copied because nothing may be borrowed while the question is asked, which
-/// may itself do work of the engine.
+/// A copy of this thread's interrupt. It is copied because nothing may be borrowed while the function is called, which
+/// may itself use the engine.
 fn copy() -> Option<Interrupt> {
     PRESENT.with_borrow(|present| Option::clone(present))
 }
@@ -108,12 +108,11 @@ pub(crate) fn is_set() -> bool {
     copy().is_some_and(|interrupt| interrupt.is_set())
 }
 
-/// Does `work` on each part, on so many threads, and returns the results in the order of the parts.
+/// Does `work` on each part, on this many threads, and returns the results in the order of the parts.
 ///
-/// This thread's interrupt watches the threads.
-/// Meanwhile this thread asks the question, since it may be the only one that can: Python handles signals only in its
-/// main thread.
-/// With one thread, or if no thread can be started, this thread does the work itself.
+/// This thread's interrupt watches the threads. Meanwhile this thread calls the interrupt's function, since it may be
+/// the only one that can: Python handles signals only in its main thread. With one thread, or if no thread can be
+/// started, this thread does the work itself.
 ///
 /// # Panics
 /// If `work` panics.
@@ -132,7 +131,7 @@ pub fn in_threads<P: Send, T: Send>(
     let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
     let work_off = |results: Sender<(usize, T)>| {
         while let Some((k, part)) = next() {
-            // Sending cannot fail, since the receiver waits for all results.
+            // Sending cannot fail, because the receiver waits for all results.
             let _ = results.send((k, work(part)));
         }
     };

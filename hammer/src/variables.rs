@@ -31,13 +31,13 @@ pub type Prepare = fn(&Machine) -> Result<(), Error>;
 pub struct Variable {
     /// Name, unique.
     pub name: &'static str,
-    /// What it is.
+    /// Meaning.
     pub description: &'static str,
     /// Causality, type and access.
     pub role: Role,
 }
 
-/// Causality, type and access: an output has no setter to call by mistake.
+/// Causality, type and access. An output has no setter that could be called by mistake.
 #[derive(Clone, Copy)]
 pub enum Role {
     /// A parameter.
@@ -63,19 +63,19 @@ pub struct Output {
     pub rate: Read<f64>,
     /// Second time derivative, where it is known.
     pub second: Option<Read<f64>>,
-    /// Piecewise constant.
+    /// True for a piecewise constant output.
     pub discrete: bool,
     /// Does the slow part of the first read after a step, which an interrupt may end.
     pub prepare: Option<Prepare>,
-    /// Zero at the start for any parameters.
+    /// True if the output is zero at the start for any parameters.
     pub zero_at_start: bool,
-    /// Cannot be negative.
+    /// True if the output cannot be negative.
     pub positive: bool,
     /// Order of magnitude.
     pub nominal: f64,
-    /// Inputs whose present value affects it at once (feedthrough).
+    /// Inputs whose present value affects the output immediately (feedthrough).
     pub feedthrough: &'static [Input],
-    /// Its derivative by one of these inputs, at fixed state.
+    /// The output's derivative with respect to one of these inputs, at fixed state.
     pub slope: fn(&Machine, Input) -> f64,
 }
 
@@ -166,12 +166,12 @@ impl Variable {
         adjust!(adjust!(self, feedthrough = inputs), slope = slope)
     }
 
-    /// The variable of this name, and its value reference.
+    /// The variable with this name, and its value reference.
     pub fn named(name: &str) -> Option<(usize, &'static Self)> {
         VARIABLES.iter().enumerate().find(|(_, variable)| variable.name == name)
     }
 
-    /// Values that a parameter may take; `None` for anything else.
+    /// Values that a parameter may have; `None` for any other variable.
     pub fn domain(&self) -> Option<Domain> {
         match &self.role {
             Role::Parameter(row) => Some(row.domain),
@@ -179,7 +179,7 @@ impl Variable {
         }
     }
 
-    /// Why a scene does not read this parameter or input; `None` if it does.
+    /// The reason why a scene does not read this parameter or input; `None` if it reads it.
     pub fn unread(&self, parameters: &Parameters) -> Option<String> {
         match &self.role {
             Role::Parameter(row) => row.unread(parameters),
@@ -189,7 +189,7 @@ impl Variable {
     }
 }
 
-/// Names by value reference, one a line. A number is a name's for ever: a new name is added at the end.
+/// Names by value reference, one a line. A reference belongs to its name for ever: new names are added at the end.
 const REFERENCES: &[u8] = include_bytes!("references.txt");
 
 const TOTAL: usize = PARAMETERS.len() + INPUTS.len() + RESULTS.len();
@@ -211,7 +211,7 @@ pub static VARIABLES: [Variable; TOTAL] = {
     rows
 };
 
-/// The row of a name, when the program is compiled.
+/// The row with this name. It is found when the program is compiled.
 const fn named(name: &[u8]) -> Variable {
     let mut k = 0;
     while k < TOTAL {
@@ -409,7 +409,7 @@ static RESULTS: &[Variable] = &[
 ];
 
 impl OfBlow {
-    /// The row of that output; `None` only if the table lacks it.
+    /// The row of this output; `None` only if the table lacks it.
     #[must_use]
     pub fn row(&self) -> Option<&'static Output> {
         match Variable::named(self.output())?.1.role {

@@ -6,16 +6,16 @@ use crate::quantities::air::ATMOSPHERE;
 use crate::quantities::parameters::InputValues;
 use crate::scene::Scene;
 
-/// Number of blows that are skipped, and of the blows after them that are averaged. A motion that repeats itself has
-/// then settled to about 1 %.
+/// Number of blows that are skipped, and number of the following blows that are averaged. By then, a motion that
+/// repeats has settled to about 1 %.
 const SKIPPED: u64 = 7;
 const AVERAGED: u64 = 2;
-/// A hammer that has not made these blows by this time has stalled, s.
+/// If a hammer has not made these blows by this time, it has stalled, s.
 const LONGEST: f64 = 3.0;
 /// Feed force divided by pressure and by the outside diameter squared, as in the presets of 4 and 5 inches.
 pub(super) const FEED: f64 = 0.58;
 
-/// Means of the first settled blows, accurate to about 1 % where the blows repeat.
+/// Means of the first settled blows, accurate to about 1 % if the blows repeat.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct AirBlow {
     /// Energy of the piston at impact, J.
@@ -34,12 +34,12 @@ impl AirBlow {
     /// Simulates the first blows of a scene.
     ///
     /// # Errors
-    /// Those of the engine; [`DatasheetError::Contradiction`] for a hammer that strikes too few blows.
+    /// Those of the engine; [`DatasheetError::Contradiction`] if the hammer makes too few blows.
     pub fn of(scene: &Scene) -> Result<Self, DatasheetError> {
         Self::after(scene, SKIPPED)
     }
 
-    /// Simulates the blows of a scene after some that are skipped.
+    /// Simulates the blows of a scene, and skips the first ones.
     pub(super) fn after(scene: &Scene, skipped: u64) -> Result<Self, DatasheetError> {
         let longest = LONGEST.max(0.3 * skipped as f64);
         let mut machine = scene.machine()?;
@@ -67,7 +67,7 @@ impl AirBlow {
 }
 
 impl AirHammer {
-    /// The scene of this hammer at a supply pressure above that of the atmosphere, Pa.
+    /// The scene of this hammer at a supply pressure (above that of the atmosphere, Pa).
     pub fn at(&self, pressure: f64) -> Scene {
         let (parameters, inputs) = self.start();
         Scene {

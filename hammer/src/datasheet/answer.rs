@@ -1,4 +1,4 @@
-//! The answer to a sheet in numbers and sentences, and the scene of the sample's median hammer.
+//! The answer to a datasheet: numbers, sentences, and the scene of the sample's median hammer.
 
 use super::air::AirBlow;
 use super::assume::area;
@@ -18,14 +18,14 @@ use crate::scene::Scene;
 
 /// Advance of the hole per turn of the bit, m: the middle of the 10 to 19 mm that makers recommend (Epiroc).
 pub const TURN: f64 = 0.0145;
-/// The free air that drives the piston, where a hammer takes more at low pressure.
+/// Name of the free air that drives the piston, used if the hammer takes more than this at low pressure.
 pub const THROUGH: &str = "free air through the chambers";
-/// The same air as the compressor sucks it in.
+/// Name of the same air as it enters the compressor.
 pub const SUCKED: &str = "air at the compressor's inlet";
 /// Temperature of normal air, K; its pressure is 1.01325e5 Pa (DIN 1343).
 const NORMAL: f64 = 273.15;
-/// Most rounds in which the scene's blows are brought to those of the median hammer, and the logarithmic error at
-/// which they end: what is told is what the scene does.
+/// Most rounds that adjust the scene until its blows are those of the median hammer, and the logarithmic error at which
+/// they stop.
 const ROUNDS: usize = 4;
 const CLOSE: f64 = 1e-2;
 
@@ -70,8 +70,8 @@ impl Datasheet {
                  measured rate."
             ));
         }
-        // A run of this scene tells the range of the rate that the sheet tells: what else is open of the hammer counts as
-        // if it were the rock's.
+        // The range of the scene's rate must be that of the answer. A run of the scene has only the rock's range, so
+        // this range also includes the uncertainty of the hammer.
         if slow > 0.0 {
             rock.specific_energy_factor = (fast / slow).sqrt();
         }
@@ -85,7 +85,7 @@ impl Datasheet {
         })
     }
 
-    /// Everything that follows, with its range.
+    /// All numbers that follow, with their ranges.
     pub(super) fn found(&self, scene: &Scene, sample: &Sample) -> Vec<Found> {
         let p = &scene.parameters;
         let row = |name, unit, of: &dyn Fn(&Member) -> f64| {
@@ -109,7 +109,7 @@ impl Datasheet {
             row("power to the rock", "W", &|m| m.share * m.blow.power()),
             row("specific energy", "J/m3", &|m| m.specific_energy),
             row("largest rock force", "N", &|m| m.peak),
-            // Between bars of one section, each takes half the speed.
+            // Where two bars of one section meet, each takes half the speed.
             row("stress of the first wave in piston and bit", "Pa", &|m| {
                 0.5 * p.material.density * p.wave_speed() * m.blow.speed()
             }),
@@ -146,8 +146,8 @@ impl Datasheet {
         list
     }
 
-    /// Volume of the air that a compressor sucks in over that of normal air, at its altitude (International Standard
-    /// Atmosphere) and the temperature there; `None` if neither is given.
+    /// Volume of the air that a compressor takes in, over the volume of the same air at normal conditions. It depends
+    /// on the altitude (International Standard Atmosphere) and the inlet temperature; `None` if neither is given.
     fn sucked_in(&self) -> Option<f64> {
         let [altitude, inlet] = [Quantity::Altitude, Quantity::Inlet].map(|q| self.get(q));
         altitude.or(inlet)?;
@@ -225,8 +225,8 @@ impl Datasheet {
         list
     }
 
-    /// The scene of the median hammer in the rock of `base`, adjusted until its blows are the sample's under the feed
-    /// that holds its casing, then with its own feed; and what it does then.
+    /// The scene of the median hammer in the rock of `base`, and its long-run means. The scene is adjusted until its
+    /// blows are the sample's, under the feed that holds the casing down. Then it gets the feed of the sheet.
     pub(super) fn hammer(
         &self,
         base: &Scene,
@@ -253,7 +253,7 @@ impl Datasheet {
         }
     }
 
-    /// The scene of a hammer: its `height` is the stroke over the presets', its `flow` the area of a port.
+    /// The scene of a hammer. Its `height` is the stroke over the presets' stroke; its `flow` is the area of a port.
     fn dressed(&self, base: &Scene, hammer: &Blow) -> Result<Scene, DatasheetError> {
         let own = base.parameters;
         let length = self.get(Quantity::PistonLength);
@@ -293,7 +293,7 @@ impl Datasheet {
         if let Some(mass) = self.get(Quantity::BitMass) {
             let section = p.sections(Body::Bit);
             let by = mass / section.mass(density);
-            // A length that sections replace is not changed.
+            // If there are sections, the length of the uniform bit is not used and stays.
             let uniform = p.bit.segments == 0;
             *if uniform { &mut p.bit.length } else { &mut p.bit.segment[0].length } *= by;
         }
@@ -304,7 +304,7 @@ impl Datasheet {
     }
 }
 
-/// A sentence about a measured rate whose range of specific energies has none that this rock is known to have.
+/// A sentence about a measured rate, if the specific energies that it implies lie outside the range of this rock.
 fn of_rock(rock: &Rock, energy: f64, [low, high]: [f64; 2]) -> Option<String> {
     let factor = rock.specific_energy_factor;
     let [least, most] = [rock.specific_energy / factor, rock.specific_energy * factor];
@@ -318,7 +318,7 @@ fn of_rock(rock: &Rock, energy: f64, [low, high]: [f64; 2]) -> Option<String> {
     })
 }
 
-/// A sentence about a given number that cannot be met.
+/// A sentence about a given number that the hammers cannot meet.
 fn sentence(compared: &Comparison) -> String {
     let Comparison { quantity, pressure, given, solved } = *compared;
     let ((unit, size), name) = (quantity.entry().field, quantity.name());

@@ -1,7 +1,8 @@
-//! Assumptions for what a sheet does not give: each is a number with an error, told to the user in a sentence.
+//! Assumptions for the numbers that a sheet does not give. Each is a number with an error, and the answer states it in
+//! a sentence.
 //!
-//! The sizes are those of makers' tables (`sizes`). SPM (hammers of 58 to 182 mm) prints holes of 1.1 to 1.6 times the
-//! outside diameter. Drillco (Puma 3.1) has a sleeve of 74 mm outside and 64.09 mm inside.
+//! Sizes follow from makers' tables (`sizes`). SPM (hammers of 58 to 182 mm) prints holes of 1.1 to 1.6 times the
+//! outside diameter. The sleeve of Drillco's Puma 3.1 measures 74 mm outside and 64.09 mm inside.
 
 use super::air::FEED as HELD;
 use super::member::{Fluid, Kind, Point, Row};
@@ -12,46 +13,48 @@ use crate::numerics::display::digits;
 use crate::numerics::math;
 use std::f64::consts::PI;
 
-/// Inside over outside diameter of a sleeve, and the range of the bore over the inside diameter of a hammer of
-/// [`MIDDLE`].
+/// Inside diameter of a sleeve over its outside diameter; and the range of the bore over the inside diameter, for a
+/// hammer of the diameter [`MIDDLE`].
 pub(super) const SLEEVE: f64 = 64.09 / 74.0;
 const BORE: [f64; 2] = [0.85, 0.93];
-/// Outside diameter (m) of hammers that are scaled copies of the presets, and the exponents of the diameter over it by
-/// which bore, stroke and pace of others differ from such copies: they are then, without a word about air or power,
-/// those of the laws of `sizes`, `A^1.5 L^0.5 m^-0.5` of a copy being D^1.72, and the printed power D^1.0.
+/// Outside diameter (m) of hammers that are scaled copies of the presets. Other hammers differ from such copies: their
+/// bore, stroke and pace contain the ratio of the diameters to these powers. Without given air or power, the hammers
+/// then follow the laws of `sizes`. (`A^1.5 L^0.5 m^-0.5` of a copy is proportional to D^1.72, the printed power to
+/// D^1.0.)
 const MIDDLE: f64 = 0.11;
 const SLENDER: [f64; 3] = [-0.14, -0.3, -0.1];
-/// Energy of hammers scaled from the presets over theirs, and its relative error.
+/// Energy of real hammers over that of scaled presets, and its relative error.
 const EFFECTIVE: (f64, f64) = (1.15, 0.1);
-/// Diameter of the hole over the outside diameter, and its error.
+/// Diameter of the hole over the outside diameter, and its relative error.
 const HOLE: (f64, f64) = (1.15, 0.08);
-/// Speed at which pistons strike, m/s, and its error.
+/// Usual impact speed, m/s, and its relative error.
 const SPEED: (f64, f64) = (9.5, 0.2);
-/// From this pressure on a liquid drives the hammer, Pa.
+/// Above this pressure the hammer is driven by a liquid, Pa.
 const AIR: f64 = 40e5;
 
-/// Pressure at which the presets' air is known, Pa.
+/// Pressure for which the presets' air is known, Pa.
 const OF_PRESETS: f64 = 24e5;
-/// Pressure of air and of a liquid if none is given, Pa, and relative error.
+/// Pressure of air if none is given, Pa, with its relative error; and pressure of a liquid.
 const PRESSURE: (f64, f64) = (20e5, 0.35);
 const OF_LIQUID: f64 = 150e5;
-/// Relative error of what a liquid's hammer makes of its pressure.
+/// Relative error of the effectiveness of a liquid's drive.
 const OF_EFFECT: f64 = 0.15;
-/// Relative error of the stroke over the presets'; of a liquid's drive hardly anything is known.
+/// Relative errors of the stroke over the presets' stroke: for air, and for liquids, of whose drives hardly anything is
+/// known.
 const STROKE: (f64, f64) = (0.25, 0.6);
-/// Area of a port over the bore's, and its relative error: the presets have 0.014 to 0.034.
+/// Area of a port over that of the bore, and its relative error. The presets have 0.014 to 0.034.
 const PORT: (f64, f64) = (0.024, 0.5);
-/// Air and frequency of hammers scaled from the presets over theirs, and their relative errors
+/// Air and frequency of real hammers over those of scaled presets, each with its relative error
 /// (`reports/catalogue.md`).
 const SHARE: (f64, f64) = (1.05, 0.12);
 const PACE: (f64, f64) = (0.95, 0.08);
-/// Exponents of the pressure over the sheet's by which air, energy and frequency differ from the presets', and their
-/// errors. Of air, makers' rows at two pressures have 1.09 where the presets have 1.28. No maker prints the others at
-/// two pressures: their errors are a guess, which gives power the error of air.
+/// How air, energy and frequency depend on pressure: exponents in addition to those of the presets, each with its
+/// error. For air, makers' rows at two pressures give 1.09, and the presets give 1.28. No maker prints the others at
+/// two pressures; their errors are a guess, which gives power the error of air.
 const OVER_PRESSURE: [(f64, f64); 3] = [(-0.15, 0.17), (0.0, 0.11), (0.0, 0.1)];
 
 impl Datasheet {
-    /// The outside diameter (m), its relative error, and what it follows from.
+    /// The outside diameter (m), its relative error, and the name of the number from which it follows.
     pub(super) fn outer(&self) -> Option<(f64, f64, &'static str)> {
         let given = self.get(Quantity::OuterDiameter).map(|od| (od, 0.0, "outside diameter"));
         let of_hole = || Some((self.get(Quantity::Hole)? / HOLE.0, HOLE.1, "hole"));
@@ -67,7 +70,7 @@ impl Datasheet {
         given.or_else(of_hole).or_else(of_mass).or_else(of_energy)
     }
 
-    /// The energy of a blow (J), given or from power and frequency.
+    /// The energy of a blow (J), as given or from power and frequency.
     fn energy(&self) -> Option<f64> {
         let get = |quantity| self.get(quantity);
         let of_liquid = || Some(EFFICIENCY * get(Quantity::Pressure)? * get(Quantity::Flow)?);
@@ -76,25 +79,25 @@ impl Datasheet {
         get(Quantity::BlowEnergy).or_else(of_power)
     }
 
-    /// The usual hole (m) for an outside diameter (m).
+    /// The usual diameter of the hole (m) for an outside diameter (m).
     pub fn usual_hole(outer: f64) -> f64 {
         HOLE.0 * outer
     }
 
-    /// The hole (m), and what it follows from if it is not given.
+    /// The diameter of the hole (m), and the name of the number from which it follows if it is not given.
     pub(super) fn hole(&self) -> Option<(f64, Option<&'static str>)> {
         let usual = || self.outer().map(|(outer, _, from)| (Self::usual_hole(outer), Some(from)));
         self.get(Quantity::Hole).map(|hole| (hole, None)).or_else(usual)
     }
 
-    /// A liquid above 40 bar, or if its flow is given; otherwise air.
+    /// A liquid if the pressure is above 40 bar or a flow is given; otherwise air.
     pub(super) fn fluid(&self) -> Fluid {
         let high = self.get(Quantity::Pressure).is_some_and(|pressure| pressure >= AIR);
         if high || self.get(Quantity::Flow).is_some() { Fluid::Liquid } else { Fluid::Air }
     }
 
-    /// Least and largest usual feed (N) if the size is known: what makers print and, of an air hammer, what holds the
-    /// casing down if that is more.
+    /// Least and largest usual feed (N), if the size is known. They are those that makers print. For an air hammer, the
+    /// largest is at least the feed that holds the casing down.
     pub(super) fn usual_feeds(&self) -> Option<[f64; 2]> {
         let outer = self.outer()?.0;
         let printed = FEED.of(outer);
@@ -104,7 +107,7 @@ impl Datasheet {
         Some([printed, if air { printed.max(held) } else { printed }])
     }
 
-    /// The distribution of hammers before their blows are considered.
+    /// The prior distribution of the hammers.
     pub(super) fn kind(&self) -> Result<Kind, DatasheetError> {
         let little = |text: &str| DatasheetError::TooLittle(text.into());
         let (outer, error, _) = self.outer().ok_or_else(|| {
@@ -139,7 +142,8 @@ impl Datasheet {
                 },
             );
         let fits = middle * slender * SLEEVE * outer;
-        // The air at a pressure other than the presets' goes by the same exponent as that of a sheet at two pressures.
+        // If the pressure is not the presets', the air is scaled with the same exponent as for a sheet at two
+        // pressures.
         let working = self.get(Quantity::Pressure).unwrap_or(PRESSURE.0);
         let rarer = math::exp(OVER_PRESSURE[0].0 * math::ln(working / OF_PRESETS));
         let logarithms = [
@@ -160,7 +164,7 @@ impl Datasheet {
         Ok(Kind { fluid, middle, wide })
     }
 
-    /// The usual impact speed, air and power, of those that are not given.
+    /// The usual impact speed, air and power, if they are not given.
     pub(super) fn usual(&self) -> Vec<Row> {
         let (given, error) = SPEED;
         let quantity = Quantity::ImpactSpeed;
@@ -169,7 +173,7 @@ impl Datasheet {
         speed.into_iter().chain(self.usual_of_size()).collect()
     }
 
-    /// The assumptions about a blow, a sentence each.
+    /// The assumptions about a blow, one sentence each.
     pub(super) fn of_blows(&self) -> Vec<String> {
         let given = |quantity| self.get(quantity).is_some();
         let air = self.fluid() == Fluid::Air;

@@ -1,4 +1,4 @@
-//! What the scene that a sheet hands out does in the long run, at its feed: all that the sheet tells is read from there.
+//! The long-run means of the answer's scene, at its feed. The numbers of the answer are read from these.
 
 use super::DatasheetError;
 use crate::error::Error;
@@ -9,21 +9,22 @@ use crate::means::{Averages, Kind, Steady, Wanted, steady};
 use crate::quantities::parameters::Source;
 use crate::scene::Scene;
 
-/// Blows of a first look, and of a second one if its errors are too large: the means of a hammer whose casing is held
-/// are good after the first, those of one that hangs out now and then need some hundreds.
+/// Number of blows of a first simulation, and of a second one if the errors are still too large. The first is enough if
+/// the casing is held down. A hammer whose drive is vented now and then needs some hundreds of blows.
 const BLOWS: [usize; 2] = [160, 600];
-/// Largest standard errors of the rates, and of energy, period and air, relative to the means.
+/// Largest relative standard errors: of the rates, and of energy, period and air.
 const OF_RATE: f64 = 0.03;
 const OF_BLOW: f64 = 0.05;
-/// A hammer that strikes no blow for so long has stalled, s.
+/// If a hammer makes no blow for this time, it has stalled, s.
 const LONGEST: f64 = 3.0;
-/// The casing is held if the shoulder of its chuck is open for less of the time than this. Times are from the blow
-/// [`BEGUN`] to the blow [`ENDED`].
+/// The casing is held down if the shoulder of its chuck is open for less than this share of the time. The time is that
+/// from the blow [`BEGUN`] to the blow [`ENDED`].
 const HELD: f64 = 0.9;
 const BEGUN: u64 = 8;
 const ENDED: u64 = 24;
 
-/// Means of a scene's blows in the long run, elastic as the scene is, with their relative standard errors.
+/// Means of a scene's blows in the long run, with their relative standard errors. The bodies are elastic if the scene's
+/// are.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Drilled {
     /// Energy of the piston, J; blows per time, Hz; free air through the chambers, m3/s.
@@ -37,7 +38,7 @@ pub(super) struct Drilled {
     pub tip_rate: f64,
     /// Largest force on the rock in a blow, N.
     pub peak: f64,
-    /// Errors of the rate, of energy, period and air.
+    /// Relative errors of the rate, the energy, the period and the air.
     pub errors: [f64; 4],
     pub blows: usize,
     /// Share of the time in which the shoulder of the chuck is open.
@@ -47,11 +48,11 @@ pub(super) struct Drilled {
 }
 
 impl Drilled {
-    /// Simulates a scene until its means are known. Whether its casing is held, and whether it settles elsewhere from
-    /// another start, is asked where a feed is given (`fed`): the assumed one holds it.
+    /// Simulates a scene until its means are known. If a feed was given (`fed`), it also checks whether the casing is
+    /// held down and whether another start leads to another motion. The assumed feed always holds the casing down.
     ///
     /// # Errors
-    /// The engine's; a hammer that stalls.
+    /// Those of the engine; the hammer stalls.
     pub fn of(scene: &Scene, fed: bool) -> Result<Self, DatasheetError> {
         let mut found = Self::means(scene, BLOWS[0], fed)?;
         if !found.reached {
@@ -95,7 +96,7 @@ impl Drilled {
         steady(scene, &wanted, &mut |_, _| true)
     }
 
-    /// Whether the feed holds the casing down.
+    /// True if the feed holds the casing down.
     pub fn held(&self) -> bool {
         self.open < HELD
     }
@@ -110,7 +111,7 @@ struct Shoulder {
 }
 
 impl Shoulder {
-    /// Over some settled blows; 0 without a casing.
+    /// Measures over some settled blows; 0 without a casing.
     fn open(scene: &Scene) -> Result<f64, Error> {
         if !scene.parameters.has_casing() {
             return Ok(0.0);

@@ -1,4 +1,4 @@
-//! What no hammer can do, in words of the trade.
+//! Physical and practical limits of hammers, and the sentences about their violation.
 
 use super::assume::{SLEEVE, area};
 use super::drilled::Drilled;
@@ -9,27 +9,28 @@ use super::{Datasheet, DatasheetError, TURN};
 use crate::numerics::display::digits;
 use crate::quantities::warnings::{FASTEST, buried};
 
-/// Most blows per second of an air hammer, and of any: air hammers do 15 to 45, water hammers up to 70.
+/// Most blows per second of an air hammer, and of any hammer. Air hammers make 15 to 45, water hammers up to 70.
 const MOST_BY_AIR: f64 = 50.0;
 const MOST: f64 = 75.0;
-/// Part of a hammer's length for piston and stroke. Valve and back head take the rest.
+/// Part of a hammer's length that piston and stroke may take. Valve and back head take the rest.
 const ROOM: f64 = 0.7;
-/// Range of the air's velocity in the hole that makers ask for, m/s.
+/// Range of the air's velocity in the hole that makers recommend, m/s.
 const FLUSHING: [f64; 2] = [15.0, 30.0];
-/// Density of a piston that fills its bore, kg/m3, and most bores of its length: makers' have 1.3 to 2.5.
+/// Density of a piston that fills its bore, kg/m3, and its largest length in bore diameters. Makers' pistons have 1.3
+/// to 2.5.
 const STEEL: f64 = 7850.0;
 const LONGEST: f64 = 6.0;
-/// Widest hole over the outside diameter: makers' tables have up to 1.7.
+/// Largest diameter of the hole over the outside diameter. Makers' tables have up to 1.7.
 const WIDEST: f64 = 2.0;
-/// Most turns of a bit per second: makers print 25 to 60 a minute, up to 90.
+/// Most turns of a bit per second. Makers print 25 to 60 a minute, and up to 90.
 const TURNS: f64 = 2.0;
-/// Range of the advance per turn of a bit, m: a factor of 2 about the 10 to 19 mm that makers recommend.
+/// Range of the advance per turn of a bit, m: a factor of 2 on either side of the 10 to 19 mm that makers recommend.
 const ADVANCE: [f64; 2] = [5e-3, 38e-3];
-/// Most feed over what is usual for a hammer, printed or needed to hold its casing.
+/// Largest feed over the usual feed of a hammer, which is the printed one or the one that holds the casing down.
 const PRESSED: f64 = 3.0;
 
 impl Datasheet {
-    /// What is impossible about the sample's hammers, a sentence each.
+    /// Sentences about impossible numbers of the sample's hammers.
     pub(super) fn impossible(&self, sample: &Sample) -> Vec<String> {
         let mut list = Vec::new();
         let more = |of: f64, limit: f64| format!("{:.0} % more", 100.0 * (of / limit - 1.0));
@@ -55,7 +56,7 @@ impl Datasheet {
         list.extend(self.too_short(sample));
         list.extend(self.flushed(sample));
         list.extend(self.overfed());
-        // Of what is given, if it says that, else of the hammers that fit.
+        // The effectiveness follows from the given numbers if they determine it, otherwise from the fitted hammers.
         let get = |quantity| self.get(quantity);
         let given = |bore: f64| {
             let force = get(Quantity::Pressure)? * area(bore);
@@ -70,7 +71,7 @@ impl Datasheet {
         list
     }
 
-    /// What the scene does under its feed that no hammer does.
+    /// Sentences about impossible results of the scene at its feed.
     pub(super) fn drilled(
         &self,
         drilled: &Result<Drilled, DatasheetError>,
@@ -122,7 +123,7 @@ impl Datasheet {
         list
     }
 
-    /// A hammer that is not in its hole, or a bore that is not in its hammer.
+    /// Sentences about a hammer that is wider than its hole, and a bore that is wider than its hammer.
     fn narrow(&self) -> Vec<String> {
         let get = |quantity| self.get(quantity);
         let mm = |x: f64| digits(1e3 * x);
@@ -156,7 +157,7 @@ impl Datasheet {
         list
     }
 
-    /// A piston for which there is no room in the bore.
+    /// A sentence about a piston that is too heavy for its bore.
     fn heavy(&self, sample: &Sample) -> Option<String> {
         let long = |m: &Member| m.blow.mass / (STEEL * area(m.blow.bore));
         let (bores, [least, _]) = sample.number(|m| long(m) / m.blow.bore);
@@ -171,7 +172,7 @@ impl Datasheet {
         })
     }
 
-    /// A feed that no rig puts on such a hammer.
+    /// A sentence about a feed that is too large for such a hammer.
     fn overfed(&self) -> Option<String> {
         let (feed, [printed, held]) = (self.get(Quantity::Feed)?, self.usual_feeds()?);
         (feed > PRESSED * held).then(|| {
@@ -183,7 +184,8 @@ impl Datasheet {
         })
     }
 
-    /// A pipe that does not fit the hole, or air too slow to lift cuttings or so fast that it wears the pipe.
+    /// A sentence about a pipe that does not fit the hole, or about air that is too slow to lift cuttings or so fast
+    /// that it wears the pipe.
     fn flushed(&self, sample: &Sample) -> Option<String> {
         let ((hole, _), pipe) = (self.hole()?, self.get(Quantity::Pipe)?);
         if pipe >= hole {
@@ -203,7 +205,7 @@ impl Datasheet {
         })
     }
 
-    /// Piston and stroke that do not fit the hammer's length.
+    /// A sentence about piston and stroke that do not fit into the hammer's length.
     fn too_short(&self, sample: &Sample) -> Option<String> {
         let whole = self.get(Quantity::Length)?;
         let height = sample.number(|m| m.blow.height).0;

@@ -1,4 +1,4 @@
-//! A hammer of the sample: its unknowns, its blows, and how it is fitted to a sheet.
+//! A hammer of the sample: its unknowns, its blows, and its fit to a sheet.
 
 use super::table::{Scales, at};
 use super::{Datasheet, EFFICIENCY, Quantity};
@@ -7,33 +7,33 @@ use crate::quantities::air::ATMOSPHERE;
 use nalgebra::{DMatrix, DVector, SVector};
 use std::f64::consts::PI;
 
-/// Unknowns: logarithms of pressure, bore, mass, stroke and port over bore; of three factors relative to hammers
-/// scaled from the presets: of energy and square of the frequency (effectiveness), of air, and of frequency; the
-/// exponents of pressure over the sheet's by which air, energy and frequency differ from those of such hammers; and
-/// the logarithm of the factor by which a hammer takes more air at low pressure.
+/// Number of unknowns. The first are logarithms: of pressure, bore, mass, stroke, and port over bore; and of three
+/// factors relative to scaled presets, for the energy and the square of the frequency (effectiveness), for air, and for
+/// frequency. Then come three exponents, with which air, energy and frequency depend on pressure in addition to the
+/// presets' dependence. The last is the logarithm of the factor by which a hammer takes more air at low pressure.
 pub(super) const COUNT: usize = 12;
-/// How many of them, the first, are logarithms of dimensions and factors.
+/// The first unknowns, this many, are logarithms of dimensions and factors.
 const LOGARITHMS: usize = 8;
 pub(super) type Point = SVector<f64, COUNT>;
-/// A residual beyond this many standard errors is an outlier, whose pull does not grow.
+/// A residual beyond this many standard errors is an outlier. Its influence does not grow with its size.
 const OUTLIER: f64 = 3.0;
-/// Steps in which hammers are fitted to a sheet.
+/// Number of steps in which hammers are fitted to a sheet.
 const STEPS: i32 = 10;
-/// Square of the share of its speed with which a liquid's piston rebounds.
+/// Square of the share of its speed that the piston of a liquid's hammer keeps in the rebound.
 const RETURNED: f64 = 0.16;
-/// Height to which a liquid lifts the piston under pressure, m, for a stroke of 1.
+/// Height to which a liquid under pressure lifts the piston, m, for a stroke of 1.
 pub(super) const LIFT: f64 = 0.03;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fluid {
     Air,
-    /// At constant pressure, in closed form. A piston of mass `m` is lifted over `D` by the force `F`, then braked by
-    /// it and thrown back. It keeps the share `e` of its speed `v` from the previous blow:
-    /// `m v^2 (1 - e^2) / 2 = 2 F D`, `w^2 = (e v)^2 + 2 F D / m`, period `(2 w + v (1 - e)) m / F`.
+    /// A drive at constant pressure, in closed form. A piston of mass `m` is lifted over `D` by the force `F`, then
+    /// braked by it and thrown back. It keeps the share `e` of its speed `v` from the previous blow: `m v^2 (1 - e^2) /
+    /// 2 = 2 F D`, `w^2 = (e v)^2 + 2 F D / m`, period `(2 w + v (1 - e)) m / F`.
     Liquid,
 }
 
-/// The blow of a member at a pressure, SI.
+/// The blow of a member at a pressure, in SI units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Blow {
     pub pressure: f64,
@@ -41,7 +41,7 @@ pub(super) struct Blow {
     pub mass: f64,
     pub energy: f64,
     pub frequency: f64,
-    /// Flow of free air, or of the liquid; and what of it goes through the chambers.
+    /// Flow of free air or of the liquid; and the part of it that goes through the chambers.
     pub flow: f64,
     pub driving: f64,
     pub height: f64,
@@ -61,7 +61,7 @@ impl Blow {
         self.energy / (self.pressure * 0.25 * PI * self.bore * self.bore * self.height)
     }
 
-    /// The blow's value of a quantity; `None` for one that is not of a blow.
+    /// The blow's value of a quantity; `None` for a quantity that is not a property of a blow.
     pub fn value(&self, of: Quantity) -> Option<f64> {
         match of {
             Quantity::Pressure => Some(self.pressure),
@@ -79,14 +79,13 @@ impl Blow {
     }
 }
 
-/// Share of the factor of air at low pressure that holds at a pressure (Pa, over the exhaust's): 1 at 6 bar and below,
-/// 0 at 10 bar and above, linear in the logarithm between.
+/// How much of the low-pressure factor of the air applies at a pressure (Pa, above the exhaust's): 1 up to 6 bar, 0
+/// from 10 bar on, and linear in the logarithm between.
 pub(super) fn low(pressure: f64) -> f64 {
     (math::ln(10e5 / pressure) / math::ln(10.0 / 6.0)).clamp(0.0, 1.0)
 }
 
-/// The prior distribution of hammers: of each unknown the median (its logarithm, of those that have one) and its
-/// standard error.
+/// The prior distribution of hammers: the median and the standard error of each unknown.
 pub(super) struct Kind {
     pub fluid: Fluid,
     pub middle: Point,
@@ -94,12 +93,12 @@ pub(super) struct Kind {
 }
 
 impl Kind {
-    /// The unknowns of a hammer that is `off` the median, in standard errors.
+    /// The unknowns of a hammer that differs from the median by `off` standard errors.
     pub fn logs(&self, off: &Point) -> Point {
         self.middle + self.wide.component_mul(off)
     }
 
-    /// Its blow at a pressure; `None`: at its own.
+    /// The hammer's blow at a pressure, or at its own pressure if that is `None`.
     pub fn blow(&self, off: &Point, pressure: Option<f64>) -> Blow {
         let logs = self.logs(off);
         let own: [f64; LOGARITHMS] = std::array::from_fn(|k| math::exp(logs[k]));
@@ -137,12 +136,12 @@ impl Kind {
         }
     }
 
-    /// The dimensions of a hammer: `height` is the stroke over the presets', `flow` the area of a port.
+    /// The dimensions of a hammer. `height` is the stroke over the presets' stroke; `flow` is the area of a port.
     pub fn hammer(&self, off: &Point, pressure: Option<f64>) -> Blow {
         let logs = self.logs(off);
         let [supply, bore, mass, height, port, effective] =
             std::array::from_fn(|k| math::exp(logs[k]));
-        // Greater effectiveness becomes a larger area.
+        // Greater effectiveness is represented by a larger area.
         let bore = bore * effective.sqrt();
         let flow = port * 0.25 * PI * bore * bore;
         let pressure = pressure.unwrap_or(supply);
@@ -154,10 +153,10 @@ impl Kind {
         self.blow(off, row.pressure).value(row.quantity).unwrap_or(row.given)
     }
 
-    /// Fits hammers to the rows, each to its own noisy measurements (`noise`, in standard errors, of a member, a row
-    /// and a step). This is an ensemble smoother (Emerick and Reynolds 2013): in each step the rows count twice as
-    /// much as in the previous one, and all members are moved by one linear regression. A small change of the sheet
-    /// can therefore not move a member to a distant hammer that fits as well, as separate searches could.
+    /// Fits hammers to the rows, each to its own noisy measurements. `noise` returns the noise of a member, a row and a
+    /// step, in standard errors. This is an ensemble smoother (Emerick and Reynolds 2013): in each step the rows count
+    /// twice as much as in the previous one, and all members are moved by one linear regression. A small change of the
+    /// sheet can therefore not move a member to a distant hammer that fits as well, as separate searches could.
     pub fn move_to(
         &self,
         rows: &[Row],
@@ -202,18 +201,18 @@ impl Kind {
     }
 }
 
-/// A number of a sheet, or an assumed one.
+/// A given or assumed number of a sheet.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row {
     pub quantity: Quantity,
     pub given: f64,
     /// Relative standard error.
     pub error: f64,
-    /// Pressure that it belongs to, Pa; `None`: the working pressure.
+    /// Pressure to which the number belongs, Pa; `None` means the working pressure.
     pub pressure: Option<f64>,
-    /// Place in the table of air, from 1; 0 of a single number.
+    /// Row number in the table of air, from 1; 0 for a single number.
     pub series: usize,
-    /// True if it is not given but usual.
+    /// True if the number is assumed, not given.
     pub assumed: bool,
 }
 
@@ -224,8 +223,8 @@ impl Row {
         Self { quantity, given, error, pressure: None, series: 0, assumed: false }
     }
 
-    /// Weight of a residual. The pull of an outlier does not grow (Huber); in a table, where other rows contradict
-    /// it, it falls (Cauchy).
+    /// Weight of a residual. The influence of an outlier does not grow with its size (Huber). In a table, where other
+    /// rows may contradict it, it decreases (Cauchy).
     fn weight(&self, r: f64) -> f64 {
         match self.series {
             0 => (OUTLIER / r).min(1.0),

@@ -1,12 +1,12 @@
 //! Hammers from a datasheet: a sample of them, and the range of every number.
 //!
-//! A sheet leaves most of a hammer open, so the answer is a sample of 240 hammers. In each, the unknowns (pressure,
-//! bore, mass, stroke, ports, effectiveness, and errors relative to hammers scaled from the presets) have other
-//! values, drawn in the same way for all sheets. All hammers are then fitted to the given numbers, up to the errors
-//! of such numbers (`member`). Their blows follow from a table of simulated blows (`table`). The answer to each
-//! question is the sample's median and 80 % range (`sample`). Hammers that strike faster than steel withstands are
-//! excluded. The answer changes little if the sheet changes little. If a given number cannot be met, the answer says
-//! by how much it is missed; no other model is tried instead.
+//! A sheet leaves most of a hammer open, so the answer is a sample of 240 hammers. Each hammer has its own random
+//! values of the unknowns (pressure, bore, mass, stroke, ports, effectiveness, and deviations from scaled presets); the
+//! draws are the same for all sheets. All hammers are then fitted to the given numbers, within the errors of such
+//! numbers (`member`). Their blows follow from a table of simulated blows (`table`). Every number of the answer is the
+//! sample's median with its 80 % range (`sample`). Hammers that strike faster than steel withstands are excluded. The
+//! answer changes little if the sheet changes little. If a given number cannot be met, the answer says by how much the
+//! hammers miss it; no other model is tried.
 //!
 //! The scene of the answer is the median hammer, adjusted in simulations until its blows are the sample's.
 //!
@@ -43,23 +43,24 @@ const EFFICIENCY: f64 = 0.6;
 /// The given numbers.
 #[derive(Clone, Debug, Default)]
 pub struct Datasheet {
-    /// What the sheet gives, in SI units, each at most once.
+    /// The given numbers in SI units, each quantity at most once.
     pub known: Vec<(Quantity, f64)>,
-    /// Rows of a table: pressure and the free air that is taken at it, SI.
+    /// Rows of a table: a pressure, and the free air that the hammer takes at it, in SI units.
     pub air: Vec<[f64; 2]>,
-    /// The working pressure, if it is not the sheet's, Pa.
+    /// The working pressure, if it differs from the sheet's, Pa.
     pub at: Option<f64>,
-    /// True if the scene's rock is already that under this bit. Otherwise it is scaled by the hole's area.
+    /// True if the scene's rock already has the stiffness for this bit. Otherwise the rock is scaled by the hole's
+    /// area.
     pub own_rock: bool,
 }
 
-/// Why there is no hammer.
+/// The reason why there is no hammer.
 #[derive(Clone, Debug, ThisError, PartialEq)]
 pub enum DatasheetError {
-    /// A number that no hammer has, probably in another unit.
+    /// A number outside the range of real hammers, probably in another unit.
     #[error("{0}: no hammer is known to have that; is the unit right?")]
     Absurd(#[from] ParameterError),
-    /// Too little is known.
+    /// Too few numbers are given.
     #[error("{0}")]
     TooLittle(String),
     /// The given numbers contradict each other.
@@ -70,12 +71,12 @@ pub enum DatasheetError {
     Engine(#[from] Error),
 }
 
-/// A given number and the sample's.
+/// A given number and the sample's median.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison {
     /// Its quantity.
     pub quantity: Quantity,
-    /// Pressure of a row of a table, Pa.
+    /// Pressure of the table's row, Pa.
     pub pressure: Option<f64>,
     /// Given value, SI.
     pub given: f64,
@@ -84,13 +85,13 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// The sample's value over the given one, less 1.
+    /// The sample's value over the given one, minus 1.
     pub fn off(&self) -> f64 {
         self.solved / self.given - 1.0
     }
 }
 
-/// A number that follows, with its 80 % range.
+/// A number of the answer, with its 80 % range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
     /// Its name.
@@ -108,12 +109,12 @@ pub struct Found {
 /// The answer.
 #[derive(Clone, Debug)]
 pub struct Solution {
-    /// The scene of the median hammer. Its blows are brought to the sample's in a few rounds. What remains, some
-    /// tenths of a per cent, may change in steps where the sheet changes smoothly.
+    /// The scene of the median hammer. Some rounds of simulations adjust its blows to the sample's. The remaining
+    /// difference, some tenths of a per cent, may change in steps if the sheet changes smoothly.
     pub scene: Scene,
-    /// The given numbers beside the sample's.
+    /// The given numbers, compared with the sample's.
     pub compared: Vec<Comparison>,
-    /// What follows.
+    /// The numbers that follow.
     pub found: Vec<Found>,
     /// Statistical weight of each member of the sample.
     pub weights: Vec<f64>,
@@ -127,7 +128,7 @@ impl Datasheet {
     /// The hammers that a sheet describes, with the rock, feed and material of a scene.
     ///
     /// # Errors
-    /// A number that no hammer has; too little is given.
+    /// A number is outside the range of real hammers; too little is given.
     pub fn solve(&self, base: &Scene) -> Result<Solution, DatasheetError> {
         let (scene, mut sample) = self.drawn(base)?;
         let middle = self.hammer(&scene, &sample);
@@ -146,8 +147,8 @@ impl Datasheet {
         self.answer(scene, middle, &sample)
     }
 
-    /// The numbers that follow from the sample alone. No scene is simulated, so the share of work to the rock is the
-    /// usual one.
+    /// The numbers that follow from the sample alone. No scene is simulated, so the share of the work that the rock
+    /// gets is the usual one.
     ///
     /// # Errors
     /// Those of [`Self::solve`].
@@ -165,7 +166,7 @@ impl Datasheet {
             Quantity::Pressure.check(at)?;
             Quantity::AirFlow.check(air)?;
         }
-        // Energy and mass determine a speed, which is checked too.
+        // Energy and mass determine a speed, which must also be in its range.
         let pair = self.get(Quantity::BlowEnergy).zip(self.get(Quantity::PistonMass));
         if let Some((energy, mass)) = pair {
             Quantity::ImpactSpeed.check((2.0 * energy / mass).sqrt())?;
@@ -176,7 +177,7 @@ impl Datasheet {
         Ok((scene, sample))
     }
 
-    /// The pressure that is worked at, Pa, if it is known.
+    /// The working pressure, Pa, if it is known.
     fn working_pressure(&self) -> Option<f64> {
         self.at.or(self.get(Quantity::Pressure))
     }
@@ -185,7 +186,7 @@ impl Datasheet {
         self.known.iter().find(|(q, _)| *q == quantity).map(|(_, value)| *value)
     }
 
-    /// Sets the hole, the feed that holds the casing down, and the rock under this hole.
+    /// Sets the hole, the feed that holds the casing down, and the rock for this hole.
     fn lay_rock(&self, scene: &mut Scene) {
         let p = &mut scene.parameters;
         if let Some((hole, _)) = self.hole() {

@@ -1,6 +1,6 @@
-//! The table of [`table`](super::table) as a constant: `the_table_is_made_anew_by_its_hammers` simulates it anew.
+//! Values of the [table](super::table) of blows. The test `the_table_is_made_anew_by_its_hammers` simulates them again.
 
-/// Logarithms of `e`, `f`, `q` and `h`, a row each: openings within pressures, both rising.
+/// Logarithms of `e`, `f`, `q` and `h`, one row per node. The opening varies fastest; both pressure and opening rise.
 #[rustfmt::skip]
 pub(super) const NODES: [[f64; 4]; 42] = [
     [-3.78510, 0.28363, -2.77046, -2.87208],

@@ -2,18 +2,18 @@
 
 use crate::quantities::domain::{Domain, ParameterError};
 
-/// What is known of a number that a datasheet may give.
+/// Name, unit, range and error of a number that a datasheet may give.
 pub struct Entry {
     quantity: Quantity,
-    /// Name, as an argument.
+    /// Name, used as an argument.
     pub name: &'static str,
     /// SI unit; `1` for a ratio.
     pub unit: &'static str,
-    /// Unit in which the trade writes it, and its size in the SI unit.
+    /// Unit that is usual in the trade, and its size in the SI unit.
     pub field: (&'static str, f64),
-    /// Least and largest of real hammers, SI.
+    /// Least and largest value of real hammers, SI.
     pub range: [f64; 2],
-    /// Relative standard error of a datasheet's number; infinite if it is not fitted.
+    /// Relative standard error of the number in a datasheet; infinite if hammers are not fitted to it.
     pub error: f64,
     /// Its meaning.
     pub meaning: &'static str,
@@ -39,8 +39,8 @@ macro_rules! list {
     };
 }
 
-// Ranges are those of the smallest and the largest hammers, with a margin; pistons strike at some 10 m/s, and steel
-// yields beyond 25. Errors are the scatter of makers' numbers.
+// Ranges are those of the smallest and the largest hammers, with a margin. (Pistons strike at some 10 m/s, and steel
+// yields beyond 25.) Errors are the scatter of makers' numbers.
 #[rustfmt::skip]
 list! {
     Pressure, "pressure", "Pa", ("bar", 1e5), [1e4, 1e8], 0.05, "Supply pressure over that of the exhaust";
@@ -69,28 +69,28 @@ list! {
 }
 
 impl Quantity {
-    /// All of them.
+    /// All quantities.
     pub fn all() -> impl Iterator<Item = Self> {
         TABLE.iter().map(|row| row.quantity)
     }
 
-    /// Whether it is a property of a blow, not of the hammer.
+    /// True if it is a property of a blow, not of the hammer.
     pub(super) fn of_blow(self) -> bool {
         let of_hammer = [Self::Pressure, Self::Bore, Self::PistonMass, Self::Rate];
         self.entry().error.is_finite() && !of_hammer.contains(&self)
     }
 
-    /// What is known of it.
+    /// The quantity's entry.
     pub fn entry(self) -> &'static Entry {
         &TABLE[self as usize]
     }
 
-    /// Name, as an argument.
+    /// Name, used as an argument.
     pub fn name(self) -> &'static str {
         self.entry().name
     }
 
-    /// Refuses a number that no hammer has.
+    /// Refuses a number outside the range of real hammers.
     ///
     /// # Errors
     /// The number is not in the range of real hammers.

@@ -1,33 +1,34 @@
-//! Ratios of two hammers in what their samples tell: which unknowns cancel, and which do not.
+//! Ratios of two hammers in the numbers of their samples, and the unknowns that cancel in them.
 //!
-//! In one rock the specific energy cancels, always. Of *one hammer* under other conditions (pressure, feed, hole, rock)
-//! everything that is unknown of the hammer cancels too: members are divided one by one, since both samples are drawn alike.
-//! What the model does not know of a condition remains: over pressure the members' own exponents, and of air the scatter
-//! [`ROW`] of numbers that makers print; over feed [`OF_FEED`]; over hole an exponent with the error [`OF_HOLE`]. Of *two
-//! hammers* nothing else cancels: members are paired at random, [`TIMES`] of one for each of the other. Of *two rocks* the
-//! specific energies are drawn apart.
+//! In one rock the specific energy always cancels. If the two sides are *one hammer* under different conditions
+//! (pressure, feed, hole, rock), all unknowns of the hammer cancel too: both samples have the same draws, so the
+//! members are divided one by one. The error of the model's dependence on a condition remains. For pressure it is given
+//! by the members' own exponents and, for air, by the scatter [`ROW`] of printed numbers; for feed by [`OF_FEED`]; for
+//! the hole by an exponent with the error [`OF_HOLE`]. If the sides are *two hammers*, nothing else cancels: members
+//! are paired at random, [`TIMES`] for each. For *two rocks* the specific energies are drawn independently.
 
 use super::sample::{drawn, spread};
 use super::{Datasheet, Quantity};
 use crate::numerics::math;
 
-/// Pairs of each member, of two hammers.
+/// Number of random pairs for each member if the sides are two hammers.
 const TIMES: usize = 20;
-/// Relative standard errors: of a ratio over feed, of the exponent of the hole's diameter, of a printed number of air.
+/// Relative standard errors: of a ratio of two feeds, of the exponent of the hole's diameter, of a printed number for
+/// air.
 const OF_FEED: f64 = 0.05;
 const OF_HOLE: f64 = 0.25;
 const ROW: f64 = 0.09;
-/// Pressures whose logarithms differ by less are nearly one.
+/// Pressures are nearly equal if their logarithms differ by less than this.
 const NEARLY: f64 = 0.2;
 /// First dimension of the random numbers of ratios.
 const NOISE: usize = 1 << 30;
 
-/// What two hammers are compared in: the columns of a sample.
+/// The columns of a sample in which two hammers are compared.
 pub const COMPARED: [&str; 5] = [RATE, "blow energy", "frequency", "power of the blows", AIR];
 const RATE: &str = "rate of penetration";
 const AIR: &str = "free air";
 const ENERGY: &str = "specific energy";
-/// What belongs to the conditions of a hammer and not to it.
+/// Quantities that belong to the conditions under which a hammer works.
 const CONDITIONS: [Quantity; 7] = [
     Quantity::Altitude,
     Quantity::Inlet,
@@ -41,15 +42,15 @@ const CONDITIONS: [Quantity; 7] = [
 /// A side of a ratio.
 #[derive(Clone, Debug, Default)]
 pub struct Side {
-    /// What was given; none of a hammer that is known as a scene.
+    /// The given numbers; `None` for a hammer that is given as a scene.
     pub sheet: Option<Datasheet>,
-    /// The rock, as it was named.
+    /// The name of the rock.
     pub rock: String,
-    /// Name and members of each number.
+    /// Name of each number, and its values in all members.
     pub columns: Vec<(String, Vec<f64>)>,
     /// Weights of the members.
     pub weights: Vec<f64>,
-    /// Relative standard error of all numbers beside, and of the specific energy alone.
+    /// Relative standard errors in addition to the sample's: of all numbers, and of the specific energy alone.
     pub errors: [f64; 2],
 }
 
@@ -63,20 +64,20 @@ impl Side {
     }
 }
 
-/// A relation of two sides.
+/// How the two sides are related.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Relation {
-    /// The same numbers of a hammer are given; conditions may be others.
+    /// The given numbers of the hammer are equal; only conditions may differ.
     OneHammer,
-    /// Other numbers are given.
+    /// Other given numbers differ.
     TwoHammers,
 }
 
 impl Relation {
-    /// Whether two sheets are of one hammer.
+    /// Finds out if two sheets describe one hammer.
     pub fn of(a: &Side, b: &Side) -> Self {
         let (Some(one), Some(other)) = (&a.sheet, &b.sheet) else { return Self::TwoHammers };
-        // Without an outside diameter the hole says how large the hammer is.
+        // Without an outside diameter, the hole determines the size of the hammer.
         let sized = [one, other].iter().all(|sheet| sheet.get(Quantity::OuterDiameter).is_some());
         let condition = |q: &Quantity| CONDITIONS.contains(q) || sized && *q == Quantity::Hole;
         let alike = Quantity::all().filter(|q| !condition(q)).all(|q| one.get(q) == other.get(q));
@@ -84,7 +85,7 @@ impl Relation {
     }
 }
 
-/// The ratios of `a` over `b`: name, and median and ends of the range of 80 %.
+/// The ratios of `a` over `b`: name, median, and ends of the 80 % range.
 pub fn ratios(a: &Side, b: &Side) -> Vec<(&'static str, [f64; 3])> {
     let relation = Relation::of(a, b);
     let pairs = pairs(a, b, relation);
@@ -114,13 +115,13 @@ pub fn ratios(a: &Side, b: &Side) -> Vec<(&'static str, [f64; 3])> {
     COMPARED.iter().filter_map(each).collect()
 }
 
-/// Whether specific energies are divided out: always, but of two rocks in each of which a rate was measured.
+/// True if the specific energies cancel. They do not for two rocks if a rate was measured in each.
 fn divided(a: &Side, b: &Side) -> bool {
     let measured = |side: &Side| side.get(Quantity::Rate).is_some();
     a.rock == b.rock || !(measured(a) && measured(b))
 }
 
-/// A pair of members, two others for what is drawn apart, and its weight.
+/// A pair of members (`a`, `b`), two other members for independent draws, and the pair's weight.
 struct Pair {
     a: usize,
     b: usize,
@@ -135,7 +136,7 @@ fn pairs(a: &Side, b: &Side, relation: Relation) -> Vec<Pair> {
     let mut list = Vec::new();
     for round in 0..TIMES {
         let order = |dimension: usize, count: usize| {
-            // A random order is that of random numbers.
+            // Sorting by random numbers gives a random order.
             let mut places: Vec<usize> = (0..count).collect();
             let key = |k: &usize| drawn(2 * k, NOISE + 1 + 3 * round + dimension);
             places.sort_by(|x, y| key(x).total_cmp(&key(y)));
@@ -155,7 +156,7 @@ fn pairs(a: &Side, b: &Side, relation: Relation) -> Vec<Pair> {
     list
 }
 
-/// What the model leaves open of a ratio, as a relative standard error.
+/// The error of the model in a ratio, as a relative standard error.
 fn width(a: &Side, b: &Side, relation: Relation, name: &str) -> f64 {
     let (Some(one), Some(other)) = (&a.sheet, &b.sheet) else { return 0.0 };
     if relation == Relation::TwoHammers {
@@ -168,13 +169,14 @@ fn width(a: &Side, b: &Side, relation: Relation, name: &str) -> f64 {
     let pressure = over(one.working_pressure(), other.working_pressure());
     let feed = one.get(Quantity::Feed) != other.get(Quantity::Feed);
     let hole = over(one.get(Quantity::Hole), other.get(Quantity::Hole));
-    // Printed numbers of two pressures scatter apart, but for such as are nearly one.
+    // Numbers printed for two pressures scatter independently, unless the pressures are nearly equal.
     let apart = (pressure / NEARLY).min(1.0);
     let row = if name == AIR { std::f64::consts::SQRT_2 * ROW * apart } else { 0.0 };
     (if feed { OF_FEED } else { 0.0 }).hypot(OF_HOLE * hole).hypot(row)
 }
 
-/// What makers print that belongs to a pressure, an outside diameter and a piston: with another of these it is another.
+/// Printed numbers that depend on the pressure, the outside diameter or the piston. They are no longer valid if that
+/// changes.
 const BELONGS: [(Quantity, &[Quantity]); 3] = [
     (
         Quantity::Pressure,
@@ -206,7 +208,8 @@ const BELONGS: [(Quantity, &[Quantity]); 3] = [
 ];
 
 impl Datasheet {
-    /// Why a change of this sheet to another is refused: a number changes to which printed ones belong that stay.
+    /// The reason why a change from this sheet to another is refused: a number changes, while printed numbers that
+    /// depend on it stay the same.
     pub fn refused_change(&self, after: &Self) -> Option<String> {
         BELONGS.iter().find_map(|(changed, printed)| {
             let [old, new] = [self, after].map(|sheet| sheet.get(*changed));
@@ -214,7 +217,7 @@ impl Datasheet {
             let stays = |q: Quantity| self.get(q).is_some() && self.get(q) == after.get(q);
             let stay = printed.iter().filter(|q| stays(**q));
             let mut names: Vec<&str> = stay.map(|q| q.name()).collect();
-            // A table of air has pressures of its own.
+            // A table of air has its own pressures.
             let sized = *changed != Quantity::Pressure;
             if sized && !self.air.is_empty() && self.air == after.air {
                 names.push(Quantity::AirFlow.name());

@@ -1,4 +1,4 @@
-//! The sample of hammers that fit a sheet: median and range of everything that follows.
+//! The sample of hammers that fit a sheet, with medians and ranges of the numbers that follow.
 
 use super::drilled::Drilled;
 use super::member::{Blow, COUNT, Kind, Point, Row};
@@ -11,20 +11,20 @@ use crate::scene::Scene;
 const MEMBERS: usize = 240;
 /// 80 % of a normal distribution lie within this many standard deviations.
 const WIDE: f64 = 1.2816;
-/// A quantile is the mean over this part of the weights on either side of it.
+/// A quantile is the mean over this share of the weights on either side of it.
 const ABOUT: f64 = 0.03;
-/// Steepness with which the weight of hammers falls beyond the speed that steel withstands.
+/// How steeply a hammer's weight falls beyond the speed that steel withstands.
 const SHARP: f64 = 60.0;
-/// Work to the rock over blow energy, its standard error, and its maximum: RI 7300's drills have 0.57 to 0.79.
+/// Work to the rock over blow energy: median, standard error, and maximum. The drills of RI 7300 have 0.57 to 0.79.
 const SHARE: (f64, f64) = (0.68, 0.12);
 const MOST: f64 = 0.95;
-/// Factors of the 80 % ranges of a rock's hardness and of a feed.
+/// Half-widths of 80 % ranges, as factors: of a rock's hardness, and of a feed.
 const HARDNESS: f64 = 1.75;
 const FEED: f64 = 1.3;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Member {
-    /// The blow with its casing held down, and that at the feed.
+    /// The blow with the casing held down, and the blow at the actual feed.
     pub held: Blow,
     pub blow: Blow,
     pub weight: f64,
@@ -33,19 +33,19 @@ pub(super) struct Member {
     pub stiffness: f64,
     pub specific_energy: f64,
     pub feed: f64,
-    /// Rate of penetration, and the rate at which the bit goes in, which it does not exceed, m/s.
+    /// Rate of penetration, and the rate at which the bit advances, which is an upper bound of it, m/s.
     pub rate: f64,
     pub tip_rate: f64,
     /// Largest force on the rock, N.
     pub peak: f64,
-    /// What determines the rate.
+    /// Numbers that determine the rate.
     measure: Measure,
 }
 
-/// What determines a member's rate.
+/// Numbers that determine a member's rate.
 #[derive(Clone, Copy, Debug)]
 struct Measure {
-    /// The measured rate with its error, m/s, and the power of the blows at which it was measured, W.
+    /// The measured rate with its random error, m/s, and the power of the blows at which it was measured, W.
     rate: Option<f64>,
     power: f64,
     /// Area of the hole, m2.
@@ -64,12 +64,12 @@ pub(super) struct Sample {
     rock_energy: f64,
 }
 
-/// A normal random number of a member and a dimension. It is the same in every sheet, so that two sheets can be
-/// compared member by member, and an answer changes little if its sheet changes little.
+/// A normally distributed random number for a member and a dimension. It is the same for every sheet, so that two
+/// sheets can be compared member by member, and an answer changes little if its sheet changes little.
 pub(super) fn drawn(member: usize, dimension: usize) -> f64 {
     let mut state = ((member as u64 / 2 + 1) << 32) | (dimension as u64 + 1);
     let mut uniform = || {
-        // Generator splitmix64 (Steele, Lea, Flood 2014).
+        // The generator is splitmix64 (Steele, Lea, Flood 2014).
         state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut mixed = state;
         mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -82,7 +82,8 @@ pub(super) fn drawn(member: usize, dimension: usize) -> f64 {
     if member.is_multiple_of(2) { sum } else { -sum }
 }
 
-/// Dimensions of random numbers: first the unknowns, then the numbers below; the noise of the rows begins at `ROWS`.
+/// Dimensions of the random numbers: first come the unknowns, then the numbers below, then from `ROWS` on the noise of
+/// the rows.
 const ROWS: usize = 100;
 const OF_SHARE: usize = 50;
 const OF_HARDNESS: usize = 51;
@@ -102,8 +103,8 @@ impl Sample {
         let blows: Vec<Blow> = members.iter().map(|off| kind.blow(off, None)).collect();
         let speeds = blows.iter().map(|blow| (blow.speed(), 1.0)).collect();
         let [asked_speed, slow, _] = spread(speeds);
-        // Steel does not withstand faster impacts, so faster hammers lose their weight. If most are faster, the
-        // slowest tenth keeps its weight.
+        // Steel does not withstand faster impacts, so faster hammers lose their weight. If most are faster, the slowest
+        // tenth keeps its weight.
         let weight = |blow: &Blow| {
             let over = SHARP * math::ln(blow.speed() / FASTEST.max(slow));
             1.0 / (1.0 + math::exp(over.min(500.0)))
@@ -126,16 +127,16 @@ impl Sample {
         Ok(Self { members: members.collect(), hammer, solved, asked_speed, rock_energy })
     }
 
-    /// Moves the sample to what the scene of its median hammer does at its feed, `now`: the medians of energy,
-    /// frequency, air and rate become the scene's means. `measured` is what it did where a rate was measured, which
-    /// determines the specific energy.
+    /// Scales the sample to the simulated means `now` of its median hammer at its feed: the medians of energy,
+    /// frequency, air and rate become these means. `measured` are the means under the conditions of a measured rate;
+    /// they determine the specific energy.
     pub fn drill(&mut self, now: &Drilled, measured: Option<&Drilled>) {
         let median = |of: &dyn Fn(&Member) -> f64| self.number(of).0;
         let energy = now.energy / median(&|m| m.held.energy);
         let frequency = now.frequency / median(&|m| m.held.frequency);
-        // A liquid's flow is that of its power.
+        // The flow of a liquid is proportional to its power.
         let air = if now.flow > 0.0 { now.flow / median(&|m| m.held.driving) } else { energy };
-        // The measured power to the rock, if there is a measured rate.
+        // The power into the rock when the rate was measured, if a rate was measured.
         let power = measured.map(|then| then.energy * then.frequency * then.share);
         let own = median(&|m| m.measure.power);
         let [mid_share, mid_stiffness] = [median(&|m| m.share), median(&|m| m.stiffness)];
@@ -146,17 +147,17 @@ impl Sample {
             m.blow.frequency *= frequency * off(1, of_period);
             m.blow.flow *= air * off(2, of_air);
             m.blow.driving *= air * off(2, of_air);
-            // With the feed's work, which in soft rock is much, the rock may take more than the blow's energy.
+            // In soft rock the feed does much of the work, so the rock may take more than the blow's energy.
             m.share = (m.share * now.share / mid_share).min(MOST.max(now.share));
             let mut share = m.share;
             if let (Some(power), Some(rate)) = (power, m.measure.rate) {
-                // What share the rock takes is the same of both rates.
+                // The rock takes the same share at both rates.
                 share = now.share;
                 m.specific_energy = power * m.measure.power / own / (m.measure.area * rate);
             }
             m.rate = share * m.blow.power() / (m.measure.area * m.specific_energy);
             m.rate *= off(3, of_rate);
-            // Depth of a blow and force go with the square root of its energy.
+            // Penetration and force of a blow are proportional to the square root of its energy.
             let work = m.share * m.blow.energy / (now.share * now.energy);
             let stiffer = m.stiffness / mid_stiffness;
             m.tip_rate = now.tip_rate * m.blow.frequency / now.frequency * (work / stiffer).sqrt();
@@ -165,7 +166,7 @@ impl Sample {
         let rate = self.number(|m| m.rate).0;
         let middle = self.number(|m| m.specific_energy).0;
         let by = if measured.is_some() { 1.0 } else { now.rate / rate };
-        // With this specific energy the scene drills at the told rate.
+        // With this specific energy the scene drills at the rate of the answer.
         let energy = now.rate * self.rock_energy / (by * rate);
         for m in &mut self.members {
             m.rate = (m.rate * by).min(m.tip_rate);
@@ -173,7 +174,7 @@ impl Sample {
         }
     }
 
-    /// Median of a number, and the range of 80 %.
+    /// Median and 80 % range of a number.
     pub fn number(&self, of: impl Fn(&Member) -> f64) -> (f64, [f64; 2]) {
         let [middle, low, high] = spread(self.members.iter().map(|m| (of(m), m.weight)).collect());
         (middle, [low, high])
@@ -181,8 +182,8 @@ impl Sample {
 }
 
 impl Kind {
-    /// The blow of a member at the working pressure. Its pressure differs from that by the same factor as from the
-    /// sheet's; if the sheet has none, it is the working pressure.
+    /// The blow of a member at the working pressure `at`. The member's pressure deviates from `at` by the same factor
+    /// as from the sheet's pressure. If the sheet has none, the member works at exactly `at`.
     fn at(&self, off: &Point, at: f64, sheet: &Datasheet) -> Blow {
         let own = |given| math::exp(self.logs(off)[0]) * at / given;
         self.blow(off, Some(sheet.get(Quantity::Pressure).map_or(at, own)))
@@ -190,7 +191,7 @@ impl Kind {
 }
 
 impl Row {
-    /// Measurement error of a row in a member and a step of the smoother, in standard errors.
+    /// Random measurement error of a row for a member and a step of the smoother, in standard errors.
     fn noise(&self, member: usize, step: i32) -> f64 {
         let row = self.quantity as usize + 32 * self.series;
         drawn(member, ROWS + row + OF_STEP * step as usize)
@@ -212,20 +213,19 @@ impl Member {
         let known = math::ln(p.rock.specific_energy_factor) / WIDE;
         let hardness = if sheet.own_rock { 0.0 } else { math::ln(HARDNESS) / WIDE };
         let area = p.work_per_length() / p.rock.specific_energy;
-        // The specific energy refers to the work that the hammer's model gives to the rock, here the usual share.
+        // The specific energy refers to the work that the model gives to the rock, which here is the usual share.
         let rate = sheet.get(Quantity::Rate);
         let rate = rate.map(|rate| rate * about(OF_RATE, Quantity::Rate.entry().error));
         let (drilling, specific_energy) = match rate {
             Some(rate) => (SHARE.0, SHARE.0 * own.power() / (area * rate)),
             None => (share, p.rock.specific_energy * about(OF_ENERGY, known)),
         };
-        // The feed that holds the casing down may exceed those that makers print, which are then the lower end of the
-        // range.
+        // The feed that holds the casing down may exceed the printed feeds. Then these are the lower end of the range.
         let below = sheet.usual_feeds().filter(|_| drawn(member, OF_FEED) < 0.0);
         let below = below.map_or(0.0, |[printed, usual]| math::ln(usual / printed));
         let usual = scene.inputs.feed_force * about(OF_FEED, (math::ln(FEED) + below) / WIDE);
         let stiffness = p.rock.stiffness * about(OF_HARDNESS, hardness);
-        // In a single thrust up to the force F, (1 - 1/gamma) F^2 / (2 KR) is dissipated in the rock.
+        // In a single thrust up to the force F, the rock dissipates (1 - 1/gamma) F^2 / (2 KR).
         let lost = 1.0 - 1.0 / p.rock.unloading_ratio;
         Self {
             held: blow,
@@ -243,8 +243,8 @@ impl Member {
     }
 }
 
-/// Median and 80 % range of weighted numbers. Each is the mean about its place in the order, so that it changes
-/// little where numbers and weights change little, even if some change places.
+/// Median and 80 % range of weighted numbers. Each quantile is the mean of the numbers around its rank, so it changes
+/// little if numbers and weights change little, even if numbers change their order.
 pub fn spread(mut list: Vec<(f64, f64)>) -> [f64; 3] {
     list.sort_by(|a, b| a.0.total_cmp(&b.0));
     let least = list.first().map_or(f64::NAN, |first| first.0);
@@ -267,7 +267,8 @@ const _: () = assert!(COUNT < OF_SHARE && OF_RATE < OF_MEANS && OF_MEANS + 4 < R
 mod tests {
     use super::*;
 
-    /// Mean, variance and 80 % range of a normal distribution, to four standard errors of 24,000 numbers.
+    /// Mean, variance and 80 % range equal those of a normal distribution, within four standard errors of 24,000
+    /// numbers.
     #[test]
     fn what_is_drawn_is_normal() {
         let all: Vec<f64> = (0..MEMBERS).flat_map(|m| (0..100).map(move |d| drawn(m, d))).collect();
@@ -283,8 +284,8 @@ mod tests {
         assert!((inside - 0.8).abs() < 0.003 + 4.0 * (0.32 / count).sqrt(), "{inside}");
     }
 
-    /// The quantiles of the numbers 0 to 1000 with equal weights, and of the even ones with double and the odd ones
-    /// with zero weight, are those of the uniform distribution, to half of one number's share.
+    /// The quantiles of the numbers 0 to 1000 equal those of the uniform distribution to half of one number's share.
+    /// The weights are equal, or double for even and zero for odd numbers.
     #[test]
     fn a_spread_is_that_of_a_uniform_distribution() {
         let equal: Vec<(f64, f64)> = (0..=1000).map(|k| (f64::from(k), 1.0)).collect();

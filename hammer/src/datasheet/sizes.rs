@@ -1,6 +1,7 @@
-//! How makers' hammers go with their size: laws of printed rows, and how far these reach.
+//! How the numbers of makers' hammers depend on their size: laws fitted to printed rows, and the range of these rows.
 //!
-//! They are not scaled copies of each other. With the outside diameter `D` and the pressure `p` over the exhaust's:
+//! Hammers of different size are not scaled copies of each other. `D` is the outside diameter, and `p` the pressure
+//! above the exhaust's:
 //!
 //! ```text
 //! piston     8.0 kg (D / 100 mm)^2.56                              11 hammers of four makers, 58 to 525 mm
@@ -9,19 +10,20 @@
 //! feed       88 N per mm of D                                      10 hammers of one maker, 58 to 182 mm
 //! ```
 //!
-//! Their exponents and scatter are fits to `reports/makers.csv` (the piston's to rows of makers that are not in it, too);
-//! that of the power over pressure is air's and that of the energy of a blow, and a guess. Beyond the rows a law is a
-//! guess, which is told, and its error grows by [`BEYOND`] for a factor of e.
+//! Exponents and scatter are fitted to `reports/makers.csv`; for the piston, also to rows that are not in this file.
+//! How the power depends on pressure is a guess, from the exponents of air and of the energy of a blow. Outside the
+//! range of its rows a law is a guess: its error grows by [`BEYOND`] for each factor of e, and the answer says so.
 
 use super::Datasheet;
 use super::member::{Fluid, Row, low};
 use super::quantity::Quantity;
 use crate::numerics::math;
 
-/// Growth of a logarithmic error for each factor of e beyond the rows of a law.
+/// Growth of the logarithmic error for each factor of e outside the range of a law's rows.
 const BEYOND: f64 = 0.3;
 
-/// A law of size: value at [`REFERENCE`](Self), exponent of the diameter, relative error, diameters of its rows, m.
+/// A law of size: its value at [`REFERENCE`](Self), the exponent of the diameter, the relative error, and the range of
+/// diameters in its rows, m.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Law {
     value: f64,
@@ -39,13 +41,13 @@ const POWER: Law = Law { value: 27.8e3, at: 0.11, exponent: 1.0, error: 0.17, ro
 pub(super) const FEED: Law =
     Law { value: 8.8e3, at: 0.1, exponent: 1.0, error: 0.2, rows: [0.058, 0.182] };
 
-/// Pressure of the law of the air, exponent, and pressures of its rows, Pa; the same of power.
+/// Reference pressure of the law of air, exponent, and range of pressures in its rows, Pa; then the same for power.
 const OF_AIR: (f64, f64, [f64; 2]) = (14e5, 1.09, [10e5, 35e5]);
 const OF_POWER: (f64, f64, [f64; 2]) = (24e5, 1.35, [24e5, 24e5]);
 /// Logarithm of the factor of the air at low pressure, and its error.
 pub(super) const LOW: (f64, f64) = (0.5, 0.27);
 
-/// How far a number lies beyond a range, as a logarithm.
+/// How far a number lies outside a range, as a logarithm.
 fn beyond(x: f64, [least, most]: [f64; 2]) -> f64 {
     math::ln(least / x).max(math::ln(x / most)).max(0.0)
 }
@@ -56,18 +58,18 @@ impl Law {
         self.value * math::exp(self.exponent * math::ln(outer / self.at))
     }
 
-    /// Its relative error at a diameter that is itself known to a relative error.
+    /// The law's relative error at a diameter that has the relative error `off` itself.
     pub fn error(&self, outer: f64, off: f64) -> f64 {
         self.error.hypot(self.exponent * off).hypot(BEYOND * beyond(outer, self.rows))
     }
 
-    /// The diameter at which it has a value, with its relative error.
+    /// The diameter at which the law has a value, with its relative error.
     pub fn diameter(&self, value: f64) -> (f64, f64) {
         let size = self.at * math::exp(math::ln(value / self.value) / self.exponent);
         (size, self.error(size, 0.0) / self.exponent)
     }
 
-    /// What its rows are, of a diameter that lies beyond them.
+    /// A sentence about the range of the law's rows, if the diameter lies outside.
     pub fn guess(&self, outer: f64) -> Option<String> {
         let [least, most] = self.rows.map(|side| 1e3 * side);
         (beyond(outer, self.rows) > 1e-9).then(|| {
@@ -80,7 +82,7 @@ impl Law {
 }
 
 impl Datasheet {
-    /// Air and power of makers' hammers of this size at this pressure, if nothing says them.
+    /// Air and power of makers' hammers of this size at this pressure, if no given number determines them.
     pub(super) fn usual_of_size(&self) -> Vec<Row> {
         let said = |list: &[Quantity]| list.iter().any(|q| self.get(*q).is_some());
         let (Some(pressure), Some((outer, off, _))) = (self.get(Quantity::Pressure), self.outer())

@@ -1,23 +1,24 @@
 //! The blows of air hammers in dimensionless numbers: one table for all sizes and strokes.
 //!
-//! Let a rigid hammer whose cylinder is held be scaled from the presets. With lengths over the stroke `L`, areas over
-//! the bore's `A`, masses over the piston's `m` and pressures over the atmosphere's `p0`, it depends on two numbers:
-//! the supply's pressure, and the opening `s` of its ports of area `a`,
+//! Consider a rigid hammer that is scaled from the presets and whose cylinder is held. In units of the stroke `L`, the
+//! bore's area `A`, the piston's mass `m` and the atmosphere's pressure `p0`, it depends on two numbers: the supply's
+//! pressure, and the opening `s` of its ports of area `a`,
 //!
 //! ```text
 //! s = (a / A) sqrt(R T m / (p0 A L)),   energy = p0 A L e,   frequency = f / sqrt(m L / (p0 A)),
 //! free air = q A L / sqrt(m L / (p0 A)),   the piston turns h L above the bit
 //! ```
 //!
-//! Gravity, some hundredths of the pressure's force, is that of one hammer. The table is a constant (`nodes`), which a test
-//! simulates anew.
+//! Gravity, some hundredths of the pressure's force, is that of one particular hammer. The table is a constant
+//! (`nodes`), and a test simulates it again.
 
 use super::nodes::NODES;
 use crate::numerics::math;
 use crate::quantities::air::ATMOSPHERE;
 use crate::scene::Scene;
 
-/// Nodes of the table: least and largest value, and their number. Pressures are over the atmosphere's.
+/// Nodes of the table: least and largest value, and number of nodes; first for pressures over the atmosphere's, then
+/// for openings.
 const PRESSURES: ([f64; 2], usize) = ([1.5, 40.0], 6);
 const OPENINGS: ([f64; 2], usize) = ([0.15, 6.0], 7);
 /// Gas constant of air, J/(kg K).
@@ -26,23 +27,23 @@ const GAS: f64 = 287.05;
 /// Logarithms of `e`, `f`, `q` and `h`.
 pub(super) type Logs = [f64; 4];
 
-/// The numbers by which a hammer is scaled.
+/// The dimensions with which a hammer is scaled.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scales {
-    /// Area of the bore, m2; mass, kg; stroke over the presets'.
+    /// Area of the bore, m2; mass of the piston, kg; stroke over the presets' stroke.
     pub area: f64,
     pub mass: f64,
     pub stroke: f64,
 }
 
 impl Scales {
-    /// Units of energy, time and volume.
+    /// The hammer's units of energy, time and volume.
     pub fn of(&self) -> [f64; 3] {
         let Self { area, mass, stroke } = *self;
         [ATMOSPHERE * area * stroke, (mass * stroke / (ATMOSPHERE * area)).sqrt(), area * stroke]
     }
 
-    /// The opening `s` of a port of the bore's area.
+    /// The opening `s` of a port whose area is that of the bore.
     pub fn opening(&self) -> f64 {
         let Self { area, mass, stroke } = *self;
         (GAS * Scene::default().parameters.air.temperature * mass / (ATMOSPHERE * area * stroke))
@@ -50,8 +51,8 @@ impl Scales {
     }
 }
 
-/// Interpolates at logarithms of the pressure (over the atmosphere's) and of the opening: by cubics with continuous slopes
-/// between the nodes, linearly beyond them.
+/// Interpolates at the logarithms of the pressure (over the atmosphere's) and of the opening: with cubics of continuous
+/// slope between the nodes, and linearly outside.
 pub(super) fn at(pressure: f64, opening: f64) -> Logs {
     let index = |(ends, count): ([f64; 2], usize), x: f64| {
         let [low, high] = ends.map(math::ln);
@@ -64,7 +65,7 @@ pub(super) fn at(pressure: f64, opening: f64) -> Logs {
     })
 }
 
-/// Interpolates values at 0, 1, 2 and so on.
+/// Interpolates between values at 0, 1, 2 and so on.
 fn spline(count: usize, x: f64, value: impl Fn(usize) -> f64) -> f64 {
     let last = count - 1;
     if x <= 0.0 {
@@ -89,19 +90,19 @@ mod tests {
     use crate::presets::AirHammer;
     use crate::quantities::parameters::Fidelity;
 
-    /// `air.error` of the simulations, small enough for an accuracy of a hundredth.
+    /// `air.error` of the simulations, small enough for an accuracy of 1 %.
     const ERROR: f64 = 1e-4;
-    /// Blows before the height is read; energies have settled to 1e-3 by then.
+    /// Number of blows before the height is read; by then energies have settled to 1e-3.
     const SETTLED: u64 = 40;
 
-    /// A node of a range.
+    /// Value number `index` of a range of nodes.
     fn place((ends, count): ([f64; 2], usize), index: usize) -> f64 {
         let [low, high] = ends.map(math::ln);
         math::exp(low + (high - low) * index as f64 / (count - 1) as f64)
     }
 
-    /// The rigid hammer of a node, simulated until its blows repeat: the first ones are up to 5 % off where the
-    /// ports are small.
+    /// The rigid hammer of a node, simulated until its blows repeat. With small ports the first blows differ by up to 5
+    /// %.
     fn node(pressure: f64, opening: f64) -> Logs {
         let hammer = |supply| {
             let feed = FEED * 0.105 * 0.105 * pressure * ATMOSPHERE;
@@ -127,9 +128,9 @@ mod tests {
         [mean("blow_energy") / energy, time * mean("blow_frequency"), volumes, height].map(math::ln)
     }
 
-    /// The constant table is that of simulated hammers: to the error that is asked of their air, which the four numbers
-    /// of a blow take up to a few times, and rounded to five decimals. If the engine's blows change by more, the table to
-    /// put in its place is printed.
+    /// The constant table equals that of simulated hammers, to the allowed error of their air (which the four numbers
+    /// of a blow may exceed a few times) and to rounding to five decimals. If the engine's blows change by more, the
+    /// test prints the new table.
     #[test]
     fn the_table_is_made_anew_by_its_hammers() {
         let places = (0..PRESSURES.1).flat_map(|i| (0..OPENINGS.1).map(move |k| [i, k]));
@@ -146,8 +147,8 @@ mod tests {
         }
     }
 
-    /// Interpolation reproduces a straight line everywhere, and a parabola between inner nodes (Catmull and Rom:
-    /// exact to second degree).
+    /// Interpolation reproduces a straight line everywhere, and a parabola between inner nodes (Catmull and Rom: exact
+    /// to second degree).
     #[test]
     fn the_spline_is_exact_for_lines_and_inside_for_parabolas() {
         for k in 0..60 {
@@ -164,8 +165,8 @@ mod tests {
         }
     }
 
-    /// A hammer of another size, piston, stroke and pressure agrees with the table, up to gravity, here 0.03 of the
-    /// pressure's force, and to interpolation between the nodes.
+    /// A hammer of another size, piston, stroke and pressure agrees with the table, up to gravity, which here is 0.03
+    /// of the pressure's force, and to the interpolation between the nodes.
     #[test]
     fn a_hammer_of_another_size_is_the_table_s() {
         let mut hammer = AirHammer::in_proportion(0.15, 23.9, 0.165, 3e4);

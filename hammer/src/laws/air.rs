@@ -32,9 +32,10 @@
 //! `1 - p_l / p_h`. Each opening thus has six [`Regime`]s, in each of which the flow is a smooth function. A port is
 //! open on one side of its edge, in proportion to the travel beyond it up to the port's height ([`Opening`]).
 //!
-//! In the cylinder's end, where the drive chamber has half its dead volume, its ports are shut, and its air throws
-//! the piston back. While the drive is vented nothing else does; then the end begins at `x = -s`, with air at the
-//! exhaust's pressure. A drive that acts again begins with chambers at that pressure, which fill through their ports.
+//! In the cylinder's end, where the drive chamber has half its dead volume, its ports are shut, and its air throws the
+//! piston back. While the drive is vented, only this air acts on the piston; the end then begins at `x = -s`, with air
+//! at the exhaust's pressure. A drive that acts again begins with chambers at that pressure, which fill through their
+//! ports.
 
 use crate::laws::event::{Direction, Displacement, Event, Guard, opening};
 use crate::laws::mode::{Chamber, Port};
@@ -68,19 +69,19 @@ pub(crate) const STRAIGHT_SLOPE: f64 = 7.539_014_179_480_226;
 /// State of a port.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Opening {
-    /// Shut.
+    /// Closed.
     #[default]
     Closed,
-    /// In proportion to the travel beyond its edge.
+    /// Partly open, in proportion to the travel beyond its edge.
     Partial,
-    /// Wholly.
+    /// Fully open.
     Full,
 }
 
 /// The formula of the flow through an opening.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Regime {
-    /// True if it flows from the second side to the first.
+    /// True if the air flows from the second side to the first.
     pub reversed: bool,
     /// The formula.
     pub flow: Flow,
@@ -114,15 +115,15 @@ impl Regime {
         Self { reversed, flow }
     }
 
-    /// How far the pressures are beyond the bounds of the regime, over the higher pressure (negative within): first
-    /// the bound towards larger flow, then the other.
+    /// How far the pressures are beyond the bounds of the regime, as a share of the higher pressure (negative inside).
+    /// The first number is for the bound towards larger flow.
     pub fn beyond(self, [one, other]: [f64; 2]) -> [f64; 2] {
         let ratio = if self.reversed { one / other } else { other / one };
         let [low, high] = self.bounds();
         [low - ratio, ratio - high]
     }
 
-    /// The bounds of the lower over the higher pressure: towards larger flow, then the other.
+    /// The bounds of the lower over the higher pressure; the first is that towards larger flow.
     pub(crate) fn bounds(self) -> [f64; 2] {
         match self.flow {
             Flow::Straight => [STRAIGHT, 1.0],
@@ -142,7 +143,7 @@ impl Regime {
         }
     }
 
-    /// The larger of the flow's rates by the logarithms of the two pressures, through 1 m2, kg/s.
+    /// The larger of the flow's derivatives with respect to the logarithms of the two pressures, through 1 m2, kg/s.
     pub(crate) fn steepness(self, one: Side, other: Side) -> f64 {
         let ([high, hot], [low, _]) = if self.reversed { (other, one) } else { (one, other) };
         let factor = NOZZLE / (GAS * hot).sqrt();
@@ -150,7 +151,7 @@ impl Regime {
             Flow::Straight => STRAIGHT_SLOPE * high.max(low),
             Flow::Choked => CHOKED_FLOW * high,
             Flow::Subsonic => {
-                // With `b = r^(1/kappa)` the flow goes with `p_h g`, `g^2 = b (b - r)`.
+                // With `b = r^(1/kappa)` the flow is proportional to `p_h g`, where `g^2 = b (b - r)`.
                 let ratio = low / high;
                 let b = math::five_sevenths(ratio);
                 let g = (b * (b - ratio)).max(0.0).sqrt();
@@ -171,8 +172,8 @@ impl Regime {
             Flow::Choked => CHOKED_FLOW * high,
             Flow::Subsonic => {
                 let ratio = low / high;
-                let root = math::five_sevenths(ratio); // To the power 1 / kappa.
-                // It can be negative only in an iteration beyond the regime.
+                let root = math::five_sevenths(ratio); // The power 1 / kappa.
+                // It can be negative only during an iteration, outside the regime.
                 high * (root * (root - ratio)).max(0.0).sqrt()
             }
         };
@@ -198,7 +199,7 @@ fn edges(law: &AirLaw, chamber: Chamber, port: Port) -> (Direction, f64, f64) {
 }
 
 impl Parameters {
-    /// Where the end of an air hammer's cylinder begins, m.
+    /// Position at which the end of an air hammer's cylinder begins, m.
     pub(crate) fn cylinder_end(&self, vented: bool) -> f64 {
         let room =
             if vented { 0.0 } else { 0.5 * self.air.drive.dead_volume / self.drive.area_drive };
@@ -207,7 +208,7 @@ impl Parameters {
 }
 
 impl AirLaw {
-    /// States of the ports with the piston at `vr`; `shut` in the cylinder's end.
+    /// States of the ports with the piston at `vr`; `shut` is true in the cylinder's end.
     pub(crate) fn openings(&self, vr: f64, shut: bool) -> Openings {
         Chamber::ALL.map(|chamber| {
             Port::ALL.map(|port| {
@@ -240,8 +241,8 @@ impl AirLaw {
         areas
     }
 
-    /// Guards: the cylinder's end, inside which the piston is if `shut`; and, unless the drive is vented, the ends of
-    /// the ports' present openings.
+    /// Guards of the cylinder's end, inside which the piston is if `shut`, and, unless the drive is vented, of the
+    /// limits of the ports' present openings.
     pub(crate) fn guards(
         &self,
         openings: &Openings,
@@ -278,7 +279,7 @@ impl AirLaw {
                 }
             }
         }
-        // Positions further away are guarded after nearer ones are passed.
+        // Only the nearest positions are guarded. Those further away are guarded after these have been passed.
         let nearest = |direction: Direction| {
             let ahead = guards.iter().filter(|guard| guard.direction == direction);
             ahead.map(|guard| direction.sign() * guard.level).fold(f64::INFINITY, f64::min)
@@ -290,12 +291,12 @@ impl AirLaw {
         guards
     }
 
-    /// Pressures of both chambers at the start: the supply's where its port is open, otherwise the exhaust's.
+    /// Pressures of both chambers at the start: that of the supply if its port is open, otherwise that of the exhaust.
     pub(crate) fn start(&self, openings: &Openings, supply: f64, exhaust: f64) -> [f64; 2] {
         openings.map(|[of_supply, _]| if of_supply == Opening::Closed { exhaust } else { supply })
     }
 
-    /// Largest distance of a port or of the cylinder's end, m.
+    /// Largest distance of a port or of the cylinder's end from the impact position, m.
     pub(crate) fn furthest(&self) -> f64 {
         let Self { drive, returning, cylinder, .. } = self;
         let edges = [drive.supply, drive.exhaust, returning.supply, returning.exhaust];

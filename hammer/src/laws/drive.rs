@@ -10,10 +10,10 @@
 //! Every source except air may act through a transmission line at the piston: the force is then that of the line's
 //! wave, to which `-Zd vr'` is added (`motion/line.rs`).
 //!
-//! The return chamber also presses on the bit with `(p_return - p_exhaust) anvil_area`.
-//! This force is distributed like the bit's mass, since a slow pressure excites no waves.
-//! The body on which the feed force acts carries the rest of the drive's reaction, so that all forces add up to zero.
-//! If that body is the bit itself, there is no such rest.
+//! The return chamber also presses on the bit with `(p_return - p_exhaust) anvil_area`. This force is distributed like
+//! the bit's mass, since a slow pressure excites no waves. The body on which the feed force acts carries the rest of
+//! the drive's reaction, so that all forces add up to zero. If that body is the bit itself, nothing else is applied to
+//! it.
 //!
 //! The relay is the paper's pressure law, with the memory `alpha`.
 //! It is switched by `vr = up_mean - ub_mean - g0`, the piston's mean displacement relative to that of the body on
@@ -70,8 +70,8 @@ impl Drive {
         }
     }
 
-    /// Least and largest force on the piston and largest force on the bit that are possible while the piston is at
-    /// rest, N. The pressure of air may then be anything between those of exhaust and supply.
+    /// Least and largest force on the piston, and largest force on the bit, that are possible while the piston is at
+    /// rest, N. The pressure of air may then have any value between those of exhaust and supply.
     pub(crate) fn reach(&self, inputs: &Inputs) -> [f64; 3] {
         if self.source != Source::Air {
             let force = |relay| self.force(inputs, relay).at(0.0);
@@ -104,7 +104,7 @@ mod tests {
     use super::*;
     use crate::quantities::parameters::{InputValues, Parameters};
 
-    /// The slope is measured by a difference over 2^20 Pa or N, which is exact except for the rounding of a product.
+    /// The slope is measured as a difference over 2^20 Pa or N, which is exact except for the rounding of a product.
     #[test]
     fn each_input_moves_the_force_by_its_own_slope() {
         let step = 2.0_f64.powi(20);

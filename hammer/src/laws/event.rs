@@ -58,7 +58,7 @@ pub enum Event {
         /// True if it is fully open from here on, false if it narrows.
         full: bool,
     },
-    /// The drive begins (true) or ceases (false) to be vented; it is vented while the bit hangs out.
+    /// Venting of the drive begins (true) or ends (false). The drive is vented while the bit hangs out.
     Vent(bool),
     /// The piston enters (true) or leaves (false) the end of an air hammer's cylinder.
     End(bool),
@@ -75,7 +75,7 @@ impl Event {
         matches!(self, Self::Tie(Tie::Contact, _))
     }
 
-    /// Order among simultaneous events.
+    /// Position in the order of simultaneous events.
     pub(crate) fn rank(self) -> u8 {
         match self {
             Self::Tie(Tie::Contact, _) => 0,
@@ -131,7 +131,7 @@ pub struct Bodies(u16);
 impl Bodies {
     /// The piston.
     pub const PISTON: Self = Self::one(0);
-    /// What it strikes: the bit or the shank.
+    /// The body that the piston strikes: the bit or the shank.
     pub const STRUCK: Self = Self::one(1);
 
     /// The set of one body.
@@ -144,7 +144,7 @@ impl Bodies {
         (0..count).map(Self::one).fold(Self::default(), Self::and)
     }
 
-    /// Union.
+    /// The union of two sets.
     #[must_use]
     pub fn and(self, others: Self) -> Self {
         Self(self.0 | others.0)
@@ -166,7 +166,7 @@ impl Bodies {
         self.without(others) == Self::default()
     }
 
-    /// True if the set contains the body of this number.
+    /// True if the set contains the body with this number.
     pub fn have(self, place: usize) -> bool {
         self.meet(Self::one(place))
     }
@@ -182,7 +182,7 @@ pub enum Displacement {
     Tie(Tie),
     /// `vr`: the mean displacement of the piston minus that of the body that takes the drive's reaction, minus `g0`.
     Relative,
-    /// `y`: the mean displacement of the piston minus that of what it strikes, minus `g0`.
+    /// `y`: the mean displacement of the piston minus that of the body that it strikes, minus `g0`.
     OverStruck,
     /// Displacement of the upper face of a body.
     Top(usize),
@@ -193,7 +193,7 @@ pub enum Displacement {
 impl Displacement {
     /// Mean displacement of the piston.
     pub const PISTON: Self = Self::Mean(Bodies::PISTON);
-    /// Mean displacement of what the piston strikes.
+    /// Mean displacement of the body that the piston strikes.
     pub const STRUCK: Self = Self::Mean(Bodies::STRUCK);
 }
 
@@ -215,7 +215,7 @@ impl Direction {
         }
     }
 
-    /// +1 or -1: the factor that makes a rising guard of this one.
+    /// +1 or -1: the factor that turns this guard into a rising one.
     pub(crate) fn sign(self) -> f64 {
         match self {
             Self::Rising => 1.0,

@@ -97,8 +97,8 @@ impl Tie {
     /// The ties whose forces are outputs.
     pub const REPORTED: [Self; 2] = [Self::Contact, Self::Chuck];
 
-    /// The bodies above and below the tie; `None` above means the ground. The piston is body 0, what it strikes is
-    /// body 1, and the rods follow; `last` is the casing, if there is one.
+    /// The bodies above and below the tie; `None` above means the ground. The piston is body 0, the body that it
+    /// strikes is body 1, and the rods follow; `last` is the casing, if there is one.
     pub(crate) fn ends(self, last: usize) -> (Option<usize>, usize) {
         match self {
             Self::Contact => (Some(0), 1),
@@ -256,7 +256,7 @@ pub struct Mode {
 }
 
 impl Mode {
-    /// The mode at the start of a scene without a casing, where the relay drives the piston down.
+    /// The mode at the start of a scene without a casing. The relay drives the piston down.
     pub const fn starting(rock: RockMode) -> Self {
         Self { ties: Ties::START, rock, relay: Relay::Drive, vented: false }
     }
@@ -274,7 +274,7 @@ impl Mode {
 }
 
 impl fmt::Display for Mode {
-    /// Written in the paper's words, as in `contact closed, rock in DFC, drive downward`.
+    /// Writes the mode in the paper's words, as in `contact closed, rock in DFC, drive downward`.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let contact = if self.closed() { "closed" } else { "open" };
         let rock = match self.rock {

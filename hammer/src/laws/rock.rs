@@ -51,7 +51,7 @@ pub struct Coefficients {
 }
 
 impl Coefficients {
-    /// Force at a displacement and a velocity, N. With the rates of both it is the rate of the force.
+    /// Force at a displacement and a velocity, N. Given the rates of both, it is the rate of the force.
     pub(crate) fn force(self, p: f64, v: f64) -> f64 {
         self.stiffness * p + self.viscosity * v
     }
@@ -72,7 +72,7 @@ impl Coefficients {
     }
 }
 
-/// The spring, if any, through which the tip stands on the rock.
+/// The spring, if any, between the tip and the rock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Spring {
     /// No spring: the tip is off the rock.
@@ -115,13 +115,13 @@ impl Spring {
         matches!(self, Self::Loading | Self::Viscous)
     }
 
-    /// The part of `work`, the elastic work done on the rock, that unloading returns.
+    /// The part of `work`, the elastic work done on the rock, that is returned on unloading.
     fn returned(self, rock: &Rock, work: f64) -> f64 {
         if self.is_loading() { work / rock.unloading_ratio } else { work }
     }
 
-    /// `1 - 1/gamma`, the part of the elastic work that unloading does not return; 0 while the rock is not loaded.
-    /// It is computed in a form that does not cancel where `gamma` is near 1.
+    /// `1 - 1/gamma`, the part of the elastic work that is not returned on unloading; 0 while the rock is not loaded.
+    /// The formula does not cancel if `gamma` is near 1.
     fn lost_part(self, rock: &Rock) -> f64 {
         let gamma = rock.unloading_ratio;
         if self.is_loading() { (gamma - 1.0) / gamma } else { 0.0 }
@@ -153,8 +153,7 @@ impl Spring {
 }
 
 impl RockMode {
-    /// The guards of this mode except the energy barrier (Q3), which is not a function of the
-    /// motion at one instant.
+    /// The guards of this mode, except the energy barrier (Q3), which is not a function of the motion at one instant.
     pub(crate) fn guards(self, rock: &Rock, memory: &Memory) -> impl Iterator<Item = Guard> {
         use Direction::{Falling, Rising};
         let (p, v) = (0, 1);
@@ -215,10 +214,10 @@ impl RockMode {
     }
 }
 
-/// What the law remembers. Positions are relative to the origin.
+/// The memory of the law. Positions are relative to the origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
-    /// `uu` of the last unloading, m.
+    /// `uu` at the last unloading, m.
     pub unloaded: f64,
     /// Permanent penetration `dp` that the last cycle gained, m.
     pub gain: f64,
@@ -233,17 +232,17 @@ pub struct Transition {
     pub mode: RockMode,
     /// How far the origin moves, m.
     pub shift: f64,
-    /// The tip's position relative to the new origin, m. It is computed separately, because the difference of old
-    /// position and shift cancels where `gamma` is large.
+    /// The tip's position relative to the new origin, m. It is computed separately, because the difference of the old
+    /// position and the shift cancels if `gamma` is large.
     pub tip: f64,
 }
 
-/// Number of roundings that each of the two positions has undergone whose difference is the gain.
+/// The gain is a difference of two positions. This is the number of roundings in each of them.
 const ROUNDED: f64 = 4.0;
 
 impl Memory {
-    /// Makes the transition that `event` causes from a mode, with the tip at `p`, which is accurate to `error`.
-    /// Afterwards the memory is relative to the new origin.
+    /// Makes the transition that `event` causes. `p` is the tip's position, which is accurate to `error`. Afterwards
+    /// the memory is relative to the new origin.
     pub fn transit(
         &mut self,
         from: RockMode,
@@ -257,10 +256,10 @@ impl Memory {
         let mode = from.next(event, self, rock);
         let (shift, tip) = match event {
             DissipativeTurn | Turn => {
-                // The form p - p/gamma would cancel where gamma is near 1.
+                // The form p - p/gamma would cancel for `gamma` near 1.
                 let unloaded = p * (gamma - 1.0) / gamma;
                 let gain = unloaded - self.unloaded;
-                // A gain within its own error is taken as zero, because `dps`, with which it is compared, may be zero.
+                // A gain within its own error counts as zero, because `dps`, with which it is compared, may be zero.
                 // The previous unloading is as uncertain as this one.
                 let rounding = ROUNDED * f64::EPSILON * (unloaded.abs() + self.unloaded.abs());
                 let gain_error = rounding + 2.0 * error * (gamma - 1.0) / gamma;
@@ -283,7 +282,7 @@ mod tests {
     use super::*;
     use crate::quantities::parameters::Parameters;
 
-    /// The stored power is compared with a difference of energies, the dashpot's loss with its force times speed.
+    /// The stored power is compared with a difference of energies, and the dashpot's loss with its force times speed.
     #[test]
     fn powers_of_a_tie_are_the_rate_of_its_energy_and_the_power_of_its_dashpot() {
         let tie = Coefficients { stiffness: 3e8, viscosity: 4e3 };
@@ -332,7 +331,8 @@ mod tests {
         assert!((turn.tip - (0.7 - turn.shift)).abs() <= f64::EPSILON);
     }
 
-    /// A tip that turns upward where it had started downward gains nothing, however `p - (p - ul)/gamma` is rounded.
+    /// A tip that turns upward at the point where it had started downward gains nothing, however `p - (p - ul)/gamma`
+    /// is rounded.
     #[test]
     fn no_gain_is_none_however_it_is_rounded() {
         let mut rock = Parameters::default().rock;

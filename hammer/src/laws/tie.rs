@@ -7,13 +7,11 @@
 //! | pressed | `-(k x + c x')` | `k x^2 / 2` | `x` through 0 | rising | open |
 //! | pulled | `-(k (x - travel) + c x')` | `k (x - travel)^2 / 2` | `x` through `travel` | falling | open |
 //!
-//! `x` is the displacement of the lower body's upper face relative to the upper body's lower face, m.
-//! The opposite force acts on the upper body.
-//! The dashpot acts while the tie holds, even where a pressed tie then pulls.
-//! In the engine the bodies that a pulled tie separates from the bit are displaced by `travel`, so that a pressed and a
-//! pulled tie belong to one linear system.
-//! If `chuck.idle_travel` is given, the drive is vented (`F_A = 0`) while the bit hangs out further than that, and acts
-//! again at half of it.
+//! `x` is the displacement of the lower body's upper face relative to the upper body's lower face, m. The opposite
+//! force acts on the upper body. The dashpot acts while the tie holds, even where a pressed tie then pulls. While a tie
+//! is pulled, the engine displaces the bodies on its far side from the bit by `travel`, so that pressed and pulled ties
+//! have the same linear system. If `chuck.idle_travel` is given, the drive is vented (`F_A = 0`) while the bit hangs
+//! out further than that, and acts again at half of it.
 
 use crate::laws::event::{Direction, Displacement, Event, Guard};
 use crate::laws::mode::{Mode, Tie, TieState};
@@ -31,7 +29,7 @@ pub(crate) struct TieLaw {
 }
 
 impl TieLaw {
-    /// Displacement in the engine of the bodies that the tie separates from the bit, m.
+    /// Displacement, in the engine, of the bodies on the tie's far side from the bit, m.
     pub fn offset(&self, state: TieState) -> f64 {
         if state == TieState::Pulled { self.travel } else { 0.0 }
     }
@@ -73,12 +71,12 @@ impl Tie {
     }
 }
 
-/// Advice against a piston that runs out of its cylinder.
+/// Advice in case the piston runs out of its cylinder.
 pub(crate) const VENTING: &str = "a bit that hangs out vents the drive if chuck.idle_travel is less than that, \
     and more feed_force holds the casing down";
 
-/// The share of the idle travel at which a vented drive acts again. If it acted again at the idle travel itself, its
-/// first thrust would at once lift the casing beyond that.
+/// The share of the idle travel at which a vented drive acts again. At the idle travel itself, its first thrust would
+/// lift the casing beyond it at once.
 const DRIVEN_AGAIN: f64 = 0.5;
 
 impl Parameters {

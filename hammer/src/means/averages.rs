@@ -1,9 +1,9 @@
 //! Means over blows, and their errors.
 //!
-//! The blows of a motion that does not repeat are correlated series, one of each simulation. All series are cut
-//! at the same blow, where they have forgotten their start ([`transient`]). The rest is divided into batches,
-//! whose sums are nearly independent. Every mean is a ratio of sums over blows. The rate of penetration, for
-//! instance, is that of drilled lengths `P` and periods `T`:
+//! The blows of a motion that does not repeat are correlated series, one from each simulation. All series are cut at
+//! the same blow, after which the start no longer matters ([`transient`]). The rest is divided into batches, whose sums
+//! are nearly independent. Every mean is a ratio of sums over blows. The rate of penetration, for instance, is that of
+//! drilled lengths `P` and periods `T`:
 //!
 //! ```text
 //! R = sum P / sum T,      error^2 = t^2 sum over B batches of (P_b - R T_b)^2 / (B (B - 1) mean(T_b)^2)
@@ -14,9 +14,9 @@
 
 use crate::machine::blows::Blow;
 
-/// What a mean is made of.
+/// A figure of a blow.
 type Of = fn(&Blow) -> f64;
-/// Name of a mean, and the two figures of a blow whose sums it divides.
+/// Name of a mean, and the two figures of a blow whose sums are divided.
 type Ratio = (&'static str, Of, Of);
 
 const PERIOD: Of = |blow| blow.period;
@@ -44,20 +44,20 @@ const RATIOS: [Ratio; Averages::COUNT] = [
     ("air_flow", |b| b.air, PERIOD),
 ];
 
-/// A number for each of [`Averages::names`]: means over blows, or their errors, or spreads.
+/// One number for each of [`Averages::names`]: means over blows, their errors, or their spreads.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Averages(pub [f64; Averages::COUNT]);
 
 impl Averages {
-    /// How many there are.
+    /// Number of means.
     pub const COUNT: usize = 18;
 
-    /// Their names.
+    /// Names of the means.
     pub fn names() -> impl Iterator<Item = &'static str> {
         RATIOS.iter().map(|(name, ..)| *name)
     }
 
-    /// One by its name; NaN if there is none.
+    /// The mean with this name; NaN if there is none.
     pub fn get(&self, name: &str) -> f64 {
         Self::names().position(|known| known == name).map_or(f64::NAN, |k| self.0[k])
     }
@@ -77,7 +77,7 @@ impl Averages {
         self.0[1]
     }
 
-    /// This number for both rates and infinity for the others: a wanted error of the rates alone.
+    /// This number for both rates, and infinity for the other means: the allowed errors if only the rates matter.
     pub fn of_rates(number: f64) -> Self {
         let mut all = [f64::INFINITY; Self::COUNT];
         all[..2].fill(number);
@@ -90,7 +90,7 @@ impl Averages {
 pub struct Means {
     /// Means.
     pub mean: Averages,
-    /// Their standard errors; infinite where there are too few blows.
+    /// Standard errors of the means; infinite if there are too few blows.
     pub error: Averages,
     /// Standard deviations from blow to blow.
     pub spread: Averages,
@@ -98,13 +98,13 @@ pub struct Means {
     pub blows: usize,
 }
 
-/// Least number of batches of all series together: an error from fewer is too often too small, and would end
-/// the search too soon. Then the least number of blows in a batch: shorter batches are correlated as blows are.
+/// Least number of batches of all series together. With fewer batches, the error would too often be too small and end
+/// the search too soon. Then the least number of blows in a batch: shorter batches are correlated, as blows are.
 const BATCHES: usize = 40;
 const SHORTEST: usize = 4;
 
 impl Means {
-    /// Of series of equal length that forget their start before their middle.
+    /// The means of series of equal length that forget their start before their middle.
     pub fn of(series: &[&[Blow]]) -> Self {
         let begin = transient(series);
         let settled: Vec<&[Blow]> = series.iter().map(|list| &list[begin..]).collect();
@@ -113,15 +113,15 @@ impl Means {
         Self { mean, error, spread, blows: settled.iter().map(|list| list.len()).sum() }
     }
 
-    /// Of the blows of a cycle: they have no error.
+    /// The means of the blows of a cycle, which have no error.
     pub fn exact(blows: &[Blow]) -> Self {
         let all = RATIOS.map(|ratio| errors(&[blows], ratio));
         let [mean, spread] = [0, 2].map(|k| Averages(all.map(|numbers| numbers[k])));
         Self { mean, error: Averages::default(), spread, blows: blows.len() }
     }
 
-    /// The largest standard error over the error wanted, both relative to the mean: at most 1 where all are
-    /// reached.
+    /// The largest standard error over the allowed error, both relative to the mean. It is at most 1 if all errors are
+    /// allowed.
     pub fn error_ratio(&self, wanted: &Averages) -> f64 {
         let all = self.error.0.iter().zip(&self.mean.0).zip(&wanted.0);
         let wanted = all.filter(|(_, wanted)| wanted.is_finite());
@@ -129,9 +129,9 @@ impl Means {
     }
 }
 
-/// Factor of a deviation that is estimated with so many degrees of freedom, by which the true value is within
-/// one of it in 68.3 % of all cases: Student's quantile at 84.1 %, by its expansion in the inverse of the
-/// degrees of freedom, to 1e-3 from 4 of them on.
+/// Factor of a deviation that is estimated with this many degrees of freedom: the true value is within the product in
+/// 68.3 % of all cases. It is Student's quantile at 84.1 %, by its expansion in the inverse of the degrees of freedom,
+/// to 1e-3 for 4 and more.
 fn student(freedom: f64) -> f64 {
     1.0 + 1.0 / (2.0 * freedom) + 1.0 / (4.0 * freedom * freedom)
 }
@@ -168,13 +168,13 @@ fn errors(series: &[&[Blow]], (_, above, below): Ratio) -> [f64; 3] {
     [mean, error, spread]
 }
 
-/// The least share of a series that counts as its start. A drift as large as the standard error of the rest
-/// cannot be seen in a single run, so the series is cut later than the test suggests.
+/// The least share of a series that counts as transient. A single run cannot show a drift as large as the standard
+/// error of the rest, so the series is cut later than the test suggests.
 const START: f64 = 0.25;
 
-/// Where the transient ends, in blows: at a quarter of the series, or at the blow of its first half after which
-/// the standard error of the rest is smallest (MSER). Both rates are tested, each as the mean over all series,
-/// since the series have their start in common.
+/// The blow at which the transient ends: after a quarter of the series, or at the blow of its first half after which
+/// the standard error of the rest is smallest (MSER), whichever is later. Both rates are tested, each as the mean over
+/// all series, because the series have their start in common.
 fn transient(series: &[&[Blow]]) -> usize {
     let count = series.iter().map(|list| list.len()).min().unwrap_or(0);
     let [hole, tip]: [Of; 2] = [|blow| blow.length, |blow| blow.penetration];
@@ -201,9 +201,9 @@ fn transient(series: &[&[Blow]]) -> usize {
 mod tests {
     use super::*;
 
-    /// A correlated series whose error is known: the mean of `n` values of `x' = a x + noise` with unit
-    /// variance has the variance `1 / (n (1 - a)^2)` for large `n`. The estimate from 40 batches scatters by
-    /// `1 / sqrt(78)` of itself; the bounds are three times that.
+    /// A correlated series whose error is known. The mean of `n` values of `x' = a x + noise` with unit variance has
+    /// the variance `1 / (n (1 - a)^2)` for large `n`. An estimate from 40 batches scatters by the share `1 /
+    /// sqrt(78)`; the bounds are three times that.
     #[test]
     fn the_error_knows_of_the_correlation_between_blows() {
         let (a, count) = (0.8, 40_000);
@@ -240,8 +240,8 @@ mod tests {
         Blow { period: 1.0, penetration: advance, length: advance, ..Blow::default() }
     }
 
-    /// 40 batches of four blows, with means of 100 + d and 100 - d in turn. Their variance is `40 d^2 / 39`,
-    /// and that of the whole mean a fortieth of it. Student's quantile for 39 degrees of freedom is 1.01299.
+    /// 40 batches of four blows have means of 100 + d and 100 - d in turn. The variance of these is `40 d^2 / 39`, and
+    /// that of the whole mean is a fortieth of it. Student's quantile for 39 degrees of freedom is 1.01299.
     #[test]
     fn the_error_of_a_mean_of_few_batches_is_student_s() {
         let list: Vec<Blow> =
@@ -252,8 +252,8 @@ mod tests {
         assert!((error / expected - 1.0).abs() < 1e-4, "{error} {expected}");
     }
 
-    /// A drift of half a unit in the first fifth, below a noise of ten, is seen by no test. After the first
-    /// quarter nothing is left of it, and the noise cancels.
+    /// No test detects a drift of half a unit in the first fifth, below a noise of ten. Nothing is left of the drift
+    /// after the first quarter, and the noise cancels.
     #[test]
     fn a_start_that_no_test_can_see_is_not_in_the_mean() {
         let list: Vec<Blow> = (0..400)
@@ -267,7 +267,7 @@ mod tests {
         assert_eq!(means.blows, 600);
     }
 
-    /// The hole's rate can take longer to settle than the tip's.
+    /// The rate of the hole can take longer to settle than that of the tip.
     #[test]
     fn a_start_that_one_of_the_rates_shows_is_cut_off_for_all() {
         let list: Vec<Blow> = (0..400)

@@ -1,9 +1,9 @@
 //! The long-run response of a hammer, whether it repeats or not.
 //!
-//! Blows are simulated. If they nearly repeat, the simulation goes on until they repeat to [`CLOSED`], and the
-//! answer is the mean of the last ones. Otherwise several simulations, from slightly different starts that
-//! drift apart, are averaged ([`Means`]) until the error asked for is reached. An unstable cycle is never found
-//! in this way. Of several stable motions, the answer is the one that the scene's own start leads to.
+//! Blows are simulated. If they nearly repeat, the simulation goes on until they repeat to [`CLOSED`], and the answer
+//! is the mean of the last ones. Otherwise several simulations, whose slightly different starts drift apart, are
+//! averaged ([`Means`]) until the requested error is reached. An unstable cycle is never found in this way. If there
+//! are several stable motions, the answer is the one to which the scene's own start leads.
 
 use crate::error::Error;
 use crate::interrupt::in_threads;
@@ -14,31 +14,31 @@ use crate::means::averages::{Averages, Means};
 use crate::numerics::display::digits;
 use crate::scene::Scene;
 
-/// What a hammer does in the long run.
+/// Kind of a hammer's long-run response.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// It repeats after so many blows.
+    /// It repeats after this number of blows.
     Cycle(usize),
     /// It does not repeat.
     Irregular,
-    /// It comes to rest, or strikes no blow.
+    /// It comes to rest, or makes no blow.
     Stalled,
 }
 
 /// A long-run response.
 #[derive(Clone, Debug)]
 pub struct Steady {
-    /// What it does.
+    /// The kind of the response.
     pub kind: Kind,
     /// Means over blows.
     pub mean: Averages,
-    /// Standard errors of the means; 0 of a motion that repeats.
+    /// Standard errors of the means; 0 if the motion repeats.
     pub error: Averages,
     /// Standard deviations from blow to blow.
     pub spread: Averages,
-    /// Blows that the means are of.
+    /// Number of blows in the means.
     pub blows: usize,
-    /// True if the error asked for was reached.
+    /// True if the requested error was reached.
     pub reached: bool,
     /// The irregular motion that a [second start](Wanted::second) leads to.
     pub elsewhere: Option<Box<Self>>,
@@ -47,18 +47,18 @@ pub struct Steady {
 /// How to search for a long-run response.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wanted {
-    /// Largest standard error of each mean, relative to the mean; infinity where it does not matter.
+    /// Largest allowed standard error of each mean, relative to the mean; infinite for a mean that does not matter.
     pub error: Averages,
-    /// Most blows simulated.
+    /// Most blows that are simulated.
     pub blows: usize,
-    /// A hammer that strikes no blow for so long has stalled, s.
+    /// If a hammer makes no blow for this time, it has stalled, s.
     pub limit: f64,
-    /// Longest cycle that is sought, in blows; 0: none. More than [`MOST_REPEATING`] has no effect.
+    /// Longest cycle that is searched for, in blows; 0 for no search. More than [`MOST_REPEATING`] has no effect.
     pub repeating: usize,
     /// Threads that simulate. The answer does not depend on their number.
     pub threads: usize,
-    /// Whether to try a second start if the motion repeats. A motion that is irregular from most starts may repeat from
-    /// a few.
+    /// True to try a second start if the motion repeats. A motion that is irregular from most starts may repeat from a
+    /// few.
     pub second: bool,
 }
 
@@ -69,45 +69,46 @@ impl Default for Wanted {
     }
 }
 
-/// Simulations of a mean, and the fewest blows of each. From fewer, the error is too uncertain to end the
+/// Number of simulations for a mean, and the fewest blows of each. With fewer, the error is too uncertain to end the
 /// search.
 const MEMBERS: usize = 4;
 const FEWEST: usize = 300;
-/// Blows before a cycle is sought.
+/// Number of blows before the search for a cycle.
 const SETTLED: usize = 40;
-/// Blows that must repeat, in addition to two rounds of the cycle.
+/// Number of blows that must repeat, in addition to two rounds of the cycle.
 const WINDOW: usize = 8;
-/// The longest cycle that the first [`SETTLED`] blows can show, in blows.
+/// The longest cycle that can be recognised in the first [`SETTLED`] blows, in blows.
 pub const MOST_REPEATING: usize = (SETTLED - WINDOW) / 2;
-/// Least and largest factor by which simulations grow before the error is looked at again, and a reserve on the
-/// number of blows that the error suggests. More frequent looks would stop where the error happens to be
-/// underestimated.
+/// Least and largest factor by which simulations grow before the error is evaluated again, and a safety factor for the
+/// number of blows that the error suggests. If the error were evaluated more often, the search would stop when it
+/// happens to be underestimated.
 const GROWTH: [f64; 3] = [1.5, 4.0, 1.2];
 /// Blows nearly repeat if their speeds and periods differ by at most this share.
 const NEAR: f64 = 5e-3;
-/// Blows repeat if they differ by at most this share. Rounding contributes 1e-11. If the transient decays by a
-/// factor `r` a blow, `r / (1 - r)` of the last difference is still to come.
+/// Blows repeat if they differ by at most this share. Rounding contributes 1e-11. If the transient decays by a factor
+/// `r` per blow, the remaining change is `r / (1 - r)` times the last difference.
 const CLOSED: f64 = 1e-9;
-/// Blows that repeat to this share after fewer rounds than to [`CLOSED`] have not settled yet.
+/// If blows repeat to this share after fewer rounds than to [`CLOSED`], they have not settled yet.
 const ALIKE: f64 = 1e-6;
-/// Further blows in which a motion that nearly repeats may come to repeat; if it takes longer, it is averaged.
+/// Number of further blows in which a motion that nearly repeats may come to repeat. If it takes longer, it is
+/// averaged.
 const FOLLOWED: usize = 200;
-/// A transient that decays more slowly than by this factor in [`SETTLED`] blows does not come to repeat in
-/// [`FOLLOWED`]: from [`NEAR`] to [`CLOSED`] it takes 4.6e-2.
+/// If the transient's factor over [`SETTLED`] blows is above this, the motion does not come to repeat in [`FOLLOWED`]
+/// blows. To get from [`NEAR`] to [`CLOSED`] in that time, the factor must be below 4.6e-2.
 const SLOWEST: f64 = 0.5;
-/// How much faster the piston starts in each simulation than in the previous one, m/s.
+/// Each simulation's piston starts faster than that of the previous one by this, m/s.
 const APART: f64 = 0.03;
 /// Longest step between two blows, s.
 const STEP: f64 = 0.25;
-/// A machine may seem stalled for so long after a blow that came soon after another, s.
+/// If a blow came soon after another, the machine may seem stalled for up to this time afterwards, s.
 const CERTAIN: f64 = 1.0;
 
 /// A simulation whose blows are collected.
 pub trait Simulation {
-    /// Why it fails.
+    /// The error with which it fails.
     type Error;
 
-    /// Goes on for some time and adds the blows that have a period; false if no more will follow.
+    /// Continues for some time and adds the blows that have a period. Returns false if no more blows will follow.
     ///
     /// # Errors
     /// Those of the simulation.
@@ -119,19 +120,19 @@ pub trait Simulation {
 pub struct Waiting {
     /// Longest wait, s.
     pub limit: f64,
-    /// The last blow, or the start, s.
+    /// Time of the last blow or of the start, s.
     last: f64,
 }
 
 impl Waiting {
-    /// From now on. The machine records its blows from now on too.
+    /// Waits from now on. The machine records its blows from now on.
     pub fn new(machine: &mut Machine, limit: f64) -> Self {
         machine.take_blows();
         Self { limit, last: machine.time() }
     }
 
-    /// Adds the new blows that have a period. Returns false if there are none, and the machine has
-    /// [stalled](Machine::stalled) for certain or the wait was too long.
+    /// Adds the new blows that have a period. Returns false if there are none and either the machine has certainly
+    /// [stalled](Machine::stalled) or the wait was too long.
     pub fn collect(&mut self, machine: &mut Machine, blows: &mut Vec<Blow>) -> bool {
         let new = machine.take_blows();
         blows.extend(new.iter().filter(|blow| blow.period > 0.0));
@@ -144,7 +145,7 @@ impl Waiting {
     }
 }
 
-/// The long-run response of a scene. `progress` is told the number of blows and the present errors
+/// The long-run response of a scene. `progress` is called with the number of blows and the present errors
 /// ([`Means::error_ratio`]); it ends the search by returning false.
 ///
 /// # Errors
@@ -159,7 +160,7 @@ pub fn steady(
     if wanted.second && matches!(found.kind, Kind::Cycle(_)) {
         let other = match elsewhere(scene, &found, wanted, progress) {
             Err(Error::Cancelled) => return Err(Error::Cancelled),
-            // The caller did not ask for this start, so its errors are not reported.
+            // The caller did not request this start, so its errors are not reported.
             other => other.ok().flatten(),
         };
         found.elsewhere = other.map(Box::new);
@@ -167,8 +168,8 @@ pub fn steady(
     Ok(found)
 }
 
-/// The response of a repeating scene when it starts from half the gap with the piston rising. `None` if that motion
-/// nearly repeats, too.
+/// The response of a repeating scene if it starts from half the gap with the piston rising. `None` if that motion
+/// nearly repeats too.
 fn elsewhere(
     scene: &Scene,
     found: &Steady,
@@ -187,8 +188,8 @@ fn elsewhere(
     Ok(Some(other).filter(|other| other.kind == Kind::Irregular))
 }
 
-/// The long-run response of a single simulation, for instance of a hammer with a controller. One whose blows repeat
-/// answers as [`steady`] does.
+/// The long-run response of a single simulation, for instance of a hammer with a controller. If its blows repeat, the
+/// result is as that of [`steady`].
 ///
 /// # Errors
 /// Those of the simulation.
@@ -203,7 +204,7 @@ where
     search(simulation, None, wanted, progress)
 }
 
-/// Makes a simulation that starts slightly differently from the others, by its number.
+/// Makes simulation number `n`, which starts slightly differently from the others.
 type Create<'a, S> = &'a dyn Fn(usize) -> Result<S, <S as Simulation>::Error>;
 
 fn search<S: Simulation + Send>(
@@ -216,7 +217,7 @@ where
     S::Error: Send,
 {
     let mut members = vec![Member::new(first)];
-    // Simulations of a mean, and most and fewest blows of each.
+    // Number of simulations, and most and fewest blows of each.
     let count = others.map_or(1, |_| MEMBERS.min(wanted.blows / SETTLED).max(1));
     let most = (wanted.blows / count).max(SETTLED);
     let fewest = FEWEST.min(most);
@@ -239,7 +240,7 @@ where
             }
             growth = (GROWTH[2] * ratio * ratio).clamp(GROWTH[0], GROWTH[1]);
         }
-        // A single simulation shows a cycle; only a mean needs several.
+        // One simulation is enough to find a cycle; only a mean needs several.
         let end = if next < fewest { fewest } else { most };
         next = ((growth * next as f64) as usize).min(end);
         if let Some(create) = others.filter(|_| next >= fewest) {
@@ -250,8 +251,8 @@ where
     }
 }
 
-/// The first `count` blows of each simulation that differs from the others. Simulations of a stable motion come
-/// to the same blows even before these repeat, and then count as one.
+/// The first `count` blows of each simulation that differs from the others. Simulations of a stable motion reach the
+/// same blows even before these repeat. They then count as one.
 fn distinct<S>(members: &[Member<S>], count: usize) -> Vec<&[Blow]> {
     let mut different: Vec<&[Blow]> = Vec::new();
     for member in members {
@@ -300,7 +301,7 @@ impl Alone {
     }
 }
 
-/// Ends a step at the first blow after so many.
+/// Ends a step at the first blow after this number.
 struct UntilBlow(u64);
 
 impl Observer for UntilBlow {
@@ -350,31 +351,31 @@ where
     in_threads(members.iter_mut().collect(), wanted.threads, work).into_iter().collect()
 }
 
-/// How far two blows differ, relative: the larger difference of their speeds and periods.
+/// The relative difference of two blows: the larger of the differences of their speeds and periods.
 fn difference(a: &Blow, b: &Blow) -> f64 {
     let of = |a: f64, b: f64| if a == b { 0.0 } else { (a - b).abs() / b.abs() };
     of(a.period, b.period).max(of(a.speed, b.speed))
 }
 
-/// Whether two blows differ by no more than a share.
+/// True if two blows differ by at most this share.
 fn within(part: f64) -> impl Fn((&Blow, &Blow)) -> bool {
     move |(a, b)| difference(a, b) <= part
 }
 
-/// The length of the shortest cycle to which the last blows repeat, to a share; none if they do not.
+/// The length of the shortest cycle with which the last blows repeat to a share; `None` if they do not repeat.
 fn repeats(list: &[Blow], most: usize, part: f64) -> Option<usize> {
     (1..=most.min(MOST_REPEATING)).find(|k| off(list, *k) <= part)
 }
 
-/// The largest difference of the last blows from those a cycle of so many blows before.
+/// The largest difference of the last blows from the blows one `cycle` before.
 fn off(list: &[Blow], cycle: usize) -> f64 {
     let recent = last(list, WINDOW + 2 * cycle);
     let pairs = recent.iter().zip(recent.iter().skip(cycle));
     pairs.map(|(a, b)| difference(a, b)).fold(0.0, f64::max)
 }
 
-/// Continues a simulation whose blows nearly repeat until they repeat. Returns the length of the cycle; none if
-/// they never do, or come no nearer to it.
+/// Continues a simulation whose blows nearly repeat until they repeat. Returns the length of the cycle; `None` if they
+/// never do, or come no closer to it.
 fn followed<S: Simulation>(
     member: &mut Member<S>,
     wanted: &Wanted,
@@ -383,7 +384,7 @@ fn followed<S: Simulation>(
     let (mut look, mut before) = (member.list.len(), f64::INFINITY);
     while let Some(cycle) = repeats(&member.list, wanted.repeating, NEAR) {
         let found = repeats(&member.list, wanted.repeating, CLOSED);
-        // A transient that alternates in sign closes over two rounds sooner than over one.
+        // A transient of alternating sign closes over two rounds sooner than over one.
         let settled = found == repeats(&member.list, wanted.repeating, ALIKE);
         let count = member.list.len() + 1;
         if found.is_some() && settled {
@@ -429,8 +430,8 @@ mod tests {
         Ok(members)
     }
 
-    /// Speeds of `10 + part` and `10` in turn have a cycle of one blow to a larger share, and of two blows to
-    /// any.
+    /// Speeds that alternate between `10 + part` and `10` have a cycle of one blow to a larger share, and of two blows
+    /// to any share.
     #[test]
     fn blows_repeat_after_as_few_as_they_agree() {
         let part = 1e-6;
@@ -443,8 +444,8 @@ mod tests {
         assert_eq!(repeats(&list, 0, 1.0), None);
     }
 
-    /// Without feed the rigid reference never repeats, and simulations from slightly different starts become
-    /// different. With feed all four come to the same cycle.
+    /// Without feed the rigid reference never repeats, and simulations from slightly different starts become different.
+    /// With feed, all four reach the same cycle.
     #[test]
     fn simulations_of_a_mean_are_different_ones_or_count_once() -> Result<(), Error> {
         let mut scene = rigid();
@@ -452,7 +453,7 @@ mod tests {
         scene.inputs.feed_force = 0.0;
         let members = simulated(&scene, 60)?;
         assert_eq!(distinct(&members, 60).len(), 4);
-        // They differ from the first blow on, if only a little.
+        // They differ from the first blow on, if only slightly.
         assert!(members[1..].iter().all(|other| other.list[0] != members[0].list[0]));
         Ok(())
     }

@@ -1,20 +1,22 @@
-//! First roots of polynomials on the interval from 0 to 1, certified by the signs of Bernstein's coefficients.
+//! First roots of polynomials on the interval from 0 to 1, isolated by the signs of Bernstein's coefficients.
 //!
-//! A polynomial is a mean of its coefficients in Bernstein's form, weighted by functions that are not negative. If no
-//! sign changes along the coefficients, there is no root; one change means one root. With more the interval is halved.
+//! At each point the value of a polynomial is a mean of its coefficients in Bernstein's form, with weights that are not
+//! negative. If the sign never changes along the coefficients, there is no root; if it changes once, there is one root.
+//! If it changes more often, the interval is halved.
 
 use crate::numerics::poly::TERMS;
 
-/// Halvings, after which the part's start counts as the root.
+/// Limit of the halvings. After them, the start of the part counts as the root.
 const HALVINGS: usize = 40;
-/// Steps of Newton's method, and the change that ends it.
+/// Limit of the steps of Newton's method, and the change at which it stops.
 const STEPS: usize = 60;
 const SETTLED: f64 = 1e-15;
 
-/// Coefficients, as many as the polynomial has.
+/// The coefficients of a polynomial, followed by zeros.
 type Terms = [f64; TERMS];
 
-/// Bernstein's coefficients of `sum_k q_k t^k`: the power coefficients divided by binomials, then cumulated repeatedly.
+/// Bernstein's coefficients of `sum_k q_k t^k`: the power coefficients divided by binomials, then summed cumulatively
+/// again and again.
 fn coefficients(q: &[f64]) -> Terms {
     let (mut b, mut over, last) = ([0.0; TERMS], 1.0, q.len() - 1);
     for (k, c) in q.iter().enumerate() {
@@ -29,8 +31,8 @@ fn coefficients(q: &[f64]) -> Terms {
     b
 }
 
-/// The first point from a given one on at which a polynomial rises to zero; the given point if the polynomial is
-/// already zero or positive there.
+/// The first point, not before a given one, at which a polynomial rises to zero. It is the given point if the
+/// polynomial is not negative there.
 pub(crate) fn first_rise(q: &[f64], from: f64) -> Option<f64> {
     let mut b = coefficients(q);
     if from > 0.0 {
@@ -39,7 +41,8 @@ pub(crate) fn first_rise(q: &[f64], from: f64) -> Option<f64> {
     halved(q, &b, [from, 1.0], HALVINGS)
 }
 
-/// Splits the interval at a fraction of its length. Keeps the coefficients of the upper part; returns the lower part's.
+/// Splits the interval at a share of its length. `b` receives the coefficients of the upper part; those of the lower
+/// part are returned.
 fn split(b: &mut [f64], share: f64) -> Terms {
     let mut before = [0.0; TERMS];
     for (before, last) in before.iter_mut().zip((0..b.len()).rev()) {
@@ -51,7 +54,7 @@ fn split(b: &mut [f64], share: f64) -> Terms {
     before
 }
 
-/// [`first_rise`] on a part, of which these are the coefficients.
+/// [`first_rise`] on a part that has these coefficients.
 fn halved(q: &[f64], b: &Terms, [start, end]: [f64; 2], halvings: usize) -> Option<f64> {
     let signs = &b[..q.len()];
     if b[0] >= 0.0 {
@@ -59,7 +62,7 @@ fn halved(q: &[f64], b: &Terms, [start, end]: [f64; 2], halvings: usize) -> Opti
     }
     let first = signs.iter().position(|b| *b >= 0.0)?;
     if signs[first..].iter().all(|b| *b >= 0.0) {
-        // Where the line between both coefficients crosses.
+        // The point at which the line through the two coefficients crosses zero.
         let part = (first as f64 - b[first] / (b[first] - b[first - 1])) / (q.len() - 1) as f64;
         return Some(rise_between(q, [start, end], start + part * (end - start)));
     }
@@ -73,7 +76,8 @@ fn halved(q: &[f64], b: &Terms, [start, end]: [f64; 2], halvings: usize) -> Opti
     early.or_else(|| halved(q, &right, [middle, end], halvings - 1))
 }
 
-/// The zero between a place below and one above, by Newton's method from `x`, kept in the bracket by bisection.
+/// The zero between a point where the polynomial is negative and one where it is positive, by Newton's method from `x`.
+/// Bisection keeps it within the bracket.
 pub(crate) fn rise_between(q: &[f64], [mut low, mut high]: [f64; 2], mut x: f64) -> f64 {
     for _ in 0..STEPS {
         let (mut value, mut slope) = (0.0, 0.0);
@@ -111,8 +115,8 @@ mod tests {
         q
     }
 
-    /// The first of several roots is found, also of two that are 1e-6 apart, and the next one from a place beyond it. A
-    /// polynomial that stays below zero by 1e-9 has none, and one that begins above zero has it at 0.
+    /// The first of several roots is found, even if two are 1e-6 apart, and then the next one from a point beyond it. A
+    /// polynomial that stays below -1e-9 has no root, and one that begins above zero has it at 0.
     #[test]
     fn the_first_rise_is_that_of_the_known_roots() {
         let cases: [(&[f64], f64, f64, Option<f64>); 8] = [
@@ -128,7 +132,7 @@ mod tests {
         for (roots, lead, from, expected) in cases {
             let q = with_roots(roots, lead);
             match (first_rise(&q, from), expected) {
-                // Two roots 1e-6 apart are known to the rounding over their distance.
+                // The error of two roots 1e-6 apart is the rounding over their distance.
                 (Some(found), Some(root)) => {
                     assert!((found - root).abs() < 1e-9, "{roots:?}: {found}");
                 }
@@ -140,7 +144,7 @@ mod tests {
         assert_eq!(first_rise(&touching, 0.0), None);
     }
 
-    /// At a place the coefficients sum to the polynomial's value, with Bernstein's weights.
+    /// At every point the coefficients, with Bernstein's weights, sum to the polynomial's value.
     #[test]
     fn both_forms_have_the_same_values() {
         for last in [1, 8, 16, TERMS - 1] {

@@ -6,8 +6,8 @@ use pulp::{Simd, WithSimd};
 
 /// Largest number of groups of lanes whose sums fit into the registers.
 const WIDEST: usize = 6;
-/// Number of columns that are summed before their sum is added to the total. One of `n` terms is then rounded about
-/// `BLOCK + n / BLOCK` times instead of `n` times.
+/// Number of columns that are summed before their sum is added to the total. A term of a sum of `n` terms is then
+/// rounded about `BLOCK + n / BLOCK` times instead of `n` times.
 const BLOCK: usize = 24;
 /// Number of vectors that hold the sums of [`WIDEST`] groups.
 const SUMS: usize = WIDEST * MOST;
@@ -44,8 +44,8 @@ fn combine_with<S: Simd, const WIDTH: usize>(
     S::as_mut_simd_f64s(&mut out[at..at + WIDTH * LANES]).0.copy_from_slice(&sums[..count]);
 }
 
-/// Largest number of roundings that a term of [`combine`] undergoes, its multiplication included. Each is at most half
-/// an `eps`. `n` is the length of both parts together. Sums begin with zero, and adding to zero does not round.
+/// Largest number of roundings that a term of [`combine`] undergoes, including that of its product. Each is at most
+/// half an `eps`. `n` is the length of both parts together. Sums begin with zero, and adding to zero does not round.
 pub fn roundings(n: usize) -> usize {
     let blocks = 2 + n / BLOCK; // The last block of each part may be shorter.
     BLOCK.min(n) + blocks
@@ -62,7 +62,7 @@ pub struct Columns<'a> {
     pub offset: usize,
 }
 
-/// A matrix of at most so many numbers (256 kB) stays in the nearer caches. A larger one is read in its order in
+/// A matrix of at most this many numbers (256 kB) stays in the nearer caches. A larger one is read in its order in
 /// memory.
 const NEAR: usize = 1 << 15;
 /// Number of rows of a larger matrix whose sums stay in the nearest cache.
@@ -70,7 +70,7 @@ const ROWS_AT_ONCE: usize = 512;
 /// Number of columns that are added to these sums in one pass.
 const TOGETHER: usize = 8;
 
-/// `part += sum x_k column_k` for [`TOGETHER`] columns, in their order. If `FRESH`, `part` is taken as zero. (Chained
+/// `part += sum x_k column_k` for [`TOGETHER`] columns, in their order. If `FRESH`, `part` starts at zero. (Chained
 /// iterators need no bounds checks.)
 #[inline(always)]
 fn add_columns<S: Simd, const FRESH: bool>(

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// Shows a number as people write it: with a power of ten if it is very large or very small.
+/// Writes a number as people do: with a power of ten if it is very large or very small.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisplayNumber(pub f64);
 

@@ -5,12 +5,12 @@ use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
 /// A symmetric form `x . m x`. Each row is stored up to its diagonal, rounded up to whole groups of lanes, with its
-/// off-diagonal entries doubled. This takes half the memory, and stays in the nearest cache.
-/// [`TILE`] rows are interleaved, so that a loop over them reads all numbers in order.
+/// off-diagonal entries doubled. This halves the memory, so that the form stays in the nearest cache. [`TILE`] rows are
+/// interleaved, so that a loop over them reads all numbers in order.
 #[derive(Clone, Debug, Default)]
 pub struct Form {
     rows: Vec<f64>,
-    /// If the form consists of 2 by 2 blocks, the three entries of every block, in place of the rows.
+    /// If the form consists of 2 by 2 blocks, the three entries of every block, instead of the rows.
     blocks: Option<[Vec<f64>; 3]>,
 }
 
@@ -36,8 +36,8 @@ impl Form {
         self.rows[Self::at(i, k)] = if k == i { value } else { 2.0 * value };
     }
 
-    /// The same form, if only its entries at `(i, i)` and `(i, i + apart)` are not zero. Sums then leave out the other
-    /// entries, with the same result to the last binary digit.
+    /// The same form, if only its entries at `(i, i)` and `(i, i + apart)` are not zero. Sums then skip the other
+    /// entries, and the result is identical to the last binary digit.
     pub(crate) fn of_blocks(self, apart: usize) -> Self {
         debug_assert!(apart.is_multiple_of(LANES), "both coordinates are in one lane");
         let entries = |[first, second]: [usize; 2]| {
@@ -96,7 +96,7 @@ fn of_blocks([upper, cross, lower]: &[Vec<f64>; 3], x: &[f64]) -> f64 {
 
 vectorised! {
     fn quadratic(rows: &'a [f64], x: &'a [f64]) -> f64 as Quadratic, simd {
-        // The sums of the lanes are separate until the end.
+        // The lanes of the sums stay separate until the end.
         let (mut sums, mut rest): (Sums<S>, _) = ([simd.splat_f64s(0.0); MOST], rows);
         let width = LANES / S::F64_LANES;
         for (block, values) in x.chunks_exact(LANES).enumerate() {

@@ -5,19 +5,19 @@ use crate::numerics::kernel::vectorised;
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
 
-/// Number of points of a [`Grid`]: as many as the widest vectors hold. With more points every window would take longer,
-/// with fewer more parts would have to be scanned. This number needs the least work on the reference hammer.
+/// Number of points of a [`Grid`]: as many as the widest vectors hold. With more points every window would take longer;
+/// with fewer points more parts would have to be scanned. This number needs the least work on the reference hammer.
 pub const GRID: usize = 8;
 
-/// What is known of a polynomial at the points `(i + 1) / GRID`.
+/// Values and bounds of a polynomial at the points `(i + 1) / GRID`.
 #[derive(Default)]
 pub struct Grid {
     /// Values at the points.
     pub value: [f64; GRID],
     /// Second derivatives at the points.
     pub second: [f64; GRID],
-    /// Bounds on the third derivative between 0 and each point: the third derivative with absolute coefficients, which
-    /// only rises.
+    /// Bounds on the third derivative between 0 and each point. They are the third derivative with absolute
+    /// coefficients, which only rises.
     pub third_bound: [f64; GRID],
     /// Upper bounds on the second derivative between the previous point and each point.
     pub bend: [f64; GRID],
@@ -26,7 +26,8 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Finds the bounds between neighbouring points from the values at these; `q` are the polynomial's coefficients.
+    /// Computes the bounds between neighbouring points from the values at these points. `q` are the polynomial's
+    /// coefficients.
     #[inline(always)]
     fn bound<S: Simd>(&mut self, simd: S, q: &[f64; POLY]) {
         let part = const { 1.0 / GRID as f64 };

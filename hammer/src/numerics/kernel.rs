@@ -1,9 +1,9 @@
-//! The loops over modes, which decide the engine's speed.
+//! The loops over modes, which determine the engine's speed.
 //!
 //! A modal vector is stored as `[first coordinates | second coordinates]`, each padded with zeros to whole groups of
-//! [`LANES`]. Every loop works on such groups with the widest vectors of the processor
-//! ([`crate::numerics::vectors`]). Sums are added in the same order on all processors, and products are never fused
-//! with sums, so the result does not depend on the machine.
+//! [`LANES`]. Every loop works on such groups with the widest vectors of the processor ([`crate::numerics::vectors`]).
+//! Sums are added in the same order on all processors, and products are never fused with sums, so the result does not
+//! depend on the machine.
 
 use crate::numerics::vectors::dispatch;
 use pulp::{Simd, WithSimd};
@@ -23,7 +23,7 @@ pub(crate) fn groups<S: Simd>(x: &[f64]) -> std::slice::ChunksExact<'_, S::f64s>
     S::as_simd_f64s(x).0.chunks_exact(LANES / S::F64_LANES)
 }
 
-/// Adds up a group: always in the same order.
+/// Adds up a group, always in the same order.
 #[inline(always)]
 pub(crate) fn total<S: Simd>(sums: Sums<S>) -> f64 {
     let mut x = [0.0; LANES];
@@ -42,8 +42,8 @@ pub(crate) fn across(x: &[f64; LANES]) -> f64 {
 /// Rows of a matrix that are processed together, so that their sums fit into the registers.
 pub(crate) const TILE: usize = 4;
 
-/// The products of [`TILE`] rows of `size` numbers with `x`, as [`dot`] computes them, but with the lanes of
-/// each sum not yet added up.
+/// The products of [`TILE`] rows of `size` numbers with `x`, in the order of [`dot`]. The lanes of each sum are not yet
+/// added up.
 #[inline(always)]
 pub(crate) fn tile_with<S: Simd>(simd: S, rows: &[f64], size: usize, x: &[f64]) -> [Sums<S>; TILE] {
     let row = |k: usize| groups::<S>(&rows[k * size..][..size]);
@@ -130,7 +130,7 @@ vectorised! {
 }
 
 vectorised! {
-    /// `a . b` of any length, as [`dot`]; the last group may be partial.
+    /// `a . b` for any length, in the order of [`dot`]. The last group may be partial.
     pub fn inner_product(a: &'a [f64], b: &'a [f64]) -> f64 as InnerProduct, simd {
         let length = a.len().min(b.len());
         let (a, b) = (&a[..length], &b[..length]);
@@ -170,12 +170,12 @@ vectorised! {
     }
 }
 
-/// Numbers of as many series, side by side.
+/// One number from each of several series.
 pub type Row = [f64; LANES];
 
-/// True if every number is finite; in whole groups.
+/// True if every number is finite. The slice has whole groups.
 pub fn is_finite(y: &[f64]) -> bool {
-    // A finite number times zero is zero; any other is NaN.
+    // A finite number times zero is zero; any other number times zero is NaN.
     let mut sums = [0.0; LANES];
     for group in y.chunks_exact(LANES) {
         sums.iter_mut().zip(group).for_each(|(sum, y)| *sum += 0.0 * y);
@@ -214,7 +214,7 @@ pub fn interleaved(columns: &[f64], n: usize) -> Vec<f64> {
     table
 }
 
-/// The sums of [`evaluate`], held in vectors; as many as are asked for.
+/// The first `ASKED` sums of [`evaluate`], held in vectors.
 type Values<S, const ASKED: usize> = [Sums<S>; ASKED];
 
 /// Adds the products of one group's rows, `[r | s | w | u]`, with its vector `g` of `y`.
@@ -278,20 +278,20 @@ fn rotate_and_sum<S: Simd, const ASKED: usize>(
 }
 
 vectorised! {
-    /// `out := E y` as [`rotate`], and [`evaluate`] of the result, in one pass.
+    /// `out := E y` as in [`rotate`], and [`evaluate`] of the result, in one pass.
     pub fn rotate_and_evaluate(e: &'a [f64], rows: &'a EvaluationRows, y: &'a [f64], out: &'a mut [f64]) -> [f64; ROWS] as RotateAndEvaluate, simd {
         rotate_and_sum(simd, e, rows, y, out)
     }
 }
 
 vectorised! {
-    /// The same without the bounds, which costs little more than half.
+    /// [`rotate_and_evaluate`] without the bounds, which takes little more than half the time.
     pub fn rotate_and_evaluate_two(e: &'a [f64], rows: &'a EvaluationRows, y: &'a [f64], out: &'a mut [f64]) -> [f64; 2] as RotateAndEvaluateTwo, simd {
         rotate_and_sum(simd, e, rows, y, out)
     }
 }
 
-/// Powers in the series of [`short`], beyond the first.
+/// Number of powers after the first in the series of [`short`].
 pub const POWERS: usize = 11;
 
 /// A short span, in seconds and in the unit of [`short`]'s series.
@@ -331,11 +331,11 @@ fn short_with<S: Simd, const TERMS: usize>(
     }
 }
 
-/// Numbers `k` of powers that [`short`] can use, each after the largest `x` for which the first omitted term,
+/// Numbers `k` of powers that [`short`] can use. With each comes the largest `x` for which the first omitted term,
 /// `x^(k+2) / (k+2)!`, is below rounding.
 const ENOUGH: [(f64, usize); 5] =
     [(SLIGHT, 3), (0.012, 5), (SHORT, 7), (0.13, 9), (LONGEST, POWERS)];
-/// Up to this `x` the shortest series suffices.
+/// Up to this `x` the shortest series is enough.
 const SLIGHT: f64 = 1e-3;
 /// Up to this `x`, [`short`] costs as much as one or two tabulated rotations.
 pub const SHORT: f64 = 0.03;
@@ -343,10 +343,9 @@ pub const SHORT: f64 = 0.03;
 pub const LONGEST: f64 = 0.25;
 
 vectorised! {
-    /// `y := exp(B span) y` for a short span of either sign. Every block's exponential is
-    /// `1 + x^2 sum_k a_k x^k + span (1 + x sum_k c_k x^k) B`, with as many powers of `x` as
-    /// necessary; `series` holds `[a_0 | c_0 | a_1 | c_1 ...]` of every group of blocks, `b` is
-    /// [`interleaved`].
+    /// `y := exp(B span) y` for a short span of either sign. Every block's exponential is `1 + x^2 sum_k a_k x^k + span
+    /// (1 + x sum_k c_k x^k) B`, with as many powers of `x` as necessary. `series` holds `[a_0 | c_0 | a_1 | c_1 ...]`
+    /// for every group of blocks; `b` is [`interleaved`].
     pub fn short(b: &'a [f64], series: &'a [f64], span: Short, y: &'a mut [f64]) -> () as ShortRotation, simd {
         let tables = [b, series];
         let [(least, _), (less, _), (usual, _), (long, _), _] = ENOUGH;
@@ -371,7 +370,7 @@ vectorised! {
 }
 
 vectorised! {
-    /// `y += sum_k factors_k column_k`, of columns of the length of `y`, one after the other, in whole groups.
+    /// `y += sum_k factors_k column_k`. The columns are as long as `y`, stored one after the other, in whole groups.
     pub fn add_columns(y: &'a mut [f64], factors: &'a [f64], columns: &'a [f64]) -> () as AddColumns, simd {
         let size = y.len();
         for (at, y) in groups_mut::<S>(y).enumerate() {

@@ -1,7 +1,8 @@
 //! Elementary functions that are the same on every machine.
 //!
-//! The C library's functions differ in the last bits between versions, systems, and even processors, so results would
-//! depend on the machine. IEEE 754 defines `+ - * /` and the square root exactly; the functions here use nothing else.
+//! The C library's functions differ in their last binary digits between versions, systems, and even processors, so
+//! results would depend on the machine. IEEE 754 defines `+ - * /` and the square root exactly; the functions here use
+//! nothing else.
 
 pub(crate) use libm::{cbrt, cos, exp, hypot, log as ln, pow, sin, sincos as sin_cos};
 use num_complex::Complex64;
@@ -21,11 +22,11 @@ pub(crate) fn powi(mut x: f64, mut exponent: usize) -> f64 {
     }
 }
 
-/// The `N`-th root of a positive normal number, `N` 5 or 7, within two roundings. The start divides the exponent,
-/// with an error of 4 %; Halley's iteration then turns an error `e` into `(N^2 - 1) / 12 e^3`: 3e-4, 7e-11, and below
-/// rounding.
+/// The `N`-th root of a positive normal number, for `N` 5 or 7, within two roundings. The first estimate divides the
+/// exponent, with an error of 4 %. Halley's iteration turns an error `e` into `(N^2 - 1) / 12 e^3`: 3e-4, then 7e-11,
+/// then below rounding.
 pub(crate) fn odd_root<const N: usize>(x: f64) -> f64 {
-    // The bits are the binary logarithm, linear between powers of two and on average 0.0430 too low.
+    // A double's bits approximate its binary logarithm: linear between powers of two, and on average 0.0430 too low.
     const ONE: u64 = 1.0f64.to_bits();
     let slack = 0.043 * (1u64 << 52) as f64;
     let shift = ONE - ONE / N as u64 - (slack * (1.0 - 1.0 / N as f64)) as u64;
@@ -66,8 +67,8 @@ pub(crate) fn two_sevenths(x: f64) -> f64 {
     root * root
 }
 
-/// The `n`-th root of a positive number, to `0.06 / n` and 0.002. The bits are the binary logarithm, linear between
-/// powers of two; within an octave its inverse is a parabola.
+/// The `n`-th root of a positive number, to `0.06 / n` and 0.002. A double's bits approximate its binary logarithm,
+/// linearly between powers of two; within an octave the inverse is a parabola.
 pub(crate) fn rough_root(x: f64, n: u64) -> f64 {
     const BITS: u64 = f64::MANTISSA_DIGITS as u64 - 1;
     const BIAS: f64 = (f64::MAX_EXP - 1) as f64;

@@ -17,7 +17,7 @@ pub fn product(x: &Matrix2, y: &Matrix2) -> Matrix2 {
 }
 
 /// `exp(b t)` of a matrix that is diagonal or has equal diagonal entries. Nothing cancels, whether the motion
-/// oscillates, decays critically or decays without oscillation.
+/// oscillates, decays critically, or decays without oscillation.
 pub fn exponential(b: &Matrix2, t: f64) -> Matrix2 {
     if b[1] == 0.0 && b[2] == 0.0 {
         return [exp(b[0] * t), 0.0, 0.0, exp(b[3] * t)];
@@ -51,7 +51,7 @@ fn sinhc(square: f64) -> f64 {
 pub fn sylvester(a: &Matrix2, b: &Matrix2, r: Matrix2) -> Matrix2 {
     let is_spiral = |m: &Matrix2| m[1] == -m[2] && m[1] != 0.0;
     if is_spiral(a) && is_spiral(b) {
-        // Both are written as z' = (sigma - i omega) z, where sums of eigenvalues do not cancel.
+        // Both matrices are written as z' = (sigma - i omega) z, so that sums of eigenvalues do not cancel.
         let (la, lb) = (C::new(a[0], -a[1]), C::new(b[0], -b[1]));
         let equal_turn = 0.5 * C::new(r[0] - r[3], -(r[1] + r[2]));
         let cross = 0.5 * C::new(r[0] + r[3], -(r[1] - r[2]));

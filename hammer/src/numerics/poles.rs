@@ -118,12 +118,12 @@ fn complex(lanes: &Lanes) -> C {
 pub struct Weighed<const WEIGHTS: usize> {
     /// `sum 1 / (s - a) + 1 / (s - b)`.
     pub poles: C,
-    /// For each weight `sum w / ((s - a) (s - b))`, and its derivative.
+    /// For each weight `w`, `sum w / ((s - a) (s - b))` and its derivative.
     pub sums: [[C; 2]; WEIGHTS],
 }
 
 impl<const WEIGHTS: usize> Weighed<WEIGHTS> {
-    /// The same result for any number of weights.
+    /// The result as a list, whose length is the number of weights.
     pub fn list(self) -> (C, Vec<[C; 2]>) {
         (self.poles, self.sums.to_vec())
     }
@@ -187,7 +187,7 @@ pub fn weighed<const WEIGHTS: usize>(pairs: &Pairs, at: Point) -> Weighed<WEIGHT
 }
 
 vectorised! {
-    /// The real and imaginary parts of `1 / ((s - a) (s - b))` for every pair, with the unused ones.
+    /// The real and imaginary parts of `1 / ((s - a) (s - b))` for every pair, including the unused ones.
     pub fn inverse_products(pairs: &'a Pairs, at: Point) -> [Vec<f64>; 2] as InverseProducts, simd {
         let width = LANES / S::F64_LANES;
         let (base, offset) = (splat(simd, at.base), splat(simd, at.offset));

@@ -3,7 +3,7 @@
 use crate::numerics::series::LOW as SHORT;
 use serde::{Deserialize, Serialize};
 
-/// Number of coefficients. An input of order [`crate::MAX_INPUT_ORDER`] moves a rigid body by a polynomial two
+/// Number of coefficients. Under an input of order [`crate::MAX_INPUT_ORDER`], a rigid body moves by a polynomial two
 /// degrees higher. A coordinate that is slow compared with its load needs the most (see `modal/system/response.rs`).
 pub const TERMS: usize = 24;
 const _: () = assert!(TERMS >= crate::MAX_INPUT_ORDER + 3);
@@ -20,7 +20,7 @@ impl Poly {
         p
     }
 
-    /// From its coefficients.
+    /// The parabola with these coefficients.
     pub fn parabola(c: [f64; 3]) -> Self {
         let mut p = Self::default();
         p.0[..3].copy_from_slice(&c);
@@ -65,8 +65,8 @@ impl Poly {
         derivatives
     }
 
-    /// Adds `sum_j factors_j` times derivative `j` of a polynomial of as many coefficients as there are factors. (Only a
-    /// corrupt load has more, which are left out.)
+    /// Adds `sum_j factors_j` times derivative `j` of a polynomial that has as many coefficients as there are factors.
+    /// (Only a corrupt load has more coefficients; they are ignored.)
     pub fn add_derivatives(&mut self, factors: &[f64; SHORT], other: &Self) {
         let (mut factorials, mut derivatives) = ([1.0; SHORT], [0.0; 2 * SHORT]);
         derivatives[0] = other.0[0];
@@ -112,7 +112,7 @@ impl Poly {
         self
     }
 
-    /// The same function, of time divided by `t`.
+    /// The same function, in terms of time divided by `t`.
     pub fn scaled(mut self, t: f64) -> Self {
         let mut power = 1.0;
         for c in &mut self.0[1..] {
@@ -131,7 +131,7 @@ impl Poly {
         p
     }
 
-    /// The same function, of a time that begins `t` later.
+    /// The same function, in terms of a time that begins `t` later.
     pub fn shifted(&self, t: f64) -> Self {
         let mut p = *self;
         p.shift(t);
@@ -155,17 +155,17 @@ impl Poly {
         }
     }
 
-    /// Where a parabola turns on `[0, to]`.
+    /// The times on `[0, to]` at which a parabola turns.
     #[inline]
     pub fn turn(&self, to: f64) -> Option<f64> {
         let [_, first, second, ..] = self.0;
-        let last = (first + to * second) + to * second; // As `shift` rounds.
+        let last = (first + to * second) + to * second; // Rounded as in `shift`.
         let turns = first * last <= 0.0 && second != 0.0;
         turns.then(|| (-0.5 * first / second).clamp(0.0, to))
     }
 
-    /// Where it turns on `[0, to]`, in order, and `to`: there the rate of a polynomial that goes on may round to
-    /// another sign.
+    /// The times on `[0, to]` at which the polynomial turns, in order, and `to`. (If the polynomial continues after
+    /// `to`, rounding may change the sign of its rate there.)
     pub fn turns(&self, to: f64) -> Vec<f64> {
         let rate = self.derivative();
         let [slope, changes @ ..] = rate.scaled(to).0;
@@ -175,7 +175,8 @@ impl Poly {
         turns
     }
 
-    /// Its sign changes on `[0, to]`; between two zeros of its derivative there is at most one.
+    /// The times on `[0, to]` at which the polynomial changes its sign; between two zeros of its derivative there is at
+    /// most one.
     fn zeros(&self, to: f64) -> Vec<f64> {
         if self.is_constant() {
             return Vec::new();
@@ -200,12 +201,12 @@ impl Poly {
         between.collect()
     }
 
-    /// True if it does not vary.
+    /// True if the polynomial does not vary.
     pub fn is_constant(&self) -> bool {
         none(&self.0[1..])
     }
 
-    /// The polynomial with these coefficients in time over a span.
+    /// The polynomial with these coefficients in terms of time over a span.
     pub fn of_part(powers: &[f64], span: f64) -> Self {
         let mut poly = Self::default();
         poly.0[..powers.len()].copy_from_slice(powers);
@@ -221,15 +222,15 @@ impl Poly {
     }
 }
 
-/// Nearly all polynomials have at most this many coefficients.
+/// Most polynomials have at most this many coefficients.
 const LOW: usize = 4;
-/// Most of the others, those of a gas, have at most this many.
+/// Most of the others, which describe a gas, have at most this many.
 const MIDDLE: usize = 12;
 
-/// True if all are zero. It has no branch, so that it is vectorised.
+/// True if all coefficients are zero. The loop has no branch, so that it is vectorised.
 #[inline]
 fn none(c: &[f64]) -> bool {
-    // All bits but the sign.
+    // The shift removes the sign.
     c.iter().fold(0, |all, c| all | c.to_bits()) << 1 == 0
 }
 

@@ -2,10 +2,9 @@
 //! 0`.
 //!
 //! The eigenvalues are the zeros of `1 + k sum z_i^2 / (d_i - lambda)`: one between any two neighbouring values of `D`,
-//! and one above the largest.
-//! Each is stored as a difference from its nearest `d`, so that small ones do not lose digits.
-//! The eigenvectors `z_i / (d_i - lambda)` are computed with the dyad for which the computed eigenvalues are exact (Gu
-//! and Eisenstat, SIAM J. Matrix Anal. Appl. 15, 1994). They are therefore orthogonal to rounding even if two
+//! and one above the largest. Each is stored as a difference from its nearest `d`, so that small ones do not lose
+//! digits. The eigenvectors `z_i / (d_i - lambda)` are computed with that `z` for which the computed eigenvalues are
+//! exact (Gu and Eisenstat, SIAM J. Matrix Anal. Appl. 15, 1994). They are therefore orthogonal to rounding even if two
 //! eigenvalues are close.
 
 use crate::numerics::kernel::norm;
@@ -78,7 +77,7 @@ impl Moved {
         let z = (self.z * self.z + other.z * other.z).sqrt();
         let (c, s) = if z > 0.0 { (self.z / z, other.z / z) } else { (1.0, 0.0) };
         let scaled = |v: &Direction, a: f64| v.iter().map(|&(i, x)| (i, a * x)).collect::<Vec<_>>();
-        // The two have no entry in common.
+        // The two directions have no entry in common.
         let sum = |a: f64, b: f64| [scaled(&self.v, a), scaled(&other.v, b)].concat();
         (Self { d: self.d, z, v: sum(c, s) }, sum(-s, c))
     }
@@ -96,10 +95,10 @@ impl Zero {
         (all[i].d - all[self.nearest].d) - self.beyond
     }
 
-    /// The zero between value `i` of `D` and the next, or above the last.
+    /// The zero between value `i` of `D` and the next value, or above the last value.
     fn between(all: &[Moved], k: f64, i: usize) -> Self {
-        // The sum `1 + k sum z^2 / (d - lambda)` without the nearest value's term, and its slope, at `x` beyond that
-        // value.
+        // The sum `1 + k sum z^2 / (d - lambda)` without the term of the nearest value, and its slope, at a distance
+        // `x` from that value.
         let rest = |nearest: usize, x: f64| {
             let (mut sum, mut slope) = (1.0, 0.0);
             for (_, other) in all.iter().enumerate().filter(|(j, _)| *j != nearest) {

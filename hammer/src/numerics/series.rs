@@ -4,13 +4,14 @@ use std::array::from_fn;
 
 /// Highest power of a series.
 pub const ORDER: usize = 16;
-/// Coefficients of a projection.
+/// Number of coefficients of a projection.
 pub const LOW: usize = 7;
 
 /// Coefficients of a power series.
 pub type Powers = [f64; ORDER + 1];
 
-/// Nodes on the interval from 0 to 1 for interpolation by as many coefficients: the zeros of the Legendre polynomial.
+/// Nodes on the interval from 0 to 1 for interpolation with this many coefficients: the zeros of the Legendre
+/// polynomial.
 pub const NODES: [f64; LOW] = [
     0.025446043828620757,
     0.12923440720030277,
@@ -46,9 +47,9 @@ pub fn value(powers: &[f64], t: f64) -> f64 {
 }
 
 /// Projections of polynomials, side by side, on lower powers, over the interval from 0 to 1. From the highest power
-/// down, the part is taken out that is orthogonal to all lower powers: the Legendre polynomial over its highest
-/// coefficient. All projections have the same number of coefficients, at most [`LOW`]; a power is also taken out if
-/// this changes no polynomial by more than it is `allowed`.
+/// down, the part that is orthogonal to all lower powers is removed: a multiple of the Legendre polynomial. All
+/// projections have the same number of coefficients, at most [`LOW`]. Further powers are removed if that changes no
+/// polynomial by more than its `allowed` error.
 #[inline(always)]
 pub fn projections<const COUNT: usize>(
     mut all: [[f64; COUNT]; ORDER + 1],
@@ -59,7 +60,7 @@ pub fn projections<const COUNT: usize>(
         let mut parts = all[k];
         parts.iter_mut().for_each(|part| *part /= ORTHOGONAL[k][k]);
         if k < LOW {
-            // In the interval the Legendre polynomial is at most one.
+            // In the interval the magnitude of the Legendre polynomial is at most one.
             let out: [f64; COUNT] = from_fn(|i| left[i] + parts[i].abs());
             if out.iter().zip(allowed).any(|(out, allowed)| *out > allowed) {
                 break;

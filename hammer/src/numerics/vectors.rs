@@ -1,10 +1,8 @@
 //! The vector instructions that the loops of [`crate::numerics::kernel`] use.
 //!
-//! The widest vectors that the processor has are detected once.
-//! All of them give the same results to the last binary digit, so the choice affects only speed; tests select narrower
-//! ones to show that.
-//! In WebAssembly the vectors are a property of the library, which has SIMD128 if it is built with
-//! `-C target-feature=+simd128`.
+//! The widest vectors that the processor has are detected once. All of them give identical results to the last binary
+//! digit, so the choice affects only speed. Tests select narrower ones to show this. In WebAssembly the vectors are a
+//! property of the library, which has SIMD128 if it is built with `-C target-feature=+simd128`.
 
 use pulp::{Arch, WithSimd};
 use std::fmt;
@@ -82,8 +80,8 @@ impl Vectors {
         path().0
     }
 
-    /// Makes the whole process use this set from now on. This affects no result. Returns false if the processor does
-    /// not have the set.
+    /// Makes the whole process use this set from now on; results do not change. Returns false if the processor does not
+    /// have the set.
     pub fn select(self) -> bool {
         let position = Self::available().position(|vectors| vectors == self);
         // There are at most three entries, so the position fits into a byte.

@@ -5,13 +5,14 @@
 //! outer diameter, is from Drillco (*Puma 3.1 maintenance sheet*); the piston is scaled from a published one of about
 //! that size (the same report).
 //!
-//! Assumed, and scaled by area to all four sizes, are the faces of the piston, its stroke, the ports' places and
-//! height, the dead volumes, and an exhaust port of 2.5 times the supply's area. Of six such sets this one has the
-//! published frequencies, 35 to 45 Hz, and impacts below 13 m/s. One number of each hammer is fitted: the area of its
-//! supply ports, to the air at 150 psi. Bodies are uniform, and the bit is as heavy as the piston; the masses of the
-//! casings, the chuck and the rock (the reference's, by the area of the hole) are assumed too. The feed holds the
-//! casing down at 24 bar. SPM's largest recommended feeds for these sizes, at up to 17 bar, are 11.8, 12.3, 13.5 and
-//! 18.1 kN; with these the three larger hammers idle part of the time at 24 bar.
+//! The following are assumed, and scaled by area to all four sizes: the faces of the piston, its stroke, the positions
+//! and height of the ports, the dead volumes, and an exhaust port of 2.5 times the supply's area. This is the one of
+//! six such sets with the published frequencies, 35 to 45 Hz, and with impacts below 13 m/s. One number of each hammer
+//! is fitted: the area of its supply ports, to the air at 150 psi. Bodies are uniform, and the bit is as heavy as the
+//! piston. The masses of the casings, the chuck, and the rock (the reference rock, scaled by the area of the hole) are
+//! assumed too. The feed holds the casing down at 24 bar. SPM's largest recommended feeds for these sizes, at up to 17
+//! bar, are 11.8, 12.3, 13.5 and 18.1 kN. With these feeds the drives of the three larger hammers are vented part of
+//! the time at 24 bar.
 
 use super::Preset;
 use super::hammers::DAMPING;
@@ -21,7 +22,7 @@ use crate::quantities::sections::Segment;
 
 /// Length of the wave front that the contact's stiffness makes, m.
 const FRONT: f64 = 0.0125;
-/// Absolute supply pressure, Pa: 350 psi over the atmosphere's.
+/// Absolute supply pressure, Pa: 350 psi above the atmosphere's.
 const SUPPLY: f64 = 2.413e6 + ATMOSPHERE;
 
 /// Area of a supply port of the 4-inch hammer, over its outside diameter squared.
@@ -60,13 +61,13 @@ impl AirHammer {
         Self { outer, piston, casing, supply, hole, feed, stroke: 1.0 }
     }
 
-    /// Holds the cylinder: without a casing, nothing rises.
+    /// Holds the cylinder. Without a casing, nothing rises.
     #[cfg(test)]
     pub(crate) fn hold(p: &mut Parameters) {
         (p.casing.mass, p.chuck.idle_travel) = (0.0, 0.0);
     }
 
-    /// Its scene, at the presets' pressure.
+    /// The hammer's scene at the presets' pressure.
     pub fn start(&self) -> (Parameters, InputValues) {
         let mut start = Default::default();
         let (parameters, inputs) = &mut start;
@@ -76,7 +77,7 @@ impl AirHammer {
 
     fn build(&self, p: &mut Parameters, inputs: &mut InputValues) {
         let diameter = Self::BORE * self.outer;
-        // Rounded to three digits, as in a hand-written scene.
+        // Numbers are rounded to three digits, as in a hand-written scene.
         let rounded = |x: f64| format!("{x:.2e}").parse().unwrap_or(x);
         let bore = std::f64::consts::FRAC_PI_4 * diameter * diameter;
         let area: f64 = rounded(0.7 * bore);

@@ -1,9 +1,9 @@
 //! A water hammer of stepped bodies, and a top hammer.
 //!
-//! The rock is that of the reference hammer, with stiffness, viscosity and barrier in proportion to the hole's area.
-//! The mesh gives a rate of penetration with an error of 1 %.
-//! The damping is assumed: the piston, which is a guided body, has the damping ratio [`DAMPING`] in its first elastic
-//! mode. With the reference's damping time the ratio would be 0.02 to 0.1 %, and the blows would never repeat.
+//! The rock is that of the reference hammer; its stiffness, viscosity and barrier are in proportion to the hole's area.
+//! The mesh gives a rate of penetration with an error of 1 %. The damping is assumed: the piston, which is a guided
+//! body, has the damping ratio [`DAMPING`] in its first elastic mode. With the reference's damping time the ratio would
+//! be 0.02 to 0.1 %, and the blows would never repeat.
 
 use super::rocks::{Ground, Inserts};
 use crate::bodies::resolution::Reading;
@@ -72,16 +72,15 @@ pub fn water(p: &mut Parameters, inputs: &mut InputValues) {
 
 /// A hydraulic drifter on four rods of 3.66 m, in granite.
 ///
-/// Blow energy, blow rate and power are those of Atlas Copco's COP 1838: 18 to 19 kW at up to 60 Hz, which is some
-/// 310 J (Walker, Engineering and Mining Journal, "Hydraulic drills hammer through with new designs, tougher
-/// materials"). Another drifter of this class was measured at 346 J and 62 Hz.
+/// Blow energy, blow rate and power are those of Atlas Copco's COP 1838: 18 to 19 kW at up to 60 Hz, or some 310 J
+/// (Walker, Engineering and Mining Journal, "Hydraulic drills hammer through with new designs, tougher materials").
+/// Another drifter of this class was measured at 346 J and 62 Hz.
 ///
-/// The rock is the granite of [`ROCKS`](super::ROCKS) under nine inserts of 11 mm.
-/// These are assumed: a piston of the rods' impedance, as in Lundberg 1987 (Int. J. Rock Mech. Min. Sci. 24:213), its
-/// speed, the feed force and the bit.
-/// The string is the default one, with the damping time of the reference hammer.
-/// A damping ratio of 0.5 % in the piston's first mode, as in the other hammers, would take the share
-/// `1 - exp(-2 zeta omega L/c)` = 62 % of the energy of such a wave on its way down the rods.
+/// The rock is the granite of [`ROCKS`](super::ROCKS) under nine inserts of 11 mm. The following are assumed: a piston
+/// with the rods' impedance, as in Lundberg 1987 (Int. J. Rock Mech. Min. Sci. 24:213), its speed, the feed force and
+/// the bit. The string is the default one, with the damping time of the reference hammer. A damping ratio of 0.5 % in
+/// the piston's first mode, as in the other hammers, would dissipate the share `1 - exp(-2 zeta omega L/c)` = 62 % of
+/// the energy of such a wave on its way down the rods.
 pub fn top_hammer(p: &mut Parameters, inputs: &mut InputValues) {
     let damping = p.material.damping_time;
     p.drill.rods = 4;

@@ -63,7 +63,7 @@ pub const PRESETS: &[Preset] = &[
 ];
 
 impl Preset {
-    /// What to use instead of a preset that no longer exists.
+    /// The replacement for a preset that no longer exists.
     pub fn instead_of(name: &str) -> Option<&'static str> {
         match name {
             "granite" | "medium_rock" => {
@@ -78,7 +78,7 @@ impl Preset {
         }
     }
 
-    /// The preset of this name.
+    /// The preset with this name.
     pub fn named(name: &str) -> Option<&'static Self> {
         PRESETS.iter().find(|preset| preset.name == name)
     }
@@ -91,7 +91,7 @@ impl Preset {
         start
     }
 
-    /// Names and values of the variables that differ from the defaults; inputs come last.
+    /// Names and values of the variables that differ from the defaults. Inputs come last.
     pub fn differences(&self) -> Vec<(&'static str, f64)> {
         let (parameters, inputs) = self.start();
         let mut list = differences(&parameters);

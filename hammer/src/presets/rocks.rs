@@ -8,8 +8,8 @@
 //! ```
 //!
 //! The ratio `gamma` of unloading to loading follows from the speed at which an insert rebounds. The same tests bound
-//! viscosity and energy barrier: 1.7e4 N s/m and 0.4 J cannot be distinguished from zero, ten times as much is
-//! excluded. Each insert has less, [`INSERT_VISCOSITY`] and [`INSERT_BARRIER`], an assumption with which the bits of
+//! viscosity and energy barrier: 1.7e4 N s/m and 0.4 J cannot be distinguished from zero, and ten times as much is
+//! excluded. Each insert is assumed to have less, [`INSERT_VISCOSITY`] and [`INSERT_BARRIER`]; with these the bits of
 //! hammers stand still between blows.
 
 use crate::numerics::math;
@@ -22,7 +22,7 @@ use thiserror::Error;
 pub const REFERENCE_HOLE: f64 = 0.09;
 
 impl Rock {
-    /// Converts rock under a bit like the reference's to that under a bit of another diameter (m), by area.
+    /// Converts rock under a bit like the reference's to rock under a bit of another diameter (m), by area.
     pub(crate) fn spread(&mut self, diameter: f64) {
         let share = (diameter / REFERENCE_HOLE) * (diameter / REFERENCE_HOLE);
         self.stiffness *= share;
@@ -31,16 +31,16 @@ impl Rock {
     }
 }
 
-/// A number of a rock, its range and its source.
+/// A number of a rock, with its range and its source.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
-    /// The number, SI.
+    /// The number, in SI units.
     pub value: f64,
     /// Its least and largest value according to the source.
     pub range: [f64; 2],
-    /// Its source, and how it follows from that.
+    /// The source, and how the number follows from it.
     pub source: &'static str,
-    /// False of an assumption.
+    /// False if the number is an assumption.
     pub measured: bool,
 }
 
@@ -57,7 +57,7 @@ pub struct RockType {
     pub strength: [f64; 2],
 }
 
-/// The specific energy is the strength up to this factor, unless a rate was measured.
+/// The specific energy equals the strength within this factor, unless a rate was measured.
 const ABOUT_STRENGTH: f64 = 1.6;
 const OF_STRENGTH: &str = "about the uniaxial compressive strength, up to a factor of 1.6 (Teale 1965, IJRMMS \
     2:57). Two rates of the field, with the power printed for hammers of their sizes, give 182 MJ/m3 (165 mm, \
@@ -74,10 +74,10 @@ impl RockType {
     }
 }
 
-/// The rocks, in the order of drillers' experience. Hardness is from the deepest penetration `p` of one insert of
-/// 8.51 mm: the loading line that stops the piston at `p` has the stiffness `KR = 2 pi R H`, and the ratio is from
-/// the same blow's rebound (`reports/measured.md`). Strengths are those of such rocks: the two that were tested have
-/// no published test of strength.
+/// The rocks, ordered as drillers experience them, from soft to hard. Hardness follows from the deepest penetration `p`
+/// of one insert of 8.51 mm: the loading line that stops the piston at `p` has the stiffness `KR = 2 pi R H`. The ratio
+/// follows from the rebound of the same blow (`reports/measured.md`). Strengths are typical of such rocks: no strength
+/// test of the two tested rocks is published.
 pub const ROCKS: &[RockType] = &[
     RockType {
         name: "st anne limestone",
@@ -120,8 +120,8 @@ pub const ROCKS: &[RockType] = &[
     by_strength("extremely strong, R6", [250e6, 400e6]),
 ];
 
-/// A rock of known strength: a class of the International Society for Rock Mechanics. Its hardness follows the strength
-/// by [`OF_UCS`]; of a class it has the range of its strengths, too.
+/// A rock of known strength: a class of the International Society for Rock Mechanics. Its hardness follows from the
+/// strength by [`OF_UCS`]; the range of a class also includes that of its strengths.
 const fn by_strength(name: &'static str, strength: [f64; 2]) -> RockType {
     let [least, usual, most] = OF_UCS;
     let hardness = Figure {
@@ -139,7 +139,7 @@ const fn by_strength(name: &'static str, strength: [f64; 2]) -> RockType {
     RockType { name, hardness, unloading_ratio, strength }
 }
 
-/// A square root by Newton's method, which a constant function has not otherwise: from above, to rounding.
+/// A square root for constant functions, which have none. Newton's method finds it from above, to rounding.
 const fn root(square: f64) -> f64 {
     let mut x = if square > 1.0 { square } else { 1.0 };
     let mut steps = 0;
@@ -150,14 +150,14 @@ const fn root(square: f64) -> f64 {
     x
 }
 
-/// Hardness over uniaxial compressive strength: least, usual, largest. The inserts that were tested have 2.0 and 1.6 GPa
-/// in rocks of some 110 and 160 MPa, and scatter from 1.3 to 4. Kahraman, Fener and Kozman 2012 and Saadati 2020 have
-/// such laws of measured rocks.
+/// Hardness over uniaxial compressive strength: least, usual, largest. The tested inserts have 2.0 and 1.6 GPa in rocks
+/// of some 110 and 160 MPa, with a scatter from 1.3 to 4. Kahraman, Fener and Kozman 2012 and Saadati 2020 give such
+/// laws for measured rocks.
 const OF_UCS: [f64; 3] = [8.0, 15.0, 27.0];
 /// Strengths of rocks, Pa: least and largest.
 const STRENGTHS: [f64; 2] = [1e6, 600e6];
 
-/// A rock in numbers that do not depend on the bit, as in a rock's file.
+/// A rock in numbers that do not depend on the bit, as in a rock file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ground {
     /// Hardness `H`, Pa.
@@ -170,15 +170,15 @@ pub struct Ground {
     pub insert_barrier: f64,
     /// Specific energy, J/m3.
     pub specific_energy: f64,
-    /// Factor of its uncertainty.
+    /// Factor of the uncertainty of the specific energy.
     pub specific_energy_factor: f64,
 }
 
-/// A number in a rock's file: its name, its unit, and its accessor.
+/// A number in a rock file: its name, its unit, and its accessor.
 pub type GroundRow = (&'static str, &'static str, fn(&mut Ground) -> &mut f64);
 
 impl Ground {
-    /// All numbers of a rock's file.
+    /// All numbers of a rock file.
     pub const ROWS: [GroundRow; 6] = [
         ("hardness", "Pa", |g| &mut g.hardness),
         ("unloading_ratio", "1", |g| &mut g.unloading_ratio),
@@ -188,11 +188,11 @@ impl Ground {
         ("specific_energy_factor", "1", |g| &mut g.specific_energy_factor),
     ];
 
-    /// The rock of a name, of a word that only one name has, of a class ("R5", "very strong"), or of a strength ("180
+    /// The rock for a name, a word that occurs in only one name, a class ("R5", "very strong"), or a strength ("180
     /// MPa").
     ///
     /// # Errors
-    /// There is no such rock; the names that exist.
+    /// There is no such rock. The error lists the names that exist.
     pub fn named(text: &str) -> Result<(Self, Vec<String>), RockError> {
         let kind = RockType::named(text)?;
         Ok((Self::from(&kind), kind.assumptions()))
@@ -211,7 +211,7 @@ impl Ground {
         }
     }
 
-    /// The rock law's parameters under a bit. Other parameters are the reference's.
+    /// The rock law's parameters under a bit. Other parameters are those of the reference rock.
     ///
     /// # Errors
     /// A number of inserts or a radius that no bit has.
@@ -255,11 +255,11 @@ pub struct Inserts {
     pub radius: f64,
 }
 
-/// Where a bit's inserts are not known: radius of a tip (m), and area of the hole for each insert (m2).
+/// Usual inserts, if a bit's are not known: radius of a tip (m), and area of the hole for each insert (m2).
 const USUAL: (f64, f64) = (7e-3, 8e-4);
 
 impl Inserts {
-    /// The usual inserts of a bit for a hole of this diameter (m): one of 7 mm for each 8 cm2, as 8 on 90 mm.
+    /// The usual inserts of a bit for a hole of this diameter (m): one of 7 mm for each 8 cm2, for example 8 for 90 mm.
     ///
     /// # Errors
     /// A diameter that no hole has.
@@ -287,17 +287,17 @@ fn names() -> String {
     names.join("; ")
 }
 
-/// Viscosity (N s/m) and energy barrier (J) of one insert: a tenth of those of the reference's bit. `n` inserts of
-/// stiffness `k` under a bit of mass `M` stand still below `2 sqrt(k M / n)` each, 1.1e4 for 8 of 7 mm under 3.4 kg
-/// in granite.
+/// Viscosity (N s/m) and energy barrier (J) of one insert: a tenth of those of the reference hammer's bit. Under a bit
+/// of mass `M`, `n` inserts of stiffness `k` stand still if the viscosity of each is below `2 sqrt(k M / n)`: 1.1e4 for
+/// 8 inserts of 7 mm under 3.4 kg in granite.
 const INSERT_VISCOSITY: f64 = 2.5e3;
 const INSERT_BARRIER: f64 = 0.12;
 
 impl RockType {
-    /// The rock of a name, of a word that only one name has, or of a strength, in upper or lower case.
+    /// The rock for a name, a word that occurs in only one name, or a strength. Case does not matter.
     ///
     /// # Errors
-    /// There is no such rock; the names that exist.
+    /// There is no such rock. The error lists the names that exist.
     pub fn named(name: &str) -> Result<Self, RockError> {
         let wanted = name.trim().to_lowercase();
         if let Some(number) = wanted.strip_suffix("mpa") {
@@ -318,7 +318,7 @@ impl RockType {
         rock.copied().ok_or_else(|| RockError::Unknown(name.into()))
     }
 
-    /// A sentence for each rock that drillers know to be softer but that is harder in this table.
+    /// A sentence for each rock that is harder in this table although drillers know it to be softer.
     fn against_experience(&self) -> impl Iterator<Item = String> {
         let easier =
             ROCKS.iter().take_while(|rock| rock.name != self.name && rock.hardness.measured);
@@ -340,7 +340,7 @@ impl RockType {
         })
     }
 
-    /// The assumptions behind this rock, a sentence each.
+    /// The assumptions behind this rock, one sentence each.
     pub fn assumptions(&self) -> Vec<String> {
         let mut list = vec![
             "All inserts act at once, each in rock that the others do not weaken.".into(),
@@ -393,8 +393,8 @@ mod tests {
         assert!((work / volume / rock.hardness - 1.0).abs() < 1e-14);
     }
 
-    /// Teale: the specific energy is the strength, up to a factor of 1.6; of a class the range is wider by that of
-    /// its strength.
+    /// Teale: the specific energy equals the strength within a factor of 1.6. For a class, the range is wider by that
+    /// of its strength.
     #[test]
     fn the_specific_energy_is_about_the_strength() {
         let known = ground("180 MPa");
@@ -411,7 +411,7 @@ mod tests {
         }
     }
 
-    /// A rock converted to one under a bit and back is the same.
+    /// A rock that is converted to a rock under a bit and back stays the same.
     #[test]
     fn a_rock_under_a_bit_is_read_back() {
         let (rock, bit) = (ground("limestone"), Inserts { count: 9, radius: 7e-3 });
@@ -422,7 +422,7 @@ mod tests {
         }
     }
 
-    /// A word that a single rock has is enough. A rock that is softer in the table than in experience is reported.
+    /// A word is enough if only one rock has it. A rock that is softer in the table than in experience is reported.
     #[test]
     fn a_word_names_a_rock_and_what_is_odd_is_told() {
         assert_eq!(RockType::named(" Granite").expect("a rock").name, "kuru granite");

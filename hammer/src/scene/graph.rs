@@ -6,9 +6,9 @@
 //!   piston - shank - rod - ... - bit      without rods there is only the bit; the rock's spring is at its tip
 //! ```
 //!
-//! Bodies that holding ties join form a *group*. A group and the spring at its tip have one linear system.
-//! The graph is a tree, so each tie separates some bodies, those *beyond* it, from the bit.
-//! While the tie is pulled, the engine displaces these bodies.
+//! A *group* is a set of bodies that are joined by ties that hold. A group and the spring at its tip have one linear
+//! system. The graph is a tree, so each tie separates some bodies, those *beyond* it, from the bit. While the tie is
+//! pulled, the engine displaces these bodies.
 
 use crate::bodies::bar::Bar;
 use crate::error::Error;
@@ -28,16 +28,16 @@ pub const CHANNELS: usize = 4;
 pub enum Channel {
     /// `F_A`, distributed over the piston like its mass, and its reaction on a frame, N.
     Drive,
-    /// Feed force at the top of the frame, or of what the piston strikes if there is no frame, N.
+    /// Feed force at the top of the frame or, without a frame, at the top of the body that the piston strikes, N.
     Feed,
     /// Gravity on all bodies; the channel's value is `G`, m/s2.
     Gravity,
-    /// The return chamber's pressure on what the piston strikes, distributed like its mass, and its reaction
+    /// The return chamber's pressure on the body that the piston strikes, distributed like its mass, and its reaction
     /// on a frame, N.
     Anvil,
 }
 
-/// Where the free modes of bodies that two groups share stand in each of the two.
+/// Indices, in two groups, of the free modes of bodies that the groups share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overlap {
     /// Index of the first of these modes in the old group.
@@ -48,7 +48,7 @@ pub struct Overlap {
     pub count: usize,
 }
 
-/// Bodies joined by ties that hold.
+/// Bodies that are joined by ties that hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Group {
     /// The bodies.
@@ -82,7 +82,8 @@ pub struct Graph {
     /// The bodies from the piston down to the bit, then the casing, if there is one.
     pub bodies: Vec<Bar>,
     pub(crate) ties: Vec<Edge>,
-    /// The body on which the feed force and the drive's reaction act: the casing, or else what the piston strikes.
+    /// The body on which the feed force and the drive's reaction act: the casing, or without one the body that the
+    /// piston strikes.
     pub frame: usize,
     /// True if air drives the piston.
     aired: bool,
@@ -90,7 +91,7 @@ pub struct Graph {
     pub(crate) bit: usize,
     /// The displacements that are evaluated, each with the bodies that contribute to it.
     listed: Vec<(Displacement, Bodies)>,
-    /// The displacements on which loads do work, each with its bodies and with the share of each channel's load.
+    /// The displacements on which loads do work, each with its bodies and the share of each channel's load.
     pub(crate) loaded: Vec<(Displacement, Bodies, [f64; CHANNELS])>,
 }
 
@@ -172,11 +173,10 @@ impl Graph {
         if self.is_framed() { Displacement::OverStruck } else { Displacement::Relative }
     }
 
-    /// Adds the work of all loads on one of the [loaded](Self::loaded) displacements, each to its channel.
-    /// Without a frame, something outside the model holds the cylinder of an air hammer, and the cylinder follows what
-    /// the piston strikes.
-    /// The work of that holder is counted with the feed's, so that the drive's work is that of the air minus the
-    /// drag's loss.
+    /// Adds the work of all loads on one of the [loaded](Self::loaded) displacements, each to its channel. Without a
+    /// frame, the cylinder of an air hammer is held from outside the model, and follows the body that the piston
+    /// strikes. The work of this support is counted with that of the feed, so that the drive's work is that of the air
+    /// minus the drag's loss.
     pub(crate) fn add_works(
         &self,
         displacement: Displacement,
@@ -204,7 +204,7 @@ impl Graph {
         self.frame > 1
     }
 
-    /// The tie between the frame and what the piston strikes.
+    /// The tie between the frame and the body that the piston strikes.
     pub(crate) fn carrier(&self) -> Option<&Edge> {
         self.ties.iter().find(|edge| self.is_framed() && edge.upper == Some(self.frame))
     }
@@ -217,7 +217,7 @@ impl Graph {
         self.is_framed() && self.listed.iter().any(includes_frame)
     }
 
-    /// True if there are loose joints. So many groups are then possible that nothing is stored for pairs of groups.
+    /// True if there are loose joints. They allow so many groups that nothing is stored for pairs of groups.
     pub(crate) fn is_loose(&self) -> bool {
         self.bit > 1
     }
@@ -226,7 +226,7 @@ impl Graph {
         self.ties.iter().find(|edge| edge.tie == tie)
     }
 
-    /// One body and all that are joined to it, directly or through others, by ties for which `holds` is true.
+    /// A body with all bodies that are joined to it, directly or through others, by ties for which `holds` is true.
     fn joined_to(&self, body: usize, holds: impl Fn(Tie) -> bool) -> Bodies {
         let mut joined = Bodies::one(body);
         loop {
@@ -251,7 +251,7 @@ impl Graph {
         self.group_of(self.bit, mode)
     }
 
-    /// All groups, from that of the bit up to that of the piston, then that of a casing that is in neither.
+    /// All groups, from that of the bit up to that of the piston, then that of a casing that belongs to neither.
     pub(crate) fn groups(&self, mode: &Mode) -> Vec<Group> {
         let mut groups: Vec<Group> = Vec::with_capacity(self.bodies.len());
         let bit_to_piston = (0..=self.bit).rev();
@@ -335,7 +335,7 @@ impl Graph {
         list
     }
 
-    /// Index of a group's share of a displacement among the functionals of the group's system; none if the group does
+    /// Index of a group's share of a displacement among the functionals of the group's system; `None` if the group does
     /// not contribute. The shares of all groups add up to the displacement.
     pub(crate) fn share(&self, group: Group, displacement: Displacement) -> Option<usize> {
         self.share_of_listed(group, self.place(displacement)?)
@@ -344,7 +344,7 @@ impl Graph {
     /// Index of a displacement among the listed ones.
     pub(crate) fn place(&self, displacement: Displacement) -> Option<usize> {
         if displacement == Displacement::Tip {
-            return Some(0); // It stands first, since it is needed most often.
+            return Some(0); // It is first, because it is needed most often.
         }
         self.listed.iter().position(|(other, _)| *other == displacement)
     }
@@ -417,7 +417,7 @@ impl Graph {
                     |(body, _, bar): (usize, usize, &Bar)| bar.mass * self.lifted(body, ties);
                 -self.bodies_of(bodies).map(moment).sum::<f64>() / self.mass(bodies)
             }
-            // The positions of ties are stored relative to the position where they close.
+            // The positions of ties are stored relative to the position at which they close.
             Displacement::Tip | Displacement::Tie(_) | Displacement::Top(_) => 0.0,
         }
     }

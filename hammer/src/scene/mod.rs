@@ -1,10 +1,10 @@
-//! What a run starts from: parameters and inputs, and the graph of bodies and ties that they make.
+//! A scene: parameters and inputs, and the graph of bodies and ties that follows from them.
 
 pub mod graph;
 
 use crate::quantities::parameters::{InputValues, Parameters};
 
-/// A scene: parameters, and constant inputs.
+/// A scene: parameters and constant inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Scene {
     /// Parameters of bodies, laws and drive.

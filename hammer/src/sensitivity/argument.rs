@@ -24,7 +24,7 @@ impl Argument {
         VARIABLES.iter().filter(real).map(Self)
     }
 
-    /// The argument of this dotted name.
+    /// The argument with this dotted name.
     pub fn named(name: &str) -> Option<Self> {
         Self::all().find(|argument| argument.name() == name)
     }

@@ -21,11 +21,11 @@ const STEP: f64 = 2e-6;
 const FINER: f64 = 0.125;
 /// Least step, at which rounding leaves three digits.
 const LEAST: f64 = 1e-10;
-/// Relative rounding of a run's numbers: with half of it 92 of 100 told errors held in drawn scenes.
+/// Relative rounding of a run's numbers. With half of it, only 92 of 100 stated errors held in randomly drawn scenes.
 const ROUNDING: f64 = 2e-13;
 /// Largest `air.error` of runs whose difference is taken.
 const AIR: f64 = 1e-11;
-/// Relative error of a derivative that is small enough.
+/// A derivative with this relative error is accurate enough.
 const FINE: f64 = 1e-6;
 
 /// Derivatives of a run's numbers by one argument.
@@ -39,7 +39,7 @@ pub struct Derivative {
     pub left: Vec<f64>,
     /// Right-sided derivatives; NaN if the argument cannot be larger.
     pub right: Vec<f64>,
-    /// Why the one-sided derivatives may differ; empty at a smooth point.
+    /// The reasons why the one-sided derivatives may differ; empty at a smooth point.
     pub nonsmooth: Vec<NonSmooth>,
     /// Least change of the argument that would make two events simultaneous, to first order. The derivative is valid
     /// for smaller changes, unless a new event appears.
@@ -48,7 +48,7 @@ pub struct Derivative {
     pub step: f64,
 }
 
-/// Why a point is non-smooth. A side means larger or smaller values of the argument.
+/// A reason why a point is non-smooth. A side means larger or smaller values of the argument.
 #[derive(Clone, Debug, PartialEq)]
 pub enum NonSmooth {
     /// One side has other events than the point itself, however close to it.
@@ -58,7 +58,7 @@ pub enum NonSmooth {
         /// How the events differ.
         change: Change,
     },
-    /// A number has a kink although the events are the same, as where its maximum jumps to another instant.
+    /// A number has a kink although the events are the same, for example because its maximum jumps to another instant.
     Kink {
         /// Index of the number.
         index: usize,
@@ -89,11 +89,11 @@ impl fmt::Display for NonSmooth {
     }
 }
 
-/// Derivatives of what `run` returns, by each argument in turn.
+/// Derivatives of the results of `run`, with respect to each argument in turn.
 ///
 /// # Errors
 ///
-/// Any error of `run` for the scene itself, and any other than [`Error::Parameter`] for a changed argument.
+/// Any error of `run` for the scene itself, and any error except [`Error::Parameter`] for a changed argument.
 pub fn derivatives(
     scene: &Scene,
     by: &[Argument],
@@ -102,7 +102,7 @@ pub fn derivatives(
     Allowance::of_seconds(scene.parameters.work_limit).within(|| differences(scene, by, run))
 }
 
-/// Sets `air.error` for runs whose difference is taken, and returns the relative error of their numbers.
+/// Sets `air.error` for runs whose difference is taken. Returns the relative error of their numbers.
 pub(crate) fn sharpen(parameters: &mut Parameters) -> f64 {
     if parameters.drive.source != Source::Air {
         return ROUNDING;
@@ -119,7 +119,7 @@ fn differences(
     let mut scene = *scene;
     let noise = sharpen(&mut scene.parameters);
     let base = run(&scene)?;
-    // Every argument has an equal share of the work, so that the result does not depend on the number of threads.
+    // Every argument gets an equal share of the allowance, so that the result does not depend on the number of threads.
     let share = Allowance::left().shared(by.len());
     let derivative = |argument: &Argument| {
         let value = argument.value(&scene);
@@ -141,7 +141,7 @@ pub(crate) struct Scale {
     pub noise: f64,
 }
 
-/// The derivatives by runs at one step, all of which have the same events.
+/// The derivatives from runs at one step, all of which have the same events.
 struct Stencil {
     step: f64,
     scale: Scale,
@@ -192,19 +192,19 @@ impl Stencil {
         Ok(Some(stencil))
     }
 
-    /// Tolerated error of the derivative of number `k`, which is a share of the derivative itself. If that is small, it
-    /// is a share of the derivative with which the number would change by 1 % while the argument doubles.
+    /// Tolerated error of the derivative of number `k`. It is a share of the derivative itself or, if that is small, a
+    /// share of the derivative with which the number would change by 1 % while the argument doubles.
     fn tolerance(&self, k: usize, size: f64) -> f64 {
         FINE * self.values[k].abs().max(0.01 * size / self.scale.size) + 2.0 * self.noise(size)
     }
 
-    /// Error that the rounding of numbers of this size makes in a derivative.
+    /// Error of a derivative due to the rounding of numbers of this size.
     fn noise(&self, size: f64) -> f64 {
         self.scale.noise * size / self.step
     }
 
     /// The central difference from the numbers at `-h`, 0 and `h`. For a function with one length scale its error is a
-    /// third of the squared second difference over the slope; a half is taken. Returns true if that is too much.
+    /// third of the squared second difference over the slope; the estimate is a half. Returns true if that is too much.
     fn second_order(&mut self, k: usize, f: [f64; 3]) -> bool {
         let [below, above] = [(f[1] - f[0]) / self.step, (f[2] - f[1]) / self.step];
         let (value, bend) = (0.5 * (below + above), (above - below).abs());
@@ -216,8 +216,8 @@ impl Stencil {
         bend > 0.0 && truncation > self.tolerance(k, size)
     }
 
-    /// The slope of the cubic through the numbers at `-h`, 0, `h` and `2 h`. How much it differs from the central
-    /// difference is taken as its error.
+    /// The slope of the cubic through the numbers at `-h`, 0, `h` and `2 h`. Its difference from the central difference
+    /// is taken as its error.
     fn third_order(&mut self, k: usize, f: [f64; 4]) {
         let h = self.step;
         let [below, above] = self.sides[k];
@@ -235,7 +235,7 @@ impl Stencil {
         self.coarse |= smooth && third.abs() > self.tolerance(k, size);
     }
 
-    /// Takes each derivative from the step with the smaller error. A kink counts only if it shows at both steps.
+    /// Takes each derivative from the step with the smaller error. A kink counts only if both steps show it.
     fn merge(&mut self, finer: &Self) {
         for k in 0..self.values.len() {
             let [old, new] = [&*self, finer].map(|s| s.sides[k][1] - s.sides[k][0]);
@@ -301,7 +301,7 @@ struct Side {
 
 impl Side {
     /// The slopes from runs at `h` and `2 h` that have the same events. If the point itself has other events, it lies
-    /// on another branch, and only these two runs give the slope.
+    /// on another branch, and the slope follows from these two runs alone.
     fn new<E>(base: &Sample, scale: f64, noise: f64, run: &mut Run<E>) -> Result<Self, E> {
         let (mut step, above) = (STEP, scale > 0.0);
         let mut why = NonSmooth::Edge { above };

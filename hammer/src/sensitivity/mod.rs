@@ -1,4 +1,4 @@
-//! Derivatives of anything that a run returns, as differences of exact runs.
+//! Derivatives of any result of a run, as differences of exact runs.
 //!
 //! The relative error of a run's numbers is about 2e-13, and a run repeats to the last binary digit, so differences
 //! have 7 to 9 digits.
@@ -14,8 +14,8 @@
 //! difference, `d = (f(x+2h) - 3 f(x+h) + 3 f(x) - f(x-h)) / 6h`. It is subtracted, and its size is the new error.
 //! If that is still too large and is not rounding, a step of `h/8` is tried too.
 //!
-//! A number that is a small difference of large ones (as the gap between two bodies is) has a larger rounding error
-//! than its size suggests. Its error includes this.
+//! The rounding error of a number that is a small difference of large ones (such as the gap between two bodies) is
+//! larger than its size suggests. The error estimate includes this.
 //!
 //! In these runs `air.error` is at most 1e-11, even if the scene has a larger one.
 //!

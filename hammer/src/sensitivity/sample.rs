@@ -1,4 +1,4 @@
-//! A sample: what a run returns of which differences are taken.
+//! A sample: the numbers and events of a run, of which differences are taken.
 
 use crate::error::Error;
 use crate::laws::event::Event;
@@ -13,7 +13,7 @@ pub struct Sample {
     pub values: Vec<f64>,
     /// The events in order of time.
     pub events: Vec<Record>,
-    /// Number of events before each instant at which the run was read. It may be empty, and is then not compared.
+    /// Number of events before each instant at which the run was read. It is not compared if it is empty.
     pub passed: Vec<usize>,
 }
 
@@ -59,7 +59,7 @@ impl Sample {
         self.change(other).is_none()
     }
 
-    /// The first difference of another run's events from these; `None` if there is none.
+    /// The first difference between these events and those of another run; `None` if there is none.
     pub fn change(&self, other: &Self) -> Option<Change> {
         let (ours, theirs) = (&self.events, &other.events);
         let differs = |k: &usize| ours.get(*k).map(|r| r.event) != theirs.get(*k).map(|r| r.event);

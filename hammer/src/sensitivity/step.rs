@@ -1,4 +1,4 @@
-//! Derivatives of a communication step by constants that are added to inputs.
+//! Derivatives of a communication step with respect to constants that are added to inputs.
 
 use crate::allowance::Allowance;
 use crate::error::Error;
@@ -39,9 +39,9 @@ impl Observer for StartRecorder<'_> {
 }
 
 impl Machine {
-    /// Advances as [`Machine::advance`] does. Returns the state before the first event of the step, if there was one;
-    /// otherwise the start of the step is still within the machine's state, at the instant [`State::looked_at`].
-    /// Also returns why `stops` ended the step before `to`, if they did.
+    /// Advances as [`Machine::advance`] does. Returns the state before the first event of the step, if there was one.
+    /// Otherwise the machine's state still includes the start of the step (see [`State::looked_at`]). Also returns why
+    /// `stops` ended the step before `to`, if they did.
     ///
     /// # Errors
     /// Those of [`Machine::advance`].
@@ -61,8 +61,9 @@ impl Machine {
 /// The steps of an input are larger by this factor, since between events the motion is linear in an input.
 const LINEAR: f64 = 100.0;
 
-/// Derivatives of what `read` returns at the present instant, each by a constant that is added to one input from the
-/// start of a step, the state `start`, on. The machine is unchanged afterwards.
+/// Derivatives of the numbers that `read` returns at the present instant. Each is with respect to a constant that is
+/// added to one input from the start of the step on, at which the state was `start`. The machine is unchanged
+/// afterwards.
 ///
 /// # Errors
 /// Those of [`Machine::restore`] and [`Machine::advance`].
@@ -86,7 +87,7 @@ pub fn over_step(
         Ok(Sample { values, events: machine.take_journal(), passed: Vec::new() })
     };
     let derivatives = || {
-        // This run too starts from `start`, so that its windows of air begin at the same instants as in the others.
+        // This run also starts from `start`, so that its windows of air begin at the same instants as in the others.
         let base = run(*first, 0.0)?;
         let derivative = |input: &Input| {
             let value = present.input(*input).abs();

@@ -1,4 +1,4 @@
-//! What a machine has many of: values along its bodies, and the figures of each blow.
+//! Outputs that are arrays: values along the bodies, and the figures of each blow.
 
 use crate::laws::mode::Tie;
 use crate::machine::blows::Blow;
@@ -19,19 +19,19 @@ pub struct Along {
     pub nominal: f64,
     /// The body.
     pub body: Body,
-    /// True: a value at each end of an element; false: one at each element's middle.
+    /// True for values at the ends of the elements, false for values at their middles.
     pub nodal: bool,
 }
 
 impl Along {
-    /// Number of values of an elastic body; 0 of a rigid one, or without the body.
+    /// Number of values of an elastic body; 0 for a rigid body, and if there is no such body.
     #[must_use]
     pub fn count(&self, parameters: &Parameters) -> usize {
         let elastic = usize::from(parameters.is_elastic(self.body));
         elastic * (parameters.spans(self.body) + usize::from(self.nodal))
     }
 
-    /// The value with an index from 0; `None` beyond the mesh.
+    /// The value with this index, from 0; `None` beyond the mesh.
     #[must_use]
     pub fn value(&self, profile: &Profile, index: usize) -> Option<f64> {
         let (stress, nodes) = profile.along(self.body);
@@ -42,7 +42,7 @@ impl Along {
         }
     }
 
-    /// Why there is no value with an index from 0.
+    /// The reason why there is no value with this index, from 0.
     #[must_use]
     pub fn missing(&self, index: usize, parameters: &Parameters) -> String {
         let (name, number, body) = (self.name, index + 1, self.body.name());
@@ -57,7 +57,7 @@ impl Along {
     }
 }
 
-/// Everything along the bodies.
+/// All values along the bodies.
 #[rustfmt::skip]
 pub const ALONG: [Along; 6] = [
     Along { name: "piston_stress", description: "Axial stress at the middle of an element of the piston, tension positive",
@@ -76,17 +76,17 @@ pub const ALONG: [Along; 6] = [
 
 /// A figure of every blow.
 pub struct OfBlow {
-    /// Name, with `step_` before it if that is an output too: the last blow's, or of a step.
+    /// Name. If there is an output called `step_` and this name, it is the figure of the last blow, or of a step.
     pub name: &'static str,
     /// Type.
     pub quantity: Quantity,
-    /// What it is.
+    /// Meaning.
     pub description: &'static str,
-    /// Reads it; NaN if it was not recorded.
+    /// Reads the figure; NaN if it was not recorded.
     pub value: fn(&Blow) -> f64,
 }
 
-/// Figures of a blow that FMI 3.0 has as arrays.
+/// Figures of a blow that are arrays in FMI 3.0.
 #[rustfmt::skip]
 pub const OF_BLOW: [OfBlow; 7] = [
     OfBlow { name: "step_blow_time", quantity: TIME, description: "Instant of a blow", value: |blow| blow.time },
@@ -104,7 +104,7 @@ pub const OF_BLOW: [OfBlow; 7] = [
         value: |blow| blow.tip_rate },
 ];
 
-/// The other figures of a blow's record, all since the blow before.
+/// The other figures of a blow's record, all since the previous blow.
 #[rustfmt::skip]
 pub const OF_RECORD: [OfBlow; 14] = [
     OfBlow { name: "blow_length", quantity: LENGTH, description: "Length of hole drilled", value: |blow| blow.length },
@@ -132,13 +132,13 @@ pub const OF_RECORD: [OfBlow; 14] = [
 ];
 
 impl OfBlow {
-    /// True of an instant, which hosts count from their own zero.
+    /// True if the figure is an instant, which hosts count from their own zero.
     #[must_use]
     pub fn is_instant(&self) -> bool {
         self.name == "step_blow_time"
     }
 
-    /// Name of the output, or of the figure that is none.
+    /// Name of the output, or of a figure that is not an output.
     #[must_use]
     pub fn output(&self) -> &'static str {
         self.name.trim_start_matches("step_")
