@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 /// frequency. Then come three exponents, with which air, energy and frequency depend on pressure in addition to the
 /// presets' dependence. The last is the logarithm of the factor by which a hammer takes more air at low pressure.
 pub(super) const COUNT: usize = 12;
-/// The first unknowns, this many, are logarithms of dimensions and factors.
+/// Number of unknowns that are logarithms of dimensions and factors; they come first.
 const LOGARITHMS: usize = 8;
 pub(super) type Point = SVector<f64, COUNT>;
 /// A residual beyond this many standard errors is an outlier. Its influence does not grow with its size.

@@ -38,7 +38,6 @@ pub(super) struct Member {
     pub tip_rate: f64,
     /// Largest force on the rock, N.
     pub peak: f64,
-    /// Numbers that determine the rate.
     measure: Measure,
 }
 
@@ -48,7 +47,6 @@ struct Measure {
     /// The measured rate with its random error, m/s, and the power of the blows at which it was measured, W.
     rate: Option<f64>,
     power: f64,
-    /// Area of the hole, m2.
     area: f64,
 }
 

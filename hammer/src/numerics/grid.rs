@@ -56,7 +56,6 @@ impl Grid {
     }
 }
 
-/// The points of a [`Grid`].
 static POINTS: [f64; GRID] = {
     let (mut x, mut i) = ([0.0; GRID], 0);
     while i < GRID {

@@ -13,12 +13,10 @@ use crate::quantities::sections::Segment;
 /// Assumed damping ratio of the piston's first elastic mode.
 pub const DAMPING: f64 = 0.005;
 
-/// The dimensions of a hammer.
 struct Hammer<'a> {
     /// Lengths (m) and areas (m2) of the sections, from top to bottom.
     piston: &'a [(f64, f64)],
     bit: &'a [(f64, f64)],
-    /// Diameter of the hole, m.
     hole: f64,
     /// Force (N) and stroke (m) of the relay.
     force: f64,

@@ -51,7 +51,6 @@ pub(crate) struct Search {
     barrier: Option<Barrier>,
     /// Bounds on the guarded displacements within a window of the air.
     envelopes: Vec<Envelope>,
-    /// How far each proof extends.
     known: Known,
     /// Work done so far.
     pub work: Work,

@@ -8,6 +8,7 @@ first used.
 import lazy_loader
 
 __getattr__, __dir__, _listed = lazy_loader.attach_stub(__name__, __file__)
-#: What ``import *`` takes: modules are attributes alone, since some of them need further packages.
+#: Modules that are attributes but not names for ``import *``, since some of them need further
+#: packages.
 _MODULES = ("figures", "models", "testing")
 __all__ = [name for name in _listed if name not in (*_MODULES, "__version__")]

@@ -93,7 +93,7 @@ def _parser() -> argparse.ArgumentParser:
 
 @contextlib.contextmanager
 def _streams(options: argparse.Namespace) -> Iterator[None]:
-    """Prints what a command finds as JSON, or as the file of ``-o -``, and its text elsewhere."""
+    """Prints the result for ``--json`` or ``-o -``, and then no text on standard output."""
     if getattr(options, "json", False):
         from .outputs import as_json  # noqa: PLC0415
 
@@ -131,7 +131,7 @@ class _Command(argparse.ArgumentParser):
         self.set_defaults(module=module, stream=stream)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Fills itself, parses, and refuses what is no option of the command."""
+        """Adds the options, parses, and refuses arguments that are no options of the command."""
         self.fill()
         options, left = super().parse_known_args(args, namespace)
         for word in left:
@@ -142,7 +142,7 @@ class _Command(argparse.ArgumentParser):
         return options, left
 
     def error(self, message: str) -> NoReturn:
-        """Raises an error in one line, which names the command."""
+        """Raises an error in one line that names the command."""
         raise DomainError(f"{message}: see {self.prog} --help")
 
 

@@ -51,7 +51,7 @@ def typed(**remedies: str) -> Callable[[Made], Made]:
 
 
 def _strength(name: str, value: Any) -> str:
-    """Asks whether a number that is given as a rock is a strength, in the unit of the trade."""
+    """Suggests a unit for a number that is given as a rock, if it looks like a strength."""
     return (
         f"is it a strength, rock='{value:g} MPa'?" if name == "rock" and _is_number(value) else ""
     )
@@ -63,7 +63,7 @@ def hints_of(function: Callable[..., Any]) -> dict[str, Any]:
     hints = {}
     for name, parameter in inspect.signature(function).parameters.items():
         hint = Any if parameter.annotation is parameter.empty else parameter.annotation
-        # An alias is text too where a part of it is expensive to import.
+        # An alias is text too, if it contains a type that is slow to import.
         while isinstance(hint, str):
             hint = eval(hint, function.__globals__)
         hints[name] = hint

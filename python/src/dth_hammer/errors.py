@@ -49,14 +49,14 @@ class HammerWarning(UserWarning):
 
 @contextlib.contextmanager
 def reading(path: object, what: str, error: type[DthHammerError]) -> Iterator[None]:
-    """Reads a file from outside, which may be damaged in any way.
+    """Turns any error that reading a file raises into ``error``, as one line.
 
-    All that this raises is ``error``, in one line.
+    The file may come from elsewhere and be damaged in any way.
 
     Args:
         path: the file.
-        what: as what it is read, for instance ``"a table"``.
-        error: the error of this package that is raised in place of any other.
+        what: the kind of content that was expected, for instance ``"a table"``.
+        error: the error of this package to raise.
     """
     try:
         yield
@@ -69,11 +69,11 @@ def reading(path: object, what: str, error: type[DthHammerError]) -> Iterator[No
         raise error(f"{path} cannot be read as {what}: {words[:LONGEST]}") from None
 
 
-#: Most characters of another library's message that are passed on.
+#: Most characters of another library's message that a message may contain.
 LONGEST = 300
-#: Most names that an error lists.
+#: Most names in one message.
 MOST = 12
-#: Former names in saved scenes (of a dotted name its first part), and what replaces each.
+#: Former names in saved scenes (for a dotted name its first part), and their replacements.
 GONE = {
     "chambers": "the chambers are those of Air now (drive.source = Air, parameters air.*)",
     "hole_depth": "it is tip_depth now; the depth of the hole is drilled_length",
@@ -81,7 +81,7 @@ GONE = {
 
 
 class UnknownNameError(DthHammerError, LookupError):
-    """An unknown name; the message has the nearest known one."""
+    """An unknown name; the message proposes the most similar known one."""
 
     def __init__(self, what: str, name: object, known: Iterable[str]) -> None:
         name, candidates = str(name), list(known)
@@ -101,7 +101,7 @@ class UnknownNameError(DthHammerError, LookupError):
 
 
 class DomainError(DthHammerError, ValueError):
-    """A value outside its domain, of a wrong type, or in a unit that is not its own."""
+    """A value outside its domain, of a wrong type, or in a wrong unit."""
 
 
 class RefusedError(DthHammerError, RuntimeError):
@@ -109,18 +109,19 @@ class RefusedError(DthHammerError, RuntimeError):
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """The known name most like a wrong one, by the whole or by its last part."""
+    """Returns the known name that is most similar to a wrong one, in whole or in its last part."""
     candidates = list(known)
-    # Letters in another order.
+    # The same letters in another order.
     if turned := [c for c in candidates if sorted(c) == sorted(name)]:
         return turned[0]
     whole = difflib.get_close_matches(name, candidates, n=1, cutoff=0.8)
     if whole:
         return whole[0]
-    # Of a group that there is, its own names: a piston has no mass, though a casing has.
+    # If the group exists, only its own names: a piston has no mass, but a casing has.
     group = name.rpartition(".")[0] + "."
     candidates = [c for c in candidates if len(group) > 1 and c.startswith(group)] or candidates
-    # Of equal tails the last by name: the rock's stiffness is meant more often than the contact's.
+    # Of equal last parts the last in order: users mean the rock's stiffness more often than the
+    # contact's.
     tails = {c.rsplit(".", 1)[-1]: c for c in sorted(candidates)}
     part = difflib.get_close_matches(name.rsplit(".", 1)[-1], tails, n=1, cutoff=0.75)
     begun = [c for c in candidates if len(name) > 2 and re.match(rf"{re.escape(name)}[._]", c)]
@@ -128,7 +129,7 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 
 
 def warn(text: str) -> None:
-    """Warns whoever called this package, at the line where they did."""
+    """Warns at the line of the user's code that called this package."""
     depth, frame = 1, sys._getframe(0)
     while frame.f_back is not None and frame.f_code.co_filename.startswith(HERE):
         depth, frame = depth + 1, frame.f_back

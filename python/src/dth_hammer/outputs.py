@@ -16,7 +16,7 @@ from .errors import DomainError, OutputError, UnknownNameError, reading
 from .extras import need
 from .frames import pd
 
-#: What a table can be written as, by the file's suffix; what can be read back and added to.
+#: File types of tables, by suffix; and those that can be read back and extended.
 TABLES = (".parquet", ".csv", ".xlsx", ".mat")
 STORED = TABLES[:2]
 
@@ -27,7 +27,7 @@ def either(kinds: tuple[str, ...] = TABLES) -> str:
 
 
 def check(path: str | Path, kinds: Iterable[str] = TABLES) -> Path:
-    """Returns the path if a file of one of these kinds can be written there: no folder is made."""
+    """Returns the path if a file of one of these kinds can be written; creates no folder."""
     path, kinds = Path(path).expanduser(), tuple(kinds)
     if path.suffix.lower() not in kinds:
         raise OutputError(f"{path.name} must end in {either(kinds)}")
@@ -43,7 +43,7 @@ def check(path: str | Path, kinds: Iterable[str] = TABLES) -> Path:
             path.unlink()
     except OSError as error:
         raise OutputError(f"{path} cannot be written: {error.strerror or error}") from None
-    # A file is written beside its name and then takes it: the folder must allow that.
+    # A file is written under another name and then renamed, so the folder must be writable.
     if not os.access(path.parent, os.W_OK):
         raise OutputError(f"cannot write into {path.parent}")
     return path
@@ -57,7 +57,7 @@ def check_figure(path: str | Path) -> Path:
 
 @contextlib.contextmanager
 def whole(path: Path) -> Iterator[Path]:
-    """A file to be written that then takes the path: what is there is whole, old or new."""
+    """Yields a path to write to, which then replaces the file, so that no file is half written."""
     new = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         yield new
@@ -90,7 +90,7 @@ def write(table: pd.DataFrame, path: Path, *, index: bool = True) -> None:
 
 
 def as_json(found: Any) -> str:
-    """Returns what a command found as JSON in SI units: of a table a list of its rows."""
+    """Returns the result of a command as JSON in SI units; a table becomes a list of its rows."""
 
     def plain(value: Any) -> Any:
         if isinstance(value, pd.DataFrame):
@@ -111,9 +111,9 @@ def as_json(found: Any) -> str:
 
 
 def read(path: Path) -> pd.DataFrame:
-    """Reads a table that `write` has written; of a CSV all cells as text.
+    """Reads a table that `write` has written. All cells of a CSV file are text.
 
-    An incomplete last line (a write that was cut) is left out. `tables` reads those of others.
+    An incomplete last line (an interrupted write) is ignored. `tables` reads other files.
     """
     with reading(path, "a table", DomainError):
         if path.suffix.lower() != ".csv":
@@ -122,12 +122,13 @@ def read(path: Path) -> pd.DataFrame:
         # A line break within quotes does not end a row.
         while text and (text[-1] != "\n" or text.count('"') % 2):
             text = text[: text.rfind("\n", 0, -1) + 1]
-        # As text: how pandas reads a float has changed, and float() is exact.
+        # As text, because pandas' reading of floats has changed between versions, and float() is
+        # exact.
         return pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
 
 
 def read_object(path: Path, known: Collection[str], what: str) -> dict[str, Any]:
-    """Reads an object of JSON whose keys are known; in no object of it a key stands twice."""
+    """Reads a JSON object with known keys; no key may occur twice."""
 
     def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         names = [name for name, _ in pairs]
@@ -146,9 +147,9 @@ def read_object(path: Path, known: Collection[str], what: str) -> dict[str, Any]
 
 
 def _write_matlab(table: pd.DataFrame, path: Path) -> None:
-    """A variable for each column, numbers or cells of text, and one with their names and units.
+    """Writes a variable for each column, numbers or cells of text, and one with names and units.
 
-    MATLAB's names have letters, digits and underscores: another character becomes an underscore.
+    MATLAB's names have letters, digits and underscores; any other character becomes an underscore.
     """
     savemat = need("scipy.io").savemat
     units = table.attrs.get("units", {})

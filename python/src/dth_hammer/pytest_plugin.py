@@ -27,7 +27,7 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.fixture
 def make_hammer() -> Iterator[Callable[..., Hammer]]:
     """Returns a function that makes hammers; they are closed after the test."""
-    # Imported here, so that a test session without a hammer starts no slower.
+    # Imported here, so that a test session without a hammer starts as fast as before.
     from .simulation.hammer import Hammer  # noqa: PLC0415
 
     made: list[Hammer] = []

@@ -1,4 +1,4 @@
-"""The package's version, read from its metadata when it is asked for: that takes a while."""
+"""The package's version. It is read from the metadata when first needed, which takes a while."""
 
 from importlib import metadata
 

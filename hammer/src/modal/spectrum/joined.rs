@@ -35,7 +35,6 @@ fn key(structure: &Structure) -> Key {
     std::iter::once(structure.omega2.len() as u64).chain(numbers).collect()
 }
 
-/// Modes of joined bodies.
 struct Modes {
     /// Squared frequencies, rad2/s2.
     omega2: Vec<f64>,

@@ -62,7 +62,6 @@ impl<'a> Refinement<'a> {
         self.forces = forces.collect();
     }
 
-    /// Displacements of the attachments.
     fn displacements(&self) -> Vec<Wide> {
         let shapes = self.secular.system.shapes.iter();
         let sum = |shape: &Vec<f64>| {

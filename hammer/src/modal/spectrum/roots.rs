@@ -203,7 +203,6 @@ impl<'a> Roots<'a> {
         if self.secular.expanded { ROUGH } else { COINCIDENT }
     }
 
-    /// The root's conjugate.
     fn mirrored(&self, root: Root) -> Root {
         let oscillates = self.secular.poles[root.pole].im != 0.0;
         let pole = if oscillates { root.pole ^ 1 } else { root.pole };

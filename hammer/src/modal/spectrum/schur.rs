@@ -130,7 +130,6 @@ impl Form<'_> {
         let mut y = vec![vec![0.0; m]; block_rows.len()];
         block_rows.iter().zip(&mut y).for_each(|(row, y)| y[*row] = 1.0);
         let mut coupling = 0.0;
-        // An entry of `B`.
         let entry = |c: usize, d: usize, coupling: f64| match (c, d) {
             _ if c == d => t[(block_rows[c], block_rows[c])],
             (0, 1) if blocks.len() == 2 => coupling,

@@ -82,7 +82,6 @@ impl Functional {
         }
     }
 
-    /// `COUNT` vectors of zeros.
     fn zeros<const COUNT: usize>(n: usize) -> [Vec<f64>; COUNT] {
         std::array::from_fn(|_| vec![0.0; 2 * n])
     }

@@ -92,7 +92,6 @@ pub struct System {
     /// Columns of each functional's Taylor series (see [`Generator::powers`]).
     taylor: Vec<OnceLock<Vec<f64>>>,
     damping: Vec<f64>,
-    /// The dampers of the recipe.
     dampers: Vec<(usize, f64)>,
     tip_dashpot: Option<usize>,
     damping_form: OnceLock<Form>,

@@ -2,8 +2,8 @@
 
 The module of a command has these parts:
 
-* ``run(options)`` does the work, prints, and returns what it found, for ``--json``; a command
-  whose ``run`` returns None has no such option.
+* ``run(options)`` does the work, prints, and returns the result for ``--json``. A command whose
+  ``run`` returns None has no such option.
 * ``CALL`` is the function whose arguments become the command's options.
 * ``ALSO`` lists further options, if there are any.
 * ``NEEDS`` lists the optional packages that the command always needs, if there are any.

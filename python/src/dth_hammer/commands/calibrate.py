@@ -14,7 +14,7 @@ NEEDS = ("scipy",)
 
 
 def measured(texts: Sequence[str]) -> Any:
-    """By name a value and its error, or several values; a file as it is."""
+    """Reads a value and its error, or several values, by name; a file is passed on."""
     if len(texts) == 1 and "=" not in texts[0]:
         return texts[0]
     return {
@@ -24,7 +24,7 @@ def measured(texts: Sequence[str]) -> Any:
 
 
 def free(texts: Sequence[str]) -> dict[str, Any]:
-    """Bounds by name; None of a name alone."""
+    """Reads bounds by name, None for a name without bounds."""
     alone = dict.fromkeys(text.strip() for text in texts if "=" not in text)
     return alone | bounds([text for text in texts if "=" in text])
 
@@ -54,7 +54,7 @@ ALSO = (table("table to write"), UNITS, WRITE_ROCK)
 
 
 def run(options: argparse.Namespace) -> Any:
-    """Fits, writes the parameters, and prints them beside what was measured."""
+    """Fits, writes the parameters, and prints them with measured and fitted values."""
     given = CALL.given(options)
     units = {name: VARIABLES.settable(name).unit for name in given["free"]}
     common.check_units(options.units, units)

@@ -20,12 +20,12 @@ from ..study.cases import MODEL
 from ..study.store import RUN
 from .options import assignments
 
-#: Most values that a range may stand for.
+#: Most values in a range.
 LONGEST = 1_000_000
 
 
 def many(options: argparse.Namespace) -> Any:
-    """The hammers of these options; none if none are given."""
+    """Returns the hammers of these options, None if there are none."""
     if options.over and options.rows:
         raise DomainError("give --over or --rows, not both")
     if options.units and options.out and (options.over or options.rows):
@@ -34,7 +34,7 @@ def many(options: argparse.Namespace) -> Any:
         settable = [v.name for v in VARIABLES.of("parameter", "input")]
         table = tables.rows_of(options.rows, settable)
         if {RUN, MODEL} <= {*table}:
-            # A sweep's own file: what it was of, without what it found.
+            # A table from a sweep: its parameters are used, its results are not.
             table = table[[name for name in table if name in settable]]
         return table
     axes = assignments(options.over)
@@ -44,7 +44,7 @@ def many(options: argparse.Namespace) -> Any:
 def tell_many(
     options: argparse.Namespace, table: pd.DataFrame, names: Sequence[str], base: Scene
 ) -> None:
-    """Prints columns of many hammers, and why their rates have ranges."""
+    """Prints columns of many hammers, and the reason for the ranges of their rates."""
     refused = ["error"] if (table["error"] != "").any() else []
     printed = table[[*with_sides(names), *refused]]
     printed.attrs = table.attrs
@@ -54,7 +54,7 @@ def tell_many(
 
 
 def tell_air(parameters: Mapping[str, float]) -> None:
-    """Prints the air's pressure as the scene has it, absolute, and as gauges and sheets do."""
+    """Prints the air's pressure both ways: absolute, as in the scene, and as a gauge shows it."""
     given = whole(parameters)
     if VARIABLES["drive.source"].text(given["drive.source"]) == "Air":
         supply, exhaust = given["supply_pressure"], given["exhaust_pressure"]
@@ -63,13 +63,13 @@ def tell_air(parameters: Mapping[str, float]) -> None:
 
 
 def keep_rock(options: argparse.Namespace, parameters: Mapping[str, float]) -> None:
-    """Writes the rock of a hammer, if that is asked for."""
+    """Writes the rock of a hammer to a file, if the user gave one."""
     if options.write_rock:
         rocks.write(options.write_rock, parameters)
 
 
 def values(variable: Variable, text: str) -> list[Any]:
-    """Parses a list ``a,b,c`` or a range ``first:last:count``; each value may carry a unit."""
+    """Parses a list ``a,b,c`` or a range ``first:last:count``; each value may have a unit."""
     if ":" not in text:
         return [part.strip() for part in text.split(",")]
     parts = text.split(":")
@@ -87,7 +87,7 @@ def values(variable: Variable, text: str) -> list[Any]:
 
 
 def by_name(table: pd.DataFrame, units: dict[str, str], requested: Sequence[Units]) -> pd.DataFrame:
-    """Returns a table with a quantity per row, in the requested units, named in its last column."""
+    """Returns a table with one quantity per row and its unit in the last column."""
     wide = table.T.astype(float)
     wide.attrs = {"units": Fixed(units)}
     converted = convert(wide, requested)
@@ -97,19 +97,19 @@ def by_name(table: pd.DataFrame, units: dict[str, str], requested: Sequence[Unit
 
 
 def printed_units(units: Sequence[Units]) -> list[Units]:
-    """The units of what is printed: those of the trade if no system is asked for."""
+    """Returns the units to print in; those of the trade if the user chose no system."""
     return [*([] if any(isinstance(each, str) for each in units) else ["metric"]), *units]
 
 
 def check_units(requested: Sequence[Units], known: dict[str, str]) -> None:
-    """Raises if units are given for columns that the table will not have, by their SI units."""
+    """Raises an error for a unit of a column that is not in the table."""
     displayed = pd.DataFrame({name: [0.0] for name in known})
     displayed.attrs = {"units": known}
     convert(displayed, requested)
 
 
 def readable(table: pd.DataFrame, *, index: bool = True) -> str:
-    """The table as text, columns with their units in the heading."""
+    """Returns the table as text, with the units in the headings."""
     displayed = with_units(table)
     displayed.columns.name = displayed.index.name if index else None
     displayed.index.name = None

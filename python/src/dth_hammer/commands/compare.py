@@ -1,4 +1,4 @@
-"""`dth-hammer compare`: what one hammer, or pressure, gives over another in one rock."""
+"""`dth-hammer compare`: ratios of two hammers, or of two pressures, in one rock."""
 
 import argparse
 from dataclasses import replace
@@ -24,7 +24,7 @@ ALSO = (
 
 
 def run(options: argparse.Namespace) -> Any:
-    """Prints each number of the other hammer over that of the first, with its range."""
+    """Prints the ratio of each number of the other hammer to that of the first, with its range."""
     first = hammer_of(options.sheet, options.rock)
     changes = assignments(listed(options.other)) if "=" in options.other else {}
     if not changes:

@@ -15,7 +15,7 @@ ALSO = (
 
 
 def run(options: argparse.Namespace) -> Any:
-    """Counts stress cycles, prints each section's worst place and writes the requested files."""
+    """Counts stress cycles, prints the worst place of each section and writes the files."""
     given = CALL.given(options)
     result = life(**given)
     print(result)

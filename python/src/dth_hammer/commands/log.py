@@ -35,7 +35,7 @@ ALSO = (table("table to write"), UNITS)
 
 
 def run(options: argparse.Namespace) -> Any:
-    """Prints and writes the table, in metric units unless others are asked for."""
+    """Prints and writes the table, in metric units unless the user chose others."""
     found = specific_energy(**CALL.given(options))
     displayed = convert(found, options.units or "metric")
     if options.out:

@@ -1,4 +1,4 @@
-"""`dth-hammer mesh`: says which degree and how many spans a stated error needs."""
+"""`dth-hammer mesh`: prints the degree and the number of spans for a given error."""
 
 import argparse
 from typing import Any
@@ -11,7 +11,7 @@ CALL = Call(mesh_for, error=Written(more=f"; if not given, {DEFAULT_ERRORS}"))
 
 
 def run(options: argparse.Namespace) -> Any:
-    """Prints the mesh as parameters, ready to be set."""
+    """Prints the mesh as parameters that can be set."""
     mesh = mesh_for(**CALL.given(options))
     print(f"front {mesh.front * 1e3:.3g} mm, spans of {mesh.span * 1e3:.3g} mm at most:")
     print(" ".join(f"--set {name}={value}" for name, value in mesh.parameters.items()))

@@ -1,4 +1,4 @@
-"""Options of a command, from the signature and the docstring of the function that it calls."""
+"""Options of a command, made from the signature and the docstring of the function it calls."""
 
 import argparse
 import inspect
@@ -20,7 +20,7 @@ from ..scene.steel import SNCurve
 
 
 class Written:
-    """An argument that is not written as its annotation says: `argparse` gets the keywords."""
+    """An option whose form does not follow from the annotation; `argparse` gets ``keywords``."""
 
     def __init__(
         self,
@@ -33,30 +33,31 @@ class Written:
         stream: str = "",
         **keywords: Any,
     ) -> None:
-        #: Such as ``-o --out``, or a word alone; that of the argument's name if empty.
+        #: For example ``-o --out``, or a word for a positional argument. If empty, the argument's
+        #: name.
         self.flags = flags.split()
-        #: What its text stands for.
+        #: Converts the option's text.
         self.read = read
-        #: In place of the docstring's words, and added to these.
+        #: ``help`` replaces the docstring's text; ``more`` is added to it.
         self.help, self.more = help, more
-        #: Raises, before any work is done, if a file cannot be written.
+        #: Raises before any work is done, for instance if a file cannot be written.
         self.check = check
-        #: The kind of the file that is printed in place of the text if it is called ``-``.
+        #: The kind of file that is printed instead of the text if its name is ``-``.
         self.stream = stream
         self.keywords = keywords
 
     def add(self, parser: argparse.ArgumentParser) -> None:
-        """Adds it to a parser as it stands."""
+        """Adds the option to a parser."""
         parser.add_argument(*self.flags, help=self.help, **self.keywords)
 
     @property
     def dest(self) -> str:
-        """What `argparse` calls it."""
+        """The option's attribute in the namespace of `argparse`."""
         return self.flags[-1].lstrip("-").replace("-", "_")
 
 
 class Call:
-    """A function whose arguments are options, but for some, each with the reason."""
+    """A function whose arguments become options. Those that do not are listed with the reason."""
 
     def __init__(
         self,
@@ -94,7 +95,7 @@ class Call:
             parser.add_argument(*written.flags, help=text.replace("%", "%%"), **keywords)
 
     def given(self, options: argparse.Namespace) -> dict[str, Any]:
-        """The arguments that are given; what is not is the function's own to decide."""
+        """Returns the arguments that the user gave. The function has defaults for the others."""
         found = {}
         for name, written in self.written.items():
             if (value := getattr(options, written.dest)) is not None:
@@ -106,7 +107,7 @@ class Call:
 
 
 def kind(name: str, hint: Any, default: Any) -> dict[str, Any]:
-    """How `argparse` reads an argument with this annotation."""
+    """Returns how `argparse` reads an argument with this annotation."""
     kinds = [side for side in alternatives(hint) if side is not NoneType]
     origins = [get_origin(side) for side in kinds]
     if Literal in origins:
@@ -128,17 +129,17 @@ def kind(name: str, hint: Any, default: Any) -> dict[str, Any]:
 
 
 def number(text: str) -> float:
-    """A pure number, in per cent too."""
+    """Reads a number without a unit; ``%`` is allowed."""
     return quantities.read(text, "1", "a number")
 
 
 def listed(text: str) -> list[str]:
-    """Words between commas."""
+    """Splits words at commas."""
     return [word.strip() for word in text.split(",") if word.strip()]
 
 
 def described(function: Callable[..., Any]) -> dict[str, str]:
-    """The first sentence that the docstring has on each argument: others are of Python."""
+    """Returns the first sentence on each argument; further sentences are about Python."""
     section = (inspect.getdoc(function) or "").partition("Args:\n")[2].split("\n\n")[0]
     found = re.findall(r"^    (\w+): (.*(?:\n {8}.*)*)", section, re.MULTILINE)
     plain = {name: " ".join(text.split()).replace("``", "").strip(".") for name, text in found}
@@ -147,18 +148,18 @@ def described(function: Callable[..., Any]) -> dict[str, str]:
 
 
 def as_text(default: Any) -> str:
-    """A default as one would write it."""
+    """Returns a default as a user would write it."""
     if isinstance(default, tuple):
         return ", ".join(default)
     return f"{default:g}" if isinstance(default, float) else str(default)
 
 
 def assignments(texts: Sequence[str]) -> dict[str, Any]:
-    """Names and values of several ``NAME=VALUE``."""
+    """Reads names and values from several ``NAME=VALUE``."""
     return _pairs(texts, "NAME=VALUE", lambda value: value or None)
 
 
-#: What `hammer_of` reads, in words.
+#: The forms that `hammer_of` reads.
 A_HAMMER = (
     "a hammer: its datasheet, as od=124mm,pressure=24bar,power=31.7kW,hole=140mm, the name of a "
     "preset, or the file of a scene"
@@ -166,20 +167,20 @@ A_HAMMER = (
 
 
 def hammer_of(text: str, rock: str | None = None) -> Datasheet | Scene:
-    """A hammer in a word: a datasheet as NAME=VALUE,..., a preset's name, or a file."""
+    """Reads a hammer: a datasheet as NAME=VALUE,..., the name of a preset, or a file."""
     if "=" not in text:
         return scene_of(text, rock)
     return from_datasheet(**assignments(listed(text)), **({"rock": rock} if rock else {}))
 
 
 def units(texts: Sequence[str]) -> list[quantities.Units]:
-    """Units as `convert` takes them: systems, then those of single columns."""
+    """Reads units as `convert` takes them: systems, and then units of single columns."""
     named = assignments([text for text in texts if "=" in text])
     return [*(text for text in texts if "=" not in text), *([named] if named else [])]
 
 
 def bounds(texts: Sequence[str]) -> dict[str, Any]:
-    """Bounds of several ``NAME=LOW:HIGH``, None for a side left empty."""
+    """Reads bounds from several ``NAME=LOW:HIGH``; a missing side is None."""
     return _pairs(texts, "NAME=LOW:HIGH", _ends)
 
 
@@ -200,9 +201,9 @@ def _pairs(texts: Sequence[str], form: str, read: Callable[[str], Any]) -> dict[
     return pairs
 
 
-#: What a free parameter is.
+#: Help text of a free parameter.
 FREE = 'a free parameter and its bounds, repeatable: "drive.stroke=30 mm:60 mm"'
-#: A hammer's parameters.
+#: Parameters of a hammer.
 SET = Written(
     "--set",
     assignments,
@@ -211,7 +212,7 @@ SET = Written(
     default=[],
     metavar="NAME=VALUE",
 )
-#: The hammer that a command is of, and what a function calls it.
+#: The command's hammer, and the names of the argument in functions.
 HAMMER = Written(
     "hammer",
     help="a preset's name, or the JSON file of a scene, as `dth-hammer datasheet -o` writes it; "
@@ -219,9 +220,9 @@ HAMMER = Written(
     nargs="?",
 )
 HAMMERS = ("hammer", "base")
-#: Arguments that are options of no command, and why.
+#: Arguments that are not options of any command, and the reason.
 NOWHERE = {"preset": "the hammer is one", "scheduler": "an object of Python's"}
-#: The rock that it drills.
+#: The rock that the hammer drills.
 ROCK = Written(
     "--rock",
     help="rock beside the hammer: a name as `dth-hammer rock` lists them, a class as R5, a "
@@ -235,7 +236,7 @@ SN = Written(
     help='S-N line of the steel: amplitude, cycles to failure at it, slope, as "300 MPa,1e7,8"',
     metavar="STRENGTH,CYCLES,SLOPE[,ULTIMATE]",
 )
-#: Units of what is printed.
+#: Units of the printed tables.
 UNITS = Written(
     "--units",
     action="extend",
@@ -247,14 +248,14 @@ UNITS = Written(
 )
 
 
-#: What a file may be called.
+#: Help text for the file name ``-``.
 STREAM = "- prints it in place of the text"
-#: What a command finds, for programs.
+#: Prints the result of a command for other programs.
 JSON = Written("--json", help="print what is found as JSON, in SI units", action="store_true")
 
 
 def file(flags: str, of: str, *kinds: str) -> Written:
-    """A file of one of these kinds."""
+    """Returns the option for a file of one of these kinds."""
     printed = (".csv", ".json") if "--out" in flags else ()
     stream = next((kind for kind in printed if kind in kinds), "")
     text = f"{of}; {STREAM}" if stream else of
@@ -264,13 +265,13 @@ def file(flags: str, of: str, *kinds: str) -> Written:
 
 
 def table(of: str) -> Written:
-    """The file of a table."""
+    """Returns the option for the file of a table."""
     return file("-o --out", f"{of}: {outputs.either()}", *outputs.TABLES)
 
 
-#: The rock of the hammer, to be used again.
+#: The file for the hammer's rock, which ``--rock`` can read.
 WRITE_ROCK = file("--write-rock", "file to write the rock to, for --rock", ".json")
-#: Many hammers.
+#: Options for many hammers.
 MANY = (
     Written(
         "--over",
@@ -288,11 +289,11 @@ MANY = (
 
 
 def figure(of: str) -> Written:
-    """The file of a figure."""
+    """Returns the option for the file of a figure."""
     return Written("--plot", type=Path, help=of, check=outputs.check_figure)
 
 
-#: Arguments that are written alike in all commands.
+#: Options that are the same in all commands.
 SHARED = {
     **dict.fromkeys(HAMMERS, HAMMER),
     "rock": ROCK,

@@ -13,7 +13,7 @@ OUT = "page to write; the hammer's name with .html if not given"
 
 
 def call() -> Call:
-    """The function, which needs matplotlib, with its options."""
+    """Returns the function with its options; it needs matplotlib."""
     from ..figures.page import report  # noqa: PLC0415
 
     out = Written("-o --out", type=Path, required=False, help=OUT)

@@ -1,4 +1,4 @@
-"""`dth-hammer rock`: prints what is known of a rock, and its parameters under a bit."""
+"""`dth-hammer rock`: prints the properties of a rock, and its parameters under a bit."""
 
 import argparse
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 from ..scene.rocks import ROCKS, rock
 from .options import Call, Written
 
-#: By SI unit: the size and the name of the unit in which a number is printed.
+#: For each SI unit, the size and the name of the unit in which a number is printed.
 FIELD = {"1": (1.0, ""), "Pa": (1e9, " GPa"), "J/m3": (1e6, " MJ/m3")}
 
 
@@ -17,7 +17,7 @@ CALL = Call(
 
 
 def run(options: argparse.Namespace) -> Any:
-    """Prints all rocks, or one with the parameters to set."""
+    """Prints all rocks, or one rock with the parameters to set."""
     named = options.name.strip().lower() if options.name else ""
     listed = [name for name in ROCKS if named in (name, *name.split())] or [*ROCKS]
     for name in listed:

@@ -31,7 +31,7 @@ CALL = Call(
 )
 
 
-#: What fits a line of 80 characters.
+#: Columns that fit into a line of 80 characters.
 PRINTED = ("blow_time", "blow_period", "blow_speed", "blow_energy", "rop")
 
 
@@ -39,7 +39,7 @@ ALSO = (table("table to write"), figure("figure to write"), UNITS, WRITE_ROCK)
 
 
 def run(options: argparse.Namespace) -> Any:
-    """Simulates, writes, and prints a row per blow."""
+    """Simulates, writes files, and prints one row per blow."""
     given = CALL.given(options)
     displayed = {v.name: v.unit for v in VARIABLES.of("output", "local")}
     common.check_units(options.units, displayed)

@@ -19,7 +19,7 @@ CALL = Call(
 
 
 def run(options: argparse.Namespace) -> None:
-    """Writes the system and prints its connections and what was chosen."""
+    """Writes the system and prints its connections and the settings that were chosen."""
     connected = write_system(**CALL.given(options))
     for (giver, output), (taker, taken) in connected:
         print(f"{giver}.{output} -> {taker}.{taken}")

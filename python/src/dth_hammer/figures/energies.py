@@ -48,14 +48,7 @@ def at_blows(
 
 
 def ledger(run: Run) -> Figure:
-    """Draws the energy of each blow of a run that `at_blows` made: work done, and where it went.
-
-    The last blow is drawn again at the right, enlarged and with its numbers.
-
-    Example:
-        >>> from dth_hammer import figures
-        >>> figures.ledger(figures.at_blows(until="300 ms")).savefig("ledger.png")
-    """
+    """Draws work and losses of each blow of a run that `at_blows` made."""
     frame = run.convert("si").frame
     if len(frame) < 2:
         raise TooFewBlowsError(f"{len(frame)} rows: too few for an energy ledger, see at_blows")
@@ -106,7 +99,7 @@ def _stack(
 def _name_parts(
     axes: Axes, side: int, parts: Mapping[str, Any], colours: tuple[str, ...], room: float
 ) -> None:
-    """Writes names and numbers of its parts beside a bar, spread out where the parts are thin."""
+    """Writes names and numbers beside a bar, spread out where its parts are thin."""
     values = {label: float(v[0]) for label, v in parts.items()}
     middles, top, bottom = [], 0.0, 0.0
     for value in values.values():

@@ -81,7 +81,7 @@ def _blows(run: Run, sheet: Datasheet | None) -> dict[str, Row]:
         mean, unit = float(means[name]), str(units[name])
         rows[name] = _plain(mean, unit)
         if sheet is not None and name in sheet.ranges:
-            # Use the datasheet's own value, since the run is of the middle one of its hammers.
+            # Use the datasheet's own value, because the run is that of its median hammer.
             sheet_value = next(value for found, value, _ in sheet.found if found == name)
             rows[name] = sheet_value, *sheet.ranges[name], unit
         elif name == "rate of penetration":
@@ -92,7 +92,7 @@ def _blows(run: Run, sheet: Datasheet | None) -> dict[str, Row]:
 
 
 def _drive(sheet: Datasheet | None) -> dict[str, Row]:
-    """Returns what a datasheet determines about the drive, and the air or liquid it consumes."""
+    """Returns the drive's numbers that a datasheet determines, and its use of air or liquid."""
     if sheet is None:
         return {}
     rows: dict[str, Row] = {

@@ -1,4 +1,4 @@
-"""Colours, words and places that several figures have."""
+"""Colours, abbreviations and label positions that several figures share."""
 
 import itertools
 

@@ -33,14 +33,14 @@ from .front import STYLE as SHEET
 from .front import front
 from .headline import headline
 
-#: What is told of the last blow: the first that one asks for.
+#: Numbers of the last blow, the most important first.
 SETTLED = (
     *("rop", "drilled_length", "blow_energy", "blow_speed", "blow_period"),
     *("tip_rate", "blow_penetration", "tip_depth"),
 )
-#: What trends are told of, and over which part of a parameter, either way.
+#: Half width of the trends' intervals, as a share of the parameter.
 WIDTH = 0.05
-#: Columns beyond which a table is printed small.
+#: A table with more columns than this is printed small.
 WIDE = 7
 SMOOTH = ("rop", "tip_rate", "period", "blow_speed", "blow_energy")
 STYLE = """
@@ -157,7 +157,7 @@ def _lives(scene: Scene, curve: SNCurve | None, *, progress: bool) -> Life | str
 
 
 def _waves(scene: Scene) -> Waves | None:
-    """The waves of the last blow, of elastic bodies on which nothing acts on the way."""
+    """Returns the waves of the last blow, if bodies are elastic and nothing acts during the run."""
     fidelity = VARIABLES[FIDELITY]
     if scene.inputs or scene.numbers.get(FIDELITY, fidelity.start) != fidelity.number(ELASTIC):
         return None
@@ -168,7 +168,7 @@ def _waves(scene: Scene) -> Waves | None:
 
 
 def _loop(settled: Callable[[], Run]) -> str:
-    """The sheet's figure; nothing of a run that has too few blows."""
+    """Returns the figure of the front sheet, "" if the run has too few blows."""
     try:
         caption = "Rock force against penetration of the last cycle"
         return answers.image(figures.rock_cycles(settled()), caption)
@@ -179,7 +179,7 @@ def _loop(settled: Callable[[], Run]) -> str:
 def _headline(
     run: Run, table: pd.DataFrame, record: Waves | None, lives: Life | str | None
 ) -> list[str]:
-    """The numbers that an engineer hands on, each with its range where it has one."""
+    """Returns the main numbers, with ranges where they are known."""
     if not len(table.columns):
         return []
     rows = []
@@ -198,7 +198,7 @@ def _headline(
 
 
 def _given(sheet: Datasheet | None) -> list[str]:
-    """Tabulates what the datasheet says and what the hammer achieves."""
+    """Returns a table of the datasheet's numbers and those of the hammer."""
     if sheet is None:
         return []
     rows = [[name.replace("_", " "), *cells] for name, *cells in sheet.readings()]
@@ -253,7 +253,7 @@ def _figures(
         ),
     ]
     if scene.inputs:
-        # What follows repeats a run that nothing acts on.
+        # The figures below repeat the run, which is possible only if nothing acts during it.
         return drawn
     drawn += [
         (
@@ -299,7 +299,7 @@ def _drawn(drawings: list[Drawing], *, progress: bool = False) -> list[str]:
 
 
 def _dependence(scene: Scene, by: list[str], *, progress: bool) -> list[str]:
-    """What the long-run response depends on: trends; nothing if nobody asked."""
+    """Returns the trends of the long-run response, or nothing if none are requested."""
     if not by:
         return []
     title = "<h2>What the long-run response depends on</h2>"
@@ -339,7 +339,7 @@ def _settled(run: Run, units: Units | list[Units]) -> str:
 
 
 def _summary(run: Run) -> list[str]:
-    """Mean and spread over the blows of the second half."""
+    """Returns mean and spread over the blows of the second half of the run."""
     title = "<h2>The blows from the middle of the run on</h2>"
     try:
         rows = [[*row] for row in displayed(run.summary())]
@@ -398,7 +398,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _ranged(mean: float, low: float, high: float) -> str:
-    """A number, with its range if it has one."""
+    """Returns a number as text, with its range if it has one."""
     return f"{_number(mean)} ({interval(low, high)})" if low <= high else _number(mean)
 
 

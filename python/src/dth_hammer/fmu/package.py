@@ -1,4 +1,4 @@
-"""The .fmu file: where it is, and what it declares."""
+"""The .fmu file: its path and its declarations."""
 
 import os
 import zipfile
@@ -10,7 +10,7 @@ from ..errors import DomainError, FmuNotFoundError, reading
 
 #: The archives, by the version of FMI.
 FILES = {2: "dth_hammer.fmu", 3: "dth_hammer_fmi3.fmu"}
-#: What a description calls its identity, by the version of FMI.
+#: Name of the identity in a description, by the version of FMI.
 IDENTITY = {2: "guid", 3: "instantiationToken"}
 DESCRIPTION = "modelDescription.xml"
 #: Environment variable that names the FMU of FMI 2.0 to use.
@@ -47,15 +47,15 @@ def find(fmu: str | Path | None = None, *, fmi: int = 2) -> Path:
     )
 
 
-#: More than an FMU of the hammer ever has, for all platforms: 40 entries, 10 MB.
+#: More entries than the FMU of the hammer has for all platforms (40 entries, 10 MB).
 MOST_ENTRIES = 1000
 MOST_BYTES = 100_000_000
-#: How many times as large the FMU of a partner may be: some bring a runtime of their own.
+#: A partner's FMU may be this many times larger, because some contain a runtime.
 PARTNER = 10
 
 
 def inspect(archive: zipfile.ZipFile, times: int = 1) -> None:
-    """Looks at an archive's directory alone: nothing is unpacked.
+    """Checks the directory of an archive without unpacking anything.
 
     Args:
         archive: an FMU.
@@ -81,7 +81,7 @@ def inspect(archive: zipfile.ZipFile, times: int = 1) -> None:
 
 
 class Package:
-    """An FMU of the hammer, as its description has it."""
+    """An FMU of the hammer, as its description declares it."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -102,7 +102,7 @@ class Package:
 
     @property
     def description(self) -> ET.Element:
-        """Its model description, as a tree of one's own."""
+        """Returns a copy of its model description as a tree."""
         return ET.fromstring(self.text)
 
     def __repr__(self) -> str:
@@ -115,7 +115,7 @@ def _load(path: Path, _stamp: tuple[int, int]) -> Package:
 
 
 def load(fmu: str | Path | Package | None = None, *, fmi: int = 2) -> Package:
-    """Reads the FMU that `find` finds; a process reads a file again only if it has changed.
+    """Reads the FMU that `find` finds. A process reads a file again only if it has changed.
 
     Args:
         fmu: file to use in place of the one in the package.
@@ -135,7 +135,7 @@ def load(fmu: str | Path | Package | None = None, *, fmi: int = 2) -> Package:
 
 
 def provenance(fmu: str | Path | Package | None = None, *, fmi: int = 2) -> str:
-    """Name, version and path of the FMU that `load` reads, or why there is none."""
+    """Returns name, version and path of the FMU that `load` reads, or why there is none."""
     try:
         package = load(fmu, fmi=fmi)
     except FmuNotFoundError as error:

@@ -6,8 +6,9 @@ The hammer's FMU in it has the scene as its start values, because many hosts can
 enumeration. Variables of equal names are connected: a drive with the output ``drive_pressure`` and
 the input ``relative_position`` needs no further description.
 
-Every host that reads such a file steps all units at once, so the values of a drive are one step
-older than in a host that steps one unit after the other. `coupling.delay` is chosen for that.
+Every host that reads such a file steps all units at once. The values of a drive are therefore one
+step older than in a host that steps one unit after the other, and `coupling.delay` is chosen
+accordingly.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ Port = tuple[str, str]
 
 
 class Connections(list[tuple[Port, Port]]):
-    """What is connected, from an output to an input; ``chosen`` says what was set, and why."""
+    """Connections from outputs to inputs; ``chosen`` says which settings were made, and why."""
 
     chosen: str = ""
 
@@ -97,8 +98,8 @@ def write_system(
         fmi: version of FMI, 2 or 3, of the package's own FMU.
 
     Where a partner gives the drive's force or pressure, `coupling.delay` is 1.5, unless the hammer
-    sets it. This is right in a host that steps all units at once, for a partner that goes to the
-    position it is given or differences volumes. It is 1 for a partner that holds a flow, and 0.5
+    sets it. This is right in a host that steps all units at once, for a partner that moves to the
+    given position or takes differences of volumes. It is 1 for a partner that holds a flow, and 0.5
     for one that looks ahead. With `drive.impedance` it is 1, for the wave of a line.
 
     Returns the connections, each from an output to an input, and what was chosen.
@@ -138,7 +139,7 @@ def write_system(
 
 
 def _coupled(given: Mapping[str, float], ports: Iterable[str]) -> tuple[dict[str, float], str]:
-    """Returns the delay to set for a host that steps all at once, and the reason."""
+    """Returns the delay for a host that steps all units at once, and the reason for it."""
     numbers = whole_of(given)
     driven = [port for port in ports if port in DRIVEN]
     if not driven or VARIABLES[SOURCE].labels[int(numbers[SOURCE])] not in SOURCES:
@@ -273,7 +274,7 @@ def _add_master(system: ET.Element, step: float) -> None:
     own = ET.SubElement(note, f"{{{OMS}}}Annotations")
     information = ET.SubElement(own, f"{{{OMS}}}SimulationInformation")
     master = {"description": "oms-ma", "stepSize": repr(step)}
-    # It reads both, although a fixed step needs neither.
+    # OMSimulator reads both, although a fixed step needs neither.
     master |= {"absoluteTolerance": "1e-4", "relativeTolerance": "1e-4"}
     ET.SubElement(information, f"{{{OMS}}}FixedStepMaster", master)
 

@@ -41,7 +41,7 @@ FORMAT_PATHS = {
     2: "VendorAnnotations/Tool[@name='dth_hammer.start_values']/StartValues",
     3: "Annotations/Annotation[@type='dth_hammer.start_values']/StartValues",
 }
-#: Folder of files that hold only for the plain FMU, such as its reference results.
+#: Folder of files that are valid only for the plain FMU, such as its reference results.
 PLAIN_ONLY = "extra/"
 TRUTHS = {0: "false", 1: "true"}
 

@@ -1,5 +1,6 @@
-"""Parameters from a datasheet or a catalogue page: `from_datasheet`. The engine solves it,
-see `hammer::datasheet`; here are units and tables.
+"""Parameters from a datasheet or a catalogue page: `from_datasheet`.
+
+The engine finds the hammers (`hammer::datasheet`); this module adds units and tables.
 """
 
 from __future__ import annotations
@@ -20,32 +21,32 @@ from .variables import VARIABLES, Value, numbers
 
 @dataclass(frozen=True)
 class Datasheet:
-    """A hammer made from a datasheet: its parameters, and what had to be assumed."""
+    """A hammer that was found from a datasheet: its parameters, and the assumptions."""
 
-    #: For `simulate`, `Hammer` or `sweep`; its blows are the told ones to half a per cent.
+    #: For `simulate`, `Hammer` or `sweep`. The blows agree with `found` to half a per cent.
     parameters: Mapping[str, float]
-    #: Sentences: what the datasheet did not say.
+    #: The assumptions for numbers that the datasheet does not give, one sentence each.
     assumed: tuple[str, ...]
-    #: What simulated blows give with these parameters, and what follows: name, number, unit.
+    #: Results of simulated blows with these parameters: name, number, unit.
     found: tuple[tuple[str, float, str], ...]
-    #: Of each of these the ends between which 80 % of the hammers lie that the sheet allows.
+    #: For each result, the range of 80 % of the hammers that fit the datasheet.
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    #: Each number of all these hammers, by name; ``weight`` is what one counts.
+    #: Each number in all these hammers, by name; ``weight`` is a hammer's statistical weight.
     sample: Mapping[str, Sequence[float]] = field(default_factory=dict, repr=False)
-    #: What was given, and what the hammers have: name, given, of the hammers, unit, and of a row of
-    #: a table its pressure.
+    #: Given numbers and those of the hammers: name, given, of the hammers, unit, and for a row of a
+    #: table its pressure.
     compared: tuple[tuple[str, float, float, str, float | None], ...] = ()
-    #: Sentences: what was given cannot be had at once, and by how much.
+    #: Given numbers that contradict each other, with the size of the contradiction: sentences.
     contradictions: tuple[str, ...] = ()
-    #: What was given to `from_datasheet`.
+    #: The arguments of `from_datasheet`.
     given: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     def but(self, **changes: Any) -> Datasheet:
-        """Returns the same sheet but for some numbers: ``sheet.but(at="30 bar")``.
+        """Returns the sheet with other numbers, ``sheet.but(at="30 bar")``; None removes one.
 
         Raises:
-            DomainError: ``pressure``, ``od`` or ``piston_mass`` changes while numbers stay that are
-                printed for the old one; None leaves a number out.
+            DomainError: ``pressure``, ``od`` or ``piston_mass`` changes, but numbers that were
+                printed for the old value stay.
         """
         after = {**self.given, **changes}
         if why := _native.refused_change(_read(self.given), _read(after)):
@@ -54,17 +55,17 @@ class Datasheet:
 
     @cached_property
     def members(self) -> pd.DataFrame:
-        """The hammers of the sample, a row each, a column by name."""
+        """Returns the hammers of the sample, one row each, with a column for each number."""
         return pd.DataFrame(self.sample)
 
     @property
     def ground(self) -> dict[str, float]:
-        """The parameters with the rock's own range: the scene's is of this hammer in it."""
+        """Returns the parameters with the rock's own range; `parameters` also has the hammer's."""
         low, high = self.ranges["specific energy"]
         return {**self.parameters, "rock.specific_energy_factor": (high / low) ** 0.5}
 
     def compared_as(self) -> _native.Compared:
-        """This sheet as a side of `compare`."""
+        """Returns the datasheet as the engine's comparison takes it."""
         rock = repr((self.given.get("rock"), self.given.get("specific_energy")))
         columns = [(name, [*numbers]) for name, numbers in self.sample.items()]
         return _read(self.given), rock, columns, [*self.sample["weight"]], (0.0, 0.0)
@@ -83,7 +84,7 @@ class Datasheet:
         return "\n".join(rows)
 
     def readings(self) -> Iterator[tuple[str, str, str, str, str]]:
-        """Yields name, number given, that of the hammers, the trade's unit, how far it is off."""
+        """Yields name, given number, the hammers' number, the trade's unit, and the difference."""
         for name, given, own, _, at in self.compared:
             unit, size = TRADE[name]
             # Adding zero makes -0.0 positive.
@@ -106,7 +107,7 @@ class Datasheet:
         return dict(sorted(rows, key=lambda row: "rate" not in row[0]))
 
     def to_frame(self) -> pd.DataFrame:
-        """Returns each result with its range, in SI units, a row each."""
+        """Returns each result with its range, in SI units, one row each."""
         rows = {name: (number, *self.ranges[name], unit) for name, number, unit in self.found}
         heads = ["value", "low", "high", "unit"]
         return pd.DataFrame.from_dict(rows, orient="index", columns=heads)
@@ -155,44 +156,45 @@ def from_datasheet(
 ) -> Datasheet:
     """Finds the hammers that match a datasheet or a page of a catalogue.
 
-    Give what is printed. All of it is met at once by a sample of hammers. What leaves the rate open
-    is refused; whatever else is missing is drawn (`Datasheet.assumed`), and each number has the
-    range of 80 % of the sample (`Datasheet.ranges`). What contradicts and what no hammer does is
-    told in `contradictions` and a warning. Numbers are in SI units (kg, J, Hz, Pa, m, N, m3/s);
-    text may carry any other, for instance ``"1800 bpm"``, ``"350 ft.lbf"`` or ``"250 psi"``.
+    Give all numbers that are printed. The result is a sample of hammers that fit all of them.
+    Missing numbers are drawn at random around usual values (`Datasheet.assumed`), and each result
+    has the range of 80 % of the sample (`Datasheet.ranges`); if the rate cannot be determined at
+    all, an error is raised. Contradictions and impossible results are listed in `contradictions`
+    and cause a warning. Numbers are in SI units (kg, J, Hz, Pa, m, N, m3/s); text may have any
+    other unit, for instance ``"1800 bpm"``, ``"350 ft.lbf"`` or ``"250 psi"``.
 
     Args:
-        piston_mass: of the piston.
-        blow_energy: of the piston just before it meets the bit.
-        frequency: blows per time.
-        impact_speed: of the piston just before it meets the bit.
-        pressure: of the supply, over that of the exhaust (gauge).
-        bore: diameter on which the pressure acts.
-        stroke: from the bit to where the piston turns.
-        power: of the blows: energy times frequency.
-        air_flow: of free air; by pressure where a catalogue prints several,
-            ``{"17 bar": "13 m3/min", "24 bar": "19 m3/min"}``.
-        flow: of oil or water.
-        rop: a measured rate of penetration: it gives the rock's specific energy.
-        effectiveness: mean driving pressure over the supply's, if it is known.
-        piston_length: if not given, as slender as the reference piston.
-        bit_mass: if not given, the bit is as long as the piston.
+        piston_mass: mass of the piston.
+        blow_energy: energy of the piston just before it meets the bit.
+        frequency: number of blows per time.
+        impact_speed: speed of the piston just before it meets the bit.
+        pressure: pressure of the supply above that of the exhaust (gauge).
+        bore: diameter of the face on which the pressure acts.
+        stroke: distance from the bit to the point where the piston turns.
+        power: power of the blows: energy times frequency.
+        air_flow: flow of free air; by pressure if a catalogue prints several, ``{"17 bar": "13
+            m3/min", "24 bar": "19 m3/min"}``.
+        flow: flow of oil or water.
+        rop: a measured rate of penetration, from which the rock's specific energy follows.
+        effectiveness: mean driving pressure over the supply pressure, if it is known.
+        piston_length: length of the piston; by default it is as slender as the reference piston.
+        bit_mass: mass of the bit; by default the bit is as long as the piston.
         od: outside diameter of the hammer.
-        length: of the hammer.
-        hole: its diameter; the rock's stiffness grows with it.
-        feed: if not given, what is usual for the size, or the reference's.
+        length: length of the hammer.
+        hole: diameter of the hole; the rock's stiffness grows with it.
+        feed: feed force; by default the usual one for the size, or that of the reference hammer.
         pipe: outside diameter of the drill pipe; with ``air_flow`` it gives the up-hole velocity.
-        rotation: turns per time, for the advance per turn.
-        altitude: of the compressor: the air that it sucks in there is told.
-        inlet: temperature of that air, K or text (``"15 degC"``).
-        damping_ratio: of the piston's first elastic mode; half a per cent is assumed.
-        specific_energy: of the rock, J/m3.
-        at: the pressure that is worked at, where the sheet's numbers are of another.
-        rock: a name, a class, a strength or a file, as `dth_hammer.rock` takes them, or parameters
-            under this very bit; the reference rock if not given.
+        rotation: turns of the bit per time, for the advance per turn.
+        altitude: altitude of the compressor; the result then has the air that it takes in there.
+        inlet: temperature of this air, K or text (``"15 degC"``).
+        damping_ratio: damping ratio of the piston's first elastic mode; the default is 0.5 %.
+        specific_energy: specific energy of the rock, J/m3.
+        at: the working pressure, if the datasheet's numbers belong to another pressure.
+        rock: the rock: a name, a class, a strength or a file, as for `dth_hammer.rock`, or
+            parameters under this bit; by default the reference rock.
 
     Raises:
-        DomainError: a number that no hammer has; too little to find one.
+        DomainError: a number outside the range of real hammers; too few numbers.
 
     Example:
         >>> from dth_hammer import from_datasheet
@@ -230,7 +232,7 @@ def from_datasheet(
 
 
 def _read(given: Mapping[str, Any]) -> _native.Given:
-    """What is given, as the engine takes it: SI numbers by name, free air by pressure, ``at``."""
+    """Returns the numbers for the engine: SI numbers by name, free air by pressure, ``at``."""
     arguments = {name: given.get(name) for name in UNITS}
     table: list[tuple[float, float]] = []
     if isinstance(air := given.get("air_flow"), Mapping):
@@ -250,11 +252,11 @@ def _read(given: Mapping[str, Any]) -> _native.Given:
     return numbers, table, None if at is None else quantities.read(at, "Pa", "at")
 
 
-#: SI units of what may be given, by name.
+#: SI units of the numbers that may be given, by name.
 UNITS: Mapping[str, str] = {row[0]: row[1] for row in _native.datasheet_numbers()}
-#: The units of the trade, and how many of the SI unit each is.
+#: The units of the trade, and their sizes in the SI unit.
 TRADE: Mapping[str, tuple[str, float]] = {
     row[0]: (row[2], row[3]) for row in _native.datasheet_numbers()
 }
-#: Names of numbers of free air.
+#: Names of the results that are flows of free air.
 FREE = ("free air", "free air, casing held", _native.THROUGH)

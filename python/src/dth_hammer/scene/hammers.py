@@ -25,14 +25,14 @@ class Row(Protocol):
     """A row of a table of pandas."""
 
     def to_dict(self) -> Mapping[Any, Any]:
-        """Its values by column."""
+        """Returns its values by column."""
 
     def to_frame(self) -> Any:
         """Returns the row as a table. Tables have no such method, so it identifies a row."""
 
 
-#: Parameters by name, also as a row of a table; a preset's name, a scene or the path of its file, a
-#: datasheet, or a run.
+#: Parameters by name or as a row of a table, the name of a preset, a scene or the path of its file,
+#: a datasheet, or a run.
 Hammerlike = Mapping[str, Value] | Row | Scene | str | Path | Datasheet | Simulated | None
 #: A rock: the name that `dth_hammer.rock` takes, or the parameters that it returns.
 Rocklike = str | Mapping[str, Value] | None
@@ -74,7 +74,7 @@ def _read(hammer: Hammerlike) -> Scene:
     if isinstance(hammer, Datasheet):
         return Scene("Hammer of a datasheet", parameters=dict(hammer.parameters))
     if hasattr(hammer, "to_dict") and hasattr(hammer, "to_frame"):
-        # A row of a pandas table; that of a sweep has its results, too.
+        # A row of a pandas table. A row from a sweep also has results, which are ignored.
         known = {v.name for v in VARIABLES.of("parameter", "input")}
         cells = {str(n): x for n, x in hammer.to_dict().items()}
         swept = "run" in cells

@@ -22,7 +22,7 @@ READINGS = dict(_native.READINGS)
 class Mesh:
     """A mesh, and the error for which it was chosen."""
 
-    #: The result that it was chosen for: rate, force or stress.
+    #: The result for which it was chosen: rate, force or stress.
     of: str
     #: Relative error of that result for which it was chosen.
     error: float
@@ -64,7 +64,7 @@ def _elastic(given: Mapping[str, float]) -> bool:
 
 
 def errors_in_words(given: Mapping[str, float]) -> list[str]:
-    """Returns by how much the mesh of a hammer errs, as a sentence; none for rigid bodies."""
+    """Returns a sentence with the error due to the mesh; none for rigid bodies."""
     if not _elastic(given):
         return []
     rate, force = _native.mesh_errors(dict(given))

@@ -1,4 +1,4 @@
-"""Quantities with units: one reader of what a user writes, one converter of what is shown.
+"""Quantities with units: reads what a user writes, and converts results for display.
 
 Factors are exact, so that ``"60 mm"`` is the same number as 0.06. A unit is a product of symbols
 with powers, as the engine declares them (``N.s/m``, ``m2``) or as Python and pint write them
@@ -23,23 +23,24 @@ from ..frames import pd
 if TYPE_CHECKING:
     import numpy as np
 
-    # A number of NumPy's is one when the program runs too.
+    # NumPy's numbers also count when the program runs.
     Value = float | int | bool | str | np.integer[Any] | np.floating[Any]
 else:
-    #: A number in the declared unit, a label of an enumeration, text such as ``"60 mm"``, or a
-    #: quantity of pint's.
+    #: A number in the declared unit, a label of an enumeration, text such as ``"60 mm"``, or a pint
+    #: quantity.
     Value = float | int | bool | str
 
 #: Whole and fraction of an inch, as drill bits are sold: ``5 1/2 in``, ``5-1/2"``.
 INCHES = re.compile(r"(?:(\d+)[ -]+)?(\d+)/(\d+)\s*(?:in\.?|inch|inches|\"|″|”|'')", re.IGNORECASE)
 NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
-#: What a unit begins with, and how long it may be.
+#: The start of a unit, and its largest length.
 UNIT = re.compile(r"(?:1?/)?[^\W\d_].{0,39}|[%\"″”]|''|°.{1,10}")
 #: A space between groups of three digits, as ISO 80000 writes them.
 GROUPS = re.compile(r"(?<=\d)[ \u00a0\u202f](?=\d{3}(?!\d))")
 #: A symbol with its power, in a unit as `_parsed` has rewritten it.
 SYMBOL = re.compile(r"([^\W\d_]+)(-?\d)?")
-#: By symbol: how many, and powers of metre, kilogram and second; these take prefixes.
+#: For each symbol, its size and the powers of metre, kilogram and second. These symbols take
+#: prefixes.
 METRIC: Mapping[str, tuple[Any, int, int, int]] = {
     "m": (1, 1, 0, 0),
     "g": ("0.001", 0, 1, 0),
@@ -60,7 +61,7 @@ PREFIXES: Mapping[str, Any] = {
 #: Units without prefixes. The inch, the pound and standard gravity are exact by definition.
 POUND, GRAVITY = Fraction("0.45359237"), Fraction("9.80665")
 PSI, CFM = POUND * GRAVITY / Fraction("0.0254") ** 2, Fraction("0.3048") ** 3 / 60
-#: Free air, as the engine has it (0 degC, 1.01325 bar), of standard air (60 degF, 14.7 psi).
+#: Standard air (60 degF, 14.7 psi) as a share of the engine's free air (0 degC, 1.01325 bar).
 STANDARD = (Fraction("14.7") * PSI / 101_325) * Fraction("273.15") / Fraction("519.67") * 9 / 5
 OTHERS: Mapping[str, tuple[Any, int, int, int]] = {
     "min": (60, 0, 0, 1),
@@ -87,7 +88,7 @@ OTHERS: Mapping[str, tuple[Any, int, int, int]] = {
     "rpm": (Fraction(1, 60), 0, 0, -1),
     "r": (1, 0, 0, 0),
 }
-#: Words of the trade, in small letters, by units as `_parsed` reads them.
+#: Words of the trade in lower case, and their units as `_parsed` reads them.
 TRADE: Mapping[str, str] = {
     word: unit
     for unit, words in {
@@ -104,7 +105,7 @@ TRADE: Mapping[str, str] = {
     }.items()
     for word in words.split()
 }
-#: Words that stand for several units, and what to write instead.
+#: Words that may mean several units, and what to write instead.
 ASKED: Mapping[str, str] = {
     "mph": "m/h or ft/h (miles are no rate of drilling)",
     **dict.fromkeys(("ps", "cv", "ch"), "hp or kW"),
@@ -114,17 +115,17 @@ ASKED: Mapping[str, str] = {
     **dict.fromkeys(("acfm", "icfm"), "scfm, or Nm3/min (their inlets differ)"),
     "ipm": "in/min or bpm",
 }
-#: A pressure over that of the air, or an absolute one.
+#: A gauge pressure or an absolute one.
 GAUGE = re.compile(r"(k?pa|mpa|m?bar|psi|atm|at)[ .]?[([]?(g|ga|gauge|a|abs|absolute)[)\]]?", re.I)
-#: Cubic metres of air: normal (0 degC), standard (15 degC), and as ISO 1217 has a compressor's
-#: inlet (20 degC, 1 bar), over the engine's free air, which is normal.
+#: Cubic metres of air over the engine's free air, which is normal air: normal (0 degC), standard
+#: (15 degC), and a compressor's inlet air by ISO 1217 (20 degC, 1 bar).
 FREE = re.compile(r"([NS])[ .]?m3(?=/|$)|[ .]?[([]?(FAD)[)\]]?$", re.I)
 NORMAL: Mapping[str, Fraction] = {
     "n": Fraction(1),
     "s": Fraction("273.15") / Fraction("288.15"),
     "f": Fraction("273.15") / Fraction("293.15") / Fraction("1.01325"),
 }
-#: Kelvins in a degree, and degrees at 0 K.
+#: Size of a degree in kelvins, and the temperature 0 K in degrees.
 DEGREES: Mapping[str, tuple[Fraction, Fraction]] = {
     **dict.fromkeys(
         ("degc", "deg c", "°c", "° c", "c", "celsius"), (Fraction(1), Fraction("273.15"))
@@ -133,26 +134,26 @@ DEGREES: Mapping[str, tuple[Fraction, Fraction]] = {
         ("degf", "deg f", "°f", "° f", "f", "fahrenheit"), (Fraction(5, 9), Fraction("459.67"))
     ),
 }
-#: Absolute pressures: all others are above that of the air.
+#: Inputs that are absolute pressures; all other pressures are gauge.
 ABSOLUTE = ("supply_pressure", "exhaust_pressure")
-#: Units of turns, of blows, and the word in the names of what turns.
+#: Units of turns and of blows, and the word that names of rotations contain.
 TURNS, BLOWS, ROTATION = ("rpm", "r"), ("bpm", "blows"), "rotation"
-#: Rates of drilling, which may be told as time per length.
+#: Rates of drilling, which may also be written as time per length.
 DRILLED = ("rop", "rop_mean", "tip_rate")
 UNITS = {
     prefix + symbol: (Fraction(many) * Fraction(of[0]), *of[1:])
     for prefix, many in PREFIXES.items()
     for symbol, of in METRIC.items()
-    # What nobody writes, and looks like the millimetre and its kind in capitals.
+    # Nobody writes these; they look like the millimetre and others in capitals.
     if not (prefix in "MG" and symbol in "mgslL")
 } | {**METRIC, **OTHERS}
-#: By their small letters, where these are of one unit.
+#: Lower-case forms that belong to one unit only.
 SMALL = {
     name.lower(): name
     for name, size in UNITS.items()
     if all(UNITS[other] == size for other in UNITS if other.lower() == name.lower())
 }
-#: Units of the field by those of the table: metric, then those of the oil field.
+#: Field units, by the units of the engine's table: metric ones, then those of the oil field.
 FIELD: Mapping[str, tuple[str, ...]] = {
     "m": ("mm", "cm", "in", "ft"),
     "m2": ("mm2", "cm2", "in2"),
@@ -170,7 +171,7 @@ FIELD: Mapping[str, tuple[str, ...]] = {
     "Hz": ("1/min", "bpm", "blows/min"),
     "m3/s": ("m3/min", "l/min", "cfm"),
 }
-#: Units of the oil field by those that the table proposes to show.
+#: Oil-field units, by the display units of the engine's table.
 OIL_FIELD: Mapping[str, str] = {
     "mm": "in",
     "m": "in",
@@ -190,32 +191,32 @@ OIL_FIELD: Mapping[str, str] = {
     "kg/m3": "lb/ft3",
     "m3/min": "cfm",
 }
-#: The unit in which a number is told, by its unit in the table, or by its name.
+#: The display unit of a number, by its unit in the table or by its name.
 TOLD: Mapping[str, str] = {
     **{"s": "ms", "m": "mm", "N": "kN", "W": "kW", "Pa": "MPa", "J/m3": "MJ/m3", "m3/s": "m3/min"},
     **{"rate of penetration": "m/h", "tip's gain per time": "mm/s"},
 }
 SYSTEMS = ("si", "metric", "us")
-#: A system, or a unit by column.
+#: A system of units, or units by column.
 Units = str | Mapping[str, str]
-#: Endings of the columns that have the range of a column's numbers, and their errors.
+#: Suffixes of the columns with the range and the error of another column.
 BESIDE = ("_low", "_high", "_error")
 
 
 class Fixed(dict[str, str]):
-    """Units in a table's ``attrs``, which pandas copies at every operation: copies share it."""
+    """Units in a table's ``attrs``. Copies share them, because pandas copies at every operation."""
 
     def __deepcopy__(self, _memo: dict[int, Any]) -> Fixed:
         return self
 
 
 def read(value: object, unit: str, name: str) -> float:
-    """The value as a number in a unit; text may carry another unit of the same dimension.
+    """Returns the value as a number in a unit; text may have another unit of the same dimension.
 
     Args:
         value: a number, text such as ``"60 mm"``, or a quantity of pint's.
-        unit: the unit wanted, as the table has it; ``"1"`` or nothing for a pure number.
-        name: what the value is of, for the message of an error.
+        unit: the unit of the result, as in the engine's table; ``"1"`` or "" for a pure number.
+        name: name of the value, for error messages.
     """
     if isinstance(value, str):
         return _read_text(value.strip(), unit, name)
@@ -229,9 +230,9 @@ def read(value: object, unit: str, name: str) -> float:
 
 
 def alike(values: Iterable[Any], name: str) -> list[Any]:
-    """Values in a row, with the unit of the last one where it alone has one, as catalogues do.
+    """Returns values that all have units. If only the last one has a unit, it is that of all.
 
-    Zero needs none.
+    Zero needs no unit.
 
     Raises:
         DomainError: some have a unit and some have none.
@@ -254,7 +255,7 @@ def alike(values: Iterable[Any], name: str) -> list[Any]:
 
 
 def _unit_of(value: object) -> str | None:
-    """The unit that is written with a number; None of what is no number."""
+    """Returns the unit that is written with a number; None if the value is no number."""
     if hasattr(value, "magnitude"):
         return "its own"
     match = NUMBER.fullmatch(str(value).strip())
@@ -262,7 +263,7 @@ def _unit_of(value: object) -> str | None:
 
 
 def seconds(value: object, name: str) -> float:
-    """A duration or an instant in seconds; text may carry a unit, a timedelta is one."""
+    """Returns a duration or an instant (number, text with a unit, timedelta) in seconds."""
     if isinstance(value, datetime.timedelta):
         value = value.total_seconds()
     number = read(value, "s", name)
@@ -272,7 +273,7 @@ def seconds(value: object, name: str) -> float:
 
 
 def duration(value: object, name: str) -> float:
-    """A duration in seconds, above 0."""
+    """Returns a duration in seconds; raises an error unless it is above 0."""
     number = seconds(value, name)
     if not number > 0.0:
         raise DomainError(f"{name} = {number:g} s is not above 0")
@@ -285,10 +286,10 @@ def convert(
     """Converts a table of this package to other units, listed in ``attrs["units"]``.
 
     Args:
-        frame: a run's frame, its blows, a sweep.
-        units: a system, or a unit by column, which its range and error get too; of several, the
-            later go before the earlier.
-        skip_missing: passes over units of columns that the table does not have.
+        frame: the frame of a run, its blows, or a sweep.
+        units: a system, or units by column, also for the column's range and error; in a list, later
+            entries override earlier ones.
+        skip_missing: ignores units of columns that the table does not have.
     """
     if not isinstance(units, str | Mapping):
         for each in units:
@@ -322,7 +323,7 @@ def convert(
 
 
 def with_units(table: pd.DataFrame) -> pd.DataFrame:
-    """A table for display, with the unit of each column in its heading: ``rop [m/s]``."""
+    """Returns a table for display, with the unit of each column in its heading: ``rop [m/s]``."""
     units = {"time": "s", **table.attrs.get("units", {})}
 
     def heading(name: str) -> str:
@@ -335,7 +336,7 @@ def with_units(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def displayed(name: str, unit: str) -> tuple[float, str]:
-    """Factor and unit in which a number of a name and a declared unit is told."""
+    """Returns factor and unit for the display of a number with this name and declared unit."""
     own = TOLD.get(name) or TOLD.get(unit, unit)
     return float(1 / _factor(own, unit, name)), own
 
@@ -401,7 +402,7 @@ def _factor(given: str, wanted: str, name: str) -> Fraction:
     (factor, powers), (one, wanted_powers) = _parsed(text), _parsed(wanted)
     weight = powers == (wanted_powers[0] - 1, 1, wanted_powers[2] + 2)
     if weight and wanted in ("Pa", "J", "N", "N/m"):
-        # Kilograms and pounds of weight, as in kg/cm2 and ft-lb.
+        # Kilograms and pounds are forces here, as in kg/cm2 and ft-lb.
         factor, powers = factor * GRAVITY, wanted_powers
     if not factor or powers != wanted_powers or wanted in ("", "1"):
         raise DomainError(f"{name} is given in {known(wanted)}, not in {given!r}")
@@ -414,7 +415,7 @@ def _factor(given: str, wanted: str, name: str) -> Fraction:
 
 
 def is_unit(text: str) -> bool:
-    """Whether a text is a unit, of whatever kind, or a word for several."""
+    """Returns whether a text is a unit of any kind, or a word for several units."""
     plain, words = _plain(text), re.findall(r"[^\W\d_]+", text.lower())
     known = plain.lower() in DEGREES or TRADE.get(plain.lower()) == "%" or {*words} & {*ASKED}
     plain = FREE.sub("m3", gauge[1] if (gauge := GAUGE.fullmatch(plain)) else plain)
@@ -422,7 +423,7 @@ def is_unit(text: str) -> bool:
 
 
 def _plain(unit: str) -> str:
-    """A unit with its powers as digits and ``per`` as a stroke."""
+    """Returns a unit with digits as powers and a slash for ``per``."""
     text = re.sub(r"\*\*|\^", "", unit.strip()).replace("″", '"').replace("⁻", "-")
     text = unicodedata.normalize("NFKC", text)
     return re.sub(r"(?<=\w)\.$", "", re.sub(r"\s+per\s+|\s*/\s*", "/", text, flags=re.I))

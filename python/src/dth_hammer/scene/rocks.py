@@ -25,7 +25,7 @@ class Figure:
     low: float
     high: float
     unit: str
-    #: The publication or the reasoning that the value comes from.
+    #: The publication or the reasoning from which the value comes.
     source: str
     #: Whether the value was measured; False for an assumption.
     measured: bool

@@ -9,8 +9,8 @@
       "until": "1 s"
     }
 
-All but the braces may be left out. Inputs may be a file, ``"inputs": "feed.csv"``, with a column
-``time`` and one for each input. A preset of the FMU and a file of the laboratory are scenes too.
+Every entry is optional. Inputs may be in a file, ``"inputs": "feed.csv"``, with a column ``time``
+and one for each input. The FMU's presets and the laboratory's files are also scenes.
 """
 
 from __future__ import annotations
@@ -51,25 +51,25 @@ class Scene:
     parameters: Mapping[str, Value] = field(default_factory=dict)
     inputs: Mapping[str, Signal] = field(default_factory=dict)
     until: float | str | None = None
-    #: Kept among the parameters.
+    #: Stored among the parameters.
     rock: InitVar[str | None] = None
 
     def __post_init__(self, rock: str | None) -> None:
-        """Lays the rock beside the parameters."""
+        """Adds the rock to the parameters."""
         own = {} if rock is None else {ROCK: rock}
         object.__setattr__(self, "parameters", {**self.parameters, **own})
 
     @property
     def numbers(self) -> dict[str, float]:
-        """Checked numbers of the preset with the parameters laid over it."""
+        """Checked numbers of the preset, overridden by the parameters."""
         return self.over({})
 
     def over(self, under: Mapping[str, float]) -> dict[str, float]:
-        """The same, laid over other numbers."""
+        """Returns the scene's numbers, which override the given ones."""
         return numbers(self.preset, self.parameters, under)
 
     def _repr_html_(self) -> str:
-        """Returns what the scene sets, and what stands beside it, for notebooks."""
+        """Returns the scene's settings for notebooks."""
         beside = {"preset": self.preset, "inputs": ", ".join(self.inputs), "until": self.until}
         rows = {name: VARIABLES[name].text(number) for name, number in self.numbers.items()}
         table = pd.Series({**{n: str(v) for n, v in beside.items() if v}, **rows}, name="value")
@@ -81,19 +81,20 @@ class Scene:
         return _native.damping(self.numbers, 0.0)[1]
 
     def damping_time(self, ratio: Value) -> float:
-        """The ``material.damping_time`` that damps the piston's first elastic mode by a ratio, s.
+        """Returns the ``material.damping_time`` (s) for a damping ratio of the first elastic mode.
 
-        ``beta = 2 zeta / omega``. The reference's 2e-8 s is 0.1 % of critical damping; a hammer of
-        stepped bodies then never repeats a blow. Half a per cent is what the named hammers have.
+        It is the piston's mode: ``beta = 2 zeta / omega``. The reference's 2e-8 s is 0.1 % of
+        critical damping, with which the blows of stepped bodies never repeat. The named hammers
+        have 0.5 %.
 
         Args:
-            ratio: of critical damping, 0 to 0.5.
+            ratio: damping as a share of critical damping, 0 to 0.5.
         """
         return _native.damping(self.numbers, quantities.read(ratio, "1", "ratio"))[0]
 
     @classmethod
     def read(cls, path: str | Path) -> Scene:
-        """Reads a scene from a file; an error names the place in the file."""
+        """Reads a scene from a file. Error messages name the place in the file."""
         path = Path(path)
         content = outputs.read_object(path, KEYS, "part of a scene")
         if isinstance(file := content.get("inputs"), str):

@@ -15,9 +15,9 @@ from .variables import STEP, UNTIL, VARIABLES, Array
 
 #: An input over time: a number, a function of time, or a Series that is interpolated.
 Signal = Any
-#: The same, checked: its value at an instant.
+#: A checked input: a function of time, s.
 Function = Callable[[float], float]
-#: Most points that a run may have: beyond, a unit is likely wrong.
+#: Most points of a run; with more, a unit is probably wrong.
 POINTS = 1e8
 
 
@@ -26,7 +26,7 @@ def instants_of(
     step: float | str | None,
     times: Collection[float | str] | None = None,
 ) -> Array:
-    """The communication points of a run, s."""
+    """Returns the communication points of a run, s."""
     if times is not None:
         return _rising(times, "times", twice=True)
     end = UNTIL if until is None else quantities.duration(until, "until")
@@ -39,7 +39,7 @@ def instants_of(
 
 
 def _rising(times: Iterable[Any], name: str, twice: bool = False) -> Array:
-    """Instants in seconds, from numbers, text with units, or timedeltas."""
+    """Returns rising instants in seconds, from numbers, text with units, or timedeltas."""
     try:
         index = pd.Index(times)
     except (TypeError, ValueError):
@@ -81,7 +81,7 @@ def _signal(name: str, signal: Signal) -> Function:
 
 
 def of_file(path: Path) -> dict[str, Signal]:
-    """Inputs over time from a file: a column ``time``, and one for each input."""
+    """Reads inputs over time from a file with a column ``time`` and one for each input."""
     from .. import tables  # noqa: PLC0415
 
     names = [v.name for v in VARIABLES.of("input")]
@@ -93,7 +93,7 @@ def of_file(path: Path) -> dict[str, Signal]:
 
 
 def points_in(name: str, signal: Signal) -> tuple[Array, Array] | None:
-    """Instants (s) and values of an input that is a Series; None of another."""
+    """Returns instants (s) and values if the input is a Series, otherwise None."""
     if not (hasattr(signal, "index") and hasattr(signal, "to_numpy")):
         return None
     instants, number = _rising(signal.index, f"the index of {name}"), VARIABLES[name].number

@@ -129,7 +129,7 @@ def history(table: pd.DataFrame, chosen: float, tolerance: float) -> Figure:
 
 
 def exchanged(table: pd.DataFrame, end: float) -> Figure:
-    """Draws the inputs of a coupled hammer, step by step, and the height of piston above bit."""
+    """Draws a coupled hammer's inputs step by step, and the piston's height above the bit."""
     names = [name for name in table if not str(name).startswith("relative_")]
     times = np.append(table.index, end)
     with _styled(7.0, 4.5) as figure:
@@ -146,7 +146,7 @@ def exchanged(table: pd.DataFrame, end: float) -> Figure:
 
 
 def over_time(times: Array, columns: Sequence[tuple[Array, str]], ax: Axes | None = None) -> Figure:
-    """Draws columns of numbers over time: a panel each, or all in the given axes."""
+    """Draws columns over time, each in its own panel, or all in the given axes."""
     if ax is not None:
         for values, label in columns:
             ax.plot(times, values, label=label)

@@ -1,20 +1,20 @@
 """Co-simulation of the hammer with a model of its drive.
 
-The partner gives pressures and needs the piston's motion. A `Coupling` steps both:
+The partner computes pressures from the piston's motion. A `Coupling` steps both:
 
-* ``gauss-seidel``: the hammer steps first, the partner then follows its known motion, a cubic;
-* ``jacobi``: both step with what is known at the start of the step (they could run in parallel);
-  the partner follows the piston onward with the acceleration of the step before;
-* ``tolerance``: if, after a step, a pressure is off by more than this from what the hammer used,
-  both states are restored and a smaller step is made.
+* ``gauss-seidel``: the hammer steps first; the partner then follows the known motion, a cubic;
+* ``jacobi``: both use only values from the start of the step (they could run in parallel); the
+  partner extrapolates the piston's motion with the acceleration of the previous step;
+* ``tolerance``: if a pressure after a step differs by more than this from the one that the hammer
+  used, both states are restored and a smaller step is made.
 
-Pressures are held over a step. They are those of the piston at its begin, which the hammer is told
-(`coupling.delay`, 0.5 steps before the middle of a step): it extrapolates them, and both schemes
-are of second order in the step. `energy_exchange` is what is left, and the hammer warns of it. A
-partner that holds a flow over its step wants 0 in the first scheme and 1 in the second.
+Pressures are constant over a step. They belong to the start of the step, and `coupling.delay` (0.5
+steps before the middle of the step) tells the hammer so: it extrapolates them, and both schemes are
+of second order in the step. `energy_exchange` is the remaining error, and the hammer warns of it. A
+partner that holds a flow over its step needs a delay of 0 in the first scheme and 1 in the second.
 
-A partner that switches at positions of the piston asks for them by `Hammer.stop_at`: a step
-then ends there, the partner follows to that instant, and its new values hold from there on.
+A partner that switches at positions of the piston sets them with `Hammer.stop_at`. A step then ends
+there, the partner follows to that instant, and its new values act from then on.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 Scheme = Literal["jacobi", "gauss-seidel"]
 POSITION, VELOCITY = "relative_position", "relative_velocity"
 DELAY, SOURCE = "coupling.delay", "drive.source"
-#: Most exchanges that a history keeps, the latest.
+#: Largest number of steps in a history; older steps are dropped.
 KEPT = 1_000_000
 
 
@@ -57,11 +57,11 @@ class Motion:
 
     coefficients: tuple[float, float, float, float]
     rate: tuple[float, float, float]
-    #: The end of the step, and both there to the bit: what switches there decides by them.
+    #: End of the step, with exact position and velocity: a partner that switches there needs them.
     end: tuple[float, float, float] | None = None
 
     def __call__(self, time: float) -> tuple[float, float]:
-        """Position and velocity at a time after the start of the step."""
+        """Returns position and velocity at a time after the start of the step."""
         if self.end is not None and time == self.end[0]:
             return self.end[1:]
         a, b, c, d = self.coefficients
@@ -90,8 +90,8 @@ class Motion:
 class Partner(Protocol):
     """A model that drives the hammer.
 
-    What fills with the piston's position (a chamber with gas in it) has ``start(position)`` too,
-    which makes its state for a piston that stands there, m; `Coupling` calls it.
+    If its state depends on the piston's position (a chamber with gas in it), it also has
+    ``start(position)``, which sets the state for this position, m. `Coupling` calls it.
     """
 
     def outputs(self) -> Mapping[str, float]:
@@ -171,13 +171,13 @@ class Coupling:
                 self._attempt(size, self.tolerance)
 
     def _exchange(self, size: float) -> dict[str, float]:
-        """Makes one step of both and returns what the hammer was given."""
+        """Makes one step of both. Returns the inputs that the hammer was given."""
         hammer, partner = self.hammer, self.partner
         start = self._now()
         given = dict(partner.outputs())
         self._give(given)
         begun = hammer.time
-        # It may end before its time, where it was asked to stop.
+        # The step may end early, at a stop that the partner asked for.
         self._end = hammer.step(size)
         size = self._end - begun
         end = self._now()
@@ -192,10 +192,10 @@ class Coupling:
         return given
 
     def _onward(self, start: tuple[float, float], size: float) -> Motion:
-        """The piston from there on, with the acceleration of the step before.
+        """Extrapolates the motion of the piston, with the acceleration of the previous step.
 
-        By its velocity alone a partner that integrates the flow would be half a step late. A step
-        that was much shorter says nothing: an impact may have been in it.
+        Without the acceleration, a partner that integrates the flow would be half a step late. A
+        previous step that was much shorter is not used: it may contain an impact.
         """
         x, v = start
         time, _, before, *_ = self._exchanged[-2 if len(self._exchanged) > 1 else -1]
@@ -203,7 +203,7 @@ class Coupling:
         return Motion.onward(x, v, (v - before) / past if past >= 0.5 * size > 0.0 else 0.0)
 
     def _give(self, given: Mapping[str, float]) -> None:
-        """Sets the hammer's inputs, and notes them."""
+        """Sets the hammer's inputs and records them."""
         self.hammer.set(given)
         self._names = self._names or tuple(given)
         inputs = (given.get(name, np.nan) for name in self._names)
@@ -211,9 +211,9 @@ class Coupling:
 
     @property
     def history(self) -> pd.DataFrame:
-        """What was exchanged at the start of each step, by time: the piston's motion and inputs.
+        """Returns the piston's motion and the inputs at the start of each step, by time.
 
-        Steps that were taken back are not in it, nor more than the latest million.
+        Steps that were undone are not included. Only the latest million steps are stored.
         """
         columns = [POSITION, VELOCITY, *self._names]
         units = {name: VARIABLES[name].unit for name in columns}
@@ -223,10 +223,10 @@ class Coupling:
         return table
 
     def plot(self, last: float | str | None = None) -> Figure:
-        """Draws the history: inputs as the hammer had them, and the piston over the bit.
+        """Draws the history: the hammer's inputs, and the piston's height above the bit.
 
         Args:
-            last: how long before now, s or text with a unit; all of it if not given.
+            last: duration to draw, up to the present, s or text with a unit; by default everything.
         """
         table = self.history
         if last is not None:
@@ -251,12 +251,12 @@ class Coupling:
             self.accepted -= 1
             self.rejected += 1
             size = max(self.smallest, size * max(0.2, factor))
-        # A last step that was cut short says nothing about the length of the next.
+        # A last step that was cut short does not determine the size of the next.
         grown = size * min(2.0, max(0.2, factor))
         self._step = min(self.largest, max(self.smallest, grown))
 
     def _error(self, given: Mapping[str, float]) -> float:
-        """How far the middle of a step was off, by what came at its end."""
+        """Returns the error of the pressures in the middle of the step, from those at its end."""
         begun, after = self._exchanged[-1][0], self.partner.outputs()
         time, _, _, *inputs = self._exchanged[-2 if len(self._exchanged) > 1 else -1]
         before, size = dict(zip(self._names, inputs, strict=True)), self._end - begun

@@ -1,4 +1,4 @@
-"""Derivatives of runs: differences of exact runs, with their errors, through every event."""
+"""Derivatives of runs: differences of exact runs, with errors, valid through events."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from ..scene.variables import Array
 if TYPE_CHECKING:
     from .hammer import Hammer
 
-#: Between an output and what it is differentiated by, in the name of a table's column, and the
-#: ending of the column that has the derivative's error.
+#: Word between output and parameter in the name of a derivative's column; suffix of the column with
+#: its error.
 PER, ERROR = " per ", "_error"
-#: A derivative above SHARP times output over parameter is dropped: the motion does not settle. One
-#: that holds over less than NARROW of the parameter gets a warning.
+#: Above SHARP times output over parameter, a derivative is dropped, because the motion does not
+#: settle. A warning is given if it is valid for less than the share NARROW of the parameter.
 SHARP, NARROW = 1e4, 1e-7
-#: A run of a hammer in which some numbers are changed: what is read, and the hammer at its end.
+#: Repeats a run with some numbers changed; returns the outputs, and the hammer at its end.
 Again = Callable[[Mapping[str, float]], "tuple[Array, Hammer]"]
 
 
@@ -30,21 +30,22 @@ Again = Callable[[Mapping[str, float]], "tuple[Array, Hammer]"]
 class Derivatives:
     """Derivatives of a run's results, one row per parameter."""
 
-    #: Of the shape of what is read, by each; where events change places the mean of both sides.
+    #: Derivatives by each parameter, in the shape of the outputs; where events change their order,
+    #: the mean of both sides.
     values: list[Array]
-    #: Their estimated errors, of the same shape.
+    #: Estimated errors of the derivatives, in the same shape.
     errors: list[Array]
-    #: How far each may change before events change their order, to first order.
+    #: Change of each parameter, to first order, at which events change their order.
     reach: Array
-    #: Where derivatives hold on one side at most, in words.
+    #: Reasons why derivatives are valid on one side at most, in words.
     nonsmooth: list[list[str]]
 
 
 def derivatives(numbers: Mapping[str, float], by: Sequence[str], again: Again) -> Derivatives:
-    """Derivatives of a run by parameters and inputs.
+    """Returns the derivatives of a run with respect to parameters and inputs.
 
     Args:
-        numbers: what was set.
+        numbers: the numbers that were set.
         by: parameters and constant inputs.
         again: repeats the run with some numbers changed.
     """
@@ -64,15 +65,15 @@ def derivatives(numbers: Mapping[str, float], by: Sequence[str], again: Again) -
 
 
 def warnings_of(found: Derivatives, rows: Array, at: Mapping[str, float]) -> list[str]:
-    """Makes NaN of derivatives that mean nothing, and says in a sentence what is doubtful.
+    """Replaces meaningless derivatives by NaN, and returns warnings about doubtful ones.
 
-    A motion that does not settle multiplies a small change by ten and more a blow: its derivatives
-    grow without bound, and hold for next to nothing.
+    If a motion does not settle, each blow multiplies a small change by ten or more. Its derivatives
+    grow without bound, and are valid only for tiny changes.
 
     Args:
         found: the derivatives of the rows.
-        rows: what was read, a column an output.
-        at: values of what they are by.
+        rows: the outputs, one column each.
+        at: values of the parameters.
     """
     texts, sizes = [], np.abs(rows).max(axis=0)
     for k, (name, value) in enumerate(at.items()):
@@ -92,7 +93,7 @@ def warnings_of(found: Derivatives, rows: Array, at: Mapping[str, float]) -> lis
 
 
 def differentiable(names: Iterable[str]) -> list[str]:
-    """Returns the names, each once; raises if there is no derivative by one."""
+    """Returns the names, each once; raises an error if there is no derivative by one of them."""
     known, chosen = _native.ARGUMENTS, [*dict.fromkeys(names)]
     for name in chosen:
         if name not in known:
@@ -101,12 +102,12 @@ def differentiable(names: Iterable[str]) -> list[str]:
 
 
 def column(output: str, by: str) -> str:
-    """Name of the column of a derivative."""
+    """Returns the name of the column of a derivative."""
     return f"{output}{PER}{by}"
 
 
 def with_derivatives(frame: pd.DataFrame, found: Derivatives, by: Iterable[str]) -> pd.DataFrame:
-    """A run's table with columns for each derivative of what is a number, and for its error."""
+    """Returns a run's table with columns for each derivative of a numeric output and its error."""
     columns = {
         column(str(output), name) + ending: values[:, i]
         for i, output in enumerate(frame)

@@ -15,7 +15,7 @@ from ..scene.hammers import Hammerlike, Rocklike, numbers_of
 from ..scene.signals import Function
 from ..scene.variables import VARIABLES, Array, Value, Variable, numbers
 
-#: What a notebook shows of a hammer.
+#: Outputs that a notebook displays.
 SHOWN = ("blow_count", "blow_energy", "blow_period", "rop", "tip_depth")
 
 
@@ -28,7 +28,7 @@ class Reader:
         self._selection = _native.Selection(self.names)
 
     def __call__(self) -> list[float]:
-        """Values in the order of the variables, all as numbers."""
+        """Returns the values in the order of the variables, all as numbers."""
         return self._hammer.machine.read(self._selection)
 
     def named(self) -> dict[str, float]:
@@ -41,15 +41,15 @@ class Reader:
 class Hammer:
     """A running hammer; use it in a ``with`` block, which closes it.
 
-    Several threads may use it; their calls take turns. ``warnings`` lists the warnings so far,
-    among them how much energy the exchange with a model outside has made (``energy_exchange``).
+    Several threads may use it; their calls take turns. ``warnings`` lists the warnings so far, also
+    about energy created by the exchange with an outside model (``energy_exchange``).
 
     Args:
         hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
-        preset: parameter set that a mapping is laid over.
-        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
+        preset: preset that provides all parameters that a mapping does not give.
+        rock: the rock to drill: a name, a class, a strength or a file, as for `dth_hammer.rock`.
         quiet: collects warnings without raising them.
-        journal: keeps all events, for derivatives.
+        journal: stores all events, for derivatives.
         record: completes each blow's record: rebound, largest forces and works in `step_blows`.
 
     Example:
@@ -88,7 +88,7 @@ class Hammer:
 
     @property
     def numbers(self) -> dict[str, float]:
-        """Numbers that were set when it was made, by name, in SI units."""
+        """Numbers that were set at the start, by name, in SI units."""
         return dict(self._initial)
 
     @property
@@ -108,7 +108,7 @@ class Hammer:
         self._note_first(checked)
 
     def set_slopes(self, slopes: Mapping[str, float | Sequence[float]]) -> None:
-        """Time derivatives of inputs from now on: the first, or the first up to four."""
+        """Sets time derivatives of inputs from now on: the first, or up to the first four."""
         for name, slope in slopes.items():
             derivatives = [slope] if isinstance(slope, (int, float)) else slope
             self.machine.set_derivatives(VARIABLES.settable(name).name, [*map(float, derivatives)])
@@ -126,7 +126,7 @@ class Hammer:
         return self.reader(names).named()
 
     def __getitem__(self, name: str) -> float:
-        """One variable as a number."""
+        """Returns a variable as a number."""
         return self.get([name])[name]
 
     def reader(self, names: Iterable[str]) -> Reader:
@@ -142,7 +142,7 @@ class Hammer:
         return VARIABLES[name].labels[int(self[name])]
 
     def step_blows(self) -> dict[str, list[float]]:
-        """Returns all blows of the last step: a list of instants, of speeds and so on, in order."""
+        """Returns all blows of the last step in order: a list of times, of speeds and so on."""
         columns = self.machine.step_blows().T.tolist()
         names = [name for name, *_ in _native.BLOW]
         return dict(zip(names, columns or [[] for _ in names], strict=True))
@@ -164,14 +164,15 @@ class Hammer:
         return reached
 
     def stop_at(self, positions: Iterable[float | str] = (), *, blows: bool = False) -> None:
-        """Ends each step from now on where the piston passes a position, in either direction.
+        """From now on, ends each step where the piston passes a position in either direction.
 
-        The instant is exact to rounding: ``relative_position`` is then that position or beyond it.
-        The motion is the same, bit for bit, as without.
+        The instant is exact to rounding: ``relative_position`` is then that position or just
+        beyond. The stops do not change the motion, not even in the last binary digit.
 
         Args:
-            positions: of the piston over the bit, m, or text with a unit; none: steps are whole.
-            blows: at each blow too, exactly at ``blow_time``.
+            positions: positions of the piston above the bit, m, or text with a unit; none for whole
+                steps.
+            blows: also ends a step at each blow, exactly at ``blow_time``.
         """
         position = VARIABLES["relative_position"]
         self.machine.stop_at([position.number(at) for at in positions], blows)
@@ -181,8 +182,8 @@ class Hammer:
     ) -> tuple[Array, Array]:
         """Steps through a list of instants; returns rows of the named outputs, and all blows.
 
-        A signal is an input or a tunable parameter, its value now and at each instant. Other
-        threads run meanwhile; Ctrl-C ends it.
+        A signal is the name of an input or tunable parameter, with its values now and at each
+        instant. Other threads run meanwhile; Ctrl-C ends the run.
         """
         self._note_first(signals, stepped=True)
         found = self.machine.run(times, _native.Selection([*names]), dict(signals))
@@ -196,14 +197,14 @@ class Hammer:
     def restore(self, snapshot: Snapshot) -> None:
         """Restores a saved state; the snapshot can be used again.
 
-        One from another process comes as bytes: ``Snapshot.from_bytes(data)``.
+        A snapshot from another process comes as bytes: ``Snapshot.from_bytes(data)``.
         """
         if not isinstance(snapshot, Snapshot):
             raise DomainError(f"a state to restore is a Snapshot, not {type(snapshot).__name__}")
         self.machine.restore(snapshot)
 
     def reset(self, parameters: Mapping[str, Value] | None = None) -> None:
-        """Restarts at time 0 with the same parameters, except for those given."""
+        """Restarts at time 0, with the given parameters changed."""
         _ = self.machine
         self._start(self._initial | numbers(None, parameters))
 
@@ -214,7 +215,7 @@ class Hammer:
         self._note_first(checked)
 
     def check(self) -> None:
-        """Adds to ``warnings`` what the engine finds doubtful now: a blow that is too fast."""
+        """Adds present warnings to ``warnings``, for instance of a blow that is too fast."""
         self._note(self.machine.warnings())
 
     def close(self) -> None:
@@ -227,14 +228,14 @@ class Hammer:
         return self._machine is None
 
     def _note_first(self, names: Iterable[str] = (), *, stepped: bool = False) -> None:
-        """Warns of what is doubtful, if something is set, or a step made, for the first time."""
+        """Warns of doubtful settings when something is set, or a step made, for the first time."""
         if not self._set.issuperset(names) or stepped > self._stepped:
             self._set.update(names)
             self._stepped |= stepped
             self._note(_native.diagnostics(self._initial, [*self._set], self._stepped))
 
     def _note_news(self) -> None:
-        """Warns where the exchange with a model outside makes more energy than it did before."""
+        """Warns if the exchange with an outside model now creates more energy than before."""
         if news := self.machine.news():
             self._note([news])
 
@@ -259,7 +260,7 @@ class Hammer:
         return f"<table>{cells}</table>"
 
     def __reduce__(self) -> NoReturn:
-        """Raises: an engine can be neither copied nor moved to another process."""
+        """Raises an error: an engine can be neither copied nor moved to another process."""
         raise TypeError("a hammer cannot be copied or pickled: use its methods save and restore")
 
     def __enter__(self) -> Hammer:

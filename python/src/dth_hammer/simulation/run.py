@@ -31,16 +31,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Parts of a run between which a progress bar moves.
+#: Number of updates of a progress bar in a run.
 PARTS = 100
 #: First columns of a table of blows.
 PER_BLOW = (
     *("blow_time", "blow_period", "blow_speed", "blow_energy", "blow_penetration"),
     *("rop", "tip_rate"),
 )
-#: Columns of a table of blows: unit, display unit, and whether the engine must record it.
+#: Columns of a table of blows: unit, display unit, and whether they must be recorded.
 OF_BLOW = {name: (unit, display, must) for name, unit, display, must in _native.BLOW}
-#: Outputs of a step whose search takes longer than the run: `Run.blows` has them of blows.
+#: Outputs of a step that take longer to search for than the run itself; `Run.blows` has them for
+#: each blow.
 PER_STEP = ("contact_force_peak", "rock_force_peak", "chuck_force_peak")
 
 
@@ -48,29 +49,29 @@ PER_STEP = ("contact_force_peak", "rock_force_peak", "chuck_force_peak")
 class Run(answers.Answer):
     """A run: its outputs over time, its blows, and the scene that was simulated."""
 
-    #: Outputs over time, a column each; ``attrs["units"]`` says in which units.
+    #: Outputs over time, one column each; ``attrs["units"]`` has their units.
     frame: pd.DataFrame = field(repr=False)
-    #: The engine's record of each blow, counted from 1, however often one looked: `blow_time`,
-    #: `blow_speed`, `blow_energy` of its impact; since the blow before (or the start)
+    #: The engine's record of each blow, counted from 1; it does not depend on the step. Of the
+    #: impact: `blow_time`, `blow_speed`, `blow_energy`. Since the previous blow (or the start):
     #: `blow_period`, `blow_penetration` and `tip_rate` of the bit's tip, `blow_length` and `rop` of
-    #: the hole, `rebound_speed`, largest forces, works (`rock_work` is `crushing_work` and
+    #: the hole, `rebound_speed`, largest forces, works (`rock_work` is `crushing_work` plus
     #: `viscous_work`), `free_air`.
     blows: pd.DataFrame = field(repr=False)
-    #: What was asked for.
+    #: The scene that was simulated.
     scene: Scene
-    #: Numbers of all that was set, by name, in SI units.
+    #: Numbers of all parameters and inputs that were set, by name, in SI units.
     parameters: Mapping[str, float] = field(repr=False)
-    #: What was warned of.
+    #: Warnings of the run.
     warnings: tuple[str, ...] = ()
-    #: Values of what derivatives are by, if they were asked for.
+    #: Values of the parameters of the derivatives, if any were requested.
     by: Mapping[str, float] = field(default_factory=dict, repr=False)
-    #: What a figure needs beside: the instant of an impact (s), a period (s) and so on.
+    #: Further numbers for figures: the time of an impact (s), a period (s) and so on.
     notes: Mapping[str, float] = field(default_factory=dict, repr=False)
     #: Version of the engine.
     model: str = field(default_factory=model)
 
     def __getitem__(self, name: str) -> pd.Series:
-        """An output over time."""
+        """Returns an output over time."""
         if name not in self.frame:
             raise UnknownNameError("output of the run", name, self)
         return self.frame[name]
@@ -84,15 +85,15 @@ class Run(answers.Answer):
         return map(str, self.frame)
 
     def __len__(self) -> int:
-        """Number of outputs that were read: that of the names."""
+        """Returns the number of outputs that were read."""
         return self.frame.shape[1]
 
     def keys(self) -> list[str]:
-        """Names of the outputs, so that ``dict(run)`` has each over time."""
+        """Returns the names of the outputs, so that ``dict(run)`` works."""
         return [*self]
 
     def __eq__(self, other: object) -> bool:
-        """Whether both have the same numbers, to the last binary digit, of the same parameters."""
+        """Returns whether parameters and results are identical to the last binary digit."""
         if not isinstance(other, Run):
             return NotImplemented
         tables = self.frame.equals(other.frame) and self.blows.equals(other.blows)
@@ -114,8 +115,8 @@ class Run(answers.Answer):
         """Returns the run in other units.
 
         Args:
-            units: ``"si"``, ``"metric"`` (what people use), ``"us"`` (in, ft, lbf, psi), or a unit
-                by column, for instance ``{"rop": "m/h"}``.
+            units: ``"si"``, ``"metric"`` (field units), ``"us"`` (in, ft, lbf, psi), or a unit by
+                column, for instance ``{"rop": "m/h"}``.
         """
         own = units
         if not isinstance(units, str):
@@ -124,12 +125,12 @@ class Run(answers.Answer):
         return replace(self, frame=quantities.convert(self.frame, own), blows=blows)
 
     def to_frame(self, *names: str, units: quantities.Units | None = None) -> pd.DataFrame:
-        """Returns a table for reading, the unit of each column in its heading: ``rop [m/s]``.
+        """Returns a table for display, with the unit of each column in its heading: ``rop [m/s]``.
 
         Args:
-            names: columns, of the blows if these have them all, else over time; all of the blows'
-                if not given.
-            units: a system, or a unit by column, as of `convert`.
+            names: columns of the table of blows if it has all of them, otherwise outputs over time;
+                by default all columns of the blows.
+            units: a system, or units by column, as for `convert`.
         """
         run = self if units is None else self.convert(units)
         table = run.blows if all(name in run.blows for name in names) else run.frame
@@ -144,26 +145,26 @@ class Run(answers.Answer):
         return replace(self, frame=frame, notes={**self.notes, **notes})
 
     def summary(self, since: float | str | None = None) -> pd.DataFrame:
-        """Mean and spread (standard deviation) over blows, and the range of the rate.
+        """Returns mean and spread (standard deviation) over blows, and the range of the rate.
 
-        With the periods ``T``, penetrations ``P``, energies ``W`` of the blows and the works ``R``
-        given to the rock between each and the next, all from the engine's own table of blows::
+        ``T``, ``P`` and ``W`` are the blows' periods, penetrations and energies, and ``R`` is the
+        work on the rock from a blow to the next, all from the engine's table of blows::
 
             frequency = n / sum T              tip's gain per time = sum P / sum T
             power of the blows = sum W / sum T     power to the rock = sum R / sum T
             share to the rock = sum R / sum W
             rate of penetration = 4 sum R / (pi D^2 E_v sum T)
 
-        The work of feed and gravity goes to the rock too, so that the share may exceed 1.
+        The rock also gets the work of feed and gravity, so the share may exceed 1.
 
         Args:
-            since: the first instant that counts, s or text with a unit; the middle of the run if
-                not given, so that the way from rest to the settled blow is left out.
+            since: the first instant that counts, s or text with a unit; by default the middle of
+                the run, so that the transient after the start is left out.
 
         Returns:
-            A row a quantity; columns ``mean``, ``low`` and ``high`` (what the specific energy's
-            range makes of the rate; none of what does not depend on it), ``spread`` (blow by blow;
-            none of a power or a frequency) and ``unit`` (SI).
+            One row per quantity, with the columns ``mean``, ``low`` and ``high`` (range due to that
+            of the specific energy; NaN if there is none), ``spread`` (from blow to blow; NaN for
+            powers and frequencies) and ``unit`` (SI).
 
         Raises:
             TooFewBlowsError: fewer than two complete blow periods.
@@ -177,12 +178,12 @@ class Run(answers.Answer):
         return readable(self.summary(since))
 
     def plot(self, *columns: str, ax: Axes | None = None) -> Figure:
-        """Plots outputs over time, a panel each, in the units that the run has.
+        """Plots outputs over time, one panel each, in the run's units.
 
         Args:
             columns: outputs; if none is named, the length drilled, and speed, energy and rate of
                 each blow.
-            ax: axes of one's own, which all the named outputs are drawn into.
+            ax: axes into which all named outputs are drawn.
         """
         if columns:
             return answers.over_time(self.time, [self._labelled(n) for n in columns], ax)
@@ -192,29 +193,29 @@ class Run(answers.Answer):
         return answers.overview(si.frame, si.blows)
 
     def _labelled(self, name: str) -> tuple[Array, str]:
-        """An output's values and its name with the unit."""
+        """Returns an output's values, and its name with the unit."""
         unit = self.units[name] if name in self else ""
         return self[name].to_numpy(float), name if unit in ("", "1") else f"{name} ({unit})"
 
     def gradient(self, *, elasticities: bool = False, errors: bool = False) -> pd.DataFrame:
-        """The derivatives in a run that `simulate` made with ``gradient``, or their errors.
+        """Returns the derivatives of a run that `simulate` made with ``gradient``, or their errors.
 
-        They are differences of runs, under air with ``air.error`` at its least, 1e-11. An error is
-        estimated from differences with other steps and from the rounding of the runs; where events
-        change their order at this very point, it is at least half the difference of both sides.
+        They are differences of runs; if air drives the hammer, ``air.error`` is 1e-11. Errors are
+        estimated from differences with other steps and from the rounding of the runs. Where events
+        change their order, the error is at least half the difference of both sides.
 
         Args:
             elasticities: ``d ln output / d ln parameter`` instead of the derivatives.
-            errors: the estimated errors, in the unit of the derivatives, in place of these.
+            errors: returns the estimated errors instead, in the unit of the derivatives.
 
         Returns:
-            The same rows, with columns of two levels: output, and what it is differentiated by.
+            The rows of the run, and columns of two levels: output and parameter.
         """
         by = self.by if elasticities else {}
         return derivatives_in(self.frame, by, errors=errors)
 
     def in_words(self) -> list[str]:
-        """Blows and time, and by how much the mesh errs."""
+        """Returns number of blows and time, and the error due to the mesh."""
         counted = f"{len(self.blows)} blows in {self.time[-1]:g} s"
         return [counted, *errors_in_words(self.parameters)]
 
@@ -238,27 +239,27 @@ def simulate(
     """Simulates a hammer.
 
     Args:
-        hammer: parameters by dotted name (a number in the declared unit, a label of an
-            enumeration, or text with a unit, ``"60 mm"``; what is not given is that of the
-            reference hammer), a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
-        until: seconds to simulate, or text with a unit (``"500 ms"``); what the scene says, or
-            0.6 s, if not given.
-        inputs: over time: a number, a function of time, or a Series over rising instants
-            (held before its first and after its last). Between communication points they
-            are straight lines.
-        preset: parameter set that a mapping is laid over.
-        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
+        hammer: parameters by dotted name (a number in the declared unit, a label of an enumeration,
+            or text with a unit, ``"60 mm"``; others are those of the reference hammer), a preset's
+            name, a `Scene` or its file, a `Datasheet`, a `Run`.
+        until: seconds to simulate, or text with a unit (``"500 ms"``); by default that of the
+            scene, or 0.6 s.
+        inputs: inputs over time: a number, a function of time, or a Series over rising instants
+            (constant before its first and after its last). Between communication points they are
+            straight lines.
+        preset: preset that provides all parameters that a mapping does not give.
+        rock: the rock to drill: a name, a class, a strength or a file, as for `dth_hammer.rock`.
         step: communication step, s, or text with a unit. The physics does not depend on it: it
             only sets how often outputs are read.
-        times: instants at which outputs are read, in place of a step.
-        outputs: names to read; all outputs and local variables if not given, but the largest forces
-            of each step (`contact_force_peak` and so on): `Run.blows` has those of each blow then,
-            with its rebound and works, for which a run of named outputs takes no time.
-        waves: reads also stress and velocity along piston and bit, as many columns as the
-            mesh needs. `dth_hammer.waves` makes a diagram of them.
+        times: instants at which outputs are read, instead of a step.
+        outputs: names to read; by default all outputs and local variables, except the largest
+            forces of each step (`contact_force_peak` and so on). `Run.blows` then has those of each
+            blow, with its rebound and works; to save time, a run of named outputs leaves them out.
+        waves: also reads stress and velocity along piston and bit, with as many columns as the mesh
+            needs. `dth_hammer.waves` makes a diagram of them.
         gradient: parameters and inputs by which the outputs are differentiated, through every
-            event. An input stands for a constant added to it all along. The derivatives are
-            columns ``"rop per rock.stiffness"``; `Run.gradient` sorts them out.
+            event. For an input it is the derivative by a constant that is added to it at all times.
+            The derivatives are columns ``"rop per rock.stiffness"``; `Run.gradient` extracts them.
         control: called with the hammer at each communication point before the step,
             for instance to set tunable parameters by depth.
         progress: shows a progress bar.
@@ -313,9 +314,9 @@ def play(
     control: Callable[[Hammer], None] | None = None,
     progress: bool = False,
 ) -> tuple[Array, Array]:
-    """Steps a hammer from instant to instant: rows of the names at each, and of all blows.
+    """Steps a hammer from instant to instant. Returns a row of the outputs at each, and all blows.
 
-    Without ``control`` that is one call of the engine, or a few that a progress bar follows.
+    Without ``control`` this is one call of the engine, or a few if there is a progress bar.
     """
     size = 1 if control else -(-len(instants) // PARTS) if progress else len(instants)
     found = []

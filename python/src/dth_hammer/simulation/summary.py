@@ -14,10 +14,10 @@ from ..scene.variables import Array
 
 
 def summary(table: pd.DataFrame, begin: float, factor: float) -> pd.DataFrame:
-    """The table of `Run.summary`: of blows in SI units from an instant on."""
+    """Returns the table of `Run.summary`, from blows in SI units after an instant."""
     if begin < 0.0:
         raise DomainError(f"since = {begin:g} s is before the start")
-    # What a row completes began at the blow before: its energy is that of the blow before.
+    # A row contains the work since the previous blow, so it belongs to that blow's energy.
     times, energies = (table[name].to_numpy() for name in ("blow_time", "blow_energy"))
     counted = (
         np.flatnonzero((times[:-1] >= begin) & (table["blow_period"].to_numpy()[1:] > 0.0)) + 1
@@ -57,12 +57,12 @@ def summary(table: pd.DataFrame, begin: float, factor: float) -> pd.DataFrame:
     return beside(found, "mean", factor, "rate of penetration")
 
 
-#: What the columns of a displayed summary are.
+#: Headings of a displayed summary.
 HEADS = ("", "mean", "range", "from blow to blow", "unit")
 
 
 def displayed(table: pd.DataFrame) -> list[tuple[str, str, str, str, str]]:
-    """The rows of a summary as text, in the units of the field: name, mean, range, spread, unit."""
+    """Returns the rows of a summary as text in field units: name, mean, range, spread, unit."""
     rows: list[tuple[str, str, str, str, str]] = []
     for name, (mean, low, high, spread, si) in table.iterrows():
         for factor, named in (quantities.displayed(str(name), si), *MORE.get(str(name), ())):
@@ -73,7 +73,7 @@ def displayed(table: pd.DataFrame) -> list[tuple[str, str, str, str, str]]:
 
 
 def _digits(mean: float, spread: float) -> tuple[str, str]:
-    """A mean to four digits and its spread to two, both to the coarser of these places."""
+    """Returns a mean with four digits and its spread with two, no finer than the coarser one."""
     ends = [(abs(mean), 3), (spread, 1)]
     place = min([p - math.floor(math.log10(x)) for x, p in ends if 0.0 < x < math.inf], default=3)
     number, wide, least = (
@@ -84,12 +84,12 @@ def _digits(mean: float, spread: float) -> tuple[str, str]:
     return number, f"± {wide}" if float(wide) else f"< {least}"
 
 
-#: Factors and units in which a quantity is shown besides.
+#: Further units in which a quantity is displayed, with their factors.
 MORE = {"rate of penetration": ((60.0, "m/min"),)}
 
 
 def readable(table: pd.DataFrame) -> str:
-    """A summary as text."""
+    """Returns a summary as text."""
     return "\n".join(
         f"  {name:34}{mean:>8}  {sides:14}{spread:19}{unit}".rstrip()
         for name, mean, sides, spread, unit in (HEADS, *displayed(table))
