@@ -1,11 +1,10 @@
-//! The C face: the only unsafe code.
+//! The C interface: the only unsafe code.
 //!
-//! This file has every unsafe block, function and implementation: reading arrays, strings and callbacks, writing elements, calling
-//! the logger, asking the system to keep the library loaded, and the processor's floating-point
-//! settings. The functions of the standards, in [`fmi2`] and [`fmi3`], are safe Rust. None of them
-//! lets a panic reach the host, none follows a handle that is not live, and none returns anything
-//! but OK and Error, because some hosts repeat a discarded step for ever and others end a run on a
-//! warning.
+//! This file has every unsafe block, function and implementation: reading arrays, strings and callbacks, writing
+//! elements, calling the logger, asking the system to keep the library loaded, and the processor's floating-point
+//! settings. The functions of the standards, in [`fmi2`] and [`fmi3`], are safe Rust. No function lets a panic reach
+//! the host, or follows a handle that is not live. All return only OK and Error, because some hosts repeat a discarded
+//! step for ever and others end a run on a warning.
 
 #[cfg(any(target_family = "wasm", test))]
 mod browser;
@@ -20,7 +19,7 @@ use std::ffi::{CStr, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-/// Text with which a configured unit starts. It is written into the finished file.
+/// Text at the start of a configured unit's section. The rest is written into the finished file.
 #[used]
 static SECTION: [u8; RESERVED] = {
     let mut section = [0; RESERVED];
@@ -32,17 +31,17 @@ static SECTION: [u8; RESERVED] = {
     section
 };
 
-/// The text of the section; empty in the plain library.
+/// The text in the section; empty in the plain library.
 pub fn section() -> String {
     let byte = |at: usize| {
-        // SAFETY: within the array. Read as volatile, since the finished file differs from what was compiled.
+        // SAFETY: within the array. The read is volatile, because the finished file differs from the compiled one.
         unsafe { std::ptr::from_ref(&SECTION).cast::<u8>().add(at).read_volatile() }
     };
     let text: Vec<u8> = (MARK.len()..RESERVED).map(byte).take_while(|byte| *byte != 0).collect();
     String::from_utf8_lossy(&text).into_owned()
 }
 
-/// Runs when the library is unloaded. Without unloading, shared data ends with the process.
+/// Runs when the library is unloaded. Otherwise shared data ends with the process.
 #[cfg(target_os = "linux")]
 #[used]
 #[unsafe(link_section = ".fini_array")]
@@ -60,7 +59,7 @@ pub fn quietly<T>(work: impl FnOnce() -> T) -> Option<T> {
     guarded(work)
 }
 
-/// Never inlined, so that no calculation moves behind [`Environment::leave`].
+/// Not inlined, so that no calculation moves behind [`Environment::leave`].
 #[inline(never)]
 pub fn guarded<T>(work: impl FnOnce() -> T) -> Option<T> {
     catch_unwind(AssertUnwindSafe(work)).ok()
@@ -83,11 +82,11 @@ pub struct Logger {
     name: Arc<CStr>,
 }
 
-// Unsafe code. The pointers below exist only as arguments that C passed, so that the standard's contract holds for
-// them: null, or pointing to what the call announces.
+// Unsafe code follows. The pointers exist only as arguments that C passed, so the standard's contract applies to them:
+// they are null, or point to what the call announces.
 
 impl<T: Copy> In<T> {
-    /// The array of `count`; with `count` 0 the pointer may be anything.
+    /// The array of `count` elements. If `count` is 0, the pointer may be anything.
     pub fn array(&self, count: usize, name: &'static str) -> Result<&[T], CallError> {
         if count == 0 {
             return Ok(&[]);
@@ -129,8 +128,7 @@ impl Text {
     }
 }
 
-// SAFETY: the environment is only ever handed back to the host's logger, from the
-// thread on which the host itself called.
+// SAFETY: the environment is only ever passed back to the host's logger, in the thread in which the host itself called.
 unsafe impl Send for Logger {}
 
 impl Logger {
@@ -152,8 +150,8 @@ impl Logger {
     pub fn log(&self, line: &Line) {
         let Some(function) = self.function else { return };
         let status = c::Severity::of(line.category) as i32;
-        // SAFETY: the host's own function; all strings live until it returns, and a text that is
-        // a format asks for no argument.
+        // SAFETY: it is the host's own function; all strings live until it returns, and a text that is a format asks
+        // for no argument.
         match function {
             Function::Format(function) => {
                 let [category, text] = line.to_c(true);
@@ -185,16 +183,15 @@ pub struct Environment {
 
 #[cfg(target_arch = "x86_64")]
 impl Environment {
-    /// All exceptions masked, round to nearest, with subnormal numbers; the six lowest bits are
-    /// flags.
+    /// All exceptions masked, round to nearest, with subnormal numbers. The six lowest bits are flags.
     const OWN: u32 = 0x1f80;
 
     /// Replaces the host's settings.
     #[inline]
     pub fn leave() -> Self {
         let mut control = 0_u32;
-        // SAFETY: stores the control and status register in a variable, or loads it from one,
-        // with the value that compiled code supposes.
+        // SAFETY: stores the control and status register in a variable, or loads it from one, with the value that
+        // compiled code assumes.
         unsafe {
             std::arch::asm!("stmxcsr [{}]", in(reg) &raw mut control, options(nostack, preserves_flags));
             if control & !0x3f != Self::OWN {
@@ -209,7 +206,7 @@ impl Environment {
 impl Drop for Environment {
     #[inline]
     fn drop(&mut self) {
-        // SAFETY: loads what was stored, on the way back to the host.
+        // SAFETY: loads the stored value, on the way back to the host.
         unsafe {
             std::arch::asm!("ldmxcsr [{}]", in(reg) &self.control, options(nostack, preserves_flags));
         }
@@ -222,7 +219,7 @@ impl Environment {
     #[inline]
     pub fn leave() -> Self {
         let [control, status]: [u64; 2];
-        // SAFETY: reads both registers; zero is what compiled code supposes.
+        // SAFETY: reads both registers; zero is the value that compiled code assumes.
         unsafe {
             std::arch::asm!("mrs {}, fpcr", "mrs {}, fpsr", out(reg) control, out(reg) status,
                 options(nostack, preserves_flags));
@@ -239,7 +236,7 @@ impl Drop for Environment {
     #[inline]
     fn drop(&mut self) {
         let [control, status] = self.control_and_status;
-        // SAFETY: writes what was read, on the way back to the host.
+        // SAFETY: writes the values that were read, on the way back to the host.
         unsafe {
             std::arch::asm!("msr fpsr, {}", "msr fpcr, {}", in(reg) status, in(reg) control,
                 options(nostack, preserves_flags));
@@ -256,18 +253,18 @@ impl Environment {
 }
 
 /// A reference of the library to itself. Some hosts close the library and open it again while instances live. Without
-/// this reference their memory would be gone, and a new, empty table would give out the same handles.
+/// this reference, the memory of these instances would be gone, and a new, empty table would give out the same handles.
 ///
 /// A host may have closed the library before it frees its last instance. [`free_instance`] then drops the last
 /// reference.
 #[cfg_attr(not(any(unix, windows)), expect(dead_code))]
 pub struct Residence(*mut c_void);
 
-/// Declares the function of a standard that frees an instance by `$free`, which returns the instance's reference on the
-/// library or null, and then drops that reference.
+/// Declares the function of a standard that frees an instance. `$free` frees it and returns its reference to the
+/// library, or null; the function then drops this reference.
 ///
-/// No code of the library may run after the last reference is dropped, not even a return. So the system's function
-/// that drops it is jumped to as the last act, and returns to the host itself.
+/// No code of the library may run after the last reference is dropped, not even a return. So the last instruction jumps
+/// to the system's function that drops it, which returns directly to the host.
 macro_rules! free_instance {
     ($name:ident, $free:path) => {
         #[cfg(any(unix, windows))]
@@ -303,7 +300,7 @@ macro_rules! free_instance {
 }
 use free_instance;
 
-// SAFETY: the system's reference counts are its own to guard.
+// SAFETY: the system protects its own reference counts.
 unsafe impl Send for Residence {}
 
 #[cfg(windows)]
@@ -314,7 +311,7 @@ unsafe extern "system" {
 }
 
 impl Residence {
-    /// The system's handle of the library, to be given back by its own function.
+    /// The system's handle of the library, which a system function must give back.
     fn into_raw(self) -> *mut c_void {
         std::mem::ManuallyDrop::new(self).0
     }
@@ -323,8 +320,8 @@ impl Residence {
     pub fn take() -> Option<Self> {
         // Not a C function, since another FMU's function may replace it.
         let here = (Self::take as fn() -> _) as *const c_void;
-        // SAFETY: any address may be asked for. The name that is found is a C string and stays
-        // as long as the library; opening what is open runs no code and reads no file.
+        // SAFETY: any address may be queried. The name that is found is a C string and stays as long as the library.
+        // Opening a library that is open runs no code and reads no file.
         #[cfg(unix)]
         let handle = unsafe {
             let mut found = std::mem::MaybeUninit::<libc::Dl_info>::zeroed();
@@ -338,7 +335,7 @@ impl Residence {
         let handle = {
             const FROM_ADDRESS: u32 = 4;
             let mut module = std::ptr::null_mut();
-            // SAFETY: an address of this module; its handle's place is left null if refused.
+            // SAFETY: an address in this module; the handle stays null if the call fails.
             unsafe { GetModuleHandleExW(FROM_ADDRESS, here, &raw mut module) };
             module
         };

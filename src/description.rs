@@ -274,7 +274,7 @@ fn write_structure(writer: &mut Writer) {
 }
 
 /// The dependencies of an output at the start: positions of parameters and inputs, counted from `first`. Without this
-/// attribute an output would depend on all of them too, but some importers crash without it.
+/// attribute the output would also depend on all of them, but some importers crash without it.
 pub(crate) fn at_start(output: &Output, first: usize) -> String {
     let known = |(position, variable): (usize, &Variable)| {
         matches!(variable.role, Role::Parameter(_) | Role::Input(_))

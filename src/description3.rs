@@ -11,8 +11,8 @@ use hammer::Input;
 use hammer::quantity::{COUNT, ENUMERATIONS, LENGTH, QUANTITIES, Quantity, TIME};
 use hammer::variables::{ALONG, OF_BLOW, Role, VARIABLES};
 
-/// The model description of FMI 3.0. It has the content of `two`, the description of FMI 2.0, and what only FMI 3.0
-/// has.
+/// The model description of FMI 3.0. It has the content of `two`, the description of FMI 2.0, and everything that only
+/// FMI 3.0 has.
 pub fn describe(two: &str) -> String {
     let between = |from: &str, to: &str| {
         let tail = &two[two.find(from).unwrap_or_default()..];
@@ -43,7 +43,7 @@ pub fn describe(two: &str) -> String {
     text.replace("@TOKEN@", &fingerprint(&text))
 }
 
-/// Writes how the token of a variant with other start values, and of one with arrays, is made.
+/// Writes how the token of a variant is formed: for other start values, and for arrays.
 fn write_annotations(writer: &mut Writer) {
     writer.open("Annotation", &vec![("type", "dth_hammer.start_values".into())]);
     writer.leaf("StartValues", &vec![("token", format!("@TOKEN@{START_VALUES}"))]);
@@ -114,8 +114,8 @@ fn write_variables(writer: &mut Writer) {
     }
 }
 
-/// Type and attributes of a variable that only FMI 3.0 has and, for an array, what its length is. Variables of the same
-/// kind have numbered names and value references.
+/// Type and attributes of a variable that only FMI 3.0 has and, for an array, the origin of its length. Variables of
+/// the same kind have numbered names and value references.
 fn described(extra: Extra) -> (&'static str, Attributes, Option<Length>) {
     let name = match extra {
         Extra::Position(index) => format!("{}[{}]", extra.name(), index + 1),

@@ -67,7 +67,7 @@ pub enum Extra {
 }
 
 impl Extra {
-    /// The variable of a value reference; `None` if that belongs to another variable, or to none.
+    /// The variable with a value reference; `None` if it belongs to another variable, or to none.
     pub fn of(reference: u32) -> Option<Self> {
         Self::all().find(|extra| extra.reference() == reference)
     }
@@ -99,7 +99,7 @@ impl Extra {
         }
     }
 
-    /// True for an array and for the length of one. Only a variant of the archive lists these, since some importers
+    /// True for an array and for the length of one. Only a variant of the archive lists these, because some importers
     /// cannot read arrays.
     pub const fn is_of_arrays(self) -> bool {
         matches!(self, Self::Along(_) | Self::BlowCount | Self::OfBlow(_) | Self::Length(_))

@@ -29,7 +29,7 @@ struct Readme;
 
 /// The model description that this library was built with.
 pub const MODEL_DESCRIPTION: &str = include_str!("../modelDescription.xml");
-/// Fingerprint of the model description. A host and a stored state must bring the same one.
+/// Fingerprint of the model description. A host and a stored state must present the same one.
 pub const GUID: &str = quoted_after(MODEL_DESCRIPTION, "guid=\"");
 
 /// The model description of FMI 3.0.

@@ -4,12 +4,12 @@
 //! dereferenced. A freed or invented handle is therefore detected, and two threads that use one instance wait for
 //! each other.
 //!
-//! A handle is nevertheless a valid address: that of a word of static memory which contains the handle itself, with
-//! [`READABLE`] readable bytes. A host that dereferences a handle by mistake, or passes it instead of a pointer to
-//! it, does no harm, and even gets what it meant.
+//! A handle is nevertheless a valid address: that of a word of static memory which contains the handle itself, followed
+//! by readable memory up to [`READABLE`] bytes. A host that dereferences a handle by mistake, or passes it instead of a
+//! pointer to it, does no harm, and even reads the right value.
 //!
-//! A signal's handler may call while its own thread holds an object: it is refused, for waiting would never end.
-//! So a place names the thread that holds it before it is locked, in one atomic operation.
+//! A signal handler may call while its own thread holds an object. The call is refused, because waiting would never
+//! end. For this purpose a slot records the thread that holds it before it is locked, in one atomic operation.
 //!
 //! A process may fork while another of its threads holds a lock here. In the child that lock is never released, and
 //! nothing waits for it (see [`Table::hold`]).
@@ -30,7 +30,7 @@ pub const READABLE: usize = 64;
 const HANDLES: usize = 1 << 20;
 const PADDING: usize = READABLE / size_of::<usize>();
 
-/// The memory that handles point at. It is zero until used, and so takes no space in the file.
+/// The memory to which handles point. It is zero until used, and so takes no space in the file.
 struct Words([AtomicUsize; HANDLES + PADDING]);
 
 impl Words {
@@ -46,7 +46,7 @@ impl Words {
         handle
     }
 
-    /// The index of the word that a handle points at, if any.
+    /// The index of the word to which a handle points, if any.
     fn index(&self, handle: usize) -> Option<usize> {
         let offset = handle.checked_sub(self.0.as_ptr().addr())?;
         let index = offset / size_of::<usize>();
@@ -60,10 +60,10 @@ impl Words {
     }
 }
 
-/// A place for one object, on its own cache line so that threads do not slow one another.
+/// A slot for one object, on its own cache line so that threads do not slow one another.
 #[repr(align(64))]
 struct Place<T, A> {
-    /// The thread that holds the object, by [`this_thread`]; 0 if none does.
+    /// The thread that holds the object, from [`this_thread`]; 0 if none does.
     holder: AtomicUsize,
     object: Mutex<Option<Owned<T>>>,
     /// Number of objects so far.
@@ -80,7 +80,7 @@ type Owned<T> = Box<(usize, T)>;
 
 /// A table of objects that live until they are removed.
 ///
-/// It is all in static memory: unloading the library leaves nothing behind.
+/// It is entirely in static memory, so that unloading the library leaves nothing behind.
 pub struct Table<T, A, const N: usize> {
     places: [Place<T, A>; N],
     next: AtomicUsize,
@@ -98,14 +98,14 @@ fn this_thread() -> usize {
     MARK.with(|mark| std::ptr::from_ref(mark).addr())
 }
 
-/// The object of a place, locked by this thread.
+/// The object of a slot, locked by this thread.
 struct Locked<'a, T> {
-    // Dropped in this order: a handler in between finds the place held by its own thread, and does not wait.
+    // Dropped in this order: a handler in between finds the slot held by its own thread, and does not wait.
     object: MutexGuard<'a, Option<Owned<T>>>,
     _release: Release<'a>,
 }
 
-/// Ends a thread's holding of a place.
+/// Releases a slot that a thread holds.
 struct Release<'a>(&'a AtomicUsize);
 
 impl Drop for Release<'_> {
@@ -131,7 +131,7 @@ impl<T, A> Held<'_, T, A> {
     pub fn remove(&mut self) -> Option<T> {
         let (handle, object) = *self.locked.object.take()?;
         self.words.close(handle);
-        // If another thread is copying it, it stays until the next object in this place replaces it.
+        // If another thread is copying it, it stays until the next object in this slot replaces it.
         if let Ok(mut aside) = self.aside.try_lock() {
             *aside = None;
         }
@@ -150,16 +150,16 @@ impl<T, A> Place<T, A> {
         }
     }
 
-    /// Locks it, or returns the thread that holds it.
+    /// Locks the slot, or returns the thread that holds it.
     fn try_lock(&self) -> Result<Locked<'_, T>, usize> {
         let ours = this_thread();
         self.holder.compare_exchange(0, ours, Ordering::Acquire, Ordering::Relaxed)?;
-        // The thread that held it last has unlocked it before it gave up holding.
+        // The thread that held it last unlocked it before it gave it up.
         let object = self.object.lock().unwrap_or_else(PoisonError::into_inner);
         Ok(Locked { object, _release: Release(&self.holder) })
     }
 
-    /// Waits until the thread that holds it has unlocked it.
+    /// Waits until the thread that holds the slot has unlocked it.
     fn wait(&self) {
         drop(self.object.lock());
         thread::yield_now();
@@ -178,7 +178,7 @@ impl<T, A: Clone, const N: usize> Table<T, A, N> {
         let first = self.next.load(Ordering::Relaxed);
         for offset in 0..N {
             let index = (first + offset) % N;
-            // A locked place is in use, not free.
+            // A locked slot is in use, not free.
             let Ok(mut place) = self.places[index].try_lock() else { continue };
             if place.object.is_none() {
                 let used = self.places[index].used.fetch_add(1, Ordering::Relaxed);

@@ -1,4 +1,4 @@
-//! The table of live instances, and that of stored states, by handle.
+//! The tables of live instances and of stored states, by handle.
 
 use crate::abi::{Logger, Residence, guarded, quietly, section};
 use crate::c::{Handle, Status};
@@ -23,7 +23,7 @@ struct Entry {
     residence: Option<Residence>,
 }
 
-/// The handle of a new instance; `None`, and a log line, if there is none.
+/// The handle of a new instance; `None` and a log line if it cannot be created.
 pub fn open(
     [name, guid]: [Option<Cow<str>>; 2],
     face: Result<Face, String>,
@@ -62,7 +62,7 @@ pub fn open(
     made.ok()
 }
 
-/// Removes an instance, if it exists. Returns its reference on the library, which may be the last.
+/// Removes an instance, if it exists. Returns its reference to the library, which may be the last.
 pub fn close(handle: usize) -> Option<Residence> {
     quietly(|| {
         let Entry { instance, residence, .. } = INSTANCES.hold(handle)?.remove()?;
@@ -102,7 +102,7 @@ pub fn call(me: Handle, work: impl FnOnce(&mut Instance) -> Result<(), CallError
     if succeeded { Status::Ok } else { Status::Error }
 }
 
-/// Cancels the step that another thread is in; false if there is none.
+/// Cancels the step that another thread is making; false if there is none.
 pub fn cancel(me: Handle) -> bool {
     INSTANCES.aside(me.number()).is_some_and(|cancel| cancel.cancel())
 }
@@ -113,7 +113,7 @@ pub fn sane(count: usize) -> Result<usize, CallError> {
     if count <= 4 * variables { Ok(count) } else { Err(CallError::TooMany { count, variables }) }
 }
 
-/// Stores a state under the handle that the host has already or, if that is 0, under a new one.
+/// Stores a state under the handle that the host already has or, if that is 0, under a new one.
 pub fn keep(known: usize, snapshot: Snapshot) -> Result<usize, CallError> {
     let mut snapshot = Arc::new(snapshot);
     if known == 0 {

@@ -1,19 +1,17 @@
-//! Variants: FMUs that are made from the general one, with other start values, or with arrays (of FMI 3.0, which many
-//! importers cannot read).
+//! Variants: FMUs that are made from the general one, with other start values, or with the arrays of FMI 3.0, which
+//! many importers cannot read.
 //!
 //! A host need not set a variable that stays at its start value, so the library must know the start values in its model
-//! description. It learns them from the one text that every host passes, the GUID. There the differences follow the
-//! general GUID:
+//! description. It reads them from the only text that every host passes, the GUID. The differences follow the general
+//! GUID:
 //!
 //! ```text
 //! GENERAL[-set-REFERENCE:BITS,REFERENCE:BITS...][-arrays]
 //! ```
 //!
-//! `BITS` are the 16 hexadecimal digits of an IEEE 754 double. References are in ascending order.
-//! Some hosts name a folder by the GUID, so it must be short. A configured unit therefore has the text after the
-//! general
-//! GUID in a reserved section of its library ([`RESERVED`]); in its GUID a dash and a hash of 16 digits take the place
-//! of this text ([`sign`]).
+//! `BITS` are the 16 hexadecimal digits of an IEEE 754 double. References are in ascending order. Some hosts name a
+//! folder by the GUID, so it must be short. In a configured unit, this suffix is therefore in a reserved section of the
+//! library ([`RESERVED`]); its GUID has a dash and a hash of 16 digits instead ([`sign`]).
 
 use crate::events::Extra;
 use hammer::variables::{Role, VARIABLES};

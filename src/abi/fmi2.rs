@@ -54,7 +54,7 @@ extern "C" fn fmi2Instantiate(
     session::open(texts, face, logging != 0, &logger).map_or(Handle::NULL, Handle::of)
 }
 
-/// Frees an instance. Returns its reference on the library, or null.
+/// Frees an instance. Returns its reference to the library, or null.
 pub(super) extern "C" fn free(me: Handle) -> *mut c_void {
     session::close(me.number()).map_or(std::ptr::null_mut(), Residence::into_raw)
 }

@@ -124,7 +124,7 @@ fn foreign(name: &str) -> CallError {
     CallError::Argument(format!("fmi3{name}: {CO_SIMULATION_ONLY}"))
 }
 
-/// Writes the values that were read. Their number must be that which the host expects.
+/// Writes the values that were read. Their number must be the one that the host expects.
 fn hand_over<T: Copy>(found: &[T], values: &Out<T>, room: usize) -> Result<(), CallError> {
     fits(found.len(), room)?;
     found.iter().enumerate().try_for_each(|(index, value)| values.write(index, *value, "values"))
@@ -147,7 +147,7 @@ macro_rules! typed {
         ) -> Status {
             call(me, |instance| {
                 let references = vr.array(sane(n)?, "valueReferences")?;
-                // Checked before reading, since arrays are long and may be asked for many times.
+                // Checked before reading, because arrays are long and a call may name them many times.
                 fits(references.iter().map(|reference| instance.count(*reference)).sum(), count)?;
                 let mut found = Vec::with_capacity(count);
                 for reference in references {

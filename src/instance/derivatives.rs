@@ -1,11 +1,11 @@
 //! Directional and adjoint derivatives.
 //!
-//! They are those of the standard: derivatives of an output at the present by a known at the present.
-//! In initialization mode the scene itself depends on the knowns. Afterwards the state is given, and an output depends
-//! on an input only if the `dependencies` in the model description say so.
+//! They are those of the standard: derivatives of a present output with respect to a present known. In initialization
+//! mode the scene itself depends on the knowns. Afterwards the state is given, and an output depends on an input only
+//! if the `dependencies` in the model description say so.
 //!
-//! The derivative of an output at the end of the last communication step by an input during that step is another
-//! number. The value reference of its unknown is that of the output plus [`OVER_STEP`].
+//! The derivative of an output at the end of the last communication step with respect to an input during that step is
+//! another number. The value reference of its unknown is that of the output plus [`OVER_STEP`].
 
 use super::events::Face;
 use super::inputs::Inputs;
@@ -91,7 +91,7 @@ impl Instance {
         if !unknowns.is_empty() && unknowns.iter().all(|reference| *reference >= OVER_STEP) {
             return self.over_step(unknowns, &knowns);
         }
-        // Before any output is read the scene must be made, which takes most of the time and can be cancelled.
+        // Before any output is read, the scene must be created. This takes most of the time and can be cancelled.
         self.cancel.clone().over(|| self.machine().map(|_| ()))?;
         let mut sizes = Vec::with_capacity(unknowns.len());
         for reference in unknowns {
@@ -156,7 +156,7 @@ impl Instance {
                     values.push(0.0);
                     continue;
                 }
-                // The instance itself has just read the same outputs, so only an interrupt can be the reason.
+                // The instance itself has just read the same outputs, so this can only fail because of an interrupt.
                 let read = probe.output_values(*reference).map_err(|_| hammer::Error::Cancelled)?;
                 values.extend(read);
             }
@@ -170,8 +170,8 @@ impl Instance {
         let by: Vec<Argument> = knowns.iter().filter_map(argument).collect();
         let rows = self.cancel.clone().over(|| derivatives(&scene, &by, &run))?;
         self.warn_of_kinks(by.iter().map(|by| by.name()).zip(&rows));
-        // A known has no derivative if its neighbouring values are not allowed, as the mass of a casing that does not
-        // exist. The warning says so.
+        // A known has no derivative if its neighbouring values are not allowed, for example the mass of a casing that
+        // does not exist. The warning says so.
         let number_or_zero = |slope: f64| if slope.is_nan() { 0.0 } else { slope };
         let mut rows =
             rows.into_iter().map(|row| row.values.into_iter().map(number_or_zero).collect());

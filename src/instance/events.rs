@@ -41,7 +41,7 @@ impl Face {
 /// A mode of FMI 3.0 within a [`Phase`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Mode {
-    /// The phase's only or usual mode, which while stepping is step mode.
+    /// The usual mode of the phase. While stepping, this is step mode.
     #[default]
     Plain,
     /// Configuration mode, before initialization: structural parameters may be set.
@@ -50,7 +50,7 @@ pub(super) enum Mode {
     Event,
 }
 
-/// What the host has chosen about events, arrays and slopes, and what happened in the last step.
+/// The host's choices about events, arrays and slopes, and the events of the last step.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Events {
     pub(super) mode: Mode,
@@ -60,7 +60,7 @@ pub struct Events {
     pub(super) lengths: [u64; Length::ALL.len()],
     pub(super) slopes: [f64; Input::ALL.len()],
     stops: Option<Stops>,
-    /// What happened in the last step.
+    /// Events of the last step.
     last: Stop,
 }
 
@@ -160,7 +160,7 @@ impl Instance {
         CallError::Order { call: self.face.call(call), phase }
     }
 
-    /// Refuses to enter initialization mode from configuration mode.
+    /// Refuses to enter initialization mode while the instance is in configuration mode.
     ///
     /// # Errors
     /// The instance is still in configuration mode.
@@ -171,7 +171,7 @@ impl Instance {
     /// Enters configuration mode, in which structural parameters can be set.
     ///
     /// # Errors
-    /// Initialization mode was entered before, and no structural parameter is tunable; or the unit has none.
+    /// Initialization mode was entered before (no structural parameter is tunable), or the unit has no such parameter.
     pub fn enter_configuration(&mut self) -> Result<(), CallError> {
         self.demand_mode("EnterConfigurationMode", Phase::Instantiated, Mode::Plain)?;
         if !self.variant.lists_arrays() {
@@ -192,7 +192,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Starts to monitor events once the scene is complete. The instance is then in event mode.
+    /// Starts to monitor events when the scene is complete. The instance is then in event mode.
     pub(super) fn begin_events(&mut self) {
         if !self.face.handles_events() {
             return;

@@ -1,7 +1,7 @@
 //! The inputs that the host sets. They are collected until the engine needs them.
 //!
 //! A host may set a value and its derivatives in any order. Therefore the last value and the last derivatives of a
-//! communication point are passed to the engine together.
+//! communication point go to the engine together.
 
 use crate::error::CallError;
 use hammer::{Input, InputValues, MAX_INPUT_ORDER, Machine};
@@ -20,7 +20,7 @@ struct Fresh {
 pub struct Inputs {
     /// Start values of the model description.
     start: InputValues,
-    /// For each input, true if it was ever set to something else.
+    /// For each input, true if it was ever set to another value or given a derivative.
     set: [bool; Input::ALL.len()],
     fresh: [Fresh; Input::ALL.len()],
     dirty: bool,
@@ -90,7 +90,7 @@ impl Inputs {
         *slot(&mut self.starting(), input)
     }
 
-    /// Passes what was set to the engine. Does nothing if nothing was set.
+    /// Passes everything that was set to the engine, if there is anything.
     ///
     /// # Errors
     ///
@@ -118,7 +118,7 @@ impl Inputs {
         self.dirty = true;
     }
 
-    /// Forgets what was set for a communication point that has passed. The engine continues its polynomials from there.
+    /// Forgets values that were set for a communication point that has passed. The engine continues its polynomials.
     pub fn pass(&mut self) {
         (self.fresh, self.dirty) = (Default::default(), false);
     }

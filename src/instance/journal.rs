@@ -1,4 +1,4 @@
-//! Log lines. They are stored until the host's logger can be called, which must not be while the instance is locked.
+//! Log lines. They are stored until the host's logger can be called, which is not allowed while the instance is locked.
 
 use crate::category::{Category, LOG_ALL};
 use crate::error::CallError;

@@ -1,4 +1,4 @@
-//! One instance: the calls in their order. Pointers stay in `abi.rs`.
+//! One instance, and the order of calls that the standard allows. Pointers stay in `abi.rs`.
 //!
 //! Every method either succeeds, or returns a [`CallError`] and changes nothing. The exception is a step in which the
 //! engine fails: afterwards the instance can only be read, until it is reset or a state is restored.
@@ -34,13 +34,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use warnings::Warnings;
 
-/// Tolerance of communication points and stop times, times `1 + |t|` seconds, because hosts add up
-/// step sizes.
+/// Tolerance of communication points and stop times, in units of `1 + |t|` seconds, because hosts add up step sizes.
 const TIME_TOLERANCE: f64 = 1e-9;
-/// A host may overshoot its own stop time by this, times `1 + |t|` seconds.
+/// A host may overshoot its own stop time by this, in units of `1 + |t|` seconds.
 const STOP_TOLERANCE: f64 = 1e-6;
-/// Longest run, s: beyond it the spacing of doubles (1e-10 s) approaches the duration of a collision. If a run starts
-/// later, as with hosts that count from 1970, its time is counted from its start.
+/// Longest run, s. Beyond it the spacing of doubles (1e-10 s) approaches the duration of a collision. If a run starts
+/// later, as in hosts that count from 1970, its time is counted from its start.
 const LATEST: f64 = 1e6;
 /// Latest start, s.
 const LATEST_START: f64 = 1e10;
@@ -119,7 +118,7 @@ pub struct Instance {
     /// Waves along the bars at this communication point, if they were read.
     waves: Option<Profile>,
     warnings: Warnings,
-    /// Start of the last step, s, with the state there if an event has moved the engine since.
+    /// Start of the last step, s, and the state at this time if an event has moved the engine since.
     step_start: Option<(f64, Option<Box<State>>)>,
     journal: Journal,
 }
@@ -162,7 +161,7 @@ impl Instance {
     /// Sets start time and, if given, stop time, both in s. A tolerance would have no effect.
     ///
     /// # Errors
-    /// Initialization mode was entered before; times that are not finite, or not in order.
+    /// Initialization mode was entered before, or the times are not finite or not in order.
     pub fn set_up(&mut self, start: f64, stop: Option<f64>) -> Result<(), CallError> {
         self.demand("SetupExperiment", &[Phase::Instantiated])?;
         finite("startTime", start)?;
@@ -184,10 +183,10 @@ impl Instance {
         Ok(())
     }
 
-    /// Opens initialization mode.
+    /// Enters initialization mode.
     ///
     /// # Errors
-    /// If it was opened before.
+    /// Initialization mode was entered before.
     pub fn enter_initialization(&mut self) -> Result<(), CallError> {
         self.demand("EnterInitializationMode", &[Phase::Instantiated])?;
         self.phase = Phase::Initialization;
@@ -198,8 +197,8 @@ impl Instance {
     ///
     /// # Errors
     ///
-    /// Not in initialization mode, or the first parameter outside its domain, or set for a drive that
-    /// does not act; it can be corrected and the call repeated, or the instance reset.
+    /// The instance is not in initialization mode, or a parameter is outside its domain or belongs to a drive that does
+    /// not act. The host can then correct the parameter and repeat the call, or reset the instance.
     pub fn exit_initialization(&mut self) -> Result<(), CallError> {
         self.demand("ExitInitializationMode", &[Phase::Initialization])?;
         self.events.check()?;
@@ -236,9 +235,9 @@ impl Instance {
     /// Ends the simulation. Outputs remain readable.
     ///
     /// # Errors
-    /// Before the first step could be made, or twice.
+    /// The instance is not initialized, or was terminated before.
     pub fn terminate(&mut self) -> Result<(), CallError> {
-        // After a failed step, hosts terminate before they free.
+        // After a failed step, hosts call this before they free the instance.
         if self.phase != Phase::Failed {
             self.demand("Terminate", &[Phase::Stepping])?;
             self.check_balance();
@@ -254,14 +253,14 @@ impl Instance {
         *self = Self { journal, cancel, ..Self::new(self.variant.clone(), self.face, false) };
     }
 
-    /// Integrates exactly from the communication point to `point + size`, s, or to an event if the
-    /// host has agreed to that; returns why it ended early.
+    /// Integrates exactly from the communication point to `point + size`, s, or to an event if the host allows it.
+    /// Returns why the step ended early.
     ///
     /// # Errors
     ///
-    /// Nothing happened if the call is out of order, the point is not the present, the size is
-    /// negative, absurd or not finite, or the stop time is exceeded. If the engine fails, the
-    /// instance can only be read until it is reset or restored.
+    /// Nothing changes if the call is out of order, the point is not the present, the size is negative, far too large
+    /// or not finite, or the stop time is exceeded. If the engine fails, the instance can only be read until it is
+    /// reset or restored.
     pub fn step(&mut self, point: f64, size: f64) -> Result<Stop, CallError> {
         self.last_step_failed = true;
         self.demand("DoStep", &[Phase::Stepping])?;
@@ -312,7 +311,7 @@ impl Instance {
         Ok(stop)
     }
 
-    /// The end of the step, s.
+    /// The end of the step, s, or an error if it is not allowed.
     fn check_step(&self, now: f64, point: f64, size: f64) -> Result<f64, CallError> {
         finite("currentCommunicationPoint", point)?;
         finite("communicationStepSize", size)?;
@@ -320,7 +319,7 @@ impl Instance {
         let (displayed_point, displayed_now, displayed_size) =
             (DisplayNumber(point), DisplayNumber(now), DisplayNumber(size));
         let far = |time: f64| 1.0 + (time - zero_of(self.start)).abs();
-        // After a late start, instants are rounded by the host and here.
+        // After a late start, both the host and this code round instants.
         let rounded = if zero_of(self.start) == 0.0 { 0.0 } else { 4.0 * f64::EPSILON * now.abs() };
         if (point - now).abs() > TIME_TOLERANCE * far(now) + rounded {
             return refuse(format!(
@@ -408,7 +407,7 @@ impl Instance {
         self.last_step_failed
     }
 
-    /// Marks the instance as failed after a panic; it may still be readable.
+    /// Marks the instance as failed after a panic. It may still be readable.
     pub fn give_up(&mut self) {
         self.phase = Phase::Failed;
     }
@@ -431,8 +430,8 @@ impl Instance {
         self.journal.take()
     }
 
-    /// The engine, with everything that was set. Before it runs, it is created from the present parameters whenever
-    /// they have changed.
+    /// The engine, with everything that was set. Before it runs, it is created again from the parameters whenever they
+    /// have changed.
     fn machine(&mut self) -> Result<&mut Machine, CallError> {
         if matches!(self.phase, Phase::Instantiated | Phase::Initialization) {
             let origin = (self.settings.parameters()?, self.inputs.starting(), self.start);
@@ -450,7 +449,7 @@ impl Instance {
     }
 }
 
-/// What a variant starts with.
+/// Start values of a variant.
 fn starting(variant: &Variant) -> (Settings, InputValues, Events) {
     let mut settings = Settings::of(&Parameters::default());
     let (mut inputs, mut events) = (InputValues::default(), Events::default());

@@ -1,14 +1,14 @@
 //! Parameters as numbers that the host has set, valid or not.
 //!
-//! They become [`Parameters`] only when needed, so that an invalid one is reported where the
-//! standard asks for it, with the value that was set.
+//! They become [`Parameters`] only when needed, so that an invalid one is reported in the call in which the standard
+//! expects it, with the value that was set.
 
 use crate::error::CallError;
 use hammer::variables::{Parameter, Reader, Role, VARIABLES, Variable};
 use hammer::{DisplayNumber, ParameterError, Parameters};
 use serde::{Deserialize, Serialize};
 
-/// A number for each variable, by value reference; 0 for what is no parameter.
+/// A number for each variable, by value reference; 0 for variables that are not parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Settings(Vec<f64>);
 
@@ -19,12 +19,12 @@ impl Settings {
         Self((0..VARIABLES.len()).map(|k| read(parameter(k))).collect())
     }
 
-    /// The number set.
+    /// The number that was set.
     pub fn get(&self, reference: usize) -> f64 {
         self.0.get(reference).copied().unwrap_or_default()
     }
 
-    /// The number set of the parameter of this name.
+    /// The number of the parameter with this name.
     pub fn named(&self, name: &str) -> f64 {
         Variable::named(name).map_or(0.0, |(reference, _)| self.get(reference))
     }
@@ -47,13 +47,13 @@ impl Settings {
         self.0.iter().enumerate().filter_map(row)
     }
 
-    /// Whether calls of the host could have led here. Checked because a stored state may be corrupt.
+    /// True if calls of a host can have led to these numbers. This is checked because a stored state may be corrupt.
     pub fn is_sound(&self) -> bool {
         self.0.iter().all(|value| value.is_finite())
     }
 
-    /// Refuses a number that was set for a drive that does not act: the host meant that drive, but could not choose it.
-    /// Some hosts cannot set enumerations.
+    /// Refuses a number that was set for a drive that does not act. The user meant that drive, but the host could not
+    /// choose it: some hosts cannot set enumerations.
     ///
     /// # Errors
     /// The first such number that differs from its start.

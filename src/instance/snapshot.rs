@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 
 /// First bytes of a serialised state.
 const MAGIC: [u8; 4] = *b"DTHS";
-/// Version of the layout: this one's, raised when it changes, then the engine's.
+/// Version of the layout: this file's number, which is raised when its layout changes, and the engine's.
 const VERSION: u32 = (12 << 16) | State::FORMAT;
 /// Magic, version, payload length, checksum, GUID.
 const HEADER: usize = 4 + 4 + 8 + 4 + GUID.len();
@@ -25,7 +25,7 @@ pub struct Snapshot {
     start: f64,
     stop: Option<f64>,
     last_step_failed: bool,
-    /// The engine's state, if it runs. Before, it follows from the rest.
+    /// The engine's state, if it runs. Otherwise it follows from the other fields.
     engine: Option<State>,
     #[serde(skip)]
     bytes: OnceLock<Vec<u8>>,
@@ -53,8 +53,7 @@ impl Instance {
     ///
     /// # Errors
     ///
-    /// A corrupt state, or one that allows calls more work than this instance does; nothing is
-    /// changed then.
+    /// The state is corrupt, or its limit of work is higher than that of this instance; nothing is changed then.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), CallError> {
         let work_limit = |settings: &Settings| settings.named("work_limit");
         let (allowed, wanted) = (work_limit(&self.settings), work_limit(&snapshot.settings));
@@ -78,7 +77,7 @@ impl Instance {
         self.events = snapshot.events.of_state(self.face, self.machine.as_ref());
         self.inputs = snapshot.inputs.clone();
         (self.start, self.stop) = (snapshot.start, snapshot.stop);
-        self.retune = true; // Where nothing was tuned, that changes nothing.
+        self.retune = true; // If nothing was tuned, this changes nothing.
         self.last_step_failed = snapshot.last_step_failed;
         Ok(())
     }
@@ -99,7 +98,7 @@ impl Snapshot {
     ///
     /// # Errors
     ///
-    /// None is known; the encoder could fail.
+    /// The encoder fails; no case is known.
     pub fn bytes(&self) -> Result<&[u8], CallError> {
         if let Some(bytes) = self.bytes.get() {
             return Ok(bytes);
@@ -120,7 +119,7 @@ impl Snapshot {
     ///
     /// # Errors
     ///
-    /// The part of the header that is wrong.
+    /// The header is wrong; the error names the part.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, CallError> {
         let payload = payload(bytes)?;
         let snapshot: Self = postcard::from_bytes(payload)

@@ -1,4 +1,4 @@
-//! Reading and setting variables by the types of FMI 3.0, with those that FMI 2.0 does not have.
+//! Reads and sets variables by the types of FMI 3.0, including those that FMI 2.0 does not have.
 
 use super::events::Mode;
 use super::values::{INTEGER, REAL, check, read_only, row, sound};
@@ -128,7 +128,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Makes an input a straight line, with its present value and its slope.
+    /// Makes an input a straight line with its present value and slope.
     fn incline(&mut self, input: Input) {
         let (value, slope) = (self.input(input), self.events.slopes[input as usize]);
         self.inputs.set_value(input, value);

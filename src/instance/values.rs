@@ -1,4 +1,4 @@
-//! Reading and setting variables. Outputs are computed here, never in a step.
+//! Reads and sets variables. Outputs are computed here, never in a step.
 
 use super::events::Mode;
 use super::{Instance, Phase, finite};
@@ -51,7 +51,7 @@ impl Instance {
         }
     }
 
-    /// Motion and stress along the bars. All of it is computed when a part is first read.
+    /// Motion and stress along the bars. Everything is computed at the first read of any part.
     pub fn profile(&mut self) -> Result<&Profile, CallError> {
         self.machine()?;
         let Some(machine) = &self.machine else { return Err(CallError::Failed) };
@@ -92,8 +92,8 @@ impl Instance {
         }
     }
 
-    /// The derivative of a real output of an order: the first derivative of every output, the second if the engine
-    /// knows it, and otherwise 0, as the standard demands (FMI 2.0, 4.2.2).
+    /// A derivative of a real output: the first derivative of any output, the second if the engine knows it, and
+    /// otherwise 0, as the standard demands (FMI 2.0, 4.2.2).
     ///
     /// # Errors
     ///
@@ -136,7 +136,7 @@ impl Instance {
                 Role::Input(row) => check(row.input, 0, *value)?,
                 _ => finite(variable.name, *value)?,
             }
-            // While the simulation runs, the value is checked now, since no later call could refuse it.
+            // While the simulation runs, the value is checked immediately, because no later call could refuse it.
             if self.phase == Phase::Stepping
                 && let Role::Parameter(row) = &variable.role
             {

@@ -15,10 +15,10 @@ pub struct Warnings {
     fed: bool,
     /// Number of times that the energies did not balance.
     unbalanced: u64,
-    /// Number of warnings given of an exchange that makes energy.
+    /// Number of warnings about an exchange that creates energy.
     excesses: u32,
-    /// True once a warning was given: of an impact that is too fast, and of a hole that grows faster than the bit goes
-    /// in.
+    /// True after a warning: about an impact that is too fast, and about a hole that grows faster than the bit
+    /// advances.
     fast: bool,
     outrun: bool,
 }

@@ -1,9 +1,9 @@
-"""Tables as rigs, loggers and spreadsheets write them: one reader for all of them.
+"""Reads tables as rigs, loggers and spreadsheets write them.
 
-A file is decoded (UTF-8, UTF-16, Windows-1252), its separator and its decimal mark are found, what
-stands above the headings is passed over, and units are taken from the headings or from a row below
-them. LAS files are read by lasio, workbooks by openpyxl. Nothing is dropped in silence: there is a
-sentence for each column, and for each cell and row that is left out.
+The reader finds the encoding (UTF-8, UTF-16, Windows-1252), the separator, the decimal mark and the
+row of headings. Units are in the headings or in a row below them. LAS files are read by lasio,
+workbooks by openpyxl. Nothing is dropped silently: there is a sentence for each column, and for
+each cell and row that is left out.
 """
 
 from __future__ import annotations
@@ -31,21 +31,22 @@ from .scene.variables import Array
 Source: TypeAlias = "pd.DataFrame | str | Path"
 TEXTS = (".csv", ".tsv", ".txt")
 KINDS = (*TEXTS, ".parquet", ".xlsx", ".las")
-#: Separators, the likeliest first, and rows by which they and the headings are found.
+#: Separators, the most likely first, and the number of rows that are examined to find them and the
+#: headings.
 SEPARATORS, LOOKED_AT = ";\t|,", 200
-#: Words for nothing, in small letters, and numbers that LAS files and rigs write for it. Others are
-#: nothing only where they are far from all the rest of their column.
+#: Words in lower case for a missing value, and numbers that LAS files and rigs write for it. Other
+#: numbers mean it only if they are far from the rest of their column.
 WORDS = {"", "nan", "null", "none", "nil", "n/a", "na", "#n/a", "<na>"}
 WORDS |= {"-", "--", "---", ".", "*", "?"}
 NULLS = (-999.25, -999.0, -9999.0, -9999.25, -99999.0, -32768.0)
 NULLS_IF_FAR = (999.25, 999.0, 9999.0, 9999.25, 99999.0, 32767.0, 65535.0)
-#: Median deviations from the median beyond which a value is told; a deviation counts at least as
-#: this part of the median, so that nothing within half of it is far. More than this part of the
-#: values are no slips of a finger, but another rock or motion.
+#: A value is far if it is more than this many median deviations from the median. A deviation counts
+#: as at least this share of the median, so that nothing within half of it is far. If more than this
+#: share of the values is far, these are no typing errors, but another rock or motion.
 FAR, LEAST, SLIPS = 10.0, 0.05, 0.1
-#: Cases that are told of one kind; the rest is counted.
+#: Number of cases of one kind that a message lists; it counts the others.
 SHOWN = 3
-#: Words in small letters for what a rig writes, beside its name.
+#: Names in lower case that rigs give to a quantity, besides its own name.
 MEANT = {
     "depth": "dept dpth md measureddepth holedepth boreholedepth bitdepth depthtag lengthtag "
     "holelength tiefe teufe bohrtiefe djup borrdjup profondeur profundidad",
@@ -60,7 +61,7 @@ MEANT = {
     "blowsperminute blowsmin spm schlagzahl schlagfrequenz slagfrekvens",
     "time": "t seconds elapsedtime zeit tid temps",
 }
-#: What is a number; one as text, before its unit; whole numbers in groups of three.
+#: Types of numbers; a number as text, with its unit; whole numbers in groups of three.
 NUMBERS = (int, float, np.number, Decimal)
 WRITTEN = re.compile(r"([+-]?[\d.,][\d.,'\u2019 \u00a0\u202f]*(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 GROUPS = {mark: re.compile(rf"[+-]?\d{{1,3}}(\{mark}\d{{3}})+") for mark in ".,"}
@@ -68,9 +69,7 @@ GROUPS = {mark: re.compile(rf"[+-]?\d{{1,3}}(\{mark}\d{{3}})+") for mark in ".,"
 
 @dataclass(frozen=True)
 class Field:
-    """What a column may be: its SI unit (empty of a pure number), other words for it in small
-    letters, the values that it may have, and the unit in which they are told.
-    """
+    """A possible column: SI unit (empty for a pure number), names, allowed values, display unit."""
 
     name: str
     unit: str
@@ -79,45 +78,45 @@ class Field:
     told: str = ""
 
     def in_heading(self, head: str) -> tuple[str, str] | None:
-        """The word and the unit of a heading that is this field's."""
+        """Returns the name and the unit of a heading that belongs to this field."""
         parts, brackets = (
             [(head[: m.start()], head[m.end() :].strip()) for m in re.finditer(mark, head)]
             for mark in (r"\s*,\s*|\s+|_", r"[\s_]*[\[({<]")
         )
         parts += [(word, rest[:-1].strip()) for word, rest in brackets]
         pairs = [pair for pair in parts if quantities.is_unit(pair[1])]
-        # Another remark in brackets, as "(average)", is no unit.
+        # Another remark in brackets, such as "(average)", is no unit.
         last = pairs[-1][1] if pairs else ""
         pairs += [(head, ""), *((word, last) for word, _ in brackets)]
         known = {_small(self.name), *self.words.split()}
         return next((pair for pair in pairs if pair[0] and _small(pair[0]) in known), None)
 
     def text(self, value: float) -> str:
-        """A value as it is told."""
+        """Returns a value as text."""
         size = quantities.read(f"1 {self.told}", self.unit, self.name) if self.told else 1.0
         return f"{value / size:.4g} {self.told or self.unit}".strip()
 
 
 @dataclass
 class Grid:
-    """The cells of a table below its headings, and what is told of them."""
+    """The cells of a table below its headings, and sentences about them."""
 
     heads: list[str]
-    #: From a row of units, or of a LAS file.
+    #: From a row of units, or from a LAS file.
     units: list[str]
     rows: list[list[Any]]
-    #: The rows' numbers in the file, or the labels of a table of pandas.
+    #: The rows' numbers in the file, or the labels of a pandas table.
     labels: list[Any]
     separator: str = ""
     nulls: tuple[float, ...] = NULLS
-    #: Sentences: how it was read, a column each; and by kind what is told of rows.
+    #: One sentence per column about how it was read; and sentences about rows, by kind.
     said: list[str] = field(default_factory=list)
     told: dict[str, list[str]] = field(default_factory=dict)
 
     def numbers(self, columns: Iterable[int]) -> dict[int, list[Any]]:
-        """Of each cell its number (none of an empty one) and its own unit; a text that is none.
+        """Returns each cell's number (None if empty) with its unit, or its text if it is no number.
 
-        The decimal mark is that of the cells that allow for one only, else the separator's usual.
+        The decimal mark follows from cells that allow only one, or else from the separator.
         """
         texts = {k: [_written(row[k]) for row in self.rows] for k in columns}
         marks: Counter[str] = Counter()
@@ -155,7 +154,7 @@ def _written(cell: object) -> re.Match[str] | None:
 
 
 def _plain(number: str, point: bool, comma: bool) -> str:
-    """A number without thousands, with a decimal point; an unclear one stays as it is."""
+    """Returns a number with a decimal point and no separators; an ambiguous one is unchanged."""
     number = re.sub(r"['\u2019 \u00a0\u202f](?=\d{3}(?!\d))", "", number.strip())
     if point and comma and len(re.findall("[.,]", number)) == 1:
         return number if GROUPS[","].fullmatch(number) else number.replace(",", ".")
@@ -166,7 +165,7 @@ def _plain(number: str, point: bool, comma: bool) -> str:
 
 
 def opened(source: Source, fields: Sequence[Field]) -> Grid:
-    """Reads a table, of which some headings are known.
+    """Reads a table and finds its headings.
 
     Raises:
         DomainError: it cannot be read, or none of its headings is known.
@@ -200,7 +199,7 @@ def _framed(frame: pd.DataFrame) -> Grid:
 
 
 def _decoded(content: bytes) -> tuple[str, list[str]]:
-    """The text of a file, and in which code if that is not UTF-8."""
+    """Returns the text of a file, and the encoding if it is not UTF-8."""
     marks = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
     code = next((code for mark, code in marks.items() if content.startswith(mark)), "utf-8")
     begin = content[:400]
@@ -220,7 +219,7 @@ def _of_text(text: str, fields: Sequence[Field], name: str) -> Grid:
     lines = ("\n" + rest if given else text).splitlines(keepends=True)
 
     def even(mark: str) -> int:
-        """How many lines have the same number of cells."""
+        """Returns the number of lines that have the same number of cells."""
         cells = csv.reader(lines[:LOOKED_AT], delimiter=mark)
         return max(Counter(len(row) for row in cells if len(row) > 1).values(), default=0)
 
@@ -247,7 +246,7 @@ def _of_workbook(content: bytes, fields: Sequence[Field], name: str) -> Grid:
 
 
 def _of_las(text: str) -> Grid:
-    # It prints what its own code met: what is wrong with a cell is told here, with its row.
+    # Lasio logs errors in cells. They are reported here instead, with their rows.
     logging.getLogger("lasio").setLevel(logging.CRITICAL)
     ways = {"engine": "normal", "null_policy": "none", "read_policy": ()}
     las = need("lasio").read(io.StringIO(text), ignore_header_errors=True, **ways)
@@ -260,7 +259,7 @@ def _of_las(text: str) -> Grid:
 
 
 def _below_heads(rows: list[tuple[int, list[Any]]], fields: Sequence[Field], name: str) -> Grid:
-    """Finds the headings: among the first rows the one that has most that are known."""
+    """Finds the headings: the row, among the first ones, with the most known headings."""
     texts = [(k, ["" if cell is None else cell for cell in row]) for k, row in rows if any(row)]
     heads = [[str(cell).lstrip("#% ").strip() for cell in row] for _, row in texts[:LOOKED_AT]]
     known = [sum(any(f.in_heading(h) for f in fields) for h in row if h) for row in heads]
@@ -290,7 +289,7 @@ def _below_heads(rows: list[tuple[int, list[Any]]], fields: Sequence[Field], nam
 
 
 def _are_units(cells: Sequence[Any]) -> bool:
-    """Whether a row has no numbers, and mostly units."""
+    """Returns whether a row has no numbers, and mostly units."""
     texts = [text for text in map(_bare, cells) if text.lower() not in WORDS]
     if not texts or any(re.match(r"[+-]?[.,]?\d(?!/)", text) for text in texts):
         return False
@@ -298,17 +297,17 @@ def _are_units(cells: Sequence[Any]) -> bool:
 
 
 def _bare(cell: object) -> str:
-    """A unit without the brackets about it."""
+    """Returns a unit without brackets around it."""
     return re.sub(r"^[\[({<]\s*|\s*[\])}>]$", "", "" if cell is None else str(cell).strip())
 
 
 def _small(word: str) -> str:
-    """The letters of a heading alone."""
+    """Returns the letters of a heading in lower case."""
     return re.sub(r"[\W_]", "", word).lower()
 
 
 def sentences(told: Mapping[str, Sequence[str]]) -> list[str]:
-    """A sentence for each kind: the first cases, and how many more there are."""
+    """Returns a sentence for each kind: the first cases, and the number of others."""
     parts = {
         kind: [*cases[:SHOWN], f"and {len(cases) - SHOWN} more"] for kind, cases in told.items()
     }
@@ -316,7 +315,7 @@ def sentences(told: Mapping[str, Sequence[str]]) -> list[str]:
 
 
 def far(values: Array) -> Array:
-    """Which values above 0 are more than ten median deviations from the median."""
+    """Returns which positive values are more than ten median deviations from the median."""
     known = values[np.isfinite(values) & (values > 0.0)]
     if len(known) < 3:
         return np.zeros(len(values), dtype=bool)
@@ -331,17 +330,17 @@ def columns_of(
     units: Mapping[str, str] | None = None,
     columns: Mapping[str, str] | None = None,
 ) -> tuple[pd.DataFrame, pd.DataFrame, Grid]:
-    """The numbers of some fields (SI, NaN where nothing is left), the other columns, and the table.
+    """Returns the numbers of some fields (SI; NaN if missing), the other columns, and the table.
 
     Args:
         source: a table, or a file.
-        fields: what its columns may be; one of these is named ``depth``.
-        units: of fields whose headings have none, by name.
-        columns: headings of fields, by name, where two may be meant or one is not known; "none" of
-            one that is not to be read.
+        fields: the possible columns; one of them is named ``depth``.
+        units: units of fields whose headings have none, by name.
+        columns: headings of fields, by name, if they are ambiguous or unknown; "none" for a field
+            that is not to be read.
 
     Raises:
-        DomainError: two columns of one field; no unit, or one of another kind.
+        DomainError: a field has two columns, no unit, or a unit of another kind.
     """
     named, units, columns = {of.name: of for of in fields}, units or {}, columns or {}
     for name in (*units, *columns):
@@ -351,7 +350,7 @@ def columns_of(
     found = _chosen(grid, fields, columns)
     cells = grid.numbers(k for k, _ in found.values())
     used: dict[str, Array] = {}
-    # Depth first: it says where the others are.
+    # Depth first, because messages about the others name it.
     for name, (k, own) in sorted(found.items(), key=lambda item: item[0] != "depth"):
         unit = units.get(name) or grid.units[k] or own
         values = _column(grid, cells[k], named[name], (grid.heads[k], unit))
@@ -380,7 +379,7 @@ def columns_of(
 def _chosen(
     grid: Grid, fields: Sequence[Field], columns: Mapping[str, str]
 ) -> dict[str, tuple[int, str]]:
-    """The column of each field that has one, and the unit in its heading."""
+    """Returns the column of each field that has one, and the unit in its heading."""
     found: dict[str, tuple[int, str]] = {}
     for k, head in enumerate(grid.heads):
         for of in fields:
@@ -395,7 +394,7 @@ def _chosen(
                     f"by column={{{of.name!r}: HEADING}} or --column {of.name}=HEADING"
                 )
             if pair:
-                # "BPM" is its own unit.
+                # The heading "BPM" is its own unit.
                 own = pair[0] if quantities.is_unit(pair[0]) and of.unit == "Hz" else ""
                 found[of.name] = (k, pair[1] or own)
     for name, head in columns.items():
@@ -405,7 +404,7 @@ def _chosen(
 
 
 def _column(grid: Grid, cells: list[Any], of: Field, said: tuple[str, str]) -> Array:
-    """A column's numbers, SI; NaN of nothing and of what is no number."""
+    """Returns a column's numbers in SI units; NaN for missing values and for text."""
     head, unit = said
     found, size, inverse = np.full(len(cells), np.nan), 1.0, False
     if unit:
@@ -443,7 +442,7 @@ def _column(grid: Grid, cells: list[Any], of: Field, said: tuple[str, str]) -> A
 
 
 def _sifted(grid: Grid, values: Array, of: Field, depths: Array | None) -> Array:
-    """Takes out what is beyond a field's limits, and tells what is far from all the rest."""
+    """Removes values beyond a field's limits, and reports values far from all others."""
 
     def tell(n: int, kind: str) -> None:
         depth = "" if depths is None or np.isnan(depths[n]) else f", depth {depths[n]:.6g} m"
@@ -470,9 +469,9 @@ def _sifted(grid: Grid, values: Array, of: Field, depths: Array | None) -> Array
 
 
 def rows_of(source: Source, names: Iterable[str]) -> pd.DataFrame:
-    """A table of values by name, each as text with the unit of its heading.
+    """Returns a table of values by name, each as text with the unit of its heading.
 
-    What is no number stays as it is: a label, or what the reader of the name refuses.
+    Cells that are no numbers are unchanged: labels, or text that a later check refuses.
     """
     named = {_small(name): name for name in names}
     of = Field("a name", "", " ".join(named))

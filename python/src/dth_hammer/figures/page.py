@@ -71,26 +71,27 @@ def report(
     customer: str = "",
     progress: bool = False,
 ) -> Path:
-    """Runs a hammer and writes a sheet to hand on, with all that it rests on behind it: one file.
+    """Runs a hammer and writes a report: a sheet for the customer and an appendix, in one file.
 
-    The sheet is one page, A4 where it is printed: a drawing to scale, six numbers with ranges, what
-    to give the hammer, one figure and what is assumed.
+    The sheet is one page (A4 when printed): a drawing to scale, six numbers with ranges, the supply
+    that the hammer needs, one figure, and the assumptions.
 
     Args:
         hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet`, a `Run`.
         out: the page to write, ``.html``.
-        preset: parameter set that a mapping is laid over.
-        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
-        units: of the tables, as `convert` takes them; of several, the later go before the earlier.
-        gradient: parameters and inputs on which the long-run response may depend: trends
+        preset: preset that provides all parameters that a mapping does not give.
+        rock: the rock to drill: a name, a class, a strength or a file, as for `dth_hammer.rock`.
+        units: units of the tables, as for `convert`; in a list, later entries override earlier
+            ones.
+        gradient: parameters and inputs for which the report has trends of the long-run response:
             ``d ln number / d ln parameter`` over 5 %.
-        curve: an S-N line: the life of each section is told, its worst place marked in the waves.
-        title: name of the hammer; that of the scene if not given.
-        customer: whom the sheet is for.
+        curve: an S-N line; with it the report has the life of each section and its worst place.
+        title: name of the hammer; by default that of the scene.
+        customer: name of the customer.
         progress: shows a bar for each part of the work that takes long.
 
-    Of a datasheet, what it says, leaves open and contradicts is told. A figure that a run has too
-    few blows for is left out, and the page says so.
+    For a datasheet, the report has its numbers, the assumptions and the contradictions. If a run
+    has too few blows for a figure, the page says so instead.
 
     Example:
         >>> from dth_hammer import Scene, report

@@ -1,17 +1,18 @@
 """Estimates a hammer's parameters, with reliable error bars, from measurements while it runs.
 
-The response is only piecewise smooth, so it is not differentiated. In the logarithms of the
-parameters it is emulated, over all hammers that were simulated (`posterior`): what is left beside a
-smooth function is its roughness. With measured values ``m`` of covariance ``S``, emulated means
-``f`` and the covariance ``R`` of a new hammer about these, the likelihood is that of
+The response is only piecewise smooth, so it is not differentiated. An emulator approximates it, as
+a function of the parameters' logarithms, from all simulated hammers (`posterior`); its deviation
+from a smooth function is the roughness. With measured values ``m`` of covariance ``S``, emulated
+means ``f`` and the covariance ``R`` of a new hammer around them, the likelihood is that of
 
     (m - f(x)) . (S + R)^-1 (m - f(x))
 
-within the bounds. A population is drawn from it, hammers among its members are simulated, and so on
-until the population stays as it is and the emulator is sure of nearly all of it: while it is not,
-hammers are chosen by its spread, so that a ridge (a combination of parameters that is known much
-better than each of them) is not as wide as what is unknown of the response. The best values are
-those of its best member, moved on to where the likelihood grows no more.
+within the bounds. A population is drawn from it, some of its members are simulated, and this is
+repeated until the population no longer changes and the emulator is certain of nearly all of it.
+Until then, members with a large uncertainty are preferred. Otherwise a ridge (a combination of
+parameters that is known much better than each of them) would be as wide as the emulator's
+uncertainty. The best values are those of the best member, moved to the nearest maximum of the
+likelihood.
 """
 
 from __future__ import annotations
@@ -37,22 +38,23 @@ from .measurements import GIVE, Free, Measured, Problem, problem_of
 from .posterior import LOSSES, Emulator, maximum, modes, population
 from .trends import table_of
 
-#: Points of the first design, for each parameter, and fewest that have a response beside these.
+#: Points of the first design for each parameter, and the fewest further ones that must have a
+#: response.
 FIRST, FEWEST = 16, 3
-#: Least standard deviation that is told, in logarithms.
+#: Least standard deviation of a result, in logarithms.
 NARROW = 1e-3
-#: A misfit is reported below this probability.
+#: A misfit is reported if its probability is below this.
 CHANCE = 1e-3
-#: Correlation beyond which two estimates can hardly be distinguished; error of a direction, over
-#: the width of the bounds, beyond which the measurements do not determine it.
+#: Two estimates can hardly be distinguished if their correlation is above the first number; a
+#: direction is undetermined if its error over the width of the bounds is above the second.
 CORRELATED, BLIND = 0.95, 0.5
-#: Turns of refining the likelihood at most; hammers of each, for each parameter; the part of their
-#: width by which ends and middle of intervals may move at last.
+#: Most turns of refining the likelihood; new hammers of each turn per parameter; and the change of
+#: an interval's ends and middle, as a share of its width, below which it counts as unchanged.
 TURNS, AMONG, STAYS = 10, 8, 0.1
-#: What the emulator may not know, in standard errors of a measurement, and of which part of the
-#: population: 0.3 makes an interval hypot(1, 0.3) = 1.04 times as wide.
+#: Allowed uncertainty of the emulator, in standard errors of a measurement, and the share of the
+#: population that must meet it: 0.3 makes an interval hypot(1, 0.3) = 1.04 times as wide.
 MOST_SPREAD, SURE = 0.3, 0.9
-#: A measured value over the fitted one, either way, beyond which its unit is asked about.
+#: If a measured value differs from the fitted one by this factor, its unit may be wrong.
 STRANGE = 10.0
 
 
@@ -62,29 +64,29 @@ class Calibration(answers.Answer):
 
     #: Best values.
     parameters: pd.Series
-    #: Standard deviations of what the likelihood leaves; those of the bounds if undetermined.
+    #: Standard deviations of the samples; those of the bounds if undetermined.
     errors: pd.Series
     covariance: pd.DataFrame
     correlation: pd.DataFrame
-    #: Drawn from the likelihood within the bounds: a row each, a column by parameter.
+    #: Samples of the likelihood within the bounds: one row each, one column per parameter.
     samples: pd.DataFrame = field(repr=False)
     #: Best values and share of each mode of the likelihood, the largest first.
     modes: pd.DataFrame
-    #: What these measurements do not determine, one sentence each.
+    #: Parameters and combinations that these measurements do not determine, one sentence each.
     cannot_tell: tuple[str, ...]
     #: Parameters at their bounds.
     at_bounds: tuple[str, ...]
-    #: Measured and fitted values (a rate with its range), errors of both, and their difference
-    #: over these.
+    #: Measured and fitted values (a rate with its range), the errors of both, and the difference
+    #: divided by these errors.
     residuals: pd.DataFrame
-    #: The same of each record, over its time.
+    #: The same table for each record, over its time.
     records: tuple[pd.DataFrame, ...]
-    #: Sum of the squared residuals over their errors; measurements less parameters.
+    #: Sum of the squared residuals over their errors; number of measurements minus parameters.
     chi_square: float
     degrees_of_freedom: int
-    #: Why the model does not describe the measurements; empty if it may.
+    #: The reason why the model does not describe the measurements; empty if it may.
     misfit: str
-    #: The long-run response there; None if only records were fitted.
+    #: The long-run response of the best values; None if only records were fitted.
     steady: Steady | None
     #: Number of simulated hammers.
     evaluations: int
@@ -93,16 +95,16 @@ class Calibration(answers.Answer):
 
     @property
     def hammer(self) -> dict[str, float]:
-        """Numbers of the fitted hammer, with those that were given."""
+        """Numbers of the fitted hammer, including those that were given."""
         return {**self._problem.given, **self.parameters}
 
     def interval(self, level: float = 0.95) -> pd.DataFrame:
         """Returns an interval of each parameter with this probability, one row each.
 
-        Equally probable on both sides, so not symmetric about the best value.
+        Both tails are equally probable, so the interval is not symmetric about the best value.
 
         Args:
-            level: how probable it is that an interval holds the value, above 0 and below 1.
+            level: probability that an interval contains the value, above 0 and below 1.
         """
         if not 0.0 < level < 1.0:
             raise DomainError(f"level = {level:g} must be above 0 and below 1")
@@ -115,7 +117,7 @@ class Calibration(answers.Answer):
         return pd.DataFrame({"median": self.samples.median(), **self.interval(), **own})
 
     def log_likelihood(self, theta: Sequence[float] | Array) -> Any:
-        """Logarithm of the likelihood of parameters, without its constant.
+        """Returns the logarithm of the likelihood of parameters, without its constant.
 
         For samplers such as emcee. It is minus infinity outside the bounds, and where the engine
         refuses the hammer or the hammer stalls; it is never NaN.
@@ -151,14 +153,14 @@ class Calibration(answers.Answer):
     caption = "Fitted less measured, over the error"
 
     def in_words(self) -> list[str]:
-        """What is not determined, what does not fit, and the rate."""
+        """Returns sentences about undetermined parameters, the misfit, and the rate."""
         fits = f"chi-square {self.chi_square:.3g} of {self.degrees_of_freedom} degrees of freedom"
         texts = [fits, *self.cannot_tell, *(f"{n} is at its bound" for n in self.at_bounds)]
         texts += [self.misfit] if self.misfit else []
         return texts + ([self.steady.rate] if self.steady is not None else [])
 
     def plot(self) -> Any:
-        """Plots the fitted hammer beside each measurement, or beside the first record."""
+        """Plots the fitted hammer with each measurement, or with the first record."""
         return answers.residuals(self.residuals if len(self.residuals) else self.records[0])
 
 
@@ -183,14 +185,16 @@ def calibrate(
             a `Scene` or its file, a `Datasheet`, a `Run`.
         measured: means of `Steady` by name: a value with its standard error, numbers in SI units or
             text (``("34 mm/s", "0.5 mm/s")``), or three or more repeated measurements; or a table
-            or a file with a column each, as of `specific_energy`. A value that no hammer has, and a
-            few that are more than ten median deviations from the median, are left out and told.
-            Unless the rock's specific energy is free, the error of ``rop`` has that of the energy.
+            or a file with a column each, as for `specific_energy`. Impossible values, and a few
+            that are more than ten median deviations from the median, are left out, and a warning
+            lists them. Unless the rock's specific energy is free, its error adds to that of
+            ``rop``.
         free: parameters and constant inputs to estimate, all above 0, optionally with bounds:
-            ``{"rock.stiffness": ("50 MN/m", "500 MN/m")}``; otherwise a factor of three both ways.
+            ``{"rock.stiffness": ("50 MN/m", "500 MN/m")}``; the default is a factor of three both
+            ways.
         records: samples of a force or a motion over time, see `Record`.
-        preset: parameter set that a mapping is laid over.
-        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
+        preset: preset that provides all parameters that a mapping does not give.
+        rock: the rock to drill: a name, a class, a strength or a file, as for `dth_hammer.rock`.
         loss: ``linear``, or a robust one of `scipy.optimize.least_squares`: ``soft_l1``,
             ``huber``, ``cauchy``, ``arctan``.
         error: relative standard error of the rate of penetration of each simulated hammer.
@@ -227,7 +231,7 @@ def calibrate(
 
 
 def _weighed(problem: Problem, loss: str, seed: int) -> tuple[Emulator, Array]:
-    """An emulator and a population over its likelihood, refined until this stays."""
+    """Returns an emulator and a population over its likelihood, refined until it settles."""
     groups = len(problem.means), [len(record.values) for record in problem.records]
     bounds = (problem.low, problem.high)
     before: Array | None = None
@@ -248,8 +252,8 @@ def _weighed(problem: Problem, loss: str, seed: int) -> tuple[Emulator, Array]:
         before = sides
         if turn < TURNS - 1:
             random, count = np.random.default_rng([seed, turn]), AMONG * len(problem.names)
-            # Where it is sure anywhere among the members; else by the variance of its spread, so
-            # that what looks plausible only because nothing is known there is tried.
+            # If the emulator is certain, any members; otherwise members by the variance of the
+            # emulator, which may seem plausible only because nothing is known about them.
             chance = None if sure else spread**2 / np.sum(spread**2)
             problem.note(members[random.choice(len(members), count, replace=sure, p=chance)])
     return emulator, members
@@ -313,7 +317,8 @@ def _described(
 
 
 def _misfit(chi_square: float, freedom: int) -> str:
-    # As many parameters as measurements meet them all, so any misfit counts, as of one.
+    # If there are as many parameters as measurements, all can be met; any misfit then counts, with
+    # one degree of freedom.
     if need("scipy.stats").chi2.sf(chi_square, max(freedom, 1)) >= CHANCE:
         return ""
     return (
@@ -342,7 +347,7 @@ def _tables(problem: Problem, logs: Array, rough: Array, off: Array) -> list[pd.
 
 
 def _unsure(spread: float, hammers: int) -> tuple[str, ...]:
-    """Says that intervals have what is not known of the response."""
+    """Says that intervals include the emulator's uncertainty."""
     wide = np.hypot(1.0, spread)
     text = f"after {hammers} hammers the response is not well known: intervals are up to {wide:.1f}"
     return (f"{text} times as wide as the measurements make them",) if spread > MOST_SPREAD else ()

@@ -1,4 +1,4 @@
-"""Two hammers in one rock, or in two: `compare`."""
+"""Compares two hammers, in one rock or in two: `compare`."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ from ..scene.hammers import Hammerlike, numbers_of
 from ..scene.variables import whole
 from .longrun import Steady, Wanted, responses
 
-#: Means of a response by what two hammers are compared in.
+#: Means of a response in which two hammers are compared.
 MEANS = {
     "rate of penetration": "rop",
     "blow energy": "blow_energy",
     "frequency": "blow_frequency",
     "free air": "air_flow",
 }
-#: Relative standard errors: wanted of means, and of a ratio of scenes beside theirs.
+#: Relative standard errors: requested for means, and added to a ratio of scenes.
 WANTED, OF_SCENES = 0.02, 0.05
-#: Standard deviations from the middle to an end of a range of 80 %.
+#: Standard deviations from the middle of an 80 % range to its end.
 END = 1.2816
 
 
 @typed()
 def compare(a: Hammerlike, b: Hammerlike) -> pd.DataFrame:
-    """Compares two hammers, or one at two pressures: numbers of ``a`` over ``b``'s.
+    """Compares two hammers, or one hammer at two pressures: ratios of ``a`` to ``b``.
 
-    In one rock the specific energy cancels. Of one hammer under other conditions (``at``, ``feed``,
-    ``hole`` where ``od`` is given, ``rock``) so does all that is unknown of it, and what the model
-    does not know of the condition is left: over pressure an exponent to 0.15, over the feed 5 %,
-    over the hole an exponent to 0.25. Of two hammers nothing else cancels: their samples are paired
-    at random. Of two rocks the specific energies are drawn apart. A hammer that is no datasheet is
-    simulated until its means are known, and taken as known to 5 %.
+    In one rock the specific energy cancels. For one hammer under two conditions (``at``, ``feed``,
+    ``hole`` if ``od`` is given, ``rock``) all its unknown numbers cancel too, and the model's error
+    remains: an exponent of pressure to 0.15, 5 % for the feed, an exponent of the hole to 0.25. For
+    two hammers nothing else cancels, and their samples are paired at random. For two rocks the
+    specific energies are drawn independently. A hammer without datasheet is simulated until its
+    means are known; its error is taken as 5 %.
 
     Args:
-        a: what is compared: a datasheet, or whatever `simulate` takes.
-        b: with what.
+        a: the first hammer: a datasheet, or anything that `simulate` takes.
+        b: the second hammer.
 
     Returns:
-        A row each: the middle ratio and the ends of 80 %.
+        One row per number: the median ratio and the ends of its 80 % range.
 
     Example:
         >>> from dth_hammer import compare, from_datasheet

@@ -1,8 +1,8 @@
-"""A drilling log to the rock's specific energy over depth: `specific_energy`.
+"""Computes the rock's specific energy over depth from a drilling log: `specific_energy`.
 
 After Izquierdo and Chiang (*specific rock energy index using corrected down-the-hole drill
-monitoring data*): rate, air pressure, pull-down, and the blows' frequency where it was heard, go
-through the simulated hammer to the work that breaks a volume of rock.
+monitoring data*): the simulated hammer converts rate, air pressure, pull-down and (if it was
+recorded) the blows' frequency to the work that breaks a volume of rock.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .longrun import FEWEST, Wanted, responses
 from .measurements import RANGES
 from .trends import table_of
 
-#: What a log may have, and the unit in which it is told: values that no hammer has are none.
+#: Columns of a log, with units for messages. Impossible values count as missing.
 FIELDS = [tables.Field("depth", "m", tables.MEANT["depth"], (-500.0, 15e3), "m")] + [
     tables.Field(name, si, tables.MEANT[name], RANGES[name], told)
     for name, si, told in (
@@ -34,21 +34,22 @@ FIELDS = [tables.Field("depth", "m", tables.MEANT["depth"], (-500.0, 15e3), "m")
     )
 ]
 NEEDED = ("depth", "rop", "pressure")
-#: Most nodes over pressure and feed between which hammers are interpolated, in logarithms, and how
-#: far these are apart if there are fewer.
+#: Most nodes over pressure and feed, between which hammers are interpolated in logarithms, and the
+#: distance of nodes if there are fewer.
 NODES, APART = 5, 0.15
-#: Standard error of a frequency that is heard; so many beyond which it is of no hammer.
+#: Relative standard error of a recorded frequency; number of errors beyond which it is implausible.
 HEARD, STRANGE = 0.02, 3.0
-#: Members that are drawn of a scene, and the standard error of a measured rate.
+#: Number of random members for a scene, and the standard error of a measured rate.
 MEMBERS = 240
 SCATTER = {row[0]: row[5] for row in _native.datasheet_numbers()}["rop"]
-#: A rate that the sheet's hammers are measured with, m/s: each row's is put in its place.
+#: Rate at which the sheet's hammers are solved, m/s; each row's rate then replaces it.
 RATE = 1e-2
-#: Specific energies of rocks, J/m3: about 1 to 1.4 of a strength of 8 to 400 MPa, 1.6 either way.
+#: Plausible specific energies, J/m3: about 1 to 1.4 times strengths of 8 to 400 MPa, within a
+#: factor of 1.6.
 ROCKS = (5e6, 900e6)
-#: The source of the drive's force of hammers under air, by its number.
+#: The number of the drive's source for hammers under air.
 AIR = VARIABLES["drive.source"].number("Air")
-#: A pressure and a feed over the sheet's own, either way, beyond which the unit is asked about.
+#: If pressure or feed differ from the sheet's by this factor, their unit may be wrong.
 BEYOND = 4.0
 
 
@@ -60,28 +61,28 @@ def specific_energy(
     unit: Mapping[str, str] | None = None,
     column: Mapping[str, str] | None = None,
 ) -> pd.DataFrame:
-    """Returns the rock's specific energy over the depth of a hole, with the range of 80 %.
+    """Returns the rock's specific energy over the depth of a hole, with 80 % ranges.
 
-    Each row's rate is that of the sheet's hammers at its pressure, feed and heard frequency, each
-    of them simulated. A hammer that is no datasheet is taken as known to 5 %. A row without a rate,
-    a pressure or a depth (empty, a null of LAS files and rigs, a word), with one that no hammer
-    has, or an idle one (0) is left out; a value far from all others is used. All of it is told in a
-    warning, with row and depth. ``attrs["said"]`` of the answer has a sentence for each column, and
-    by how much it narrows the range; columns that are not used stand beside the answer.
+    The sheet's hammers are simulated at each row's pressure, feed and frequency, and the row's rate
+    gives the specific energy. A hammer without datasheet is taken as known to 5 %. Rows are left
+    out if rate, pressure or depth is missing (empty, a null value of LAS files and rigs, a word),
+    impossible, or 0 (idle). A value far from all others is used. Warnings list these rows and
+    values with their depth. ``attrs["said"]`` of the result has a sentence for each column, also
+    about its effect on the range. The result also has the columns that are not used.
 
     Args:
-        sheet: of the hammer, or whatever else `simulate` takes; its pressure is that of a log if it
-            is driven by air.
+        sheet: the hammer's datasheet, or anything else that `simulate` takes if air drives it; the
+            log's pressure replaces its own.
         log: a table, or a file (.csv, .tsv, .txt, .parquet, .xlsx, .las), with the depth, the rate,
             the pressure of the air, and the feed and the blows' frequency if they are known. Units
-            stand in the heading (``ROP [m/h]``), in the row below it or with each value; a rate may
-            be told as min/m.
-        unit: of columns whose heading has none: ``{"rop": "m/h"}``.
-        column: headings by name, where two may be meant or one is not known: ``{"rop": "ROP_1"}``;
-            ``"none"`` of what is not to be read.
+            are in the heading (``ROP [m/h]``), in the row below it or with each value; a rate may
+            also be in min/m.
+        unit: units of columns without unit: ``{"rop": "m/h"}``.
+        column: headings by name, if they are ambiguous or unknown: ``{"rop": "ROP_1"}``; ``"none"``
+            for a column that is not to be read.
 
     Raises:
-        DomainError: a column without a unit, or two of one meaning; no row with a rate.
+        DomainError: a column has no unit, two columns have one meaning, or no row has a rate.
 
     Example:
         >>> import pandas as pd
@@ -126,7 +127,7 @@ def specific_energy(
 
 @dataclass(frozen=True)
 class _Hammers:
-    """Those that a log may be of: a scene, and at nodes of the pressure (a row each) members."""
+    """The hammers of a log: a scene, and members at nodes of the pressure (one row each)."""
 
     scene: Mapping[str, float]
     there: Sequence[Mapping[str, float]]
@@ -134,13 +135,13 @@ class _Hammers:
     power: Array
     pace: Array
     feed: Array
-    #: Specific energy times rate over that power, and what a member counts.
+    #: Specific energy times rate, over that power; and the statistical weight of a member.
     own: Array
     weights: Array
 
 
 def _of_sheet(sheet: Datasheet, nodes: Array) -> _Hammers:
-    """The sheet's hammers, each with the share of its work that gives its measured rate."""
+    """Returns the sheet's hammers, with the specific energies for a known rate."""
     base = sheet.but(rop=RATE, at=None)
     there = [base.but(at=float(pressure)) for pressure in np.exp(nodes)]
     power, pace = (
@@ -155,7 +156,7 @@ def _of_sheet(sheet: Datasheet, nodes: Array) -> _Hammers:
 
 
 def _of_scene(hammer: Hammerlike, nodes: Array) -> _Hammers:
-    """A known hammer: members differ by what its energy, pace and a measured rate are known to."""
+    """Returns a known hammer; members differ by errors of energy, frequency and measured rate."""
     scene = numbers_of(hammer)
     full = whole(scene)
     if full["drive.source"] != AIR:
@@ -176,9 +177,7 @@ def _of_scene(hammer: Hammerlike, nodes: Array) -> _Hammers:
 
 
 def _powers(hammers: _Hammers, nodes: Array, rows: pd.DataFrame) -> tuple[Array, list[str]]:
-    """Logarithm of the power at the pressure, feed and frequency of each row, a member a column,
-    and what it is known by.
-    """
+    """Returns the logarithm of the power (a row per row, a column per member), and sentences."""
     at = np.log(rows["pressure"])
     power, pace = (_between(at, nodes, table) for table in (hammers.power, hammers.pace))
     ends = np.exp([power.mean(axis=1).min(), power.mean(axis=1).max()]) / 1e3
@@ -191,7 +190,7 @@ def _powers(hammers: _Hammers, nodes: Array, rows: pd.DataFrame) -> tuple[Array,
         for name in ("feed", "frequency")
     }
     fed, heard = known["feed"], known["frequency"]
-    # Of a row without one the members have feeds of their own.
+    # In a row without feed each member has its own.
     power += (own := _unfed(hammers))
     if not fed.any():
         used.append(f"no feed is known: it is that of the hammer, {_wider(power, power - own)}")
@@ -225,7 +224,7 @@ def _wider(now: Array, before: Array) -> str:
 
 
 def _unfed(hammers: _Hammers) -> Array:
-    """Logarithm of each member's power at its own feed over that at the scene's."""
+    """Returns the logarithm of each member's power at its own feed over that at the scene's."""
     _, low, high = np.log(_native.spread(np.exp(hammers.feed), hammers.weights))
     if high - low < 1e-6:
         return np.zeros(len(hammers.feed))
@@ -235,7 +234,7 @@ def _unfed(hammers: _Hammers) -> Array:
 
 
 def suspicions(scene: Mapping[str, float], rows: pd.DataFrame) -> dict[str, list[str]]:
-    """Pressures and feeds that are not the sheet's, and energies that no rock has, by kind."""
+    """Returns, by kind, pressures and feeds unlike the sheet's, and implausible energies."""
     known, told = whole(scene), dict[str, list[str]]()
     usual = {"pressure": known["supply_pressure"] - known["exhaust_pressure"]}
     usual = usual if known["drive.source"] == AIR else {}
@@ -256,18 +255,18 @@ def suspicions(scene: Mapping[str, float], rows: pd.DataFrame) -> dict[str, list
 
 
 def _nodes(values: pd.Series) -> Array:
-    """Logarithms from that of the least value to that of the largest."""
+    """Returns logarithms that are evenly spaced from the least value to the largest."""
     low, high = np.log([values.min(), values.max()])
     return np.linspace(low, high, min(NODES, 1 + int(np.ceil((high - low - 0.01) / APART))))
 
 
 def _between(places: pd.Series, nodes: Array, table: Array) -> Array:
-    """Rows of a table, of which there is one a node, at places between these."""
+    """Interpolates the rows of a table, which has one row per node."""
     return np.array([np.interp(places, nodes, column) for column in table.T]).T
 
 
 def _heard(power: Array, pace: Array, heard: Array) -> Array:
-    """How far each member's power moves if its frequency does to what was heard, in logarithms."""
+    """Returns by how much each member's power changes, in logarithms, with a recorded frequency."""
     off = heard[:, None] - pace
     wide = np.hypot(pace.std(axis=1), HEARD)
     strange = np.abs(off.mean(axis=1)) > STRANGE * wide
@@ -280,8 +279,8 @@ def _heard(power: Array, pace: Array, heard: Array) -> Array:
 
 
 def _fed(there: Sequence[Mapping[str, float]], feeds: Array) -> Array:
-    """Logarithm of the power to the rock over that under a scene's own feed, a row for each scene:
-    of simulated rigid hammers.
+    """Returns the logarithm of the power to the rock over that at a scene's own feed, for rigid
+    hammers; one row per scene.
     """
     rigid = {"fidelity": VARIABLES["fidelity"].number("Rigid")}
     plain = [{**scene, **rigid} for scene in there]

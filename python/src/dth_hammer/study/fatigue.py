@@ -23,12 +23,13 @@ from ..simulation import answers
 from .longrun import Steady
 from .response import steady
 
-#: Blow periods that are skipped at the start, and blows that are counted if they do not repeat.
+#: Number of blows that are skipped at the start, and of those that are counted if they do not
+#: repeat.
 SETTLED, IRREGULAR = 60, 10
 #: Samples while a wave passes an element, and samples that are computed in one block.
 FINE, BLOCK = 8, 20_000
-#: Stress ranges below a share of the largest range at a place are not counted: this one, and one of
-#: which a million cycles do `LOST` of the damage of the largest cycle.
+#: Stress ranges are ignored below a share of the largest range at a place: below `LEAST`, and below
+#: the share of which `MANY` cycles do `LOST` of the damage of the largest cycle.
 LEAST, MANY, LOST = 0.01, 1e6, 1e-4
 #: Relative error of the hours for which a mesh is chosen, unless the default error of a stress is
 #: stricter.

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 #: Names of the means, in the engine's order.
 MEANS: tuple[str, ...] = tuple(_native.MEANS)
-#: A simulation ends when the errors of these means are small enough, unless the user names others.
+#: A simulation ends when these means are accurate enough, unless the user names others.
 RATES = ("rop", "tip_rate")
 #: Column with the kind of a response.
 KIND = "kind"
@@ -181,10 +181,10 @@ class Wanted:
     error: float | Mapping[str, float] = DEFAULTS["error"]
     #: Largest number of blows to simulate.
     blows: int = int(DEFAULTS["blows"])
-    #: A hammer without a blow for this time (s) is stalled.
+    #: If a hammer makes no blow for this time (s), it has stalled.
     limit: float = DEFAULTS["limit"]
-    #: Whether a second start is tried of a motion that repeats, and a warning given if it does not
-    #: repeat from there.
+    #: Whether a motion that repeats is also tried from a second start. If it does not repeat from
+    #: there, a warning says so.
     second: bool = False
 
     def __post_init__(self) -> None:
@@ -208,7 +208,7 @@ class Wanted:
 
     @property
     def engine_arguments(self) -> tuple[list[float], int, float, int, bool]:
-        """These settings as the engine takes them.
+        """Returns these settings as the engine takes them.
 
         The last but one is the largest number of blows in a cycle that the engine looks for.
         """

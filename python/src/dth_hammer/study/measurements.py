@@ -1,4 +1,4 @@
-"""What is measured, which parameters are free, and the hammers that were simulated for it."""
+"""Measurements, free parameters, and the hammers that were simulated to fit them."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from .trends import sobol, table_of
 
 #: A value with its standard error, or repeated measurements; None and NaN are missing.
 Measured = tuple[Value, Value] | Collection[Value | None]
-#: Parameters to find: their names, or bounds by name, None if there are none.
+#: Free parameters: their names, or bounds by name (None for default bounds).
 Free = Sequence[str] | Mapping[str, tuple[Value, Value] | None]
 
-#: Bounds of a parameter, as a factor both ways, unless they are given.
+#: Default bounds of a parameter, as a factor both ways.
 FACTOR = 3.0
-#: Means that are no variables, and above 0 wherever there are blows.
+#: Means that are not variables of the engine, and are positive if there are blows.
 RATES_OF_BLOWS = ("blow_frequency", "period")
-#: Means that a datasheet has too, by its names: hammers have them in a range.
+#: Means that datasheets also have, with the names there; a datasheet's range applies to them.
 SHEETS = {"rop": "rop", "blow_energy": "blow_energy", "blow_frequency": "frequency"}
 SHEETS |= {"blow_speed": "impact_speed"}
 RANGES = {row[0]: row[4] for row in _native.datasheet_numbers()}
 TOLD = {row[0]: row[2] for row in _native.datasheet_numbers()}
-#: Standard errors from the middle of a normal number to the ends of 80 %.
+#: Standard errors from the middle of a normal distribution to the ends of its 80 % range.
 EIGHTY = 1.2816
-#: A hammer meets what was measured to so many errors; modes so near in logarithms are one.
+#: A hammer meets the measurements within this many errors; modes this close in logarithms are one.
 MEETS, ONE = 4.0, 0.01
-#: Fewest values of a mean.
+#: Fewest repeated measurements of a mean.
 LEAST = 3
 GIVE = "give (value, standard error), or three or more values"
 
@@ -44,7 +44,7 @@ class Problem:
     """Measurements, free parameters, and the hammers simulated so far."""
 
     names: list[str]
-    #: Logarithms: where to begin, and bounds.
+    #: Logarithms of the start, and of the bounds.
     start: Array
     low: Array
     high: Array
@@ -55,7 +55,7 @@ class Problem:
     errors: Array
     wanted: Wanted
     progress: bool = False
-    #: Points tried, and what they gave.
+    #: Logarithms of the simulated points, and their responses.
     logs: list[Array] = field(default_factory=list)
     found: list[Array] = field(default_factory=list)
     refused: list[str] = field(default_factory=list)
@@ -69,7 +69,7 @@ class Problem:
         return {**self.given, **dict(zip(self.names, map(float, np.exp(logs)), strict=True))}
 
     def at(self, points: Array) -> Array:
-        """Responses of hammers, one row per point; NaN where there is none."""
+        """Returns responses of hammers, one row per point; NaN if there is none."""
         values = np.full((len(points), len(self.values)), np.nan)
         scenes = [self.numbers(logs) for logs in points]
         if self.means:
@@ -85,7 +85,7 @@ class Problem:
         return values
 
     def spread(self, count: int, seed: int) -> None:
-        """Simulates points all over the bounds."""
+        """Simulates points that are spread over the whole range."""
         box = sobol(len(self.names), count, seed)[:count]
         self.note(0.5 * (self.low + self.high) + 0.5 * (self.high - self.low) * box)
 
@@ -97,8 +97,10 @@ class Problem:
     def met(
         self, peaks: list[tuple[Array, float]], members: Array
     ) -> tuple[list[tuple[Array, float]], Array]:
-        """The modes whose hammers meet the measurements when they are simulated, and the members
-        that are nearest to one of these; all if there is none.
+        """Returns the modes whose hammers, when simulated, meet the measurements, and their
+        members.
+
+        If there is no such mode, the first mode and all members are returned.
         """
         off = np.abs(self.at(np.array([peak for peak, _ in peaks])) - self.values) / self.errors
         places: list[Array] = []
@@ -136,7 +138,8 @@ def problem_of(
     errors = np.concatenate([table[:, 1], *(r.errors for r in records)])
     known = whole(given)
     if "rop" in means and "rock.specific_energy" not in names:
-        # A hammer's rate is known as its rock's specific energy is, unless that is found.
+        # The rate is only as certain as the rock's specific energy, unless that is a free
+        # parameter.
         own = values[[*means].index("rop")] * np.log(known["rock.specific_energy_factor"]) / EIGHTY
         errors[[*means].index("rop")] = np.hypot(errors[[*means].index("rop")], own)
     start, low, high = (np.empty(len(names)) for _ in range(3))
@@ -154,7 +157,7 @@ def problem_of(
 
 
 def _columns(source: tables.Source) -> dict[str, list[float]]:
-    """The means that a table has, a column each."""
+    """Returns the means that a table has, one list each."""
     fields = [tables.Field("depth", "m", tables.MEANT["depth"], told="m")]
     for name in (*SHEETS, *(mean for mean in MEANS if mean not in SHEETS)):
         own = SHEETS.get(name, "")
@@ -204,7 +207,7 @@ def _measured(name: str, given: Measured) -> tuple[float, float] | None:
 
 
 def _inside(name: str, of: str, values: Array) -> Array:
-    """Which values real hammers have; raises if half of them and more are none of these."""
+    """Returns which values are possible; raises an error if half of them or more are not."""
     low, high = RANGES[SHEETS[name]] if name in SHEETS else (-np.inf, np.inf)
     inside = (values >= low) & (values <= high)
     known = np.isfinite(values)
@@ -218,7 +221,7 @@ def _inside(name: str, of: str, values: Array) -> Array:
 
 
 def _kept(name: str, of: str, values: Array, given: Sequence[Value | None]) -> Array:
-    """The values that count: what no hammer has and slips of a finger are left out, and told."""
+    """Returns the values without impossible ones and outliers, and warns of these."""
     inside = _inside(name, of, values)
     slips = tables.far(np.where(inside, values, np.nan))
     few = slips.sum() <= max(1.0, tables.SLIPS * len(values))

@@ -1,10 +1,11 @@
-"""What measurements leave of parameters: a population over the likelihood of an emulated response.
+"""The posterior of parameters: a population over the likelihood of an emulated response.
 
-Each measurement is emulated over all hammers that were simulated: a plane, and a Gaussian process
-(Matern 5/2, a length for each parameter) on what it leaves; a nugget is the roughness, by which the
-response jumps beside any smooth function. Its variance adds to that of the measurement. A
-population that begins all over the bounds is led to the likelihood in steps (tempered; moved along
-differences of its members), so that it finds every mode, wherever a search would have ended.
+An emulator of each measurement is fitted to all simulated hammers: a plane, plus a Gaussian process
+(Matern 5/2, with a length for each parameter) for the residuals. A nugget describes the roughness,
+the deviation of the response from any smooth function; its variance adds to that of the
+measurement. A population starts from all parts of the range and approaches the likelihood in steps
+(tempering, with moves along differences of members), so that it finds every mode and not only the
+one where a search would end.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -16,7 +17,7 @@ from ..extras import need
 from ..scene.variables import Array
 from .trends import sobol
 
-#: What squared residuals may count, as in `scipy.optimize.least_squares`.
+#: Weight of squared residuals, as in `scipy.optimize.least_squares`.
 LOSSES: Mapping[str, Callable[[Array], Any]] = {
     "linear": lambda z: z,
     "soft_l1": lambda z: 2.0 * (np.sqrt(1.0 + z) - 1.0),
@@ -24,21 +25,23 @@ LOSSES: Mapping[str, Callable[[Array], Any]] = {
     "cauchy": np.log1p,
     "arctan": np.arctan,
 }
-#: Most hammers that an emulator is made of: the nearest to what was measured.
+#: Most hammers in an emulator: those nearest to the measurements.
 MOST = 150
-#: Bounds of the lengths over those of the parameters, and of the nugget over the variance.
+#: Bounds of the lengths, relative to those of the parameters, and of the nugget over the variance.
 LENGTHS, NUGGETS = (0.03, 30.0), (1e-8, 1.0)
-#: Members of a population; moves of each after a step, and at the end; part that a step keeps.
+#: Members of a population; moves of each after a step, and at the end; share of members that
+#: effectively remain after a step.
 MEMBERS, MOVES, LAST_MOVES, KEPT = 512, 4, 16, 0.5
-#: Two members belong to two modes if the likelihood between them is lower than at both by more than
-#: its logarithm says, and a mode is told if it has such a share.
+#: Two members belong to different modes if the logarithm of the likelihood between them is lower
+#: than at both by more than the first number. A mode is reported if its share is at least the
+#: second.
 VALLEY, SHARE = 2.0, 0.05
-#: Better members that a member is compared with, the nearest.
+#: Number of better members, the nearest ones, with which a member is compared.
 NEAR = 8
 
 
 class _Process:
-    """A Gaussian process of outputs that share lengths and nugget."""
+    """A Gaussian process for several outputs, with common lengths and nugget."""
 
     def __init__(self, places: Array, values: Array) -> None:
         self.values, count = values, places.shape[1]
@@ -57,7 +60,7 @@ class _Process:
         return np.asarray(near + np.exp(logs[-1]) * np.eye(len(near)))
 
     def _cost(self, logs: Array) -> float:
-        """Minus the logarithm of the likelihood of the values, the variances at their best."""
+        """Returns minus the logarithm of the likelihood of the values, for the best variances."""
         root = np.linalg.cholesky(self._matrix(logs))
         white = np.linalg.solve(root, self.values)
         variances = np.sum(white**2, axis=0) / len(white) + 1e-300
@@ -65,26 +68,27 @@ class _Process:
         return float(0.5 * (volume + len(white) * np.sum(np.log(variances))))
 
     def __call__(self, squares: Array) -> tuple[Array, Array]:
-        """Means and variances of points so far from the known ones, roughness included."""
+        """Returns means and variances (with roughness), from squared distances to known points."""
         near = _matern(squares, np.exp(self.logs[:-1]))
         left = 1.0 + np.exp(self.logs[-1]) - np.einsum("ij,ij->i", near @ self.inverse, near)
         return near @ self.weights, np.maximum(left, 0.0)[:, None] * self.variance
 
     def unknown(self, squares: Array) -> Array:
-        """Standard deviations that more hammers would remove, a row each point: over those of a
-        measurement (1) and the roughness together, which stay.
+        """Returns the standard deviations that more hammers would remove, one row per point.
+
+        Their unit is the error that would stay: the measurement's (1) and the roughness together.
         """
         near, rough = _matern(squares, np.exp(self.logs[:-1])), np.exp(self.logs[-1])
         left = np.maximum(1.0 - np.einsum("ij,ij->i", near @ self.inverse, near), 0.0)
         return np.asarray(np.sqrt(left[:, None] * self.variance / (1.0 + rough * self.variance)))
 
     def left_out(self) -> Array:
-        """What each value differs from its prediction by all others."""
+        """Returns the difference of each value from its prediction by all others."""
         return np.asarray(self.weights / np.diag(self.inverse)[:, None])
 
 
 def _squares(first: Array, second: Array) -> Array:
-    """Squares of the distances between points, by parameter."""
+    """Returns the squared distances between points, for each parameter."""
     return np.asarray((first[:, None] - second[None]) ** 2)
 
 
@@ -95,15 +99,15 @@ def _matern(squares: Array, lengths: Array) -> Array:
 
 
 class Emulator:
-    """The response over the bounds, as deviation from the measurement over its error.
+    """Approximates the response, as deviation from the measurement over the measurement's error.
 
     Args:
-        logs: of the parameters of all hammers, a row each.
-        found: their responses, NaN where there is none.
+        logs: logarithms of the parameters, one row per hammer.
+        found: the hammers' responses, NaN if there is none.
         bounds: least and largest logarithms.
-        groups: how many means there are, each with a process of its own, and correlated in what
-            they leave; then the numbers of samples that share one.
-        loss: of `calibrate`.
+        groups: number of means, each with its own process and with correlated residuals; then the
+            numbers of samples that share a process.
+        loss: as for `calibrate`.
     """
 
     def __init__(
@@ -137,7 +141,7 @@ class Emulator:
         return np.asarray((logs - self.low) / self.wide)
 
     def predicted(self, places: Array) -> tuple[Array, Array]:
-        """Means of new points, one a row, and their standard deviations."""
+        """Returns means and standard deviations at new points, one row each."""
         squares = _squares(places, self.places)
         found = [process(squares) for process in self.processes]
         terms = np.column_stack([np.ones(len(places)), places])
@@ -145,22 +149,20 @@ class Emulator:
         return means, np.sqrt(np.column_stack([variance for _, variance in found]))
 
     def spread(self, logs: Array) -> Array:
-        """How much of the worst known response at each point is the emulator's own ignorance:
-        see `_Process.unknown`.
-        """
+        """Returns the emulator's uncertainty of the worst response at each point (`unknown`)."""
         squares = _squares(self._placed(logs), self.places)
         each = [process.unknown(squares).max(axis=1) for process in self.processes]
         return np.asarray(np.max(each, axis=0))
 
     def at(self, logs: Array) -> tuple[Array, Array]:
-        """Means at a point, and the covariance of a hammer that is simulated there."""
+        """Returns means at a point, and the covariance of a hammer that is simulated there."""
         (means,), (sizes,) = self.predicted(self._placed(logs[None]))
         correlation = np.eye(len(means))
         correlation[: self.means, : self.means] = self.correlation
         return means, correlation * np.outer(sizes, sizes)
 
     def __call__(self, logs: Array) -> Array:
-        """Logarithm of the likelihood of points, one a row; minus infinity beside refused ones."""
+        """Returns the logarithm of the likelihood of points; minus infinity near refused ones."""
         places = self._placed(logs)
         off, sizes = self.predicted(places)
         own = sizes[:, : self.means]
@@ -178,7 +180,7 @@ class Emulator:
 
 
 def population(of: Callable[[Array], Array], low: Array, high: Array, seed: int) -> Array:
-    """Members drawn from a likelihood over bounds, the best one first."""
+    """Returns members drawn from a likelihood over bounds, the best one first."""
     random = np.random.default_rng(seed)
     members = 0.5 * (low + high) + 0.5 * (high - low) * sobol(len(low), MEMBERS, seed)
     values, power = of(members), 0.0
@@ -195,7 +197,7 @@ def population(of: Callable[[Array], Array], low: Array, high: Array, seed: int)
 
 
 def _step(values: Array, most: float) -> float:
-    """How far to go so that a part of the members still counts."""
+    """Returns the largest step at which enough members still have weight."""
     values = values[np.isfinite(values)]
 
     def left(step: float) -> float:
@@ -212,12 +214,12 @@ def _moved(
     power: float,
     random: np.random.Generator,
 ) -> tuple[Array, Array]:
-    """Each half moves along differences between members of the other."""
+    """Moves each half of the members along differences between members of the other half."""
     members, values, count = members.copy(), values.copy(), members.shape[1]
     halves = np.array_split(random.permutation(len(members)), 2)
     for own, other in (halves, halves[::-1]):
         first, second = (members[random.choice(other, len(own))] for _ in range(2))
-        # One move in ten takes a whole difference, to jump between modes.
+        # One move in ten spans a whole difference, to jump between modes.
         usual = 2.38 / np.sqrt(2.0 * count) * random.uniform(0.3, 1.0, len(own))
         size = np.where(random.random(len(own)) < 0.1, 1.0, usual)
         jitter = 1e-5 * random.standard_normal(members[own].shape)
@@ -232,7 +234,7 @@ def _moved(
 def maximum(
     of: Callable[[Array], Array], logs: Array, size: Array, low: Array, high: Array
 ) -> Array:
-    """Where a likelihood grows no more, from a point on, with first steps of a given size."""
+    """Returns the nearest maximum of a likelihood, found from a point with given first steps."""
     minimize = need("scipy.optimize").minimize
     steps = np.vstack([np.zeros(len(logs)), 0.5 * np.eye(len(logs))])
     found = minimize(
@@ -246,10 +248,10 @@ def maximum(
 
 
 def modes(of: Callable[[Array], Array], members: Array) -> list[tuple[Array, float]]:
-    """Best member and share of each mode, the largest first.
+    """Returns the best member and the share of each mode, the largest first.
 
-    A member belongs to the mode of a near better one to which no valley is between, so that the
-    bends of a ridge do not part it.
+    A member belongs to the mode of a near, better member if there is no valley between them. So a
+    bent ridge is one mode.
     """
     order = np.argsort(-of(members))
     members = members[order]

@@ -1,4 +1,4 @@
-"""The long-run response: of one hammer, or a table of many."""
+"""The long-run response of one hammer, or a table of the responses of many."""
 
 from __future__ import annotations
 
@@ -82,41 +82,40 @@ def steady(
     workers: int | None = None,
     progress: bool = False,
 ) -> Steady | pd.DataFrame:
-    """Finds the long-run means of a hammer, or of each of many, with their errors.
+    """Finds the long-run means of one hammer, or of each of many hammers, with their errors.
 
-    If the blows come to repeat, to 1e-9, the means are those of the last ones, without error.
-    Otherwise several simulations run side by side until the standard error of the rate of
-    penetration is small enough. The start of each is left out, and correlated blows are averaged
-    in batches.
+    If the blows come to repeat to 1e-9, the means are those of the last blows, without error.
+    Otherwise several simulations run in parallel until the standard error of the rate of
+    penetration is small enough. The start of each is left out, and correlated blows are averaged in
+    batches.
 
     Args:
         hammer: parameters by name, a preset's name, a `Scene` or its file, a `Datasheet` or a
-            `Run`. Of many hammers, as for `sweep`: values by parameter, a list of parameters by
-            name, or a DataFrame. The answer is then a table, a row each: means, their errors as
-            ``rop_error`` and so on, what kind of motion it is, of how many blows, and whether the
-            error was reached; why one is refused is in ``error``.
-        preset: parameter set that a mapping is laid over.
-        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
-        error: largest relative standard error of the rates of hole and tip. A mapping
-            has one for any means by name: ``{"blow_energy": 0.005}``.
+            `Run`. Many hammers are given as for `sweep`: values by parameter, a list of parameters
+            by name, or a DataFrame. The result is then a table with one row each: means, their
+            errors (``rop_error`` and so on), kind of motion, number of blows, whether the error was
+            reached, and in ``error`` the reason why a hammer was refused.
+        preset: preset that provides all parameters that a mapping does not give.
+        rock: the rock to drill: a name, a class, a strength or a file, as for `dth_hammer.rock`.
+        error: largest relative standard error of the rates of hole and tip, or errors of any means
+            by name: ``{"blow_energy": 0.005}``.
         blows: the largest number of blows to simulate. If they are not enough, `Steady.reached`
             is false and a warning is given.
-        limit: a hammer that strikes no blow for this long counts as stalled: s, or text with a
-            unit.
-        starts: number of starts from which it is simulated: its own, and others that are drawn,
-            with the piston elsewhere above the bit and at another speed. `Steady.motions` has what
-            they settle to; the answer is that of its own start. A cycle is tried from a second
-            start even if no other is asked for: if it is irregular from there, a warning says so.
-        seed: random seed of the starts that are drawn.
-        inputs: over time, as for `simulate`.
+        limit: a hammer that makes no blow for this time counts as stalled: s, or text with a unit.
+        starts: number of starts: the hammer's own, and random ones with the piston at another
+            height and speed. `Steady.motions` has the motions to which they settle; the result is
+            that of the own start. A cycle is always tried from a second start: if it is irregular
+            from there, a warning says so.
+        seed: random seed of the starts.
+        inputs: inputs over time, as for `simulate`.
         control: called with the hammer before each step.
-        partner: takes a hammer and returns what steps it, such as a `Coupling` with a model of
-            its drive.
-        step: communication step of inputs, control and partner; as of `simulate` if None.
-        out: Parquet or CSV file for the rows of many hammers: the same call made again seeks
-            only what is missing, as with `sweep`.
-        scheduler: an executor that shares many hammers out, as for `sweep`.
-        workers: number of the engine's threads; as many as there are cores if not given.
+        partner: takes a hammer and returns an object that steps it, such as a `Coupling` with a
+            model of its drive.
+        step: communication step of inputs, control and partner; by default that of `simulate`.
+        out: Parquet or CSV file for the rows of many hammers; as with `sweep`, the same call
+            computes only the missing rows.
+        scheduler: an executor that distributes many hammers, as for `sweep`.
+        workers: number of the engine's threads; by default one per core.
         progress: shows blows and error so far.
 
     Raises:
@@ -173,7 +172,7 @@ def steady(
 
 
 def _many(hammer: Hammerlike | Grid) -> TypeGuard[Grid]:
-    """Whether these are many hammers: several values of a parameter, or rows."""
+    """Returns whether these are many hammers: several values of a parameter, or rows."""
     if isinstance(hammer, Mapping):
         return any(several(values) for values in hammer.values())
     return isinstance(hammer, pd.DataFrame | list | tuple)

@@ -1,4 +1,4 @@
-"""Long-run means of a hammer that Python steps: inputs over time, a controller, a model coupled."""
+"""Long-run means of a hammer that Python steps: with varying inputs, a controller or a partner."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ class Acts:
     size: float
 
     def stepper(self, hammer: Hammer) -> Callable[[], None]:
-        """Makes a step."""
+        """Returns a function that makes a step."""
         coupled = self.partner(hammer) if self.partner else hammer
         if not hasattr(coupled, "advance"):
             raise DomainError(
@@ -53,7 +53,7 @@ def moved(
 ) -> Steady:
     """Returns the long-run response of a hammer that Python steps.
 
-    The engine looks for it, in its own records of the blows, as it does for a hammer alone.
+    The engine finds it from its own records of the blows, as for a hammer that it steps itself.
     """
     start = dict(given) | {name: signal(0.0) for name, signal in acts.signals.items()}
     with Hammer(start) as hammer:

@@ -1,4 +1,4 @@
-"""The file of a sweep, to which rows are only ever added."""
+"""The file of a sweep. Rows are only added, never changed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .. import outputs
 from ..errors import OutputError
 from ..frames import pd
 
-#: Columns: the run's key, and the checksum of what else its row holds.
+#: Columns: the run's key, and the checksum of the rest of its row.
 RUN, CHECKSUM = "run", "checksum"
 #: Columns of text, which may be empty or look like numbers.
 TEXTS = (RUN, "case", "error", "warning", "model", "kind", CHECKSUM)
@@ -64,7 +64,8 @@ class Store:
             try:
                 yield
             finally:
-                # Remove it while it is locked, or it could be the next writer's. Windows cannot.
+                # Remove it while it is locked; otherwise it could already be the next writer's.
+                # Windows cannot.
                 if os.name != "nt":
                     lock.unlink()
         with contextlib.suppress(OSError):
@@ -139,12 +140,12 @@ class Store:
 def _plain(table: pd.DataFrame) -> pd.DataFrame:
     """Returns the table with all numbers as floats, however a sweep has written them."""
     table = table.reset_index(drop=True)
-    # Texts as a list: pyarrow decodes each where it is first looked at.
+    # Texts as a list, because pyarrow decodes each when it is first read.
     return pd.DataFrame({n: [*c] if n in TEXTS else _numbers(c) for n, c in table.items()})
 
 
 def filled(row: Mapping[Any, Any]) -> dict[Any, Any]:
-    """Returns what a row says: other sweeps of the file may have columns that are empty here."""
+    """Returns the entries of a row that are not empty; other sweeps may have more columns."""
     return {name: cell for name, cell in row.items() if cell != "" and pd.notna(cell)}
 
 

@@ -34,9 +34,9 @@ Workers = tuple[Executor | None, int | None]
 Grid: TypeAlias = (
     "Mapping[str, Value | Collection[Value]] | Sequence[Mapping[str, Value]] | pd.DataFrame"
 )
-#: Columns of a long-run response beside its means.
+#: Columns of a long-run response in addition to its means.
 LONG: Mapping[str, Any] = {KIND: str, "blows": "Int64", "reached": "boolean"}
-#: What a row tells about a run's end unless other outputs are asked for.
+#: Default outputs of a run.
 RESULTS = (
     "blow_count",
     "blow_period",
@@ -72,41 +72,42 @@ def sweep(
     workers: int | None = None,
     progress: bool = False,
 ) -> pd.DataFrame:
-    """Runs every hammer of a grid, and returns one row per run; `steady` has their long-run means.
+    """Runs every hammer of a grid and returns one row per run. For long-run means, use `steady`.
 
-    The range that the rock's specific energy leaves of a rate of penetration is in ``rop_low`` and
-    ``rop_high``.
+    The columns ``rop_low`` and ``rop_high`` are the range of the rate of penetration due to that of
+    the rock's specific energy.
 
     Args:
         hammers: values by parameter (all combinations; a single value is shared by all), or one row
             per run: a DataFrame, or a list of parameters by name.
-        until: seconds of each run, or text with a unit.
-        base: what all of them are laid over: one hammer, as of `simulate`; inputs over time too.
-        preset: parameter set that a mapping is laid over.
-        rock: beside it: a name, a class or a strength, or a file, as `dth_hammer.rock` takes them.
-        cases: by name, what else lies between the base and each point of the grid: a rock, a
-            preset, a `Scene` with its inputs. The table has the name in the column ``case``.
-        control: called with the hammer before each step; each run has a copy of its own.
-        step: communication step of inputs and control; that of `simulate` if not given.
-        version: tells the rows of one state of the code from those of another in ``out``; needed
-            there where an input or the control is a function.
+        until: duration of each run, s, or text with a unit.
+        base: the hammer, as for `simulate`, whose parameters and inputs all runs share unless the
+            grid overrides them.
+        preset: preset that provides all parameters that a mapping does not give.
+        rock: the rock to drill: a name, a class, a strength or a file, as for `dth_hammer.rock`.
+        cases: variants of the base by name, for each of which the grid is run: a rock, a preset, a
+            `Scene` with its inputs. The column ``case`` has the name.
+        control: called with the hammer before each step; each run has its own copy.
+        step: communication step of inputs and control; by default that of `simulate`.
+        version: version of your functions; with ``out``, it is required if an input or the control
+            is a function, so that rows of old and new code are not mixed.
         outputs: names to read at the end of a run.
-        out: Parquet or CSV file for the rows. They are kept beside it in parts as they come:
-            the same call made again runs only what is missing, and another grid adds its
-            rows to those that are there.
+        out: Parquet or CSV file for the rows. Until the sweep is complete, they are stored in a
+            folder next to it. The same call later runs only the missing rows, and another grid adds
+            its rows to the file.
         scheduler: an executor of `concurrent.futures`: a pool of processes, or a Dask client's
-            (``client.get_executor()``). If not given, the engine's own threads, and runs with
-            inputs or controllers one after another in Python.
-        workers: number of the engine's threads; as many as there are cores if not given.
+            (``client.get_executor()``). By default the engine's threads make the runs, and Python
+            makes those with inputs or controllers one after the other.
+        workers: number of the engine's threads; by default one per core.
         progress: shows a progress bar.
 
     Raises:
         OutputError: ``out`` cannot be written, or another sweep is writing it.
-        LostWorkerError: a worker was killed; says what is kept.
+        LostWorkerError: a worker was killed; the message says which rows are saved.
 
-    A run that the engine refuses has its message in the column ``error``; what is doubtful in one
-    is in ``warning``. What an input or a controller raised is in ``error`` too; such a row is not
-    kept in ``out``, so the same call tries it again.
+    If the engine refuses a run, its message is in the column ``error``; warnings are in
+    ``warning``. An exception of an input or a controller is also in ``error``; such a row is not
+    saved in ``out``, so the same call tries it again.
 
     Example:
         >>> from dth_hammer import sweep
@@ -181,7 +182,7 @@ def table_of(
 
 
 def columns(outputs: Iterable[str] | None, *, steady: bool) -> list[str]:
-    """What is read of a run, or the columns of a long-run response."""
+    """Returns the outputs to read from a run, or the columns of a long-run response."""
     if not steady:
         return [VARIABLES[name].name for name in (RESULTS if outputs is None else outputs)]
     means = [longrun.named(name) for name in (MEANS if outputs is None else outputs)]
@@ -189,14 +190,14 @@ def columns(outputs: Iterable[str] | None, *, steady: bool) -> list[str]:
 
 
 def unit_of(name: str) -> str:
-    """Unit of a column."""
+    """Returns the unit of a column."""
     if name in LONG:
         return "1"
     return unit(of(name)) if of(name) in MEANS else VARIABLES[of(name)].unit
 
 
 def of(column: str) -> str:
-    """The output that a column is the error of, or a side of the range of; or the column itself."""
+    """Returns the output to which a column of errors or ranges belongs, or the column itself."""
     name = column.removesuffix("_error")
     for side in SIDES:
         name = name.removesuffix(side)
@@ -236,10 +237,10 @@ def _run(
 
 
 def _kept(runs: Mapping[str, Job], store: Store | None) -> str:
-    """What is stored of these runs, and how to go on."""
+    """Returns how many of these runs are stored, and how to continue."""
     if store is None:
         return "nothing is kept: give a file to keep runs in"
-    # Counted anew: a part may have been complete when the stop came.
+    # Counted again, because a part may have been complete when the interrupt came.
     found = store.rows()
     count = int(found[RUN].isin(runs).sum()) if len(found) else 0
     beside = f"runs are kept beside {store.path}"
@@ -260,7 +261,7 @@ def _whole(
         dtype: Any = str if name in TEXTS else float
         table[name] = table[name].astype(dtype)
         if dtype is float and name != UNTIL:
-            # A parameter that only other cases set has its start value here.
+            # If only other cases set a parameter, this case has its start value.
             table[name] = table[name].fillna(VARIABLES[name].start)
     for name in names:
         kind: Any = LONG.get(name, float)
@@ -272,7 +273,7 @@ def _whole(
 
 
 def _checked(row: object, point: Mapping[str, Any]) -> dict[str, float]:
-    """Numbers of a hammer of a table; an error names its row."""
+    """Returns the checked numbers of a row of a table; an error names the row."""
     try:
         return checked(None, point)
     except UnknownNameError:
@@ -302,7 +303,7 @@ def _points(grid: Grid) -> list[dict[str, Any]]:
 
 
 def several(values: Value | Collection[Value]) -> TypeGuard[Collection[Value]]:
-    """Whether these are values of a parameter, and not one."""
+    """Returns whether these are several values of a parameter, not one."""
     listed = isinstance(values, Collection) and not isinstance(values, str | bytes | Mapping)
     return listed and getattr(values, "ndim", 1) > 0
 

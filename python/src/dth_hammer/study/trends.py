@@ -64,7 +64,7 @@ class Trend(answers.Answer):
     #: Parameters and means at each point; for a rate of penetration also its range, in the columns
     #: ``rop_low`` and ``rop_high``.
     points: pd.DataFrame = field(repr=False)
-    #: Why some points have no response.
+    #: Reasons why some points have no response.
     refused: tuple[str, ...] = ()
     #: Number of points with each kind of motion.
     kinds: Mapping[str, int] = field(default_factory=dict)
