@@ -150,8 +150,8 @@ impl Logger {
     pub fn log(&self, line: &Line) {
         let Some(function) = self.function else { return };
         let status = c::Severity::of(line.category) as i32;
-        // SAFETY: it is the host's own function; all strings live until it returns, and a text that is a format asks
-        // for no argument.
+        // SAFETY: it is the host's own function; all strings live until it returns, and a text that is a format needs
+        // no argument.
         match function {
             Function::Format(function) => {
                 let [category, text] = line.to_c(true);

@@ -8,8 +8,8 @@ use hammer::MAX_INPUT_ORDER;
 /// every output, the second of some, and otherwise 0 (`instance/values.rs`).
 pub const MAX_OUTPUT_ORDER: usize = 1;
 
-/// The value reference of an output plus this number is an unknown of derivatives. It stands for how the output at the
-/// end of the last communication step depends on an input during that step (`instance/derivatives.rs`).
+/// The value reference of an output plus this number is an unknown of derivatives. It represents the dependence of the
+/// output at the end of the last communication step on an input during that step (`instance/derivatives.rs`).
 pub const OVER_STEP: u32 = 2_000_000;
 /// Description of these value references.
 pub const OVER_STEP_DESCRIPTION: &str = "As unknowns of directional derivatives, these value \

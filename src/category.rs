@@ -3,13 +3,13 @@
 /// The subject of a log line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Category {
-    /// What happened in a communication step.
+    /// Events of a communication step.
     Events,
     /// Each change of mode.
     Modes,
     /// A warning.
     Warning,
-    /// Why a call was refused.
+    /// The reason why a call was refused.
     Error,
 }
 

@@ -74,7 +74,7 @@ pub enum CallError {
     /// There are no handles left for another state.
     #[error("too many FMU states are held: free some")]
     TooManyStates,
-    /// A serialised state is of another build or kind.
+    /// A serialised state comes from another build or is of another kind.
     #[error("the serialised state cannot be used: {0}")]
     Serialised(&'static str),
     /// There is no long work to cancel.

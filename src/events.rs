@@ -54,7 +54,7 @@ pub enum Extra {
     Length(Length),
     /// The slope of an input.
     Slope(Input),
-    /// What happened in the last step: 0 for nothing, 1 for a blow, 2 for a passed position.
+    /// The event of the last step: 0 for none, 1 for a blow, 2 for a passed position.
     EventKind,
     /// Number of the position that the piston passed in the last step, counted from 1; 0 if it passed none.
     EventPosition,

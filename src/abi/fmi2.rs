@@ -323,7 +323,7 @@ extern "C" fn fmi2GetIntegerStatus(me: Handle, kind: i32, _value: Out<i32>) -> S
 #[unsafe(no_mangle)]
 extern "C" fn fmi2GetBooleanStatus(me: Handle, kind: i32, value: Out<i32>) -> Status {
     call(me, |_| match kind {
-        // The hammer never asks to end the simulation.
+        // The hammer never ends the simulation itself.
         c::TERMINATED => value.write(0, 0, "value"),
         _ => Err(unknown_kind("fmi2GetBooleanStatus", kind)),
     })

@@ -171,7 +171,8 @@ impl Instance {
     /// Enters configuration mode, in which structural parameters can be set.
     ///
     /// # Errors
-    /// Initialization mode was entered before (no structural parameter is tunable), or the unit has no such parameter.
+    /// The unit has no structural parameter, or initialization mode was entered before: structural parameters cannot
+    /// change later.
     pub fn enter_configuration(&mut self) -> Result<(), CallError> {
         self.demand_mode("EnterConfigurationMode", Phase::Instantiated, Mode::Plain)?;
         if !self.variant.lists_arrays() {

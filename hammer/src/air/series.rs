@@ -73,7 +73,7 @@ pub(crate) struct Left {
     pub longest: f64,
 }
 
-/// What a window is solved from.
+/// The problem from which a window is solved.
 #[derive(Debug)]
 pub(crate) struct Problem<'a> {
     pub parameters: &'a Parameters,

@@ -9,7 +9,7 @@ use crate::bodies::spline::Basis;
 use crate::quantities::sections::Sections;
 use std::sync::{Arc, Mutex};
 
-/// What the modes depend on: the sections, the degree of the splines and the number of spans.
+/// The shape on which the modes depend: the sections, the degree of the splines and the number of spans.
 pub type Shape = (Sections, usize, usize);
 
 /// Number of shapes in the cache, enough for several scenes with two bodies each.

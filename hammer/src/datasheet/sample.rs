@@ -80,8 +80,8 @@ pub(super) fn drawn(member: usize, dimension: usize) -> f64 {
     if member.is_multiple_of(2) { sum } else { -sum }
 }
 
-/// Dimensions of the random numbers: first come the unknowns, then the numbers below, then from `ROWS` on the noise of
-/// the rows.
+/// Numbers of the random dimensions: the unknowns come first, then those below, then from `ROWS` on the noise of the
+/// rows.
 const ROWS: usize = 100;
 const OF_SHARE: usize = 50;
 const OF_HARDNESS: usize = 51;

@@ -120,8 +120,8 @@ impl Means {
         Self { mean, error: Averages::default(), spread, blows: blows.len() }
     }
 
-    /// The largest standard error over the allowed error, both relative to the mean. It is at most 1 if all errors are
-    /// allowed.
+    /// The largest standard error over the allowed error, both relative to the mean. It is at most 1 if no error is too
+    /// large.
     pub fn error_ratio(&self, wanted: &Averages) -> f64 {
         let all = self.error.0.iter().zip(&self.mean.0).zip(&wanted.0);
         let wanted = all.filter(|(_, wanted)| wanted.is_finite());

@@ -20,7 +20,7 @@ use crate::scene::graph::{CHANNELS, Channel};
 const TRIALS: usize = 64;
 const PASSES: usize = 12;
 /// Work of four iterations, in units of one series of the air. Each iteration copies the motion and solves its loads
-/// anew.
+/// again.
 const OF_FOUR: u64 = 3;
 /// Safety factor of the length of a window, and limits of its growth and shrinkage.
 const SAFETY_FACTOR: f64 = 0.8;

@@ -16,7 +16,7 @@ pub use rocks::{Figure, Ground, Inserts, REFERENCE_HOLE, ROCKS, RockError, RockT
 pub struct Preset {
     /// The preset's name, one word.
     pub name: &'static str,
-    /// What it represents.
+    /// The hammer that it represents.
     pub description: &'static str,
     change: fn(&mut Parameters, &mut InputValues),
 }

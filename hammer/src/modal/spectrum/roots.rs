@@ -38,7 +38,7 @@ fn steps_in_place(before: u8, size: f64, rough: f64) -> u8 {
 /// Number of sweeps after which a root counts as settled even with so few correct digits.
 const PATIENCE: usize = 60;
 
-/// What the iteration does with one root.
+/// A step of the iteration for one root.
 enum Step {
     /// The root moves by this.
     By(C),

@@ -48,7 +48,14 @@ def at_blows(
 
 
 def ledger(run: Run) -> Figure:
-    """Draws work and losses of each blow of a run that `at_blows` made."""
+    """Draws the energy of each blow of a run that `at_blows` made: work done, and where it went.
+
+    The last blow is drawn again at the right, enlarged and with its numbers.
+
+    Example:
+        >>> from dth_hammer import figures
+        >>> figures.ledger(figures.at_blows(until="300 ms")).savefig("ledger.png")
+    """
     frame = run.convert("si").frame
     if len(frame) < 2:
         raise TooFewBlowsError(f"{len(frame)} rows: too few for an energy ledger, see at_blows")
