@@ -95,8 +95,8 @@ impl Motion {
     /// [`Error::Air`], [`Error::Vacuum`].
     pub(crate) fn renew_air(&mut self) -> Result<[u64; 2], Error> {
         let known = self.cylinder.take();
-        let (breath, input) = self.breath();
-        if breath < 2.0 * INSTANT {
+        let (until, input) = self.positive_until();
+        if until < 2.0 * INSTANT {
             return Err(Error::Vacuum { time: self.state.epoch.value(), name: input.name() });
         }
         let Some(mut air) = self.state.air.take_if(|air| air.vented.is_none()) else {
@@ -146,7 +146,7 @@ impl Motion {
 
     /// How long after the epoch the pressures of supply and exhaust are certainly positive, s, and which of them is
     /// first to lose that certainty. Varying pressures are examined for [`LONGEST`] only.
-    pub(super) fn breath(&self) -> (f64, Input) {
+    pub(super) fn positive_until(&self) -> (f64, Input) {
         let of = |input: Input| {
             let poly = self.state.inputs.of(input);
             if self.state.air.is_none() || poly.is_constant() {

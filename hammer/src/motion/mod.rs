@@ -177,7 +177,7 @@ impl Motion {
         let reaches = self.state.anchors.iter().filter_map(|anchor| anchor.driven.reach);
         let of_air = self.air().map_or(f64::INFINITY, |air| {
             let window = air.window.as_ref().map_or(f64::INFINITY, |window| window.reach);
-            self.breath().0.min(window)
+            self.positive_until().0.min(window)
         });
         let line = self.state.line.reach.unwrap_or(f64::INFINITY);
         reaches.fold(of_air.min(line), f64::min)

@@ -65,7 +65,7 @@ pub struct Barrier {
     done: f64,
     /// True if differences of forms would cancel because the work still allowed is small compared with them, or if they
     /// might cancel under varying loads.
-    fine: bool,
+    cancels: bool,
     /// True if no load that acts on the tip's group varies.
     is_calm: bool,
     /// Up to this instant the search waits for the guards' proofs, because a single value at their end may replace many
@@ -92,7 +92,7 @@ impl Barrier {
             let is_expensive = track.z.len() as u64 > FORM;
             let soon = if is_expensive { GROWTH * barrier.step } else { 0.0 };
             barrier.waits = if is_calm { soon } else { f64::INFINITY };
-            barrier.fine = !is_calm || room < LITTLE * viscosity * barrier.form;
+            barrier.cancels = !is_calm || room < LITTLE * viscosity * barrier.form;
             if is_calm && viscosity * barrier.form < SURELY * room {
                 (barrier.clear, barrier.waits) = (f64::INFINITY, 0.0);
             }
@@ -103,7 +103,7 @@ impl Barrier {
     /// True if the work up to the track's instant is summed from series. Under varying loads this is done only near the
     /// start, where the closed form would cancel.
     pub(crate) fn sums(&self, track: &Track) -> bool {
-        self.fine && track.at * track.system.rate_max <= LONGEST
+        self.cancels && track.at * track.system.rate_max <= LONGEST
     }
 
     fn cursor(&self, motion: &Motion) -> &Track {

@@ -49,7 +49,7 @@ class Case:
     version: int | str | None = None
 
     @property
-    def moves(self) -> bool:
+    def needs_python(self) -> bool:
         """Whether Python code or changing inputs act during the run."""
         return bool(self.inputs) or self.control is not None
 
@@ -59,7 +59,7 @@ class Case:
         Raises:
             DomainError: the case has functions but no version.
         """
-        if not self.moves:
+        if not self.needs_python:
             return []
         codes = [f"the input {n}" for n, s in self.inputs.items() if callable(s)]
         codes += ["the controller"] if self.control else []
@@ -159,7 +159,7 @@ def planned(
         stored: whether the rows go to a file; then functions of the case need a version.
     """
     identity = case.identity(name) if stored else []
-    if case.moves and not isinstance(until, Wanted):
+    if case.needs_python and not isinstance(until, Wanted):
         signals_of(case.inputs)
         instants_of(until, case.step)
     runs = []

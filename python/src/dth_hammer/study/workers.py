@@ -24,9 +24,9 @@ def parts_of(
         size = max(1, min(TASK, len(runs) // 40))
         yield from _by_executor(scheduler, [runs[i : i + size] for i in range(0, len(runs), size)])
         return
-    yield from _by_engine([run for run in runs if not run.case.moves], workers or cores())
+    yield from _by_engine([run for run in runs if not run.case.needs_python], workers or cores())
     # Runs with Python code hold the interpreter's lock, so threads would not make them faster.
-    yield from ([run.played()] for run in runs if run.case.moves)
+    yield from ([run.played()] for run in runs if run.case.needs_python)
 
 
 def _by_engine(runs: Sequence[Job], count: int) -> Iterator[list[Row]]:
