@@ -9,8 +9,8 @@ use crate::quantities::parameters::{Fidelity, Parameters};
 use crate::quantities::sections::Body;
 
 impl Parameters {
-    /// Circular frequency of the first elastic mode of the free piston on the scene's mesh, rad/s; `None` if its
-    /// modes cannot be computed.
+    /// Circular frequency of the free piston's first elastic mode on the scene's mesh, rad/s; `None` if its modes
+    /// cannot be computed.
     pub fn first_elastic_frequency(&self) -> Option<f64> {
         let elastic = Self { fidelity: Fidelity::Elastic, ..*self };
         // The first mode is the rigid one.

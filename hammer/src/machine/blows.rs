@@ -34,7 +34,7 @@ pub struct Blow {
     pub tip_rate_mean: f64,
     /// Work given to the rock (dissipated and viscous), J.
     pub rock_work: f64,
-    /// Length of hole that this work drills, m. Each part of the work counts with the specific energy of its time.
+    /// Length of hole that this work drills, m. Each part of the work counts with the specific energy at that time.
     pub length: f64,
     /// Rate of penetration of the hole: `length / period`, m/s (0 for the first blow).
     pub rop: f64,

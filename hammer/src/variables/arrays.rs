@@ -76,7 +76,7 @@ pub const ALONG: [Along; 6] = [
 
 /// A figure of every blow.
 pub struct OfBlow {
-    /// Name. If there is an output called `step_` and this name, it is the figure of the last blow, or of a step.
+    /// Name. The output `step_` with this name, if there is one, is the figure of the last blow or of a step.
     pub name: &'static str,
     /// Type.
     pub quantity: Quantity,

@@ -71,7 +71,6 @@ def reading(path: object, what: str, error: type[DthHammerError]) -> Iterator[No
 
 #: Most characters of another library's message that a message may contain.
 LONGEST = 300
-#: Most names in one message.
 MOST = 12
 #: Former names in saved scenes (for a dotted name its first part), and their replacements.
 GONE = {

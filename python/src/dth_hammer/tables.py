@@ -27,7 +27,6 @@ from .frames import pd
 from .scene import quantities
 from .scene.variables import Array
 
-#: A table, or the path of a file.
 Source: TypeAlias = "pd.DataFrame | str | Path"
 TEXTS = (".csv", ".tsv", ".txt")
 KINDS = (*TEXTS, ".parquet", ".xlsx", ".las")

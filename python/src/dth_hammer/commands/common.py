@@ -20,7 +20,6 @@ from ..study.cases import MODEL
 from ..study.store import RUN
 from .options import assignments
 
-#: Most values in a range.
 LONGEST = 1_000_000
 
 

@@ -33,7 +33,7 @@ class Written:
         stream: str = "",
         **keywords: Any,
     ) -> None:
-        #: For example ``-o --out``, or a word for a positional argument. If empty, the argument's
+        #: For example ``-o --out``, or a word for a positional argument; "" for the argument's
         #: name.
         self.flags = flags.split()
         #: Converts the option's text.
@@ -201,9 +201,7 @@ def _pairs(texts: Sequence[str], form: str, read: Callable[[str], Any]) -> dict[
     return pairs
 
 
-#: Help text of a free parameter.
 FREE = 'a free parameter and its bounds, repeatable: "drive.stroke=30 mm:60 mm"'
-#: Parameters of a hammer.
 SET = Written(
     "--set",
     assignments,
@@ -222,13 +220,11 @@ HAMMER = Written(
 HAMMERS = ("hammer", "base")
 #: Arguments that are not options of any command, and the reason.
 NOWHERE = {"preset": "the hammer is one", "scheduler": "an object of Python's"}
-#: The rock that the hammer drills.
 ROCK = Written(
     "--rock",
     help="rock beside the hammer: a name as `dth-hammer rock` lists them, a class as R5, a "
     'strength as "180 MPa", or a file of a rock',
 )
-#: The fatigue strength of a steel.
 SN = Written(
     "--sn",
     SNCurve.read,
@@ -236,7 +232,6 @@ SN = Written(
     help='S-N line of the steel: amplitude, cycles to failure at it, slope, as "300 MPa,1e7,8"',
     metavar="STRENGTH,CYCLES,SLOPE[,ULTIMATE]",
 )
-#: Units of the printed tables.
 UNITS = Written(
     "--units",
     action="extend",
@@ -271,7 +266,6 @@ def table(of: str) -> Written:
 
 #: The file for the hammer's rock, which ``--rock`` can read.
 WRITE_ROCK = file("--write-rock", "file to write the rock to, for --rock", ".json")
-#: Options for many hammers.
 MANY = (
     Written(
         "--over",

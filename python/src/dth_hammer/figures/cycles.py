@@ -1,4 +1,4 @@
-"""Figures of the settled cycle and of the way to it."""
+"""Figures of the settled cycle, and of the transient before it."""
 
 from __future__ import annotations
 

@@ -115,7 +115,6 @@ ASKED: Mapping[str, str] = {
     **dict.fromkeys(("acfm", "icfm"), "scfm, or Nm3/min (their inlets differ)"),
     "ipm": "in/min or bpm",
 }
-#: A gauge pressure or an absolute one.
 GAUGE = re.compile(r"(k?pa|mpa|m?bar|psi|atm|at)[ .]?[([]?(g|ga|gauge|a|abs|absolute)[)\]]?", re.I)
 #: Cubic metres of air over the engine's free air, which is normal air: normal (0 degC), standard
 #: (15 degC), and a compressor's inlet air by ISO 1217 (20 degC, 1 bar).
@@ -197,7 +196,6 @@ TOLD: Mapping[str, str] = {
     **{"rate of penetration": "m/h", "tip's gain per time": "mm/s"},
 }
 SYSTEMS = ("si", "metric", "us")
-#: A system of units, or units by column.
 Units = str | Mapping[str, str]
 #: Suffixes of the columns with the range and the error of another column.
 BESIDE = ("_low", "_high", "_error")

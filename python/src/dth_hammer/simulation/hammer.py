@@ -15,7 +15,6 @@ from ..scene.hammers import Hammerlike, Rocklike, numbers_of
 from ..scene.signals import Function
 from ..scene.variables import VARIABLES, Array, Value, Variable, numbers
 
-#: Outputs that a notebook displays.
 SHOWN = ("blow_count", "blow_energy", "blow_period", "rop", "tip_depth")
 
 

@@ -33,15 +33,13 @@ if TYPE_CHECKING:
 
 #: Number of updates of a progress bar in a run.
 PARTS = 100
-#: First columns of a table of blows.
 PER_BLOW = (
     *("blow_time", "blow_period", "blow_speed", "blow_energy", "blow_penetration"),
     *("rop", "tip_rate"),
 )
 #: Columns of a table of blows: unit, display unit, and whether they must be recorded.
 OF_BLOW = {name: (unit, display, must) for name, unit, display, must in _native.BLOW}
-#: Outputs of a step that take longer to search for than the run itself; `Run.blows` has them for
-#: each blow.
+#: Outputs of a step that take longer than the run itself; `Run.blows` has them for each blow.
 PER_STEP = ("contact_force_peak", "rock_force_peak", "chuck_force_peak")
 
 

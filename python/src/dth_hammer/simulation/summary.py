@@ -57,7 +57,6 @@ def summary(table: pd.DataFrame, begin: float, factor: float) -> pd.DataFrame:
     return beside(found, "mean", factor, "rate of penetration")
 
 
-#: Headings of a displayed summary.
 HEADS = ("", "mean", "range", "from blow to blow", "unit")
 
 

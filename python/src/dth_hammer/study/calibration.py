@@ -38,18 +38,17 @@ from .measurements import GIVE, Free, Measured, Problem, problem_of
 from .posterior import LOSSES, Emulator, maximum, modes, population
 from .trends import table_of
 
-#: Points of the first design for each parameter, and the fewest further ones that must have a
-#: response.
+#: Points of the first design per parameter, and fewest further ones that need a response.
 FIRST, FEWEST = 16, 3
 #: Least standard deviation of a result, in logarithms.
 NARROW = 1e-3
 #: A misfit is reported if its probability is below this.
 CHANCE = 1e-3
-#: Two estimates can hardly be distinguished if their correlation is above the first number; a
-#: direction is undetermined if its error over the width of the bounds is above the second.
+#: Correlation beyond which two estimates are hardly distinguishable; error over the bounds' width
+#: beyond which a direction is undetermined.
 CORRELATED, BLIND = 0.95, 0.5
-#: Most turns of refining the likelihood; new hammers of each turn per parameter; and the change of
-#: an interval's ends and middle, as a share of its width, below which it counts as unchanged.
+#: Most turns of refinement; new hammers per turn and parameter; change of an interval, as a share
+#: of its width, that counts as none.
 TURNS, AMONG, STAYS = 10, 8, 0.1
 #: Allowed uncertainty of the emulator, in standard errors of a measurement, and the share of the
 #: population that must meet it: 0.3 makes an interval hypot(1, 0.3) = 1.04 times as wide.

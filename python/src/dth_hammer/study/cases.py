@@ -25,7 +25,6 @@ ROWS = 6
 CASE, UNTIL, MODEL, ERROR, WARNING = "case", "until", "model", "error", "warning"
 #: Marks a row that is returned to the caller but not stored in the file.
 PASSING = "passing"
-#: One row of the table.
 Row = dict[str, Any]
 
 
@@ -86,7 +85,6 @@ class Job:
     #: Hash of the model's version, all settings, the duration and the requested outputs. Two runs
     #: with the same key have the same row.
     key: str
-    #: Name of the case.
     name: str
     case: Case
     numbers: Mapping[str, float]

@@ -23,11 +23,9 @@ from ..simulation import answers
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Names of the means, in the engine's order.
 MEANS: tuple[str, ...] = tuple(_native.MEANS)
 #: A simulation ends when these means are accurate enough, unless the user names others.
 RATES = ("rop", "tip_rate")
-#: Column with the kind of a response.
 KIND = "kind"
 #: Units of the means that are not variables of the engine.
 UNITS = {
@@ -45,7 +43,6 @@ NOT_REACHED = (
 PART = 0.3
 #: Smallest value that the limit of blows may have.
 FEWEST = 100
-#: Names of the energies of a blow.
 WORKS = tuple(name for name in MEANS if name.startswith("energy_"))
 
 

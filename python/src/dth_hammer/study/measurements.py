@@ -34,7 +34,6 @@ TOLD = {row[0]: row[2] for row in _native.datasheet_numbers()}
 EIGHTY = 1.2816
 #: A hammer meets the measurements within this many errors; modes this close in logarithms are one.
 MEETS, ONE = 4.0, 0.01
-#: Fewest repeated measurements of a mean.
 LEAST = 3
 GIVE = "give (value, standard error), or three or more values"
 

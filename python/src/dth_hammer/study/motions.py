@@ -12,7 +12,6 @@ from ..frames import pd
 from ..scene.variables import whole
 from .longrun import Steady
 
-#: Parameters that set the initial state.
 VELOCITY, GAP = "piston.initial_velocity", "contact.initial_gap"
 #: Two responses are of the same motion if these means agree: within `DEVIATIONS` standard errors of
 #: the difference, plus the relative difference `SAME`, which alone counts for cycles.

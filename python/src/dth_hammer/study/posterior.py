@@ -29,8 +29,7 @@ LOSSES: Mapping[str, Callable[[Array], Any]] = {
 MOST = 150
 #: Bounds of the lengths, relative to those of the parameters, and of the nugget over the variance.
 LENGTHS, NUGGETS = (0.03, 30.0), (1e-8, 1.0)
-#: Members of a population; moves of each after a step, and at the end; share of members that
-#: effectively remain after a step.
+#: Members of a population; moves of each after a step, and at the end; share that a step leaves.
 MEMBERS, MOVES, LAST_MOVES, KEPT = 512, 4, 16, 0.5
 #: Two members belong to different modes if the logarithm of the likelihood between them is lower
 #: than at both by more than the first number. A mode is reported if its share is at least the

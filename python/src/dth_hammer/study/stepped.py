@@ -24,7 +24,6 @@ class Acts:
     signals: Mapping[str, Function]
     control: Callable[[Hammer], None] | None
     partner: Callable[[Hammer], Stepped] | None
-    #: Communication step, s.
     size: float
 
     def stepper(self, hammer: Hammer) -> Callable[[], None]:

@@ -30,13 +30,11 @@ from .workers import parts_of
 #: An executor, or the number of the engine's threads.
 Workers = tuple[Executor | None, int | None]
 
-#: Values by parameter, or rows.
 Grid: TypeAlias = (
     "Mapping[str, Value | Collection[Value]] | Sequence[Mapping[str, Value]] | pd.DataFrame"
 )
 #: Columns of a long-run response in addition to its means.
 LONG: Mapping[str, Any] = {KIND: str, "blows": "Int64", "reached": "boolean"}
-#: Default outputs of a run.
 RESULTS = (
     "blow_count",
     "blow_period",

@@ -27,7 +27,6 @@ from .longrun import Steady, Wanted, named, responses
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Default outputs of a trend.
 OUTPUTS = ("rop", "blow_frequency", "blow_speed", "blow_energy", "rebound_ratio", "rock_force_peak")
 #: Default number of points per coefficient of the fit.
 POINTS = 4
