@@ -295,7 +295,7 @@ mod tests {
             };
             assert_eq!(refused(&aired, alter), expected(is_sound), "air {index}");
         }
-        // The mode alone says vented; there is air but no drive uses it; the drive needs air and there is none.
+        // The mode alone says vented; the drive needs air and there is none; there is air but no drive uses it.
         assert_eq!(refused(&aired, |s| s.motion.mode.vented = true), expected(false));
         assert_eq!(refused(&aired, |s| s.motion.air = None), expected(false));
         let air = aired.motion.air.clone();

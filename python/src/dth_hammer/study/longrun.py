@@ -207,7 +207,7 @@ class Wanted:
     def engine_arguments(self) -> tuple[list[float], int, float, int, bool]:
         """Returns these settings as the engine takes them.
 
-        The last but one is the largest number of blows in a cycle that the engine looks for.
+        The fourth is the longest cycle that the engine looks for, in blows.
         """
         return self.errors, self.blows, self.limit, int(DEFAULTS["repeating"]), self.second
 
