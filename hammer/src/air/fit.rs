@@ -10,9 +10,9 @@ use pulp::{Simd, WithSimd};
 pub(super) struct Fit {
     pub(super) rows: [Row; ORDER + 1],
     pub(super) parts: [[f64; 4]; LOW],
-    /// Upper and lower bounds of each series over the window.
-    pub(super) most: Row,
-    pub(super) least: Row,
+    /// Upper and lower bounds of the first four series over the window.
+    pub(super) most: [f64; 4],
+    pub(super) least: [f64; 4],
 }
 
 vectorised! {
@@ -20,16 +20,17 @@ vectorised! {
     /// than `small` may be left out of a projection.
     pub(super) fn scale(rows: &'a [Row; ORDER + 1], length: f64, small: [f64; 4], fit: &'a mut Fit) -> () as Scale, _simd {
         let (mut power, mut first) = (1.0, [[0.0; 4]; ORDER + 1]);
-        (fit.most, fit.least) = (rows[0], rows[0]);
         for ((row, scaled), first) in rows.iter().zip(&mut fit.rows).zip(&mut first) {
             scaled.iter_mut().zip(row).for_each(|(scaled, c)| *scaled = c * power);
             first.copy_from_slice(&scaled[..4]);
             power *= length;
         }
-        for row in &fit.rows[1..] {
-            fit.most.iter_mut().zip(row).for_each(|(most, c)| *most += c.max(0.0));
-            fit.least.iter_mut().zip(row).for_each(|(least, c)| *least += c.min(0.0));
+        let (mut most, mut least) = (first[0], first[0]);
+        for row in &first[1..] {
+            most.iter_mut().zip(row).for_each(|(most, c)| *most += if *c > 0.0 { *c } else { 0.0 });
+            least.iter_mut().zip(row).for_each(|(least, c)| *least += if *c < 0.0 { *c } else { 0.0 });
         }
+        (fit.most, fit.least) = (most, least);
         fit.parts = projections(first, small);
     }
 }

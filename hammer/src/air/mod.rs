@@ -12,7 +12,7 @@ mod stream;
 mod windows;
 
 use crate::laws::air::{GAS, KAPPA, Openings, Regime, Side, heated};
-use crate::numerics::kernel::Row;
+use crate::numerics::kernel::{self, Row};
 use crate::numerics::series::{LOW, ORDER, Powers, value};
 use crate::quantities::air::AirLaw;
 use crate::quantities::parameters::Parameters;
@@ -88,8 +88,7 @@ pub struct Air {
 impl Window {
     /// Values of the series at `tau`, a time over the window's length.
     fn at(&self, tau: f64) -> Row {
-        let each = self.rows.iter().rev();
-        each.fold([0.0; 8], |sum, row| from_fn(|i| sum[i] * tau + row[i]))
+        kernel::horner(&self.rows, tau)
     }
 
     /// The content of the chambers at `tau`, if it is `start` at the epoch.
@@ -286,8 +285,9 @@ impl Air {
     }
 
     /// Moves the epoch forward by `at`, where the piston has these positions.
-    pub(crate) fn shift(&mut self, places: Places, at: f64) {
-        let Some(window) = self.window.take() else { return };
+    /// Returns the window, as storage for the next one.
+    pub(crate) fn shift(&mut self, places: Places, at: f64) -> Option<Box<Window>> {
+        let window = self.window.take()?;
         let tau = at / window.length;
         let numbers = window.at(tau);
         self.content = window.content_of(numbers, self.content);
@@ -297,6 +297,7 @@ impl Air {
         {
             self.regimes[path] = regime;
         }
+        Some(window)
     }
 
     /// True if every number is finite and the window reaches beyond `now`.

@@ -26,11 +26,12 @@ const POWER: f64 = 2.0 / 7.0;
 /// All formulas need the products from this lane on; only a subsonic flow needs those before it.
 const COMMON: usize = LANES / 2;
 
-/// The factors of the products of series, one product a lane.
+/// The factors of the products of series, one product a lane. The right factors are stored from the highest power down,
+/// so that the coefficients of a product stand in the order in which they are multiplied.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lanes {
     pub(super) left: [Row; ORDER + 1],
-    pub(super) right: [Row; ORDER + 1],
+    right: [Row; ORDER + 1],
 }
 
 impl Lanes {
@@ -38,12 +39,18 @@ impl Lanes {
     #[inline(always)]
     pub(super) fn inner<S: Simd, const FROM: usize>(&self, simd: S, k: usize) -> Row {
         let mut sums: Sums<S> = [simd.splat_f64s(0.0); MOST];
-        for (x, y) in self.left[1..k].iter().zip(self.right[1..k].iter().rev()) {
+        let mut add = |x: &Row, y: &Row| {
             let (x, y) = (S::as_simd_f64s(x).0, S::as_simd_f64s(y).0);
             for g in FROM / S::F64_LANES..LANES / S::F64_LANES {
                 sums[g] = simd.add_f64s(sums[g], simd.mul_f64s(x[g], y[g]));
             }
+        };
+        let (left, more) = self.left[1..k].as_chunks::<4>();
+        let (right, other) = self.right[ORDER + 1 - k..ORDER].as_chunks::<4>();
+        for (x, y) in left.iter().zip(right) {
+            (0..4).for_each(|i| add(&x[i], &y[i]));
         }
+        more.iter().zip(other).for_each(|(x, y)| add(x, y));
         let mut row = [0.0; LANES];
         S::as_mut_simd_f64s(&mut row).0.copy_from_slice(&sums[..LANES / S::F64_LANES]);
         row
@@ -55,7 +62,13 @@ impl Lanes {
     #[inline(always)]
     pub(super) fn put(&mut self, k: usize, half: usize, left: [f64; 4], right: [f64; 4]) {
         self.left[k][4 * half..][..4].copy_from_slice(&left);
-        self.right[k][4 * half..][..4].copy_from_slice(&right);
+        self.right[ORDER - k][4 * half..][..4].copy_from_slice(&right);
+    }
+
+    /// Sets coefficient `k` of the factors.
+    #[inline(always)]
+    fn set(&mut self, k: usize, left: Row, right: Row) {
+        (self.left[k], self.right[ORDER - k]) = (left, right);
     }
 }
 
@@ -119,8 +132,8 @@ impl Stream {
         let flow = NOZZLE * (jet * pressed);
         // The leak's area is constant, so its lane serves the heat.
         let [a, b] = if self.path == LEAK { [heat, flow] } else { [self.area[0], w] };
-        lanes.left[0] = [ratio, 0.0, ratio, power, z, w, a, jet];
-        lanes.right[0] = [low, power, power, power, heat, w, b, pressed];
+        let left = [ratio, 0.0, ratio, power, z, w, a, jet];
+        lanes.set(0, left, [low, power, power, power, heat, w, b, pressed]);
         [flow, flow * heat]
     }
 
@@ -155,10 +168,11 @@ impl Stream {
         let jet = widened + self.area[0] * w;
         let flow = NOZZLE * (sum[7] + jet0 * pressed + jet * pressed0);
         let [a, b] = if self.path == LEAK { [heat, flow] } else { [opened, w] };
-        lanes.left[k] = [ratio, order * ratio, ratio, power, z, w, a, jet];
-        lanes.right[k] = [low, power, power, power, heat, w, b, pressed];
-        let heat0 = lanes.right[0][4];
-        let rest = if self.path == LEAK { sum[6] + lanes.right[0][6] * heat } else { 0.0 };
+        let left = [ratio, order * ratio, ratio, power, z, w, a, jet];
+        lanes.set(k, left, [low, power, power, power, heat, w, b, pressed]);
+        let first = &lanes.right[ORDER];
+        let heat0 = first[4];
+        let rest = if self.path == LEAK { sum[6] + first[6] * heat } else { 0.0 };
         [flow, heat0 * flow + rest]
     }
 }

@@ -26,8 +26,13 @@ const SHORTEST: f64 = 1e-12;
 pub(crate) type Solved = Result<(Box<Window>, [Poly; 2]), Option<(usize, usize)>>;
 
 impl Air {
-    /// The window that begins at the epoch; `series` is storage.
-    pub(crate) fn window(&self, problem: &Problem, series: &mut Series) -> Solved {
+    /// The window that begins at the epoch. `series` and `storage` are reused.
+    pub(crate) fn window(
+        &self,
+        problem: &Problem,
+        series: &mut Series,
+        storage: &mut Option<Box<Window>>,
+    ) -> Solved {
         series::expand(series, self, problem);
         let longest = series.length(self, problem);
         let length = series.projected(problem, longest).ok_or(None)?;
@@ -38,10 +43,11 @@ impl Air {
         // `int P' x`: the slopes of the forces times the positions.
         let mut moment = [0.0; ORDER + 1];
         for (i, push) in push.iter().enumerate() {
-            for (k, force) in push.iter().enumerate().skip(1) {
+            let place: Powers = from_fn(|k| fit.rows[k][PLACE + i]);
+            for (k, force) in push.iter().enumerate().skip(1).filter(|(_, force)| **force != 0.0) {
                 let slope = k as f64 * force;
-                let rises = moment[k..].iter_mut().zip(&fit.rows);
-                rises.for_each(|(sum, row)| *sum += slope * row[PLACE + i]);
+                let rises = moment[k..].iter_mut().zip(&place);
+                rises.for_each(|(sum, x)| *sum += slope * x);
             }
         }
         moment.iter_mut().enumerate().skip(1).for_each(|(k, sum)| *sum /= k as f64);
@@ -59,7 +65,13 @@ impl Air {
             [2, 3].map(|side| series.streams.iter().any(|stream| stream.sides.contains(&side)));
         let (reach, then) = (length, None);
         let window = Window { length, rows, flows, moment, push, place, reach, then };
-        let mut window = Box::new(window);
+        let mut window = match storage.take() {
+            Some(mut stored) => {
+                *stored = window;
+                stored
+            }
+            None => Box::new(window),
+        };
         if let Some((tau, path, bound)) = series.passage(self, problem, length) {
             if tau == 0.0 {
                 return Err(Some((path, bound)));
@@ -200,7 +212,8 @@ mod tests {
             places,
             outside,
         };
-        let (window, _) = gas.window(&problem, &mut Series::default()).expect("a window");
+        let (window, _) =
+            gas.window(&problem, &mut Series::default(), &mut None).expect("a window");
         let choked = (KAPPA / GAS).sqrt() * (2.0 / (KAPPA + 1.0)).powi(3);
         let [volume, _] = crate::air::volumes(&parameters, places);
         let rate =

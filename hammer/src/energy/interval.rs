@@ -12,10 +12,12 @@ use crate::motion::Motion;
 use crate::motion::state::MotionState;
 use crate::numerics::kernel;
 use crate::numerics::poly::Poly;
+use crate::numerics::series::LOW;
 use crate::quantities::parameters::Rock;
 use crate::scene::graph::CHANNELS;
 use crate::scene::graph::{Graph, Group};
 use serde::{Deserialize, Serialize};
+use std::array::from_fn;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -156,11 +158,17 @@ enum Loading {
         loads: [f64; CHANNELS],
         translations: [[f64; 3]; 2],
     },
-    Varying(Box<Polynomials>),
+    Varying(Box<Varying>),
+}
+
+/// Loads of [`LOW`] coefficients, with the polynomial parts of the same motions.
+#[derive(Debug)]
+struct Varying {
+    loads: [[f64; LOW]; CHANNELS],
+    driven: [Driven; 2],
 }
 
 /// Polynomials in time from the start of the interval.
-#[derive(Clone, Debug)]
 struct Polynomials {
     loads: [Poly; CHANNELS],
     /// Polynomial part of the motion of the tip's track, and of a free piston.
@@ -175,7 +183,8 @@ impl Loading {
             let driven =
                 |i: Option<usize>| i.map(|i| anchors[i].driven.clone()).unwrap_or_default();
             let driven = tracks.map(driven);
-            return Self::Varying(Box::new(Polynomials { loads: *loads, driven }));
+            let loads = from_fn(|c| from_fn(|k| loads[c].0[k]));
+            return Self::Varying(Box::new(Varying { loads, driven }));
         }
         let translation = |i: Option<usize>| {
             let c = i.map(|i| &anchors[i].driven.translation.0);
@@ -187,7 +196,11 @@ impl Loading {
 
     fn polynomials(&self) -> Polynomials {
         match self {
-            Self::Varying(polynomials) => Polynomials::clone(polynomials),
+            Self::Varying(varying) => {
+                let Varying { loads, driven } = &**varying;
+                let load = |c: &[f64; LOW]| Poly::of_part(c, 1.0);
+                Polynomials { loads: loads.each_ref().map(load), driven: driven.clone() }
+            }
             Self::Constant { loads, translations } => {
                 let driven = translations.map(|c| Driven::translating(Poly::parabola(c)));
                 Polynomials { loads: loads.map(Poly::constant), driven }
@@ -427,8 +440,8 @@ impl Interval {
         let numbers = |bytes: usize| bytes / size_of::<f64>();
         let slow = |driven: &Driven| numbers(size_of_val(&driven.slow[..]));
         let other = |other: &Other| other.ends.len() + slow(&other.driven);
-        let loading = if let Loading::Varying(polynomials) = &self.loading {
-            numbers(size_of::<Polynomials>()) + polynomials.driven.iter().map(slow).sum::<usize>()
+        let loading = if let Loading::Varying(varying) = &self.loading {
+            numbers(size_of::<Varying>()) + varying.driven.iter().map(slow).sum::<usize>()
         } else {
             0
         };

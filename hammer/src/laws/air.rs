@@ -207,6 +207,9 @@ impl Parameters {
     }
 }
 
+/// A chamber has two ports, of which each has two edges at most; and there is the cylinder's end.
+const MOST_GUARDS: usize = 9;
+
 impl AirLaw {
     /// States of the ports with the piston at `vr`; `shut` is true in the cylinder's end.
     pub(crate) fn openings(&self, vr: f64, shut: bool) -> Openings {
@@ -250,7 +253,7 @@ impl AirLaw {
         end: f64,
         vr: Displacement,
     ) -> Vec<Guard> {
-        let mut guards = Vec::new();
+        let mut guards = Vec::with_capacity(MOST_GUARDS);
         if end.is_finite() {
             guards.push(Guard {
                 displacement: vr,

@@ -208,7 +208,8 @@ impl<'a> Stretch<'a> {
         (square >= LITTLE * size).then_some(square)
     }
 
-    fn tip_square_and_size(&self, tip: usize, drift: &Poly, start: f64) -> [f64; 2] {
+    /// [`Self::tip_square`], and the sum of the sizes of the terms that cancel in it.
+    pub(crate) fn tip_square_and_size(&self, tip: usize, drift: &Poly, start: f64) -> [f64; 2] {
         let free = start - self.system.viscous_form().of(self.end);
         if !self.system.varies(self.loads) {
             return [free, start];

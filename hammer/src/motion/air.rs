@@ -6,6 +6,7 @@ use crate::air::{Air, Places, volumes};
 use crate::error::Error;
 use crate::laws::air::{KAPPA, Side};
 use crate::laws::event::Displacement;
+use crate::laws::mode::Tie;
 use crate::modal::system::visible::VisibleBlock;
 use crate::numerics::math;
 use crate::numerics::poly::Poly;
@@ -117,11 +118,12 @@ impl Motion {
         let problem = Problem { parameters: &self.model.parameters, blocks, left, places, outside };
         let series = self.series.get_or_insert_default();
         for trial in 1..=TRIALS {
-            match air.window(&problem, series) {
+            match air.window(&problem, series, &mut self.window) {
                 Ok((window, forces)) => {
                     air.window = Some(window);
                     self.state.air = Some(air);
                     self.press(forces);
+                    self.note_polys();
                     return Ok([0, trial]);
                 }
                 Err(Some((path, bound))) => air.regimes[path] = air.regimes[path].next(bound),
@@ -168,6 +170,22 @@ impl Motion {
         if exhaust.0 < supply.0 { exhaust } else { supply }
     }
 
+    /// Makes the polynomials of what is guarded, and of the positions in the cylinder, once for the window.
+    fn note_polys(&mut self) {
+        let [x, y] = self.positions();
+        let apart = (y != x).then_some(y);
+        let guarded = [Displacement::Tip, Displacement::Tie(Tie::Contact), x];
+        for displacement in guarded.into_iter().chain(apart) {
+            for index in 0..self.tracks.len() {
+                let Some(functional) = self.share(index, displacement) else { continue };
+                let (system, driven) =
+                    (&self.tracks[index].system, &self.state.anchors[index].driven);
+                let poly = system.poly(functional, &self.state.loads, driven);
+                self.polys.push((index, functional, poly));
+            }
+        }
+    }
+
     /// Applies the air's forces to the piston and the bit, from the epoch on.
     fn press(&mut self, [drive, anvil]: [Poly; 2]) {
         let mut loads: [Poly; CHANNELS] = self.state.loads;
@@ -201,7 +219,7 @@ impl Motion {
         }
         let positions = self.positions();
         let most = self.tracks.iter().map(|track| track.system.blocks()).sum();
-        let (mut blocks, mut fast) = (Vec::with_capacity(most), Vec::with_capacity(most));
+        let (mut blocks, mut fast) = (Vec::with_capacity(most), Vec::new());
         let mut left = Left::default();
         left.still.iter_mut().zip(positions).for_each(|(s, position)| s[0] = self.ahead(position));
         left.longest = LONGEST;
@@ -214,10 +232,15 @@ impl Motion {
         let [jets, opens] = air.haste(parameters, places[0], sides);
         let squeezed = (stirs[0] * speeds[0]).abs().max((stirs[1] * speeds[1]).abs());
         let haste = KAPPA * jets + squeezed + 1.0 / stroke;
-        let change: [f64; CHANNELS] = from_fn(|c| match own.iter().position(|own| *own == c) {
-            Some(force) => forces[force] * haste,
-            None => steepest(&loads[c]),
-        });
+        let change = |c: usize| match own.iter().position(|own| *own == c) {
+            Some(force) => (c, forces[force] * haste),
+            None => (c, steepest(&loads[c])),
+        };
+        let mut change: [_; CHANNELS] = from_fn(change);
+        // Those that change come first.
+        change.sort_unstable_by(|(_, one), (_, other)| other.total_cmp(one));
+        let changing = change.iter().take_while(|(_, rate)| *rate > 0.0).count();
+        let change = &change[..changing];
         for (index, track) in self.tracks.iter().enumerate() {
             let shares = positions.map(|position| self.share(index, position));
             if shares == [None; 2] {
@@ -246,9 +269,10 @@ impl Motion {
                 }
                 let mut moved = [[0.0; 2]; 2];
                 for (place, moved) in moved.iter_mut().enumerate() {
-                    let each = change.iter().zip(&block.behind[place]).zip(&block.further[place]);
-                    let lag: f64 =
-                        each.map(|((c, behind), more)| c * (behind + haste * more)).sum();
+                    let (behind, further) = (&block.behind[place], &block.further[place]);
+                    let each =
+                        change.iter().map(|&(c, rate)| rate * (behind[c] + haste * further[c]));
+                    let lag: f64 = each.sum();
                     *moved = [block.most(place, swung) + lag, lag];
                 }
                 let stir = |k: usize| {
@@ -256,8 +280,9 @@ impl Motion {
                     (stirs[0] * moved[0][k]).max(stirs[1] * moved[1][k]) + drag
                 };
                 let (shaken, lag) = (stir(0), stir(1));
+                fast.reserve(if fast.is_empty() { most } else { 0 });
                 let shed = shaken * (jets + 1.0 / stroke) + moved[0][0] * opens;
-                let share = |i: usize| masses[i] * block.most(i, block.pushes[own[i]]);
+                let share = |i: usize| masses[i] * block.pushed[i][own[i]];
                 let back = share(0).max(share(1)) * shaken;
                 fast.push((rate, 2.0 * shed / low + lag, back, block, start));
             }

@@ -18,8 +18,8 @@ mod start;
 pub mod state;
 mod transition;
 
-use crate::air::Places;
 use crate::air::series::Series;
+use crate::air::{Places, Window};
 use crate::error::Error;
 use crate::laws::event::{Bodies, Displacement, Event};
 use crate::laws::mode::{Mode, Tie};
@@ -55,8 +55,11 @@ pub struct Motion {
     /// Result of [`MotionState::is_steady`] for `state`.
     steady: bool,
     pub(crate) basis_changes: u64,
-    /// Storage for the air's series.
+    /// Storage for the air's series, and for its next window.
     series: Option<Box<Series>>,
+    window: Option<Box<Window>>,
+    /// Polynomials of displacements in a window of the air: track, functional, and the result of [`Self::poly`].
+    polys: Vec<(usize, usize, Poly)>,
     /// The piston's positions in the cylinder and their rates at the last move of the epoch. The window that begins
     /// there uses them.
     cylinder: Option<[Places; 2]>,
@@ -81,6 +84,7 @@ impl Motion {
         }
         (self.tracks, self.state, self.basis_changes) = (tracks, state.clone(), basis_changes);
         self.cylinder = None;
+        self.polys.clear();
         self.steady = self.state.is_steady();
         Ok(())
     }
@@ -217,6 +221,10 @@ impl Motion {
 
     /// Static and translating part of a functional of track `index`, after the epoch.
     pub(crate) fn poly(&self, index: usize, functional: usize) -> Poly {
+        let mut known = self.polys.iter();
+        if let Some((.., poly)) = known.find(|(i, f, _)| [*i, *f] == [index, functional]) {
+            return *poly;
+        }
         let (loads, driven) = (&self.state.loads, &self.state.anchors[index].driven);
         let system = &self.tracks[index].system;
         if self.is_steady() {
@@ -348,6 +356,7 @@ impl Motion {
     ) -> Result<(), Error> {
         self.cylinder = self.air().map(|_| self.in_cylinder(&self.tracks, at));
         let [places, _] = self.cylinder.unwrap_or_default();
+        self.polys.clear();
         for (track, anchor) in self.tracks.iter_mut().zip(&mut self.state.anchors) {
             track.at -= at;
             if anchor.group != Group::PISTON {
@@ -365,7 +374,9 @@ impl Motion {
         state.epoch.move_by(at);
         state.now -= at;
         state.inputs.shift(at);
-        state.air.iter_mut().for_each(|air| air.shift(places, at));
+        if let Some(window) = state.air.as_mut().and_then(|air| air.shift(places, at)) {
+            self.window = Some(window);
+        }
         let renewed = state.line.reach.take().is_some()
             || state.air.as_ref().is_some_and(|air| air.vented.is_none());
         let old = (!steady).then_some(self.state.loads);
@@ -398,6 +409,7 @@ impl Motion {
         let (track, anchor) = (&mut self.tracks[index], &self.state.anchors[index]);
         track.system.add_driven(old, &anchor.driven, since, &mut track.z);
         self.split(index);
+        self.steady = self.state.is_steady();
     }
 
     /// Splits a track that holds its whole state, under the present loads.
@@ -405,7 +417,6 @@ impl Motion {
         let (track, anchor) = (&mut self.tracks[index], &mut self.state.anchors[index]);
         anchor.driven = track.system.take_driven(&self.state.loads, &mut track.z);
         anchor.z.copy_from_slice(&track.z);
-        self.steady = self.state.is_steady();
     }
 
     pub(crate) fn set_input(&mut self, input: Input, poly: Poly) {

@@ -106,8 +106,17 @@ impl Motion {
         };
         let tracks = state.tracks(&model)?;
         let steady = state.is_steady();
-        let mut motion =
-            Self { model, state, tracks, steady, basis_changes: 0, series: None, cylinder: None };
+        let mut motion = Self {
+            model,
+            state,
+            tracks,
+            steady,
+            basis_changes: 0,
+            series: None,
+            window: None,
+            polys: Vec::new(),
+            cylinder: None,
+        };
         if rock == RockMode::Standstill {
             // The tip must be exactly at the level of its restart guard.
             let tip = motion.point(&motion.tracks, Displacement::Tip, 0.0).displacement;

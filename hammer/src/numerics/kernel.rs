@@ -173,6 +173,22 @@ vectorised! {
 /// One number from each of several series.
 pub type Row = [f64; LANES];
 
+vectorised! {
+    /// Values of polynomials side by side, by Horner's rule.
+    pub fn horner(rows: &'a [Row], t: f64) -> Row as Horner, simd {
+        let (t, mut sums): (_, Sums<S>) = (simd.splat_f64s(t), [simd.splat_f64s(0.0); MOST]);
+        for row in rows.iter().rev() {
+            let row = S::as_simd_f64s(row).0;
+            for g in 0..LANES / S::F64_LANES {
+                sums[g] = simd.add_f64s(simd.mul_f64s(sums[g], t), row[g]);
+            }
+        }
+        let mut values = [0.0; LANES];
+        S::as_mut_simd_f64s(&mut values).0.copy_from_slice(&sums[..LANES / S::F64_LANES]);
+        values
+    }
+}
+
 /// True if every number is finite. The slice has whole groups.
 pub fn is_finite(y: &[f64]) -> bool {
     // A finite number times zero is zero; any other number times zero is NaN.

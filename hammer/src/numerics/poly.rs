@@ -40,8 +40,12 @@ impl Poly {
 
     /// The highest power with a coefficient that is not zero.
     pub fn degree(&self) -> usize {
-        let high = [LOW, MIDDLE].into_iter().find(|&high| none(&self.0[high..]));
-        self.0[..high.unwrap_or(TERMS)].iter().rposition(|&c| c != 0.0).unwrap_or(0)
+        let high = match none(&self.0[MIDDLE..]) {
+            false => TERMS,
+            true if none(&self.0[LOW..MIDDLE]) => LOW,
+            true => MIDDLE,
+        };
+        self.0[..high].iter().rposition(|&c| c != 0.0).unwrap_or(0)
     }
 
     /// Value at `t`.
@@ -53,11 +57,16 @@ impl Poly {
     pub fn derivatives_at<const COUNT: usize>(&self, t: f64) -> [f64; COUNT] {
         let degree = self.degree();
         let mut c = self.0;
+        let c = &mut c[..=degree];
         let mut derivatives = [0.0; COUNT];
         let mut factorial = 1.0;
         for (k, derivative) in derivatives.iter_mut().take(degree + 1).enumerate() {
             if t != 0.0 {
-                (k..degree).rev().for_each(|i| c[i] += t * c[i + 1]);
+                let mut sum = 0.0;
+                for c in c[k..].iter_mut().rev() {
+                    sum = *c + t * sum;
+                    *c = sum;
+                }
             }
             factorial *= (k as f64).max(1.0);
             *derivative = factorial * c[k];
@@ -148,9 +157,12 @@ impl Poly {
 
     fn shift_all(&mut self, t: f64) {
         let degree = self.degree();
-        for i in 0..degree {
-            for k in (i..degree).rev() {
-                self.0[k] += t * self.0[k + 1];
+        let (lower, rest) = self.0.split_at_mut(degree);
+        for i in 0..lower.len() {
+            let mut sum = rest[0];
+            for c in lower[i..].iter_mut().rev() {
+                sum = *c + t * sum;
+                *c = sum;
             }
         }
     }
@@ -203,7 +215,7 @@ impl Poly {
 
     /// True if the polynomial does not vary.
     pub fn is_constant(&self) -> bool {
-        none(&self.0[1..])
+        self.0[1] == 0.0 && none(&self.0[2..])
     }
 
     /// The polynomial with these coefficients in terms of time over a span.

@@ -169,6 +169,9 @@ impl Barrier {
     fn is_clear_until(&mut self, end: f64, motion: &Motion, work: &mut Work) -> bool {
         let tip = &motion.tracks[0];
         if tip.at == end {
+            if self.is_below(motion, tip) {
+                return true;
+            }
             let done = self.done(motion, tip, work);
             self.ended = Some([end, done]).filter(|_| !self.sums(tip));
             return done < SURELY * self.room;
@@ -179,7 +182,18 @@ impl Barrier {
         }
         work.samples += ahead.rotate_to(end);
         work.evaluations += 1;
-        self.done(motion, &ahead, work) < SURELY * self.room
+        self.is_below(motion, &ahead) || self.done(motion, &ahead, work) < SURELY * self.room
+    }
+
+    /// True if the closed form of the work up to the track's instant is below the barrier with all of its rounding: then
+    /// no series is needed where it cancels.
+    fn is_below(&self, motion: &Motion, track: &Track) -> bool {
+        if self.is_calm || !self.sums(track) {
+            return false;
+        }
+        let stretch = motion.stretch(0, track, track.at);
+        let [square, size] = stretch.tip_square_and_size(self.tip, &self.drift, self.form);
+        self.viscosity * (square + (1.0 - SURELY) * size) < SURELY * self.room
     }
 
     /// The instant at which the rising `psi` reaches the barrier, by Newton's method within a bracket that bisection

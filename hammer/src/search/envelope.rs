@@ -79,9 +79,11 @@ impl Envelope {
         [ahead, amplitude]: [f64; 2],
         reach: f64,
     ) -> Self {
-        let (count, scaled) = (poly.degree() + 1, poly.scaled(reach).0);
-        let (mut range, mut size) = ([scaled[0]; 2], scaled[0].abs());
-        for c in &scaled[1..count] {
+        let (count, mut scaled) = (poly.degree() + 1, poly.0);
+        let (mut range, mut size, mut power) = ([scaled[0]; 2], scaled[0].abs(), 1.0);
+        for c in &mut scaled[1..count] {
+            power *= reach;
+            *c *= power;
             range = [range[0] + c.min(0.0), range[1] + c.max(0.0)];
             size += c.abs();
         }

@@ -292,8 +292,7 @@ impl System {
     pub fn add_driven(&self, loads: &[Poly; CHANNELS], driven: &Driven, t: f64, z: &mut [f64]) {
         self.response.add(loads, driven, t, z);
         if self.rigid {
-            let translation = &driven.translation;
-            self.put_translation([translation.at(t), translation.derivative().at(t)], z);
+            self.put_translation(driven.translation.derivatives_at(t), z);
         }
     }
 

@@ -230,15 +230,17 @@ impl Response {
         }
         let present: f64 =
             loads.iter().zip(self.sizes).map(|(load, size)| size * load.0[0].abs()).sum();
-        let mut rate = 0.0f64;
+        let (over, mut rate) = (1.0 / present, 0.0f64);
         for (load, size) in loads.iter().zip(self.sizes).filter(|(_, size)| *size != 0.0) {
-            let mut factorial = 1.0;
+            let (mut factorial, mut power) = (1.0, 1.0);
             for (order, c) in load.0.iter().enumerate().take(load.degree() + 1).skip(1) {
                 factorial *= order as f64;
-                let part = size * (factorial * c).abs() / present;
-                // The root is slow to compute, so it is computed only if it exceeds the largest rate so far.
-                if part > math::powi(rate, order) {
-                    rate = rate.max(math::pow(part, 1.0 / order as f64));
+                let part = size * (factorial * c).abs() * over;
+                power *= rate;
+                if part > power {
+                    power = part;
+                    let root = if order == 1 { part } else { math::rough_root(part, order as u64) };
+                    rate = rate.max(root);
                 }
             }
         }

@@ -34,6 +34,8 @@ pub(crate) struct VisibleBlock {
     pub held: [[f64; CHANNELS]; 2],
     pub behind: [[f64; CHANNELS]; 2],
     pub further: [[f64; CHANNELS]; 2],
+    /// [`Self::most`] of a unit load of each channel.
+    pub pushed: [[f64; CHANNELS]; 2],
 }
 
 impl VisibleBlock {
@@ -97,6 +99,7 @@ pub(crate) fn blocks(
             block.rest[c] = equilibrium(&matrix, block.pushes[c]);
             let lag = equilibrium(&matrix, block.rest[c]);
             for place in 0..2 {
+                block.pushed[place][c] = block.most(place, block.pushes[c]);
                 block.held[place][c] = block.along(place, block.rest[c]);
                 block.behind[place][c] = block.along(place, lag).abs();
                 block.further[place][c] = 2.0 * block.most(place, equilibrium(&matrix, lag));
