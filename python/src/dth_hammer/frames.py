@@ -1,16 +1,22 @@
-"""pandas, imported when it is first used: its import takes longer than most commands."""
+"""NumPy and pandas, imported when they are first used: that takes longer than most commands."""
 
 import importlib
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["pd"]
+__all__ = ["np", "pd"]
 
 if TYPE_CHECKING:
+    import numpy as np
     import pandas as pd
 else:
 
-    class _Pandas:
-        def __getattr__(self, name: str) -> Any:
-            return getattr(importlib.import_module("pandas"), name)
+    class _Late:
+        def __init__(self, module: str) -> None:
+            self._module = module
 
-    pd = _Pandas()
+        def __getattr__(self, name: str) -> Any:
+            found = getattr(importlib.import_module(self._module), name)
+            setattr(self, name, found)
+            return found
+
+    np, pd = _Late("numpy"), _Late("pandas")

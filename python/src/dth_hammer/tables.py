@@ -19,11 +19,9 @@ from decimal import Decimal
 from pathlib import Path
 from typing import Any, TypeAlias
 
-import numpy as np
-
 from .errors import DomainError, UnknownNameError, reading
 from .extras import need
-from .frames import pd
+from .frames import np, pd
 from .scene import quantities
 from .scene.variables import Array
 

@@ -6,11 +6,9 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from .. import tables
 from ..errors import DomainError
-from ..frames import pd
+from ..frames import np, pd
 from ..scene import rocks
 from ..scene.band import reason, with_sides
 from ..scene.quantities import Fixed, Units, alike, convert, with_units

@@ -6,14 +6,13 @@ import itertools
 import re
 from collections.abc import Mapping
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from ..errors import DthHammerError, TooFewBlowsError
-from ..frames import pd
+from ..frames import np, pd
 from ..scene.hammers import Hammerlike, Rocklike
 from ..scene.variables import whole
 from ..simulation.run import Run, simulate

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..frames import pd
+from ..frames import np, pd
 from ..scene.variables import Array
 from ..simulation.diagram import Waves
 from ..study.fatigue import Life

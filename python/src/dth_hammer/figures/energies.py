@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from ..errors import TooFewBlowsError
+from ..frames import np
 from ..scene.hammers import Hammerlike, Rocklike
 from ..scene.variables import Array
 from ..simulation.run import Run, simulate

@@ -10,9 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-import numpy as np
-
-from ..frames import pd
+from ..frames import np, pd
 from .variables import Value, numbers, whole
 
 #: Number of metres per hour in one metre per second.

@@ -3,11 +3,10 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from .. import _native
 from ..contract import typed
 from ..errors import DomainError
+from ..frames import np
 from .hammers import Hammerlike, Rocklike, numbers_of
 from .variables import VARIABLES, whole
 

@@ -6,10 +6,8 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..errors import DomainError
-from ..frames import pd
+from ..frames import np, pd
 from . import quantities
 from .variables import STEP, UNTIL, VARIABLES, Array
 

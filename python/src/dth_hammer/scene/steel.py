@@ -6,10 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from ..contract import typed
 from ..errors import DomainError
+from ..frames import np
 from . import quantities
 from .variables import Array
 

@@ -9,11 +9,9 @@ from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from ..errors import MissingError, TooFewBlowsError
 from ..extras import need
-from ..frames import pd
+from ..frames import np, pd
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -24,11 +24,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, Protocol, cast
 
-import numpy as np
-
 from ..contract import typed
 from ..errors import DomainError
-from ..frames import pd
+from ..frames import np, pd
 from ..scene import quantities
 from ..scene.variables import VARIABLES, whole
 from . import answers

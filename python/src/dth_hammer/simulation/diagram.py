@@ -6,13 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from .. import _native
 from ..contract import typed
 from ..errors import DthHammerError, TooFewBlowsError
 from ..extras import need
-from ..frames import pd
+from ..frames import np, pd
 from ..scene.hammers import Hammerlike, Rocklike
 from ..scene.mesh import BODIES
 from ..scene.quantities import Fixed

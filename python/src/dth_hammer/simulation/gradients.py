@@ -6,11 +6,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from .. import _native
 from ..errors import DomainError, DthHammerError, UnknownNameError
-from ..frames import pd
+from ..frames import np, pd
 from ..scene.variables import Array
 
 if TYPE_CHECKING:

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from ..contract import typed
 from ..errors import DomainError, UnknownNameError
-from ..frames import pd
+from ..frames import np, pd
 from ..scene.hammers import Hammerlike, numbers_of
 from ..scene.variables import VARIABLES, Array
 from .hammer import Hammer

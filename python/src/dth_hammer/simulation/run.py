@@ -8,13 +8,11 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from .. import _native
 from ..contract import typed
 from ..errors import DomainError, UnknownNameError, warn
 from ..extras import bar
-from ..frames import pd
+from ..frames import np, pd
 from ..scene import quantities
 from ..scene.band import factor
 from ..scene.hammers import Hammerlike, Rocklike, scene_of

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from ..errors import DomainError, TooFewBlowsError
-from ..frames import pd
+from ..frames import np, pd
 from ..scene import quantities
 from ..scene.band import beside, interval
 from ..scene.variables import Array

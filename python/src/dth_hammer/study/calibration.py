@@ -22,12 +22,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..contract import typed
 from ..errors import DomainError, RefusedError, warn
 from ..extras import need
-from ..frames import pd
+from ..frames import np, pd
 from ..scene.band import beside, factor
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of
 from ..scene.variables import Array

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from .. import _native
 from ..contract import typed
 from ..errors import DomainError, warn
-from ..frames import pd
+from ..frames import np, pd
 from ..scene.band import factor
 from ..scene.datasheet import Datasheet
 from ..scene.hammers import Hammerlike, numbers_of

@@ -4,9 +4,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from ..errors import DomainError, DthHammerError, RefusedError
+from ..frames import np
 from ..scene.quantities import alike, read
 from ..scene.variables import VARIABLES, Array, Value, whole
 from ..simulation.gradients import differentiable

@@ -11,12 +11,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from .. import _native, tables
 from ..contract import typed
 from ..errors import DomainError, warn
-from ..frames import pd
+from ..frames import np, pd
 from ..scene.datasheet import Datasheet
 from ..scene.hammers import Hammerlike, numbers_of
 from ..scene.variables import VARIABLES, Array, whole

@@ -7,13 +7,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from .. import _native
 from ..contract import typed
 from ..errors import DomainError, RefusedError
 from ..extras import need
-from ..frames import pd
+from ..frames import np, pd
 from ..scene import quantities
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of, scene_of
 from ..scene.mesh import ELEMENTS, READINGS, mesh_for

@@ -8,12 +8,10 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from .. import _native
 from ..errors import DomainError, RefusedError, UnknownNameError
 from ..extras import bar
-from ..frames import pd
+from ..frames import np, pd
 from ..scene import quantities
 from ..scene.band import beside, factor, in_words
 from ..scene.mesh import errors_in_words

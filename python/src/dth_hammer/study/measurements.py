@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from .. import _native, tables
 from ..errors import DomainError, RefusedError, warn
+from ..frames import np
 from ..scene.quantities import alike, read
 from ..scene.variables import VARIABLES, Array, Value, whole
 from ..simulation.gradients import differentiable

@@ -3,10 +3,9 @@
 from collections.abc import Callable, Mapping
 from functools import partial
 
-import numpy as np
-
 from .. import _native
 from ..errors import UnknownNameError
+from ..frames import np
 from ..scene.mesh import BODIES
 from ..scene.quantities import read
 from ..scene.variables import whole

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from ..errors import DomainError
-from ..frames import pd
+from ..frames import np, pd
 from ..scene.variables import whole
 from .longrun import Steady
 

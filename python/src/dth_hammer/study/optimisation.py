@@ -12,12 +12,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ..contract import typed
 from ..errors import DomainError
 from ..extras import bar, need
-from ..frames import pd
+from ..frames import np, pd
 from ..scene.band import sides
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of
 from ..scene.variables import Array, Value

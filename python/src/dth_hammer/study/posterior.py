@@ -11,9 +11,8 @@ one where a search would end.
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from ..extras import need
+from ..frames import np
 from ..scene.variables import Array
 from .trends import sobol
 

@@ -9,12 +9,10 @@ from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import Any, TypeAlias, TypeGuard
 
-import numpy as np
-
 from ..contract import typed
 from ..errors import DomainError, InterruptedSweepError, LostWorkerError, UnknownNameError, warn
 from ..extras import bar
-from ..frames import pd
+from ..frames import np, pd
 from ..scene import quantities
 from ..scene.band import SIDES, with_sides
 from ..scene.hammers import Hammerlike, Rocklike, scene_of

@@ -11,12 +11,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ..contract import typed
 from ..errors import DomainError, RefusedError, warn
 from ..extras import need
-from ..frames import pd
+from ..frames import np, pd
 from ..scene.band import beside, factor, in_words, sides, with_sides
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of
 from ..scene.variables import Array, whole
