@@ -105,7 +105,11 @@ fn copy() -> Option<Interrupt> {
 
 /// True if this thread's work must end.
 pub(crate) fn is_set() -> bool {
-    copy().is_some_and(|interrupt| interrupt.is_set())
+    let plain = PRESENT.with_borrow(|present| match present.as_ref() {
+        Some(present) if present.0.question.is_some() => None,
+        present => Some(present.is_some_and(Interrupt::is_set)),
+    });
+    plain.unwrap_or_else(|| copy().is_some_and(|interrupt| interrupt.is_set()))
 }
 
 /// Does `work` on each part, on this many threads, and returns the results in the order of the parts.

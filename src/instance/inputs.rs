@@ -24,6 +24,9 @@ pub struct Inputs {
     set: [bool; Input::ALL.len()],
     fresh: [Fresh; Input::ALL.len()],
     dirty: bool,
+    /// True if `fresh` is known to have nothing.
+    #[serde(skip)]
+    passed: bool,
 }
 
 impl Inputs {
@@ -31,7 +34,7 @@ impl Inputs {
     pub fn new(start: InputValues) -> Self {
         let [mut values, mut defaults] = [start, InputValues::default()];
         let set = Input::ALL.map(|input| *slot(&mut values, input) != *slot(&mut defaults, input));
-        Self { start, set, fresh: Default::default(), dirty: false }
+        Self { start, set, fresh: Default::default(), dirty: false, passed: true }
     }
 
     /// True if calls of a host can have led to this state. This is checked because a stored state may be corrupt.
@@ -44,6 +47,11 @@ impl Inputs {
             rates && order <= MAX_INPUT_ORDER && { values }.all(|v| input.check(0, v).is_ok())
         };
         Input::ALL.iter().all(is_valid)
+    }
+
+    /// True if anything was set that the engine does not have yet.
+    pub fn wait(&self) -> bool {
+        self.dirty
     }
 
     /// True if a derivative was set, or a value other than the start value.
@@ -60,7 +68,7 @@ impl Inputs {
     pub fn set_value(&mut self, input: Input, value: f64) {
         self.fresh[input as usize].value = Some(value);
         self.set[input as usize] |= value != *slot(&mut self.start.clone(), input);
-        self.dirty = true;
+        self.reapply();
     }
 
     /// Sets the derivative of an `order` from 1 to [`MAX_INPUT_ORDER`] at the present time.
@@ -70,7 +78,7 @@ impl Inputs {
             *slot = value;
             fresh.order = fresh.order.max(order);
             self.set[input as usize] |= value != 0.0;
-            self.dirty = true;
+            self.reapply();
         }
     }
 
@@ -115,12 +123,14 @@ impl Inputs {
 
     /// Marks everything that was set, so that it is passed again to an engine that was created anew.
     pub fn reapply(&mut self) {
-        self.dirty = true;
+        (self.dirty, self.passed) = (true, false);
     }
 
     /// Forgets values that were set for a communication point that has passed. The engine continues its polynomials.
     pub fn pass(&mut self) {
-        (self.fresh, self.dirty) = (Default::default(), false);
+        if !self.passed {
+            (self.fresh, self.dirty, self.passed) = (Default::default(), false, true);
+        }
     }
 }
 

@@ -23,8 +23,8 @@ use crate::variant::Variant;
 use events::Events;
 use hammer::variables::{InputRow, Role, VARIABLES};
 use hammer::{
-    Counters, DisplayNumber, Input, InputValues, Interrupt, Machine, Parameters, Profile, Record,
-    State, Stop,
+    Counters, DisplayNumber, InputValues, Interrupt, Machine, Parameters, Profile, Record, State,
+    Stop,
 };
 use inputs::Inputs;
 use journal::Journal;
@@ -285,27 +285,30 @@ impl Instance {
     fn advance(&mut self, target: f64) -> Result<Stop, CallError> {
         self.waves = None;
         let Some(machine) = &mut self.machine else { return Err(CallError::Failed) };
+        let changed = self.retune || self.inputs.wait();
         if self.retune {
             let tuned = self.settings.parameters()?;
             machine.retune(&tuned)?;
             self.retune = false;
         }
-        let parameters = machine.parameters();
-        let mut lines = self.warnings.ignored(parameters, &self.inputs);
-        let source = parameters.drive.source;
-        self.inputs.apply(machine)?;
+        let mut lines = Vec::new();
+        if changed {
+            lines = self.warnings.ignored(machine.parameters(), &self.inputs);
+            self.inputs.apply(machine)?;
+        }
         let target = (target - zero_of(self.start)).max(machine.time());
         if target > machine.time() {
-            let feed = machine.input(Input::FeedForce);
-            lines.extend(self.warnings.starved(source, &self.inputs, feed));
+            lines.extend(self.warnings.starved(machine, &self.inputs));
         }
         let start = machine.time();
         self.step_start = None;
         let stops = self.events.stops(self.face);
         let done = machine.advance_keeping_start(target, stops);
         self.inputs.pass();
-        lines.extend(self.warnings.after_step(machine));
-        self.warn(lines);
+        self.warnings.after_step(machine, &mut lines);
+        if !lines.is_empty() {
+            self.warn(lines);
+        }
         let (begun, stop) = done?;
         self.step_start = Some((start, begun));
         Ok(stop)

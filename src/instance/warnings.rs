@@ -3,9 +3,7 @@
 use super::inputs::Inputs;
 use super::settings::Settings;
 use hammer::variables::{INPUTS, InputRow};
-use hammer::{
-    DisplayNumber, Energies, Input, Machine, Parameters, Source, starved, unfed, unlikely,
-};
+use hammer::{DisplayNumber, Energies, Input, Machine, Parameters, starved, unfed, unlikely};
 
 /// Warnings that the host has already received.
 #[derive(Debug, Default)]
@@ -37,24 +35,27 @@ impl Warnings {
     }
 
     /// At the first step, warns of a source whose inputs were never set, and of a missing feed.
-    pub fn starved(&mut self, source: Source, inputs: &Inputs, feed: f64) -> Vec<String> {
+    pub fn starved(&mut self, machine: &Machine, inputs: &Inputs) -> Vec<String> {
         if std::mem::replace(&mut self.fed, true) {
             return Vec::new();
         }
-        let starved = starved(source, |input| inputs.sets(input));
-        starved.into_iter().chain(unfed(feed)).collect()
+        let starved = starved(machine.parameters().drive.source, |input| inputs.sets(input));
+        starved.into_iter().chain(unfed(machine.input(Input::FeedForce))).collect()
     }
 
-    /// Warnings after a step.
-    pub fn after_step(&mut self, machine: &Machine) -> Vec<String> {
+    /// Adds warnings after a step.
+    pub fn after_step(&mut self, machine: &Machine, lines: &mut Vec<String>) {
         let excesses = machine.exchange_excesses();
-        let coarse = if excesses > self.excesses { machine.exchange_warning() } else { None };
-        let fast = if self.fast { None } else { machine.too_fast() };
-        let outrun = if self.outrun { None } else { machine.outrun() };
-        self.excesses = excesses.max(self.excesses);
-        self.fast |= fast.is_some();
-        self.outrun |= outrun.is_some();
-        coarse.into_iter().chain(fast).chain(outrun).collect()
+        if excesses > self.excesses {
+            lines.extend(machine.exchange_warning());
+            self.excesses = excesses;
+        }
+        if !self.fast {
+            lines.extend(machine.too_fast().inspect(|_| self.fast = true));
+        }
+        if !self.outrun {
+            lines.extend(machine.outrun().inspect(|_| self.outrun = true));
+        }
     }
 
     /// Warns of energies that do not balance, each time their count has doubled.

@@ -60,6 +60,11 @@ pub(crate) trait Observer {
         false
     }
 
+    /// Returns true if [`Self::stops_before`] may end a step.
+    fn may_stop(&self) -> bool {
+        false
+    }
+
     /// May end the step between events, before `until` after the epoch, by moving the present there. Returns true if it
     /// did.
     fn stops_before(&mut self, _: &mut Machine, _until: f64, _to: f64) -> Result<bool, Error> {
@@ -263,6 +268,12 @@ impl Machine {
         self.views.forget();
         self.history.peaks.begin_step(&self.motion);
         self.history.blows.step.clear();
+        if !observer.may_stop() && self.is_quiet(to) {
+            self.search.budget.paid.set(0);
+            self.pass(to);
+            self.end_exchange(from, begun);
+            return Ok(());
+        }
         self.search.budget.begin_step(&self.motion, &self.search.work);
         let allowance = Allowance::of_seconds(self.parameters().work_limit);
         let done = allowance.within(|| {
@@ -279,6 +290,22 @@ impl Machine {
         }
         self.end_exchange(from, begun);
         done
+    }
+
+    /// True if the search has already proved that nothing happens up to `to`, and nobody interrupts: then there is no
+    /// work to do.
+    fn is_quiet(&self, to: f64) -> bool {
+        let target = self.motion.state.epoch.until(to);
+        self.search.is_clear(target)
+            && target <= self.motion.reach()
+            && self.history.recorder.is_none()
+            && Error::if_interrupted().is_ok()
+    }
+
+    /// Moves the present to `to`, before which nothing happens.
+    fn pass(&mut self, to: f64) {
+        let now = self.motion.state.epoch.until(to).max(0.0); // Never before the event.
+        self.motion.set_present(now, to);
     }
 
     /// Completes the record of a blow that just occurred.
@@ -322,7 +349,7 @@ impl Machine {
                     self.resume()?;
                 }
                 None => {
-                    self.motion.set_present(target.max(0.0), to); // Never before the event.
+                    self.pass(to);
                     return Ok(());
                 }
             }

@@ -169,6 +169,13 @@ impl Search {
         self.work.samples += motion.tracks[0].rotate_to(at);
     }
 
+    /// True if [`Self::next`] has already proved that there is no event up to `target`.
+    pub fn is_clear(&self, target: f64) -> bool {
+        self.known.first.is_none_or(|(at, _)| target < at)
+            && self.known.clear.iter().all(|clear| target < *clear)
+            && self.barrier.as_ref().is_none_or(|barrier| barrier.waits <= 0.0)
+    }
+
     /// The first event up to `target`: its time after the epoch, and its kind. The target must lie
     /// within the motion's [reach](Motion::reach).
     ///

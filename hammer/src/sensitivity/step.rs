@@ -30,6 +30,10 @@ impl Observer for StartRecorder<'_> {
         self.stopper.as_mut().is_some_and(|stopper| stopper.after(machine))
     }
 
+    fn may_stop(&self) -> bool {
+        self.stopper.is_some()
+    }
+
     fn stops_before(&mut self, machine: &mut Machine, until: f64, to: f64) -> Result<bool, Error> {
         match &mut self.stopper {
             Some(stopper) => stopper.stops_before(machine, until, to),
