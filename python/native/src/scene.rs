@@ -5,7 +5,6 @@ use crate::table::row;
 use hammer::Scene;
 use hammer::variables::{ALONG, Along, Role};
 use hammer::{Body, Fidelity, Input, MeshAdvice, Parameters, Reading};
-use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 use std::collections::HashMap;
@@ -32,13 +31,13 @@ fn checked(numbers: &HashMap<String, f64>) -> PyResult<Parameters> {
 
 /// A body of a hammer; in Python it is a mapping.
 #[derive(IntoPyObject)]
-struct Shape<'py> {
+struct Shape {
     /// True if it is elastic.
     elastic: bool,
     /// Lengths (m) and areas (m2) of its sections, from top to bottom.
     sections: Vec<(f64, f64)>,
     /// Distances of the mesh's nodes from the body's upper face, m.
-    nodes: Bound<'py, PyArray1<f64>>,
+    nodes: Vec<f64>,
 }
 
 /// The bodies of a hammer by name, from top to bottom.
@@ -48,7 +47,7 @@ pub fn bodies(py: Python<'_>, numbers: HashMap<String, f64>) -> PyResult<Bound<'
     let shape = |body: Body| {
         let sections = parameters.sections(body);
         let listed = sections.as_slice().iter().map(|s| (s.length, s.area)).collect();
-        let nodes = PyArray1::from_vec(py, sections.nodes(parameters.spans(body)));
+        let nodes = sections.nodes(parameters.spans(body));
         Shape { elastic: parameters.is_elastic(body), sections: listed, nodes }
     };
     parameters.bodies().map(|body| (body.name(), shape(body))).into_py_dict(py)

@@ -40,6 +40,7 @@ use crate::modal::spectrum::roots::Roots;
 use crate::modal::spectrum::secular::{Root, Secular};
 use crate::modal::structure::Structure;
 use crate::numerics::math::norm;
+use crate::numerics::matrix2::Matrix2;
 use num_complex::Complex64 as C;
 
 /// Everything that was computed about a structure's eigenvalues.
@@ -90,18 +91,19 @@ impl Spectrum {
         self.sorted(Coupled::blocks)
     }
 
-    /// The blocks with every pair refined from its root. A dense solver finds the pairs that do not converge.
+    /// The blocks with the pairs of the blocks `of` refined from their roots, or with every pair refined if `of` is
+    /// empty. A dense solver finds the pairs that do not converge.
     ///
     /// # Errors
     ///
     /// [`SpectrumError`], if some pairs are not found.
-    pub(crate) fn refined_blocks(&self) -> Result<Vec<Block>, SpectrumError> {
-        self.sorted(Coupled::refined_blocks)
+    pub(crate) fn refined_blocks(&self, of: &[Matrix2]) -> Result<Vec<Block>, SpectrumError> {
+        self.sorted(|coupled| coupled.refined_blocks(of))
     }
 
     fn sorted(
         &self,
-        found: fn(&Coupled) -> Result<Vec<Block>, SpectrumError>,
+        found: impl Fn(&Coupled) -> Result<Vec<Block>, SpectrumError>,
     ) -> Result<Vec<Block>, SpectrumError> {
         let mut blocks = self.alone.clone();
         if let Some(coupled) = &self.coupled {
@@ -130,14 +132,16 @@ impl Coupled {
         pairing::blocks(system, &pairs)
     }
 
-    fn refined_blocks(&self) -> Result<Vec<Block>, SpectrumError> {
+    fn refined_blocks(&self, of: &[Matrix2]) -> Result<Vec<Block>, SpectrumError> {
+        // A block of two decays has their roots on its diagonal.
+        let is_of = |s: C| of.iter().any(|b| (b[0] == s.re && b[1] == s.im) || b[3] == s.re);
         let mut known = Vec::new();
         for (s, x) in pairing::pairs(&self.secular, &self.roots)? {
             if interrupt::is_set() {
                 return Err(SpectrumError::Cancelled);
             }
             // The translation that only a dashpot resists is exact.
-            known.extend(if s == C::default() {
+            known.extend(if s == C::default() || !(of.is_empty() || is_of(s)) {
                 Some((s, x))
             } else {
                 Refinement::new(&self.secular, s, MOVED * norm(s), &x).solve()

@@ -53,7 +53,10 @@ impl Basis {
             }
             basis.add(i, block, structure);
         }
-        basis.mismatch = basis.test(structure.omega2, slowest);
+        let errors = basis.errors(structure.omega2, slowest);
+        let sizes = errors.iter().flatten().map(|error| error.abs());
+        basis.mismatch =
+            sizes.fold(0.0, |m: f64, x| if x.is_nan() { f64::INFINITY } else { m.max(x) });
         Some(basis)
     }
 
@@ -104,28 +107,46 @@ impl Basis {
         kernel::is_finite(&self.from_modal) && kernel::is_finite(&self.to_modal)
     }
 
-    /// The mismatch, from two states that contain every mode.
-    fn test(&self, omega2: &[f64], slowest: f64) -> f64 {
+    /// What two states that contain every mode lose when they are converted to the basis and back, each displacement
+    /// times its rate.
+    fn errors(&self, omega2: &[f64], slowest: f64) -> Vec<Vec<f64>> {
         if slowest == 0.0 {
-            return 0.0; // There are only translations, whose shapes are their own duals.
+            return Vec::new(); // There are only translations, whose shapes are their own duals.
         }
         let rate = |i: usize| omega2[i].sqrt().max(slowest);
-        let mut largest = 0.0f64;
-        for step in [5, 7] {
+        let error = |step: usize| {
             let share = |i: usize| 1.0 - ((i * step) % 11) as f64 / 8.0;
             let displacements = (0..self.modes).map(|i| share(i) / rate(i));
-            let state: Vec<f64> =
+            let mut state: Vec<f64> =
                 displacements.chain((0..self.modes).map(|i| share(i + 3))).collect();
             let (mut y, mut back) = (vec![0.0; 2 * self.n], vec![0.0; 2 * self.modes]);
-            self.enter(&state, &mut y);
+            self.combined(&state, 0..self.modes, &mut y);
             self.leave(&y, &mut back);
-            for (i, (x, b)) in state.iter().zip(&back).enumerate() {
-                let weight = if i < self.modes { rate(i) } else { 1.0 };
-                let error = weight * (x - b).abs();
-                largest = if error.is_nan() { f64::INFINITY } else { largest.max(error) };
+            state.iter_mut().zip(&back).for_each(|(x, b)| *x -= b);
+            (0..self.modes).for_each(|i| state[i] *= rate(i));
+            state
+        };
+        [5, 7].map(error).into()
+    }
+
+    /// The blocks whose coordinates have a part above `bound` in what the states of the [mismatch](Self::mismatch)
+    /// lose. A wrong vector leaves there what it lacks, which is a part of others.
+    pub(crate) fn suspects(&self, omega2: &[f64], slowest: f64, bound: f64) -> Vec<usize> {
+        let rate = |i: usize| omega2[i].sqrt().max(slowest);
+        let mut parts = vec![0.0; self.modes];
+        for mut error in self.errors(omega2, slowest) {
+            let mut y = vec![0.0; 2 * self.n];
+            (0..self.modes).for_each(|i| error[i] /= rate(i));
+            self.enter(&error, &mut y);
+            for (k, [displacements, velocities]) in self.columns() {
+                let strains = displacements.iter().enumerate().map(|(i, x)| rate(i) * x);
+                let largest =
+                    strains.chain(velocities.iter().copied()).fold(0.0, |m, x| x.abs().max(m));
+                let part: &mut f64 = &mut parts[k % self.n];
+                *part = part.max(largest * y[k].abs());
             }
         }
-        largest
+        (0..self.modes).filter(|i| parts[*i] > bound).collect()
     }
 
     /// Modal coordinates of a state `[q | q']` of the free modes.

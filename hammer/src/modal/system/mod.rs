@@ -48,7 +48,6 @@ use crate::numerics::combine::{Columns, combine};
 use crate::numerics::form::Form;
 use crate::numerics::gram::gram;
 use crate::numerics::kernel::{self, LANES, inner_product, norm};
-#[cfg(feature = "internals")]
 use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
 use crate::scene::graph::{CHANNELS, Overlap};
@@ -73,6 +72,8 @@ const BASIS_TOLERANCE: f64 = 1e-5;
 /// If the mismatch is above this, the basis is computed again: from pairs whose amplitudes are all refined (small ones
 /// matter where a stiff spring acts on a light body), and with a dense solver for missing pairs.
 const ACCURATE: f64 = 1e-11;
+/// A pair fails if this share of that mismatch is its own.
+const SHARE: f64 = 0.1;
 
 /// A decomposed system.
 #[derive(Debug)]
@@ -138,8 +139,18 @@ impl System {
         let spectrum = Spectrum::new(solved.0).map_err(fail)?;
         let mut parts = Decomposition::new(&structure, solved, spectrum.blocks());
         if mismatch(&parts) > ACCURATE {
-            let other = Decomposition::new(&structure, solved, spectrum.refined_blocks());
-            parts = if mismatch(&other) <= mismatch(&parts) { other } else { parts };
+            let better = |parts, of: &[Matrix2]| {
+                let other = Decomposition::new(&structure, solved, spectrum.refined_blocks(of));
+                if mismatch(&other) <= mismatch(&parts) { other } else { parts }
+            };
+            // The pairs that fail are refined; only where that is not enough, all are.
+            let suspects = parts.as_ref().map_or_else(|_| Vec::new(), |p| p.suspects(&structure));
+            if !suspects.is_empty() {
+                parts = better(parts, &suspects);
+            }
+            if mismatch(&parts) > ACCURATE {
+                parts = better(parts, &[]);
+            }
         }
         let Decomposition { stiff, generator, basis } = parts.map_err(fail)?;
         if basis.mismatch > BASIS_TOLERANCE {
@@ -473,14 +484,26 @@ impl Decomposition {
             first.turn_downward();
         }
         let generator = Generator::new(&blocks);
-        let slowest = generator.least_entry().max(1e-6 * generator.rate_max);
-        let basis = Basis::new(structure, &blocks, slowest).ok_or(SpectrumError::Cancelled)?;
+        let basis = Basis::new(structure, &blocks, slowest(&generator));
+        let basis = basis.ok_or(SpectrumError::Cancelled)?;
         if basis.is_finite() {
             Ok(Self { stiff, generator, basis })
         } else {
             Err(SpectrumError::Infinite)
         }
     }
+
+    /// The matrices of the blocks to which the basis owes most of its mismatch.
+    fn suspects(&self, structure: &Structure) -> Vec<Matrix2> {
+        let slowest = slowest(&self.generator);
+        let blocks = self.basis.suspects(structure.omega2, slowest, SHARE * ACCURATE);
+        blocks.into_iter().map(|i| self.generator.block(i)).collect()
+    }
+}
+
+/// The rate below which a displacement counts no more in the mismatch of a basis.
+fn slowest(generator: &Generator) -> f64 {
+    generator.least_entry().max(1e-6 * generator.rate_max)
 }
 
 /// The check for forms that are computed when they are read, which no interrupt ends.

@@ -8,9 +8,10 @@ from blow to blow is a different number and is not part of this range.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 
-from ..frames import np, pd
+from ..frames import pd
 from .variables import Value, numbers, whole
 
 #: Number of metres per hour in one metre per second.
@@ -34,6 +35,16 @@ def band(rate: float, parameters: Mapping[str, Value]) -> tuple[float, float]:
     """Returns the lowest and the highest rate within the range of the specific energy."""
     known_factor = factor(parameters)
     return rate / known_factor, rate * known_factor
+
+
+def unseen(known_factor: float) -> float:
+    """Returns the largest relative standard error of a rate that does not show in its range.
+
+    Twice that error and the logarithm of the factor, added as squares, widen each end by less than
+    half a unit of its last digit: 0.005 of it or more.
+    """
+    half_unit = 0.5 / 10**DIGITS
+    return 0.5 * math.sqrt(half_unit * (2.0 * math.log(known_factor) + half_unit))
 
 
 def with_band(rate: float, parameters: Mapping[str, Value]) -> str:
@@ -77,7 +88,7 @@ def sides(row: Mapping[str, float], parameters: Mapping[str, Value]) -> dict[str
 
 def in_words(rate: float, parameters: Mapping[str, Value]) -> str:
     """Returns a rate (m/s), its range and the reason for the range as text; "" for NaN."""
-    if not np.isfinite(rate):
+    if not math.isfinite(rate):
         return ""
     return f"rate of penetration {with_band(rate, parameters)}: {reason(parameters)}"
 

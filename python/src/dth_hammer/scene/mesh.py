@@ -2,11 +2,11 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 from .. import _native
 from ..contract import typed
 from ..errors import DomainError
-from ..frames import np
 from .hammers import Hammerlike, Rocklike, numbers_of
 from .variables import VARIABLES, whole
 
@@ -121,5 +121,5 @@ def mesh_for(
     elements = dict(zip((*ELEMENTS, "casing.elements"), spans, strict=False))
     chosen = {"mesh.degree": degree, **elements}
     bodies = [*_native.bodies({**given, **chosen}).values()][: len(spans)]
-    span = max(float(np.diff(body["nodes"]).max()) for body in bodies)
+    span = max(b - a for body in bodies for a, b in pairwise(body["nodes"]))
     return Mesh(of, error, front, span, chosen)

@@ -103,8 +103,8 @@ class Waves(answers.Answer):
         bodies = _native.bodies(run.parameters)
 
         def bar(body: str) -> Bar:
-            nodes = bodies[body]["nodes"]
-            nodes = nodes - nodes[-1] if body == "piston" else nodes
+            nodes = np.array(bodies[body]["nodes"])
+            nodes -= nodes[-1] if body == "piston" else 0.0
             return Bar(nodes, columns(f"{body}_stress"), columns(f"{body}_node_velocity"))
 
         beside = frame[[c for c in BESIDE if c in frame]]

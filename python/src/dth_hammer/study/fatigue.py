@@ -177,7 +177,7 @@ def _elastic(given: Mapping[str, float]) -> dict[str, Any]:
 
 def _places(name: str, body: Mapping[str, Any]) -> pd.DataFrame:
     """Returns the section and the position of each element of a body."""
-    nodes = body["nodes"]
+    nodes = np.array(body["nodes"])
     middles = 0.5 * (nodes[1:] + nodes[:-1])
     ends = np.cumsum([length for length, _ in body["sections"]])
     section = np.minimum(np.searchsorted(ends, middles), len(ends) - 1) + 1

@@ -13,6 +13,7 @@ from ..contract import typed
 from ..errors import DomainError, RefusedError, warn
 from ..frames import pd
 from ..scene import quantities
+from ..scene.band import factor, unseen
 from ..scene.hammers import Hammerlike, Rocklike, numbers_of, scene_of
 from ..scene.signals import Signal, signals_of
 from ..scene.variables import STEP, Value
@@ -30,7 +31,7 @@ def steady(  # type: ignore[overload-overlap]
     *,
     preset: str | None = ...,
     rock: Rocklike = ...,
-    error: float | Mapping[str, float] = ...,
+    error: float | Mapping[str, float] | None = ...,
     blows: int = ...,
     limit: float | str = ...,
     starts: int = ...,
@@ -49,7 +50,7 @@ def steady(
     *,
     preset: str | None = ...,
     rock: Rocklike = ...,
-    error: float | Mapping[str, float] = ...,
+    error: float | Mapping[str, float] | None = ...,
     blows: int = ...,
     limit: float | str = ...,
     out: str | Path | None = ...,
@@ -68,7 +69,7 @@ def steady(
     *,
     preset: str | None = None,
     rock: Rocklike = None,
-    error: float | Mapping[str, float] = Wanted.error,
+    error: float | Mapping[str, float] | None = None,
     blows: int = Wanted.blows,
     limit: float | str = Wanted.limit,
     starts: int = 1,
@@ -98,7 +99,8 @@ def steady(
         preset: preset that provides all parameters that a mapping does not give.
         rock: the rock to drill: a name, a class, a strength or a file, as for `dth_hammer.rock`.
         error: largest relative standard error of the rates of hole and tip, or errors of any means
-            by name: ``{"blow_energy": 0.005}``.
+            by name: ``{"blow_energy": 0.005}``. The default is 1 %, or of one hammer the largest
+            error that does not show in the range of its rate.
         blows: the largest number of blows to simulate. If they are not enough, `Steady.reached`
             is false and a warning is given.
         limit: a hammer that makes no blow for this time counts as stalled: s, or text with a unit.
@@ -132,7 +134,12 @@ def steady(
              4000.0 cycle
              6000.0 cycle
     """
-    wanted = Wanted(error, blows, quantities.duration(limit, "limit"), second=starts == 1)
+    wanted = Wanted(
+        Wanted.error if error is None else error,
+        blows,
+        quantities.duration(limit, "limit"),
+        second=starts == 1,
+    )
     if _many(hammer):
         if starts != 1 or inputs or control or partner or step is not None:
             raise DomainError(
@@ -145,6 +152,8 @@ def steady(
         raise DomainError("out, scheduler and workers are for many hammers: give lists or rows")
     scene = scene_of(cast("Hammerlike", hammer), rock, preset)
     given, signals = scene.numbers, {**scene.inputs, **(inputs or {})}
+    if error is None:
+        wanted = replace(wanted, error=max(Wanted.error, unseen(factor(given))))
     if starts < 1:
         raise DomainError(f"starts = {starts} must be 1 or more")
     if signals or control or partner:
