@@ -282,12 +282,23 @@ def test_a_shell_completes_every_command_and_its_options(
         assert all(word in said for word in (*COMMANDS, "--write-rock", "--over", "--sn"))
 
 
-def test_a_command_that_shows_no_table_imports_no_pandas() -> None:
+@pytest.mark.parametrize(
+    ("words", "unused"),
+    [
+        ("--version", {"numpy", "pandas", "dth_hammer._native"}),
+        ("--help", {"numpy", "pandas", "dth_hammer._native"}),
+        *((words, {"numpy", "pandas"}) for words in ("mesh", "info", "info rock", "rock granite")),
+    ],
+)
+def test_a_command_that_shows_no_table_imports_what_it_uses(words: str, unused: set[str]) -> None:
     script = (
-        "import sys; from dth_hammer.cli import main; main(['mesh']); main(['info', 'rock']); "
-        "assert 'pandas' not in sys.modules"
+        "import atexit, sys; from dth_hammer.cli import main; "
+        f"atexit.register(lambda: print({unused} & {{*sys.modules}}, file=sys.stderr)); "
+        f"main({words.split()})"
     )
-    subprocess.run([sys.executable, "-c", script], check=True, capture_output=True)
+    ran = subprocess.run([sys.executable, "-c", script], check=True, capture_output=True, text=True)
+    assert ran.stdout
+    assert ran.stderr == "set()\n"
 
 
 def test_excel_and_matlab_get_the_numbers_of_the_table(

@@ -194,3 +194,28 @@ impl Basis {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of undamped modes, which are their own duals, one has a share of another in its vector: to first order both lose
+    /// that share of the other's amplitude, and nobody else loses anything.
+    #[test]
+    fn a_wrong_vector_is_found_with_what_it_lacks() {
+        let omega2: Vec<f64> = (1..=12).map(|i| 1e6 * f64::from(i * i)).collect();
+        let structure = Structure::free(&omega2, 0.0);
+        let shape = |i: usize| (0..12).map(|k| f64::from(u8::from(k == i))).collect();
+        let mut blocks: Vec<Block> =
+            (0..12).map(|i| Block::free(omega2[i], 0.0, shape(i))).collect();
+        let suspects = |blocks: &[Block]| {
+            let basis = Basis::new(&structure, blocks, 1e3).expect("a basis");
+            basis.suspects(&omega2, 1e3, 1e-9)
+        };
+        assert_eq!(suspects(&blocks), []);
+        for shape in &mut blocks[3].shapes {
+            shape[7] = 1e-6 * shape[3];
+        }
+        assert_eq!(suspects(&blocks), [3, 7]);
+    }
+}

@@ -1,7 +1,5 @@
 """The hammer as a file for other programs: FMUs, and systems of FMUs."""
 
-from .package import Package, find, load
-from .system import write_system
-from .variant import configure
+import lazy_loader
 
-__all__ = ["Package", "configure", "find", "load", "write_system"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

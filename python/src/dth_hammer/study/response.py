@@ -19,7 +19,7 @@ from ..scene.signals import Signal, signals_of
 from ..scene.variables import STEP, Value
 from ..simulation.hammer import Hammer
 from .cases import Case
-from .longrun import Steady, Wanted, responses, telling
+from .longrun import DEFAULTS, Steady, Wanted, responses, telling
 from .motions import drawn, met
 from .stepped import Acts, Stepped, moved
 from .sweeping import Grid, several, table_of
@@ -153,7 +153,7 @@ def steady(
     scene = scene_of(cast("Hammerlike", hammer), rock, preset)
     given, signals = scene.numbers, {**scene.inputs, **(inputs or {})}
     if error is None:
-        wanted = replace(wanted, error=max(Wanted.error, unseen(factor(given))))
+        wanted = replace(wanted, error=max(DEFAULTS["error"], unseen(factor(given))))
     if starts < 1:
         raise DomainError(f"starts = {starts} must be 1 or more")
     if signals or control or partner:
