@@ -490,23 +490,4 @@ impl Machine {
     pub(crate) fn exchange_journal(&mut self, other: Option<Vec<Record>>) -> Option<Vec<Record>> {
         std::mem::replace(&mut self.journal, other)
     }
-
-    /// Seconds of work that the last step was charged, in the units of `work_limit`.
-    #[cfg(feature = "internals")]
-    pub fn seconds_charged(&self) -> f64 {
-        self.search.budget.paid.get() as f64 / crate::allowance::PER_SECOND as f64
-    }
-
-    /// The counts since the start.
-    pub fn counters(&self) -> Counters {
-        let work = &self.search.work;
-        Counters {
-            basis_changes: self.motion.basis_changes,
-            guard_evaluations: work.evaluations,
-            samples: work.samples,
-            windows: work.windows,
-            scans: work.scans,
-            ..self.history.counters
-        }
-    }
 }

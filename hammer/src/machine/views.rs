@@ -2,6 +2,7 @@
 
 use super::Machine;
 use super::blows::{Blow, PATIENCE};
+use super::journal::Counters;
 use super::outputs::{Kinematics, Profile};
 use crate::air::{Air, Places};
 use crate::energy::interval::Interval;
@@ -134,6 +135,25 @@ impl Machine {
     /// Each is the value of [`blow`](Self::blow) right after it.
     pub fn step_blows(&self) -> &VecDeque<Blow> {
         &self.history.blows.step
+    }
+
+    /// Seconds of work that the last step was charged, in the units of `work_limit`.
+    #[cfg(feature = "internals")]
+    pub fn seconds_charged(&self) -> f64 {
+        self.search.budget.paid.get() as f64 / crate::allowance::PER_SECOND as f64
+    }
+
+    /// The counts since the start.
+    pub fn counters(&self) -> Counters {
+        let work = &self.search.work;
+        Counters {
+            basis_changes: self.motion.basis_changes,
+            guard_evaluations: work.evaluations,
+            samples: work.samples,
+            windows: work.windows,
+            scans: work.scans,
+            ..self.history.counters
+        }
     }
 
     /// The last blow; `None` before the first.

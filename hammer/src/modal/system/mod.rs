@@ -14,6 +14,7 @@
 //! ```text
 //! generator    the flow of the blocks
 //! basis        conversion to modal coordinates and back
+//! parts        generator and basis of a structure, to working accuracy
 //! passage      direct conversion from one system's coordinates to another's
 //! driven       the polynomial part of a motion
 //! response     the motion that loads cause
@@ -25,6 +26,7 @@ mod basis;
 pub mod driven;
 mod functional;
 pub(crate) mod generator;
+mod parts;
 pub mod passage;
 mod response;
 pub(crate) mod visible;
@@ -33,14 +35,13 @@ use crate::error::{Error, SpectrumError};
 use crate::interrupt;
 use crate::laws::mode::Mode;
 use crate::modal::spectrum::Spectrum;
-use crate::modal::spectrum::block::Block;
 use crate::modal::spectrum::joined::Joined;
-use crate::modal::spectrum::reaction;
 use crate::modal::structure::{Attachment, Structure};
 use crate::modal::system::basis::Basis;
 use crate::modal::system::driven::Driven;
 pub use crate::modal::system::functional::{Functional, INTEGRALS, TAYLOR};
 use crate::modal::system::generator::Generator;
+use crate::modal::system::parts::Decomposition;
 use crate::modal::system::passage::Passage;
 use crate::modal::system::response::{DampedDrive, Response};
 use crate::modal::system::visible::{Pair, VisibleBlock};
@@ -64,16 +65,6 @@ pub struct Recipe<'a> {
     /// The functionals on which dashpots act whose work counts as damping, and the dashpots' viscosities, N s/m.
     pub dampers: Vec<(usize, f64)>,
 }
-
-/// Largest mismatch of a usable basis. A missing or duplicated vector gives a mismatch near one; rounding under the
-/// stiffest dashpots gives 1e-8. A converted state is corrected once, which squares the mismatch. With a larger
-/// mismatch it would have fewer than ten correct digits.
-const BASIS_TOLERANCE: f64 = 1e-5;
-/// If the mismatch is above this, the basis is computed again: from pairs whose amplitudes are all refined (small ones
-/// matter where a stiff spring acts on a light body), and with a dense solver for missing pairs.
-const ACCURATE: f64 = 1e-11;
-/// A pair fails if this share of that mismatch is its own.
-const SHARE: f64 = 0.1;
 
 /// A decomposed system.
 #[derive(Debug)]
@@ -133,29 +124,9 @@ impl System {
         let joined = joins.then(|| Joined::new(&structure).ok_or(Error::Cancelled)).transpose()?;
         let transformed = joined.as_ref().map(|joined| joined.structure(&structure));
         let solved = (transformed.as_ref().unwrap_or(&structure), joined.as_ref());
-        let mismatch = |parts: &Result<Decomposition, SpectrumError>| {
-            parts.as_ref().map_or(f64::INFINITY, |parts| parts.basis.mismatch)
-        };
         let spectrum = Spectrum::new(solved.0).map_err(fail)?;
-        let mut parts = Decomposition::new(&structure, solved, spectrum.blocks());
-        if mismatch(&parts) > ACCURATE {
-            let better = |parts, of: &[Matrix2]| {
-                let other = Decomposition::new(&structure, solved, spectrum.refined_blocks(of));
-                if mismatch(&other) <= mismatch(&parts) { other } else { parts }
-            };
-            // The pairs that fail are refined; only where that is not enough, all are.
-            let suspects = parts.as_ref().map_or_else(|_| Vec::new(), |p| p.suspects(&structure));
-            if !suspects.is_empty() {
-                parts = better(parts, &suspects);
-            }
-            if mismatch(&parts) > ACCURATE {
-                parts = better(parts, &[]);
-            }
-        }
+        let parts = Decomposition::of(&spectrum, &structure, solved);
         let Decomposition { stiff, generator, basis } = parts.map_err(fail)?;
-        if basis.mismatch > BASIS_TOLERANCE {
-            return Err(fail(SpectrumError::Mismatch));
-        }
         let sizes = loads.each_ref().map(|load| norm(load));
         let drives = loads.map(|load| {
             let state = [vec![0.0; load.len()], load].concat();
@@ -458,52 +429,6 @@ impl System {
     pub fn is_braked(&self) -> bool {
         self.generator.braked
     }
-}
-
-/// The decomposition of a structure: generator and basis, and the displacements of stiff attachments in each block.
-struct Decomposition {
-    stiff: Vec<Vec<Option<[f64; 2]>>>,
-    generator: Generator,
-    basis: Basis,
-}
-
-impl Decomposition {
-    /// The decomposition with the `blocks` of the structure `solved`: the structure itself or, if proportional springs
-    /// join bodies, the structure in the modes of the `joined` bodies.
-    fn new(
-        structure: &Structure,
-        (solved, joined): (&Structure, Option<&Joined>),
-        blocks: Result<Vec<Block>, SpectrumError>,
-    ) -> Result<Self, SpectrumError> {
-        let mut blocks = blocks?;
-        let stiff = blocks.iter().map(|block| reaction::displacements(solved, block)).collect();
-        if let Some(joined) = joined {
-            blocks = blocks.into_iter().map(|block| joined.block(block)).collect();
-        }
-        if let Some(first) = blocks.first_mut().filter(|block| block.rigid) {
-            first.turn_downward();
-        }
-        let generator = Generator::new(&blocks);
-        let basis = Basis::new(structure, &blocks, slowest(&generator));
-        let basis = basis.ok_or(SpectrumError::Cancelled)?;
-        if basis.is_finite() {
-            Ok(Self { stiff, generator, basis })
-        } else {
-            Err(SpectrumError::Infinite)
-        }
-    }
-
-    /// The matrices of the blocks to which the basis owes most of its mismatch.
-    fn suspects(&self, structure: &Structure) -> Vec<Matrix2> {
-        let slowest = slowest(&self.generator);
-        let blocks = self.basis.suspects(structure.omega2, slowest, SHARE * ACCURATE);
-        blocks.into_iter().map(|i| self.generator.block(i)).collect()
-    }
-}
-
-/// The rate below which a displacement counts no more in the mismatch of a basis.
-fn slowest(generator: &Generator) -> f64 {
-    generator.least_entry().max(1e-6 * generator.rate_max)
 }
 
 /// The check for forms that are computed when they are read, which no interrupt ends.
