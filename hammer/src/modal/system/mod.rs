@@ -49,6 +49,7 @@ use crate::numerics::combine::{Columns, combine};
 use crate::numerics::form::Form;
 use crate::numerics::gram::gram;
 use crate::numerics::kernel::{self, LANES, inner_product, norm};
+#[cfg(feature = "internals")]
 use crate::numerics::matrix2::Matrix2;
 use crate::numerics::poly::Poly;
 use crate::scene::graph::{CHANNELS, Overlap};
