@@ -28,7 +28,7 @@ const WINDOW: u64 = 16;
 const PANEL: u64 = 2;
 const TRANSITION: u64 = 100;
 /// Cost of the series of a window of air, in coordinates.
-const AIR: u64 = 4_500;
+const AIR: u64 = 2_500;
 
 /// The work that a search has done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
