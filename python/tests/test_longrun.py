@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from dth_hammer import VARIABLES, Coupling, Hammer, HammerWarning, simulate, steady, trend
 from dth_hammer.errors import DomainError, UnknownNameError
+from dth_hammer.scene.band import unseen
 from dth_hammer.scene.hammers import numbers_of
 from dth_hammer.study.motions import drawn
 from dth_hammer.study.trends import line, sobol
@@ -61,6 +62,21 @@ def test_a_mean_lies_within_its_error_of_a_longer_one() -> None:
         few = steady(thrown, preset="overdamped", error=1e-5, blows=100)
     assert not few.reached
     assert few.in_words()[0] == f"irregular, {few.blows} blows, error not reached"
+
+
+@pytest.mark.filterwarnings("ignore:.*creeps in the rock")
+def test_without_an_error_a_rate_is_as_exact_as_its_range_lets_see() -> None:
+    factors = (1.55, 1.05)
+    # Twice the error beside the range moves an end by half a unit of two digits, 99 at most.
+    for wide in np.log(factors):
+        moved = np.hypot(wide, 2.0 * unseen(np.exp(wide))) - wide
+        assert moved == pytest.approx(0.005, rel=1e-9)
+    # Of a rate known to 5 % that is 1.1 %, of one known to 55 % three times as much.
+    thrown = [{"feed_force": 0.0, "rock.specific_energy_factor": factor} for factor in factors]
+    vague, known = (steady(given, preset="overdamped") for given in thrown)
+    assert vague.blows < known.blows
+    for found, factor in zip((vague, known), factors, strict=True):
+        assert found.error["rop"] <= unseen(factor) * found["rop"]
 
 
 #: Rigid bodies on viscous rock, where two motions are stable.

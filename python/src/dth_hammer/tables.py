@@ -11,11 +11,13 @@ from __future__ import annotations
 import csv
 import io
 import logging
+import math
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
+from numbers import Real
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -59,7 +61,7 @@ MEANT = {
     "time": "t seconds elapsedtime zeit tid temps",
 }
 #: Types of numbers; a number as text, with its unit; whole numbers in groups of three.
-NUMBERS = (int, float, np.number, Decimal)
+NUMBERS = (Real, Decimal)
 WRITTEN = re.compile(r"([+-]?[\d.,][\d.,'\u2019 \u00a0\u202f]*(?:[eE][+-]?\d+)?)\s*(.*)", re.DOTALL)
 GROUPS = {mark: re.compile(rf"[+-]?\d{{1,3}}(\{mark}\d{{3}})+") for mark in ".,"}
 
@@ -71,7 +73,7 @@ class Field:
     name: str
     unit: str
     words: str = ""
-    limits: Sequence[float] = (-np.inf, np.inf)
+    limits: Sequence[float] = (-math.inf, math.inf)
     told: str = ""
 
     def in_heading(self, head: str) -> tuple[str, str] | None:

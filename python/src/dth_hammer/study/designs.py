@@ -1,5 +1,6 @@
 """The designs that an optimisation tries, each simulated as it is or averaged over a tolerance."""
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -39,15 +40,15 @@ class Row:
     #: Free numbers, scaled so that 0 and 1 are their bounds.
     place: Array
     #: The quantity to minimise: the goal, with its sign changed if it is to be maximised.
-    cost: float = np.inf
+    cost: float = math.inf
     #: By how much each limit is exceeded, relative to the limit; negative within the limit.
     passed: Array = field(default_factory=lambda: np.zeros(0))
     #: Mean of the goal over the hammers of the design.
-    goal: float = np.nan
+    goal: float = math.nan
     #: Goal of the design itself, without the tolerance.
-    nominal: float = np.nan
+    nominal: float = math.nan
     #: Standard error of `goal`.
-    error: float = np.nan
+    error: float = math.nan
     #: Number of hammers that `goal` is the mean of.
     hammers: int = 1
     steady: Steady | None = None
