@@ -1,4 +1,5 @@
 #![doc = include_str!("../README.md")]
+#![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
 /// Highest derivative of an input that is accepted.
 pub const MAX_INPUT_ORDER: usize = 4;

@@ -98,9 +98,17 @@ fn scene(name: &str) -> Scene {
     match name {
         "casing" => p.casing.mass = 40.0,
         "coupled" => p.drive.source = Source::Pressure,
+        "line, rigid" => {
+            (p.drive.source, p.drive.impedance) = (Source::Force, 1e3);
+            p.fidelity = Fidelity::Rigid;
+        }
         "ramp" => p.drive.source = Source::Force,
         "rigid" => p.fidelity = Fidelity::Rigid,
         "line" => (p.drive.source, p.drive.impedance) = (Source::Force, 1e3),
+        "line, casing" => {
+            (p.drive.source, p.drive.impedance, p.casing.mass) = (Source::Force, 1e3, 4.0);
+            (p.mesh.degree, p.piston.elements, p.bit.elements) = (7, 2, 18);
+        }
         "air, reference" => p.drive.source = Source::Air,
         "air, rigid" => (p.drive.source, p.fidelity) = (Source::Air, Fidelity::Rigid),
         "barrier" => (p.rock.viscosity, p.rock.energy_barrier) = (1e7, 1e6),
@@ -323,15 +331,18 @@ const UNTIL: &str = "HAMMER_UNTIL";
 const IN_A_SECOND: f64 = 4.5e9;
 
 /// Tasks dominated by one kind of work, each with the time span in which it is counted, s: an ordinary search,
-/// transitions of ties, air with little and much steel, a line at the piston, a load for which quasi-static coordinates need series after
-/// series, a barrier under a varying load, and a contact that chatters.
-const CHARGED: [(&str, [f64; 2]); 9] = [
+/// transitions of ties, air with little and much steel, a line at the piston of an elastic hammer, of one with many
+/// coordinates in a casing and of a rigid one, a load for which quasi-static coordinates need series after series, a
+/// barrier under a varying load, and a contact that chatters.
+const CHARGED: [(&str, [f64; 2]); 11] = [
     ("reference", [0.05, 0.2]),
     ("rigid", [0.1, 1.0]),
     ("loose top hammer", [0.01, 0.02]),
     ("air", [0.02, 0.08]),
     ("air, rigid", [0.02, 0.12]),
     ("line", [0.005, 0.02]),
+    ("line, casing", [0.005, 0.02]),
+    ("line, rigid", [0.005, 0.02]),
     ("ramp", [0.001, 0.02]),
     ("barrier", [0.1, 0.4]),
     ("chatter", [2e-4, 4e-4]),

@@ -65,7 +65,7 @@ impl Datasheet {
         let of_energy = || {
             let mass = 2.0 * self.energy()? / (SPEED.0 * SPEED.0);
             let (size, error) = PISTON.diameter(mass);
-            Some((size, error.hypot(2.0 * SPEED.1 / 2.56), "energy of a blow"))
+            Some((size, math::hypot(error, 2.0 * SPEED.1 / 2.56), "energy of a blow"))
         };
         given.or_else(of_hole).or_else(of_mass).or_else(of_energy)
     }
@@ -134,7 +134,7 @@ impl Datasheet {
         };
         let [least, most] = BORE;
         let middle = 0.5 * (least + most);
-        let of_bore = (0.5 * (most - least) / middle).hypot(error);
+        let of_bore = math::hypot(0.5 * (most - least) / middle, error);
         let [slender, shorter, slower] =
             SLENDER.map(
                 |exponent| {

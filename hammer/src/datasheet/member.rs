@@ -164,7 +164,7 @@ impl Kind {
         noise: impl Fn(usize, &Row, i32) -> f64,
     ) {
         for step in 0..STEPS {
-            let inflated = (2f64.powi(STEPS) - 1.0) / 2f64.powi(step);
+            let inflated = f64::from((1 << STEPS) - 1) / f64::from(1 << step);
             // Unknowns, followed by the residuals of the rows in standard errors.
             let states: Vec<DVector<f64>> = members
                 .iter()

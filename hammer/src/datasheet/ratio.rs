@@ -98,16 +98,16 @@ pub fn ratios(a: &Side, b: &Side) -> Vec<(&'static str, [f64; 3])> {
             [&[1.0][..]; 2]
         };
         let apart = of_rate && divided(a, b) && a.rock != b.rock;
-        let wide = width(a, b, relation, name).hypot(a.errors[0]).hypot(b.errors[0]);
+        let wide = math::length(&[width(a, b, relation, name), a.errors[0], b.errors[0]]);
         let of_rock =
-            if of_rate && a.rock != b.rock { a.errors[1].hypot(b.errors[1]) } else { 0.0 };
+            if of_rate && a.rock != b.rock { math::hypot(a.errors[1], b.errors[1]) } else { 0.0 };
         let list = pairs.iter().enumerate().map(|(k, pair)| {
             let at = |list: &[f64], i: usize| list[i % list.len()];
             let mut ratio = at(x, pair.a) * at(e, pair.a) / (at(y, pair.b) * at(f, pair.b));
             if apart {
                 ratio *= at(f, pair.other) / at(e, pair.one);
             }
-            let noise = wide.hypot(of_rock) * drawn(k, NOISE);
+            let noise = math::hypot(wide, of_rock) * drawn(k, NOISE);
             (ratio * math::exp(noise), pair.weight)
         });
         Some((*name, spread(list.collect())))
@@ -172,7 +172,7 @@ fn width(a: &Side, b: &Side, relation: Relation, name: &str) -> f64 {
     // Numbers printed for two pressures scatter independently, unless the pressures are nearly equal.
     let apart = (pressure / NEARLY).min(1.0);
     let row = if name == AIR { std::f64::consts::SQRT_2 * ROW * apart } else { 0.0 };
-    (if feed { OF_FEED } else { 0.0 }).hypot(OF_HOLE * hole).hypot(row)
+    math::length(&[if feed { OF_FEED } else { 0.0 }, OF_HOLE * hole, row])
 }
 
 /// Printed numbers that depend on the pressure, the outside diameter or the piston. They are no longer valid if that

@@ -60,7 +60,7 @@ impl Law {
 
     /// The law's relative error at a diameter that has the relative error `off` itself.
     pub fn error(&self, outer: f64, off: f64) -> f64 {
-        self.error.hypot(self.exponent * off).hypot(BEYOND * beyond(outer, self.rows))
+        math::length(&[self.error, self.exponent * off, BEYOND * beyond(outer, self.rows)])
     }
 
     /// The diameter at which the law has a value, with its relative error.
@@ -97,7 +97,7 @@ impl Datasheet {
             let over = exponent * math::ln(pressure / at) + low * LOW.0;
             let given = law.of(outer) * math::exp(over);
             let far = BEYOND * beyond(pressure, rows);
-            let error = law.error(outer, off).hypot(far).hypot(low * LOW.1);
+            let error = math::length(&[law.error(outer, off), far, low * LOW.1]);
             Row { quantity, given, error, pressure: None, series: 0, assumed: true }
         };
         let air = self.air.is_empty() && !said(&[Quantity::AirFlow]);

@@ -13,6 +13,7 @@
 //! true value is within one standard error in 68.3 % of all cases.
 
 use crate::machine::blows::Blow;
+use crate::numerics::math;
 
 /// A figure of a blow.
 type Of = fn(&Blow) -> f64;
@@ -146,7 +147,8 @@ fn errors(series: &[&[Blow]], (_, above, below): Ratio) -> [f64; 3] {
     let mean = whole[0] / whole[1];
     let count: usize = series.iter().map(|list| list.len()).sum();
     let deviation = |blow: &Blow| above(blow) / below(blow) - mean;
-    let squares: f64 = series.iter().flat_map(|list| *list).map(|b| deviation(b).powi(2)).sum();
+    let squares: f64 =
+        series.iter().flat_map(|list| *list).map(|b| math::powi(deviation(b), 2)).sum();
     let spread = (squares / count as f64).sqrt();
     let each = BATCHES.div_ceil(series.len().max(1));
     let (mut off, mut under, mut batches) = (0.0, 0.0, 0.0);
@@ -154,7 +156,7 @@ fn errors(series: &[&[Blow]], (_, above, below): Ratio) -> [f64; 3] {
         let count = each.min(list.len() / SHORTEST);
         for batch in list.chunks_exact(list.len() / count).take(count) {
             let [a, b] = sums(batch);
-            off += (a - mean * b).powi(2);
+            off += math::powi(a - mean * b, 2);
             under += b;
             batches += 1.0;
         }

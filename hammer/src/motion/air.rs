@@ -101,7 +101,7 @@ impl Motion {
             return Err(Error::Vacuum { time: self.state.epoch.value(), name: input.name() });
         }
         let Some(mut air) = self.state.air.take_if(|air| air.vented.is_none()) else {
-            return self.renew_line();
+            return Ok([self.renew_line()?, 0]);
         };
         let of_epoch = || self.in_cylinder(&self.tracks, 0.0);
         let motion @ [places, _] = known.unwrap_or_else(of_epoch);

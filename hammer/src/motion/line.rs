@@ -19,9 +19,8 @@ use crate::scene::graph::{CHANNELS, Channel};
 /// Limit of the attempts to solve a window, each shorter than the one before, and of the iterations of each attempt.
 const TRIALS: usize = 64;
 const PASSES: usize = 12;
-/// Work of four iterations, in units of one series of the air. Each iteration copies the motion and solves its loads
-/// again.
-const OF_FOUR: u64 = 3;
+/// Work of an iteration in rotations: it copies the motion and solves its loads anew.
+const ROTATIONS: u64 = 25;
 /// Safety factor of the length of a window, and limits of its growth and shrinkage.
 const SAFETY_FACTOR: f64 = 0.8;
 const GROWTH: f64 = 2.0;
@@ -34,18 +33,18 @@ const ALLOWED: f64 = 0.1;
 const ROUNDED: f64 = 1e-12;
 
 impl Motion {
-    /// Solves the reaction of the line in the window that begins at the epoch, if there is a line. Returns its work as
-    /// numbers of rotations and of series.
+    /// Solves the reaction of the line in the window that begins at the epoch, if there is a line. Returns its work in
+    /// rotations.
     ///
     /// # Errors
     /// [`Error::NotFinite`].
-    pub(super) fn renew_line(&mut self) -> Result<[u64; 2], Error> {
+    pub(super) fn renew_line(&mut self) -> Result<u64, Error> {
         let (parameters, mode) = (&self.model.parameters, self.state.mode);
         if !Line::acts(parameters, mode) {
-            return Ok([0; 2]);
+            return Ok(0);
         }
         let others = start::loads(parameters, &self.state.inputs, mode, [Poly::default(); 2]);
-        let (mut span, mut work, mut growth) = (self.state.line.ahead, [0; 2], GROWTH);
+        let (mut span, mut work, mut growth) = (self.state.line.ahead, 0, GROWTH);
         // Each attempt starts from the original motion, since adding and removing loads would leave rounding errors.
         let (before, [_, [speed, _]]) = (self.clone(), self.in_cylinder(&self.tracks, 0.0));
         for _ in 0..TRIALS {
@@ -54,8 +53,7 @@ impl Motion {
             if error <= 1.0 {
                 let ahead = span * change.clamp(SAFETY_FACTOR, growth);
                 self.state.line = Line { reach: Some(span), ahead };
-                let [rotations, passes] = work;
-                return Ok([rotations, (OF_FOUR * passes).div_ceil(4)]);
+                return Ok(work);
             }
             // The window must not grow back to a length that has just failed.
             (span, growth) = (span * change.clamp(SHRINKAGE, SAFETY_FACTOR), 1.0);
@@ -72,7 +70,7 @@ impl Motion {
         before: &Self,
         others: &[Poly; CHANNELS],
         [span, speed]: [f64; 2],
-        work: &mut [u64; 2],
+        work: &mut u64,
     ) -> f64 {
         let impedance = self.parameters().drive.impedance;
         let bodies = &self.graph().bodies;
@@ -83,7 +81,7 @@ impl Motion {
         let mut force = [0.0; LOW];
         force[0] = -impedance * speed;
         for _ in 0..PASSES {
-            work[1] += 1;
+            *work += ROTATIONS;
             let reaction = Poly::of_part(&force, span);
             let mut loads = *others;
             let mut add = |channel: Channel, sign: f64| {
@@ -98,7 +96,7 @@ impl Motion {
             let mut tracks = self.tracks.clone();
             let speeds = NODES.map(|node| {
                 let rotations = tracks.iter_mut().map(|track| track.rotate_to(span * node));
-                work[0] += rotations.sum::<u64>();
+                *work += rotations.sum::<u64>();
                 self.point(&tracks, Displacement::Relative, span * node).velocity
             });
             if !speeds.iter().all(|speed| speed.is_finite()) {

@@ -79,6 +79,11 @@ pub(crate) fn rough_root(x: f64, n: u64) -> f64 {
     f64::from_bits(octave << BITS) * (1.0 + part * (0.6565 + 0.3435 * part))
 }
 
+/// The root of the sum of the squares.
+pub(crate) fn length(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
 /// Magnitude of a complex number.
 pub(crate) fn norm(z: Complex64) -> f64 {
     hypot(z.re, z.im)

@@ -68,7 +68,7 @@ impl RockType {
     pub fn specific_energy(&self) -> Figure {
         let [low, high] = self.strength;
         let (value, inside) = ((low * high).sqrt(), 0.5 * math::ln(high / low));
-        let factor = math::exp(inside.hypot(math::ln(ABOUT_STRENGTH)));
+        let factor = math::exp(math::hypot(inside, math::ln(ABOUT_STRENGTH)));
         let range = [value / factor, value * factor];
         Figure { value, range, source: OF_STRENGTH, measured: false }
     }

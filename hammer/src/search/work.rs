@@ -166,10 +166,8 @@ impl Budget {
         let mut others = [(WorkLimit::Barrier, barrier), (WorkLimit::Air, air)].into_iter();
         let main = others.find(|(_, spent)| *spent as f64 > MAJORITY * done as f64);
         let limit = main.map_or(limit, |(cause, _)| cause);
-        // Without air, the series are those of a line.
         let limit = match (limit, motion.air()) {
             (WorkLimit::Loads, Some(_)) => WorkLimit::Air,
-            (WorkLimit::Air, None) => WorkLimit::Loads,
             (limit, _) => limit,
         };
         let parameters = motion.parameters();
@@ -207,8 +205,6 @@ mod tests {
         for (work, cause) in [
             (Work { evaluations: many, ..none }, WorkLimit::Search),
             (Work { barrier: many, evaluations: many / 2, ..none }, WorkLimit::Barrier),
-            // Series of a line: no air drives this hammer.
-            (Work { air: many, samples: many / 2, ..none }, WorkLimit::Loads),
             (Work { barrier: many, evaluations: 2 * many, ..none }, WorkLimit::Search),
             (Work { windows: many, scans: many, ..none }, WorkLimit::Search),
         ] {
