@@ -11,11 +11,6 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-/// Most numbers that intervals without their integrals may store in one hammer: 2 MB, or some 30 blows of the reference
-/// hammer. Within this limit, a run of one second integrates only what is read. In a longer run each system occurs so
-/// often that making its forms is worth while.
-const MOST: usize = 1 << 18;
-
 /// An interval whose integrals are not yet added to the ledger. Each interval refers to the one before it, so that a
 /// snapshot shares this linked list instead of copying it.
 pub(crate) struct Deferred {
@@ -102,7 +97,7 @@ impl DeferredLedger {
     /// # Errors
     /// [`Error::Cancelled`].
     pub fn work_off(&mut self) -> Result<(), Error> {
-        if self.size <= interval::storable().min(MOST) {
+        if self.size <= interval::storable() {
             return Ok(());
         }
         self.prepare()?;

@@ -25,14 +25,14 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 static STORED: AtomicUsize = AtomicUsize::new(0);
 /// If more numbers than this (32 MB) are stored in the process, each hammer may store only [`CROWDED`].
 const PROCESS: usize = 1 << 22;
-/// Most numbers that intervals without their peaks, which are those of one step, may store in one hammer: 8 MB, or some
-/// 120 blows of the reference hammer.
+/// Most numbers that the intervals of one hammer may store: 8 MB, or some 120 blows of the reference hammer. Within
+/// this limit, a run of one second integrates only what is read.
 const MAX_STORED: usize = 1 << 20;
 /// The limit if many hammers store numbers: 256 kB each, which fits in the processor's caches.
 pub(crate) const CROWDED: usize = 1 << 15;
 
-/// How many numbers a hammer may store now, in intervals whose peaks are not yet computed. The limit does not affect
-/// their values.
+/// How many numbers a hammer may store now, in intervals whose integrals or peaks are not yet computed. The limit does
+/// not affect their values.
 pub(crate) fn storable() -> usize {
     if STORED.load(Ordering::Relaxed) > PROCESS { CROWDED } else { MAX_STORED }
 }
