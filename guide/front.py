@@ -14,7 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 README = ROOT / "README.md"
 MARKS = ("<!-- measured: cargo front -->\n", "<!-- end of measured -->")
-#: Row of speed-against-error.md that ours are compared in, and the error at which.
+#: Our row of speed-against-error.md, and the error at which solvers are compared.
 OURS, ERROR, ELEMENTS = "this engine", "1e-6", 20
 
 
@@ -32,7 +32,7 @@ def split(page: str) -> tuple[str, str]:
 
 def text() -> str:
     """The part."""
-    lines = [*speed(), *face(), *costs(), *checks(), *engines()]
+    lines = [*speed(), *errors(), *face(), *costs(), *checks(), *engines()]
     return "".join(
         textwrap.fill(line, 100, subsequent_indent="  ", break_on_hyphens=False) + "\n"
         for line in lines
@@ -43,8 +43,8 @@ def speed() -> list[str]:
     """One cycle: its time, its first time, and the solvers beside it."""
     data = json.loads((ROOT / "reports" / "speed-against-error.json").read_text(encoding="utf-8"))
     (engine,) = [p for p in data["points"] if p["solver"] == OURS]
-    fastest = sorted(ratios().items(), key=lambda item: item[1])[:3]
-    peers = ", ".join(f"{ratio} ({name})" for name, ratio in fastest)
+    steel, air = (factors(number) for number in (0, 1))
+    setup = factors(0, f"{ERROR}, with set-up")
     return [
         f"* On one {data['processor']}, a pressure cycle of the preset `overdamped` "
         f"({ELEMENTS} elements per bar, {data['events']} events) takes {engine['cpu'] * 1e3:.2f} "
@@ -52,19 +52,43 @@ def speed() -> list[str]:
         f"{engine['setup'] * 1e3:.1f} ms, because it also computes the modes of each system."
         " Measured by `cargo bench-report speed`.",
         f"* At an error of {ERROR} mm and m/s, the fastest general solvers take longer by these "
-        f"factors: {peers}. All were measured in the same run, on one core.",
+        f"factors: {named(steel)}; with the set-up of all, {named(setup)}. "
+        f"Under air with rigid bodies: {named(air)}, of which heyoka's is its own loop alone. "
+        "All were measured in the same run, on one core.",
     ]
 
 
-def ratios() -> dict[str, int]:
-    """How many times as long each other solver takes at the error, without air: the first table."""
+def named(solvers: dict[str, float]) -> str:
+    """The three fastest of the others."""
+    fastest = sorted(solvers.items(), key=lambda item: item[1])[:3]
+    return ", ".join(f"{ratio:g} ({name})" for name, ratio in fastest)
+
+
+def factors(number: int, column: str = ERROR) -> dict[str, float]:
+    """How many times as long each other solver takes, by the report's table of that number: steel, air."""
     page = (ROOT / "reports" / "speed-against-error.md").read_text(encoding="utf-8")
     rows = [line.strip("| ").split(" | ") for line in page.splitlines() if line.startswith("| ")]
-    head = next(row for row in rows if row[0] == "solver" and ERROR in row)
-    column, first = head.index(ERROR), rows.index(head)
-    table = takewhile(lambda row: len(row) == len(head), rows[first + 1 :])
-    found = ((row[0], re.search(r"\((\d+)x\)", row[column])) for row in table)
-    return {name: int(match[1]) for name, match in found if match and name != OURS}
+    first = [k for k, row in enumerate(rows) if row[0] == "solver" and column in row][number]
+    cell = rows[first].index(column)
+    table = takewhile(lambda row: len(row) == len(rows[first]), rows[first + 1 :])
+    found = ((row[0], re.search(r"\(([\d.]+)x\)", row[cell])) for row in table)
+    return {name: float(match[1]) for name, match in found if match and name != OURS}
+
+
+def errors() -> list[str]:
+    """The errors of a rate beside each other, from the run that the README shows and from the sheets' report."""
+    page = README.read_text(encoding="utf-8")
+    mesh = re.search(r"of `rop` up to (\S+ %), of the largest forces up to (\S+ %)", page)
+    mean, deviation = re.search(r"rate of penetration +(\S+) .*± (\S+) +m/h", page).groups()
+    factor = re.search(r"a rate of penetration is known up to a factor of (\S+):", page)[1]
+    sheets = (ROOT / "reports" / "sheets.md").read_text(encoding="utf-8")
+    held = re.search(r"^(\d+ of \d+) ranges of 80 % hold", sheets, re.MULTILINE)[1]
+    return [
+        "* The largest error of a rate is the model's. In the run that is printed below: the model, "
+        f"a factor of {factor} either way; the mesh, up to {mesh[1]} (of the largest forces up to "
+        f"{mesh[2]}); from blow to blow, {deviation} of {mean} m/h; time, rounding. Of what makers "
+        f"print, held out of their sheets, {held} lie in their ranges of 80 %."
+    ]
 
 
 def face() -> list[str]:
