@@ -32,7 +32,7 @@ def split(page: str) -> tuple[str, str]:
 
 def text() -> str:
     """The part."""
-    lines = [*speed(), *errors(), *face(), *costs(), *checks(), *engines()]
+    lines = [*speed(), *face(), *costs(), *checks(), *engines()]
     return "".join(
         textwrap.fill(line, 100, subsequent_indent="  ", break_on_hyphens=False) + "\n"
         for line in lines
@@ -73,22 +73,6 @@ def factors(number: int, column: str = ERROR) -> dict[str, float]:
     table = takewhile(lambda row: len(row) == len(rows[first]), rows[first + 1 :])
     found = ((row[0], re.search(r"\(([\d.]+)x\)", row[cell])) for row in table)
     return {name: float(match[1]) for name, match in found if match and name != OURS}
-
-
-def errors() -> list[str]:
-    """The errors of a rate beside each other, from the run that the README shows and from the sheets' report."""
-    page = README.read_text(encoding="utf-8")
-    mesh = re.search(r"of `rop` up to (\S+ %), of the largest forces up to (\S+ %)", page)
-    mean, deviation = re.search(r"rate of penetration +(\S+) .*± (\S+) +m/h", page).groups()
-    factor = re.search(r"a rate of penetration is known up to a factor of (\S+):", page)[1]
-    sheets = (ROOT / "reports" / "sheets.md").read_text(encoding="utf-8")
-    held = re.search(r"^(\d+ of \d+) ranges of 80 % hold", sheets, re.MULTILINE)[1]
-    return [
-        "* The largest error of a rate is the model's. In the run that is printed below: the model, "
-        f"a factor of {factor} either way; the mesh, up to {mesh[1]} (of the largest forces up to "
-        f"{mesh[2]}); from blow to blow, {deviation} of {mean} m/h; time, rounding. Of what makers "
-        f"print, held out of their sheets, {held} lie in their ranges of 80 %."
-    ]
 
 
 def face() -> list[str]:
