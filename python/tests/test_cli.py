@@ -385,7 +385,9 @@ def test_ctrl_c_during_imports_is_told_in_a_line(tmp_path: Path) -> None:
     (tmp_path / "numpy.py").write_text(text, encoding="utf-8")
     # As an entry point calls it; a shell's background job ignores the signal.
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
-    script = f"{heard}; import sys; from dth_hammer.cli import main; sys.exit(main(['info']))"
+    script = (
+        f"{heard}; import sys; from dth_hammer.cli import main; sys.exit(main(['run', '--quiet']))"
+    )
     done = subprocess.run(
         [sys.executable, "-c", script],
         capture_output=True,
