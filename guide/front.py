@@ -65,7 +65,7 @@ def named(solvers: dict[str, float]) -> str:
 
 
 def factors(number: int, column: str = ERROR) -> dict[str, float]:
-    """How many times as long each other solver takes, by the report's table of that number: steel, air."""
+    """How many times as long each other solver takes: the report's table of steel (0) or air (1)."""
     page = (ROOT / "reports" / "speed-against-error.md").read_text(encoding="utf-8")
     rows = [line.strip("| ").split(" | ") for line in page.splitlines() if line.startswith("| ")]
     first = [k for k, row in enumerate(rows) if row[0] == "solver" and column in row][number]
