@@ -53,7 +53,8 @@ def speed() -> list[str]:
         " Measured by `cargo bench-report speed`.",
         f"* At an error of {ERROR} mm and m/s, the fastest general solvers take longer by these "
         f"factors: {named(steel)}; with the set-up of all, {named(setup)}. "
-        f"Under air with rigid bodies: {named(air)}, of which heyoka's is its own loop alone. "
+        f"Under air with rigid bodies: {named(air)}; below 1 the other is faster, and heyoka's time "
+        "is that of its own loop alone. "
         "All were measured in the same run, on one core.",
     ]
 
@@ -110,8 +111,8 @@ def engines() -> list[str]:
     path = ROOT / "reports" / "engine.json"
     known = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     stages = ("speed", "face", "cost", "verify")
-    of = {stage: known.get(stage, {}).get("hammer/src", "unknown")[:12] for stage in stages}
-    if {*of.values()} == {"unknown"}:
+    of = {stage: known.get(stage, {}).get("hammer/src", "not noted")[:12] for stage in stages}
+    if {*of.values()} == {"not noted"}:
         return ["* All of this is of engines before the present one: `.ci/evidence` makes it anew."]
     if len({*of.values()}) == 1:
         return [f"* All of this is of one engine, {of['speed']} (`git rev-parse HEAD:hammer/src`)."]
