@@ -53,8 +53,8 @@ def speed() -> list[str]:
         " Measured by `cargo bench-report speed`.",
         f"* At an error of {ERROR} mm and m/s, the fastest general solvers take longer by these "
         f"factors: {named(steel)}; with the set-up of all, {named(setup)}. "
-        f"Under air with rigid bodies: {named(air)}; below 1 the other is faster, and heyoka's time "
-        "is that of its own loop alone. "
+        f"Under air with rigid bodies: {named(air)}; below 1 the other is faster, and heyoka's "
+        "time is that of its own loop alone. "
         "All were measured in the same run, on one core.",
     ]
 
@@ -66,7 +66,7 @@ def named(solvers: dict[str, float]) -> str:
 
 
 def factors(number: int, column: str = ERROR) -> dict[str, float]:
-    """How many times as long each other solver takes: the report's table of steel (0) or air (1)."""
+    """How many times as long each other solver takes: on steel (table 0) or under air (1)."""
     page = (ROOT / "reports" / "speed-against-error.md").read_text(encoding="utf-8")
     rows = [line.strip("| ").split(" | ") for line in page.splitlines() if line.startswith("| ")]
     first = [k for k, row in enumerate(rows) if row[0] == "solver" and column in row][number]
