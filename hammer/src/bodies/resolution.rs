@@ -68,6 +68,7 @@ impl Reading {
 
 /// A mesh for a stated error.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct MeshAdvice {
     /// Degree of the splines.
     pub degree: usize,
@@ -114,7 +115,7 @@ impl Parameters {
         let [a, b, tip] = [above[above.len() - 1], below[0], below[below.len() - 1]]
             .map(|section| self.impedance_of(section.area));
         let contact = a * b / (a + b) / self.contact.stiffness;
-        let rock = tip / (self.rock.unloading_ratio * self.rock.stiffness);
+        let rock = tip / self.rock.unloading_stiffness();
         (self.wave_speed() * contact.min(rock)).min(self.frame_front())
     }
 

@@ -368,7 +368,7 @@ impl Interval {
         let contact = self.graph.inside(group).find(|edge| edge.tie == Tie::Contact);
         let share = self.graph.share(group, Displacement::Tie(Tie::Contact));
         if let Some((edge, gap)) = contact.zip(share) {
-            sums.contact_impulse = -edge.law.line.stiffness * track.integral(gap);
+            sums.contact_impulse = -impulse(edge.law.line, track, gap);
         }
     }
 
@@ -380,13 +380,11 @@ impl Interval {
     }
 
     fn add_rock(&self, main: &Stretch, sums: &mut Sums) {
-        let Coefficients { stiffness, viscosity } = self.spring.coefficients(&self.rock);
-        if stiffness <= 0.0 {
+        let line = self.spring.coefficients(&self.rock);
+        if line.stiffness <= 0.0 {
             return;
         }
-        let tip = self.share(Displacement::Tip);
-        let change = if viscosity > 0.0 { main.change(tip) } else { 0.0 };
-        sums.rock_impulse = stiffness * main.integral(tip) + viscosity * change;
+        sums.rock_impulse = impulse(line, main, self.share(Displacement::Tip));
         [sums.rock, sums.viscous] = self.given;
     }
 
@@ -448,6 +446,12 @@ impl Interval {
         let fixed = numbers(size_of::<Self>() + size_of_val(&self.others[..]));
         self.ends.len() + self.others.iter().map(other).sum::<usize>() + loading + fixed
     }
+}
+
+/// Impulse of a spring with a dashpot whose displacement is this functional of a track.
+fn impulse(line: Coefficients, track: &Stretch, functional: usize) -> f64 {
+    let change = if line.viscosity > 0.0 { track.change(functional) } else { 0.0 };
+    line.force(track.integral(functional), change)
 }
 
 impl Drop for Interval {

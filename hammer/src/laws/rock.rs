@@ -72,6 +72,13 @@ impl Coefficients {
     }
 }
 
+impl Rock {
+    /// Stiffness `gamma KR` of the unloading line, N/m.
+    pub(crate) fn unloading_stiffness(&self) -> f64 {
+        self.unloading_ratio * self.stiffness
+    }
+}
+
 /// The spring, if any, between the tip and the rock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Spring {
@@ -105,7 +112,7 @@ impl Spring {
             Self::Free => (0.0, 0.0),
             Self::Loading => (rock.stiffness, 0.0),
             Self::Viscous => (rock.stiffness, rock.viscosity),
-            Self::Unloading => (rock.unloading_ratio * rock.stiffness, 0.0),
+            Self::Unloading => (rock.unloading_stiffness(), 0.0),
         };
         Coefficients { stiffness, viscosity }
     }

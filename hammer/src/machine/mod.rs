@@ -92,6 +92,16 @@ pub(crate) struct History {
 }
 
 /// A scene in motion.
+///
+/// ```
+/// let mut hammer = hammer::Scene::default().machine()?;
+/// hammer.advance(0.1)?; // to t = 0.1 s, in a step of any size
+///
+/// let last = hammer.blow().expect("a blow every 45 ms");
+/// assert!(last.time <= hammer.time() && last.rop > 0.0);
+/// assert!(hammer.energies().residual.abs() < 1e-9 * hammer.energies().turnover());
+/// # Ok::<(), hammer::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Machine {
     motion: Motion,
@@ -117,6 +127,19 @@ impl Machine {
     /// The scene at its start: the piston at rest or at its initial velocity; the bit in static
     /// equilibrium in standstill, or, if its loads lift it, in free flight, at rest and just
     /// touching the rock. Nothing oscillates.
+    ///
+    /// ```
+    /// use hammer::{InputValues, Machine, Parameters};
+    ///
+    /// let hammer = Machine::new(&Parameters::default(), &InputValues::default(), 2.0)?;
+    /// assert_eq!(hammer.time(), 2.0);
+    ///
+    /// let mut parameters = Parameters::default();
+    /// parameters.rock.stiffness = -1.0;
+    /// let refused = Machine::new(&parameters, &InputValues::default(), 0.0);
+    /// assert!(refused.unwrap_err().to_string().starts_with("rock.stiffness = -1"));
+    /// # Ok::<(), hammer::Error>(())
+    /// ```
     ///
     /// # Errors
     /// A parameter or input out of its domain; a spectrum that cannot be resolved.
@@ -238,6 +261,15 @@ impl Machine {
     }
 
     /// One communication step, from the present time to `to`.
+    ///
+    /// ```
+    /// let scene = hammer::Scene::default();
+    /// let (mut one, mut many) = (scene.machine()?, scene.machine()?);
+    /// one.advance(0.1)?;
+    /// (1..=100).try_for_each(|k| many.advance(0.001 * f64::from(k)))?;
+    /// assert_eq!(one.kinematics(), many.kinematics()); // identical to the last binary digit
+    /// # Ok::<(), hammer::Error>(())
+    /// ```
     ///
     /// # Errors
     ///
@@ -445,9 +477,10 @@ impl Machine {
         self.move_epoch(now, None)
     }
 
-    /// Continues from the epoch: solves the air's window, then starts the search for the next event.
+    /// Continues from the epoch: solves the window of air or of a line, then starts the search for the next event.
     fn resume(&mut self) -> Result<(), Error> {
-        self.search.work.count_air(self.motion.renew_air()?);
+        let series = self.motion.renew_air()?;
+        self.search.work.count_air([self.motion.renew_line()?, series]);
         self.restart_search();
         Ok(())
     }

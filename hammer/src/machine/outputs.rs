@@ -14,6 +14,7 @@ use crate::scene::graph::{Channel, Edge};
 
 /// Motion and forces at one instant. SI units, positive downward.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Kinematics {
     /// Motion of the piston: its mass-weighted mean.
     pub piston: PointMotion,
@@ -61,6 +62,7 @@ pub struct Kinematics {
 /// Motion and stress along the bodies, from top to bottom. Nodes are the ends of the mesh's spans
 /// ([`crate::Sections::nodes`]), whatever the degree of the mesh. Stresses are those at the middles of the spans.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Profile {
     /// Displacement (m) and velocity (m/s) of the piston's nodes; a rigid body has one.
     pub piston: Vec<[f64; 2]>,
@@ -95,6 +97,11 @@ impl Kinematics {
             velocity,
             acceleration,
         };
+        // Only a dashpot needs the third rate.
+        let [.., jerk] = match contact.line.viscosity > 0.0 {
+            true => motion.rates::<4>(&present.tracks, Displacement::Tie(Tie::Contact), state.now),
+            false => [0.0; 4],
+        };
         let difference: [f64; 4] = std::array::from_fn(|k| piston[k] - reference[k]);
         let relative = point(difference[0] + motion.ahead(Displacement::Relative), difference);
         let casing = match graph.is_framed() {
@@ -125,7 +132,7 @@ impl Kinematics {
             gap,
             contact_force: contact.force[0],
             contact_force_rate: contact.force[1],
-            contact_force_acceleration: -contact.line.force(gap.acceleration, 0.0),
+            contact_force_acceleration: -contact.line.force(gap.acceleration, jerk),
             rock_force: present.rock[0],
             rock_force_rate: present.rock[1],
             applied_drive_force: drive,

@@ -89,19 +89,19 @@ impl Motion {
         [Channel::Drive, Channel::Anvil].map(acting)
     }
 
-    /// Solves the window of the air, or of a transmission line, that begins at the epoch, unless the chambers are
-    /// vented. Returns the numbers of rotations and of series.
+    /// Solves the window of the air that begins at the epoch, if there is air and the chambers are not vented. Returns
+    /// the number of series.
     ///
     /// # Errors
     /// [`Error::Air`], [`Error::Vacuum`].
-    pub(crate) fn renew_air(&mut self) -> Result<[u64; 2], Error> {
+    pub(crate) fn renew_air(&mut self) -> Result<u64, Error> {
         let known = self.cylinder.take();
         let (until, input) = self.positive_until();
         if until < 2.0 * INSTANT {
             return Err(Error::Vacuum { time: self.state.epoch.value(), name: input.name() });
         }
         let Some(mut air) = self.state.air.take_if(|air| air.vented.is_none()) else {
-            return Ok([self.renew_line()?, 0]);
+            return Ok(0);
         };
         let of_epoch = || self.in_cylinder(&self.tracks, 0.0);
         let motion @ [places, _] = known.unwrap_or_else(of_epoch);
@@ -124,7 +124,7 @@ impl Motion {
                     self.state.air = Some(air);
                     self.press(forces);
                     self.note_polys();
-                    return Ok([0, trial]);
+                    return Ok(trial);
                 }
                 Err(Some((path, bound))) => air.regimes[path] = air.regimes[path].next(bound),
                 Err(None) => break,

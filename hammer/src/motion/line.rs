@@ -38,7 +38,7 @@ impl Motion {
     ///
     /// # Errors
     /// [`Error::NotFinite`].
-    pub(super) fn renew_line(&mut self) -> Result<u64, Error> {
+    pub(crate) fn renew_line(&mut self) -> Result<u64, Error> {
         let (parameters, mode) = (&self.model.parameters, self.state.mode);
         if !Line::acts(parameters, mode) {
             return Ok(0);

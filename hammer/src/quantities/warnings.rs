@@ -10,6 +10,7 @@ use std::fmt;
 
 /// A parameter that is out of proportion to the bodies.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Suspect {
     /// Its name.
     pub name: &'static str,
@@ -149,7 +150,6 @@ impl Parameters {
     pub(crate) fn suspect(&self) -> Option<Suspect> {
         let (mesh, rock) = (self.mesh_stiffness(), &self.rock);
         let tip = self.sections(Body::Bit).as_slice().iter().map(|s| s.area).fold(0.0, f64::max);
-        let unloading = rock.unloading_ratio * rock.stiffness;
         let cased = |x: f64| if self.has_casing() { x } else { 0.0 };
         // The chuck's stiffness is compared with that of the softer body that it ties.
         let soft = self.end_stiffness(Body::Casing).min(self.end_stiffness(Body::Bit));
@@ -169,7 +169,7 @@ impl Parameters {
             ),
             (|p| &mut p.contact.stiffness, self.contact.stiffness / mesh),
             (|p| &mut p.rock.stiffness, rock.stiffness / mesh),
-            (|p| &mut p.rock.unloading_ratio, unloading / mesh),
+            (|p| &mut p.rock.unloading_ratio, rock.unloading_stiffness() / mesh),
             (|p| &mut p.rock.viscosity, rock.viscosity / self.impedance_of(tip)),
         ];
         let far = candidates.into_iter().filter(|(_, ratio)| *ratio >= FAR_OFF);
