@@ -12,6 +12,7 @@ use thiserror::Error;
 
 /// The kind of work that exceeded its limit.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum WorkLimit {
     /// There are more transitions than mesh, contact and rock can cause in that time.
     #[error("the mode changes more often than mesh, contact and rock can make it")]
@@ -44,6 +45,7 @@ pub enum WorkLimit {
 
 /// The reason why a linear system could not be decomposed to working accuracy.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum SpectrumError {
     /// The eigenvalue iteration did not converge.
     #[error("the iteration for its eigenvalues does not converge")]
@@ -67,6 +69,7 @@ pub enum SpectrumError {
 
 /// The reason why a stored state is corrupt.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum CorruptState {
     /// A number is infinite or NaN.
     #[error("it has a number that is not finite")]
@@ -102,6 +105,7 @@ pub enum CorruptState {
 
 /// Every error of the engine.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum Error {
     /// A parameter is out of its domain.
     #[error(transparent)]
@@ -112,6 +116,7 @@ pub enum Error {
         /// Name of the input.
         name: &'static str,
         /// The reason why it is refused.
+        #[source]
         error: InputError,
     },
     /// The instant to advance to is in the past, or is not finite.
@@ -170,6 +175,7 @@ pub enum Error {
         /// The instant, s.
         time: f64,
         /// The kind of work that exceeded its limit.
+        #[source]
         limit: WorkLimit,
         /// The mode at that instant.
         mode: Mode,
@@ -209,6 +215,7 @@ pub enum Error {
         /// The mode whose linear system cannot be decomposed.
         mode: Mode,
         /// The reason.
+        #[source]
         error: SpectrumError,
         /// The parameter that is most out of proportion, if any is.
         suspect: Option<Suspect>,
@@ -220,6 +227,7 @@ pub enum Error {
     #[error("the stored state is damaged: {what}")]
     Corrupt {
         /// The defect of the state.
+        #[source]
         what: CorruptState,
     },
     /// A number of the state overflowed.

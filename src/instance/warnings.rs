@@ -90,13 +90,17 @@ mod tests {
     #[test]
     fn a_residual_beyond_rounding_is_told_and_counted() {
         let mut warnings = Warnings::default();
-        let fine = Energies { drive: 300.0, kinetic: 300.0, residual: 1e-9, ..Default::default() };
-        assert_eq!(warnings.unbalanced(&fine), None);
-        let wrong = Energies { residual: -37.0, ..fine };
+        let with = |residual| {
+            let mut energies = Energies::default();
+            (energies.drive, energies.kinetic, energies.residual) = (300.0, 300.0, residual);
+            energies
+        };
+        assert_eq!(warnings.unbalanced(&with(1e-9)), None);
+        let wrong = with(-37.0);
         let lines: Vec<String> = (0..5).filter_map(|_| warnings.unbalanced(&wrong)).collect();
         assert_eq!(lines.len(), 3, "{lines:?}");
         assert!(lines[2].contains("energy_residual = -37 J") && lines[2].contains("4 times"));
-        let none = Energies { residual: f64::NAN, ..fine };
+        let none = with(f64::NAN);
         assert_eq!((5..8).filter_map(|_| warnings.unbalanced(&none)).count(), 1);
     }
 }

@@ -56,6 +56,7 @@ pub struct Datasheet {
 
 /// The reason why there is no hammer.
 #[derive(Clone, Debug, ThisError, PartialEq)]
+#[non_exhaustive]
 pub enum DatasheetError {
     /// A number outside the range of real hammers, probably in another unit.
     #[error("{0}: no hammer is known to have that; is the unit right?")]
@@ -73,6 +74,7 @@ pub enum DatasheetError {
 
 /// A given number and the sample's median.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Comparison {
     /// Its quantity.
     pub quantity: Quantity,
@@ -93,6 +95,7 @@ impl Comparison {
 
 /// A number of the answer, with its 80 % range.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Found {
     /// Its name.
     pub name: &'static str,
@@ -108,6 +111,7 @@ pub struct Found {
 
 /// The answer.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Solution {
     /// The scene of the median hammer. Some rounds of simulations adjust its blows to the sample's. The remaining
     /// difference, some tenths of a per cent, may change in steps if the sheet changes smoothly.

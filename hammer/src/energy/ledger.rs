@@ -17,6 +17,7 @@ use serde::{Deserialize, Serialize};
 
 /// The energy ledger, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Energies {
     /// Work of `F_A` and of the return chamber on the bit. With a frame, also that of the drive's reaction.
     pub drive: f64,
@@ -137,6 +138,7 @@ impl Energies {
 
 /// Impulses since the start, N s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Impulses {
     /// Of `F_C`.
     pub contact: f64,

@@ -33,6 +33,7 @@ pub enum RockEvent {
 /// An event that ends a mode. Simultaneous events are handled in the order: contact, other
 /// ties, rock, drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Event {
     /// A tie enters this state: its bodies part or meet. For the contact this is Q11.
     Tie(Tie, TieState),

@@ -17,6 +17,7 @@ use std::collections::VecDeque;
 
 /// A blow, and what happened since the previous blow (or since the start, if it is the first).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Blow {
     /// Instant of impact, s.
     pub time: f64,
@@ -52,6 +53,7 @@ pub struct Blow {
 
 /// Works and forces since the previous blow (or since the start, if it is the first).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Account {
     /// Last mean speed, positive upward, at which the piston left what it strikes, m/s.
     pub rebound_speed: f64,

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Counts since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Counters {
     /// Collisions. Closings within `2 (T1 + T2)` of the last opening belong to the same collision.
     pub contacts: u64,
@@ -39,6 +40,7 @@ impl Counters {
 
 /// A transition in the journal.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Record {
     /// The instant of the transition, s.
     pub time: f64,

@@ -22,6 +22,15 @@ use serde::{Deserialize, Serialize};
 const TRIED: [u32; 2] = [16, 40];
 
 /// Events that end a step early, or are recorded in it.
+///
+/// ```
+/// let mut hammer = hammer::Scene::default().machine()?;
+/// let mut stops = hammer::Stops::new(&hammer, true, &[]); // at each blow
+/// let (_, stop) = hammer.advance_keeping_start(1.0, Some(&mut stops))?;
+/// assert!(stop.blow);
+/// assert_eq!(hammer.time(), hammer.blow().expect("the first blow").time);
+/// # Ok::<(), hammer::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Stops {
     /// True if these events end the step, false if they are only recorded.
@@ -33,6 +42,7 @@ pub struct Stops {
 
 /// Why a step ended, or which events happened in it. A blow and a passage may be simultaneous.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Stop {
     /// True if there was a blow.
     pub blow: bool,

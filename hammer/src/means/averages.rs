@@ -88,6 +88,7 @@ impl Averages {
 
 /// Means over series of blows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Means {
     /// Means.
     pub mean: Averages,

@@ -27,6 +27,7 @@ pub enum Kind {
 
 /// A long-run response.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Steady {
     /// The kind of the response.
     pub kind: Kind,
@@ -147,6 +148,17 @@ impl Waiting {
 
 /// The long-run response of a scene. `progress` is called with the number of blows and the present errors
 /// ([`Means::error_ratio`]); it ends the search by returning false.
+///
+/// ```
+/// use hammer::means::{Kind, Wanted, steady};
+///
+/// let mut scene = hammer::Scene::default();
+/// scene.parameters.fidelity = hammer::Fidelity::Rigid;
+/// let found = steady(&scene, &Wanted::default(), &mut |_blows, _error| true)?;
+/// assert!(matches!(found.kind, Kind::Cycle(_)) && found.error.rop() == 0.0);
+/// assert!(found.mean.rop() > 0.0 && found.mean.get("blow_energy") > 0.0);
+/// # Ok::<(), hammer::Error>(())
+/// ```
 ///
 /// # Errors
 /// Those of the scene and of the engine.

@@ -35,6 +35,7 @@ use state::{Anchor, Milestone, MotionState};
 
 /// A displacement and its first two rates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct PointMotion {
     /// m.
     pub displacement: f64,

@@ -46,6 +46,7 @@ pub struct Figure {
 
 /// A rock.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct RockType {
     /// Its name.
     pub name: &'static str,
@@ -273,6 +274,7 @@ impl Inserts {
 
 /// An error in a bit or a rock.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum RockError {
     /// A rock that is not in the table.
     #[error("there is no rock {0:?}: there are {names}, a strength (\"180 MPa\"), or a file of a rock", names = names())]

@@ -21,6 +21,7 @@ const DERIVATIVES: [&str; MAX_INPUT_ORDER + 1] =
 
 /// The reason why an input is refused.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum InputError {
     /// The input has no value.
     #[error("it has no value")]

@@ -8,6 +8,7 @@ const RESOLUTION: f64 = 2e-13;
 
 /// The six timescales of the paper's equation (6), s.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Timescales {
     /// Time in which a wave crosses the piston: its length over `c0`.
     pub piston_transit: f64,

@@ -30,6 +30,7 @@ const FINE: f64 = 1e-6;
 
 /// Derivatives of a run's numbers by one argument.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Derivative {
     /// Derivatives; where the one-sided derivatives differ, their mean.
     pub values: Vec<f64>,
@@ -50,6 +51,7 @@ pub struct Derivative {
 
 /// A reason why a point is non-smooth. A side means larger or smaller values of the argument.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum NonSmooth {
     /// One side has other events than the point itself, however close to it.
     Events {
@@ -90,6 +92,22 @@ impl fmt::Display for NonSmooth {
 }
 
 /// Derivatives of the results of `run`, with respect to each argument in turn.
+///
+/// ```
+/// use hammer::Scene;
+/// use hammer::sensitivity::{Argument, Sample, derivatives};
+///
+/// // Before the first blow, the piston is a free body under a constant force.
+/// let run = |scene: &Scene| {
+///     Sample::of_run(&mut scene.machine()?, &[0.005], &|m| vec![m.kinematics().piston.velocity])
+/// };
+/// let scene = Scene::default();
+/// let by = [Argument::named("drive.amplitude").expect("a parameter")];
+/// let slopes = derivatives(&scene, &by, &run)?;
+/// let exact = 0.005 / scene.parameters.piston_mass();
+/// assert!((slopes[0].values[0].abs() - exact).abs() <= 1e-6 * exact);
+/// # Ok::<(), hammer::Error>(())
+/// ```
 ///
 /// # Errors
 ///

@@ -19,6 +19,7 @@ pub struct Sample {
 
 /// The first difference of two sequences of events.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Change {
     /// Two events are in the opposite order.
     Exchanged(Event, Event),
