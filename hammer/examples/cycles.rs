@@ -8,7 +8,7 @@ mod callgrind;
 
 use callgrind::instructions;
 use hammer::presets::Preset;
-use hammer::{Fidelity, InputValues, Machine, Parameters, Source, Vectors};
+use hammer::{Fidelity, InputValues, Machine, Parameters, Scene, Source, Vectors};
 
 /// Blows until the cycle repeats.
 const SETTLED: u64 = 12;
@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             "casing" => parameters.casing.mass = 40.0,
             _ if word.starts_with("preset=") => {
                 let preset = Preset::named(&word["preset=".len()..]).ok_or("no such preset")?;
-                (parameters, inputs) = preset.start();
+                Scene { parameters, inputs } = preset.start();
             }
             _ if Vectors::available().any(|v| v.to_string() == word && v.select()) => {}
             elements => {

@@ -155,7 +155,7 @@ impl Plan {
                 }
                 ("preset", name) => {
                     let preset = hammer::presets::Preset::named(name).ok_or("no such preset")?;
-                    (plan.scene.parameters, plan.scene.inputs) = preset.start();
+                    plan.scene = preset.start();
                 }
                 (name, value) if !value.is_empty() => set(&mut plan.scene, name, value)?,
                 (name, _) => {

@@ -57,13 +57,12 @@ pub use numerics::vectors::Vectors;
 pub use quantities::air::{AirChamber, AirLaw};
 pub use quantities::domain::Domain;
 pub use quantities::inputs::Input;
-pub use quantities::parameters;
-pub use quantities::parameters::{
-    Fidelity, InputValues, MAX_DEGREE, MAX_ELEMENTS, Parameters, Reloading, Source,
-};
+pub use quantities::parameters::*;
 pub use quantities::quantity;
 pub use quantities::scales::Timescales;
-pub use quantities::sections::{Body, MAX_RODS, MAX_SECTIONS, MAX_SEGMENTS, Sections, Segment};
+pub use quantities::sections::{
+    Body, MAX_RODS, MAX_SECTIONS, MAX_SEGMENTS, Sections, Segment, Segments,
+};
 pub use quantities::warnings::{Suspect, buried, starved, unfed, unlikely};
 pub use scene::Scene;
 pub use search::TIME_RESOLUTION;

@@ -2,7 +2,7 @@
 
 use crate::scenes::{Random, air_turnover};
 use hammer::presets::Preset;
-use hammer::{Energies, Error, Fidelity, Input, InputValues, Machine, Parameters, Source};
+use hammer::{Energies, Error, Fidelity, Input, InputValues, Machine, Parameters, Scene, Source};
 
 const GAS: f64 = 287.05;
 const KAPPA: f64 = 1.4;
@@ -200,7 +200,8 @@ fn from_outside<const N: usize>(
 /// casing, 8 % would be lost here.
 #[test]
 fn the_return_chamber_follows_the_bit() {
-    let (mut p, inputs) = Preset::named("air_4_inch").expect("a preset").start();
+    let Scene { parameters: mut p, inputs } =
+        Preset::named("air_4_inch").expect("a preset").start();
     p.fidelity = Fidelity::Rigid;
     let inputs = InputValues { feed_force: 8e3, ..inputs };
     let powers = |machine: &Machine| {

@@ -2,7 +2,7 @@
 
 use crate::scenes::{air_turnover, one_in};
 use hammer::presets::{PRESETS, Preset};
-use hammer::{Error, Event, Input, InputValues, Machine, Parameters, Source};
+use hammer::{Error, Event, Input, InputValues, Machine, Parameters, Scene, Source};
 
 /// Power of the blows, kW, over the second half second, at 24 bar.
 fn power(p: &Parameters, inputs: InputValues) -> f64 {
@@ -31,7 +31,7 @@ fn the_air_is_followed_whatever_its_feed_pressures_and_error() {
         [(1.5e5, 1e5), (3e5, 3e4), (1e6, 101_325.0), (2.5e6, 5e5), (4e6, 1e6), (4e6, 101_325.0)];
     let (mut scenes, mut tried) = (0, 0);
     for preset in PRESETS.iter().filter(|preset| preset.name.starts_with("air_")) {
-        let (mut p, mut inputs) = preset.start();
+        let Scene { parameters: mut p, mut inputs } = preset.start();
         for ((supply, exhaust), feed) in
             outside.iter().flat_map(|o| [0.0, 9e3, 3e4].map(|f| (*o, f)))
         {
@@ -60,7 +60,8 @@ fn the_air_is_followed_whatever_its_feed_pressures_and_error() {
 /// between these two, and keeps its volume.
 #[test]
 fn a_piston_on_a_bit_that_hangs_out_is_followed() {
-    let (mut p, inputs) = Preset::named("air_4_inch").expect("a preset").start();
+    let Scene { parameters: mut p, inputs } =
+        Preset::named("air_4_inch").expect("a preset").start();
     p.chuck.idle_travel = 0.0;
     for feed_force in [0.0, 1e3, 5e3] {
         let inputs = InputValues { feed_force, ..inputs };
@@ -83,7 +84,7 @@ fn a_piston_on_a_bit_that_hangs_out_is_followed() {
 /// An exhaust far above the supply throws the piston into the cylinder's end, from which it returns.
 #[test]
 fn an_exhaust_above_the_supply_ends_no_run() {
-    let (p, inputs) = Preset::named("air_4_inch").expect("a preset").start();
+    let Scene { parameters: p, inputs } = Preset::named("air_4_inch").expect("a preset").start();
     let inputs = InputValues { supply_pressure: 6e5, exhaust_pressure: 1e6, ..inputs };
     let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
     machine.keep_journal(true);
@@ -99,7 +100,8 @@ fn an_exhaust_above_the_supply_ends_no_run() {
 /// read it.
 #[test]
 fn a_pressure_that_no_air_has_is_refused_by_its_name() {
-    let (p, usual) = Preset::named("air_4_inch").expect("a preset").start();
+    let Scene { parameters: p, inputs: usual } =
+        Preset::named("air_4_inch").expect("a preset").start();
     let start = |p: &Parameters, inputs: InputValues| Machine::new(p, &inputs, 0.0).map(|_| ());
     let mut relay = p;
     relay.drive.source = Source::Relay;
@@ -122,7 +124,7 @@ fn a_pressure_that_no_air_has_is_refused_by_its_name() {
 /// close.
 #[test]
 fn the_cylinder_s_end_throws_a_vented_piston_back() {
-    let (p, inputs) = Preset::named("air_4_inch").expect("a preset").start();
+    let Scene { parameters: p, inputs } = Preset::named("air_4_inch").expect("a preset").start();
     let end = -p.air.cylinder;
     let no_room = end - p.air.drive.dead_volume / p.drive.area_drive;
     for feed_force in [1e3, 5e3] {
@@ -163,7 +165,7 @@ fn the_cylinder_s_end_throws_a_vented_piston_back() {
 /// If the feed does not hold the casing down, the bit hangs out, the drive is vented, and the hammer idles.
 #[test]
 fn a_feed_below_the_air_s_reaction_lets_the_hammer_idle() {
-    let (p, inputs) = Preset::named("air_4_inch").expect("a preset").start();
+    let Scene { parameters: p, inputs } = Preset::named("air_4_inch").expect("a preset").start();
     let little = InputValues { feed_force: 9.4e3, ..inputs };
     let [held, idle] = [inputs, little].map(|inputs| power(&p, inputs));
     assert!(idle < 0.75 * held, "{idle} of {held} kW");

@@ -1,7 +1,7 @@
 //! Blows of hammers driven by air, against SciPy's solution: the air as mass and internal energy, port edges and
 //! transitions located, rigid bodies and bars, bare and in a casing (`evidence/oracles/data/air.py`).
 
-use hammer::parameters::Rock;
+use hammer::Rock;
 use hammer::{AirChamber, AirLaw, Fidelity, InputValues, Machine, Parameters, Source};
 use serde_json::Value;
 

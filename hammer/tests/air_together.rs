@@ -92,8 +92,7 @@ fn a_supply_that_lifts_no_piston_stalls_the_hammer() {
 /// The means of a long run are the numbers of a single blow after a dozen, from which the blows repeat to 1e-3.
 #[test]
 fn air_is_among_the_means() {
-    let (parameters, inputs) = Preset::named("air_4_inch").expect("a preset").start();
-    let scene = Scene { parameters, inputs };
+    let scene = Preset::named("air_4_inch").expect("a preset").start();
     let mean = steady(&scene, &Wanted::default(), &mut |_, _| true).expect("an answer").mean;
     let mut machine = scene.machine().expect("a scene");
     while machine.counters().blows < 15 {

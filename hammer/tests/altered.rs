@@ -2,7 +2,7 @@
 //! than its budget.
 
 use crate::scenes::one_in;
-use hammer::parameters::Joint;
+use hammer::Joint;
 use hammer::{
     Counters, Error, Fidelity, Input, InputValues, Machine, Parameters, Segment, Source, State,
 };

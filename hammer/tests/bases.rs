@@ -46,8 +46,7 @@ fn cased(degree: usize, spans: usize, casing: usize) -> Parameters {
         (p.casing.mass, p.casing.impedance) = (40.0, impedance);
     }
     if elastic {
-        p.casing.segments = 1;
-        p.casing.segment[0] = Segment { length: 1.0, area: 5e-3 };
+        p.casing.segments.set(&[Segment { length: 1.0, area: 5e-3 }]);
     }
     (p.mesh.degree, p.piston.elements, p.bit.elements) = (degree, spans, spans);
     p.casing.elements = spans;
@@ -154,12 +153,9 @@ fn drawn(c: &mut Chance) -> Parameters {
     p.casing.elements = elements(c);
     for k in 0..2 {
         let (segments, length, area) = c.sections(equal);
-        let segment = Segment { length, area };
-        if k == 0 {
-            (p.piston.segments, p.piston.segment[0]) = (segments, segment);
-        } else {
-            (p.bit.segments, p.bit.segment[0]) = (segments, segment);
-        }
+        let list = if k == 0 { &mut p.piston.segments } else { &mut p.bit.segments };
+        list.set(&[Segment { length, area }]);
+        list.set_count(segments);
     }
     p.contact.stiffness = c.log(1e7, 1e14);
     p.rock.stiffness = c.log(1e5, 1e11);
@@ -171,7 +167,7 @@ fn drawn(c: &mut Chance) -> Parameters {
         (p.casing.mass, p.casing.impedance) = (c.log(1e-2, 1e4), c.or_zero(1e1, 1e7));
         if c.part() < 0.6 {
             let (_, length, area) = c.sections(equal);
-            (p.casing.segments, p.casing.segment[0]) = (1, Segment { length, area });
+            p.casing.segments.set(&[Segment { length, area }]);
         }
     } else if c.part() < 0.6 {
         p.drill.rods = c.whole(1, 3);

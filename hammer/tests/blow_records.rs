@@ -3,8 +3,8 @@
 use crate::scenes::{Random, cased};
 use hammer::presets::PRESETS;
 use hammer::{
-    Blow, Event, Fidelity, Input, InputValues, Machine, Parameters, Peaks, Relay, Source, Stops,
-    Tie,
+    Blow, Event, Fidelity, Input, InputValues, Machine, Parameters, Peaks, Relay, Scene, Source,
+    Stops, Tie,
 };
 
 /// Shortest time between two blows, s: the fastest hammers strike 60 to 80 in a second.
@@ -206,11 +206,11 @@ fn records_of_every_built_in_hammer_add_up() {
         for mut p in [Parameters::default(), cased()] {
             (p.fidelity, p.rock.stiffness) = (fidelity, stiffness * p.rock.stiffness);
             let name = format!("{stiffness} {}", p.casing.mass);
-            scenes.push((name, (p, InputValues::default())));
+            scenes.push((name, Scene { parameters: p, ..Scene::default() }));
         }
     }
-    for (name, (p, inputs)) in scenes {
-        let mut machine = Machine::new(&p, &inputs, 0.0).expect("a scene");
+    for (name, scene) in scenes {
+        let mut machine = scene.machine().expect("a scene");
         machine.take_blows();
         machine.keep_journal(true);
         let mut stops = Stops::new(&machine, true, &[]);
@@ -222,7 +222,7 @@ fn records_of_every_built_in_hammer_add_up() {
         check_sums(&machine, &blows, &name);
         let down = |event| event == Event::Relay(Relay::Drive);
         let cycles = machine.take_journal().iter().filter(|record| down(record.event)).count();
-        if p.drive.source == Source::Relay {
+        if scene.parameters.drive.source == Source::Relay {
             assert_eq!(cycles, 7, "{name}: falls between eight blows");
         }
     }

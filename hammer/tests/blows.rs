@@ -128,9 +128,10 @@ fn drawn_hammers_strike_as_many_blows_as_the_definition_says() {
         p.rock.stiffness *= (2.0 * random.unit()).exp();
         p.blow.minimum_speed = [1.0, 0.0, 3.0][case % 3];
         if case % 4 == 1 {
-            (p.piston.segments, p.mesh.degree) = (3, 3);
-            p.piston.segment[0].area *= 2.0;
-            p.piston.segment[1].length *= 4.0 * random.unit() + 0.1;
+            p.mesh.degree = 3;
+            p.piston.segments.set_count(3);
+            p.piston.segments[0].area *= 2.0;
+            p.piston.segments[1].length *= 4.0 * random.unit() + 0.1;
         }
         if case % 4 == 2 {
             // A steady push, under which bounces die away.

@@ -22,11 +22,12 @@ fn scene(number: u64) -> (Parameters, InputValues) {
     let (share, end) = (random.spread(0.01, 0.5), random.spread(1e-6, 1.0));
     let [piston, bit] = if random.unit() < 0.5 { [end, 1.0] } else { [1.0, end] };
     let part = |length: f64, area: f64| Segment { length, area };
-    (p.piston.segments, p.bit.segments) = (2, 2);
-    p.piston.segment[0] = part((1.0 - share) * p.piston.length, heavy);
-    p.piston.segment[1] = part(share * p.piston.length, piston * heavy);
-    p.bit.segment[0] = part(share * p.bit.length, bit * light);
-    p.bit.segment[1] = part((1.0 - share) * p.bit.length, light);
+    let length = p.piston.length;
+    p.piston
+        .segments
+        .set(&[part((1.0 - share) * length, heavy), part(share * length, piston * heavy)]);
+    let length = p.bit.length;
+    p.bit.segments.set(&[part(share * length, bit * light), part((1.0 - share) * length, light)]);
     p.contact.initial_gap = 1e-5;
     p.contact.stiffness *= random.spread(1e-2, 1e3);
     p.piston.initial_velocity = random.spread(0.1, 15.0);

@@ -2,8 +2,8 @@
 
 use crate::scenes::{Random, cased, machine};
 use hammer::{
-    Error, Event, Fidelity, Input, InputValues, Machine, Parameters, Segment, Source, State, Tie,
-    TieState,
+    Error, Event, Fidelity, Input, InputValues, Machine, Parameters, Scene, Segment, Source, State,
+    Tie, TieState,
 };
 
 #[test]
@@ -79,8 +79,8 @@ fn stress_and_velocity_along_an_elastic_casing_are_those_of_what_acts_on_it() {
     let mut p = cased();
     p.mesh.degree = 1;
     let (n, area, feed) = (8usize, 4e-3, 5e3);
-    (p.casing.segments, p.casing.elements, p.chuck.travel) = (1, n, 1e-4);
-    p.casing.segment[0] = Segment { length: 1.2, area };
+    (p.casing.elements, p.chuck.travel) = (n, 1e-4);
+    p.casing.segments.set(&[Segment { length: 1.2, area }]);
     let mut m = machine(&p, feed);
     let spread = p.casing_mass() * p.gravity - p.drive.amplitude;
     let at_rest = m.profile();
@@ -113,8 +113,8 @@ fn stress_and_velocity_along_an_elastic_casing_are_those_of_what_acts_on_it() {
 fn a_chuck_that_is_too_stiff_for_the_mesh_rattles_and_is_warned_of() {
     let [slow, fast] = [1.0, 4.0].map(|ratio| {
         let mut p = cased();
-        (p.casing.segments, p.chuck.viscosity) = (1, 0.0);
-        p.casing.segment[0].length = 1.0;
+        p.chuck.viscosity = 0.0;
+        p.casing.segments.set(&[Segment { length: 1.0, area: 5.1e-3 }]);
         // The bit's elements are stiffer than the casing's.
         p.chuck.stiffness = ratio * p.mesh_stiffness();
         let mut m = machine(&p, 5e3);
@@ -132,16 +132,18 @@ fn a_chuck_that_is_too_stiff_for_the_mesh_rattles_and_is_warned_of() {
 fn a_casing_far_lighter_than_the_bit_is_refused_and_the_lightest_keeps_its_digits() {
     // Those driven by air have casings of their own: `air_presets.rs`.
     let relays = hammer::presets::PRESETS.iter();
-    let relays = relays.filter(|preset| preset.start().0.drive.source == Source::Relay);
+    let relays = relays.filter(|preset| preset.start().parameters.drive.source == Source::Relay);
     for preset in relays {
         for sections in [0, 1] {
-            let (mut p, mut inputs) = preset.start();
-            p.casing.segments = sections;
+            let Scene { parameters: mut p, mut inputs } = preset.start();
+            p.casing.segments.set(&vec![Segment { length: 0.125, area: 1.0 }; sections]);
             inputs.feed_force = inputs.feed_force.max(1.1 * p.drive.amplitude);
-            let length = p.material.density * p.casing.segment[0].length;
+            let density = p.material.density;
             let mut run = |part: f64| {
                 p.casing.mass = part * p.bit_mass();
-                p.casing.segment[0].area = p.casing.mass / length;
+                for part in p.casing.segments.iter_mut() {
+                    part.area = p.casing.mass / (density * part.length);
+                }
                 let mut m = Machine::new(&p, &inputs, 0.0)?;
                 m.advance(0.03)?;
                 Ok::<f64, Error>(m.energies().residual.abs() / m.energies().turnover())

@@ -158,18 +158,16 @@ fn bits_at_critical_damping_by_the_formula_move_by_its_closed_form() {
 #[test]
 fn modes_that_hardly_feel_the_ties_keep_their_vectors() {
     let mut p = Parameters::default();
-    (p.mesh.degree, p.piston.elements, p.bit.elements, p.casing.segments) = (5, 80, 80, 2);
-    p.casing.segment[0] = Segment { length: 0.5, area: 4e-3 };
-    p.casing.segment[1] = Segment { length: 0.4, area: 3e-3 };
+    (p.mesh.degree, p.piston.elements, p.bit.elements) = (5, 80, 80);
+    let parts = |list: [(f64, f64); 2]| list.map(|(length, area)| Segment { length, area });
+    p.casing.segments.set(&parts([(0.5, 4e-3), (0.4, 3e-3)]));
     p.chuck.viscosity = 0.0;
     p.material.damping_time = 2.9e-8;
     for (stepped, elements) in [(false, 100), (true, 50), (true, 100)] {
         p.casing.elements = elements;
         if stepped {
-            (p.piston.segments, p.bit.segments) = (2, 2);
-            p.piston.segment[0] = Segment { length: 0.1, area: 3e-3 };
-            p.piston.segment[1] = Segment { length: 0.07, area: 2e-3 };
-            p.bit.segment = p.piston.segment;
+            p.piston.segments.set(&parts([(0.1, 3e-3), (0.07, 2e-3)]));
+            p.bit.segments = p.piston.segments;
         }
         let model = Model::new(&p).expect("a model");
         for spring in [Spring::Viscous, Spring::Unloading] {

@@ -81,8 +81,7 @@ fn a_feed_that_lifts_the_hammer_gives_the_rock_nothing() {
 #[test]
 fn no_preset_is_warned_of() {
     for preset in PRESETS {
-        let (parameters, inputs) = preset.start();
-        let scene = Scene { parameters, inputs };
+        let scene = preset.start();
         for text in ["stays at rest", "lifts the hammer"] {
             assert!(!warned(&scene, text), "{} {text}", preset.name);
         }

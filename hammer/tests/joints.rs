@@ -1,7 +1,7 @@
 //! Loose joints of a drill string, with a casing and without: statics, rates, and refusals.
 
 use crate::scenes::Random;
-use hammer::parameters::{Drill, Joint};
+use hammer::{Drill, Joint};
 use hammer::{Error, InputValues, Kinematics, Machine, Parameters, Segment, Tie, TieState, Ties};
 
 /// A string of random rods, driven over 50 mm, on meshes as coarse as allowed.
@@ -39,10 +39,10 @@ fn maybe_cased(random: &mut Random, round: usize) -> (Parameters, InputValues) {
     }
     p.casing.mass = p.bit_mass() * random.spread(0.3, 10.0);
     if random.unit() < 0.5 {
-        (p.casing.segments, p.casing.elements) = (1, 6);
+        p.casing.elements = 6;
         let length = random.spread(0.2, 1.0);
         let area = p.casing.mass / (p.material.density * length);
-        p.casing.segment[0] = Segment { length, area };
+        p.casing.segments.set(&[Segment { length, area }]);
     }
     if random.unit() < 0.6 {
         p.casing.impedance = random.spread(10.0 * p.casing_mass(), 1e5);

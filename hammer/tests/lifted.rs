@@ -49,8 +49,8 @@ fn a_casing_that_is_lifted_at_the_start_accelerates_from_rest() {
 fn a_lifted_elastic_casing_does_not_ring() {
     let mut p = cased();
     let (n, area, feed) = (8usize, 4e-3, -2e4);
-    (p.casing.segments, p.casing.elements) = (1, n);
-    p.casing.segment[0] = Segment { length: 1.2, area };
+    p.casing.elements = n;
+    p.casing.segments.set(&[Segment { length: 1.2, area }]);
     let mut m = machine(&p, feed);
     for k in 0..5 {
         m.advance(2e-4 * f64::from(k)).expect("a flight");

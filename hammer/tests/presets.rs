@@ -6,8 +6,7 @@ use hammer::{Body, Reading};
 
 /// The scene of a preset, with its own start values of inputs.
 fn scene(preset: &Preset) -> Scene {
-    let (parameters, inputs) = preset.start();
-    Scene { parameters, inputs }
+    preset.start()
 }
 
 /// Half a per cent of critical damping in the piston's first elastic mode, to the three digits of the damping time;

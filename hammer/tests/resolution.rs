@@ -26,10 +26,9 @@ fn drawn(random: &mut Random) -> Parameters {
     if random.unit() < 0.5 {
         let mut part =
             || Segment { length: 0.03 + 0.1 * random.unit(), area: 1.5e-3 + 2e-3 * random.unit() };
-        (p.piston.segments, p.bit.segments) = (2, 2);
-        for k in 0..2 {
-            (p.piston.segment[k], p.bit.segment[k]) = (part(), part());
-        }
+        let [a, b, c, d] = std::array::from_fn(|_| part());
+        p.piston.segments.set(&[a, c]);
+        p.bit.segments.set(&[b, d]);
     }
     p
 }
@@ -128,11 +127,9 @@ fn the_chucks_force_on_an_advised_casing_errs_by_no_more_than_was_asked_for() {
         let mut p = drawn(&mut random);
         p.contact.stiffness = Parameters::default().contact.stiffness;
         let unit = |k: u32| (random.bits() >> (11 + 6 * k) & 63) as f64 / 64.0;
-        p.casing.segments = 1 + case % 2;
-        for k in 0..2 {
-            let (length, area) = (0.2 + 0.6 * unit(k), 2e-3 + 5e-3 * unit(k + 2));
-            p.casing.segment[k as usize] = Segment { length, area };
-        }
+        let part = |k| Segment { length: 0.2 + 0.6 * unit(k), area: 2e-3 + 5e-3 * unit(k + 2) };
+        p.casing.segments.set(&[part(0), part(1)]);
+        p.casing.segments.set_count(1 + case % 2);
         (p.chuck.stiffness, p.chuck.viscosity) = (1e9 * (1.5 * unit(5)).exp(), 0.0);
         let mesh = p.mesh_for(Reading::Force, error).expect("a mesh");
         let casing = mesh.of(Body::Casing).expect("it is elastic");

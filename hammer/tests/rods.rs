@@ -9,8 +9,7 @@ use hammer::{
 
 fn top_hammer() -> Scene {
     let preset = PRESETS.iter().find(|preset| preset.name == "top_hammer").expect("a preset");
-    let (parameters, inputs) = preset.start();
-    Scene { parameters, inputs }
+    preset.start()
 }
 
 /// Lengths of rods and shank are from face to face, so sleeves add none. A sleeve covers half of its length on each
@@ -21,14 +20,14 @@ fn a_string_is_as_long_as_its_parts_and_sleeves_cover_their_joints() {
     for rods in 1..=MAX_RODS {
         p.drill.rods = rods;
         let (d, n, s) = (p.drill, rods as f64, p.sections(Body::Bit));
-        let own: f64 = p.bit.segment[..2].iter().map(|part| part.length).sum();
+        let own: f64 = p.bit.segments.iter().map(|part| part.length).sum();
         let length = d.shank.length + n * d.rod.length + own;
         // A rounding for each of the sections.
         assert!((s.length() - length).abs() < 1e-15 * 30.0 * length, "{rods}");
         let volume = d.shank.area * (d.shank.length - 0.5 * d.coupling.length)
             + n * d.coupling.area * d.coupling.length
             + d.rod.area * (n * d.rod.length - (n - 0.5) * d.coupling.length)
-            + p.bit.segment[..2].iter().map(|part| part.length * part.area).sum::<f64>();
+            + p.bit.segments.iter().map(|part| part.length * part.area).sum::<f64>();
         assert!((s.mass(1.0) - volume).abs() < 1e-15 * 30.0 * volume, "{rods}");
         // Each joint is in the middle of a sleeve.
         for joint in 0..rods {
@@ -64,7 +63,7 @@ fn a_string_that_cannot_be_is_refused_by_name() {
         (&|p| p.bit.elements = 20, "bit.elements = 20 ", "at least"),
         (&|p| p.mesh.degree = 1, "mesh.degree = 1 ", "above 1"),
         (
-            &|p| (p.piston.segment[0].length, p.mesh.degree, p.drill.rod.length) = (0.03, 7, 6.0),
+            &|p| (p.piston.segments[0].length, p.mesh.degree, p.drill.rod.length) = (0.03, 7, 6.0),
             "drill.rods = 4 ",
             "fewer",
         ),

@@ -94,7 +94,7 @@ fn a_hammer_that_does_not_strike_is_stalled_and_a_search_can_be_ended() {
 fn every_preset_and_drive_has_an_answer() {
     let mut scenes: Vec<(&str, Scene)> = Vec::new();
     for preset in PRESETS {
-        let (parameters, inputs) = preset.start();
+        let Scene { parameters, inputs } = preset.start();
         if parameters.drive.source == Source::Air || parameters.drill.rods > 0 {
             continue; // Means of these: `air_presets.rs`, `rods.rs`.
         }

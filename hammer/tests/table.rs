@@ -36,7 +36,8 @@ fn scenes() -> Vec<Parameters> {
         (p.drive.source, p.contact.initial_gap) = (source, 0.005);
         (p.piston.elements, p.bit.elements) = (4, 4);
         p.fidelity = Fidelity::ALL[k % 2];
-        (p.piston.segments, p.bit.segments) = ([0, 2, 0, 3, 0][k], [0, 2, 2, 0, 0][k]);
+        p.piston.segments.set_count([0, 2, 0, 3, 0][k]);
+        p.bit.segments.set_count([0, 2, 2, 0, 0][k]);
         p
     };
     Source::ALL.into_iter().enumerate().map(scene).collect()

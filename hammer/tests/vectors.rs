@@ -67,8 +67,10 @@ fn scenes() -> Vec<(&'static str, Parameters, f64)> {
     add("overdamped", 0.04, |p| p.material.damping_time = 1e-5);
     add("unequal", 0.04, |p| (p.piston.elements, p.bit.elements, p.bit.length) = (3, 29, 0.4));
     add("stepped splines", 0.02, |p| {
-        (p.mesh.degree, p.piston.segments, p.bit.segments) = (4, 3, 2);
-        (p.piston.segment[1].area, p.bit.segment[0].length) = (1.1e-3, 0.09);
+        p.mesh.degree = 4;
+        p.piston.segments.set_count(3);
+        p.bit.segments.set_count(2);
+        (p.piston.segments[1].area, p.bit.segments[0].length) = (1.1e-3, 0.09);
     });
     add("forced", 0.06, |p| p.drive.source = Source::Force);
     list

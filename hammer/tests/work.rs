@@ -84,10 +84,7 @@ fn scene(name: &str) -> Scene {
     if let Ok(number) = name.parse() {
         return drawn(number);
     }
-    let preset = |name: &str| {
-        let (parameters, inputs) = Preset::named(name).expect("a preset").start();
-        Scene { parameters, inputs }
-    };
+    let preset = |name: &str| Preset::named(name).expect("a preset").start();
     let mut scene = match name {
         "air" => preset("air_4_inch"),
         "water" => preset("water_hammer"),

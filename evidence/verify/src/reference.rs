@@ -8,7 +8,7 @@ use hammer::presets::Preset;
 /// # Panics
 /// Never: the preset exists.
 pub fn overdamped(elements: usize) -> Parameters {
-    let mut p = Preset::named("overdamped").expect("a preset").start().0;
+    let mut p = Preset::named("overdamped").expect("a preset").start().parameters;
     (p.piston.elements, p.bit.elements) = (elements, elements);
     p
 }

@@ -1,6 +1,6 @@
 //! Translates the engine's scenes and events into the oracles' own terms.
 
-use hammer::parameters::Drill;
+use hammer::Drill;
 use hammer::{
     Body as Part, Chamber, Fidelity, InputValues, Mode, Parameters, Port, Record, Relay, Reloading,
     RockEvent, RockMode, Segment, Source, Tie, TieState,
@@ -26,10 +26,10 @@ fn string(p: &Parameters) -> Vec<Body> {
     let mut bodies = vec![vec![half, shorter(rod, coupling.length), half]; rods + 1];
     bodies[0] = vec![shorter(shank, half.length), half];
     bodies[rods] = vec![half, shorter(rod, half.length)];
-    match p.bit.segments {
-        0 => bodies[rods].push(Segment { length: p.bit.length, area: p.cross_section }),
-        count => bodies[rods].extend(&p.bit.segment[..count]),
+    if p.bit.segments.is_empty() {
+        bodies[rods].push(Segment { length: p.bit.length, area: p.cross_section });
     }
+    bodies[rods].extend(&p.bit.segments[..]);
     // One mesh, which is divided among the bodies.
     let mut elements = p.sections(Part::Bit).spans(p.spans(Part::Bit)).into_iter();
     let mut section = |s: &Segment| {
@@ -58,7 +58,7 @@ pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
         Fidelity::Elastic if p.mesh.degree == 1 => scene::Fidelity::Elastic,
         Fidelity::Elastic => scene::Fidelity::Spline(p.mesh.degree),
     };
-    let uniform = p.piston.segments == 0 && p.bit.segments == 0;
+    let uniform = p.piston.segments.is_empty() && p.bit.segments.is_empty();
     let contact_stiffness = if p.fidelity == Fidelity::Rigid && uniform {
         let stretch = p.material.youngs_modulus * p.cross_section;
         let lengths = [p.piston.length, p.bit.length];
@@ -104,10 +104,10 @@ pub fn finite_elements(p: &Parameters, inputs: &InputValues) -> scene::Scene {
         ],
         casing: p.has_casing().then_some(scene::Casing {
             mass: p.casing.mass,
-            sections: if p.casing.segments > 0 {
-                body(p, Part::Casing).sections
-            } else {
+            sections: if p.casing.segments.is_empty() {
                 Vec::new()
+            } else {
+                body(p, Part::Casing).sections
             },
             impedance: p.casing.impedance,
             stiffness: p.chuck.stiffness,

@@ -2,8 +2,8 @@
 //! ones that disagreed once. `COMPARE_SCENES` is the number of new ones; `cargo compare --scenes 5000` is the long
 //! form, and prints a scene that disagrees in the form that `compared.json` stores.
 
-use hammer::Segment;
 use hammer::presets::PRESETS;
+use hammer::{Scene, Segment};
 use serde_json::Value;
 use verify::comparison::compare::compare;
 use verify::comparison::known::Account;
@@ -32,15 +32,14 @@ fn scenes_with_everything_agree() {
 #[test]
 fn presets_agree_on_the_meshes_that_users_get() {
     for (number, preset) in PRESETS.iter().enumerate() {
-        let (bare, inputs) = preset.start();
+        let Scene { parameters: bare, inputs } = preset.start();
         let length = bare.piston.length + bare.bit.length;
         let mass = 3.0 * bare.bit_mass();
         let mut rigid = bare;
         (rigid.casing.mass, rigid.casing.impedance) = (mass, 100.0 * mass);
         let mut elastic = rigid;
-        elastic.casing.segments = 1;
-        elastic.casing.segment[0] =
-            Segment { length, area: mass / (length * bare.material.density) };
+        let area = mass / (length * bare.material.density);
+        elastic.casing.segments.set(&[Segment { length, area }]);
         for (around, mut parameters) in [bare, rigid, elastic].into_iter().enumerate() {
             if wanted().is_none() && around != number % 3 {
                 continue;

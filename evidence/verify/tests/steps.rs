@@ -13,9 +13,8 @@ fn unequal_sections_meet_and_pass_a_step_on_as_the_closed_forms_say() {
     let (a, b, d) = (2e-3, 3e-3, 1e-3);
     let mut p = Parameters { fidelity: Fidelity::Elastic, ..Parameters::default() };
     let section = |cells: f64, area| Segment { length: cells * CELL, area };
-    p.piston.segment[0] = section(3.0, a);
-    p.bit.segment[..2].copy_from_slice(&[section(1.0, b), section(2.0, d)]);
-    (p.piston.segments, p.bit.segments) = (1, 2);
+    p.piston.segments.set(&[section(3.0, a)]);
+    p.bit.segments.set(&[section(1.0, b), section(2.0, d)]);
     (p.mesh.degree, p.piston.elements, p.bit.elements) = (5, 120, 120);
     (p.piston.initial_velocity, p.contact.initial_gap) = (SPEED, 1e-4);
     (p.gravity, p.drive.source, p.contact.stiffness) = (0.0, Source::Force, 1e11);

@@ -89,10 +89,8 @@ mod tests {
     fn rigid(piston: &[(f64, f64)], bit: &[(f64, f64)]) -> Parameters {
         let mut p = Parameters { fidelity: Fidelity::Rigid, ..Parameters::default() };
         let part = |&(length, area): &(f64, f64)| Segment { length, area };
-        (p.piston.segments, p.bit.segments) = (piston.len(), bit.len());
-        p.piston.segment[..piston.len()]
-            .copy_from_slice(&piston.iter().map(part).collect::<Vec<_>>());
-        p.bit.segment[..bit.len()].copy_from_slice(&bit.iter().map(part).collect::<Vec<_>>());
+        p.piston.segments.set(&piston.iter().map(part).collect::<Vec<_>>());
+        p.bit.segments.set(&bit.iter().map(part).collect::<Vec<_>>());
         p
     }
 

@@ -3,7 +3,6 @@
 use super::DatasheetError;
 use crate::presets::AirHammer;
 use crate::quantities::air::ATMOSPHERE;
-use crate::quantities::parameters::InputValues;
 use crate::scene::Scene;
 
 /// Number of blows that are skipped, and number of the following blows that are averaged. By then, a motion that
@@ -69,10 +68,8 @@ impl AirBlow {
 impl AirHammer {
     /// The scene of this hammer at a supply pressure (above that of the atmosphere, Pa).
     pub fn at(&self, pressure: f64) -> Scene {
-        let (parameters, inputs) = self.start();
-        Scene {
-            parameters,
-            inputs: InputValues { supply_pressure: pressure + ATMOSPHERE, ..inputs },
-        }
+        let mut scene = self.start();
+        scene.inputs.supply_pressure = pressure + ATMOSPHERE;
+        scene
     }
 }

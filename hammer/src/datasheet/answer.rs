@@ -276,7 +276,8 @@ impl Datasheet {
                 let length = length.unwrap_or(slender);
                 let section = hammer.mass / (p.material.density * length);
                 p.contact.stiffness *= section / p.cross_section;
-                (p.piston.segments, p.bit.segments) = (0, 0);
+                p.piston.segments.set_count(0);
+                p.bit.segments.set_count(0);
                 (p.piston.length, p.bit.length, p.cross_section) = (length, length, section);
                 let spans = own.piston.elements as f64 * length / own.piston.length;
                 let spans = (spans.round() as usize).clamp(1, MAX_ELEMENTS);
@@ -288,14 +289,13 @@ impl Datasheet {
         (p.rock, p.hole, p.gravity, p.fidelity) = (own.rock, own.hole, own.gravity, own.fidelity);
         let density = p.material.density;
         if let (Some(length), Fluid::Air) = (length, self.fluid()) {
-            p.piston.segment[0] = Segment { length, area: hammer.mass / (density * length) };
+            p.piston.segments.set(&[Segment { length, area: hammer.mass / (density * length) }]);
         }
         if let Some(mass) = self.get(Quantity::BitMass) {
             let section = p.sections(Body::Bit);
             let by = mass / section.mass(density);
             // If there are sections, the length of the uniform bit is not used and stays.
-            let uniform = p.bit.segments == 0;
-            *if uniform { &mut p.bit.length } else { &mut p.bit.segment[0].length } *= by;
+            *p.bit.segments.first_mut().map_or(&mut p.bit.length, |first| &mut first.length) *= by;
         }
         let damping = p.damping_time_of(self.get(Quantity::DampingRatio).unwrap_or(DAMPING));
         p.material.damping_time = damping.unwrap_or(p.material.damping_time);

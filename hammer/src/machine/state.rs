@@ -15,6 +15,20 @@ use crate::scene::graph::Group;
 use serde::{Deserialize, Serialize};
 
 /// Dynamic state of a scene, to be stored, serialised and [restored](crate::Machine::restore).
+///
+/// ```
+/// let mut hammer = hammer::Scene::default().machine()?;
+/// hammer.advance(0.1)?;
+/// let state = hammer.state();
+/// hammer.advance(0.2)?;
+/// let later = *hammer.kinematics();
+///
+/// hammer.restore(&state)?;
+/// assert_eq!(hammer.time(), 0.1);
+/// hammer.advance(0.2)?;
+/// assert_eq!(*hammer.kinematics(), later); // identical to the last binary digit
+/// # Ok::<(), hammer::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Parameters, with the present tunable values.
@@ -29,7 +43,7 @@ pub struct State {
 
 impl State {
     /// Number of the stored layout. It is raised whenever a field is added, dropped, moved or changes its meaning.
-    pub const FORMAT: u32 = 4;
+    pub const FORMAT: u32 = 5;
 
     /// Parameters, with the present tunable values.
     pub fn parameters(&self) -> &Parameters {

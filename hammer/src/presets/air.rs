@@ -19,6 +19,7 @@ use super::hammers::DAMPING;
 use crate::quantities::air::{ATMOSPHERE, AirChamber, AirLaw};
 use crate::quantities::parameters::{InputValues, Parameters, Source};
 use crate::quantities::sections::Segment;
+use crate::scene::Scene;
 
 /// Length of the wave front that the contact's stiffness makes, m.
 const FRONT: f64 = 0.0125;
@@ -68,11 +69,10 @@ impl AirHammer {
     }
 
     /// The hammer's scene at the presets' pressure.
-    pub fn start(&self) -> (Parameters, InputValues) {
-        let mut start = Default::default();
-        let (parameters, inputs) = &mut start;
-        self.build(parameters, inputs);
-        start
+    pub fn start(&self) -> Scene {
+        let mut scene = Scene::default();
+        self.build(&mut scene.parameters, &mut scene.inputs);
+        scene
     }
 
     fn build(&self, p: &mut Parameters, inputs: &mut InputValues) {
@@ -82,9 +82,9 @@ impl AirHammer {
         let bore = std::f64::consts::FRAC_PI_4 * diameter * diameter;
         let area: f64 = rounded(0.7 * bore);
         let length = rounded(self.piston / (p.material.density * area));
-        (p.piston.segments, p.bit.segments) = (1, 1);
-        (p.piston.segment[0], p.bit.segment[0]) =
-            (Segment { length, area }, Segment { length, area });
+        let section = [Segment { length, area }];
+        p.piston.segments.set(&section);
+        p.bit.segments.set(&section);
         (p.mesh.degree, p.piston.elements, p.bit.elements) = (3, 16, 16);
         p.contact.stiffness = rounded(p.material.youngs_modulus * area / FRONT);
         p.contact.initial_gap = 0.06 * self.stroke;

@@ -14,9 +14,8 @@ use crate::quantities::sections::Segment;
 pub const DAMPING: f64 = 0.005;
 
 struct Hammer<'a> {
-    /// Lengths (m) and areas (m2) of the sections, from top to bottom.
-    piston: &'a [(f64, f64)],
-    bit: &'a [(f64, f64)],
+    piston: &'a [Segment],
+    bit: &'a [Segment],
     hole: f64,
     /// Force (N) and stroke (m) of the relay.
     force: f64,
@@ -27,18 +26,16 @@ struct Hammer<'a> {
     contact: f64,
 }
 
-fn sections(segment: &mut [Segment], parts: &[(f64, f64)]) -> usize {
-    for (segment, &(length, area)) in segment.iter_mut().zip(parts) {
-        *segment = Segment { length, area };
-    }
-    parts.len()
+/// A section of a length (m) and an area (m2).
+const fn section(length: f64, area: f64) -> Segment {
+    Segment { length, area }
 }
 
 impl Hammer<'_> {
     fn build(&self, p: &mut Parameters, inputs: &mut InputValues) {
         inputs.feed_force = self.feed.unwrap_or(inputs.feed_force);
-        p.piston.segments = sections(&mut p.piston.segment, self.piston);
-        p.bit.segments = sections(&mut p.bit.segment, self.bit);
+        p.piston.segments.set(self.piston);
+        p.bit.segments.set(self.bit);
         (p.drive.amplitude, p.drive.stroke) = (self.force, self.stroke);
         (p.contact.stiffness, p.contact.initial_gap) = (self.contact, self.stroke);
         p.rock.spread(self.hole);
@@ -57,8 +54,8 @@ impl Hammer<'_> {
 /// A 4-inch hammer driven by water: a slender piston, a short stroke, 60 Hz.
 pub fn water(p: &mut Parameters, inputs: &mut InputValues) {
     Hammer {
-        piston: &[(0.12, 2.2e-3), (0.30, 3e-3), (0.10, 2.2e-3)],
-        bit: &[(0.15, 2.6e-3), (0.12, 7e-3)],
+        piston: &[section(0.12, 2.2e-3), section(0.30, 3e-3), section(0.10, 2.2e-3)],
+        bit: &[section(0.15, 2.6e-3), section(0.12, 7e-3)],
         hole: 0.115,
         force: 7500.0,
         stroke: 0.009,
@@ -83,8 +80,8 @@ pub fn top_hammer(p: &mut Parameters, inputs: &mut InputValues) {
     let damping = p.material.damping_time;
     p.drill.rods = 4;
     Hammer {
-        piston: &[(0.5, 1.3e-3)],
-        bit: &[(0.08, 2.4e-3), (0.05, 3.8e-3)],
+        piston: &[section(0.5, 1.3e-3)],
+        bit: &[section(0.08, 2.4e-3), section(0.05, 3.8e-3)],
         hole: 0.076,
         force: 6600.0,
         stroke: 0.0224,

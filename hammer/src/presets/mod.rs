@@ -6,6 +6,7 @@ mod rocks;
 
 use crate::quantities::inputs::INPUTS;
 use crate::quantities::parameters::{InputValues, Parameters};
+use crate::scene::Scene;
 use crate::variables::differences;
 
 pub use air::AirHammer;
@@ -13,6 +14,7 @@ pub use hammers::DAMPING;
 pub use rocks::{Figure, Ground, Inserts, REFERENCE_HOLE, ROCKS, RockError, RockType};
 
 /// A named set of parameters and inputs.
+#[non_exhaustive]
 pub struct Preset {
     /// The preset's name, one word.
     pub name: &'static str,
@@ -83,19 +85,17 @@ impl Preset {
         PRESETS.iter().find(|preset| preset.name == name)
     }
 
-    /// The preset's parameters, and the start values of its inputs.
-    pub fn start(&self) -> (Parameters, InputValues) {
-        let mut start = Default::default();
-        let (parameters, inputs) = &mut start;
-        (self.change)(parameters, inputs);
-        start
+    /// The preset's scene.
+    pub fn start(&self) -> Scene {
+        let mut scene = Scene::default();
+        (self.change)(&mut scene.parameters, &mut scene.inputs);
+        scene
     }
 
     /// Names and values of the variables that differ from the defaults. Inputs come last.
     pub fn differences(&self) -> Vec<(&'static str, f64)> {
-        let (parameters, inputs) = self.start();
-        let mut list = differences(&parameters);
-        let (mut inputs, mut defaults) = (inputs, InputValues::default());
+        let Scene { parameters, mut inputs } = self.start();
+        let (mut list, mut defaults) = (differences(&parameters), InputValues::default());
         for row in &INPUTS {
             let (value, default) = (*(row.start)(&mut inputs), *(row.start)(&mut defaults));
             list.extend((value != default).then_some((row.name, value)));
@@ -111,8 +111,7 @@ mod tests {
     #[test]
     fn presets_lie_in_their_domains_and_list_only_what_differs() {
         for preset in PRESETS {
-            let (parameters, _) = preset.start();
-            assert_eq!(parameters.validate(), Ok(()), "{}", preset.name);
+            assert_eq!(preset.start().parameters.validate(), Ok(()), "{}", preset.name);
             assert_eq!(preset.differences().is_empty(), preset.name == "reference");
         }
     }

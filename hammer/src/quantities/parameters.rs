@@ -5,7 +5,7 @@
 
 use crate::quantities::air::{ATMOSPHERE, AirLaw};
 pub use crate::quantities::drill::{Drill, Joint};
-use crate::quantities::sections::{Body, MAX_SEGMENTS, Segment};
+use crate::quantities::sections::{Body, Segment, Segments};
 use serde::{Deserialize, Serialize};
 
 /// How the bodies are modelled.
@@ -77,10 +77,8 @@ pub struct Piston {
     pub length: f64,
     /// Number of elements `np`: spans of the mesh over the whole body.
     pub elements: usize,
-    /// Number of sections; 0: uniform, of `length` and `cross_section`.
-    pub segments: usize,
-    /// The sections from top to bottom; read up to `segments`.
-    pub segment: [Segment; MAX_SEGMENTS],
+    /// Its sections; if there are none, it is uniform, of `length` and `cross_section`.
+    pub segments: Segments,
     /// Uniform velocity at the start, m/s, positive downward.
     pub initial_velocity: f64,
 }
@@ -92,10 +90,8 @@ pub struct Bit {
     pub length: f64,
     /// Number of elements `nb`: spans of the mesh over the whole body.
     pub elements: usize,
-    /// Number of sections; 0: uniform, of `length` and `cross_section`.
-    pub segments: usize,
-    /// The sections from top to bottom; read up to `segments`.
-    pub segment: [Segment; MAX_SEGMENTS],
+    /// Its sections; if there are none, it is uniform, of `length` and `cross_section`.
+    pub segments: Segments,
 }
 
 /// The semi-discretisation of elastic bodies.
@@ -160,10 +156,8 @@ pub struct Casing {
     pub impedance: f64,
     /// Spans of the mesh over the whole casing, if it is elastic.
     pub elements: usize,
-    /// Number of sections, from which the casing's mass follows; with 0 the casing is rigid and has the mass `mass`.
-    pub segments: usize,
-    /// The sections from top to bottom; read up to `segments`.
-    pub segment: [Segment; MAX_SEGMENTS],
+    /// Its sections, from which its mass follows; if there are none, the casing is rigid and has the mass `mass`.
+    pub segments: Segments,
 }
 
 /// The tie of bit and casing.
@@ -202,6 +196,9 @@ pub struct Drive {
     #[serde(default)]
     pub impedance: f64,
 }
+
+/// Length of a casing without sections, which is a point mass, m. Any positive number serves.
+const CASING_LENGTH: f64 = 1.0;
 
 /// All parameters of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -277,17 +274,14 @@ impl Default for InputValues {
 impl Default for Parameters {
     fn default() -> Self {
         let (length, area) = (0.168, 2.6e-3);
-        // Unused sections. Eight of these would make up the uniform body.
-        let eighths =
-            |length, area| [Segment { length: length / MAX_SEGMENTS as f64, area }; MAX_SEGMENTS];
-        let segment = eighths(length, area);
+        let segments = Segments::none(length, area);
         Self {
             fidelity: Fidelity::Elastic,
             material: Material { youngs_modulus: 210e9, density: 7850.0, damping_time: 2e-8 },
             cross_section: area,
             mesh: Mesh { degree: 3 },
-            piston: Piston { length, elements: 16, segments: 0, segment, initial_velocity: 0.0 },
-            bit: Bit { length, elements: 16, segments: 0, segment },
+            piston: Piston { length, elements: 16, segments, initial_velocity: 0.0 },
+            bit: Bit { length, elements: 16, segments },
             // A thread of 45 mm (1 3/4 in): hollow steel of 46 mm, sleeves of 66 mm, rods of 12 ft.
             drill: Drill {
                 rods: 0,
@@ -316,8 +310,7 @@ impl Default for Parameters {
                 mass: 0.0,
                 impedance: 0.0,
                 elements: 20,
-                segments: 0,
-                segment: eighths(1.0, 5.1e-3),
+                segments: Segments::none(1.0, 5.1e-3),
             },
             chuck: ChuckLaw { stiffness: 1e9, viscosity: 1e4, travel: 0.03, idle_travel: 0.0 },
             drive: Drive {
@@ -359,7 +352,7 @@ impl Parameters {
 
     /// True if a body is a point mass, as a casing without sections is.
     pub fn is_lumped(&self, body: Body) -> bool {
-        body == Body::Casing && self.casing.segments == 0
+        body == Body::Casing && self.casing.segments.is_empty()
     }
 
     /// The bodies of a scene. The feed force and the drive's reaction act on the last one.
@@ -380,14 +373,11 @@ impl Parameters {
     /// Length of a body if it is uniform (m), number of its elements, and the sections that are given for it.
     pub(crate) fn own(&self, body: Body) -> (f64, usize, &[Segment]) {
         let Self { piston, bit, casing, .. } = self;
-        let (length, elements, count, list) = match body {
-            Body::Piston => (piston.length, piston.elements, piston.segments, &piston.segment),
-            Body::Bit => (bit.length, bit.elements, bit.segments, &bit.segment),
-            Body::Casing => {
-                (casing.segment[0].length, casing.elements, casing.segments, &casing.segment)
-            }
-        };
-        (length, elements, &list[..count.min(MAX_SEGMENTS)])
+        match body {
+            Body::Piston => (piston.length, piston.elements, &piston.segments),
+            Body::Bit => (bit.length, bit.elements, &bit.segments),
+            Body::Casing => (CASING_LENGTH, casing.elements, &casing.segments),
+        }
     }
 
     /// Number of elements of a body's mesh.

@@ -1,6 +1,7 @@
 //! A body as a sequence of sections, and how they share the spans of a mesh.
 
 use serde::{Deserialize, Serialize};
+use std::ops::{Deref, DerefMut};
 
 /// Largest number of sections that may be given for a body.
 pub const MAX_SEGMENTS: usize = 8;
@@ -19,6 +20,55 @@ pub struct Segment {
     pub length: f64,
     /// Cross section, m2.
     pub area: f64,
+}
+
+/// The sections that are given for a body, from top to bottom: a slice of [`Segment`], which is empty for a uniform body.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Segments {
+    count: usize,
+    list: [Segment; MAX_SEGMENTS],
+}
+
+impl Segments {
+    /// None. Each stored section is an equal part of a body of this length (m) and area (m2).
+    pub(crate) fn none(length: f64, area: f64) -> Self {
+        let part = Segment { length: length / MAX_SEGMENTS as f64, area };
+        Self { count: 0, list: [part; MAX_SEGMENTS] }
+    }
+
+    /// Gives the body these sections. A scene with more than [`MAX_SEGMENTS`] is refused.
+    pub fn set(&mut self, sections: &[Segment]) {
+        self.count = sections.len();
+        self.list.iter_mut().zip(sections).for_each(|(stored, section)| *stored = *section);
+    }
+
+    /// Gives the body the first sections of those that are stored; 0 makes it uniform.
+    pub fn set_count(&mut self, count: usize) {
+        self.count = count;
+    }
+
+    pub(crate) fn count_mut(&mut self) -> &mut usize {
+        &mut self.count
+    }
+
+    /// A stored section, which a host may set before the number of sections.
+    pub(crate) fn stored_mut(&mut self, index: usize) -> &mut Segment {
+        &mut self.list[index]
+    }
+}
+
+impl Deref for Segments {
+    type Target = [Segment];
+
+    fn deref(&self) -> &[Segment] {
+        &self.list[..self.count.min(MAX_SEGMENTS)]
+    }
+}
+
+impl DerefMut for Segments {
+    fn deref_mut(&mut self) -> &mut [Segment] {
+        &mut self.list[..self.count.min(MAX_SEGMENTS)]
+    }
 }
 
 /// Which of the bodies.

@@ -90,10 +90,10 @@ macro_rules! sections {
         &[$(
             real(concat!(stringify!($body), ".segment[", $k, "].length"), LENGTH, Domain::AtLeast(SHORTEST),
                 concat!("Length of section ", $k, " of the ", stringify!($body), ", from the top"),
-                |p| &mut p.$body.segment[$k - 1].length).read_by(Reader::Section(Body::$which, $k)),
+                |p| &mut p.$body.segments.stored_mut($k - 1).length).read_by(Reader::Section(Body::$which, $k)),
             real(concat!(stringify!($body), ".segment[", $k, "].area"), AREA, Domain::Above(0.0),
                 concat!("Cross section of section ", $k, " of the ", stringify!($body), ", from the top"),
-                |p| &mut p.$body.segment[$k - 1].area).read_by(Reader::Section(Body::$which, $k)),
+                |p| &mut p.$body.segments.stored_mut($k - 1).area).read_by(Reader::Section(Body::$which, $k)),
         )*]
     };
 }
@@ -125,7 +125,7 @@ const GROUPS: &[&[Parameter]] = {
         count("piston.elements", Between(1.0, MAX_ELEMENTS as f64), "Number of elements (spans) of the piston's mesh (elastic bodies)",
             |p| &mut p.piston.elements).read_by(Elastic),
         count("piston.segments", Between(0.0, MAX_SEGMENTS as f64), "Number of sections of the piston; 0: uniform, of piston.length and cross_section",
-            |p| &mut p.piston.segments),
+            |p| p.piston.segments.count_mut()),
     ],
     sections!(piston Piston: 1 2 3 4 5 6 7 8),
     &[
@@ -135,7 +135,7 @@ const GROUPS: &[&[Parameter]] = {
         count("bit.elements", Between(1.0, MAX_ELEMENTS as f64), "Number of elements (spans) of the bit's mesh (elastic bodies)",
             |p| &mut p.bit.elements).read_by(Elastic),
         count("bit.segments", Between(0.0, MAX_SEGMENTS as f64), "Number of sections of the bit; 0: uniform, of bit.length and cross_section",
-            |p| &mut p.bit.segments),
+            |p| p.bit.segments.count_mut()),
     ],
     sections!(bit Bit: 1 2 3 4 5 6 7 8),
     &[
@@ -179,7 +179,7 @@ const GROUPS: &[&[Parameter]] = {
         count("casing.elements", Between(1.0, MAX_ELEMENTS as f64), "Number of elements (spans) of an elastic casing's mesh",
             |p| &mut p.casing.elements).read_by(Reader::ElasticCasing),
         count("casing.segments", Between(0.0, MAX_SEGMENTS as f64), "Number of sections of the casing, which then has their mass; 0: rigid, of casing.mass",
-            |p| &mut p.casing.segments),
+            |p| p.casing.segments.count_mut()),
     ],
     sections!(casing Casing: 1 2 3 4 5 6 7 8),
     &[
@@ -387,7 +387,7 @@ impl Reader {
         }
         Some(match self {
             Self::Every => return None,
-            Self::ElasticCasing if parameters.casing.segments == 0 => sections(&Body::Casing),
+            Self::ElasticCasing if parameters.casing.segments.is_empty() => sections(&Body::Casing),
             Self::Elastic | Self::ElasticCasing => "fidelity is Rigid".into(),
             Self::Standstill => "rock.reloading is Unloading".into(),
             Self::Drive(sources) => only(sources),

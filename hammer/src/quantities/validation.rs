@@ -74,12 +74,16 @@ impl Parameters {
         let least = LIGHTEST_CASING * self.bit_mass();
         if mass < least {
             let part = format!("({LIGHTEST_CASING:e} of the bit's mass)");
-            if self.casing.segments == 0 {
+            if self.casing.segments.is_empty() {
                 let allowed = format!("0, or at least {least:.4e} {part}");
                 return refuse(|p| &mut p.casing.mass, mass, allowed);
             }
             let allowed = format!("larger, so that the casing has at least {least:.4e} kg {part}");
-            return refuse(|p| &mut p.casing.segment[0].area, self.casing.segment[0].area, allowed);
+            return refuse(
+                |p| &mut p.casing.segments.stored_mut(0).area,
+                self.casing.segments[0].area,
+                allowed,
+            );
         }
         if chuck.idle_travel >= chuck.travel {
             let allowed = format!("below chuck.travel, {}", DisplayNumber(chuck.travel));

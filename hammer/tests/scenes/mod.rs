@@ -36,7 +36,7 @@ impl Random {
 
 /// The reference hammer in rock so viscous that the bit never stands still, on 20 linear elements.
 pub fn overdamped() -> Parameters {
-    Preset::named("overdamped").expect("a preset").start().0
+    Preset::named("overdamped").expect("a preset").start().parameters
 }
 
 /// The reference hammer in a casing of 40 kg.

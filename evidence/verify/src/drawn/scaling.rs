@@ -8,8 +8,8 @@ pub fn heavier(case: &RandomScene, a: f64) -> RandomScene {
     let p = &mut d.parameters;
     // Scaling the section leaves density and modulus, and so the wave speed, as they are.
     p.cross_section *= a;
-    let segments = p.piston.segment.iter_mut().chain(&mut p.bit.segment);
-    let segments = segments.chain(&mut p.casing.segment);
+    let segments = p.piston.segments.iter_mut().chain(p.bit.segments.iter_mut());
+    let segments = segments.chain(p.casing.segments.iter_mut());
     segments.for_each(|segment| segment.area *= a);
     for x in [
         &mut p.contact.stiffness,

@@ -4,12 +4,13 @@ use crate::comparison::bodies;
 use crate::drawn::actions::{Action, Actions, actions};
 use crate::drawn::air::{air, set_air};
 use crate::drawn::draws::{log, or_zero, signed};
-use hammer::parameters::{
+use hammer::{
     Bit, Casing, ChuckLaw, Contact, Drill, Drive, FASTEST_WAVE, Joint, MAX_DEGREE, Material, Mesh,
     Piston, Rock, SOFTEST_JOINT,
 };
 use hammer::{
-    Error, Fidelity, InputValues, MAX_SEGMENTS, Machine, Parameters, Reloading, Segment, Source,
+    Error, Fidelity, InputValues, MAX_SEGMENTS, Machine, Parameters, Reloading, Segment, Segments,
+    Source,
 };
 use proptest::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -143,8 +144,12 @@ fn steps() -> impl Strategy<Value = Steps> + Clone {
 }
 
 /// The sections of a body of this length and area.
-fn sections((count, list): Steps, length: f64, area: f64) -> (usize, [Segment; MAX_SEGMENTS]) {
-    (count, list.map(|[share, ratio]| Segment { length: share * length, area: ratio * area }))
+fn sections((count, list): Steps, length: f64, area: f64) -> Segments {
+    let mut segments = Parameters::default().piston.segments;
+    segments
+        .set(&list.map(|[share, ratio]| Segment { length: share * length, area: ratio * area }));
+    segments.set_count(count);
+    segments
 }
 
 fn rock() -> impl Strategy<Value = Rock> {
@@ -195,8 +200,8 @@ prop_compose! {
         steps in [steps(), steps()],
     ) -> RandomScene {
         let (mut piston, mut bit) = (piston, bit);
-        (piston.segments, piston.segment) = sections(steps[0], piston.length, cross_section);
-        (bit.segments, bit.segment) = sections(steps[1], bit.length, cross_section);
+        piston.segments = sections(steps[0], piston.length, cross_section);
+        bit.segments = sections(steps[1], bit.length, cross_section);
         let mesh = Mesh { degree };
         let contact = Contact { stiffness, initial_gap };
         let parameters = Parameters {
@@ -238,10 +243,10 @@ fn set_casing(p: &mut Parameters, load: f64, ((ratio, impedance), chuck, bar): C
     if let Some((mut steps, length, elements)) = bar.filter(|_| longest > 0.01) {
         let length = length.min(longest);
         steps.0 = steps.0.max(1);
-        (p.casing.segments, p.casing.segment) = sections(steps, length, 1.0);
+        p.casing.segments = sections(steps, length, 1.0);
         p.casing.elements = elements;
         let unit = p.casing_mass();
-        p.casing.segment.iter_mut().for_each(|part| part.area *= p.casing.mass / unit);
+        p.casing.segments.iter_mut().for_each(|part| part.area *= p.casing.mass / unit);
     }
     // A weaker string is refused.
     let least = 10.0 * p.casing_mass().max(p.casing.mass);
@@ -402,7 +407,7 @@ fn mixed_by(sources: Vec<Source>) -> impl Strategy<Value = RandomScene> {
 /// Removes very short sections from a drawn drill string, and reduces its spans to the engine's least number.
 fn coarsen(p: &mut Parameters) {
     let (piston, bit) = (&mut p.piston, &mut p.bit);
-    for (list, length) in [(&mut piston.segment, piston.length), (&mut bit.segment, bit.length)] {
+    for (list, length) in [(&mut piston.segments, piston.length), (&mut bit.segments, bit.length)] {
         list.iter_mut().for_each(|part| part.length = part.length.max(0.1 * length));
     }
     p.bit.elements = 1;
@@ -412,7 +417,7 @@ fn coarsen(p: &mut Parameters) {
         } else {
             p.bit.elements = 1;
             p.piston.length *= 1.5;
-            p.piston.segment.iter_mut().for_each(|part| part.length *= 1.5);
+            p.piston.segments.iter_mut().for_each(|part| part.length *= 1.5);
             // A piston that is refused for another reason would be lengthened for ever.
             assert!(p.piston.length < 1e6, "{:?}", p.validate());
         }

@@ -3,10 +3,10 @@
 
 use crate::rows::row::{Row, Rows};
 use hammer::Error;
+use hammer::Material;
 use hammer::bodies::bar::Bar;
 use hammer::modal::structure::{Attachment, Structure};
 use hammer::modal::system::{Recipe, System};
-use hammer::parameters::Material;
 use hammer::scene::graph::CHANNELS;
 use hammer::{Mode, RockMode, Segment};
 

@@ -2,7 +2,8 @@
 
 use crate::rows::row::{Row, Rows};
 use hammer::{
-    Error, Event, Fidelity, InputValues, Machine, Parameters, Record, Source, Tie, TieState,
+    Error, Event, Fidelity, InputValues, Machine, Parameters, Record, Segment, Source, Tie,
+    TieState,
 };
 
 /// A feed that presses, N.
@@ -25,9 +26,10 @@ pub fn waves() -> Result<Vec<Row>, Error> {
         let mut p = Parameters { fidelity: Fidelity::Elastic, ..Parameters::default() };
         p.casing.mass = 10.0 * p.bit_mass();
         (p.gravity, p.drive.source, p.mesh.degree) = (0.0, Source::Force, 5);
-        (p.casing.segments, p.casing.elements) = (1, 120);
-        p.casing.segment[0].length = 1.0;
-        let z = p.impedance_of(p.casing.segment[0].area);
+        let section = Segment { length: 1.0, area: 5.1e-3 };
+        p.casing.elements = 120;
+        p.casing.segments.set(&[section]);
+        let z = p.impedance_of(section.area);
         p.casing.impedance = ratio * z;
         (p.contact.initial_gap, p.piston.initial_velocity, p.rock.stiffness) = (1e-6, 10.0, 1e5);
         let inputs = InputValues { feed_force: FEED, ..InputValues::default() };

@@ -2,7 +2,7 @@
 
 use crate::rows::mesh;
 use crate::rows::row::{Row, Rows};
-use hammer::parameters::{Drill, Joint};
+use hammer::{Drill, Joint};
 use hammer::{Error, Event, Input, Machine, Parameters, Segment, Source, Tie, TieState};
 use oracles::joint::{Loose, trapped};
 use std::f64::consts::PI;
@@ -16,8 +16,8 @@ fn bars([piston, shank, rod]: [f64; 3], joint: Joint, h: f64) -> Parameters {
     let part = |length| Segment { length, area: AREA };
     let coupling = Segment { length: 0.0, area: AREA };
     p.drill = Drill { rods: 1, shank: part(shank), rod: part(rod - 0.5), coupling, joint };
-    (p.piston.segments, p.piston.segment[0]) = (1, part(piston));
-    (p.bit.segments, p.bit.segment[0]) = (1, part(0.5));
+    p.piston.segments.set(&[part(piston)]);
+    p.bit.segments.set(&[part(0.5)]);
     (p.mesh.degree, p.drive.source, p.rock.stiffness) = (5, Source::Force, 1.0);
     p.piston.elements = (piston / h) as usize;
     p.bit.elements = ((shank + rod) / h) as usize;

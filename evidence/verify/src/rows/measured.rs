@@ -79,8 +79,7 @@ fn scene(speed: f64, stiffness: f64, ratio: f64) -> Parameters {
     p.mesh.degree = 5;
     p.material.youngs_modulus = 200e9;
     p.cross_section = area(0.030);
-    p.piston.segments = 1;
-    p.piston.segment[0] = Segment { length: 0.26, area: area(0.0265) };
+    p.piston.segments.set(&[Segment { length: 0.26, area: area(0.0265) }]);
     p.bit.length = 0.265;
     p.piston.initial_velocity = speed;
     p.material.damping_time = 2e-8;

@@ -23,10 +23,9 @@ fn scene(shape: &[f64], b: f64) -> Parameters {
     let mut p = mesh::bare(SPANS);
     let length = p.piston.length;
     p.mesh.degree = 5;
-    p.piston.segments = shape.len();
-    for (segment, ratio) in p.piston.segment.iter_mut().zip(shape) {
-        *segment = Segment { length: length / shape.len() as f64, area: ratio * p.cross_section };
-    }
+    let part =
+        |ratio| Segment { length: length / shape.len() as f64, area: ratio * p.cross_section };
+    p.piston.segments.set(&shape.iter().map(part).collect::<Vec<_>>());
     p.bit.length = ROD * length;
     p.bit.elements = (ROD * SPANS as f64) as usize;
     p.contact.stiffness = CONTACT * mesh::stretch(&p) / length;
@@ -53,7 +52,7 @@ fn efficiency(p: &Parameters) -> Result<f64, Error> {
 
 /// The efficiency of exact waves, which are constant between fronts, with one step in each section.
 fn exact(p: &Parameters) -> f64 {
-    let mut waves = Waves::new(sharp(p, &mesh::no_inputs()), p.piston.segments as u32);
+    let mut waves = Waves::new(sharp(p, &mesh::no_inputs()), p.piston.segments.len() as u32);
     waves.advance(end(p));
     held(p, waves.peak)
 }
@@ -110,12 +109,10 @@ pub fn stepped_impact() -> Result<Vec<Row>, Error> {
     let area = |width: f64| std::f64::consts::FRAC_PI_4 * width * width;
     let mut p = mesh::bare(200);
     p.mesh.degree = 5;
-    (p.piston.segments, p.bit.segments, p.bit.elements) = (2, 2, 160);
-    let sections = [(0.20, 0.060), (0.15, 0.045), (0.15, 0.050), (0.10, 0.080)];
-    let slots = p.piston.segment[..2].iter_mut().chain(&mut p.bit.segment[..2]);
-    for (slot, (length, width)) in slots.zip(sections) {
-        *slot = Segment { length, area: area(width) };
-    }
+    p.bit.elements = 160;
+    let part = |(length, width)| Segment { length, area: area(width) };
+    p.piston.segments.set(&[(0.20, 0.060), (0.15, 0.045)].map(part));
+    p.bit.segments.set(&[(0.15, 0.050), (0.10, 0.080)].map(part));
     (p.contact.stiffness, p.material.damping_time, p.rock.stiffness) = (1e12, 2e-9, 1.0);
     let mut m = Machine::new(&p, &mesh::no_inputs(), 0.0)?;
     let mut impulse = |at: f64| -> Result<f64, Error> {

@@ -5,7 +5,7 @@
 
 use crate::rows::mesh::{self, SPEED};
 use crate::rows::row::{Row, Rows};
-use hammer::parameters::Drill;
+use hammer::Drill;
 use hammer::{Body, Error, Machine, Parameters, Segment};
 use serde::Deserialize;
 
@@ -38,8 +38,9 @@ impl Front {
 fn scene(piston: Segment, drill: Drill, bit: Segment, front: Front) -> Parameters {
     let mut p = mesh::bare(1);
     (p.mesh.degree, p.material.damping_time) = (5, front.damping);
-    (p.piston.segments, p.bit.segments) = (1, 1);
-    (p.piston.segment[0], p.bit.segment[0], p.drill) = (piston, bit, drill);
+    p.drill = drill;
+    p.piston.segments.set(&[piston]);
+    p.bit.segments.set(&[bit]);
     let [a, b] = [piston.area, drill.shank.area].map(|area| p.impedance_of(area));
     p.contact.stiffness = p.wave_speed() * a * b / (a + b) / front.width;
     let spans = |body| {
@@ -103,7 +104,7 @@ fn steps_left(p: &Parameters, spell: &Spell) -> f64 {
     let spread = FINE.spread(p, spell.time);
     let x = spell.apart * p.wave_speed() / FINE.width;
     let left = (1.0 + x + 0.5 * x * x) * (-x + 0.5 * spread * spread).exp();
-    let most = p.impedance_of(p.piston.segment[0].area) * SPEED;
+    let most = p.impedance_of(p.piston.segments[0].area) * SPEED;
     most * (left + FINE.ripple(p, spell.time))
 }
 
