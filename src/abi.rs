@@ -257,7 +257,6 @@ impl Environment {
 ///
 /// A host may have closed the library before it frees its last instance. [`free_instance`] then drops the last
 /// reference.
-#[cfg_attr(not(any(unix, windows)), expect(dead_code))]
 pub struct Residence(*mut c_void);
 
 /// Declares the function of a standard that frees an instance. `$free` frees it and returns its reference to the

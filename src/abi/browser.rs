@@ -4,7 +4,6 @@ use crate::c::{Handle, Out, Status, Text};
 use crate::datasheet;
 use crate::error::CallError;
 use crate::session::call;
-use hammer::Scene;
 use hammer::means::{Averages, Kind, Wanted, steady};
 use std::ffi::{CString, c_char};
 use std::sync::OnceLock;
@@ -55,11 +54,10 @@ extern "C" fn dth_steady_names() -> *const c_char {
 #[unsafe(no_mangle)]
 extern "C" fn dth_steady(me: Handle, error: f64, blows: usize, values: Out<f64>) -> Status {
     call(me, |instance| {
-        let (parameters, inputs) = instance.starting()?;
         let error = Averages::of_rates(error);
         let target = Wanted { error, blows, ..Wanted::default() };
-        let steady = steady(&Scene { parameters, inputs }, &target, &mut |_, _| true)
-            .map_err(CallError::from)?;
+        let steady =
+            steady(&instance.scene()?, &target, &mut |_, _| true).map_err(CallError::from)?;
         let kind = match steady.kind {
             Kind::Cycle(blows) => blows as f64,
             Kind::Irregular => 0.0,

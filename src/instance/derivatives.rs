@@ -140,8 +140,7 @@ impl Instance {
         scalars: usize,
         knowns: &[Known],
     ) -> Result<Vec<Vec<f64>>, CallError> {
-        let scene =
-            Scene { parameters: self.settings.parameters()?, inputs: self.inputs.starting() };
+        let scene = self.scene()?;
         let (variant, face, events) = (&self.variant, self.face, &self.events);
         let run = |scene: &Scene| {
             let mut probe = Self::new(variant.clone(), face, false);

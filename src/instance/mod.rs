@@ -23,8 +23,8 @@ use crate::variant::Variant;
 use events::Events;
 use hammer::variables::{InputRow, Role, VARIABLES};
 use hammer::{
-    Counters, DisplayNumber, InputValues, Interrupt, Machine, Parameters, Profile, Record, State,
-    Stop,
+    Counters, DisplayNumber, InputValues, Interrupt, Machine, Parameters, Profile, Record, Scene,
+    State, Stop,
 };
 use inputs::Inputs;
 use journal::Journal;
@@ -68,8 +68,8 @@ impl Phase {
     }
 }
 
-/// Parameters, inputs and start time of an engine that does not run yet.
-type Origin = (Parameters, InputValues, f64);
+/// Scene and start time of an engine that does not run yet.
+type Origin = (Scene, f64);
 
 /// Cancels long work from another thread: a step, the end of initialization, derivatives.
 #[derive(Clone, Debug, Default)]
@@ -383,13 +383,12 @@ impl Instance {
         &self.cancel
     }
 
-    /// Parameters and inputs as they are set before the first step.
+    /// The scene as it is set before the first step.
     ///
     /// # Errors
     /// A parameter out of its domain.
-    #[cfg(any(target_family = "wasm", test))]
-    pub fn starting(&self) -> Result<(Parameters, InputValues), CallError> {
-        Ok((self.settings.parameters()?, self.inputs.starting()))
+    pub fn scene(&self) -> Result<Scene, CallError> {
+        Ok(Scene { parameters: self.settings.parameters()?, inputs: self.inputs.starting() })
     }
 
     /// Present time, s.
@@ -437,11 +436,11 @@ impl Instance {
     /// have changed.
     fn machine(&mut self) -> Result<&mut Machine, CallError> {
         if matches!(self.phase, Phase::Instantiated | Phase::Initialization) {
-            let origin = (self.settings.parameters()?, self.inputs.starting(), self.start);
+            let origin @ (scene, start) = (self.scene()?, self.start);
             if self.origin != Some(origin) {
                 self.waves = None;
-                let begin = origin.2 - zero_of(origin.2);
-                self.machine = Some(Machine::new(&origin.0, &origin.1, begin)?);
+                let begin = start - zero_of(start);
+                self.machine = Some(Machine::new(&scene.parameters, &scene.inputs, begin)?);
                 self.origin = Some(origin);
                 self.inputs.reapply();
             }
