@@ -16,18 +16,23 @@ fn force_floor(p: &Parameters, meeting: f64) -> [f64; 2] {
     ]
 }
 
-/// Rounding of the energy balance. Each event multiplies the state by two bases, with rows of `2 n` products, and
-/// each product has an error of an eps of the energy in play: the ledger's turnover, each load times the positions
-/// whose difference is its displacement, and each spring's force times the positions whose difference is its length.
-/// The dashpot's work is a difference of waves `CR / Z` times as large.
-fn energy_bound(p: &Parameters, meeting: f64, events: u64, energies: &Energies, reach: f64) -> f64 {
+/// Relative rounding at an event, which multiplies the state by two bases, with rows of `2 n` products.
+fn rounding(p: &Parameters) -> f64 {
     let modes = match p.fidelity {
         hammer::Fidelity::Rigid => 2,
         hammer::Fidelity::Elastic => bodies::unknowns(p),
     };
+    8.0 * modes as f64 * f64::EPSILON
+}
+
+/// Rounding of the energy balance. At each event ([`rounding`]) each product has an error relative to the energy in
+/// play: the ledger's turnover, each load times the positions whose difference is its displacement, and each spring's
+/// force times the positions whose difference is its length. The dashpot's work is a difference of waves `CR / Z`
+/// times as large.
+fn energy_bound(p: &Parameters, meeting: f64, events: u64, energies: &Energies, reach: f64) -> f64 {
     let mismatch = 1.0 + p.rock.viscosity / bodies::least_impedance(p);
     let play = energies.turnover() + reach;
-    let rounding = 8.0 * modes as f64 * f64::EPSILON * play * mismatch;
+    let rounding = rounding(p) * play * mismatch;
     // A transition may also be late by the resolution of its guard. At the start of drilling, the tip's distance from
     // the loading line is `gamma` times that from the unloading line.
     let [late, _] = p.resolutions();
@@ -66,6 +71,8 @@ pub struct Monitored {
     meeting: f64,
     /// Of the casing at the start, m.
     place: f64,
+    /// The largest position of a body, or displacement of the static shape that oscillation is measured from, m.
+    place_scale: f64,
     play: f64,
     reach: f64,
     push: f64,
@@ -79,8 +86,8 @@ impl Monitored {
         machine.keep_journal(true);
         let losses = [f64::NEG_INFINITY; 4];
         let place = machine.kinematics().casing.displacement;
-        let (meeting, [play, reach, push]) = (p.meeting_stiffness(), [0.0; 3]);
-        Ok(Self { machine, allowed, meeting, place, play, reach, push, losses })
+        let (meeting, [place_scale, play, reach, push]) = (p.meeting_stiffness(), [0.0; 4]);
+        Ok(Self { machine, allowed, meeting, place, place_scale, play, reach, push, losses })
     }
 
     /// Advances by `span` in `slices`, and checks after each.
@@ -98,7 +105,9 @@ impl Monitored {
 
     /// Internal forces cancel in pairs, so the momentum of all bodies (of a bare hammer, whose drive pushes against an
     /// outside holder, that of what is struck) is the impulse of feed, gravity, rock and string. Each event makes two
-    /// roundings of these sums, and a basis loses up to 1e5 of them at a transition.
+    /// roundings of these sums, and a basis loses up to 1e5 of them at a transition. The impulse of a spring is also
+    /// rounded as its length is, for as long as it acts, and that of a dashpot as its shortening is: both are
+    /// differences of the largest positions.
     fn momentum(&self) -> Result<(), Violation> {
         let (m, p) = (&self.machine, self.machine.parameters());
         let (k, sums, time) = (m.kinematics(), m.impulses(), m.time());
@@ -124,7 +133,11 @@ impl Monitored {
         }
         let (value, scale) =
             terms.iter().fold((0.0, 0.0), |(sum, size), x| (sum + x, size + x.abs()));
-        let allowed = 1e5 * f64::EPSILON * (10.0 + m.counters().events as f64) * scale;
+        let events = m.counters().events as f64;
+        let springs = self.meeting + p.rock.unloading_ratio * p.rock.stiffness;
+        let lengths = (springs * time + p.rock.viscosity) * self.place_scale;
+        let allowed =
+            1e5 * f64::EPSILON * (10.0 + events) * scale + rounding(p) * (1.0 + events) * lengths;
         let what = "momentum that nothing gave";
         if value.abs() > allowed {
             Err(Violation::Wrong { what, time, value, allowed })
@@ -166,6 +179,7 @@ impl Monitored {
         // the position is their difference.
         let bars = bodies::compliance(&p);
         let yielded = loads * (1.0 / p.rock.stiffness + 1.0 / meeting + bars);
+        self.place_scale = self.place_scale.max(way + yielded);
         // A spring's length is a difference of rounded positions, measured from the hole.
         let (before, hole) = (self.reach, k.tip_depth);
         let piston = k.piston.displacement - p.contact.initial_gap - hole;
