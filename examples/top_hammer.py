@@ -45,17 +45,25 @@ def first_wave(rods: int) -> float:
     return float(parts @ overlap @ parts)
 
 
+def string(rods: int, joint: dict[str, float] | None = None) -> dict[str, float]:
+    """The parameters of a string of so many rods, on a mesh for the forces in it."""
+    # Finer than the preset's, which is for rates.
+    return {"drill.rods": rods, "mesh.degree": 7, "bit.elements": 18 * rods + 6} | (joint or {})
+
+
+def pull(parameters: dict[str, float]) -> float:
+    """The largest pull in a string after one blow, N."""
+    after = waves(parameters, 0.5, preset=PRESET, times=np.arange(0.0, 0.018, 5e-5))
+    # The rods are the thinnest part, so the largest stress is in one of them.
+    return whole(numbers(PRESET, {}))["drill.rod.area"] * float(after.bit.stress.max())
+
+
 def row(rods: int, joint: dict[str, float] | None = None, error: float = ERROR) -> dict[str, float]:
     """Means over blows with so many rods, and the largest pull in the string after one blow (N)."""
-    # Finer than the preset's, which is for rates: the pull is a force in the string.
-    parameters = {"drill.rods": rods, "mesh.degree": 7, "bit.elements": 18 * rods + 6}
-    parameters |= joint or {}
+    parameters = string(rods, joint)
     found = steady(parameters, preset=PRESET, error=error)
     mean = found.mean
     taken = mean["energy_rock_dissipated"] + mean["energy_viscous"]
-    look = np.arange(0.0, 0.018, 5e-5)
-    after = waves(parameters, 0.5, preset=PRESET, times=look)
-    area = whole(numbers(PRESET, {}))["drill.rod.area"]
     return {
         "rods": rods,
         "rate": mean["rop"],
@@ -63,8 +71,7 @@ def row(rods: int, joint: dict[str, float] | None = None, error: float = ERROR) 
         "blows": mean["blow_frequency"],
         "share": taken / mean["energy_drive"],
         "first wave": first_wave(rods),
-        # The rods are the thinnest part, so the largest stress is in one of them.
-        "pull": area * float(after.bit.stress.max()),
+        "pull": pull(parameters),
     }
 
 
