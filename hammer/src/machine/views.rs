@@ -264,7 +264,7 @@ impl Machine {
     }
 
     /// Present pressures in the drive and the return chamber, with their rates (Pa, Pa/s), for
-    /// [`Source::Air`](crate::Source::Air); zeros for any other source.
+    /// [`Source::Air`]; zeros for any other source.
     pub fn chamber_pressures(&self) -> [[f64; 2]; 2] {
         let state = &self.motion.state;
         let Some((air, motion)) = self.air() else { return [[0.0; 2]; 2] };

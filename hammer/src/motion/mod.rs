@@ -7,7 +7,7 @@
 //! y(t) = exp(B (t - at)) z + static and translating parts,        u = shapes . y
 //! ```
 //!
-//! Here `z` is the modal vector of an [`Anchor`](state::Anchor) at its instant `at`. There are two anchors (bit and
+//! Here `z` is the modal vector of an [`Anchor`] at its instant `at`. There are two anchors (bit and
 //! piston) while the contact is open, and one while it is closed. Displacements are measured from the *origin*, the
 //! zero of the present rock line, and times from the epoch; origin and epoch are stored in double-double precision. The
 //! stored displacement of the piston is its displacement minus `g0`, so that the gap is a simple difference.
