@@ -31,6 +31,6 @@ vectorised! {
             least.iter_mut().zip(row).for_each(|(least, c)| *least += if *c < 0.0 { *c } else { 0.0 });
         }
         (fit.most, fit.least) = (most, least);
-        fit.parts = projections(first, small);
+        fit.parts = projections(&first, small);
     }
 }

@@ -37,6 +37,15 @@ const HEAT: f64 = KAPPA / (KAPPA - 1.0);
 pub(super) const PRESSURE: usize = 2;
 const MASS: usize = 4;
 pub(super) const PLACE: usize = 6;
+/// Reciprocals of the powers.
+const OVER: [f64; ORDER + 1] = {
+    let (mut over, mut k) = ([0.0; ORDER + 1], 1);
+    while k <= ORDER {
+        over[k] = 1.0 / k as f64;
+        k += 1;
+    }
+    over
+};
 /// Lanes per chamber in the row of both chambers: products of the volume and of its rate with the pressure, of `R T`
 /// with the mass, and of `R T` with the total outflow.
 const CHAMBER: usize = LANES / 2;
@@ -80,6 +89,8 @@ pub(crate) struct Problem<'a> {
     /// The expanded coordinates, and the quasi-static ones.
     pub blocks: Vec<Block>,
     pub left: Left,
+    /// True if the piston's two positions differ.
+    pub apart: bool,
     /// The piston's positions at the epoch.
     pub places: Places,
     /// Pressures of supply and exhaust after the epoch.
@@ -101,14 +112,13 @@ struct Chamber {
     stiffness: f64,
 }
 
-/// Coefficients of the masses and of `sum flow R T` that the chambers gain, and of what the supply gives.
+/// Coefficients of the masses and of `sum flow R T` that [`Air::sides`] gain, and of the total flow out of each. Those of
+/// the chambers are [`Self::of_chambers`].
 #[derive(Clone, Copy, Debug, Default)]
 struct Gains {
-    masses: [f64; 2],
-    heats: [f64; 2],
-    /// Total flow out of each chamber.
-    outflows: [f64; 2],
-    supplied: f64,
+    masses: [f64; 4],
+    heats: [f64; 4],
+    outflows: [f64; 4],
 }
 
 impl Gains {
@@ -117,17 +127,17 @@ impl Gains {
     #[inline(always)]
     fn add(&mut self, stream: &Stream, [flow, warmth]: [f64; 2]) {
         let [from, to] = stream.sides;
-        if from > 1 {
-            self.masses[from - 2] -= flow;
-            self.outflows[from - 2] += flow;
-        }
-        if to > 1 {
-            self.masses[to - 2] += flow;
-            self.heats[to - 2] += warmth;
-        }
-        if ENDS[stream.path][0] == 0 {
-            self.supplied += stream.sign * flow;
-        }
+        self.masses[from] -= flow;
+        self.outflows[from] += flow;
+        self.masses[to] += flow;
+        self.heats[to] += warmth;
+    }
+
+    /// What the chambers gain, and what the supply gives.
+    #[inline(always)]
+    fn of_chambers(&self) -> ([[f64; 2]; 3], f64) {
+        let of = |all: [f64; 4]| [all[2], all[3]];
+        ([self.masses, self.heats, self.outflows].map(of), -self.masses[0])
     }
 }
 
@@ -234,9 +244,12 @@ impl Problem<'_> {
         let still = &self.left.still;
         let mut places = [0, 1].map(|i| if k < LOW { still[i][k] } else { 0.0 });
         for block in blocks {
-            (0..2).for_each(|i| places[i] += block.along(i, block.start));
+            places[0] += block.along(0, block.start);
+            if self.apart {
+                places[1] += block.along(1, block.start);
+            }
         }
-        places
+        if self.apart { places } else { [places[0]; 2] }
     }
 
     /// Coefficient `k` of `F_A` and of the force on the bit.
@@ -303,17 +316,18 @@ impl Series {
             let flow = stream.begin(lanes, &sides, is_still);
             gains.add(stream, flow);
         }
-        for (chamber, outflow) in self.chambers.iter_mut().zip(gains.outflows) {
+        let ([_, _, outflows], _) = gains.of_chambers();
+        for (chamber, outflow) in self.chambers.iter_mut().zip(outflows) {
             chamber.outflow = outflow;
         }
-        let outflows = gains.outflows;
         self.rows[0] = row(forces, pressures, masses, places);
         self.sums[0] = [0.0; 2];
         for i in 0..2 {
-            gains.heats[i] -= heats[i] * outflows[i];
-            let right = [pressures[i], pressures[i], masses[i], outflows[i]];
-            self.lanes[0].put(0, i, [volumes[i], 0.0, heats[i], heats[i]], right);
+            gains.heats[2 + i] -= heats[i] * outflows[i];
         }
+        let [(v, w), (p, q)] = [(volumes[0], volumes[1]), (pressures[0], pressures[1])];
+        let ([h, g], [m, n], [out, off]) = (heats, masses, outflows);
+        self.lanes[0].begin([v, 0.0, h, h, w, 0.0, g, g], [p, p, m, out, q, q, n, off]);
         gains
     }
 
@@ -327,7 +341,8 @@ impl Series {
         blocks: &mut [Block],
         (k, gained): (usize, Gains),
     ) -> Gains {
-        let (order, over) = (k as f64, 1.0 / k as f64);
+        let (order, over) = (k as f64, OVER[k]);
+        let ([gained_masses, gained_heats, _], supplied) = gained.of_chambers();
         let before = [self.rows[k - 1][0], self.rows[k - 1][1]];
         blocks.iter_mut().for_each(|block| block.go_on(before, k - 1, over));
         let drive = &problem.parameters.drive;
@@ -336,7 +351,7 @@ impl Series {
         let lane = |i: usize, product: usize| sum[CHAMBER * i + product];
         let mut places = problem.unforced(blocks, k);
         let mut pressures = from_fn(|i| {
-            let warmed = KAPPA * gained.heats[i] - (KAPPA - 1.0) * lane(i, 1);
+            let warmed = KAPPA * gained_heats[i] - (KAPPA - 1.0) * lane(i, 1);
             let grown = chambers[i].stiffness * swept[i] * places[i];
             chambers[i].reciprocals[0] * (over * warmed - lane(i, 0)) - grown
         });
@@ -350,9 +365,9 @@ impl Series {
             }
             forces = problem.forces(pressures, blocks, k);
         }
-        let masses = gained.masses.map(|gain| over * gain);
+        let masses = gained_masses.map(|gain| over * gain);
         self.rows[k] = row(forces, pressures, masses, places);
-        self.sums[k] = [over * gained.supplied, over * HEAT * (gained.heats[0] + gained.heats[1])];
+        self.sums[k] = [over * supplied, over * HEAT * (gained_heats[0] + gained_heats[1])];
         if k == ORDER {
             return gained;
         }
@@ -368,10 +383,10 @@ impl Series {
             let flow = stream.go_on(simd, lanes, (k, over), (&sides, places[0]));
             gains.add(stream, flow);
         }
-        let outflows = gains.outflows;
+        let ([_, _, outflows], _) = gains.of_chambers();
         for i in 0..2 {
             let Chamber { heat, outflow, .. } = chambers[i];
-            gains.heats[i] -= lane(i, 3) + heat * outflows[i] + heats[i] * outflow;
+            gains.heats[2 + i] -= lane(i, 3) + heat * outflows[i] + heats[i] * outflow;
             let left = [volumes[i], order * volumes[i], heats[i], heats[i]];
             let right = [pressures[i], pressures[i], masses[i], outflows[i]];
             self.lanes[0].put(k, i, left, right);

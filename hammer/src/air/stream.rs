@@ -30,9 +30,15 @@ const COMMON: usize = LANES / 2;
 /// so that the coefficients of a product stand in the order in which they are multiplied.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lanes {
-    pub(super) left: [Row; ORDER + 1],
-    right: [Row; ORDER + 1],
+    /// Zero from the power on that is set next.
+    left: [Row; ORDER + 1],
+    /// Zero after the first coefficient.
+    right: [Row; ORDER + GROUP - 1],
 }
+
+/// Powers whose products are summed together.
+const GROUP: usize = 4;
+const _: () = assert!(ORDER.is_multiple_of(GROUP));
 
 impl Lanes {
     /// Coefficient `k` of each product from lane `FROM` on, without the terms that contain a first coefficient.
@@ -45,12 +51,11 @@ impl Lanes {
                 sums[g] = simd.add_f64s(sums[g], simd.mul_f64s(x[g], y[g]));
             }
         };
-        let (left, more) = self.left[1..k].as_chunks::<4>();
-        let (right, other) = self.right[ORDER + 1 - k..ORDER].as_chunks::<4>();
-        for (x, y) in left.iter().zip(right) {
-            (0..4).for_each(|i| add(&x[i], &y[i]));
+        // In the last group the factors beyond power `k - 1` are zero.
+        let (left, right) = (&self.left[1..], &self.right[ORDER + 1 - k..]);
+        for (x, y) in left.as_chunks::<GROUP>().0.iter().zip(right.as_chunks::<GROUP>().0) {
+            (0..GROUP).for_each(|i| add(&x[i], &y[i]));
         }
-        more.iter().zip(other).for_each(|(x, y)| add(x, y));
         let mut row = [0.0; LANES];
         S::as_mut_simd_f64s(&mut row).0.copy_from_slice(&sums[..LANES / S::F64_LANES]);
         row
@@ -58,17 +63,17 @@ impl Lanes {
 }
 
 impl Lanes {
+    /// Sets the first coefficients, and all others to zero.
+    pub(super) fn begin(&mut self, left: Row, right: Row) {
+        (self.left[0], self.right[ORDER]) = (left, right);
+        self.left[1..].fill([0.0; LANES]);
+    }
+
     /// Sets coefficient `k` of the factors in half a row.
     #[inline(always)]
     pub(super) fn put(&mut self, k: usize, half: usize, left: [f64; 4], right: [f64; 4]) {
         self.left[k][4 * half..][..4].copy_from_slice(&left);
         self.right[ORDER - k][4 * half..][..4].copy_from_slice(&right);
-    }
-
-    /// Sets coefficient `k` of the factors.
-    #[inline(always)]
-    fn set(&mut self, k: usize, left: Row, right: Row) {
-        (self.left[k], self.right[ORDER - k]) = (left, right);
     }
 }
 
@@ -79,9 +84,8 @@ pub(super) type Air = [f64; 2];
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Stream {
     pub(super) path: usize,
-    /// Upstream and downstream side, and the sign of the flow along the path.
+    /// Upstream and downstream side.
     pub(super) sides: [usize; 2],
-    pub(super) sign: f64,
     flow: Flow,
     /// The opening's area at the start, m2, and its slope over `x`.
     area: [f64; 2],
@@ -97,8 +101,8 @@ impl Stream {
     pub(super) fn new(path: usize, regime: Regime, area: [f64; 2]) -> Self {
         let Regime { reversed, flow } = regime;
         let [one, other] = ENDS[path];
-        let (sides, sign) = if reversed { ([other, one], -1.0) } else { ([one, other], 1.0) };
-        Self { path, sides, sign, flow, area, ..Self::default() }
+        let sides = if reversed { [other, one] } else { [one, other] };
+        Self { path, sides, flow, area, ..Self::default() }
     }
 
     /// `P`.
@@ -133,7 +137,7 @@ impl Stream {
         // The leak's area is constant, so its lane serves the heat.
         let [a, b] = if self.path == LEAK { [heat, flow] } else { [self.area[0], w] };
         let left = [ratio, 0.0, ratio, power, z, w, a, jet];
-        lanes.set(0, left, [low, power, power, power, heat, w, b, pressed]);
+        lanes.begin(left, [low, power, power, power, heat, w, b, pressed]);
         [flow, flow * heat]
     }
 
@@ -151,15 +155,19 @@ impl Stream {
         let [ratio0, power0, z0, w0, jet0, pressed0] = self.first;
         let [over_w, over_heat, over_low, over_ratio] = self.reciprocals;
         let order = k as f64;
-        let (mut ratio, mut power, mut s, mut sum) = (0.0, 0.0, 0.0, [0.0; LANES]);
+        let (s, sum): (f64, Row);
         if self.flow == Flow::Subsonic {
             sum = lanes.inner::<S, 0>(simd, k);
-            ratio = (high - sum[0] - ratio0 * low) * over_low;
-            power = POWER * (ratio * power0 + sum[1] * over) + (sum[1] * over - sum[2]);
+            let ratio = (high - sum[0] - ratio0 * low) * over_low;
+            let mut power = POWER * (ratio * power0 + sum[1] * over) + (sum[1] * over - sum[2]);
             power *= over_ratio;
             s = sum[3] + (2.0 * power0 - 1.0) * power;
+            lanes.put(k, 0, [ratio, order * ratio, ratio, power], [low, power, power, power]);
         } else if self.varies {
-            sum = lanes.inner::<S, COMMON>(simd, k);
+            (s, sum) = (0.0, lanes.inner::<S, COMMON>(simd, k));
+        } else {
+            let flow = NOZZLE * (self.area[1] * x * w0 * pressed0);
+            return [flow, lanes.right[ORDER][4] * flow];
         }
         let z = (s - sum[4] - z0 * heat) * over_heat;
         let w = (z - sum[5]) * over_w;
@@ -168,8 +176,7 @@ impl Stream {
         let jet = widened + self.area[0] * w;
         let flow = NOZZLE * (sum[7] + jet0 * pressed + jet * pressed0);
         let [a, b] = if self.path == LEAK { [heat, flow] } else { [opened, w] };
-        let left = [ratio, order * ratio, ratio, power, z, w, a, jet];
-        lanes.set(k, left, [low, power, power, power, heat, w, b, pressed]);
+        lanes.put(k, 1, [z, w, a, jet], [heat, w, b, pressed]);
         let first = &lanes.right[ORDER];
         let heat0 = first[4];
         let rest = if self.path == LEAK { sum[6] + first[6] * heat } else { 0.0 };

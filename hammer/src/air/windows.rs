@@ -36,6 +36,11 @@ impl Air {
         series::expand(series, self, problem);
         let longest = series.length(self, problem);
         let length = series.projected(problem, longest).ok_or(None)?;
+        let passage = series.passage(self, problem, length);
+        if let Some((0.0, path, bound)) = passage {
+            return Err(Some((path, bound)));
+        }
+        let mut window = storage.take().unwrap_or_default();
         let fit = &series.fit;
         let drive = &problem.parameters.drive;
         let areas = [drive.area_drive, -drive.area_return];
@@ -52,30 +57,19 @@ impl Air {
         }
         moment.iter_mut().enumerate().skip(1).for_each(|(k, sum)| *sum /= k as f64);
         let dead = volumes(problem.parameters, [0.0; 2]);
-        let mut power = 1.0;
-        let rows = from_fn(|k| {
-            let [_, _, p, q, m, n, x, y] = fit.rows[k];
-            let [v, w] = if k == 0 { dead } else { [0.0; 2] };
-            let [mass, enthalpy] = series.sums[k].map(|sum| sum * power);
+        let (mut power, mut added) = (1.0, dead);
+        let scaled = fit.rows.iter().zip(&series.sums);
+        for (row, (&[_, _, p, q, m, n, x, y], sums)) in window.rows.iter_mut().zip(scaled) {
+            let [v, w] = [added[0] + areas[0] * x, added[1] + areas[1] * y];
+            *row = [p, q, m, n, v, w, sums[0] * power, sums[1] * power];
             power *= length;
-            [p, q, m, n, v + areas[0] * x, w + areas[1] * y, mass, enthalpy]
-        });
-        let place = problem.places;
+            added = [0.0; 2];
+        }
         let flows =
             [2, 3].map(|side| series.streams.iter().any(|stream| stream.sides.contains(&side)));
-        let (reach, then) = (length, None);
-        let window = Window { length, rows, flows, moment, push, place, reach, then };
-        let mut window = match storage.take() {
-            Some(mut stored) => {
-                *stored = window;
-                stored
-            }
-            None => Box::new(window),
-        };
-        if let Some((tau, path, bound)) = series.passage(self, problem, length) {
-            if tau == 0.0 {
-                return Err(Some((path, bound)));
-            }
+        (window.length, window.flows, window.moment, window.push) = (length, flows, moment, push);
+        (window.place, window.reach, window.then) = (problem.places, length, None);
+        if let Some((tau, path, bound)) = passage {
             window.reach = tau * length;
             window.then = Some((path, self.regimes[path].next(bound)));
         }
@@ -204,6 +198,7 @@ mod tests {
         let problem = Problem {
             parameters: &parameters,
             blocks: Vec::new(),
+            apart: false,
             left: Left {
                 still: places.map(|x| from_fn(|k| if k == 0 { x } else { 0.0 })),
                 longest: LONGEST,

@@ -113,22 +113,31 @@ impl Motion {
         }
         let sides = air.sides(self.parameters(), places, self.outside(0.0), 0.0);
         air.classify(self.parameters(), &sides);
-        let (blocks, left) = self.visible(&air, motion, &sides);
-        let outside = outside(&self.state.inputs);
-        let problem = Problem { parameters: &self.model.parameters, blocks, left, places, outside };
+        let mut blocks = std::mem::take(&mut self.blocks);
+        let left = self.visible(&air, motion, &sides, &mut blocks);
+        let (outside, [x, y]) = (outside(&self.state.inputs), self.positions());
+        let parameters = &self.model.parameters;
+        let problem = Problem { parameters, blocks, left, apart: x != y, places, outside };
         let series = self.series.get_or_insert_default();
+        let mut solved = None;
         for trial in 1..=TRIALS {
             match air.window(&problem, series, &mut self.window) {
-                Ok((window, forces)) => {
-                    air.window = Some(window);
-                    self.state.air = Some(air);
-                    self.press(forces);
-                    self.note_polys();
-                    return Ok(trial);
+                Ok(window) => solved = Some((window, trial)),
+                Err(Some((path, bound))) => {
+                    air.regimes[path] = air.regimes[path].next(bound);
+                    continue;
                 }
-                Err(Some((path, bound))) => air.regimes[path] = air.regimes[path].next(bound),
-                Err(None) => break,
+                Err(None) => {}
             }
+            break;
+        }
+        self.blocks = problem.blocks;
+        if let Some(((window, forces), trial)) = solved {
+            air.window = Some(window);
+            self.state.air = Some(air);
+            self.press(forces);
+            self.note_polys();
+            return Ok(trial);
         }
         self.press(self.air_forces(Some(&air)));
         self.state.air = Some(air);
@@ -137,8 +146,9 @@ impl Motion {
 
     /// True if the air's window begins with the whole state of the track, which is not that of a lone piston.
     fn is_whole(&self, index: usize) -> bool {
+        let [x, y] = self.positions();
         self.state.anchors[index].group != Group::PISTON
-            && self.positions().iter().any(|position| self.share(index, *position).is_some())
+            && (self.share(index, x).is_some() || x != y && self.share(index, y).is_some())
     }
 
     /// The piston's positions that set the chambers' volumes.
@@ -188,9 +198,9 @@ impl Motion {
 
     /// Applies the air's forces to the piston and the bit, from the epoch on.
     fn press(&mut self, [drive, anvil]: [Poly; 2]) {
-        let mut loads: [Poly; CHANNELS] = self.state.loads;
+        let (old, loads) = (self.state.loads, &mut self.state.loads);
         (loads[Channel::Drive as usize], loads[Channel::Anvil as usize]) = (drive, anvil);
-        self.load(loads, Self::is_whole);
+        self.adopt(&old, Self::is_whole);
     }
 
     /// Divides the coordinates of the steel into those that are expanded with the air and those that are quasi-static.
@@ -206,7 +216,8 @@ impl Motion {
         air: &Air,
         [places, speeds]: [Places; 2],
         sides: &[Side; 4],
-    ) -> (Vec<Block>, Left) {
+        blocks: &mut Vec<Block>,
+    ) -> Left {
         let (graph, parameters) = (self.graph(), self.parameters());
         let drive = &parameters.drive;
         let own = [Channel::Drive as usize, Channel::Anvil as usize];
@@ -219,7 +230,8 @@ impl Motion {
         }
         let positions = self.positions();
         let most = self.tracks.iter().map(|track| track.system.blocks()).sum();
-        let (mut blocks, mut fast) = (Vec::with_capacity(most), Vec::new());
+        let mut fast = Vec::new();
+        blocks.clear();
         let mut left = Left::default();
         left.still.iter_mut().zip(positions).for_each(|(s, position)| s[0] = self.ahead(position));
         left.longest = LONGEST;
@@ -242,21 +254,22 @@ impl Motion {
         let changing = change.iter().take_while(|(_, rate)| *rate > 0.0).count();
         let change = &change[..changing];
         for (index, track) in self.tracks.iter().enumerate() {
-            let shares = positions.map(|position| self.share(index, position));
+            let share = self.share(index, positions[0]);
+            let apart = positions[1] != positions[0];
+            let shares = [share, if apart { self.share(index, positions[1]) } else { share }];
             if shares == [None; 2] {
                 continue;
             }
             let (system, anchor) = (&track.system, &self.state.anchors[index]);
-            let (n, mut flying) = (system.blocks(), Vec::new());
-            let y = if anchor.group == Group::PISTON {
-                flying.clone_from(&track.z);
-                system.add_translation(&anchor.driven, &mut flying);
-                &flying
-            } else {
-                &track.z
-            };
+            let n = system.blocks();
+            let is_flying = anchor.group == Group::PISTON;
             for block in system.visible(shares) {
-                let start = [y[block.index], y[n + block.index]];
+                let [x, v, ..] = anchor.driven.translation.0;
+                let start = if is_flying && block.is_translation {
+                    [x, v]
+                } else {
+                    [block.index, n + block.index].map(|k| track.z[k])
+                };
                 let [low, rate] = block.rates;
                 if block.is_translation || low <= haste {
                     blocks.push(moving(block, start, loads, own));
@@ -312,7 +325,7 @@ impl Motion {
                 left.others[k] += quick[c] * coefficient;
             }
         }
-        (blocks, left)
+        left
     }
 }
 
@@ -331,7 +344,8 @@ fn moving(
 ) -> Block {
     let mut others = [[0.0; LOW]; 2];
     for (c, load) in loads.iter().enumerate().filter(|(c, _)| !own.contains(c)) {
-        for (others, push) in others.iter_mut().zip(block.pushes[c]) {
+        let pushes = others.iter_mut().zip(block.pushes[c]);
+        for (others, push) in pushes.filter(|(_, push)| *push != 0.0) {
             others.iter_mut().zip(load.0).for_each(|(sum, load)| *sum += push * load);
         }
     }

@@ -92,7 +92,7 @@ impl Motion {
                 add(Channel::Anvil, -1.0);
             }
             self.clone_from(before);
-            self.load(loads, |_, _| false);
+            self.load(loads);
             let mut tracks = self.tracks.clone();
             let speeds = NODES.map(|node| {
                 let rotations = tracks.iter_mut().map(|track| track.rotate_to(span * node));

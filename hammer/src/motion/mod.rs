@@ -18,7 +18,7 @@ mod start;
 pub mod state;
 mod transition;
 
-use crate::air::series::Series;
+use crate::air::series::{Block, Series};
 use crate::air::{Places, Window};
 use crate::error::Error;
 use crate::laws::event::{Bodies, Displacement, Event};
@@ -56,7 +56,8 @@ pub struct Motion {
     /// Result of [`MotionState::is_steady`] for `state`.
     steady: bool,
     pub(crate) basis_changes: u64,
-    /// Storage for the air's series, and for its next window.
+    /// Storage for the coordinates that are expanded with the air, for its series, and for its next window.
+    blocks: Vec<Block>,
     series: Option<Box<Series>>,
     window: Option<Box<Window>>,
     /// Polynomials of displacements in a window of the air: track, functional, and the result of [`Self::poly`].
@@ -220,10 +221,15 @@ impl Motion {
         self.state.anchors.iter().enumerate().filter_map(share)
     }
 
+    /// The polynomial of a functional, if it is noted for the window of air.
+    pub(crate) fn noted(&self, index: usize, functional: usize) -> Option<&Poly> {
+        let mut known = self.polys.iter();
+        known.find(|(i, f, _)| [*i, *f] == [index, functional]).map(|(.., poly)| poly)
+    }
+
     /// Static and translating part of a functional of track `index`, after the epoch.
     pub(crate) fn poly(&self, index: usize, functional: usize) -> Poly {
-        let mut known = self.polys.iter();
-        if let Some((.., poly)) = known.find(|(i, f, _)| [*i, *f] == [index, functional]) {
+        if let Some(poly) = self.noted(index, functional) {
             return *poly;
         }
         let (loads, driven) = (&self.state.loads, &self.state.anchors[index].driven);
@@ -255,9 +261,17 @@ impl Motion {
         let shares = self.shares(displacement).take_while(|(index, _)| *index < tracks.len());
         let shares = shares.map(|(index, functional)| {
             let track = &tracks[index];
-            let rows = &track.system.functionals[functional].rows;
-            let mut rates: [f64; COUNT] = self.poly(index, functional).derivatives_at(t);
-            for (rate, row) in rates.iter_mut().zip(rows) {
+            let of = &track.system.functionals[functional];
+            if of.still {
+                let translation = &self.state.anchors[index].driven.translation;
+                let rates: [f64; COUNT] = translation.derivatives_at(t);
+                return rates.map(|rate| of.rigid * rate);
+            }
+            let mut rates: [f64; COUNT] = match self.noted(index, functional) {
+                Some(poly) => poly.derivatives_at(t),
+                None => self.poly(index, functional).derivatives_at(t),
+            };
+            for (rate, row) in rates.iter_mut().zip(&of.rows) {
                 *rate += kernel::dot(row, &track.z);
             }
             rates
@@ -455,13 +469,18 @@ impl Motion {
             state.mode,
             self.air_forces(self.air()),
         );
-        self.load(loads, |_, _| false);
+        self.load(loads);
     }
 
-    /// Replaces the loads at the epoch. `whole` says which tracks hold their whole state.
-    pub(super) fn load(&mut self, loads: [Poly; CHANNELS], whole: impl Fn(&Self, usize) -> bool) {
+    /// Replaces the loads at the epoch.
+    pub(super) fn load(&mut self, loads: [Poly; CHANNELS]) {
         let old = std::mem::replace(&mut self.state.loads, loads);
-        let same = old == self.state.loads;
+        self.adopt(&old, |_, _| false);
+    }
+
+    /// Adopts the loads that have replaced `old` at the epoch. `whole` says which tracks hold their whole state.
+    fn adopt(&mut self, old: &[Poly; CHANNELS], whole: impl Fn(&Self, usize) -> bool) {
+        let same = *old == self.state.loads;
         // Under constant loads every track is restarted, even where its own load is the same.
         let is_constant = self.steady && self.state.loads.iter().all(Poly::is_constant);
         for index in 0..self.tracks.len() {
@@ -469,8 +488,8 @@ impl Motion {
                 let system = &self.tracks[index].system;
                 if whole(self, index) {
                     self.split(index);
-                } else if !same && (is_constant || system.differ(&old, &self.state.loads)) {
-                    self.restart(index, &old, 0.0);
+                } else if !same && (is_constant || system.differ(old, &self.state.loads)) {
+                    self.restart(index, old, 0.0);
                 }
                 continue;
             }

@@ -112,6 +112,7 @@ impl Motion {
             tracks,
             steady,
             basis_changes: 0,
+            blocks: Vec::new(),
             series: None,
             window: None,
             polys: Vec::new(),

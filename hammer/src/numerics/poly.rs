@@ -50,16 +50,27 @@ impl Poly {
 
     /// Value at `t`.
     pub fn at(&self, t: f64) -> f64 {
+        if t == 0.0 {
+            return self.0[0];
+        }
         self.0[..=self.degree()].iter().rev().fold(0.0, |sum, c| sum * t + c)
     }
 
     /// Value and first derivatives at `t`.
     pub fn derivatives_at<const COUNT: usize>(&self, t: f64) -> [f64; COUNT] {
-        let degree = self.degree();
+        let (degree, mut derivatives, mut factorial) = (self.degree(), [0.0; COUNT], 1.0);
+        if COUNT <= 3 {
+            for c in self.0[..=degree].iter().rev() {
+                for k in (1..COUNT).rev() {
+                    derivatives[k] = derivatives[k] * t + derivatives[k - 1];
+                }
+                derivatives[0] = derivatives[0] * t + c;
+            }
+            derivatives.iter_mut().skip(2).for_each(|second| *second *= 2.0);
+            return derivatives;
+        }
         let mut c = self.0;
         let c = &mut c[..=degree];
-        let mut derivatives = [0.0; COUNT];
-        let mut factorial = 1.0;
         for (k, derivative) in derivatives.iter_mut().take(degree + 1).enumerate() {
             if t != 0.0 {
                 let mut sum = 0.0;
@@ -77,18 +88,15 @@ impl Poly {
     /// Adds `sum_j factors_j` times derivative `j` of a polynomial that has as many coefficients as there are factors.
     /// (Only a corrupt load has more coefficients; they are ignored.)
     pub fn add_derivatives(&mut self, factors: &[f64; SHORT], other: &Self) {
-        let (mut factorials, mut derivatives) = ([1.0; SHORT], [0.0; 2 * SHORT]);
-        derivatives[0] = other.0[0];
-        for k in 1..SHORT {
-            factorials[k] = k as f64 * factorials[k - 1];
-            derivatives[k] = factorials[k] * other.0[k];
-        }
+        let mut padded = [0.0; 2 * SHORT];
+        padded[..SHORT].copy_from_slice(&other.0[..SHORT]);
         let mut sums = [0.0; SHORT];
-        for (j, factor) in factors.iter().enumerate() {
-            sums.iter_mut().zip(&derivatives[j..]).for_each(|(sum, c)| *sum += factor * c);
+        for (j, factor) in factors.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
+            for k in 0..SHORT {
+                sums[k] += factor * (RISING[j][k] * padded[j + k]);
+            }
         }
-        let each = self.0.iter_mut().zip(sums).zip(factorials);
-        each.for_each(|((c, sum), factorial)| *c += sum / factorial);
+        self.0.iter_mut().zip(sums).for_each(|(c, sum)| *c += sum);
     }
 
     /// `int_0^t self`.
@@ -227,12 +235,30 @@ impl Poly {
 
     /// `self + factor * other`.
     pub fn plus(mut self, factor: f64, other: &Self) -> Self {
-        for (a, b) in self.0.iter_mut().zip(&other.0) {
-            *a += factor * b;
-        }
+        self.add(factor, other);
         self
     }
+
+    /// Adds `factor * other`.
+    #[inline]
+    pub fn add(&mut self, factor: f64, other: &Self) {
+        self.0.iter_mut().zip(&other.0).for_each(|(a, b)| *a += factor * b);
+    }
 }
+
+/// `(k + j)! / k!`, in the order `[j][k]`: coefficient `k` of derivative `j` over coefficient `k + j`.
+const RISING: [[f64; SHORT]; SHORT] = {
+    let (mut all, mut j) = ([[1.0; SHORT]; SHORT], 1);
+    while j < SHORT {
+        let mut k = 0;
+        while k < SHORT {
+            all[j][k] = all[j - 1][k] * (k + j) as f64;
+            k += 1;
+        }
+        j += 1;
+    }
+    all
+};
 
 /// Most polynomials have at most this many coefficients.
 const LOW: usize = 4;

@@ -52,30 +52,55 @@ pub fn value(powers: &[f64], t: f64) -> f64 {
 /// polynomial by more than its `allowed` error.
 #[inline(always)]
 pub fn projections<const COUNT: usize>(
-    mut all: [[f64; COUNT]; ORDER + 1],
+    all: &[[f64; COUNT]; ORDER + 1],
     allowed: [f64; COUNT],
 ) -> [[f64; COUNT]; LOW] {
-    let mut left = [0.0; COUNT];
-    for k in (1..=ORDER).rev() {
-        let mut parts = all[k];
-        parts.iter_mut().for_each(|part| *part /= ORTHOGONAL[k][k]);
-        if k < LOW {
-            // In the interval the magnitude of the Legendre polynomial is at most one.
-            let out: [f64; COUNT] = from_fn(|i| left[i] + parts[i].abs());
-            if out.iter().zip(allowed).any(|(out, allowed)| *out > allowed) {
-                break;
-            }
-            left = out;
+    let (mut low, mut left): ([[f64; COUNT]; LOW], _) = (from_fn(|k| all[k]), [0.0; COUNT]);
+    for (row, parts) in all[LOW..].iter().zip(&PROJECTED) {
+        for k in 0..LOW {
+            (0..COUNT).for_each(|i| low[k][i] += parts[k] * row[i]);
         }
-        for (row, p) in all[..k].iter_mut().zip(&ORTHOGONAL[k]) {
-            for i in 0..COUNT {
-                row[i] -= parts[i] * p;
-            }
-        }
-        all[k] = [0.0; COUNT];
     }
-    from_fn(|k| all[k])
+    for k in (1..LOW).rev() {
+        let parts = low[k].map(|c| c / ORTHOGONAL[k][k]);
+        // In the interval the magnitude of the Legendre polynomial is at most one.
+        let out: [f64; COUNT] = from_fn(|i| left[i] + parts[i].abs());
+        if out.iter().zip(allowed).any(|(out, allowed)| *out > allowed) {
+            break;
+        }
+        left = out;
+        for (row, p) in low[..k].iter_mut().zip(&ORTHOGONAL[k]) {
+            (0..COUNT).for_each(|i| row[i] -= parts[i] * p);
+        }
+        low[k] = [0.0; COUNT];
+    }
+    low
 }
+
+/// The projections of the powers from [`LOW`] on.
+static PROJECTED: [[f64; LOW]; ORDER + 1 - LOW] = {
+    let (mut all, mut power) = ([[0.0; LOW]; ORDER + 1 - LOW], LOW);
+    while power <= ORDER {
+        let mut left = [0.0; ORDER + 1];
+        left[power] = 1.0;
+        let mut k = power;
+        while k >= LOW {
+            let (part, mut i) = (left[k] / ORTHOGONAL[k][k], 0);
+            while i < k {
+                left[i] -= part * ORTHOGONAL[k][i];
+                i += 1;
+            }
+            k -= 1;
+        }
+        let mut i = 0;
+        while i < LOW {
+            all[power - LOW][i] = left[i];
+            i += 1;
+        }
+        power += 1;
+    }
+    all
+};
 
 /// The Legendre polynomials on the interval from 0 to 1, `sum_i (-1)^(j + i) C(j, i) C(j + i, i) t^i`.
 static ORTHOGONAL: [Powers; ORDER + 1] = {
@@ -104,7 +129,7 @@ mod tests {
         let distances = NODES.iter().fold(one, |powers, node| {
             from_fn(|k| if k > 0 { powers[k - 1] } else { 0.0 } - node * powers[k])
         });
-        let left = projections(distances.map(|c| [c]), [0.0]);
+        let left = projections(&distances.map(|c| [c]), [0.0]);
         assert!(left.iter().all(|[c]| c.abs() < 30.0 * f64::EPSILON));
         let powers: [f64; LOW] = from_fn(|k| 1.0 / (k + 1) as f64 - 0.3);
         let found = through(&NODES.map(|node| value(&powers, node)));
@@ -119,7 +144,7 @@ mod tests {
     fn what_a_projection_leaves_out_is_orthogonal_to_what_it_keeps() {
         for high in 0..=ORDER {
             let only: [[f64; 1]; ORDER + 1] = from_fn(|k| [f64::from(u8::from(k == high))]);
-            let lower = projections(only, [0.0]);
+            let lower = projections(&only, [0.0]);
             for moment in 0..LOW {
                 let mean = |k: usize| 1.0 / (k + moment + 1) as f64;
                 let left = mean(high) - (0..LOW).map(|k| lower[k][0] * mean(k)).sum::<f64>();

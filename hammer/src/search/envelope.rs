@@ -40,20 +40,21 @@ impl Envelope {
     /// host sets often remain valid much longer than they are used.
     pub fn new(motion: &Motion, guard: &Guard, reach: f64, others: &[Self]) -> Option<Self> {
         let Guard { displacement, order, .. } = *guard;
-        let (mut parts, mut is_calm) = ([None; 2], true);
-        for (part, (track, functional)) in parts.iter_mut().zip(motion.shares(displacement)) {
-            *part = Some(Part { track, functional, factor: 1.0 });
-            is_calm = is_calm && motion.is_calm(track);
-        }
-        if is_calm || motion.air().is_none() || !reach.is_finite() {
+        if motion.air().is_none() || !reach.is_finite() {
             return None;
         }
+        let mut parts = [None; 2];
+        for (part, (track, functional)) in parts.iter_mut().zip(motion.shares(displacement)) {
+            *part = Some(Part { track, functional, factor: 1.0 });
+        }
         let same = others.iter().find(|other| other.guarded == (displacement, 0));
-        let (mut poly, mut amplitude) = (same.map(|same| same.poly), 0.0);
+        let (mut poly, mut amplitude) = (same.map_or(Poly::default(), |same| same.poly), 0.0);
         for Part { track, functional, .. } in parts.into_iter().flatten() {
             if same.is_none() {
-                let part = motion.poly(track, functional);
-                poly = Some(poly.map_or(part, |poly| poly.plus(1.0, &part)));
+                match motion.noted(track, functional) {
+                    Some(part) => poly.add(1.0, part),
+                    None => poly.add(1.0, &motion.poly(track, functional)),
+                }
             }
             let track = &motion.tracks[track];
             let functional = &track.system.functionals[functional];
@@ -68,7 +69,10 @@ impl Envelope {
         let [one, other] = parts.map(|part| part.filter(moves));
         let parts = [one.or(other), one.and(other)];
         let ahead = if order == 0 { motion.ahead(displacement) } else { 0.0 };
-        let poly = poly.unwrap_or_default();
+        let mut each = parts.iter().flatten();
+        if same.is_none() && poly.degree() <= 2 && each.all(|part| motion.is_calm(part.track)) {
+            return None;
+        }
         let poly = if order == 1 { poly.derivative() } else { poly };
         Some(Self::over((displacement, order), (poly, parts), [ahead, amplitude], reach))
     }

@@ -119,12 +119,14 @@ impl Functional {
         if driven.is_parabola() && !response.varies(loads) {
             return self.parabola(loads, &driven.translation);
         }
-        let sum = if self.still {
-            Poly::default()
-        } else {
-            response.poly(&self.rows[0], &self.statics, loads, driven)
-        };
-        if self.rigid != 0.0 { sum.plus(self.rigid, &driven.translation) } else { sum }
+        let mut sum = Poly::default();
+        if !self.still {
+            response.add_poly(&self.rows[0], &self.statics, loads, driven, &mut sum);
+        }
+        if self.rigid != 0.0 {
+            sum.add(self.rigid, &driven.translation);
+        }
+        sum
     }
 
     /// [`Self::poly`] under constant loads.

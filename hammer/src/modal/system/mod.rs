@@ -399,7 +399,9 @@ impl System {
         acting.filter(|(load, _)| !load.is_constant() || load.0[0] != 0.0).filter_map(
             move |(load, drive)| {
                 let DampedDrive { row, statics, integrals } = drive.as_ref()?;
-                Some((load, self.response.poly(row, statics, loads, driven), &integrals[..]))
+                let mut poly = Poly::default();
+                self.response.add_poly(row, statics, loads, driven, &mut poly);
+                Some((load, poly, &integrals[..]))
             },
         )
     }

@@ -127,17 +127,17 @@ impl Response {
         })
     }
 
-    /// The polynomial `c . (y - z)`, without the translation. `statics` is [`Self::statics_of`] of `c`.
-    pub(crate) fn poly(
+    /// Adds the polynomial `c . (y - z)`, without the translation. `statics` is [`Self::statics_of`] of `c`.
+    pub(crate) fn add_poly(
         &self,
         c: &[f64],
         statics: &[[f64; ORDERS]; CHANNELS],
         loads: &[Poly; CHANNELS],
         driven: &Driven,
-    ) -> Poly {
-        let mut sum = Poly::default();
+        sum: &mut Poly,
+    ) {
         for (k, poly) in &driven.slow {
-            sum = sum.plus(c[*k], poly);
+            sum.add(c[*k], poly);
         }
         let fast = (!driven.slow.is_empty()).then(|| driven.without_slow(c));
         for (channel, load) in loads.iter().enumerate().filter(|(i, _)| self.sizes[*i] != 0.0) {
@@ -157,7 +157,6 @@ impl Response {
                 sum.add_derivatives(&statics, load);
             }
         }
-        sum
     }
 
     /// Adds to `z` the part due to loads and translation at `t`.
