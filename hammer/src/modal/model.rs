@@ -1,5 +1,6 @@
 //! The scene in modal form: its graph, its loads and its linear systems, each of which is decomposed when first needed.
 
+use crate::bodies::bar::Bar;
 use crate::bodies::cache::Recent;
 use crate::error::Error;
 use crate::laws::event::Displacement;
@@ -85,7 +86,10 @@ impl Model {
     /// True if anything except the rock dissipates.
     pub(crate) fn is_damped(&self) -> bool {
         let viscous = |edge: &Edge| edge.law.line.viscosity > 0.0;
-        self.parameters.material.damping_time > 0.0 || self.graph.ties.iter().any(viscous)
+        let bends = |bar: &Bar| bar.omega2.iter().any(|w2| *w2 > 0.0);
+        let material = &self.parameters.material;
+        material.damping_time > 0.0 && self.graph.bodies.iter().any(bends)
+            || self.graph.ties.iter().any(viscous)
     }
 
     /// The direct passage from one group's system into another's; `None` if it would not save work.

@@ -13,6 +13,7 @@ use crate::modal::system::{Functional, System, TAYLOR};
 use crate::modal::track::Track;
 use crate::numerics::kernel;
 use crate::numerics::poly::{Poly, TERMS};
+use crate::numerics::series::LOW;
 use crate::scene::graph::CHANNELS;
 use std::cell::OnceCell;
 
@@ -86,6 +87,7 @@ impl<'a> Stretch<'a> {
     pub fn works(&self, index: usize) -> impl Fn(usize) -> f64 {
         let poly = self.poly(index);
         let (change, varying) = (self.change_of(index, &poly), OnceCell::new());
+        let still = self.functional(index).still;
         move |channel| {
             let load = &self.loads[channel];
             if load.is_constant() {
@@ -94,7 +96,7 @@ impl<'a> Stretch<'a> {
             let degree = || self.loads.iter().map(Poly::degree).max().unwrap_or_default();
             let make = || (poly.derivative(), self.rate_moments(index, degree()));
             let (rate, moments) = varying.get_or_init(make);
-            let [modal, _] = self.moment_and_size(moments, load);
+            let modal = if still { 0.0 } else { self.moment_and_size(moments, load)[0] };
             load.integral_of_product(rate, self.span) + modal
         }
     }
@@ -102,7 +104,7 @@ impl<'a> Stretch<'a> {
     /// [`Self::moments`] of a displacement's rate.
     fn rate_moments(&self, index: usize, degree: usize) -> Vec<[f64; 2]> {
         if self.functional(index).still {
-            return vec![[0.0; 2]; degree + 1];
+            return Vec::new();
         }
         self.moments(self.system.rate_integrals(index), degree)
     }
@@ -123,9 +125,15 @@ impl<'a> Stretch<'a> {
 
     /// `int load(t) c . z(t) dt`, by parts, from the moments of `c . z`; and the sum of the magnitudes of its terms.
     fn moment_and_size(&self, moments: &[[f64; 2]], load: &Poly) -> [f64; 2] {
-        let at_end: [f64; TERMS] = load.derivatives_at(self.span);
+        let degree = load.degree();
+        let mut at_end = [0.0; TERMS];
+        if degree < LOW {
+            at_end[..LOW].copy_from_slice(&load.derivatives_at::<LOW>(self.span));
+        } else {
+            at_end = load.derivatives_at(self.span);
+        }
         let (mut sum, mut size, mut factorial) = (0.0, 0.0, 1.0);
-        for (k, [end, start]) in moments.iter().enumerate().take(load.degree() + 1) {
+        for (k, [end, start]) in moments.iter().enumerate().take(degree + 1) {
             let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
             factorial *= k.max(1) as f64;
             let terms = [at_end[k] * end, factorial * load.0[k] * start];

@@ -109,10 +109,15 @@ impl Poly {
         let (degree, more) = (self.degree(), other.degree());
         let mut product = [0.0; 2 * TERMS];
         for (i, a) in self.0[..=degree].iter().enumerate() {
-            let each = product[i..].iter_mut().zip(&other.0[..=more]);
-            each.for_each(|(sum, b)| *sum += a * b);
+            if more < MIDDLE {
+                (0..MIDDLE).for_each(|k| product[i + k] += a * other.0[k]);
+            } else {
+                let each = product[i..].iter_mut().zip(&other.0);
+                each.for_each(|(sum, b)| *sum += a * b);
+            }
         }
-        (0..=degree + more).rev().fold(0.0, |sum, k| (sum + product[k] / (k + 1) as f64) * t)
+        let terms = product[..=degree + more].iter().zip(&OVER).rev();
+        terms.fold(0.0, |sum, (c, over)| (sum + c * over) * t)
     }
 
     /// Drops the highest powers that are negligible on `[0, t]`: those below a thousandth of a rounding of the
@@ -246,8 +251,18 @@ impl Poly {
     }
 }
 
+/// `1 / (k + 1)`, by which the integral of the power `k` is multiplied.
+static OVER: [f64; 2 * TERMS] = {
+    let (mut over, mut k) = ([1.0; 2 * TERMS], 1);
+    while k < over.len() {
+        over[k] /= (k + 1) as f64;
+        k += 1;
+    }
+    over
+};
+
 /// `(k + j)! / k!`, in the order `[j][k]`: coefficient `k` of derivative `j` over coefficient `k + j`.
-const RISING: [[f64; SHORT]; SHORT] = {
+static RISING: [[f64; SHORT]; SHORT] = {
     let (mut all, mut j) = ([[1.0; SHORT]; SHORT], 1);
     while j < SHORT {
         let mut k = 0;
