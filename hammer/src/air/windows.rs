@@ -21,9 +21,9 @@ const FEWER: f64 = 0.05;
 /// Shortest window, s.
 const SHORTEST: f64 = 1e-12;
 
-/// A window, and the forces on piston and bit. The error names a flow path and the bound of its formula that the flow
-/// passes immediately; it is `None` if no window exists.
-pub(crate) type Solved = Result<(Box<Window>, [Poly; 2]), Option<(usize, usize)>>;
+/// A window. The error names a flow path and the bound of its formula that the flow passes immediately; it is `None` if
+/// no window exists.
+pub(crate) type Solved = Result<Box<Window>, Option<(usize, usize)>>;
 
 impl Air {
     /// The window that begins at the epoch. `series` and `storage` are reused.
@@ -73,12 +73,16 @@ impl Air {
             window.reach = tau * length;
             window.then = Some((path, self.regimes[path].next(bound)));
         }
-        let force = |i: usize| Poly::of_part(&fit.parts.map(|part| part[i]), length);
-        Ok((window, [0, 1].map(force)))
+        Ok(window)
     }
 }
 
 impl Series {
+    /// The forces on piston and bit in a window of this length.
+    pub(crate) fn forces(&self, length: f64) -> [Poly; 2] {
+        [0, 1].map(|i| Poly::of_part(&self.fit.parts.map(|part| part[i]), length))
+    }
+
     /// Finds a length of at most `longest`, and the series over it with their projections. The part of a force that the
     /// projection leaves out is at most the share `allowed` of the pressures' force at either end. Both ends count,
     /// because a window may be cut short.
@@ -207,8 +211,7 @@ mod tests {
             places,
             outside,
         };
-        let (window, _) =
-            gas.window(&problem, &mut Series::default(), &mut None).expect("a window");
+        let window = gas.window(&problem, &mut Series::default(), &mut None).expect("a window");
         let choked = (KAPPA / GAS).sqrt() * (2.0 / (KAPPA + 1.0)).powi(3);
         let [volume, _] = crate::air::volumes(&parameters, places);
         let rate =

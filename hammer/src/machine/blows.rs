@@ -199,6 +199,7 @@ impl Progress {
         };
         match flight {
             Some(flight) if motion.is_steady() => flight.turn(at).into_iter().for_each(pass),
+            Some(flight) if !flight.may_turn(at) => pass(at),
             Some(flight) => flight.turns(at).into_iter().for_each(pass),
             None => pass(at),
         }

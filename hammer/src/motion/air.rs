@@ -122,7 +122,7 @@ impl Motion {
         let mut solved = None;
         for trial in 1..=TRIALS {
             match air.window(&problem, series, &mut self.window) {
-                Ok(window) => solved = Some((window, trial)),
+                Ok(window) => solved = Some((series.forces(window.length), window, trial)),
                 Err(Some((path, bound))) => {
                     air.regimes[path] = air.regimes[path].next(bound);
                     continue;
@@ -132,14 +132,14 @@ impl Motion {
             break;
         }
         self.blocks = problem.blocks;
-        if let Some(((window, forces), trial)) = solved {
+        if let Some((forces, window, trial)) = solved {
             air.window = Some(window);
             self.state.air = Some(air);
-            self.press(forces);
+            self.press(&forces);
             self.note_polys();
             return Ok(trial);
         }
-        self.press(self.air_forces(Some(&air)));
+        self.press(&self.air_forces(Some(&air)));
         self.state.air = Some(air);
         Err(beyond(self.parameters(), self.state.epoch.value(), places))
     }
@@ -190,16 +190,21 @@ impl Motion {
                 let Some(functional) = self.share(index, displacement) else { continue };
                 let (system, driven) =
                     (&self.tracks[index].system, &self.state.anchors[index].driven);
-                let poly = system.poly(functional, &self.state.loads, driven);
+                // In a rigid hammer the gap is the piston's position, and only the sign differs.
+                let mirrored = system.functionals[functional].mirrored;
+                let poly = match mirrored.and_then(|other| self.noted(index, other)) {
+                    Some(other) => Poly(other.0.map(|c| -c)),
+                    None => system.poly(functional, &self.state.loads, driven),
+                };
                 self.polys.push((index, functional, poly));
             }
         }
     }
 
     /// Applies the air's forces to the piston and the bit, from the epoch on.
-    fn press(&mut self, [drive, anvil]: [Poly; 2]) {
+    fn press(&mut self, [drive, anvil]: &[Poly; 2]) {
         let (old, loads) = (self.state.loads, &mut self.state.loads);
-        (loads[Channel::Drive as usize], loads[Channel::Anvil as usize]) = (drive, anvil);
+        (loads[Channel::Drive as usize], loads[Channel::Anvil as usize]) = (*drive, *anvil);
         self.adopt(&old, Self::is_whole);
     }
 

@@ -192,12 +192,19 @@ impl Poly {
     /// The times on `[0, to]` at which the polynomial turns, in order, and `to`. (If the polynomial continues after
     /// `to`, rounding may change the sign of its rate there.)
     pub fn turns(&self, to: f64) -> Vec<f64> {
-        let rate = self.derivative();
-        let [slope, changes @ ..] = rate.scaled(to).0;
-        let may_turn = slope.abs() <= changes.iter().map(|c| c.abs()).sum();
-        let mut turns = if may_turn { rate.zeros(to) } else { Vec::new() };
+        let mut turns = if self.may_turn(to) { self.derivative().zeros(to) } else { Vec::new() };
         turns.push(to);
         turns
+    }
+
+    /// False if the rate's first term outweighs all others on `[0, to]`, so that its sign does not change.
+    pub fn may_turn(&self, to: f64) -> bool {
+        let (mut changes, mut power) = (0.0, 1.0);
+        for (k, c) in self.0[..=self.degree()].iter().enumerate().skip(2) {
+            power *= to;
+            changes += k as f64 * c.abs() * power;
+        }
+        self.0[1].abs() <= changes
     }
 
     /// The times on `[0, to]` at which the polynomial changes its sign; between two zeros of its derivative there is at

@@ -36,6 +36,8 @@ pub struct Functional {
     pub rigid: f64,
     /// True if all other weights are zero, so that nothing in the displacement oscillates.
     pub still: bool,
+    /// Index of an earlier functional of the system that is this one times minus one.
+    pub mirrored: Option<usize>,
     /// `c S_j` for each channel and each order `j` (see `response.rs`).
     pub statics: [[f64; ORDERS]; CHANNELS],
 }
@@ -75,6 +77,7 @@ impl Functional {
             integral: generator.integrate(&c),
             statics: response.statics_of(&c),
             still: c.iter().all(|c| *c == 0.0),
+            mirrored: None,
             rows: [c, r1, r2, r3],
             integrals: OnceLock::new(),
             evaluation_rows: Default::default(),
@@ -84,6 +87,11 @@ impl Functional {
 
     fn zeros<const COUNT: usize>(n: usize) -> [Vec<f64>; COUNT] {
         std::array::from_fn(|_| vec![0.0; 2 * n])
+    }
+
+    /// True if the other one is this one times minus one.
+    pub(crate) fn mirrors(&self, other: &Self) -> bool {
+        self.rigid == -other.rigid && self.rows[0].iter().zip(&other.rows[0]).all(|(a, b)| *a == -b)
     }
 
     /// Rows for derivative `order` (0 or 1) and for its rate, and weights that bound this derivative and its second
@@ -116,7 +124,7 @@ impl Functional {
         loads: &[Poly; CHANNELS],
         driven: &Driven,
     ) -> Poly {
-        if driven.is_parabola() && !response.varies(loads) {
+        if !response.varies(loads) && driven.is_parabola() {
             return self.parabola(loads, &driven.translation);
         }
         let mut sum = Poly::default();

@@ -161,7 +161,11 @@ impl System {
             system.functional(shape, known)
         };
         Error::if_interrupted()?;
-        let functionals = functionals.iter().map(functional).collect();
+        let mut functionals: Vec<_> = functionals.iter().map(functional).collect();
+        for index in 1..functionals.len() {
+            let (before, rest) = functionals.split_at_mut(index);
+            rest[0].mirrored = before.iter().position(|one| one.mirrors(&rest[0]));
+        }
         system.functionals = functionals;
         Ok(system)
     }
