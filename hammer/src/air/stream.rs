@@ -72,8 +72,8 @@ impl Lanes {
     /// Sets coefficient `k` of the factors in half a row.
     #[inline(always)]
     pub(super) fn put(&mut self, k: usize, half: usize, left: [f64; 4], right: [f64; 4]) {
-        self.left[k][4 * half..][..4].copy_from_slice(&left);
-        self.right[ORDER - k][4 * half..][..4].copy_from_slice(&right);
+        self.left[k].as_chunks_mut().0[half] = left;
+        self.right[ORDER - k].as_chunks_mut().0[half] = right;
     }
 }
 

@@ -34,6 +34,7 @@ impl Drift {
     }
 
     /// The drift that is this polynomial.
+    #[inline]
     pub fn new(poly: Poly) -> Self {
         let [c0, c1, c2, rest @ ..] = &poly.0;
         if rest.iter().all(|&c| c == 0.0) {
