@@ -201,6 +201,12 @@ impl Motion {
         }
     }
 
+    /// The polynomial of a functional, if it is noted for the window of air.
+    pub(crate) fn noted(&self, index: usize, functional: usize) -> Option<&Poly> {
+        let mut known = self.polys.iter();
+        known.find(|(i, f, _)| [*i, *f] == [index, functional]).map(|(.., poly)| poly)
+    }
+
     /// Applies the air's forces to the piston and the bit, from the epoch on.
     fn press(&mut self, [drive, anvil]: &[Poly; 2]) {
         let (old, loads) = (self.state.loads, &mut self.state.loads);

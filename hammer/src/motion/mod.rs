@@ -221,12 +221,6 @@ impl Motion {
         self.state.anchors.iter().enumerate().filter_map(share)
     }
 
-    /// The polynomial of a functional, if it is noted for the window of air.
-    pub(crate) fn noted(&self, index: usize, functional: usize) -> Option<&Poly> {
-        let mut known = self.polys.iter();
-        known.find(|(i, f, _)| [*i, *f] == [index, functional]).map(|(.., poly)| poly)
-    }
-
     /// Static and translating part of a functional of track `index`, after the epoch.
     pub(crate) fn poly(&self, index: usize, functional: usize) -> Poly {
         if let Some(poly) = self.noted(index, functional) {
@@ -263,9 +257,8 @@ impl Motion {
             let track = &tracks[index];
             let of = &track.system.functionals[functional];
             if of.still {
-                let translation = &self.state.anchors[index].driven.translation;
-                let rates: [f64; COUNT] = translation.derivatives_at(t);
-                return rates.map(|rate| of.rigid * rate);
+                let moved = &self.state.anchors[index].driven.translation;
+                return moved.derivatives_at::<COUNT>(t).map(|rate| of.rigid * rate);
             }
             let mut rates: [f64; COUNT] = match self.noted(index, functional) {
                 Some(poly) => poly.derivatives_at(t),
