@@ -34,7 +34,10 @@ fn a_step_of_minutes_ends_at_once_and_the_instance_can_be_used_again() {
             assert_eq!(step.join().unwrap(), ERROR);
             fastest = fastest.min(begun.elapsed());
         });
-        assert!(host.only_error().ends_with("cancelled before it was done"));
+        let mut log = host.take_log();
+        let (_, _, why) = log.pop().unwrap();
+        assert!(why.ends_with("cancelled before it was done"), "{why}");
+        assert!(log.iter().all(|(_, _, early)| early.contains("has nothing to cancel")), "{log:?}");
         assert_eq!(library.step(host.handle, 0.0, 1e-3), ERROR, "before a reset");
         host.only_error();
         host.plain("fmi2Reset");
