@@ -1,8 +1,7 @@
 //! A hammer driven by air: closed forms of the gas, and properties of the engine.
 
 use crate::scenes::{Random, air_turnover};
-use hammer::presets::Preset;
-use hammer::{Energies, Error, Fidelity, Input, InputValues, Machine, Parameters, Scene, Source};
+use hammer::{Energies, Error, Fidelity, Input, InputValues, Machine, Parameters, Source};
 
 const GAS: f64 = 287.05;
 const KAPPA: f64 = 1.4;
@@ -194,23 +193,6 @@ fn from_outside<const N: usize>(
         assert!(energy > 10.0 && apart < 0.01 * energy, "{coarse:?} {fine:?} {energies:?}");
         assert!((fine[i] - energy).abs() < apart + 1e-4 * energy, "{} for {energy} J", fine[i]);
     }
-}
-
-/// The same with pressures and positions of the piston relative to casing and bit. If the return chamber followed the
-/// casing, 8 % would be lost here.
-#[test]
-fn the_return_chamber_follows_the_bit() {
-    let Scene { parameters: mut p, inputs } =
-        Preset::named("air_4_inch").expect("a preset").start();
-    p.fidelity = Fidelity::Rigid;
-    let inputs = InputValues { feed_force: 8e3, ..inputs };
-    let powers = |machine: &Machine| {
-        let now = machine.kinematics();
-        let [drive, back] = pressures(machine).map(|p| p - inputs.exhaust_pressure);
-        let down = drive * p.drive.area_drive * now.relative.velocity;
-        [down - back * p.drive.area_return * now.over_struck.velocity]
-    };
-    from_outside(&(p, inputs), powers, |energies| [energies.drive]);
 }
 
 /// Without a casing the cylinder follows the bit. The drive's work is its force times the piston's displacement

@@ -1,7 +1,7 @@
 //! Reloading along the unloading line, and the rate by specific energy.
 
 use crate::scenes;
-use hammer::{Event, InputValues, Machine, Parameters, Reloading, RockEvent, RockMode};
+use hammer::{InputValues, Machine, Parameters, Reloading};
 
 fn scene(parameters: &Parameters) -> Machine {
     Machine::new(parameters, &InputValues::default(), 0.0).expect("a scene")
@@ -23,38 +23,6 @@ fn it_settles_at_the_rate_of_another_solver() {
     assert!((blow.period - 45.380e-3).abs() < 0.5e-6, "{} ms", 1e3 * blow.period);
     let energies = machine.energies();
     assert!(energies.residual.abs() < 1e-12 * energies.drive, "{energies:?}");
-}
-
-/// No cycle begins in loaded rock below the force at which the tip had turned upward, to the resolution of a
-/// displacement times the unloading stiffness; at that force it does.
-#[test]
-fn drilling_begins_again_at_the_force_where_it_ended() {
-    let p = reloading();
-    let resolution = 2.0 * p.resolutions()[0] * p.rock.unloading_ratio * p.rock.stiffness;
-    let mut machine = scene(&p);
-    machine.keep_journal(true);
-    machine.advance(0.05).expect("a run");
-    let records = machine.take_journal();
-    let mut machine = scene(&p);
-    let (mut turned, mut resumed) = (f64::NAN, 0);
-    for record in records {
-        machine.advance(record.time.next_up()).expect("a step");
-        let force = machine.kinematics().rock_force;
-        match record.event {
-            Event::Rock(RockEvent::Turn | RockEvent::DissipativeTurn) => turned = force,
-            Event::Rock(RockEvent::Restart) if turned.is_finite() => {
-                // The viscous part jumps, the elastic part does not.
-                let speed = machine.kinematics().tip.velocity;
-                let elastic = force - p.rock.viscosity * speed;
-                let room = resolution + 1e-6 * turned;
-                assert!((elastic - turned).abs() < room, "{elastic} N after {turned} N");
-                resumed += 1;
-            }
-            Event::Rock(RockEvent::Return) => assert_eq!(record.mode.rock, RockMode::Standstill),
-            _ => {}
-        }
-    }
-    assert!(resumed > 0);
 }
 
 /// Work before a change counts with the specific energy of its time: `W1 / k1 + (W2 - W1) / k2`.
