@@ -233,14 +233,15 @@ impl Barrier {
 }
 
 /// Steps to the zero of a function, computed with one, two and three of its derivatives: the methods of Newton, Halley
-/// and Householder.
+/// and Householder. A step is NaN where its parabola or cubic has no zero that it nears: between two pushes of a tip
+/// that almost stands, they have none, and a step that comes to rest there is no zero of the function.
 fn steps(value: f64, [first, second, third]: [f64; 3]) -> [f64; 3] {
     let newton = -value / first;
     let refined = |third: f64| {
-        (0..NEWTONS).fold(newton, |s, _| {
-            let rest = value + s * (first + s * (0.5 * second + s * third / 6.0));
-            s - rest / (first + s * (second + 0.5 * s * third))
-        })
+        let rest = |s: f64| value + s * (first + s * (0.5 * second + s * third / 6.0));
+        let slope = |s: f64| first + s * (second + 0.5 * s * third);
+        let step = (0..NEWTONS).fold(newton, |s, _| s - rest(s) / slope(s));
+        if rest(step).abs() <= 0.5 * value.abs() { step } else { f64::NAN }
     };
     [newton, refined(0.0), refined(third)]
 }
@@ -275,6 +276,13 @@ mod tests {
             assert!((errors[1] / sizes[1] - 1.0).abs() < 0.05, "{r}: {errors:?}");
             assert!(errors[2] <= 4.0 * f64::EPSILON * r.abs(), "{r}: {errors:?}");
         }
+    }
+
+    /// A value and derivatives that a barrier met 62 mJ before: Newton's method on the cubic comes to rest beside it.
+    #[test]
+    fn a_cubic_without_a_zero_nearby_gives_no_step() {
+        let steps = steps(0.062, [2185.0, 1.0e6, -8.0e12]);
+        assert!(steps[0] < 0.0 && steps[2].is_nan(), "{steps:?}");
     }
 
     /// The cubic is `(x - r) (x^2 + b)`, given by its values and slopes at 0 and 1.
