@@ -6,10 +6,11 @@ Each draw has a hammer of its own, whose parameters are anywhere within 30 %, an
 an error of 1 % each; `calibrate` starts at the hammer in the middle and knows nothing of another
 draw. Of a ridge only the rate is measured: that fixes the specific energy times the square of the
 hole's diameter, and neither of them alone. Without arguments forty hammers are drawn. Draws are
-kept in reports/coverage.csv, so that a second call adds what is missing; reports/coverage.md is
-written from it.
+kept in reports/coverage.csv, each with the engine that made it, so that a second call adds what is
+missing; reports/coverage.md is written from it.
 """
 
+import subprocess
 import sys
 import warnings
 from collections.abc import Iterable
@@ -88,13 +89,21 @@ def report(table: pd.DataFrame) -> str:
 
 
 def main(wanted: list[str]) -> None:
-    """Adds what is missing, a draw at a time, and writes the report."""
+    """Adds what is missing of this engine, a draw at a time, and writes the report."""
     rows = REPORTS / "coverage.csv"
-    table = pd.read_csv(rows) if rows.exists() else pd.DataFrame(columns=["hammer", "draw"])
+    command = ["git", "rev-parse", "HEAD:hammer/src"]
+    engine = subprocess.run(
+        command, cwd=REPORTS, check=True, capture_output=True, text=True
+    ).stdout[:12]
+    table = pd.DataFrame(columns=["engine", "hammer", "draw"])
+    if rows.exists():
+        # A draw of another engine is no evidence of this one.
+        table = pd.concat([table, pd.read_csv(rows).query("engine == @engine")], ignore_index=True)
     for hammer, count in (word.split("=") for word in wanted):
         known = {*table.loc[table["hammer"] == hammer, "draw"]}
         for draw in (k for k in range(int(count)) if k not in known):
-            table = pd.concat([table, intervals(hammer, [draw])], ignore_index=True)
+            found = intervals(hammer, [draw]).assign(engine=engine)
+            table = pd.concat([table, found], ignore_index=True)
             table.to_csv(rows, index=False, float_format="%.4g")
     (REPORTS / "coverage.md").write_text(report(table), encoding="utf-8")
     print(report(table), end="")
