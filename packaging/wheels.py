@@ -23,6 +23,8 @@ PACKAGE = ROOT / "python"
 NOTES = ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / "wheel"
 #: For any Python from 3.10 on; maturin finds the oldest system that what it has linked runs on.
 BUILD = ("maturin", "build", "--locked")
+#: The earliest time that an archive can state, 1980, in seconds of Unix.
+EPOCH = "315532800"
 #: How a bill of materials begins.
 STANDARD: dict[str, Any] = {"bomFormat": "CycloneDX", "specVersion": "1.6", "version": 1}
 #: What pip calls the platforms that the names of the .fmu files end in.
@@ -56,7 +58,8 @@ def wheel(fmu: Path, folder: Path, profile: str = "fmu") -> Path:
             shutil.copy(fmu.with_name(fmu.stem + ending), data / f"dth_hammer{ending}")
         state_contents(inside / f"{inside.name}.dist-info")
         packed.mkdir()
-        run("wheel", "pack", "--dest-dir", packed, inside)
+        # The same bytes whenever and wherever it is made.
+        run("wheel", "pack", "--dest-dir", packed, inside, environment={"SOURCE_DATE_EPOCH": EPOCH})
         (whole,) = packed.glob("*.whl")
         folder.mkdir(parents=True, exist_ok=True)
         return Path(shutil.copy(whole, folder))

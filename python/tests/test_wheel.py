@@ -48,6 +48,8 @@ def test_it_has_the_package_s_sources_its_module_and_its_units_alone(made: Path)
     (module,) = (name for name in names - expected if name.startswith("dth_hammer/_native."))
     assert names - expected - {module, "dth_hammer/py.typed"} == set()
     assert expected <= names
+    # No file tells when it was made, so that two wheels of one commit are the same bytes.
+    assert {file.date_time[:3] for file in zipfile.ZipFile(made).infolist()} == {(1980, 1, 1)}
 
 
 def test_it_has_the_licences_of_what_is_compiled_and_lists_no_more(site: Path) -> None:
