@@ -16,7 +16,7 @@ use super::{Air, ENDS, PATHS, Places};
 use crate::laws::air::{GAS, KAPPA, Opening, Regime, Side};
 use crate::numerics::kernel::{LANES, Row, vectorised};
 use crate::numerics::math;
-use crate::numerics::poly::Poly;
+use crate::numerics::poly::{OVER, Poly};
 use crate::numerics::series::{LOW, ORDER};
 use crate::numerics::vectors::dispatch;
 use crate::quantities::air::AirLaw;
@@ -37,15 +37,6 @@ const HEAT: f64 = KAPPA / (KAPPA - 1.0);
 pub(super) const PRESSURE: usize = 2;
 const MASS: usize = 4;
 pub(super) const PLACE: usize = 6;
-/// Reciprocals of the powers.
-const OVER: [f64; ORDER + 1] = {
-    let (mut over, mut k) = ([0.0; ORDER + 1], 1);
-    while k <= ORDER {
-        over[k] = 1.0 / k as f64;
-        k += 1;
-    }
-    over
-};
 /// Lanes per chamber in the row of both chambers: products of the volume and of its rate with the pressure, of `R T`
 /// with the mass, and of `R T` with the total outflow.
 const CHAMBER: usize = LANES / 2;
@@ -341,7 +332,7 @@ impl Series {
         blocks: &mut [Block],
         (k, gained): (usize, Gains),
     ) -> Gains {
-        let (order, over) = (k as f64, OVER[k]);
+        let (order, over) = (k as f64, OVER[k - 1]);
         let ([gained_masses, gained_heats, _], supplied) = gained.of_chambers();
         let before = [self.rows[k - 1][0], self.rows[k - 1][1]];
         blocks.iter_mut().for_each(|block| block.go_on(before, k - 1, over));

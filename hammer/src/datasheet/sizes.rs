@@ -22,8 +22,8 @@ use crate::numerics::math;
 /// Growth of the logarithmic error for each factor of e outside the range of a law's rows.
 const BEYOND: f64 = 0.3;
 
-/// A law of size: its value at a reference diameter `at` (m), the exponent of the diameter, the relative error, and the range of
-/// diameters in its rows, m.
+/// A law of size: its value at a reference diameter `at` (m), the exponent of the diameter, the relative error, and the
+/// range of diameters in its rows, m.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Law {
     value: f64,

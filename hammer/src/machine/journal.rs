@@ -1,5 +1,6 @@
 //! Counters, and a journal of transitions.
 
+use super::Machine;
 use crate::laws::event::Event;
 use crate::laws::mode::Mode;
 use serde::{Deserialize, Serialize};
@@ -50,4 +51,21 @@ pub struct Record {
     pub event: Event,
     /// The mode that the transition leads to.
     pub mode: Mode,
+}
+
+impl Machine {
+    /// Starts or stops recording a journal of transitions.
+    pub fn keep_journal(&mut self, keep: bool) {
+        self.journal = keep.then(Vec::new);
+    }
+
+    /// The transitions since the last call.
+    pub fn take_journal(&mut self) -> Vec<Record> {
+        self.journal.as_mut().map(std::mem::take).unwrap_or_default()
+    }
+
+    /// Replaces the journal that is recorded, if any.
+    pub(crate) fn exchange_journal(&mut self, other: Option<Vec<Record>>) -> Option<Vec<Record>> {
+        std::mem::replace(&mut self.journal, other)
+    }
 }

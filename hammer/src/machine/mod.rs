@@ -42,7 +42,7 @@ use crate::quantities::parameters::{InputValues, Parameters};
 use crate::scene::Scene;
 use crate::scene::graph::Channel;
 use crate::search::Search;
-use blows::{Blow, Progress};
+use blows::Progress;
 use exchange::Exchange;
 use journal::{Counters, Record};
 use recorder::Recorder;
@@ -488,39 +488,5 @@ impl Machine {
     fn restart_search(&mut self) {
         self.views.forget();
         self.search.start(&self.motion);
-    }
-
-    /// From now on, records forces, works and the rebound of each blow ([`Blow::account`]). They are then integrated at
-    /// each blow, and not only when they are read.
-    pub fn record_blows(&mut self) {
-        if self.history.recorder.is_none() {
-            let ledger = self.history.ledger.evaluated();
-            let sums = ledger.sums_now(&self.motion, &self.motion.present());
-            self.history.recorder = Some(Recorder::new(&self.motion, sums));
-        }
-    }
-
-    /// Returns the blows since the last call, over any number of steps. The first call starts recording and collecting
-    /// them. A restored state has its own list.
-    pub fn take_blows(&mut self) -> Vec<Blow> {
-        self.record_blows();
-        let recorder = self.history.recorder.as_mut();
-        let list = recorder.map(|recorder| recorder.collected.get_or_insert_default());
-        list.map(std::mem::take).unwrap_or_default()
-    }
-
-    /// Starts or stops recording a journal of transitions.
-    pub fn keep_journal(&mut self, keep: bool) {
-        self.journal = keep.then(Vec::new);
-    }
-
-    /// The transitions since the last call.
-    pub fn take_journal(&mut self) -> Vec<Record> {
-        self.journal.as_mut().map(std::mem::take).unwrap_or_default()
-    }
-
-    /// Replaces the journal that is recorded, if any.
-    pub(crate) fn exchange_journal(&mut self, other: Option<Vec<Record>>) -> Option<Vec<Record>> {
-        std::mem::replace(&mut self.journal, other)
     }
 }

@@ -1,5 +1,6 @@
 //! Completes a blow's record with works, largest forces and the rebound.
 
+use super::Machine;
 use super::blows::{Account, Blow, MAX_STEP_BLOWS, Progress};
 use crate::energy::deferred::DeferredLedger;
 use crate::energy::interval::Sums;
@@ -77,5 +78,26 @@ impl Recorder {
         collected.for_each(|list| list.push(blows.last));
         (self.peaks, self.before, self.due) = (PeakSearch::default(), sums, false);
         Ok(())
+    }
+}
+
+impl Machine {
+    /// From now on, records forces, works and the rebound of each blow ([`Blow::account`]). They are then integrated at
+    /// each blow, and not only when they are read.
+    pub fn record_blows(&mut self) {
+        if self.history.recorder.is_none() {
+            let ledger = self.history.ledger.evaluated();
+            let sums = ledger.sums_now(&self.motion, &self.motion.present());
+            self.history.recorder = Some(Recorder::new(&self.motion, sums));
+        }
+    }
+
+    /// Returns the blows since the last call, over any number of steps. The first call starts recording and collecting
+    /// them. A restored state has its own list.
+    pub fn take_blows(&mut self) -> Vec<Blow> {
+        self.record_blows();
+        let recorder = self.history.recorder.as_mut();
+        let list = recorder.map(|recorder| recorder.collected.get_or_insert_default());
+        list.map(std::mem::take).unwrap_or_default()
     }
 }

@@ -259,7 +259,7 @@ impl Poly {
 }
 
 /// `1 / (k + 1)`, by which the integral of the power `k` is multiplied.
-static OVER: [f64; 2 * TERMS] = {
+pub static OVER: [f64; 2 * TERMS] = {
     let (mut over, mut k) = ([1.0; 2 * TERMS], 1);
     while k < over.len() {
         over[k] /= (k + 1) as f64;

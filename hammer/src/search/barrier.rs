@@ -233,8 +233,9 @@ impl Barrier {
 }
 
 /// Steps to the zero of a function, computed with one, two and three of its derivatives: the methods of Newton, Halley
-/// and Householder. A step is NaN where its parabola or cubic has no zero that it nears: between two pushes of a tip
-/// that almost stands, they have none, and a step that comes to rest there is no zero of the function.
+/// and Householder. A step is NaN if its parabola or cubic has no zero nearby, as between two pushes of a tip that almost
+/// stands: the iteration for it then rests beside no zero, with all of the value left. Where there is a zero, only rounding
+/// is left, so that any share between the two tells them apart.
 fn steps(value: f64, [first, second, third]: [f64; 3]) -> [f64; 3] {
     let newton = -value / first;
     let refined = |third: f64| {
@@ -278,7 +279,7 @@ mod tests {
         }
     }
 
-    /// A value and derivatives that a barrier met 62 mJ before: Newton's method on the cubic comes to rest beside it.
+    /// The value and derivatives at which a search once rested, 62 mJ beyond the barrier: their cubic has no zero nearby.
     #[test]
     fn a_cubic_without_a_zero_nearby_gives_no_step() {
         let steps = steps(0.062, [2185.0, 1.0e6, -8.0e12]);
