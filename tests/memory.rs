@@ -86,6 +86,19 @@ fn no_limit_aborts() {
     }
 }
 
+/// What the guide's questions and answers say of an instance's memory. Without a reader of energies the states of 120
+/// blows wait, so that their memory is full twice in 12 s.
+#[test]
+fn an_instance_takes_less_than_sixteen_megabytes_however_long_it_runs() {
+    let library = Library::load();
+    let ended = with_at_most(16 * MEGABYTE, || {
+        let host = Host::running(&library, &[]);
+        (0..12).for_each(|second| host.step(f64::from(second), 1.0));
+        assert!(host.get("contact_count") > 240.0, "blows enough to fill it twice");
+    });
+    assert_eq!(ended, 0, "the child's status");
+}
+
 /// 800 arrays of 10,000 numbers take 64 MB. A read without room for them is refused before it computes them.
 #[test]
 fn arrays_without_room_are_refused_before_they_are_read() {
