@@ -229,7 +229,7 @@ ELSEWHERE = {
     "5e-12 of a result": "`cargo front` writes it again below, from the report",
     "for the FMU, and another": ".ci/fresh",
     "however long it runs": "tests/memory.rs: the instance in a process of 16 MB more",
-    "that part shrinks to": "hammer/src/energy/peaks.rs: among_many_hammers_each_stores_little_and_reads_the_same",
+    "that part shrinks to": "hammer/src/energy/peaks.rs: among_many_hammers_each_stores_little",
     "From an empty clone, on two idle cores": ".ci/fresh",
 }
 
