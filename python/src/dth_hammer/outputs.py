@@ -94,12 +94,8 @@ def as_json(found: Any) -> str:
 
     def plain(value: Any) -> Any:
         if isinstance(value, pd.DataFrame):
-            named = [name for name in value.index.names if name]
-            return plain(
-                (value.reset_index() if named or value.index.dtype == object else value).to_dict(
-                    "records"
-                )
-            )
+            is_labelled = any(value.index.names) or value.index.dtype == object
+            return plain((value.reset_index() if is_labelled else value).to_dict("records"))
         if isinstance(value, Mapping):
             return {str(name): plain(item) for name, item in value.items()}
         if isinstance(value, list | tuple):

@@ -22,7 +22,7 @@ LONGEST = 1_000_000
 
 
 def many(options: argparse.Namespace) -> Any:
-    """Returns the hammers of these options, None if there are none."""
+    """Returns the hammers that ``--over`` or ``--rows`` gives; an empty mapping if neither does."""
     if options.over and options.rows:
         raise DomainError("give --over or --rows, not both")
     if options.units and options.out and (options.over or options.rows):

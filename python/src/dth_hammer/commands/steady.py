@@ -9,7 +9,6 @@ from typing import Any
 from .. import outputs
 from ..frames import pd
 from ..scene.hammers import numbers_of
-from ..scene.mesh import errors_in_words
 from ..scene.variables import VARIABLES
 from ..study.longrun import MEANS, unit
 from ..study.response import steady
@@ -59,10 +58,8 @@ def run(options: argparse.Namespace) -> Any:
     table = common.by_name(response.outputs.drop(columns="unit"), units, options.units)
     if options.out:
         outputs.write(table, options.out)
-    reached = "" if response.reached else ", the wanted error was not reached"
-    print(f"{response.kind}, {response.blows} blows{reached}")
+    print(*response.in_words(), sep="\n")
     if response.blows:
-        print(response.rate, *errors_in_words(response.parameters), sep="\n")
         common.tell_air(response.parameters)
         print(common.readable(table))
     if response.motions is not None:

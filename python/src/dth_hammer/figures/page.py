@@ -325,8 +325,7 @@ def _dependence(scene: Scene, by: list[str], *, progress: bool) -> list[str]:
         "roughness is what the response jumps by beside that."
     )
     drawing = ("Tornado", "What each parameter changes over its width.", found.plot)
-    parts = [title, _table(heads, rows), f'<p class="note">{note}</p>', *_drawn([drawing])]
-    return parts
+    return [title, _table(heads, rows), f'<p class="note">{note}</p>', *_drawn([drawing])]
 
 
 def _settled(run: Run, units: Units | list[Units]) -> str:

@@ -44,6 +44,8 @@ FORMAT_PATHS = {
 #: Folder of files that are valid only for the plain FMU, such as its reference results.
 PLAIN_ONLY = "extra/"
 TRUTHS = {0: "false", 1: "true"}
+#: Causalities of the FMU's own parameters.
+OWN = ("parameter", "structuralParameter")
 
 
 @typed()
@@ -127,24 +129,14 @@ def _fmu_parameters(root: ET.Element) -> list[Variable]:
     variables = []
     for name, (reference, node) in _rows(root).items():
         attributes = node.attrib
-        if name in VARIABLES or attributes.get("causality") not in (
-            "parameter",
-            "structuralParameter",
-        ):
+        if name in VARIABLES or attributes.get("causality") not in OWN:
             continue
         kind = "Real" if node.tag == "Float64" else "Integer"
         low, high = (float(attributes[k]) if k in attributes else None for k in ("min", "max"))
         labels = TRUTHS if node.tag == "Boolean" else {}
-        positional = (
-            name,
-            reference,
-            kind,
-            "parameter",
-            "fixed",
-            attributes.get("description", ""),
-        )
-        unit = attributes.get("unit", "")
-        variables.append(Variable(*positional, unit, minimum=low, maximum=high, labels=labels))
+        text, unit = (attributes.get(key, "") for key in ("description", "unit"))
+        row = name, reference, kind, "parameter", "fixed", text, unit
+        variables.append(Variable(*row, minimum=low, maximum=high, labels=labels))
     return variables
 
 
@@ -177,9 +169,8 @@ def _section(package: Package) -> str:
     """Returns the text in the section of an FMU's libraries."""
     with zipfile.ZipFile(package.path) as archive:
         for name in archive.namelist():
-            _, mark, rest = (archive.read(name) if name.startswith(BINARIES) else b"").partition(
-                SECTION_MARK
-            )
+            library = archive.read(name) if name.startswith(BINARIES) else b""
+            _, mark, rest = library.partition(SECTION_MARK)
             if mark:
                 return rest[:SECTION_SIZE].partition(b"\0")[0].decode()
     raise DthHammerError(f"{package.path.name} is too old to be configured")
@@ -188,11 +179,9 @@ def _section(package: Package) -> str:
 def _with_section(library: bytes, text: str) -> bytes:
     """Returns the library with the text written to its section."""
     before, mark, rest = library.partition(SECTION_MARK)
-    return (
-        before + mark + text.encode().ljust(SECTION_SIZE, b"\0") + rest[SECTION_SIZE:]
-        if mark
-        else library
-    )
+    if not mark:
+        return library
+    return before + mark + text.encode().ljust(SECTION_SIZE, b"\0") + rest[SECTION_SIZE:]
 
 
 def _identity_parts(root: ET.Element, package: Package) -> tuple[str, str]:

@@ -95,10 +95,7 @@ class WaterDrive:
     def _until_turn(self, position: float, later: float) -> float:
         """Returns the share of a step after which the valve turns; infinity if it does not."""
         switch_position = self.water.to_return if self.command > 0.0 else self.water.to_drive
-        before, after = (
-            self.command * (position - switch_position),
-            self.command * (later - switch_position),
-        )
+        before, after = (self.command * (place - switch_position) for place in (position, later))
         if before > 0.0:
             return 0.0
         return before / (before - after) if after > 0.0 else math.inf
@@ -118,10 +115,8 @@ class WaterDrive:
             (self.command - spool) / water.valve_time,
         ]
         # Flow out of the hose's end: flow through the valve minus flow from the return chamber.
-        drawn, compliance = (
-            inflow - water.area_return * velocity,
-            self.compliance + water.accumulator,
-        )
+        drawn = inflow - water.area_return * velocity
+        compliance = self.compliance + water.accumulator
         for k in range(2, len(y), 2):
             pressure, flow = y[k], y[k + 1]
             source = y[k + 2] if k + 2 < len(y) else water.pump_pressure

@@ -58,8 +58,8 @@ def beside(
 ) -> pd.DataFrame:
     """Inserts the columns ``low`` and ``high``, the range of a rate, after the given column.
 
-    The row named ``rate`` gets the range; all other rows get NaN. ``wide`` is the factor up to
-    which the rate is known. The table is changed in place and returned.
+    The row named ``rate`` gets the range; all other rows get NaN. ``known_factor`` is the factor up
+    to which the rate is known. The table is changed in place and returned.
     """
     rates, position = table[column].where(table.index == rate), [*table].index(column) + 1
     table.insert(position, "low", rates / known_factor)

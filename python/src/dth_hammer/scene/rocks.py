@@ -156,12 +156,6 @@ def _bit(
     if hole is None:
         raise DomainError("the bit is not known: give hole, or inserts and insert_radius")
     usual_count, usual_radius = _native.inserts(quantities.read(hole, "m", "hole"))
-    count, tip_radius = (
-        usual_count if inserts is None else int(inserts),
-        usual_radius if radius is None else radius,
-    )
-    return (
-        count,
-        tip_radius,
-        [f"The bit has {count} inserts of {1e3 * tip_radius:.3g} mm at their tips."],
-    )
+    count = usual_count if inserts is None else int(inserts)
+    radius = usual_radius if radius is None else radius
+    return count, radius, [f"The bit has {count} inserts of {1e3 * radius:.3g} mm at their tips."]

@@ -121,8 +121,9 @@ def with_derivatives(frame: pd.DataFrame, found: Derivatives, by: Iterable[str])
 def derivatives_in(
     frame: pd.DataFrame, by: Mapping[str, float], *, errors: bool = False
 ) -> pd.DataFrame:
-    """The derivatives among the columns of a run's table, or their errors; elasticities by what
-    has a value here.
+    """Returns the derivatives that a run's table has as columns, or their errors.
+
+    Derivatives with respect to a parameter in ``by``, which has its value, are made elasticities.
     """
     names = [str(c) for c in frame if PER in str(c) and not str(c).endswith(ERROR)]
     if not names:

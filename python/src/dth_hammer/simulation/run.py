@@ -365,7 +365,7 @@ def _frame(rows: Array, variables: list[Variable], instants: Array) -> pd.DataFr
         else:
             columns[variable.name] = values
     frame = pd.DataFrame(columns, index=pd.Index(instants, name="time"))
-    frame.attrs = _attributes(variables)
+    frame.attrs = _attributes((v.name, v.unit, v.display_unit) for v in variables)
     return frame
 
 
@@ -375,14 +375,13 @@ def _blows(blows: Array, *, recorded: bool) -> pd.DataFrame:
     columns = {name: values for name, values in every if recorded or not OF_BLOW[name][2]}
     index = pd.RangeIndex(1, len(blows) + 1, name="blow")
     table = pd.DataFrame({name: columns[name] for name in (*PER_BLOW, *columns)}, index=index)
-    units = {name: OF_BLOW[name][0] for name in columns}
-    displayed = {name: unit for name in columns if (unit := OF_BLOW[name][1])}
-    table.attrs = {"units": quantities.Fixed(units), "display_units": quantities.Fixed(displayed)}
+    table.attrs = _attributes((name, *OF_BLOW[name][:2]) for name in columns)
     return table
 
 
-def _attributes(variables: Iterable[Variable]) -> dict[Any, Any]:
-    listed = [*variables]
-    units = {v.name: v.unit for v in listed}
-    displayed = {v.name: v.display_unit for v in listed if v.display_unit}
+def _attributes(columns: Iterable[tuple[str, str, str | None]]) -> dict[Any, Any]:
+    """Returns the units of a table, from the name, unit and display unit of each column."""
+    listed = [*columns]
+    units = {name: unit for name, unit, _ in listed}
+    displayed = {name: display for name, _, display in listed if display}
     return {"units": quantities.Fixed(units), "display_units": quantities.Fixed(displayed)}

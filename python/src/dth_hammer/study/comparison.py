@@ -11,6 +11,7 @@ from ..scene.datasheet import Datasheet
 from ..scene.hammers import Hammerlike, numbers_of
 from ..scene.variables import whole
 from .longrun import Steady, Wanted, responses
+from .measurements import EIGHTY
 
 #: Means of a response in which two hammers are compared.
 MEANS = {
@@ -21,8 +22,6 @@ MEANS = {
 }
 #: Relative standard errors: requested for means, and added to a ratio of scenes.
 WANTED, OF_SCENES = 0.02, 0.05
-#: Standard deviations from the middle of an 80 % range to its end.
-END = 1.2816
 
 
 @typed()
@@ -72,5 +71,5 @@ def _side(hammer: Hammerlike) -> _native.Compared:
     columns = [(name, [float(value)]) for name, value in values.items()]
     rock = repr([(n, x) for n, x in full.items() if n.startswith("rock.specific_energy")])
     of_means = float(found.error["rop"] / found["rop"])
-    errors = float(np.hypot(OF_SCENES, of_means)), float(np.log(factor(numbers)) / END)
+    errors = float(np.hypot(OF_SCENES, of_means)), float(np.log(factor(numbers)) / EIGHTY)
     return None, rock, columns, [1.0], errors
