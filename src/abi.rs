@@ -310,7 +310,7 @@ unsafe extern "system" {
 }
 
 impl Residence {
-    /// The system's handle of the library, which a system function must give back.
+    /// The system's handle of the library. A system function must release it.
     fn into_raw(self) -> *mut c_void {
         std::mem::ManuallyDrop::new(self).0
     }

@@ -28,8 +28,7 @@ enum Known {
     Input(Input),
     /// A real parameter.
     Parameter(Argument),
-    /// A variable on which no output at the present depends: the time, the slope of an input, or a position at which
-    /// steps end.
+    /// A variable on which no present output depends: the time, an input's slope, or a position at which steps end.
     Unrelated,
 }
 

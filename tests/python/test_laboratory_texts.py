@@ -47,6 +47,19 @@ def test_every_text_is_used_and_every_text_used_is_there() -> None:
     assert said <= ENGLISH.keys()
 
 
+def test_no_line_of_the_page_s_sources_is_wider_than_120_columns() -> None:
+    # Texts are exempt: each of them is one line.
+    files = [path for kind in ("js", "css", "html") for path in LAB.glob(f"*.{kind}")]
+    assert {"main.js", "page.html", "style.css"} <= {path.name for path in files}
+    wide = {
+        f"{path.name}:{number}"
+        for path in files
+        for number, line in enumerate(path.read_text("utf-8").splitlines(), 1)
+        if len(line) > 120
+    }
+    assert wide == set()
+
+
 @pytest.mark.parametrize("language", OTHERS)
 def test_no_word_of_the_explanation_is_left_in_english_and_all_fits_a_phone(
     opened: OPEN, language: str

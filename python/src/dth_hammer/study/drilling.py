@@ -277,8 +277,9 @@ def _heard(power: Array, pace: Array, heard: Array) -> Array:
 
 
 def _fed(there: Sequence[Mapping[str, float]], feeds: Array) -> Array:
-    """Returns the logarithm of the power to the rock over that at a scene's own feed, for rigid
-    hammers; one row per scene.
+    """Returns the power to the rock at each feed, relative to that at a scene's own, as logarithms.
+
+    There is one row per scene and one column per feed. The hammers are simulated as rigid bodies.
     """
     rigid = {"fidelity": VARIABLES["fidelity"].number("Rigid")}
     plain = [{**scene, **rigid} for scene in there]
