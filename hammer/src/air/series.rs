@@ -145,9 +145,9 @@ pub(crate) struct Series {
     pub(super) is_still: bool,
     /// `F_A`, the return chamber's force on the bit, pressures and masses of the chambers, the piston's positions.
     pub(super) rows: [Row; ORDER + 1],
-    /// Mass from the supply, enthalpy that comes in.
+    /// Series of the mass taken from the supply, and of the enthalpy that enters the chambers.
     pub(super) sums: [[f64; 2]; ORDER + 1],
-    /// The rows over the window's length.
+    /// The rows, scaled to the window's length and projected.
     pub(super) fit: Fit,
 }
 

@@ -141,7 +141,7 @@ impl Series {
             let ([high_range, low_range], bounds) = ([high, low].map(range), regime.bounds());
             for (bound, level) in bounds.into_iter().enumerate() {
                 let sign = if bound == 0 { -1.0 } else { 1.0 };
-                // Upper bound on how far the lower pressure is beyond the bound, relative to the higher one.
+                // The lower pressure is beyond the regime's bound, a share of the higher one, by at most `most`.
                 let level_beyond = level + sign * margin;
                 let most = if bound == 0 {
                     level_beyond * high_range[1] - low_range[0]

@@ -211,7 +211,8 @@ impl Member {
         let known = math::ln(p.rock.specific_energy_factor) / WIDE;
         let hardness = if sheet.own_rock { 0.0 } else { math::ln(HARDNESS) / WIDE };
         let area = p.work_per_length() / p.rock.specific_energy;
-        // The specific energy refers to the work that the model gives to the rock, which here is the usual share.
+        // The specific energy refers to the work that the rock receives in the model. Here that is the usual share of
+        // the blow's energy.
         let rate = sheet.get(Quantity::Rate);
         let rate = rate.map(|rate| rate * about(OF_RATE, Quantity::Rate.entry().error));
         let (drilling, specific_energy) = match rate {

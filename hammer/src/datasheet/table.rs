@@ -128,9 +128,8 @@ mod tests {
         [mean("blow_energy") / energy, time * mean("blow_frequency"), volumes, height].map(math::ln)
     }
 
-    /// The constant table equals that of simulated hammers, to the allowed error of their air (which the four numbers
-    /// of a blow may exceed a few times) and to rounding to five decimals. If the engine's blows change by more, the
-    /// test prints the new table.
+    /// The table equals one that is simulated now. The four numbers of a blow may differ by a few times the allowed
+    /// error of the air, and by rounding to five decimals. If they differ by more, the test prints the new table.
     #[test]
     fn the_table_is_made_anew_by_its_hammers() {
         let places = (0..PRESSURES.1).flat_map(|i| (0..OPENINGS.1).map(move |k| [i, k]));

@@ -23,8 +23,8 @@ use std::sync::Arc;
 
 /// The error of a peak corresponds to a displacement of this many guard resolutions.
 const COARSE: f64 = 10.0;
-/// Number of windows and steps of an interval that are not charged: a collision of a damped hammer needs no more. The
-/// search limits the number of intervals in a step.
+/// The first windows and steps of an interval are not charged; a collision of a damped hammer needs no more. They
+/// cannot add up to unlimited work, because the search limits the number of intervals in a step.
 const FREE: usize = 64;
 /// Limit of the work of one communication step beyond [`FREE`], in modal coordinates, to which each window adds
 /// [`WINDOW`]. It takes one core half a second to a second.

@@ -59,7 +59,7 @@ pub(crate) fn heated(volume: f64) -> f64 {
 const CHOKED: f64 = 0.528_281_787_717_174;
 /// `sqrt(CHOKED^(2/kappa) - CHOKED^((kappa + 1)/kappa))`.
 pub(crate) const CHOKED_FLOW: f64 = 0.258_804_164_062_475_66;
-/// `sqrt(2 kappa / (kappa - 1))`, the root of 7.
+/// `sqrt(2 kappa / (kappa - 1))`, which is `sqrt(7)`.
 pub(crate) const NOZZLE: f64 = 2.645_751_311_064_590_6;
 /// The ratio of pressures above which a flow is proportional to their difference.
 pub(crate) const STRAIGHT: f64 = 0.995;

@@ -120,7 +120,7 @@ pub struct Progress {
     pub given: f64,
     /// Length of hole drilled since the last blow, m: each part of that work over the specific energy of its time.
     pub advance: f64,
-    /// Length of hole drilled since the start, and up to the first blow, m.
+    /// Length of hole drilled since the start, then the part of it drilled before the first blow, m.
     pub drilled: [f64; 2],
     /// Air taken from the supply up to the last blow, kg.
     pub air_mass: f64,

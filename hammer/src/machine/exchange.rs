@@ -254,8 +254,8 @@ impl Exchange {
         }
     }
 
-    /// The values at an instant, on the line through the present values and the latest earlier ones that are far enough
-    /// away, if there are any. Records the present values.
+    /// Records the present values, and extrapolates to an instant: along the line through them and the latest earlier
+    /// values that are far enough away. `None` if there are no such values.
     fn line(&mut self, last: Sample, at: f64) -> Option<Values> {
         // Earlier values may belong to later instants after a change of the delay, or after an early return from a step
         // whose value belonged to its end.

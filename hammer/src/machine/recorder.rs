@@ -25,7 +25,7 @@ pub(crate) struct Recorder {
 }
 
 impl Recorder {
-    /// A recorder that starts at the present, up to which the sums are `sums`.
+    /// A recorder that starts now. `sums` are the sums up to now.
     pub fn new(motion: &Motion, sums: Sums) -> Self {
         let mut peaks = PeakSearch::default();
         peaks.begin_step(motion);

@@ -255,7 +255,7 @@ impl Machine {
         })
     }
 
-    /// Present derivative of a chamber's line pressure with respect to its input.
+    /// True if the input is added to a chamber's line pressure: its derivative by the input is then 1, otherwise 0.
     pub fn line_pressure_per(&self, input: Input, chamber: usize) -> bool {
         let drive = self.parameters().drive;
         let own =

@@ -32,7 +32,7 @@ impl ZenoDetector {
         Self { simultaneous: 0, burst: 0, burst_start: Double::new(time) }
     }
 
-    /// True if the counts are so high that they would already have been an error.
+    /// True for counts that no running machine has, because it would already have raised an error.
     pub(crate) fn is_overrun(&self) -> bool {
         self.simultaneous > MAX_SIMULTANEOUS || self.burst >= MAX_BURST
     }

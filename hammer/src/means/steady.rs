@@ -374,7 +374,8 @@ fn within(part: f64) -> impl Fn((&Blow, &Blow)) -> bool {
     move |(a, b)| difference(a, b) <= part
 }
 
-/// The length of the shortest cycle with which the last blows repeat to a share; `None` if they do not repeat.
+/// The length of the shortest cycle with which the last blows repeat, with relative differences of at most `part`;
+/// `None` if they do not repeat.
 fn repeats(list: &[Blow], most: usize, part: f64) -> Option<usize> {
     (1..=most.min(MOST_REPEATING)).find(|k| off(list, *k) <= part)
 }

@@ -27,7 +27,7 @@ const UNSEEN: f64 = 0.2;
 /// its own motion.
 const RADIANS: f64 = 3.0;
 
-/// The error which says that the air cannot be solved beyond this time, with the piston's position then.
+/// The error for air that cannot be solved beyond this time. It has the piston's position at that time.
 pub(super) fn beyond(parameters: &Parameters, time: f64, [x, y]: Places) -> Error {
     let (air, drive) = (&parameters.air, &parameters.drive);
     let top = -air.cylinder - air.drive.dead_volume / drive.area_drive;
@@ -286,7 +286,8 @@ impl Motion {
                     blocks.push(moving(block, start, loads, own));
                     continue;
                 }
-                // Its displacement from equilibrium, and its lag behind forces that change at the rate `haste`.
+                // `swung` is the start of the block's oscillation, measured from its equilibrium under these loads.
+                // `lag` is how far the block stays behind forces that change at the rate `haste`.
                 let mut swung = start;
                 for (load, [p, q]) in acting.iter().zip(block.rest) {
                     swung = [swung[0] - load * p, swung[1] - load * q];

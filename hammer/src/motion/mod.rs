@@ -318,7 +318,7 @@ impl Motion {
         whole
     }
 
-    /// Sets the present to `now` after the epoch, which the host calls `time`.
+    /// Sets the present: `now` seconds after the epoch, which is `time` for the host.
     pub(crate) fn set_present(&mut self, now: f64, time: f64) {
         (self.state.now, self.state.time) = (now, time);
     }
@@ -396,7 +396,7 @@ impl Motion {
                 Some(ref old)
                     if self.state.anchors[index].group != Group::PISTON && !self.is_calm(index) =>
                 {
-                    // The next window of air or line adds its own loads to the ones that remain.
+                    // These loads remain; the next window of the air or of a line adds its own.
                     let driven = &mut self.state.anchors[index].driven;
                     if !(renewed && driven.shift(at)) {
                         self.restart(index, old, at);

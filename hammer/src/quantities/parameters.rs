@@ -50,7 +50,7 @@ impl Source {
 pub enum Reloading {
     /// A new loading line begins at the point where the bit turns downward.
     Loading,
-    /// The bit first returns along the unloading line to the point where it had turned upward.
+    /// The bit moves down along the unloading line, back to the point at which it had turned upward.
     Unloading,
 }
 
@@ -197,7 +197,7 @@ pub struct Drive {
     pub impedance: f64,
 }
 
-/// Length of a casing without sections, which is a point mass, m. Any positive number serves.
+/// Length of a casing without sections, m. Such a casing is a point mass, so any positive number would do.
 const CASING_LENGTH: f64 = 1.0;
 
 /// All parameters of a scene.

@@ -251,7 +251,7 @@ impl Graph {
         self.group_of(self.bit, mode)
     }
 
-    /// All groups, from that of the bit up to that of the piston, then that of a casing that belongs to neither.
+    /// All groups: from the bit's upward to the piston's, then the casing's if it belongs to neither.
     pub(crate) fn groups(&self, mode: &Mode) -> Vec<Group> {
         let mut groups: Vec<Group> = Vec::with_capacity(self.bodies.len());
         let bit_to_piston = (0..=self.bit).rev();

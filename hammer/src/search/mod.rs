@@ -290,7 +290,7 @@ fn re_arm(motion: &Motion, tracker: &mut GuardTracker, [value, slope]: [f64; 2])
     tracker.beyond = None;
 }
 
-/// How far all proofs extend. The barrier's place is after all guards.
+/// How far the proof of each guard extends. The energy barrier comes last, after all guards.
 #[derive(Debug, Default)]
 struct Known {
     /// The instant up to which each guard is clear; infinite if its crossing is known.

@@ -119,7 +119,7 @@ impl GuardTracker {
         self.ahead.restart();
     }
 
-    /// Tells the tracker that no proof is needed after `end`, and none yet after `until`.
+    /// Tells the tracker that it never needs a proof beyond `end`, and for the moment none beyond `until`.
     #[inline]
     pub(crate) fn limit(&mut self, end: f64, until: f64) {
         (self.ahead.end, self.ahead.until) = (end, until);

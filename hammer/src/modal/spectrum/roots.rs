@@ -11,7 +11,7 @@ use num_complex::Complex64 as C;
 
 /// Limit of the sweeps of the iteration; at most some tens are needed.
 const MAX_SWEEPS: usize = 400;
-/// Displacement of a root that lies on a pole or on another root, relative to the distance at which it started.
+/// How far a root is moved away if it lies on a pole or on another root, as a share of its first distance from it.
 const SHOVE: f64 = 1e-6;
 
 /// Two conjugate roots whose imaginary part is below this share of the real part may be about to separate on the real

@@ -109,7 +109,7 @@ impl Functional {
         })
     }
 
-    /// Coefficients of the rate's first [`INTEGRALS`] repeated integrals.
+    /// Coefficients of the rate integrated once, twice and so on, up to [`INTEGRALS`] times.
     pub(crate) fn rate_integrals(&self, generator: &Generator) -> &[Vec<f64>] {
         self.integrals.get_or_init(|| {
             let next = |row: &Vec<f64>| Some(generator.integrate(row));

@@ -224,7 +224,7 @@ impl System {
         self.generator.integrate(row)
     }
 
-    /// Coefficients of the repeated integrals of a functional's rate.
+    /// Coefficients of a functional's rate integrated once, twice and so on.
     pub(crate) fn rate_integrals(&self, index: usize) -> &[Vec<f64>] {
         self.functionals[index].rate_integrals(&self.generator)
     }
@@ -438,7 +438,7 @@ impl System {
     }
 }
 
-/// The check for forms that are computed when they are read, which no interrupt ends.
+/// An interrupt check that never interrupts, for forms that are computed when they are read.
 fn never() -> bool {
     false
 }

@@ -16,7 +16,7 @@ const BASIS_TOLERANCE: f64 = 1e-5;
 /// If the mismatch is above this, the basis is computed again: from pairs whose amplitudes are refined (small ones matter
 /// where a stiff spring acts on a light body), and with a dense solver for missing pairs.
 const ACCURATE: f64 = 1e-11;
-/// A pair fails if this share of that mismatch is its own.
+/// A pair fails if it causes at least this share of the mismatch.
 const SHARE: f64 = 0.1;
 
 /// The decomposition of a structure: generator and basis, and the displacements of stiff attachments in each block.
@@ -27,8 +27,8 @@ pub(super) struct Decomposition {
 }
 
 impl Decomposition {
-    /// The decomposition by the roots of a spectrum. If its basis is rough, the pairs that fail are refined and, where
-    /// that is not enough, all are. `solved` is as for [`Self::new`].
+    /// The decomposition that follows from the roots of a spectrum. If its basis is inaccurate, the pairs that fail are
+    /// refined, and all pairs if that is not enough. `solved` is as for [`Self::new`].
     pub(super) fn of(
         spectrum: &Spectrum,
         structure: &Structure,
