@@ -18,7 +18,7 @@ from dth_hammer import (
     steady,
 )
 from dth_hammer.scene.variables import numbers, whole
-from dth_hammer.study.drilling import HEARD, SCATTER, _heard
+from dth_hammer.study.drilling import FREQUENCY_ERROR, SCATTER, _frequency_effect
 
 SHEET = {"od": "124 mm", "pressure": "24 bar", "power": "31.7 kW", "hole": "140 mm"}
 
@@ -59,15 +59,15 @@ def test_a_frequency_that_is_heard_moves_the_power_as_the_hammers_go_together() 
     # Hammers whose power goes with the cube of the frequency: what is heard gives the power, as far
     # as the ear is better than the sheet.
     pace = np.log(30.0) + 0.1 * np.random.default_rng(2).standard_normal((1, 240))
-    moved = (3.0 * pace + _heard(3.0 * pace, pace, np.log([33.0])))[0]
-    trust = pace.var() / (pace.var() + HEARD**2)
+    moved = (3.0 * pace + _frequency_effect(3.0 * pace, pace, np.log([33.0])))[0]
+    trust = pace.var() / (pace.var() + FREQUENCY_ERROR**2)
     middle = 3.0 * (pace.mean() + trust * (np.log(33.0) - pace.mean()))
     # 240 noises have a mean of their own.
-    assert moved.mean() == pytest.approx(middle, abs=4.0 * 3.0 * HEARD / np.sqrt(240))
-    assert moved.std() == pytest.approx(3.0 * HEARD * np.sqrt(trust), rel=0.15)
-    assert not _heard(3.0 * pace, pace, np.array([np.nan])).any()
+    assert moved.mean() == pytest.approx(middle, abs=4.0 * 3.0 * FREQUENCY_ERROR / np.sqrt(240))
+    assert moved.std() == pytest.approx(3.0 * FREQUENCY_ERROR * np.sqrt(trust), rel=0.15)
+    assert not _frequency_effect(3.0 * pace, pace, np.array([np.nan])).any()
     with pytest.warns(HammerWarning, match="1 frequencies of the log are of no hammer"):
-        _heard(pace, pace, np.log([60.0]))
+        _frequency_effect(pace, pace, np.log([60.0]))
 
 
 def test_logs_are_read_as_rigs_write_them(tmp_path: Path, cli: Callable[..., str]) -> None:
@@ -124,7 +124,7 @@ def test_a_frequency_and_a_feed_count_where_they_stand_and_what_else_there_is_st
     # Of numbers that go together as normal ones do, with the ear's own error; the ends of 80 % of
     # 240 members are known to some 7 % each.
     logs = np.log(sheet.but(rop="18 m/h").members[["specific energy", "frequency"]])
-    trust = logs["frequency"].var() / (logs["frequency"].var() + HEARD**2)
+    trust = logs["frequency"].var() / (logs["frequency"].var() + FREQUENCY_ERROR**2)
     assert first == pytest.approx(np.sqrt(1.0 - trust * logs.corr().iloc[0, 1] ** 2), rel=0.1)
     assert first < 1.0
     assert second == pytest.approx(1.0, rel=1e-9)

@@ -9,7 +9,7 @@ from dth_hammer import VARIABLES, Coupling, Hammer, HammerWarning, simulate, ste
 from dth_hammer.errors import DomainError, UnknownNameError
 from dth_hammer.scene.band import unseen
 from dth_hammer.scene.hammers import numbers_of
-from dth_hammer.study.motions import drawn
+from dth_hammer.study.motions import random_starts
 from dth_hammer.study.trends import line, sobol
 from test_coupling import Valve
 
@@ -102,7 +102,7 @@ def test_several_motions_are_told_with_their_shares_and_are_those_of_simulations
     # The shares are those of the same starts, each simulated for long.
     given = numbers_of(APART, None)
     rates = []
-    for start in [given, *drawn(given, found["blow_speed"], 7, 1)]:
+    for start in [given, *random_starts(given, found["blow_speed"], 7, 1)]:
         blows = simulate(start, until=8.0, outputs=["tip_rate"]).blows.tail(40)
         rates.append(blows["blow_penetration"].sum() / blows["blow_period"].sum())
     for motion in motions.to_dict("records"):

@@ -42,7 +42,7 @@ def test_a_log_is_read_as_a_person_reads_it(name: str, tmp_path: Path) -> None:
         n: pytest.approx(values, rel=7e-4) for n, values in right.items()
     }
     assert list(others) == (["Tid"] if name == "swedish.tsv" else [])
-    assert ("'Total'" in str(grid.told)) == (name == "logger.csv")
+    assert ("'Total'" in str(grid.problems)) == (name == "logger.csv")
 
 
 @pytest.mark.parametrize("kind", [".csv", ".xlsx", ".parquet"])
@@ -55,7 +55,7 @@ def test_every_kind_of_file_has_the_same_numbers(kind: str, tmp_path: Path) -> N
     numbers, others, grid = columns_of(path, FIELDS)
     assert numbers.to_numpy() == pytest.approx(np.array([[1.5, 18.25 / 3600], [2.5, 19.75 / 3600]]))
     assert others["Rock"].tolist() == ["gneiss", "mica"]
-    assert "'Rock' is not used: not known here" in grid.said
+    assert "'Rock' is not used: not known here" in grid.notes
     path.write_bytes(b"PK\x03\x04 no table at all")
     with pytest.raises(DomainError, match="log"):
         columns_of(path, FIELDS)
@@ -174,7 +174,7 @@ def test_every_damage_of_a_log_is_told_or_harmless(tmp_path: Path) -> None:
     random, path = np.random.default_rng(7), tmp_path / "log.csv"
     path.write_text(_text([HEADS.split(";"), *HOLE]), encoding="utf-8")
     whole, _, clean = columns_of(path, FIELDS)
-    assert not clean.told | suspicions(sheet.parameters, whole)
+    assert not clean.problems | suspicions(sheet.parameters, whole)
     silent = []
     for draw in range(4 * len(DAMAGES)):
         damage = DAMAGES[draw % len(DAMAGES)]
@@ -193,10 +193,11 @@ def test_every_damage_of_a_log_is_told_or_harmless(tmp_path: Path) -> None:
         harmless = len(left) == len(whole) and same.shape == right.shape
         harmless = harmless and np.allclose(same[[*right]], right, rtol=1e-12)
         lost = any(name not in numbers for name in whole) and any(
-            "not used" in s for s in grid.said
+            "not used" in s for s in grid.notes
         )
         nulls = numbers.isna().any().any() and len(numbers) == len(whole)
-        if not (harmless or grid.told or lost or nulls or suspicions(sheet.parameters, numbers)):
+        reported = grid.problems or suspicions(sheet.parameters, numbers)
+        if not (harmless or reported or lost or nulls):
             silent.append(text)
     assert len(silent) == 0, silent[0]
 

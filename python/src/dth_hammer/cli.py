@@ -48,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options = _parser().parse_args(tokens) if tokens else None
         with warnings.catch_warnings():
             warnings.simplefilter("always", HammerWarning)
-            warnings.showwarning = _teller()
+            warnings.showwarning = _warning_printer()
             if options is not None:
                 with _streams(options):
                     need_all(_packages(options))
@@ -185,7 +185,7 @@ class _Completion(argparse.Action):
         parser.exit()
 
 
-def _teller() -> Callable[..., None]:
+def _warning_printer() -> Callable[..., None]:
     """Returns a function that prints a warning as one line, and each text only once."""
 
     @functools.cache

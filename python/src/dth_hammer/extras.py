@@ -30,13 +30,13 @@ def need_all(packages: Iterable[str]) -> None:
         raise _missing(missing)
 
 
-def bar(shown: bool, items: Any = None, **named: Any) -> Any:
-    """Returns a progress bar over items, or the items themselves if it is not ``shown``.
+def bar(show: bool, items: Any = None, **named: Any) -> Any:
+    """Returns a progress bar over items, or only the items if ``show`` is false.
 
     The bar is drawn only on a terminal.
     """
     options = {"leave": False, "disable": None} | named
-    return need("tqdm").tqdm(items, **options) if shown else items
+    return need("tqdm").tqdm(items, **options) if show else items
 
 
 def _missing(packages: list[str]) -> MissingError:

@@ -9,13 +9,13 @@ each cell and row that is left out.
 from __future__ import annotations
 
 import csv
+import dataclasses
 import io
 import logging
 import math
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from decimal import Decimal
 from numbers import Real
 from pathlib import Path
@@ -32,7 +32,7 @@ TEXTS = (".csv", ".tsv", ".txt")
 KINDS = (*TEXTS, ".parquet", ".xlsx", ".las")
 #: Separators, the most likely first, and the number of rows that are examined to find them and the
 #: headings.
-SEPARATORS, LOOKED_AT = ";\t|,", 200
+SEPARATORS, EXAMINED = ";\t|,", 200
 #: Words in lower case for a missing value, and numbers that LAS files and rigs write for it. Other
 #: numbers mean it only if they are far from the rest of their column.
 WORDS = {"", "nan", "null", "none", "nil", "n/a", "na", "#n/a", "<na>"}
@@ -44,9 +44,9 @@ NULLS_IF_FAR = (999.25, 999.0, 9999.0, 9999.25, 99999.0, 32767.0, 65535.0)
 #: share of the values is far, these are no typing errors, but another rock or motion.
 FAR, LEAST, SLIPS = 10.0, 0.05, 0.1
 #: Number of cases of one kind that a message lists; it counts the others.
-SHOWN = 3
+LISTED = 3
 #: Names in lower case that rigs give to a quantity, besides its own name.
-MEANT = {
+SYNONYMS = {
     "depth": "dept dpth md measureddepth holedepth boreholedepth bitdepth depthtag lengthtag "
     "holelength tiefe teufe bohrtiefe djup borrdjup profondeur profundidad",
     "rop": "rate penetrationrate rateofpenetration penetrrate penrate ropavg avgrop ropa drillrate "
@@ -66,15 +66,15 @@ WRITTEN = re.compile(r"([+-]?[\d.,][\d.,'\u2019 \u00a0\u202f]*(?:[eE][+-]?\d+)?)
 GROUPS = {mark: re.compile(rf"[+-]?\d{{1,3}}(\{mark}\d{{3}})+") for mark in ".,"}
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class Field:
     """A possible column: SI unit (empty for a pure number), names, allowed values, display unit."""
 
     name: str
     unit: str
-    words: str = ""
+    synonyms: str = ""
     limits: Sequence[float] = (-math.inf, math.inf)
-    told: str = ""
+    display: str = ""
 
     def in_heading(self, head: str) -> tuple[str, str] | None:
         """Returns the name and the unit of a heading that belongs to this field."""
@@ -87,16 +87,16 @@ class Field:
         # Another remark in brackets, such as "(average)", is no unit.
         last = pairs[-1][1] if pairs else ""
         pairs += [(head, ""), *((word, last) for word, _ in brackets)]
-        known = {_small(self.name), *self.words.split()}
+        known = {_small(self.name), *self.synonyms.split()}
         return next((pair for pair in pairs if pair[0] and _small(pair[0]) in known), None)
 
     def text(self, value: float) -> str:
         """Returns a value as text."""
-        size = quantities.read(f"1 {self.told}", self.unit, self.name) if self.told else 1.0
-        return f"{value / size:.4g} {self.told or self.unit}".strip()
+        size = quantities.read(f"1 {self.display}", self.unit, self.name) if self.display else 1.0
+        return f"{value / size:.4g} {self.display or self.unit}".strip()
 
 
-@dataclass
+@dataclasses.dataclass
 class Grid:
     """The cells of a table below its headings, and sentences about them."""
 
@@ -109,8 +109,8 @@ class Grid:
     separator: str = ""
     nulls: tuple[float, ...] = NULLS
     #: One sentence per column about how it was read; and sentences about rows, by kind.
-    said: list[str] = field(default_factory=list)
-    told: dict[str, list[str]] = field(default_factory=dict)
+    notes: list[str] = dataclasses.field(default_factory=list)
+    problems: dict[str, list[str]] = dataclasses.field(default_factory=dict)
 
     def numbers(self, columns: Iterable[int]) -> dict[int, list[Any]]:
         """Returns each cell's number (None if empty) with its unit, or its text if it is no number.
@@ -128,7 +128,7 @@ class Grid:
         usual = marks["?"] > 0 and not marks["."] and self.separator not in (",", "")
         point, comma = marks["."] > 0, marks[","] > 0 or usual
         if comma:
-            self.said.append("a comma is the decimal mark")
+            self.notes.append("a comma is the decimal mark")
 
         def one(cell: Any, match: re.Match[str] | None) -> Any:
             if isinstance(cell, NUMBERS) and not isinstance(cell, bool):
@@ -181,9 +181,9 @@ def opened(source: Source, fields: Sequence[Field]) -> Grid:
             return _framed(pd.read_parquet(io.BytesIO(content)))
         if kind == ".xlsx":
             return _of_workbook(content, fields, path.name)
-        text, said = _decoded(content)
+        text, notes = _decoded(content)
         grid = _of_las(text) if kind == ".las" else _of_text(text, fields, path.name)
-        grid.said[:0] = said
+        grid.notes[:0] = notes
         return grid
 
 
@@ -208,8 +208,8 @@ def _decoded(content: bytes) -> tuple[str, list[str]]:
         text = content.decode(code)
     except UnicodeDecodeError:
         text, code = content.decode("cp1252", "replace"), "Windows-1252"
-    said = [] if code.startswith("utf-8") else [f"the file is read as {code.upper()}"]
-    return text.replace("\0", ""), said
+    notes = [] if code.startswith("utf-8") else [f"the file is read as {code.upper()}"]
+    return text.replace("\0", ""), notes
 
 
 def _of_text(text: str, fields: Sequence[Field], name: str) -> Grid:
@@ -219,7 +219,7 @@ def _of_text(text: str, fields: Sequence[Field], name: str) -> Grid:
 
     def even(mark: str) -> int:
         """Returns the number of lines that have the same number of cells."""
-        cells = csv.reader(lines[:LOOKED_AT], delimiter=mark)
+        cells = csv.reader(lines[:EXAMINED], delimiter=mark)
         return max(Counter(len(row) for row in cells if len(row) > 1).values(), default=0)
 
     separator = given[1] if given else max(SEPARATORS, key=even)
@@ -237,7 +237,7 @@ def _of_workbook(content: bytes, fields: Sequence[Field], name: str) -> Grid:
         rows = [(k, [*row]) for k, row in enumerate(sheet.iter_rows(values_only=True), 1)]
         try:
             grid = _below_heads(rows, fields, f"{name}, sheet {sheet.title!r}")
-            grid.said.append(f"the sheet {sheet.title!r} is read")
+            grid.notes.append(f"the sheet {sheet.title!r} is read")
             return grid
         except DomainError as error:
             refused.append(error)
@@ -260,7 +260,7 @@ def _of_las(text: str) -> Grid:
 def _below_heads(rows: list[tuple[int, list[Any]]], fields: Sequence[Field], name: str) -> Grid:
     """Finds the headings: the row, among the first ones, with the most known headings."""
     texts = [(k, ["" if cell is None else cell for cell in row]) for k, row in rows if any(row)]
-    heads = [[str(cell).lstrip("#% ").strip() for cell in row] for _, row in texts[:LOOKED_AT]]
+    heads = [[str(cell).lstrip("#% ").strip() for cell in row] for _, row in texts[:EXAMINED]]
     known = [sum(any(f.in_heading(h) for f in fields) for h in row if h) for row in heads]
     if not any(known):
         wanted, begun = ", ".join(f.name for f in fields[:5]), "; ".join([*heads, [""]][0])
@@ -270,8 +270,8 @@ def _below_heads(rows: list[tuple[int, list[Any]]], fields: Sequence[Field], nam
         heads[at].pop()
     grid, count = Grid(heads[at], [], [], []), len(heads[at])
     if at:
-        above = ", ".join(repr(next(h for h in row if h)) for row in heads[:at][:SHOWN])
-        grid.said.append(f"{at} rows above the headings are passed over: {above}")
+        above = ", ".join(repr(next(h for h in row if h)) for row in heads[:at][:LISTED])
+        grid.notes.append(f"{at} rows above the headings are passed over: {above}")
     below = texts[at + 1 :]
     units = map(_bare, below.pop(0)[1]) if below and _are_units(below[0][1]) else ()
     grid.units = [*units, *[""] * count][:count]
@@ -280,7 +280,7 @@ def _below_heads(rows: list[tuple[int, list[Any]]], fields: Sequence[Field], nam
         if len(row) < count or any(cell != "" for cell in row[count:]):
             why = f"has {len(row)} cells for {count} headings"
         if why:
-            grid.told.setdefault("rows that are left out", []).append(f"row {label} {why}")
+            grid.problems.setdefault("rows that are left out", []).append(f"row {label} {why}")
         else:
             grid.rows.append(row[:count])
             grid.labels.append(label)
@@ -305,12 +305,13 @@ def _small(word: str) -> str:
     return re.sub(r"[\W_]", "", word).lower()
 
 
-def sentences(told: Mapping[str, Sequence[str]]) -> list[str]:
+def sentences(problems: Mapping[str, Sequence[str]]) -> list[str]:
     """Returns a sentence for each kind: the first cases, and the number of others."""
     parts = {
-        kind: [*cases[:SHOWN], f"and {len(cases) - SHOWN} more"] for kind, cases in told.items()
+        kind: [*cases[:LISTED], f"and {len(cases) - LISTED} more"]
+        for kind, cases in problems.items()
     }
-    return [f"{kind}: {'; '.join(p[: len(told[kind])])}" for kind, p in parts.items()]
+    return [f"{kind}: {'; '.join(p[: len(problems[kind])])}" for kind, p in parts.items()]
 
 
 def far(values: Array) -> Array:
@@ -341,7 +342,7 @@ def columns_of(
     Raises:
         DomainError: a field has two columns, no unit, or a unit of another kind.
     """
-    named, units, columns = {of.name: of for of in fields}, units or {}, columns or {}
+    named, units, columns = {f.name: f for f in fields}, units or {}, columns or {}
     for name in (*units, *columns):
         if name not in named:
             raise UnknownNameError("column", name, named)
@@ -360,15 +361,15 @@ def columns_of(
             case = (
                 f"row {grid.labels[n + 1]}: {used[name][n]:.6g} m before {used[name][n + 1]:.6g} m"
             )
-            grid.told.setdefault("the depth falls or leaps", []).append(case)
-        grid.said.append(f"{grid.heads[k]!r} is {name} in {unit or 'the units of its cells'}")
+            grid.problems.setdefault("the depth falls or leaps", []).append(case)
+        grid.notes.append(f"{grid.heads[k]!r} is {name} in {unit or 'the units of its cells'}")
     others: dict[str, list[Any]] = {}
     for k, head in enumerate(grid.heads):
         if head and k not in [taken for taken, _ in found.values()]:
             name = head if head not in (*others, *named) else f"{head} (column {k + 1})"
             others[name] = [row[k] for row in grid.rows]
             empty = all(cell in (None, "") for cell in others[name])
-            grid.said.append(
+            grid.notes.append(
                 f"{head!r} is not used: {'it is empty' if empty else 'not known here'}"
             )
     index = pd.Index(grid.labels)
@@ -381,53 +382,54 @@ def _chosen(
     """Returns the column of each field that has one, and the unit in its heading."""
     found: dict[str, tuple[int, str]] = {}
     for k, head in enumerate(grid.heads):
-        for of in fields:
-            asked = columns.get(of.name, "").strip().lower()
-            pair = of.in_heading(head) if not asked else None
+        for field in fields:
+            asked = columns.get(field.name, "").strip().lower()
+            pair = field.in_heading(head) if not asked else None
             if asked and asked == head.strip().lower():
                 word = re.split(r"[\s_]*[\[({<]", head)[0]
                 pair = Field(word, "").in_heading(head)
-            if pair and of.name in found:
+            if pair and field.name in found:
                 raise DomainError(
-                    f"{grid.heads[found[of.name][0]]!r} and {head!r} are both {of.name}: say which "
-                    f"by column={{{of.name!r}: HEADING}} or --column {of.name}=HEADING"
+                    f"{grid.heads[found[field.name][0]]!r} and {head!r} are both {field.name}: say "
+                    f"which by column={{{field.name!r}: HEADING}} or --column {field.name}=HEADING"
                 )
             if pair:
                 # The heading "BPM" is its own unit.
-                own = pair[0] if quantities.is_unit(pair[0]) and of.unit == "Hz" else ""
-                found[of.name] = (k, pair[1] or own)
+                own = pair[0] if quantities.is_unit(pair[0]) and field.unit == "Hz" else ""
+                found[field.name] = (k, pair[1] or own)
     for name, head in columns.items():
         if name not in found and head.lower() != "none":
             raise UnknownNameError("heading", head, grid.heads)
     return found
 
 
-def _column(grid: Grid, cells: list[Any], of: Field, said: tuple[str, str]) -> Array:
+def _column(grid: Grid, cells: list[Any], field: Field, heading: tuple[str, str]) -> Array:
     """Returns a column's numbers in SI units; NaN for missing values and for text."""
-    head, unit = said
+    head, unit = heading
     found, size, inverse = np.full(len(cells), np.nan), 1.0, False
     if unit:
         try:
             # Time per length is the inverse of a rate.
-            size, two = (quantities.read(f"{n} {unit}", of.unit, of.name) for n in (1, 2))
+            size, two = (quantities.read(f"{n} {unit}", field.unit, field.name) for n in (1, 2))
             inverse = two < size
         except DomainError as error:
             raise DomainError(f"{head!r}: {error}") from None
     numbers = [cell for cell in cells if isinstance(cell, tuple) and cell[0]]
-    if of.unit and not unit and numbers and not any(own for _, own in numbers):
+    if field.unit and not unit and numbers and not any(own for _, own in numbers):
         raise DomainError(
-            f"{head!r} has no unit: write it in the heading, as '{head} [{of.told}]', or give "
-            f"unit={{{of.name!r}: {of.told!r}}} or --unit {of.name}={of.told}"
+            f"{head!r} has no unit: write it in the heading, as '{head} [{field.display}]', or "
+            f"give unit={{{field.name!r}: {field.display!r}}} or --unit "
+            f"{field.name}={field.display}"
         )
 
     def si(cell: Any) -> float:
         if not isinstance(cell, tuple):
-            raise DomainError(f"{of.name} = {cell!r} is no number")
+            raise DomainError(f"{field.name} = {cell!r} is no number")
         number, own = cell
         if own:
-            return quantities.read(f"{number!r} {own}", of.unit, of.name)
-        if of.unit and not unit and number:
-            raise DomainError(f"{of.name} = {number:g} has no unit")
+            return quantities.read(f"{number!r} {own}", field.unit, field.name)
+        if field.unit and not unit and number:
+            raise DomainError(f"{field.name} = {number:g} has no unit")
         return float(size / number if number else 0.0) if inverse else float(size * number)
 
     for n, cell in enumerate(cells):
@@ -436,34 +438,37 @@ def _column(grid: Grid, cells: list[Any], of: Field, said: tuple[str, str]) -> A
                 found[n] = si(cell)
             except DomainError as error:
                 case = f"row {grid.labels[n]}: {error}"
-                grid.told.setdefault("left out as no numbers", []).append(case)
+                grid.problems.setdefault("left out as no numbers", []).append(case)
     return found
 
 
-def _sifted(grid: Grid, values: Array, of: Field, depths: Array | None) -> Array:
+def _sifted(grid: Grid, values: Array, field: Field, depths: Array | None) -> Array:
     """Removes values beyond a field's limits, and reports values far from all others."""
 
     def tell(n: int, kind: str) -> None:
         depth = "" if depths is None or np.isnan(depths[n]) else f", depth {depths[n]:.6g} m"
-        case = f"row {grid.labels[n]}{depth}: {of.name} = {of.text(values[n])}"
-        grid.told.setdefault(kind, []).append(case)
+        case = f"row {grid.labels[n]}{depth}: {field.name} = {field.text(values[n])}"
+        grid.problems.setdefault(kind, []).append(case)
 
-    (low, high), left = of.limits, values.copy()
+    (low, high), left = field.limits, values.copy()
     above = low > 0.0
     with np.errstate(invalid="ignore"):
         beyond = (values < low) | (values > high)
     for n in map(int, np.flatnonzero(beyond & ((values != 0.0) | (not above)))):
-        tell(n, f"left out: {of.name} is {of.text(low)} to {of.text(high)} of real hammers")
+        tell(
+            n, f"left out: {field.name} is {field.text(low)} to {field.text(high)} of real hammers"
+        )
         left[n] = np.nan
-    nulls = [quantities.read(f"{null} {of.told}", of.unit, of.name) for null in NULLS_IF_FAR]
-    strange = far(left) if above else np.zeros(len(left), dtype=bool)
-    few = strange.sum() <= max(1.0, SLIPS * len(left))
-    for n in map(int, np.flatnonzero(strange)):
+    units = field.unit, field.name
+    nulls = [quantities.read(f"{null} {field.display}", *units) for null in NULLS_IF_FAR]
+    outliers = far(left) if above else np.zeros(len(left), dtype=bool)
+    few = outliers.sum() <= max(1.0, SLIPS * len(left))
+    for n in map(int, np.flatnonzero(outliers)):
         if np.isclose(values[n], nulls).any():
-            tell(n, f"left out as nulls of {of.name}")
+            tell(n, f"left out as nulls of {field.name}")
             left[n] = np.nan
         elif few:
-            tell(n, f"far from all other {of.name}; is the unit right?")
+            tell(n, f"far from all other {field.name}; is the unit right?")
     return left
 
 
@@ -473,13 +478,13 @@ def rows_of(source: Source, names: Iterable[str]) -> pd.DataFrame:
     Cells that are no numbers are unchanged: labels, or text that a later check refuses.
     """
     named = {_small(name): name for name in names}
-    of = Field("a name", "", " ".join(named))
-    grid = opened(source, [of])
+    field = Field("a name", "", " ".join(named))
+    grid = opened(source, [field])
     cells, columns = grid.numbers(range(len(grid.heads))), {}
-    if wrong := sentences(grid.told):
+    if wrong := sentences(grid.problems):
         raise DomainError("; ".join(wrong))
     for k, head in enumerate(grid.heads):
-        word, unit = of.in_heading(head) or (head, "")
+        word, unit = field.in_heading(head) or (head, "")
         name = named.get(_small(word), word)
         if name in columns:
             raise DomainError(f"two columns are {name}")

@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> Any:
     units = {name: VARIABLES.settable(name).unit for name in given["free"]}
     common.check_units(options.units, units)
     found = calibrate(**given)
-    common.keep_rock(options, found.hammer)
+    common.write_rock(options, found.hammer)
     fitted = common.by_name(found.to_frame(), units, options.units)
     if options.out:
         outputs.write(fitted, options.out)

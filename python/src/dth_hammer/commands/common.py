@@ -38,7 +38,7 @@ def many(options: argparse.Namespace) -> Any:
     return {name: values(VARIABLES.settable(name), text) for name, text in axes.items()}
 
 
-def tell_many(
+def print_many(
     options: argparse.Namespace, table: pd.DataFrame, names: Sequence[str], base: Scene
 ) -> None:
     """Prints columns of many hammers, and the reason for the ranges of their rates."""
@@ -50,7 +50,7 @@ def tell_many(
         print(reason(base.numbers))
 
 
-def tell_air(parameters: Mapping[str, float]) -> None:
+def print_air(parameters: Mapping[str, float]) -> None:
     """Prints the air's pressure both ways: absolute, as in the scene, and as a gauge shows it."""
     given = whole(parameters)
     if VARIABLES["drive.source"].text(given["drive.source"]) == "Air":
@@ -59,7 +59,7 @@ def tell_air(parameters: Mapping[str, float]) -> None:
         print(f"supply_pressure, {absolute}, is absolute: {gauge} over the exhaust's")
 
 
-def keep_rock(options: argparse.Namespace, parameters: Mapping[str, float]) -> None:
+def write_rock(options: argparse.Namespace, parameters: Mapping[str, float]) -> None:
     """Writes the rock of a hammer to a file, if the user gave one."""
     if options.write_rock:
         rocks.write(options.write_rock, parameters)

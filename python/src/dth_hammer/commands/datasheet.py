@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> Any:
         raise DomainError("nothing is given: see dth-hammer datasheet --help")
     sheet = from_datasheet(**given)
     print(sheet)
-    common.keep_rock(options, sheet.ground)
+    common.write_rock(options, sheet.ground)
     if options.out:
         words = ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in given.items())
         scene = {"description": words, "start_values": dict(sheet.parameters)}

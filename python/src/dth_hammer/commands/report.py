@@ -26,7 +26,7 @@ ALSO = (UNITS, WRITE_ROCK)
 def run(options: argparse.Namespace) -> None:
     """Reads the hammer, runs it and writes the page."""
     given = call().given(options)
-    common.keep_rock(options, given["hammer"].numbers)
+    common.write_rock(options, given["hammer"].numbers)
     path_out = options.out or Path(options.hammer or "reference").with_suffix(".html")
     given["out"] = outputs.check(path_out, (".html", ".htm"))
     common.check_units(options.units, {v.name: v.unit for v in VARIABLES.of("output", "local")})

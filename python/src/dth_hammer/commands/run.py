@@ -44,7 +44,7 @@ def run(options: argparse.Namespace) -> Any:
     displayed = {v.name: v.unit for v in VARIABLES.of("output", "local")}
     common.check_units(options.units, displayed)
     made = simulate(**given)
-    common.keep_rock(options, made.parameters)
+    common.write_rock(options, made.parameters)
     if options.out:
         written = convert(made.frame, options.units)
         written.attrs |= {"parameters": dict(made.parameters), "model": made.model}
@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> Any:
         with suppress(TooFewBlowsError):
             print(f"\nfrom {made.time[-1] / 2:g} s on:\n{made.readable()}")
         print(reason(made.parameters), *errors_in_words(made.parameters), sep="\n")
-        common.tell_air(made.parameters)
+        common.print_air(made.parameters)
     else:
         print("no blow")
     if made["stalled"].any():

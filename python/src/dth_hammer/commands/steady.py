@@ -49,18 +49,18 @@ def run(options: argparse.Namespace) -> Any:
         rows = grid.assign(**shared) if isinstance(grid, pd.DataFrame) else grid | shared
         table = steady(rows, **asked)
         columns = ["rop", "rop_error", "blow_frequency", "blow_energy"]
-        common.tell_many(options, table, [*grid, "kind", "blows", *columns], base)
+        common.print_many(options, table, [*grid, "kind", "blows", *columns], base)
         return table
     common.check_units(options.units, units)
     asked.pop("out", None)
     response = steady(**asked)
-    common.keep_rock(options, response.parameters)
+    common.write_rock(options, response.parameters)
     table = common.by_name(response.outputs.drop(columns="unit"), units, options.units)
     if options.out:
         outputs.write(table, options.out)
     print(*response.in_words(), sep="\n")
     if response.blows:
-        common.tell_air(response.parameters)
+        common.print_air(response.parameters)
         print(common.readable(table))
     if response.motions is not None:
         print(common.readable(response.motions))

@@ -40,5 +40,5 @@ def run(options: argparse.Namespace) -> Any:
     common.check_units(options.units, {n: VARIABLES[n].unit for n in [*grid, *outputs]})
     columns = options.outputs or ["blow_speed", "rop"]
     table = sweep(grid, **given)
-    common.tell_many(options, table, [*grid, *columns], given["base"])
+    common.print_many(options, table, [*grid, *columns], given["base"])
     return table

@@ -106,7 +106,7 @@ TRADE: Mapping[str, str] = {
     for word in words.split()
 }
 #: Words that may mean several units, and what to write instead.
-ASKED: Mapping[str, str] = {
+AMBIGUOUS: Mapping[str, str] = {
     "mph": "m/h or ft/h (miles are no rate of drilling)",
     **dict.fromkeys(("ps", "cv", "ch"), "hp or kW"),
     **dict.fromkeys(("ton", "tons", "tonf"), "t or 2000 lb"),
@@ -191,7 +191,7 @@ OIL_FIELD: Mapping[str, str] = {
     "m3/min": "cfm",
 }
 #: The display unit of a number, by its unit in the table or by its name.
-TOLD: Mapping[str, str] = {
+DISPLAY_UNITS: Mapping[str, str] = {
     **{"s": "ms", "m": "mm", "N": "kN", "W": "kW", "Pa": "MPa", "J/m3": "MJ/m3", "m3/s": "m3/min"},
     **{"rate of penetration": "m/h", "tip's gain per time": "mm/s"},
 }
@@ -335,7 +335,7 @@ def with_units(table: pd.DataFrame) -> pd.DataFrame:
 
 def displayed(name: str, unit: str) -> tuple[float, str]:
     """Returns factor and unit for the display of a number with this name and declared unit."""
-    own = TOLD.get(name) or TOLD.get(unit, unit)
+    own = DISPLAY_UNITS.get(name) or DISPLAY_UNITS.get(unit, unit)
     return float(1 / _factor(own, unit, name)), own
 
 
@@ -382,8 +382,8 @@ def _factor(given: str, wanted: str, name: str) -> Fraction:
         return Fraction(1)
     text, free = _plain(given), Fraction(1)
     words = re.findall(r"[^\W\d_]+", text.lower())
-    if asked := [ASKED[word] for word in words if word in ASKED]:
-        raise DomainError(f"{name}: {given!r} may be several units: give {asked[0]}")
+    if ambiguous := [AMBIGUOUS[word] for word in words if word in AMBIGUOUS]:
+        raise DomainError(f"{name}: {given!r} may be several units: give {ambiguous[0]}")
     if wanted in ("", "1") and TRADE.get(text.lower()) == "%":
         return Fraction(1, 100)
     if gauge := GAUGE.fullmatch(text):
@@ -415,7 +415,7 @@ def _factor(given: str, wanted: str, name: str) -> Fraction:
 def is_unit(text: str) -> bool:
     """Returns whether a text is a unit of any kind, or a word for several units."""
     plain, words = _plain(text), re.findall(r"[^\W\d_]+", text.lower())
-    known = plain.lower() in DEGREES or TRADE.get(plain.lower()) == "%" or {*words} & {*ASKED}
+    known = plain.lower() in DEGREES or TRADE.get(plain.lower()) == "%" or {*words} & {*AMBIGUOUS}
     plain = FREE.sub("m3", gauge[1] if (gauge := GAUGE.fullmatch(plain)) else plain)
     return bool(plain) and bool(known or _parsed(plain)[0] > 0)
 

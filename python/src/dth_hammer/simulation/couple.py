@@ -39,7 +39,7 @@ Scheme = Literal["jacobi", "gauss-seidel"]
 POSITION, VELOCITY = "relative_position", "relative_velocity"
 DELAY, SOURCE = "coupling.delay", "drive.source"
 #: Largest number of steps in a history; older steps are dropped.
-KEPT = 1_000_000
+HISTORY_LIMIT = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ class Coupling:
         self.accepted = self.rejected = 0
         self._step = self.largest
         self._motion = hammer.reader([POSITION, VELOCITY])
-        self._exchanged: deque[tuple[float, ...]] = deque(maxlen=KEPT)
+        self._exchanged: deque[tuple[float, ...]] = deque(maxlen=HISTORY_LIMIT)
         self._end = hammer.time
         self._names: tuple[str, ...] = ()
         if VARIABLES[SOURCE].labels[int(whole(hammer.numbers)[SOURCE])] in ("Force", "Pressure"):

@@ -21,7 +21,7 @@ PER, ERROR = " per ", "_error"
 #: settle. A warning is given if it is valid for less than the share NARROW of the parameter.
 SHARP, NARROW = 1e4, 1e-7
 #: Repeats a run with some numbers changed; returns the outputs, and the hammer at its end.
-Again = Callable[[Mapping[str, float]], "tuple[Array, Hammer]"]
+Rerun = Callable[[Mapping[str, float]], "tuple[Array, Hammer]"]
 
 
 @dataclass(frozen=True)
@@ -39,20 +39,20 @@ class Derivatives:
     nonsmooth: list[list[str]]
 
 
-def derivatives(numbers: Mapping[str, float], by: Sequence[str], again: Again) -> Derivatives:
+def derivatives(numbers: Mapping[str, float], by: Sequence[str], rerun: Rerun) -> Derivatives:
     """Returns the derivatives of a run with respect to parameters and inputs.
 
     Args:
         numbers: the numbers that were set.
         by: parameters and constant inputs.
-        again: repeats the run with some numbers changed.
+        rerun: repeats the run with some numbers changed.
     """
     for _, why in _native.unread(dict(numbers), [*by]):
         raise DomainError(f"no derivative by a parameter that is not read: {why}")
     shape: list[tuple[int, ...]] = []
 
     def run(changed: Mapping[str, float]) -> tuple[Array, _native.Machine]:
-        values, hammer = again(changed)
+        values, hammer = rerun(changed)
         shape[:] = [values.shape]
         return np.ascontiguousarray(values, dtype=float).ravel(), hammer.machine
 

@@ -288,8 +288,8 @@ def simulate(
     frame = _frame(rows, [*chosen.values()], instants)
     by = [*dict.fromkeys(gradient)]
     if by:
-        again = partial(_again, start, signals, instants, [*chosen], control=control)
-        found = derivatives(start, by, again)
+        rerun = partial(_rerun, start, signals, instants, [*chosen], control=control)
+        found = derivatives(start, by, rerun)
         texts = warnings_of(found, rows, {name: whole(start)[name] for name in by})
         for text in texts:
             warn(text)
@@ -330,7 +330,7 @@ def play(
     return np.concatenate(rows), np.concatenate(blows)
 
 
-def _again(
+def _rerun(
     start: Mapping[str, float],
     signals: Mapping[str, Function],
     instants: Array,

@@ -37,22 +37,22 @@ from .posterior import LOSSES, Emulator, maximum, modes, population
 from .trends import table_of
 
 #: Points of the first design per parameter, and fewest further ones that need a response.
-FIRST, FEWEST = 16, 3
+FIRST_POINTS, FEWEST_MORE = 16, 3
 #: Least standard deviation of a result, in logarithms.
-NARROW = 1e-3
+LEAST_DEVIATION = 1e-3
 #: A misfit is reported if its probability is below this.
 CHANCE = 1e-3
 #: Correlation beyond which two estimates are hardly distinguishable; error over the bounds' width
 #: beyond which a direction is undetermined.
-CORRELATED, BLIND = 0.95, 0.5
+CORRELATED, UNDETERMINED = 0.95, 0.5
 #: Most turns of refinement; new hammers per turn and parameter; change of an interval, as a share
 #: of its width, that counts as none.
-TURNS, AMONG, STAYS = 10, 8, 0.1
+ROUNDS, NEW_POINTS, SETTLED = 10, 8, 0.1
 #: Allowed uncertainty of the emulator, in standard errors of a measurement, and the share of the
 #: population that must meet it: 0.3 makes an interval hypot(1, 0.3) = 1.04 times as wide.
-MOST_SPREAD, SURE = 0.3, 0.9
+MOST_SPREAD, SHARE = 0.3, 0.9
 #: If a measured value differs from the fitted one by this factor, its unit may be wrong.
-STRANGE = 10.0
+WRONG_UNIT = 10.0
 
 
 @dataclass(frozen=True, repr=False)
@@ -214,49 +214,49 @@ def calibrate(
         measured, free, numbers_of(hammer, preset, rock), records, Wanted(error=error)
     )
     problem.progress = progress
-    problem.note(problem.start[None])
-    problem.spread(FIRST * len(problem.names), seed)
-    emulator, members = _weighed(problem, loss, seed)
-    size = members.std(axis=0) + NARROW
+    problem.add(problem.start[None])
+    problem.add_design(FIRST_POINTS * len(problem.names), seed)
+    emulator, members = _refined(problem, loss, seed)
+    size = members.std(axis=0) + LEAST_DEVIATION
     peaks = [
         (maximum(emulator, peak, size, problem.low, problem.high), share)
         for peak, share in modes(emulator, members)
     ]
-    peaks, members = problem.met(peaks, members)
+    peaks, members = problem.confirmed(peaks, members)
     best = max((peak for peak, _ in peaks), key=lambda peak: emulator(peak[None])[0])
-    return _described(problem, best, emulator, members, peaks)
+    return _result(problem, best, emulator, members, peaks)
 
 
-def _weighed(problem: Problem, loss: str, seed: int) -> tuple[Emulator, Array]:
+def _refined(problem: Problem, loss: str, seed: int) -> tuple[Emulator, Array]:
     """Returns an emulator and a population over its likelihood, refined until it settles."""
     groups = len(problem.means), [len(record.values) for record in problem.records]
     bounds = (problem.low, problem.high)
     before: Array | None = None
-    for turn in range(TURNS):
+    for turn in range(ROUNDS):
         found = (np.array(problem.found) - problem.values) / problem.errors
-        if np.isfinite(found).all(axis=1).sum() < len(problem.names) + FEWEST:
+        if np.isfinite(found).all(axis=1).sum() < len(problem.names) + FEWEST_MORE:
             why = f": {problem.refused[0]}" if problem.refused else ""
             raise RefusedError(f"no hammer within the bounds has a long-run response{why}")
         emulator = Emulator(np.array(problem.logs), found, bounds, groups, loss)
         members = population(emulator, *bounds, seed + turn)
         spread = emulator.spread(members)
-        sure = bool(np.quantile(spread, SURE) <= MOST_SPREAD)
+        is_certain = bool(np.quantile(spread, SHARE) <= MOST_SPREAD)
         sides = np.quantile(members, [0.025, 0.5, 0.975], axis=0)
-        wide = sides[2] - sides[0] + NARROW
-        stays = before is not None and bool((np.abs(sides - before) < STAYS * wide).all())
-        if sure and stays:
+        wide = sides[2] - sides[0] + LEAST_DEVIATION
+        is_settled = before is not None and bool((np.abs(sides - before) < SETTLED * wide).all())
+        if is_certain and is_settled:
             break
         before = sides
-        if turn < TURNS - 1:
-            random, count = np.random.default_rng([seed, turn]), AMONG * len(problem.names)
+        if turn < ROUNDS - 1:
+            random, count = np.random.default_rng([seed, turn]), NEW_POINTS * len(problem.names)
             # If the emulator is certain, any members; otherwise members by the variance of the
             # emulator, which may seem plausible only because nothing is known about them.
-            chance = None if sure else spread**2 / np.sum(spread**2)
-            problem.note(members[random.choice(len(members), count, replace=sure, p=chance)])
+            chance = None if is_certain else spread**2 / np.sum(spread**2)
+            problem.add(members[random.choice(len(members), count, replace=is_certain, p=chance)])
     return emulator, members
 
 
-def _described(
+def _result(
     problem: Problem,
     logs: Array,
     emulator: Emulator,
@@ -265,7 +265,7 @@ def _described(
 ) -> Calibration:
     names, index = problem.names, pd.Index(problem.names)
     best = np.exp(logs)
-    covariance = np.atleast_2d(np.cov(members.T)) + NARROW**4 * np.eye(len(names))
+    covariance = np.atleast_2d(np.cov(members.T)) + LEAST_DEVIATION**4 * np.eye(len(names))
     sizes = np.sqrt(np.diag(covariance))
     off, left = emulator.at(logs)
     chi_square = float(off @ np.linalg.solve(np.eye(len(off)) + left, off))
@@ -279,10 +279,10 @@ def _described(
         simulated[: len(problem.means)] = table_of([last], problem.means)[0]
     if misfit:
         pairs = zip(problem.means, problem.values, simulated, strict=False)
-        strange = [
-            name for name, value, own in pairs if not own < STRANGE * value < STRANGE**2 * own
+        suspects = [
+            name for name, value, own in pairs if not own < WRONG_UNIT * value < WRONG_UNIT**2 * own
         ]
-        misfit += "".join(f"; is the unit of {name} right?" for name in strange)
+        misfit += "".join(f"; is the unit of {name} right?" for name in suspects)
         warn(misfit)
     rough = np.sqrt(np.diag(left))
     tables = _tables(problem, logs, rough, (simulated - problem.values) / problem.errors)
@@ -296,9 +296,9 @@ def _described(
             share=[share for _, share in peaks]
         ),
         cannot_tell=(
-            *_blind(problem, covariance),
-            *_several(names, peaks),
-            *_unsure(float(np.quantile(emulator.spread(members), SURE)), len(problem.logs)),
+            *_undetermined(problem, covariance),
+            *_several_modes(names, peaks),
+            *_uncertain(float(np.quantile(emulator.spread(members), SHARE)), len(problem.logs)),
         ),
         at_bounds=tuple(n for n, room in zip(names, near, strict=True) if room < 1e-6),
         residuals=tables[0],
@@ -343,14 +343,14 @@ def _tables(problem: Problem, logs: Array, rough: Array, off: Array) -> list[pd.
     return tables
 
 
-def _unsure(spread: float, hammers: int) -> tuple[str, ...]:
+def _uncertain(spread: float, hammers: int) -> tuple[str, ...]:
     """Says that intervals include the emulator's uncertainty."""
     wide = np.hypot(1.0, spread)
     text = f"after {hammers} hammers the response is not well known: intervals are up to {wide:.1f}"
     return (f"{text} times as wide as the measurements make them",) if spread > MOST_SPREAD else ()
 
 
-def _several(names: Sequence[str], peaks: list[tuple[Array, float]]) -> tuple[str, ...]:
+def _several_modes(names: Sequence[str], peaks: list[tuple[Array, float]]) -> tuple[str, ...]:
     """Says that the likelihood has several modes."""
     texts = [
         f"{', '.join(f'{n} = {x:.4g}' for n, x in zip(names, np.exp(peak), strict=True))} "
@@ -361,14 +361,14 @@ def _several(names: Sequence[str], peaks: list[tuple[Array, float]]) -> tuple[st
     return (text,) if len(texts) > 1 else ()
 
 
-def _blind(problem: Problem, covariance: Array) -> tuple[str, ...]:
+def _undetermined(problem: Problem, covariance: Array) -> tuple[str, ...]:
     """Finds the directions and pairs of parameters that the measurements do not determine."""
     names = problem.names
     prior = (problem.high - problem.low) / np.sqrt(12.0)
     parts, directions = np.linalg.eigh(covariance / np.outer(prior, prior))
     texts = []
     for part, direction in zip(np.sqrt(parts), (directions * prior[:, None]).T, strict=True):
-        if part <= BLIND:
+        if part <= UNDETERMINED:
             continue
         powers = direction / np.abs(direction).max()
         largest = [k for k in np.argsort(-np.abs(powers)) if abs(powers[k]) > 0.1]

@@ -12,7 +12,7 @@ from ..scene.variables import VARIABLES, Array, Value, whole
 from ..simulation.gradients import differentiable
 from .longrun import Steady, Wanted, responses
 from .measures import measure, unit
-from .trends import fitted, lost, sobol
+from .trends import fitted, has_no_response, sobol
 
 #: A measure of a hammer: the name of a mean, or a function of a `Steady`.
 Measure = str | Callable[[Steady], float]
@@ -146,7 +146,7 @@ class Problem:
         except DthHammerError as error:
             answers = [str(error)]
         # Goal and limits are evaluated outside the try block: their errors must reach the user.
-        if failure := next((answer for answer in answers if lost(answer)), None):
+        if failure := next((answer for answer in answers if has_no_response(answer)), None):
             row.refused = failure if isinstance(failure, str) else failure.kind
         else:
             self._measured(row, [a for a in answers if isinstance(a, Steady)], offsets)

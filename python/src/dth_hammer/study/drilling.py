@@ -24,9 +24,9 @@ from .measurements import RANGES
 from .trends import table_of
 
 #: Columns of a log, with units for messages. Impossible values count as missing.
-FIELDS = [tables.Field("depth", "m", tables.MEANT["depth"], (-500.0, 15e3), "m")] + [
-    tables.Field(name, si, tables.MEANT[name], RANGES[name], told)
-    for name, si, told in (
+FIELDS = [tables.Field("depth", "m", tables.SYNONYMS["depth"], (-500.0, 15e3), "m")] + [
+    tables.Field(name, si, tables.SYNONYMS[name], RANGES[name], display)
+    for name, si, display in (
         *(("rop", "m/s", "m/h"), ("pressure", "Pa", "bar"), ("feed", "N", "kN")),
         ("frequency", "Hz", "1/min"),
     )
@@ -36,7 +36,7 @@ NEEDED = ("depth", "rop", "pressure")
 #: distance of nodes if there are fewer.
 NODES, APART = 5, 0.15
 #: Relative standard error of a recorded frequency; number of errors beyond which it is implausible.
-HEARD, STRANGE = 0.02, 3.0
+FREQUENCY_ERROR, IMPLAUSIBLE = 0.02, 3.0
 #: Number of random members for a scene, and the standard error of a measured rate.
 MEMBERS = 240
 SCATTER = {row[0]: row[5] for row in _native.datasheet_numbers()}["rop"]
@@ -98,7 +98,7 @@ def specific_energy(
     drilled = rows["depth"].notna() & (rows[["rop", "pressure"]] > 0.0).all(axis=1)
     if idle := int((~drilled).sum()):
         warn(f"{idle} of {len(rows)} rows of the log are null, idle or told below and are left out")
-    for text in tables.sentences(grid.told):
+    for text in tables.sentences(grid.problems):
         warn(text)
     if not drilled.any():
         raise DomainError("no row of the log has a depth, and a rate and a pressure above 0")
@@ -106,7 +106,7 @@ def specific_energy(
     nodes = _nodes(rows["pressure"])
     hammers = _of_sheet(sheet, nodes) if isinstance(sheet, Datasheet) else _of_scene(sheet, nodes)
     power, used = _powers(hammers, nodes, rows)
-    energy = np.exp(power) * hammers.own / rows["rop"].to_numpy()[:, None]
+    energy = np.exp(power) * hammers.energy_rate / rows["rop"].to_numpy()[:, None]
     names = [f"specific_energy{side}" for side in ("", "_low", "_high")]
     answer = pd.DataFrame(
         [_native.spread(row, hammers.weights) for row in energy], columns=names, index=rows.index
@@ -116,10 +116,10 @@ def specific_energy(
         warn(text)
     others = others[drilled].rename(columns={n: f"{n} (of the log)" for n in names})
     answer = pd.concat([answer, others], axis=1)
-    for kind, size, which in (("units", "J/m3", "unit"), ("display_units", "MJ/m3", "told")):
+    for kind, size, which in (("units", "J/m3", "unit"), ("display_units", "MJ/m3", "display")):
         known = {of.name: getattr(of, which) for of in FIELDS if of.name in rows}
         answer.attrs[kind] = known | dict.fromkeys(names, size)
-    answer.attrs["said"] = [*grid.said, *used]
+    answer.attrs["said"] = [*grid.notes, *used]
     return answer
 
 
@@ -128,13 +128,13 @@ class _Hammers:
     """The hammers of a log: a scene, and members at nodes of the pressure (one row each)."""
 
     scene: Mapping[str, float]
-    there: Sequence[Mapping[str, float]]
+    scenes: Sequence[Mapping[str, float]]
     #: Logarithms of the power to the rock (W), of the frequency, and of the feed if none is known.
     power: Array
-    pace: Array
+    frequency: Array
     feed: Array
     #: Specific energy times rate, over that power; and the statistical weight of a member.
-    own: Array
+    energy_rate: Array
     weights: Array
 
 
@@ -142,7 +142,7 @@ def _of_sheet(sheet: Datasheet, nodes: Array) -> _Hammers:
     """Returns the sheet's hammers, with the specific energies for a known rate."""
     base = sheet.but(rop=RATE, at=None)
     there = [base.but(at=float(pressure)) for pressure in np.exp(nodes)]
-    power, pace = (
+    power, frequency = (
         np.log([node.members[name] for node in there])
         for name in ("power to the rock", "frequency")
     )
@@ -150,7 +150,7 @@ def _of_sheet(sheet: Datasheet, nodes: Array) -> _Hammers:
     own /= base.members["work to the rock over blow energy"]
     feed, weights = np.log(base.members["feed"].to_numpy()), base.members["weight"].to_numpy()
     scenes = [node.parameters for node in there]
-    return _Hammers(sheet.parameters, scenes, power, pace, feed, own.to_numpy(), weights)
+    return _Hammers(sheet.parameters, scenes, power, frequency, feed, own.to_numpy(), weights)
 
 
 def _of_scene(hammer: Hammerlike, nodes: Array) -> _Hammers:
@@ -164,20 +164,22 @@ def _of_scene(hammer: Hammerlike, nodes: Array) -> _Hammers:
     if refused := [text for text in found if isinstance(text, str)]:
         raise DomainError(f"this hammer has no long-run response: {refused[0]}")
     works = ["energy_rock_dissipated", "energy_viscous", "blow_frequency"]
-    *work, paces = table_of(found, works)[0].T
+    *work, frequencies = table_of(found, works)[0].T
     normal = np.random.default_rng(2).standard_normal((3, MEMBERS))
-    pace, energy = OF_SCENES / np.sqrt(2.0) * normal[:2]
-    power = np.log(sum(work) * paces)[:, None] + energy + pace
+    frequency, energy = OF_SCENES / np.sqrt(2.0) * normal[:2]
+    power = np.log(sum(work) * frequencies)[:, None] + energy + frequency
     own = np.exp(SCATTER * normal[2]) / (0.25 * np.pi * full["hole.diameter"] ** 2)
     feed = np.full(MEMBERS, np.log(max(full["feed_force"], 1.0)))
-    pace = np.log(paces)[:, None] + pace
-    return _Hammers(scene, there, power, pace, feed, own, np.ones(MEMBERS))
+    frequency = np.log(frequencies)[:, None] + frequency
+    return _Hammers(scene, there, power, frequency, feed, own, np.ones(MEMBERS))
 
 
 def _powers(hammers: _Hammers, nodes: Array, rows: pd.DataFrame) -> tuple[Array, list[str]]:
     """Returns the logarithm of the power (a row per row, a column per member), and sentences."""
     at = np.log(rows["pressure"])
-    power, pace = (_between(at, nodes, table) for table in (hammers.power, hammers.pace))
+    power, frequency = (
+        _interpolated(at, nodes, table) for table in (hammers.power, hammers.frequency)
+    )
     ends = np.exp([power.mean(axis=1).min(), power.mean(axis=1).max()]) / 1e3
     used = [
         "the pressure is used: by it the power to the rock is {:.3g} to {:.3g} kW".format(*ends)
@@ -187,31 +189,32 @@ def _powers(hammers: _Hammers, nodes: Array, rows: pd.DataFrame) -> tuple[Array,
         name: (rows[name] > 0.0).to_numpy() if name in rows else np.zeros(len(rows), dtype=bool)
         for name in ("feed", "frequency")
     }
-    fed, heard = known["feed"], known["frequency"]
+    has_feed, has_frequency = known["feed"], known["frequency"]
     # In a row without feed each member has its own.
-    power += (own := _unfed(hammers))
-    if not fed.any():
+    power += (own := _own_feed_effect(hammers))
+    if not has_feed.any():
         used.append(f"no feed is known: it is that of the hammer, {_wider(power, power - own)}")
     else:
-        before, feeds = power[fed].copy(), _nodes(rows["feed"][fed])
-        shares = _between(at[fed], nodes, _fed(hammers.there, np.exp(feeds)))
-        values = np.log(rows["feed"].to_numpy()[fed])
+        before, feeds = power[has_feed].copy(), _nodes(rows["feed"][has_feed])
+        shares = _interpolated(at[has_feed], nodes, _feed_effect(hammers.scenes, np.exp(feeds)))
+        values = np.log(rows["feed"].to_numpy()[has_feed])
         moved = [np.interp(feed, feeds, row) for feed, row in zip(values, shares, strict=True)]
-        power[fed] += np.array(moved)[:, None] - own
+        power[has_feed] += np.array(moved)[:, None] - own
         low, high = np.exp([min(moved), max(moved)])
         used.append(
-            f"the feed is used in {fed.sum()} of {len(rows)} rows: by it the power is {low:.2f} to "
-            f"{high:.2f} of that at the hammer's own, {_wider(power[fed], before)}"
+            f"the feed is used in {has_feed.sum()} of {len(rows)} rows: by it the power is "
+            f"{low:.2f} to {high:.2f} of that at the hammer's own, "
+            f"{_wider(power[has_feed], before)}"
         )
-    if not heard.any():
+    if not has_frequency.any():
         used.append("no frequency is known: it is that of the hammer")
     else:
-        before = power[heard].copy()
-        values = np.log(rows["frequency"].to_numpy()[heard])
-        power[heard] += _heard(before, pace[heard], values)
+        before = power[has_frequency].copy()
+        values = np.log(rows["frequency"].to_numpy()[has_frequency])
+        power[has_frequency] += _frequency_effect(before, frequency[has_frequency], values)
         used.append(
-            f"the frequency is used in {heard.sum()} of {len(rows)} rows, "
-            f"{_wider(power[heard], before)}"
+            f"the frequency is used in {has_frequency.sum()} of {len(rows)} rows, "
+            f"{_wider(power[has_frequency], before)}"
         )
     return power, used
 
@@ -221,25 +224,25 @@ def _wider(now: Array, before: Array) -> str:
     return f"which makes the range of the power {share:.2f} times as wide"
 
 
-def _unfed(hammers: _Hammers) -> Array:
+def _own_feed_effect(hammers: _Hammers) -> Array:
     """Returns the logarithm of each member's power at its own feed over that at the scene's."""
     _, low, high = np.log(_native.spread(np.exp(hammers.feed), hammers.weights))
     if high - low < 1e-6:
         return np.zeros(len(hammers.feed))
-    feeds, middle = np.linspace(low, high, NODES), len(hammers.there) // 2
-    shares = _fed(hammers.there[middle : middle + 1], np.exp(feeds))[0]
+    feeds, middle = np.linspace(low, high, NODES), len(hammers.scenes) // 2
+    shares = _feed_effect(hammers.scenes[middle : middle + 1], np.exp(feeds))[0]
     return np.asarray(np.interp(hammers.feed, feeds, shares))
 
 
 def suspicions(scene: Mapping[str, float], rows: pd.DataFrame) -> dict[str, list[str]]:
     """Returns, by kind, pressures and feeds unlike the sheet's, and implausible energies."""
-    known, told = whole(scene), dict[str, list[str]]()
+    known, problems = whole(scene), dict[str, list[str]]()
     usual = {"pressure": known["supply_pressure"] - known["exhaust_pressure"]}
     usual = usual if known["drive.source"] == AIR else {}
     usual["feed"] = known["feed_force"]
     limits = {name: (own / BEYOND, own * BEYOND) for name, own in usual.items() if own > 0.0}
     limits["specific_energy"] = ROCKS
-    for of in (*FIELDS, tables.Field("specific_energy", "J/m3", told="MJ/m3")):
+    for of in (*FIELDS, tables.Field("specific_energy", "J/m3", display="MJ/m3")):
         low, high = limits.get(of.name, (-np.inf, np.inf))
         for label, depth, value in zip(
             rows.index, rows["depth"], rows.get(of.name, ()), strict=False
@@ -248,8 +251,8 @@ def suspicions(scene: Mapping[str, float], rows: pd.DataFrame) -> dict[str, list
                 sides = f"{of.text(low)} to {of.text(high)}"
                 kind = f"{of.name} beyond {sides} of this hammer or of rocks; is the unit right?"
                 case = f"row {label}, depth {depth:.6g} m: {of.text(value)}"
-                told.setdefault(kind, []).append(case)
-    return told
+                problems.setdefault(kind, []).append(case)
+    return problems
 
 
 def _nodes(values: pd.Series) -> Array:
@@ -258,25 +261,25 @@ def _nodes(values: pd.Series) -> Array:
     return np.linspace(low, high, min(NODES, 1 + int(np.ceil((high - low - 0.01) / APART))))
 
 
-def _between(places: pd.Series, nodes: Array, table: Array) -> Array:
+def _interpolated(places: pd.Series, nodes: Array, table: Array) -> Array:
     """Interpolates the rows of a table, which has one row per node."""
     return np.array([np.interp(places, nodes, column) for column in table.T]).T
 
 
-def _heard(power: Array, pace: Array, heard: Array) -> Array:
+def _frequency_effect(power: Array, frequency: Array, recorded: Array) -> Array:
     """Returns by how much each member's power changes, in logarithms, with a recorded frequency."""
-    off = heard[:, None] - pace
-    wide = np.hypot(pace.std(axis=1), HEARD)
-    strange = np.abs(off.mean(axis=1)) > STRANGE * wide
-    if strange.any():
-        warn(f"{strange.sum()} frequencies of the log are of no hammer of this sheet")
-    about = (pace - pace.mean(axis=1)[:, None], power - power.mean(axis=1)[:, None])
+    off = recorded[:, None] - frequency
+    wide = np.hypot(frequency.std(axis=1), FREQUENCY_ERROR)
+    is_implausible = np.abs(off.mean(axis=1)) > IMPLAUSIBLE * wide
+    if is_implausible.any():
+        warn(f"{is_implausible.sum()} frequencies of the log are of no hammer of this sheet")
+    about = (frequency - frequency.mean(axis=1)[:, None], power - power.mean(axis=1)[:, None])
     gain = np.mean(about[0] * about[1], axis=1) / wide**2
-    noise = HEARD * np.random.default_rng(1).standard_normal(pace.shape[1])
+    noise = FREQUENCY_ERROR * np.random.default_rng(1).standard_normal(frequency.shape[1])
     return np.asarray(np.nan_to_num(gain[:, None] * (off + noise)))
 
 
-def _fed(there: Sequence[Mapping[str, float]], feeds: Array) -> Array:
+def _feed_effect(there: Sequence[Mapping[str, float]], feeds: Array) -> Array:
     """Returns the power to the rock at each feed, relative to that at a scene's own, as logarithms.
 
     There is one row per scene and one column per feed. The hammers are simulated as rigid bodies.

@@ -38,7 +38,7 @@ NOT_REACHED = (
     "the error asked for is not reached after {} blows: allow more blows, or a larger error"
 )
 #: Interval between updates of the progress bar, s.
-PART = 0.3
+UPDATE_INTERVAL = 0.3
 #: Smallest value that the limit of blows may have.
 FEWEST = 100
 WORKS = tuple(name for name in MEANS if name.startswith("energy_"))
@@ -235,15 +235,15 @@ def finished(
         return
     batch = _native.Batch.steady(scenes, wanted.engine_arguments, cores())
     done = 0
-    with telling(progress, len(scenes)) as tell:
+    with progress_reporter(progress, len(scenes)) as report:
         try:
             while done < len(scenes):
-                for index, values, refused, warnings in batch.take(1, PART) or ():
+                for index, values, refused, warnings in batch.take(1, UPDATE_INTERVAL) or ():
                     done += 1
                     yield index, refused or answered(values, points[index], warnings)
                 if stopped():
                     raise KeyboardInterrupt
-                tell(*batch.progress(), done)
+                report(*batch.progress(), done)
         finally:
             batch.stop()
 
@@ -282,21 +282,21 @@ def tabled(statistics: Array, given: Mapping[str, float]) -> pd.DataFrame:
 
 
 @contextmanager
-def telling(shown: bool, total: int = 1) -> Iterator[Callable[..., None]]:
+def progress_reporter(show: bool, total: int = 1) -> Iterator[Callable[..., None]]:
     """Opens a progress bar, if one is shown, and yields the function that updates it.
 
     Its arguments are the number of blows so far, the ratio of the error to the requested error, and
     the number of finished hammers.
     """
     options = {"total": total, "unit": "hammer"}
-    progress_bar = bar(shown, **(options if total > 1 else {"unit": "blow"}))
+    progress_bar = bar(show, **(options if total > 1 else {"unit": "blow"}))
     with nullcontext() if progress_bar is None else progress_bar:
 
-        def tell(blows: int, error_ratio: float, done: int = 0) -> None:
+        def report(blows: int, error_ratio: float, done: int = 0) -> None:
             if progress_bar is not None:
                 progress_bar.n = done if total > 1 else blows
                 known = np.isfinite(error_ratio)
                 text = f"{error_ratio:.2g} times the one wanted" if known else "not yet known"
                 progress_bar.set_postfix_str(f"error {text}")
 
-        yield tell
+        yield report

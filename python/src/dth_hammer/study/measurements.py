@@ -28,11 +28,11 @@ RATES_OF_BLOWS = ("blow_frequency", "period")
 SHEETS = {"rop": "rop", "blow_energy": "blow_energy", "blow_frequency": "frequency"}
 SHEETS |= {"blow_speed": "impact_speed"}
 RANGES = {row[0]: row[4] for row in _native.datasheet_numbers()}
-TOLD = {row[0]: row[2] for row in _native.datasheet_numbers()}
+DISPLAY_UNITS = {row[0]: row[2] for row in _native.datasheet_numbers()}
 #: Standard errors from the middle of a normal distribution to the ends of its 80 % range.
 EIGHTY = 1.2816
 #: A hammer meets the measurements within this many errors; modes this close in logarithms are one.
-MEETS, ONE = 4.0, 0.01
+CONFIRMED, SAME = 4.0, 0.01
 LEAST = 3
 GIVE = "give (value, standard error), or three or more values"
 
@@ -82,17 +82,17 @@ class Problem:
                 self.refused.append(str(error))
         return values
 
-    def spread(self, count: int, seed: int) -> None:
+    def add_design(self, count: int, seed: int) -> None:
         """Simulates points that are spread over the whole range."""
         box = sobol(len(self.names), count, seed)[:count]
-        self.note(0.5 * (self.low + self.high) + 0.5 * (self.high - self.low) * box)
+        self.add(0.5 * (self.low + self.high) + 0.5 * (self.high - self.low) * box)
 
-    def note(self, points: Array) -> None:
+    def add(self, points: Array) -> None:
         """Simulates points and stores their responses."""
         self.logs += [*points]
         self.found += [*self.at(points)]
 
-    def met(
+    def confirmed(
         self, peaks: list[tuple[Array, float]], members: Array
     ) -> tuple[list[tuple[Array, float]], Array]:
         """Returns the modes whose hammers, when simulated, meet the measurements, and their
@@ -103,8 +103,8 @@ class Problem:
         off = np.abs(self.at(np.array([peak for peak, _ in peaks])) - self.values) / self.errors
         places: list[Array] = []
         own = np.full(len(peaks), -1)
-        for k in np.flatnonzero((off <= MEETS).all(axis=1)):
-            near = [i for i, p in enumerate(places) if np.abs(p - peaks[k][0]).max() < ONE]
+        for k in np.flatnonzero((off <= CONFIRMED).all(axis=1)):
+            near = [i for i, p in enumerate(places) if np.abs(p - peaks[k][0]).max() < SAME]
             own[k] = near[0] if near else len(places)
             places += [] if near else [peaks[k][0]]
         if not places:
@@ -156,15 +156,15 @@ def problem_of(
 
 def _columns(source: tables.Source) -> dict[str, list[float]]:
     """Returns the means that a table has, one list each."""
-    fields = [tables.Field("depth", "m", tables.MEANT["depth"], told="m")]
+    fields = [tables.Field("depth", "m", tables.SYNONYMS["depth"], display="m")]
     for name in (*SHEETS, *(mean for mean in MEANS if mean not in SHEETS)):
         own = SHEETS.get(name, "")
-        words = f"{own.replace('_', '')} {tables.MEANT.get(own, '')}"
+        words = f"{own.replace('_', '')} {tables.SYNONYMS.get(own, '')}"
         si = "" if unit(name) == "1" else unit(name)
         limits = RANGES.get(own, (-np.inf, np.inf))
-        fields.append(tables.Field(name, si, words, limits, TOLD.get(own, si)))
+        fields.append(tables.Field(name, si, words, limits, DISPLAY_UNITS.get(own, si)))
     numbers, _, grid = tables.columns_of(source, fields)
-    for text in (*tables.sentences(grid.told), "; ".join(grid.said)):
+    for text in (*tables.sentences(grid.problems), "; ".join(grid.notes)):
         warn(text)
     return {str(name): numbers[name].tolist() for name in numbers if name != "depth"}
 
@@ -174,23 +174,23 @@ def _measured(name: str, given: Measured) -> tuple[float, float] | None:
     of = unit(named(name))
     if isinstance(given, str) or not isinstance(given, Iterable):
         raise DomainError(f"{name} = {given!r}: {GIVE}")
-    determined = [np.nan if x is None else read(x, of, name) for x in alike(given, name)]
-    values = np.array(determined, dtype=float)
-    above = name in RATES_OF_BLOWS or (name in VARIABLES and VARIABLES[name].minimum == 0.0)
-    if above and not isinstance(given, tuple):
+    numbers = [np.nan if x is None else read(x, of, name) for x in alike(given, name)]
+    values = np.array(numbers, dtype=float)
+    is_positive = name in RATES_OF_BLOWS or (name in VARIABLES and VARIABLES[name].minimum == 0.0)
+    if is_positive and not isinstance(given, tuple):
         # Rigs log zeros while idle, and null values.
         idle = int(np.sum(values <= 0.0))
         values = np.where(values <= 0.0, np.nan, values)
         if idle:
-            warn(f"{idle} of {len(determined)} values of {name} are not above 0 and are left out")
+            warn(f"{idle} of {len(numbers)} values of {name} are not above 0 and are left out")
     if len(values) == 2 and isinstance(given, tuple):
         value, sigma = map(float, values)
         if np.isnan(value):
             return None
-        _inside(name, of, np.array([value]))
+        _possible(name, of, np.array([value]))
     else:
-        if above and np.isfinite(values).sum() >= LEAST:
-            values = _kept(name, of, values, [*given])
+        if is_positive and np.isfinite(values).sum() >= LEAST:
+            values = _without_outliers(name, of, values, [*given])
         values = values[np.isfinite(values)]
         if not len(values):
             return None
@@ -199,12 +199,12 @@ def _measured(name: str, given: Measured) -> tuple[float, float] | None:
         value, sigma = float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values)))
     if not (np.isfinite(value) and sigma > 0.0 and np.isfinite(sigma)):
         raise DomainError(f"{name} = {value:g} with error {sigma:g}: an error must be above 0")
-    if value <= 0.0 and above:
+    if value <= 0.0 and is_positive:
         raise DomainError(f"{name} = {value:g} {of} is not above 0: is the unit right?")
     return value, sigma
 
 
-def _inside(name: str, of: str, values: Array) -> Array:
+def _possible(name: str, of: str, values: Array) -> Array:
     """Returns which values are possible; raises an error if half of them or more are not."""
     low, high = RANGES[SHEETS[name]] if name in SHEETS else (-np.inf, np.inf)
     inside = (values >= low) & (values <= high)
@@ -218,19 +218,19 @@ def _inside(name: str, of: str, values: Array) -> Array:
     return np.asarray(inside)
 
 
-def _kept(name: str, of: str, values: Array, given: Sequence[Value | None]) -> Array:
+def _without_outliers(name: str, of: str, values: Array, given: Sequence[Value | None]) -> Array:
     """Returns the values without impossible ones and outliers, and warns of these."""
-    inside = _inside(name, of, values)
+    inside = _possible(name, of, values)
     slips = tables.far(np.where(inside, values, np.nan))
     few = slips.sum() <= max(1.0, tables.SLIPS * len(values))
-    told: dict[str, list[str]] = {}
+    problems: dict[str, list[str]] = {}
     for k in map(int, np.flatnonzero((~inside & ~np.isnan(values)) | slips)):
         text = given[k] if isinstance(given[k], str) else f"{values[k]:g} {of}"
         kind = f"far from all other {name}" + (
             " and left out" if few else "; is it another motion?"
         )
         kind = kind if inside[k] else f"left out, for no hammer has this {name}"
-        told.setdefault(kind, []).append(f"value {k + 1} of {len(values)} = {text}")
-    for text in tables.sentences(told):
+        problems.setdefault(kind, []).append(f"value {k + 1} of {len(values)} = {text}")
+    for text in tables.sentences(problems):
         warn(text)
     return np.asarray(values[inside & ~(slips & few)])

@@ -17,7 +17,7 @@ COMPARED = ["period", "tip_rate", "blow_speed"]
 SAME, DEVIATIONS = 1e-6, 4.0
 
 
-def drawn(
+def random_starts(
     given: Mapping[str, float], speed: float, count: int, seed: int
 ) -> list[dict[str, float]]:
     """Returns hammers with random initial states of the piston.
@@ -44,13 +44,13 @@ def same(first: Steady, second: Steady) -> bool:
     return bool((means.abs() <= allowed).all())
 
 
-def met(own_response: Steady, others: Sequence[Steady | str]) -> tuple[pd.DataFrame, list[str]]:
+def motions_of(own: Steady, others: Sequence[Steady | str]) -> tuple[pd.DataFrame, list[str]]:
     """Returns a table with one row per motion, and warnings.
 
     A row has the motion's kind, its number and share of the starts, and its means. The first motion
     is that from the hammer's own start; the others follow, the most frequent first.
     """
-    answers = [own_response, *(other for other in others if not isinstance(other, str))]
+    answers = [own, *(other for other in others if not isinstance(other, str))]
     motions: list[list[Steady]] = []
     for answer in answers:
         motion = next((m for m in motions if same(m[0], answer)), None)
@@ -68,11 +68,11 @@ def met(own_response: Steady, others: Sequence[Steady | str]) -> tuple[pd.DataFr
         [f"{len(refused)} of {len(others)} starts are refused: {refused[0]}"] if refused else []
     )
     if len(rows) > 1:
-        warnings.append(f"where this hammer settles depends on its start: {_listed(rows)}")
+        warnings.append(f"where this hammer settles depends on its start: {_in_words(rows)}")
     return pd.DataFrame(rows), warnings
 
 
-def _listed(motions: Sequence[Mapping[str, Any]]) -> str:
+def _in_words(motions: Sequence[Mapping[str, Any]]) -> str:
     """Returns shares and rates of the motions as text."""
     texts = []
     for row in motions:

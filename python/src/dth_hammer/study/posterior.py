@@ -16,6 +16,8 @@ from ..frames import np
 from ..scene.variables import Array
 from .trends import sobol
 
+#: Returns the logarithm of a likelihood at points, one row each.
+LogLikelihood = Callable[[Array], Array]
 #: Weight of squared residuals, as in `scipy.optimize.least_squares`.
 LOSSES: Mapping[str, Callable[[Array], Any]] = {
     "linear": lambda z: z,
@@ -177,11 +179,11 @@ class Emulator:
         return np.where(inside, total, -np.inf)
 
 
-def population(of: Callable[[Array], Array], low: Array, high: Array, seed: int) -> Array:
+def population(likelihood: LogLikelihood, low: Array, high: Array, seed: int) -> Array:
     """Returns members drawn from a likelihood over bounds, the best one first."""
     random = np.random.default_rng(seed)
     members = 0.5 * (low + high) + 0.5 * (high - low) * sobol(len(low), MEMBERS, seed)
-    values, power = of(members), 0.0
+    values, power = likelihood(members), 0.0
     while power < 1.0:
         step = _step(values, 1.0 - power)
         weights = np.exp(step * (values - values.max()))
@@ -190,7 +192,7 @@ def population(of: Callable[[Array], Array], low: Array, high: Array, seed: int)
         chosen = np.minimum(chosen, len(members) - 1)
         members, values, power = members[chosen], values[chosen], power + step
         for _ in range(MOVES if power < 1.0 else LAST_MOVES):
-            members, values = _moved(of, members, values, power, random)
+            members, values = _moved(likelihood, members, values, power, random)
     return np.asarray(members[np.argsort(-values)])
 
 
@@ -206,7 +208,7 @@ def _step(values: Array, most: float) -> float:
 
 
 def _moved(
-    of: Callable[[Array], Array],
+    likelihood: LogLikelihood,
     members: Array,
     values: Array,
     power: float,
@@ -222,21 +224,19 @@ def _moved(
         size = np.where(random.random(len(own)) < 0.1, 1.0, usual)
         jitter = 1e-5 * random.standard_normal(members[own].shape)
         tried = members[own] + size[:, None] * (first - second) + jitter
-        found = of(tried)
+        found = likelihood(tried)
         with np.errstate(invalid="ignore"):
             better = np.log(random.random(len(own))) < power * (found - values[own])
         members[own[better]], values[own[better]] = tried[better], found[better]
     return members, values
 
 
-def maximum(
-    of: Callable[[Array], Array], logs: Array, size: Array, low: Array, high: Array
-) -> Array:
+def maximum(likelihood: LogLikelihood, logs: Array, size: Array, low: Array, high: Array) -> Array:
     """Returns the nearest maximum of a likelihood, found from a point with given first steps."""
     minimize = need("scipy.optimize").minimize
     steps = np.vstack([np.zeros(len(logs)), 0.5 * np.eye(len(logs))])
     found = minimize(
-        lambda x: -of((logs + size * x)[None])[0],
+        lambda x: -likelihood((logs + size * x)[None])[0],
         steps[0],
         method="Nelder-Mead",
         bounds=[*zip((low - logs) / size, (high - logs) / size, strict=True)],
@@ -245,21 +245,22 @@ def maximum(
     return np.asarray(np.clip(logs + size * found.x, low, high))
 
 
-def modes(of: Callable[[Array], Array], members: Array) -> list[tuple[Array, float]]:
+def modes(likelihood: LogLikelihood, members: Array) -> list[tuple[Array, float]]:
     """Returns the best member and the share of each mode, the largest first.
 
     A member belongs to the mode of a near, better member if there is no valley between them. So a
     bent ridge is one mode.
     """
-    order = np.argsort(-of(members))
+    order = np.argsort(-likelihood(members))
     members = members[order]
-    values, places = of(members), members / (np.ptp(members, axis=0) + 1e-12)
+    values, places = likelihood(members), members / (np.ptp(members, axis=0) + 1e-12)
     ways = np.linspace(0.0, 1.0, 11)[1:-1, None, None]
     belongs = np.arange(len(members))
     for k in range(1, len(members)):
         near = np.argsort(np.sum((places[:k] - places[k]) ** 2, axis=1))[:NEAR]
         between = members[k] + ways * (members[near] - members[k])
-        lowest = of(between.reshape(-1, members.shape[1])).reshape(len(ways), -1).min(axis=0)
+        logs = likelihood(between.reshape(-1, members.shape[1]))
+        lowest = logs.reshape(len(ways), -1).min(axis=0)
         if lowest.max() > values[k] - VALLEY:
             belongs[k] = belongs[near[np.argmax(lowest)]]
     peaks, counts = np.unique(belongs, return_counts=True)

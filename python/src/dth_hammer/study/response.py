@@ -19,8 +19,8 @@ from ..scene.signals import Signal, signals_of
 from ..scene.variables import STEP, Value
 from ..simulation.hammer import Hammer
 from .cases import Case
-from .longrun import DEFAULTS, Steady, Wanted, responses, telling
-from .motions import drawn, met
+from .longrun import DEFAULTS, Steady, Wanted, progress_reporter, responses
+from .motions import motions_of, random_starts
 from .stepped import Acts, Stepped, moved
 from .sweeping import Grid, several, table_of
 
@@ -161,8 +161,8 @@ def steady(
             raise DomainError("starts are drawn of hammers without inputs, control or partner only")
         size = STEP if step is None else quantities.duration(step, "step")
         acts = Acts(signals_of(signals), deepcopy(control), partner, size)
-        with telling(progress) as tell:
-            return moved(given, wanted, acts, tell)
+        with progress_reporter(progress) as report:
+            return moved(given, wanted, acts, report)
     if step is not None:
         raise DomainError("a step changes nothing without inputs over time, control or a partner")
     (found,) = responses([given], wanted, progress=progress)
@@ -173,8 +173,8 @@ def steady(
     if starts == 1:
         return found
     speed = found["blow_speed"] if found.kind != "stalled" else 1.0
-    others = responses(drawn(given, speed, starts - 1, seed), wanted, progress=progress)
-    motions, texts = met(found, others)
+    others = responses(random_starts(given, speed, starts - 1, seed), wanted, progress=progress)
+    motions, texts = motions_of(found, others)
     for text in texts:
         warn(text)
     return replace(found, motions=motions, warnings=(*found.warnings, *texts))

@@ -48,7 +48,7 @@ def moved(
     given: Mapping[str, float],
     wanted: Wanted,
     acts: Acts,
-    tell: Callable[[int, float], None] = lambda *_: None,
+    report: Callable[[int, float], None] = lambda *_: None,
 ) -> Steady:
     """Returns the long-run response of a hammer that Python steps.
 
@@ -56,7 +56,7 @@ def moved(
     """
     start = dict(given) | {name: signal(0.0) for name, signal in acts.signals.items()}
     with Hammer(start) as hammer:
-        values = hammer.machine.steady(acts.stepper(hammer), wanted.engine_arguments, tell)
+        values = hammer.machine.steady(acts.stepper(hammer), wanted.engine_arguments, report)
         found = answered(values, given, hammer.warnings)
     for text in found.warnings[len(hammer.warnings) :]:
         warn(text)

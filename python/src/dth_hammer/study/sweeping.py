@@ -189,10 +189,10 @@ def unit_of(name: str) -> str:
     """Returns the unit of a column."""
     if name in LONG:
         return "1"
-    return unit(of(name)) if of(name) in MEANS else VARIABLES[of(name)].unit
+    return unit(output_of(name)) if output_of(name) in MEANS else VARIABLES[output_of(name)].unit
 
 
-def of(column: str) -> str:
+def output_of(column: str) -> str:
     """Returns the output to which a column of errors or ranges belongs, or the column itself."""
     name = column.removesuffix("_error")
     for side in SIDES:
@@ -214,9 +214,9 @@ def _run(
     if not missing:
         return tables
     counts = {"total": len(runs), "initial": len(known), "unit": "run", "leave": True}
-    drawn = bar(progress, **counts) or nullcontext()
+    progress_bar = bar(progress, **counts) or nullcontext()
     # Closing it stops the workers after Ctrl-C.
-    with drawn as shown, closing(parts_of(missing, *by)) as parts:
+    with progress_bar as shown, closing(parts_of(missing, *by)) as parts:
         try:
             for rows in parts:
                 if shown is not None:
@@ -227,12 +227,12 @@ def _run(
                     store.add(tables[-1][~np.array(passing)])
         except (KeyboardInterrupt, LostWorkerError) as error:
             if isinstance(error, LostWorkerError):
-                raise LostWorkerError(f"{error}; {_kept(runs, store)}") from None
-            raise InterruptedSweepError(f"stopped; {_kept(runs, store)}") from None
+                raise LostWorkerError(f"{error}; {_stored_in_words(runs, store)}") from None
+            raise InterruptedSweepError(f"stopped; {_stored_in_words(runs, store)}") from None
     return tables
 
 
-def _kept(runs: Mapping[str, Job], store: Store | None) -> str:
+def _stored_in_words(runs: Mapping[str, Job], store: Store | None) -> str:
     """Returns how many of these runs are stored, and how to continue."""
     if store is None:
         return "nothing is kept: give a file to keep runs in"
@@ -305,10 +305,10 @@ def several(values: Value | Collection[Value]) -> TypeGuard[Collection[Value]]:
 
 
 def _provenance(varied: list[str], names: list[str], settings: list[str]) -> dict[str, Any]:
-    columns = [*settings, *names]
-    display = {name: VARIABLES[of(name)].display_unit for name in columns if of(name) in VARIABLES}
+    outputs = {name: output_of(name) for name in [*settings, *names]}
+    display = {n: VARIABLES[own].display_unit for n, own in outputs.items() if own in VARIABLES}
     return {
-        "units": {name: unit_of(name) for name in columns},
+        "units": {name: unit_of(name) for name in outputs},
         "display_units": {name: unit for name, unit in display.items() if unit},
         "swept": varied,
         "model": model(),

@@ -167,7 +167,8 @@ def trend(
     origin = np.array([whole(given)[name] for name in box])
     scenes = [given | dict(zip(box, map(float, x), strict=True)) for x in origin * np.exp(logs)]
     results = responses(scenes, Wanted(error=error), progress=progress)
-    refused = tuple(dict.fromkeys(a if isinstance(a, str) else a.kind for a in results if lost(a)))
+    failed = (a for a in results if has_no_response(a))
+    refused = tuple(dict.fromkeys(a if isinstance(a, str) else a.kind for a in failed))
     means, errors = table_of(results, names)
     complete = int(np.isfinite(means[:, 0]).sum()) if names else 0
     if complete < len(box) + 3:
@@ -200,7 +201,7 @@ def trend(
     )
 
 
-def lost(answer: Steady | str) -> bool:
+def has_no_response(answer: Steady | str) -> bool:
     """Returns whether a hammer has no response: it was refused, or it stalled."""
     return isinstance(answer, str) or answer.kind == "stalled"
 

@@ -11,7 +11,7 @@ from .cases import Job, Row
 from .longrun import Wanted, cores
 
 #: Longest time between two reports of finished runs, s.
-PART = 0.5
+REPORT_INTERVAL = 0.5
 #: Largest number of runs in one task of an executor.
 TASK = 25
 
@@ -39,7 +39,7 @@ def _by_engine(runs: Sequence[Job], count: int) -> Iterator[list[Row]]:
     else:
         native = _native.Batch(scenes, until, _native.Selection([*runs[0].names]), count)
     try:
-        while (ready := native.take(len(runs), PART)) is not None:
+        while (ready := native.take(len(runs), REPORT_INTERVAL)) is not None:
             if ready:
                 yield [runs[k].row(values, why, notes) for k, values, why, notes in ready]
     except KeyboardInterrupt:
@@ -56,7 +56,7 @@ def _by_executor(executor: Executor, tasks: Sequence[Sequence[Job]]) -> Iterator
     try:
         while pending:
             # On some systems Ctrl-C takes effect only between two waits, so each wait is short.
-            done, pending = wait(pending, PART, FIRST_COMPLETED)
+            done, pending = wait(pending, REPORT_INTERVAL, FIRST_COMPLETED)
             for future in done:
                 yield future.result()
     except DthHammerError:
