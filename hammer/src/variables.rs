@@ -399,7 +399,7 @@ static RESULTS: &[Variable] = &[
     output("energy_damping", ENERGY, 1.0, "Energy spent in the bodies' material damping, in the chuck and in the drill string", energy!(damping)).summed().zero_at_start(),
     record("energy_retuned", ENERGY, 1.0, "Energy put in by changes of tunable parameters",
         |m| m.energies().retuned).summed().zero_at_start(),
-    output("energy_residual", ENERGY, 1e-6, "Works less all other energies: error of the balance", energy!(residual)).summed(),
+    output("energy_residual", ENERGY, 1e-6, "Works less losses and the gains of all stored energies since the start: error of the balance", energy!(residual)).summed(),
     record("energy_exchange", ENERGY, 1.0, "What the inputs of the drive have done beyond what they would have, had they moved linearly between the instants that successive values belong to (those of coupling.delay; where it is 0 the step's begin, with drive.impedance its middle; with derivatives the step's begin): energy that the exchange made (positive) or lost. Right within a factor of two at coupling.delay 0.5 and 1.5 where it passes 2 % of the drive's work; at -0.5 it is 0 and tells nothing; at 0 a host that steps all at once makes two to four times as much, and a partner that holds a flow, or that is stepped first, less or none",
         |m| m.exchanged_energy()).zero_at_start(),
     output("energy_air_residual", ENERGY, 1e-6, "Error of the air's balance when drive.source is Air: enthalpy that came in less its work and what the chambers gained",

@@ -98,9 +98,8 @@ macro_rules! sections {
     };
 }
 
-/// Every parameter. A row's position is its value reference; add new rows at the end of their
-/// group. Hosts that read names from the description do not depend on value references. Everything
-/// is static, so unloading the library leaves nothing behind.
+/// Every parameter, in the order of the description. The value reference of a row is the line of its name in
+/// `references.txt`. Everything is static, so unloading the library leaves nothing behind.
 pub static PARAMETERS: [Parameter; COUNT] = joined();
 
 #[rustfmt::skip]
