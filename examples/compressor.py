@@ -1,9 +1,10 @@
-"""A compressor and a hose feed the hammer: what a compressor that is too small costs.
+"""A compressor and a hose supply the hammer: what a compressor that is too small costs.
 
     python examples/compressor.py --out compressor.png
 
-The hammer is its FMU, stepped by fmpy; the compressor is `dth_hammer.models.compressor`. Each
-millisecond the hammer is given the pressure at the hose's end and tells what air it has taken.
+fmpy steps the hammer's FMU; the compressor is `dth_hammer.models.compressor`. Each millisecond the
+hammer gets the pressure at the hose's end, and the compressor gets the mass of air that the hammer
+has taken.
 """
 
 from __future__ import annotations
@@ -25,12 +26,12 @@ from valve_master import made
 PRESET = "air_4_inch"
 STEP = 1e-3  # s
 READ = ("air_mass", "air_flow", "blow_count", "blow_energy", "blow_period", "rop")
-#: Capacities that are compared, m3/min of free air: one that suffices, and two that do not.
+#: Capacities to compare, m3/min of free air: one that is enough, and two that are not.
 CAPACITIES = (20.0, 16.0, 12.0)
 
 
 def run(compressor: Compressor, until: float, step: float = STEP) -> pd.DataFrame:
-    """A row a step: what the hammer says, the pressure that feeds it, what is held before it."""
+    """Returns a row per step: the hammer's outputs, its supply pressure, the air in the hose."""
     supply = Supply(compressor)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "hammer.fmu")
@@ -58,7 +59,7 @@ def run(compressor: Compressor, until: float, step: float = STEP) -> pd.DataFram
 
 
 def table(runs: dict[float, pd.DataFrame]) -> pd.DataFrame:
-    """The last blow for each capacity, in the trade's units."""
+    """Returns the last blow for each capacity, in field units."""
     rows = [
         {
             "compressor (m3/min)": capacity,
@@ -74,7 +75,7 @@ def table(runs: dict[float, pd.DataFrame]) -> pd.DataFrame:
 
 
 def draw(runs: dict[float, pd.DataFrame]) -> Figure:
-    """Pressure at the hammer and rate of penetration over time, a curve for each capacity."""
+    """Draws the pressure at the hammer and the rate of penetration over time for each capacity."""
     with styled(7.0, 4.5) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True)
         for (capacity, frame), colour in zip(runs.items(), (DARK, PISTON, BIT), strict=False):
@@ -93,7 +94,7 @@ def draw(runs: dict[float, pd.DataFrame]) -> Figure:
 
 
 def main() -> None:
-    """Runs, prints, draws."""
+    """Runs, prints and draws."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--until", type=float, default=4.0, help="seconds")
     parser.add_argument("--out", type=Path, default=Path("compressor.png"), help="figure to write")

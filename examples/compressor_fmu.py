@@ -1,8 +1,8 @@
-"""The compressor with its hose as an FMU of its own, to be coupled with the hammer by any master.
+"""The compressor with its hose as an FMU, which any master can couple with the hammer.
 
     pythonfmu build --file examples/compressor_fmu.py --dest dist
 
-Its input is what the hammer has taken, its output the pressure that feeds the hammer.
+Its input is the mass of air that the hammer has taken, its output the supply pressure.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class AirCompressor(Fmi2Slave):
         self.register_variable(Real("supply_pressure", causality=Fmi2Causality.output))
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """One step, in which as much is taken as the hammer's total has grown since the last."""
+        """Makes one step, in which the hose loses the air that the hammer's total has grown by."""
         self.supply.advance(step_size, self.air_mass)
         self.supply_pressure = self.supply.pressure
         return True

@@ -2,8 +2,8 @@
 
     python examples/container.py --out dist/coupled.fmu
 
-`pythonfmu` makes the compressor's FMU, `fmucontainer` couples both into one FMU, fmpy runs it;
-the blows are compared with those of a loop in Python.
+`pythonfmu` makes the compressor's FMU, `fmucontainer` couples both into one FMU, and fmpy runs it.
+The blows are compared with those of a loop in Python.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from fmpy.fmi1 import FMICallException
 
 HERE = Path(__file__).resolve().parent
 COMPRESSOR, HAMMER = "AirCompressor.fmu", "hammer.fmu"
-#: The reference hammer with its air inside, so exact that instants which hosts round do not show.
-#: Few parameters: libcosim makes a folder that is named by all of them.
+#: The reference hammer with its own air, so exact that the rounded instants of hosts do not show.
+#: It has few parameters, because libcosim names a folder by all of them.
 SCENE = {"drive.source": "Air", "air.error": 1e-11}
 COMPARED = ("blow_count", "blow_speed", "rop", "air_flow")
 
@@ -40,14 +40,14 @@ def build_compressor(folder: Path) -> Path:
 
 
 def build(out: Path, step: float) -> None:
-    """Makes both FMUs beside `out`, and their container."""
+    """Makes both FMUs in the folder of `out`, and their container."""
     folder = out.resolve().parent
     build_compressor(folder)
     configure(SCENE, folder / HAMMER)
     description = {
         "name": out.name,
         "step_size": step,
-        # One after the other, the compressor first: it has a pressure to begin with.
+        # One after the other, the compressor first, because it has a pressure at the start.
         "sequential": True,
         "mt": False,
         "auto_link": True,
@@ -73,8 +73,8 @@ def _program(name: str, *arguments: str) -> None:
 
 
 def run_container(container: Path, until: float) -> dict[str, float]:
-    """The last blow of the container."""
-    # The master logs each start as an error: heard only if there is one.
+    """Returns the last blow of the container."""
+    # The master logs each start as an error, so its log is shown only if there is a real one.
     said = io.StringIO()
     try:
         with contextlib.redirect_stdout(said):
@@ -93,7 +93,7 @@ def run_container(container: Path, until: float) -> dict[str, float]:
 def run_loop(
     until: float, step: float, *, at_once: bool = False, names: Sequence[str] = COMPARED
 ) -> dict[str, float]:
-    """The last blow of a loop in Python: the compressor first, or both with what was before."""
+    """Returns the last blow of a loop in Python: the compressor first, or both at once."""
     supply = Supply()
     with Hammer({**SCENE, "supply_pressure": supply.pressure}) as hammer:
         for k in range(round(until / step)):
@@ -105,7 +105,7 @@ def run_loop(
 
 
 def main() -> None:
-    """Builds, runs, compares."""
+    """Builds, runs and compares."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("dist/coupled.fmu"))
     parser.add_argument("--until", type=float, default=0.5)

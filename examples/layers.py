@@ -15,13 +15,13 @@ from dth_hammer.figures import BIT, ROCK
 from dth_hammer.figures.style import styled
 from matplotlib.figure import Figure
 
-#: Depth from which on there is a rock, m, and the rock: a name, a class or a strength.
+#: Depth at which each rock begins, m, and the rock: a name, a class or a strength.
 Layer = tuple[float, str]
 FORMATION: Sequence[Layer] = ((0.0, "R3"), (0.012, "granite"), (0.024, "limestone"))
 
 
 class Formation:
-    """A control for `simulate`: sets the rock that the hole has reached."""
+    """A control for `simulate` that sets the rock which the hole has reached."""
 
     def __init__(self, layers: Sequence[Layer]) -> None:
         hole = VARIABLES["hole.diameter"].start
@@ -32,7 +32,7 @@ class Formation:
         self.current = 0
 
     def __call__(self, hammer: Hammer) -> None:
-        """Looks at the depth and changes the rock when a new layer begins."""
+        """Changes the rock when the depth reaches a new layer."""
         depth = hammer["tip_depth"]
         reached = max(i for i, (top, _) in enumerate(self.layers) if i == 0 or depth >= top)
         if reached != self.current:
@@ -41,7 +41,7 @@ class Formation:
 
 
 def run(until: float = 2.0, layers: Sequence[Layer] = FORMATION) -> pd.DataFrame:
-    """Outputs over time."""
+    """Returns the outputs over time."""
     names = [
         "tip_depth",
         "rop",
@@ -55,7 +55,7 @@ def run(until: float = 2.0, layers: Sequence[Layer] = FORMATION) -> pd.DataFrame
 
 
 def draw(frame: pd.DataFrame, layers: Sequence[Layer] = FORMATION) -> Figure:
-    """Depth over time, and the rate of penetration over depth, layers named."""
+    """Draws depth over time, and rate of penetration over depth with the names of the layers."""
     with styled(7.5, 4.0) as figure:
         left, right = figure.subplots(1, 2, sharey=True)
         left.plot(frame.index, frame["tip_depth"] * 1e3, color=ROCK)

@@ -1,14 +1,14 @@
-"""Three questions of the trade, answered by `optimise`, each beside a grid of hammers.
+"""Three practical questions, answered by `optimise` and compared with a grid of hammers.
 
     python examples/optimum.py --out optimum.png           # minutes: three grids of hammers
     python examples/optimum.py stroke --out stroke.png     # bore and stroke alone
 
-* ports: where an air hammer's drive chamber closes its supply and opens its exhaust, for a given
-  compressor,
-* stroke: bore and stroke of a drive at fixed pressure, with a limit on the blow's energy,
-* feed: the least feed at which a hammer in its casing drills at a rate that is asked for.
+* ports: where should an air hammer's drive chamber close its supply and open its exhaust, for a
+  given compressor?
+* stroke: which bore and stroke are best at a fixed pressure, with a limit on the blow's energy?
+* feed: what is the least feed at which a hammer in its casing drills at a given rate?
 
-Both the optimum and each point of a grid are means over hammers that are off by up to one per cent.
+Both the optimum and each point of a grid are means over hammers that differ by up to one per cent.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ PARTS = (-2.0 / 3.0, 0.0, 2.0 / 3.0)
 #: Standard error of a rate, over it.
 ERROR = 0.01
 HOUR, MINUTE = 3600.0, 60.0
-#: What is free, on an axis: its name and the factor from SI units.
+#: Labels of the free numbers on an axis, with the factors from SI units.
 LABELS = {
     "air.drive.supply": ("supply closes (mm above the bit)", -1e3),
     "air.drive.exhaust": ("exhaust opens (mm above the bit)", -1e3),
@@ -42,7 +42,7 @@ LABELS = {
     "stroke": ("stroke (mm)", 1e3),
     "feed_force": ("feed force (kN)", 1e-3),
 }
-#: Enough to show how it goes, and quick.
+#: Settings for a quick example.
 COARSE: Mapping[str, float | str] = {
     "piston.elements": 4,
     "bit.elements": 4,
@@ -60,19 +60,19 @@ STRONG: Mapping[str, float | str] = {
 
 
 def bore(chosen: Mapping[str, float]) -> dict[str, float]:
-    """A drive at 20 bar."""
+    """Returns the parameters of a drive at 20 bar."""
     force = 20e5 * 0.25 * np.pi * chosen["bore"] ** 2
     return {"drive.amplitude": force, "drive.stroke": chosen["stroke"]}
 
 
 def feed(found: Steady) -> float:
-    """The feed force, N."""
+    """Returns the feed force, N."""
     return found["feed_force"]
 
 
 @dataclass(frozen=True)
 class Case:
-    """A design to be found."""
+    """A design to find."""
 
     title: str
     free: Mapping[str, tuple[float, float]]
@@ -84,7 +84,7 @@ class Case:
     least: bool = False
 
     def found(self) -> Optimum:
-        """By `optimise`."""
+        """Returns the optimum that `optimise` finds."""
         return optimise(
             self.others,
             self.goal,
@@ -98,7 +98,7 @@ class Case:
         )
 
     def brute(self, count: int) -> pd.DataFrame:
-        """Mean rates over the tolerance on a grid, and which of them keep the limits."""
+        """Returns mean rates over the tolerance on a grid, and which of them satisfy the limits."""
         axes = [np.linspace(low, high, count) for low, high in self.free.values()]
         points = np.array([*itertools.product(*axes)])
         off = 1.0 + TOLERANCE * np.array([*itertools.product(PARTS, repeat=len(axes))])
@@ -145,12 +145,12 @@ Answer = tuple[Case, Optimum, pd.DataFrame]
 
 
 def run(count: int = 9, names: Iterable[str] = CASES) -> list[Answer]:
-    """Each case, found and by brute force."""
+    """Returns each case with its optimum and its grid."""
     return [(CASES[name], CASES[name].found(), CASES[name].brute(count)) for name in names]
 
 
 def draw(found: list[Answer]) -> Figure:
-    """The grids, and a star where `optimise` ended."""
+    """Draws the grids, with a star at the optimum."""
     with styled(max(4.5, 3.6 * len(found)), 3.4) as figure:
         panels = figure.subplots(1, len(found), squeeze=False)
         for axes, (case, best, grid) in zip(panels[0], found, strict=True):
@@ -187,7 +187,7 @@ def _map(axes: Axes, names: list[str], grid: pd.DataFrame) -> None:
 
 
 def in_words(case: Case, best: Optimum, grid: pd.DataFrame) -> str:
-    """The answer and that of the grid, in the units of the trade."""
+    """Returns the optimum and the best point of the grid as text, in field units."""
     within = grid[grid["within"]]
     if case.least:
         return f"found {best.value / 1e3:.2f} kN, grid {within['feed_force'].min() / 1e3:.2f} kN"
@@ -195,7 +195,7 @@ def in_words(case: Case, best: Optimum, grid: pd.DataFrame) -> str:
 
 
 def main() -> None:
-    """Finds, prints and draws what is named, or all."""
+    """Finds, prints and draws the named cases, or all."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("names", nargs="*", metavar="CASE", help=f"of {', '.join(CASES)}")
     parser.add_argument("--count", type=int, default=9, help="points of the grid along a side")

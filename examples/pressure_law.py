@@ -1,10 +1,10 @@
-"""The paper's pressure law in both of its readings, beside the relay of the simulator.
+"""The paper's pressure law in both of its readings, compared with the simulator's relay.
 
     python examples/pressure_law.py          # a table
 
 By the event functions (5) the force keeps its direction until the piston reaches the other end of
 its stroke. By formula (3) it follows from the relative position and velocity alone. Both are
-written outside the hammer, as a drive that is looked at every few microseconds.
+implemented outside the hammer, as a drive that is updated every few microseconds.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ STEP = 2e-6
 UNTIL = 0.6  # s: thirteen blows, the last ones equal
 STROKE = VARIABLES["drive.stroke"].start or 0.0
 FORCE = VARIABLES["drive.amplitude"].start or 0.0
-#: What is read of the last blow, with the factor of the unit in the table.
+#: Outputs of the last blow to read, with the factor of the unit in the table.
 READ = {"blow_period": 1e3, "tip_rate": 1e3, "blow_speed": 1.0, "rop": 3600.0}
 
 Law = Callable[[float, float, float], float]
@@ -38,7 +38,7 @@ def by_formula(_: float, position: float, velocity: float) -> float:
 
 
 def driven(law: Law, until: float = UNTIL) -> list[float]:
-    """The last blow of a hammer that a law drives from outside."""
+    """Returns the last blow of a hammer that a law drives from outside."""
     with Hammer({"drive.source": "Force"}) as hammer:
         direction = 1.0
         hammer.set(drive_force=FORCE)
@@ -54,19 +54,19 @@ def driven(law: Law, until: float = UNTIL) -> list[float]:
 
 
 def inside(until: float = UNTIL) -> list[float]:
-    """The last blow of the relay inside the simulator."""
+    """Returns the last blow with the relay inside the simulator."""
     with Hammer() as hammer:
         hammer.advance(until)
         return last_blow(hammer)
 
 
 def last_blow(hammer: Hammer) -> list[float]:
-    """What is read of it, in the units of the table."""
+    """Returns the outputs in the units of the table."""
     return [factor * hammer[name] for name, factor in READ.items()]
 
 
 def table() -> str:
-    """Markdown: a row for each reading."""
+    """Returns a table in Markdown, with a row for each reading."""
     readings = {
         "the relay inside": inside(),
         "(5), event functions, from outside": driven(by_events),

@@ -1,14 +1,19 @@
-"""A pressure model outside and the hammer, two FMUs, in masters of others: what the exchange costs.
+"""A pressure model and the hammer as two FMUs in several masters: what the exchange costs.
 
     python examples/pressure_model.py --out table.md
 
-The models are FMUs in C (`pressure_model.c`, built by gcc): trapped oil, gas in two chambers, water
-behind a valve, a hose with a valve at its far end as a transmission line, which hands over its
-pressure or its wave (`drive.impedance`), and a compressor before a hammer with air inside. Each
-runs with the hammer in a loop of one's own, in fmucontainer (one unit after the other), libcosim
-and ecos (both at once), held (`coupling.delay` 0) and with the delay that is right there. The truth
-is the same pair at 0.5 us. Prints errors of impact speed and frequency (of oil: of the swing), and
-what the hammer says of the exchange: `energy_exchange` over the drive's work, beside the true one.
+The models are FMUs in C (`pressure_model.c`, built by gcc):
+
+* trapped oil; gas in two chambers; water behind a valve;
+* a hose with a valve at its far end, as a transmission line that gives its pressure or its wave
+  (`drive.impedance`);
+* a compressor that supplies a hammer with its own air.
+
+Each runs with the hammer in a loop in Python, in fmucontainer (one unit after the other), and in
+libcosim and ecos (both at once), with held values (`coupling.delay` 0) and with the right delay.
+The reference is the same pair with steps of 0.5 us. The program prints the errors of impact speed
+and frequency (for oil, of the swing), and the energy that the exchange created over the drive's
+work: the hammer's output `energy_exchange`, and the true value.
 """
 
 from __future__ import annotations
@@ -66,8 +71,8 @@ class Case:
     scene: dict[str, float | str]
     end: float
     begin: float = -0.05
-    #: How many steps before its communication point the instant lies that a value belongs to, where
-    #: one unit steps after the other; none: the hammer extrapolates no such value.
+    #: By how many steps a value belongs to an instant before its communication point, if one unit
+    #: steps after the other; None if the hammer does not extrapolate such a value.
     late: float | None = 0.0
     taken: str = "relative_position"
     given: tuple[str, str] = ("drive_pressure", "return_pressure")
@@ -80,11 +85,11 @@ class Case:
         return [(HAMMER, self.taken, MODEL), *((MODEL, port, HAMMER) for port in given)]
 
     def every(self, step: float) -> int:
-        """Steps between two looks at the hammer, which is looked at a thousand times."""
+        """Returns the steps between two readings of the hammer, which is read a thousand times."""
         return max(1, round(self.end / step / 1000))
 
     def delays(self, host: float) -> list[float]:
-        """Held, and what is right in a host; once, if they are the same."""
+        """Returns the delay of held values and the right one of a host; one, if they are equal."""
         return sorted({0.0, 0.0 if self.late is None else host + self.late})
 
 
@@ -122,7 +127,7 @@ Rows = dict[str, np.ndarray]
 
 
 def build(folder: Path, case: Case, delay: float) -> None:
-    """The FMUs of both, for this machine."""
+    """Builds the FMUs of both for this machine."""
     library = folder / "pressure_model.so"
     headers = Path(fmpy.__file__).with_name("c-code")
     source = Path(__file__).with_suffix(".c")
@@ -139,7 +144,7 @@ def build(folder: Path, case: Case, delay: float) -> None:
 
 
 def by_loop(folder: Path, case: Case, step: float) -> Rows:
-    """A loop over fmpy: the hammer steps, then the model by where the hammer is."""
+    """Runs a loop over fmpy: the hammer steps, then the model follows its motion."""
     units = {}
     for file in (MODEL, HAMMER):
         description = fmpy.read_model_description(str(folder / file))
@@ -170,7 +175,7 @@ def by_loop(folder: Path, case: Case, step: float) -> Rows:
 
 
 def by_fmucontainer(folder: Path, case: Case, step: float) -> Rows:
-    """The container that fmucontainer makes of both, the hammer first."""
+    """Runs the container that fmucontainer makes of both, the hammer first."""
     plan = {
         "name": "container.fmu",
         "mt": False,
@@ -179,7 +184,7 @@ def by_fmucontainer(folder: Path, case: Case, step: float) -> Rows:
         "auto_input": True,
         "auto_output": True,
         "step_size": step,
-        # An air hammer cannot begin without pressure: what gives it is listed first.
+        # An air hammer cannot start without pressure, so the unit that gives it is listed first.
         "fmu": [HAMMER, MODEL] if case.late is not None else [MODEL, HAMMER],
         "link": [[source, name, target, name] for source, name, target in case.links()],
         "output": [[HAMMER, name, name] for name in READ],
@@ -196,7 +201,7 @@ def by_fmucontainer(folder: Path, case: Case, step: float) -> Rows:
 
 
 def by_libcosim(folder: Path, case: Case, step: float) -> Rows:
-    """The library of the Open Simulation Platform: both at once."""
+    """Runs libcosim, the library of the Open Simulation Platform: both at once."""
     from libcosimpy.CosimExecution import CosimExecution  # noqa: PLC0415
     from libcosimpy.CosimLogging import CosimLogLevel, log_output_level  # noqa: PLC0415
     from libcosimpy.CosimObserver import CosimObserver  # noqa: PLC0415
@@ -224,7 +229,7 @@ def by_libcosim(folder: Path, case: Case, step: float) -> Rows:
 
 
 def by_ecos(folder: Path, case: Case, step: float) -> Rows:
-    """ecos: both at once."""
+    """Runs ecos: both at once."""
     ctypes.CDLL(f"{sys.prefix}/lib/libtbb.so.12", mode=ctypes.RTLD_GLOBAL)
     from ecospy import EcosSimulation, EcosSimulationStructure  # noqa: PLC0415
 
@@ -254,9 +259,9 @@ HOSTS: dict[str, tuple[Host, float]] = {
 
 
 def figures(rows: Rows) -> tuple[float, float, float]:
-    """Impact speed and frequency of the last blows, or swing; and what the exchange made.
+    """Returns impact speed and frequency of the last blows, or the swing; the exchange's energy.
 
-    The last is `energy_exchange` over the work of the drive, or its largest.
+    The energy is `energy_exchange` over the work of the drive, or its largest value.
     """
     count, made, work = rows["blow_count"], rows["energy_exchange"], rows["energy_drive"]
     part = made[-1] / max(abs(work[-1]), np.abs(work).max())
@@ -277,7 +282,7 @@ def measure(
     steps: Sequence[float] = STEPS,
     true_step: float = TRUE_STEP,
 ) -> list[tuple[str, str, float, float, float, float, float]]:
-    """Rows of case, host, step, delay, the errors of speed and frequency, and the part made."""
+    """Returns rows: case, host, step, delay, errors of speed and frequency, share of energy."""
     table = []
     for name in cases:
         case = CASES[name]
@@ -300,7 +305,7 @@ def measure(
 
 
 def text(table: Sequence[tuple[str, str, float, float, float, float, float]]) -> str:
-    """The table of the guide, in per cent."""
+    """Returns the table of the guide, in per cent."""
     lines = [
         "| model | host | step | `coupling.delay` | speed | frequency | made | energy |",
         "|---|---|---|---|---|---|---|---|",
@@ -315,7 +320,7 @@ def text(table: Sequence[tuple[str, str, float, float, float, float, float]]) ->
 
 
 def main() -> None:
-    """Measures and writes."""
+    """Measures, and writes the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("pressure_model.md"))
     options = parser.parse_args()

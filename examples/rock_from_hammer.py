@@ -1,16 +1,16 @@
-"""The rock from what sensors see of each blow: an ensemble Kalman filter over restored states.
+"""The rock from sensors at each blow: an ensemble Kalman filter over restored states.
 
     python examples/rock_from_hammer.py --out rock.png    # layers that change under way
     python examples/rock_from_hammer.py --sensors         # what each sensor tells
 
-An ensemble of hammers, each with a rock of its own, drills beside the one that is measured. After a
-blow the filter corrects the rocks `x` by what the sensors saw, `z`, and what each hammer would have
-shown, `y`, with noise of covariance `R`:
+An ensemble of hammers, each with its own rock, drills in parallel with the measured one. After a
+blow the filter corrects the rocks `x`, from the measured signals `z` and those of each hammer, `y`,
+with noise of covariance `R`:
 
     x += C_xy (C_yy + R)^-1 (z + noise - y)
 
-(Evensen 2003, stochastic update). Then each hammer goes back to its state before the blow, which it
-repeats with the corrected rock, so that state and rock agree.
+(Evensen 2003, stochastic update). Then each hammer returns to its state before the blow and repeats
+it with the corrected rock, so that state and rock agree.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ from dth_hammer.scene.variables import Array, Value
 from matplotlib.figure import Figure
 
 T = TypeVar("T")
-#: Enough to show how it goes, and quick.
+#: Settings for a quick example.
 HAMMER: Mapping[str, Value] = {
     "piston.elements": 4,
     "bit.elements": 4,
     "contact.stiffness": 2e10,
 }
-#: What is sought, and the middle of what is believed before the first blow.
+#: Parameters to estimate, and the median of each before the first blow.
 ROCK_NAMES = ("rock.stiffness", "rock.unloading_ratio")
 BELIEVED = {"rock.stiffness": 2e8, "rock.unloading_ratio": 6.0}
-#: Standard deviations of their logarithms: at first, and of what a blow may change.
+#: Standard deviations of their logarithms: before the first blow, and of the change at a blow.
 WIDTH, DRIFT = 0.5, 0.04
 #: Standard deviations of chi-square beyond which the rock has changed.
 SURPRISE = 6.0
@@ -53,13 +53,13 @@ LAYERS: Sequence[tuple[float, Mapping[str, float]]] = (
 )
 #: Instants after an impact at which motion and strain are sampled, s.
 TIMES = np.linspace(5e-5, 6e-4, 8)
-#: Where the rebounding piston's speed is taken, m below which it is apart; longest wait, s.
+#: Position at which the rebounding piston's speed is read, m; longest wait, s.
 APART, LONGEST = -2e-3, 0.5
 
 
 @dataclass(frozen=True)
 class Sensor:
-    """Something that is measured at a blow, and the standard deviation of its noise."""
+    """A quantity that is measured at a blow, and the standard deviation of its noise."""
 
     unit: str
     noise: float
@@ -75,7 +75,7 @@ SENSORS = {
 
 
 def strike(hammer: Hammer) -> dict[str, Array]:
-    """From an impact to the next; what noiseless sensors see."""
+    """Steps from an impact to the next, and returns the signals of noiseless sensors."""
     modulus = VARIABLES["material.youngs_modulus"].start
     hammer.stop_at()
     names = ["bit_velocity", "bit_stress[2]"]
@@ -104,13 +104,13 @@ def _until(hammer: Hammer, there: Callable[[], bool]) -> None:
 
 @dataclass
 class Filter:
-    """Hammers with rocks of their own, corrected blow by blow."""
+    """Hammers, each with its own rock, which is corrected blow by blow."""
 
     sensors: Sequence[str]
     members: int = 40
     seed: int = 1
     hammers: list[Hammer] = field(init=False)
-    #: Logarithms of the rocks, a row a hammer.
+    #: Logarithms of the rocks, one row per hammer.
     rocks: Array = field(init=False)
 
     def __post_init__(self) -> None:
@@ -131,13 +131,13 @@ class Filter:
         return np.array([joined(measured, self.sensors) for measured in self._each(strike)])
 
     def correct(self, measured: Array) -> None:
-        """By what the sensors saw of a blow."""
+        """Corrects the rocks by the measured signals of a blow."""
         before = [hammer.save() for hammer in self.hammers]
         self.rocks += DRIFT * self.random.standard_normal(self.rocks.shape)
         shown, covariance = self._forecast()
         off = measured - shown.mean(axis=0)
         if off @ np.linalg.solve(covariance, off) > len(off) + SURPRISE * np.sqrt(2 * len(off)):
-            # No rock of these shows that: it has changed, and may be any again.
+            # None of these rocks explains the signals: the rock has changed, and may again be any.
             self.rocks = self._believed()
             self._restore(before)
             shown, covariance = self._forecast()
@@ -148,7 +148,7 @@ class Filter:
         self._strike()
 
     def _forecast(self) -> tuple[Array, Array]:
-        """What each hammer shows of a blow, and the covariance of that with noise."""
+        """Returns each hammer's signals at a blow, and their covariance with noise."""
         signals = self._strike()
         return signals, np.atleast_2d(np.cov(signals.T)) + np.diag(self.noise**2)
 
@@ -157,25 +157,25 @@ class Filter:
             hammer.restore(state)
 
     def _believed(self) -> Array:
-        """Rocks as they are believed before the first blow."""
+        """Draws rocks from the distribution before the first blow."""
         middle = np.log([BELIEVED[name] for name in ROCK_NAMES])
         return middle + WIDTH * self.random.standard_normal((self.members, len(middle)))
 
 
 def rock_of(logs: Array) -> dict[str, float]:
-    """Parameters of a rock; the ratio is above 1."""
+    """Returns the parameters of a rock; the ratio is above 1."""
     values = dict(zip(ROCK_NAMES, map(float, np.exp(logs)), strict=True))
     return values | {"rock.unloading_ratio": max(values["rock.unloading_ratio"], 1.05)}
 
 
 def first(hammer: Hammer) -> None:
-    """Goes to the first impact."""
+    """Advances a hammer to its first impact."""
     hammer.stop_at(blows=True)
     _until(hammer, lambda: hammer["blow_count"] > 0)
 
 
 def joined(measured: Mapping[str, Array], sensors: Sequence[str]) -> Array:
-    """What some sensors see, in a row."""
+    """Returns the signals of some sensors as a row."""
     return np.concatenate([measured[name] for name in sensors])
 
 
@@ -186,7 +186,7 @@ def run(
     seed: int = 1,
     members: int = 40,
 ) -> pd.DataFrame:
-    """A row a blow: depth, hidden rock, estimate, its band (standard deviation of logarithms)."""
+    """Returns a row per blow: depth, hidden rock, estimate, standard deviation of logarithms."""
     noise = np.random.default_rng([seed, 7])
     filtered = Filter(sensors, members, seed)
     rows = []
@@ -208,10 +208,10 @@ def run(
 
 
 def compared(blows: int = 12, seeds: Sequence[int] = (1, 2, 3), members: int = 24) -> pd.DataFrame:
-    """What each sensor tells of one rock: by how much the estimates are off after so many blows.
+    """Returns how well each sensor determines one rock after so many blows.
 
-    A column has the standard deviation of the ensemble's logarithms, and how far its mean is off
-    the hidden rock, root mean square over seeds. Before the first blow the former is `WIDTH`.
+    The columns are the standard deviation of the ensemble's logarithms, and the error of its mean
+    (root mean square over seeds). Before the first blow the former is `WIDTH`.
     """
     ways = [(name,) for name in SENSORS] + [("impact speed", "rebound speed"), tuple(SENSORS)]
     rows = []
@@ -227,7 +227,7 @@ def compared(blows: int = 12, seeds: Sequence[int] = (1, 2, 3), members: int = 2
 
 
 def draw(frame: pd.DataFrame) -> Figure:
-    """Hidden rock, estimate and two standard deviations, over blows."""
+    """Draws hidden rock, estimate and two standard deviations over blows."""
     with styled(7.5, 5.0) as figure:
         panels = figure.subplots(2, 1, sharex=True)
         for axes, name, label, scale in zip(
@@ -248,7 +248,7 @@ def draw(frame: pd.DataFrame) -> Figure:
 
 
 def main() -> None:
-    """Filters, prints and draws."""
+    """Runs the filter, prints and draws."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("rock.png"))
     parser.add_argument("--blows", type=int, default=60)

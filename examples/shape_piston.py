@@ -2,12 +2,11 @@
 
     python examples/shape_piston.py --rock granite --out piston.png
 
-Efficiency is Lundberg's: the work that the wave of one blow does on the rock while it loads it,
-over the energy that the piston brings. The bit is a rod so long that nothing comes back from
-the rock before the wave is over; the rock is a line of loading, with neither viscosity nor
-barrier, on which a uniform piston reaches 0.8145 at best and a wave that grows exponentially
-tends to 1 (Lundberg, Int. J. Rock Mech. Min. Sci. 10, 1973; Lundberg and Collet, Int. J.
-Impact Eng. 37, 2010).
+The efficiency is Lundberg's: the work that the wave of one blow does on the rock while loading it,
+over the piston's energy. The bit is a rod so long that no reflection returns from the rock before
+the wave is over. The rock has a loading line, without viscosity or barrier. On it a uniform piston
+reaches 0.8145 at best, and a wave that grows exponentially tends to 1 (Lundberg, Int. J. Rock Mech.
+Min. Sci. 10, 1973; Lundberg and Collet, Int. J. Impact Eng. 37, 2010).
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ COARSE, FINE = 12, 48
 
 @dataclass(frozen=True)
 class Scene:
-    """What is struck, and what is struck with."""
+    """The rock, the bit and the mass and length of the piston."""
 
     mass: float = 16.0  # kg
     length: float = 0.8  # m
@@ -59,7 +58,7 @@ class Scene:
 
     @property
     def speed(self) -> float:
-        """Of waves, m/s."""
+        """Speed of waves, m/s."""
         return math.sqrt(self.own["material.youngs_modulus"] / self.own["material.density"])
 
     @property
@@ -69,20 +68,20 @@ class Scene:
 
     @property
     def transit(self) -> float:
-        """Of the bit, s."""
+        """Time that a wave takes through the bit, s."""
         return ROD * self.length / self.speed
 
     @property
     def contact(self) -> float:
-        """As stiff as a span of the bit, N/m: the front is as wide as the mesh can follow."""
+        """Stiffness of the contact, N/m: that of a span, so that the mesh resolves the front."""
         return COARSE * self.own["material.youngs_modulus"] * self.bit_area / self.length
 
     def areas(self, shape: Sequence[float] | Array) -> Array:
-        """Sections (m2), top to bottom, of a shape: what counts are their ratios."""
+        """Returns the sections (m2), top to bottom, of a shape, of which only the ratios matter."""
         return self.area * np.asarray(shape) / np.mean(shape)
 
     def parameters(self, areas: Array, spans: int) -> dict[str, Value]:
-        """A piston that strikes a long, free bit on virgin rock at once, and nothing else."""
+        """Returns parameters: a piston strikes a long, free bit on intact rock at once."""
         pieces: dict[str, Value] = {"piston.segments": len(areas)}
         for k, area in enumerate(areas, 1):
             pieces[f"piston.segment[{k}].length"] = self.length / len(areas)
@@ -107,10 +106,10 @@ IDEAL = ("viscosity", "energy_barrier", "standstill_speed", "standstill_penetrat
 
 
 def efficiency(scene: Scene, areas: Array, spans: int = COARSE) -> float:
-    """Work on the rock over the energy of the piston.
+    """Returns the work on the rock over the energy of the piston.
 
-    The rock keeps 1 - 1/gamma of the work that loads it. What the bit throws back reaches the
-    rock again three transits after the strike: looked at just before.
+    The rock keeps 1 - 1/gamma of the work that loads it. The reflection in the bit reaches the
+    rock again three transits after the strike, so the result is read just before.
     """
     with Hammer(scene.parameters(areas, spans), quiet=True) as hammer:
         hammer.step(3 * scene.transit)
@@ -120,7 +119,7 @@ def efficiency(scene: Scene, areas: Array, spans: int = COARSE) -> float:
 
 
 def wave(scene: Scene, areas: Array, spans: int = FINE) -> pd.Series:
-    """Force at the bit's upper face (N) over time (s), until the rock's answer is there."""
+    """Returns the force (N) at the bit's upper face over time (s), until the reflection arrives."""
     run = simulate(
         scene.parameters(areas, spans),
         times=np.linspace(0.0, 2 * scene.transit, 1601),
@@ -130,7 +129,7 @@ def wave(scene: Scene, areas: Array, spans: int = FINE) -> pd.Series:
 
 
 def incident(scene: Scene, force: pd.Series) -> float:
-    """Energy of the wave over that of the piston: the integral of F^2 / Z."""
+    """Returns the energy of the wave over that of the piston: the integral of F^2 / Z."""
     own = scene.own
     impedance = scene.bit_area * math.sqrt(own["material.youngs_modulus"] * own["material.density"])
     energy = np.trapezoid(force**2, force.index) / impedance
@@ -138,7 +137,7 @@ def incident(scene: Scene, force: pd.Series) -> float:
 
 
 def shape(scene: Scene, iterations: int = 40) -> Array:
-    """Sections (m2), top to bottom, of the most efficient piston.
+    """Returns the sections (m2), top to bottom, of the most efficient piston.
 
     Sequential quadratic programs with differences as derivatives. The mass enters as a linear
     constraint, the limits as bounds.
@@ -155,7 +154,7 @@ def shape(scene: Scene, iterations: int = 40) -> Array:
 
 
 def compare(scene: Scene, shaped: Array) -> pd.DataFrame:
-    """The shaped piston beside the uniform one: efficiency and energy of the wave."""
+    """Returns efficiency and energy of the wave for the shaped and the uniform piston."""
     rows = {}
     for name, areas in (("uniform", scene.areas(np.ones(SECTIONS))), ("shaped", shaped)):
         force = wave(scene, areas)
@@ -165,7 +164,7 @@ def compare(scene: Scene, shaped: Array) -> pd.DataFrame:
 
 
 def _profile(axes: Axes, scene: Scene, areas: Array, **style: object) -> None:
-    """The outline of a round piston, striking face at the right."""
+    """Returns the outline of a round piston, with the striking face at the right."""
     ends = np.linspace(0.0, scene.length, len(areas) + 1) * 1e3
     radius = np.sqrt(areas / np.pi) * 1e3
     place, half = np.repeat(ends, 2), np.concatenate([[0], np.repeat(radius, 2), [0]])
@@ -173,7 +172,7 @@ def _profile(axes: Axes, scene: Scene, areas: Array, **style: object) -> None:
 
 
 def draw(scene: Scene, shaped: Array, table: pd.DataFrame) -> Figure:
-    """Profiles and incident waves, the uniform piston beside the shaped one, as compared."""
+    """Draws profiles and incident waves of the uniform and the shaped piston."""
     gain = table.loc["shaped", "efficiency"] / table.loc["uniform", "efficiency"]
     with styled(6.5, 5.0) as figure:
         upper, lower = figure.subplots(2, height_ratios=(1, 1.6))
@@ -204,7 +203,7 @@ def draw(scene: Scene, shaped: Array, table: pd.DataFrame) -> Figure:
 
 
 def main() -> None:
-    """Shapes a piston, prints it beside the uniform one, draws both."""
+    """Shapes a piston, compares it with the uniform one, and draws both."""
     own = Scene.__dataclass_fields__
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--mass", type=float, default=own["mass"].default, help="kg")

@@ -2,8 +2,8 @@
 
     python examples/system.py --out dist/compressor.ssp
 
-`pythonfmu` makes the compressor's FMU. Who runs the file needs what that is made of: Python with
-this package.
+`pythonfmu` makes the compressor's FMU. A host that runs the file needs what this FMU uses: Python
+with this package.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
-"""A thousand hammers: the gain of the tip over five parameters at once.
+"""A thousand hammers: how the tip's gain depends on five parameters at once.
 
     python examples/thousand.py --out thousand.parquet   # resumes if stopped
 
-Feed force, rock stiffness, unloading ratio, supply force and bit length, in all combinations,
-each a run of one second. The table goes to a Parquet file, the figure beside it.
+Every combination of feed force, rock stiffness, unloading ratio, supply force and bit length is a
+run of one second. The table is written to a Parquet file, and the figure into the same folder.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from dth_hammer.figures import BIT
 from dth_hammer.figures.style import styled
 from matplotlib.figure import Figure
 
-#: Multiples of the FMU's own values; in each the value itself.
+#: Multiples of the FMU's own values, which are among them.
 LEVELS: Mapping[str, Sequence[float]] = {
     "feed_force": (0.4, 0.7, 1.0, 1.5, 2.0),
     "rock.stiffness": (0.5, 1.0, 2.0, 4.0, 8.0),
@@ -38,7 +38,7 @@ NAMES = {
 
 
 def grid(levels: Mapping[str, Sequence[float]] = LEVELS) -> pd.DataFrame:
-    """One row a hammer; a longer bit has more elements of the same size."""
+    """Returns one row per hammer; a longer bit has more elements of the same size."""
     points = pd.DataFrame(itertools.product(*levels.values()), columns=[*levels])
     elements = points["bit.length"] * (VARIABLES["bit.elements"].start or 0.0)
     for name in levels:
@@ -51,12 +51,15 @@ def run(
     levels: Mapping[str, Sequence[float]] = LEVELS,
     out: Path | None = None,
 ) -> pd.DataFrame:
-    """The sweep's table."""
+    """Returns the sweep's table."""
     return sweep(grid(levels), until, out=out, progress=True)
 
 
 def effects(table: pd.DataFrame, name: str) -> pd.DataFrame:
-    """The tip's mean rate over one parameter, a column for others' values; 1 at the FMU's own."""
+    """Returns the tip's mean rate over one parameter, relative to that at the FMU's own value.
+
+    There is a column for each combination of the other parameters.
+    """
     others = [other for other in LEVELS if other != name]
     curves = table.pivot(index=name, columns=others, values="tip_rate_mean")
     own = VARIABLES[name].start or 0.0
@@ -65,7 +68,7 @@ def effects(table: pd.DataFrame, name: str) -> pd.DataFrame:
 
 
 def draw(table: pd.DataFrame) -> Figure:
-    """A panel a parameter: each combination of the others a line, and their middle."""
+    """Draws a panel per parameter: a line per combination of the others, and their median."""
     with styled(10.0, 3.6) as figure:
         panels = figure.subplots(1, len(NAMES), sharey=True)
         for axes, (name, label) in zip(panels, NAMES.items(), strict=True):
@@ -84,7 +87,7 @@ def draw(table: pd.DataFrame) -> Figure:
 
 
 def powers(table: pd.DataFrame) -> pd.Series:
-    """The exponent of each parameter in the power law nearest to all runs."""
+    """Returns the exponent of each parameter in the power law that fits all runs best."""
     drilled = table[table["tip_rate_mean"] > 0.0]
     columns = [np.log(drilled[name]) for name in LEVELS]
     design = np.column_stack([np.ones(len(drilled)), *columns])
@@ -93,7 +96,7 @@ def powers(table: pd.DataFrame) -> pd.Series:
 
 
 def main() -> None:
-    """Sweeps, tells the exponents, draws."""
+    """Sweeps, prints the exponents and draws."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("thousand.parquet"))
     options = parser.parse_args()

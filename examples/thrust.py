@@ -4,10 +4,10 @@
     python examples/thrust.py --air --out air.png
     python examples/thrust.py --elastic
 
-Every run of the curve starts with a feed that holds the casing down, which falls to its own within
-1 ms. The second is that of a hammer with its air inside, beside the feed recommended for its class.
-The third prints what changes if the reference hammer's casing is elastic, without a drill
-string and with one.
+Every run of the curve starts with a feed that holds the casing down; within 1 ms the feed falls to
+that of the run. The second command draws the curve of a hammer with its own air, with the feed that
+makers recommend for its class. The third prints what changes if the reference hammer's casing is
+elastic, without a drill string and with one.
 """
 
 from __future__ import annotations
@@ -34,21 +34,21 @@ HAMMER: Mapping[str, float] = {
     "drive.amplitude": 3e3,
     "drive.stroke": 0.08,
 }
-#: What is drawn.
+#: Columns to draw.
 SCENES: Mapping[str, Mapping[str, float]] = {
     "no casing": {},
     "casing of 40 kg": {"casing.mass": 40.0},
     "casing of 40 kg that vents": {"casing.mass": 40.0, "chuck.idle_travel": 0.01},
 }
 FEEDS = tuple(np.linspace(0.0, 5e3, 21))  # N
-#: Feed at the start, N, and when it falls, s.
+#: Feed at the start, N, and when it starts to fall, s.
 HELD, RELEASED = 4e3, 0.1
-#: What is averaged, s, and in how many batches.
+#: Duration that is averaged, s, and number of batches.
 FROM, UNTIL, BATCHES = 1.0, 5.0, 8
 
 
 def run(feeds: tuple[float, ...] = FEEDS) -> pd.DataFrame:
-    """A row for each scene and feed: mean and standard error of the rate (m/s), mean forces (N)."""
+    """Returns a row per scene and feed: mean rate (m/s) and its standard error, mean forces (N)."""
 
     def row(name: str, feed: float) -> dict[str, float | str]:
         fall = pd.Series([HELD, HELD, feed], index=[0.0, RELEASED, RELEASED + 1e-3])
@@ -113,9 +113,10 @@ RECOMMENDED = (5.4e3, 11.8e3)
 
 
 def run_air(feeds: tuple[float, ...] = AIR_FEEDS, until: float = UNTIL) -> pd.DataFrame:
-    """A row for each feed: rate (m/s) and its standard error, blows a second, free air (m3/s).
+    """Returns a row per feed: rate (m/s) and its standard error, blows per second, free air (m3/s).
 
-    No numbers where the feed is so small that the air cannot be followed: a chamber has no volume.
+    Numbers are missing if the feed is so small that a chamber has no volume, because the air then
+    has no solution.
     """
     names = ["drilled_length", "blow_count", "air_mass"]
 
@@ -138,13 +139,13 @@ def run_air(feeds: tuple[float, ...] = AIR_FEEDS, until: float = UNTIL) -> pd.Da
 
 
 def knee(table: pd.DataFrame) -> float:
-    """The least feed from which on the rate is within a tenth of the highest, N."""
+    """Returns the least feed (N) from which on the rate is within a tenth of the highest."""
     enough = table["rop"] >= 0.9 * table["rop"].max()
     return float(table["feed"][enough[::-1].cummin()[::-1]].min())
 
 
 def draw_air(table: pd.DataFrame) -> Figure:
-    """Rate with a band of two standard errors and blows over the feed; which are recommended."""
+    """Draws rate (with a band of two standard errors) and blows over feed, and advised feeds."""
     with styled(6.0, 4.4) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True)
         feed, rate, error = 1e-3 * table["feed"], 3600 * table["rop"], 7200 * table["error"]
@@ -163,7 +164,7 @@ def draw_air(table: pd.DataFrame) -> Figure:
 
 
 def draw(table: pd.DataFrame) -> Figure:
-    """Means with bands of two standard errors, and the feed that the mean drive asks for."""
+    """Draws means with bands of two standard errors, and the feed that the mean drive requires."""
     with styled(6.0, 4.0) as figure:
         axes = figure.subplots()
         scenes = table.groupby("scene", sort=False)
@@ -182,14 +183,14 @@ def draw(table: pd.DataFrame) -> Figure:
 
 
 def least(table: pd.DataFrame) -> float:
-    """Mean drive force less the casing's weight, N: with less feed the chuck cannot press."""
+    """Returns the feed that the chuck needs: the mean drive force minus the casing's weight, N."""
     free = table[table["scene"] == "casing of 40 kg"]
     weight = 9.81 * SCENES["casing of 40 kg"]["casing.mass"]
     return float(free["drive"].iloc[-1]) - weight
 
 
 def main() -> None:
-    """Runs, prints, draws."""
+    """Runs, prints and draws."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("thrust.png"))
     parser.add_argument("--elastic", action="store_true", help="the elastic casing instead")

@@ -2,8 +2,8 @@
 
     python examples/top_hammer.py --out top_hammer.png
 
-The line beside it is the first wave of a blow alone, which the couplings break up: Lundberg's model
-of extension rods (1987), a piston of the rods' impedance, in closed form.
+A line shows the first wave of a blow alone, which the couplings break up: Lundberg's model of
+extension rods (1987) with a piston of the rods' impedance, in closed form.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ PRESET = "top_hammer"
 RODS = (1, 2, 3, 4, 6, 8)
 #: Standard error of a mean rate, over the rate.
 ERROR = 0.03
-#: A joint whose thread has let go: faces as stiff as 0.1 m of the rod, half a millimetre of play.
+#: A loose joint: faces as stiff as 0.1 m of the rod, half a millimetre of play.
 LOOSE = {"drill.joint.stiffness": 3e9, "drill.joint.slack": 5e-4}
 
 
 def first_wave(rods: int) -> float:
-    """Energy below so many couplings over the piston's, before anything else comes down.
+    """Returns the share of the piston's energy that the first wave has below so many couplings.
 
     A coupling lets ``tau = 4 r / (1 + r)^2`` through at once, and ``1 - tau`` of what runs to and
     fro in it each time; a piston of the rods' impedance sends a rectangle twice its length.
@@ -39,27 +39,27 @@ def first_wave(rods: int) -> float:
     back = ((ratio - 1.0) / (ratio + 1.0)) ** 2
     late = np.arange(400)
     parts = np.array([comb(rods + int(k) - 1, int(k)) * back**k for k in late]) * (1 - back) ** rods
-    # Part of its length by which two of the rectangles overlap.
+    # The share of its length by which two of the rectangles overlap.
     step = hammer["drill.coupling.length"] / hammer["piston.segment[1].length"]
     overlap = np.maximum(1.0 - step * np.abs(late[:, None] - late), 0.0)
     return float(parts @ overlap @ parts)
 
 
 def string(rods: int, joint: dict[str, float] | None = None) -> dict[str, float]:
-    """The parameters of a string of so many rods, on a mesh for the forces in it."""
+    """Returns the parameters of a string of so many rods, on a mesh for the forces in it."""
     # Finer than the preset's, which is for rates.
     return {"drill.rods": rods, "mesh.degree": 7, "bit.elements": 18 * rods + 6} | (joint or {})
 
 
 def pull(parameters: dict[str, float]) -> float:
-    """The largest pull in a string after one blow, N."""
+    """Returns the largest pull in a string after one blow, N."""
     after = waves(parameters, 0.5, preset=PRESET, times=np.arange(0.0, 0.018, 5e-5))
     # The rods are the thinnest part, so the largest stress is in one of them.
     return whole(numbers(PRESET, {}))["drill.rod.area"] * float(after.bit.stress.max())
 
 
 def row(rods: int, joint: dict[str, float] | None = None, error: float = ERROR) -> dict[str, float]:
-    """Means over blows with so many rods, and the largest pull in the string after one blow (N)."""
+    """Returns means over blows with so many rods, and the largest pull after one blow (N)."""
     parameters = string(rods, joint)
     found = steady(parameters, preset=PRESET, error=error)
     mean = found.mean
@@ -76,7 +76,7 @@ def row(rods: int, joint: dict[str, float] | None = None, error: float = ERROR) 
 
 
 def run(rods: tuple[int, ...] = RODS, error: float = ERROR) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """A row for each number of rods, screwed tight and loose."""
+    """Returns a row for each number of rods, with tight and with loose joints."""
     tight, loose = (
         pd.DataFrame([row(count, joint, error) for count in rods]) for joint in (None, LOOSE)
     )
@@ -84,12 +84,12 @@ def run(rods: tuple[int, ...] = RODS, error: float = ERROR) -> tuple[pd.DataFram
 
 
 def preload(torque: float) -> float:
-    """Axial force of a joint that a torque (N m) has tightened, N: ``T / (0.2 d)``, d 45 mm."""
+    """Returns a joint's axial force (N) for a torque (N m): ``T / (0.2 d)``, with d 45 mm."""
     return torque / (0.2 * 45e-3)
 
 
 def draw(tight: pd.DataFrame, loose: pd.DataFrame) -> Figure:
-    """Share of the drive's energy that the rock takes, and the first wave's, over the rods."""
+    """Draws the rock's share of the drive's energy, and the first wave's, over the rods."""
     with styled(6.0, 3.6) as figure:
         axes = figure.subplots()
         for table, style, label in (
@@ -110,7 +110,7 @@ def draw(tight: pd.DataFrame, loose: pd.DataFrame) -> Figure:
 
 
 def main() -> None:
-    """Runs, prints, draws."""
+    """Runs, prints and draws."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--out", type=Path, default=Path("top_hammer.png"))
     options = parser.parse_args()

@@ -3,8 +3,8 @@
     python examples/valve.py          # a table: calls of the host, blows, error of the last one
 
 The valve reverses a force where the piston reaches the ends of its stroke, as the relay inside the
-FMU does; the relay is the measure. A host of FMI 2.0 sees the piston at its own communication
-points alone. A host of FMI 3.0 with event mode and early return is there when it passes.
+FMU does; the relay is the reference. A host of FMI 2.0 sees the piston only at its communication
+points. A host of FMI 3.0 with event mode and early return stops exactly where the piston passes.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Valve:
 
 
 def relay_inside(until: float) -> tuple[Valve, list[float]]:
-    """The valve to imitate, as it stands at the start, and what the relay inside comes to."""
+    """Returns the valve in its state at the start, and the results of the relay inside."""
     with Hammer() as hammer:
         valve = Valve(VARIABLES["drive.stroke"].start or 0.0, hammer["applied_drive_force"])
         hammer.advance(until)
@@ -46,7 +46,7 @@ def relay_inside(until: float) -> tuple[Valve, list[float]]:
 
 
 def master_of_fmi_2(path: Path, valve: Valve, step: float, until: float) -> tuple[list[float], int]:
-    """Steps and looks: it switches at the first communication point past an end."""
+    """Steps, and switches at the first communication point past an end."""
     hammer, at = made(FMU2Slave, path)
     hammer.instantiate()
     hammer.setInteger([at["drive.source"]], [FORCE])
@@ -68,7 +68,7 @@ def master_of_fmi_2(path: Path, valve: Valve, step: float, until: float) -> tupl
 
 
 def table(until: float) -> str:
-    """Markdown: a row for each standard and step."""
+    """Returns a table in Markdown, with a row for each standard and step."""
     two, three = find(), find(fmi=3)
     masters = [(master_of_fmi_2, two, step, "2.0") for step in (1e-3, 1e-4, 2e-5)]
     masters.append((master_of_fmi_3, three, 5e-2, "3.0, events"))

@@ -30,7 +30,7 @@ def made(kind: Any, path: Path) -> tuple[Any, dict[str, int]]:
 def master_of_fmi_3(
     path: Path, valve: Any, step: float, until: float, read: Sequence[str] = READ
 ) -> tuple[list[float], int]:
-    """Steps to a point or to an event, whichever is first: it switches at the event."""
+    """Steps to a point or to an event, whichever comes first, and switches at the event."""
     hammer, at = made(FMU3Slave, path)
     hammer.instantiate(eventModeUsed=True, earlyReturnAllowed=True)
     hammer.setInt64([at["drive.source"]], [FORCE])
