@@ -13,7 +13,7 @@ function sectionNames(body, number) {
   return ["length", "area"].map((what) => `${body}.segment[${number}].${what}`);
 }
 
-/** What the drawing wants: lengths, and for each element of the mesh its ends and its area. */
+/** What the drawing needs: lengths, and for each element of the mesh its ends and its area. */
 function measure(scene, cycle) {
   return BODIES.map((body, index) => {
     const sections = sectionsOf(scene, body);

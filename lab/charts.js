@@ -26,7 +26,7 @@ function axes(x, y, more = {}) {
   ];
 }
 
-/** A chart as wide as its place, and as high as that says or is. */
+/** A chart with the width of its element, and the height that the element sets or has. */
 function chart(place, options, data) {
   const size = () => ({ width: Math.max(200, place.clientWidth),
       height: Number(place.dataset.height ?? Math.max(100, place.clientHeight)) });
@@ -38,7 +38,7 @@ function chart(place, options, data) {
 
 const line = (label, stroke, more = {}) => ({ label, stroke, width: 1.6, points: { show: false }, ...more });
 
-/** A path through points in their own order: a loop is no function. */
+/** A path through points in their own order, since a loop is not a function of x. */
 function loop(plot, series) {
   const path = new Path2D();
   const [depth, force] = plot.data[series];
@@ -58,7 +58,7 @@ function loop(plot, series) {
 
 const [PISTON, BIT, ROCK, GHOST] = ["piston", "bit", "rock", "ghost"].map((name) => () => palette[name]);
 
-/** The bit's displacement in a cycle before, mm, at other instants after the impact, ms. */
+/** The bit's displacement (mm) in an earlier cycle, at its own instants after the impact (ms). */
 function ghostBit(time, before) {
   if (!before) return time.map(() => null);
   const { cycle, base } = before;
@@ -69,7 +69,7 @@ function ghostBit(time, before) {
   });
 }
 
-/** Penetration (mm) and force (kN) after the impact in a cycle before. */
+/** Penetration (mm) and force (kN) after the impact in an earlier cycle. */
 function ghostLoop(before) {
   if (!before) return [[], []];
   const { cycle, base } = before, until = Math.min(cycle.outlook, cycle.period);
@@ -96,13 +96,13 @@ const looped = ([label, stroke, more]) => ({
   label, stroke, width: 2, paths: loop, facets: [{ scale: "x", auto: true }, { scale: "y", auto: true }], ...more,
 });
 
-/** Where a chart has a value, in CSS pixels from its upper left corner. */
+/** Position of a value on a chart, in CSS pixels from its upper left corner. */
 function placing({ bbox: { left, top }, valToPos }) {
   const [x, y] = [left, top].map((pixels) => pixels / devicePixelRatio);
   return (across, up) => [x + valToPos(across, "x"), y + valToPos(up, "y")];
 }
 
-/** What a chart has besides, on its own canvas. */
+/** Draws the notes of a chart on its canvas. */
 function noted(plot) {
   const { ctx } = plot;
   ctx.save();
@@ -112,7 +112,7 @@ function noted(plot) {
   ctx.restore();
 }
 
-/** A chart on another canvas, as uPlot shows it. */
+/** Draws a chart on another canvas, as uPlot shows it. */
 function traced(plot, canvas) {
   const pen = canvas.getContext("2d"), drawing = new Drawing(pen), at = placing(plot), [across, up] = plot.axes;
   const [left, top, width, height] = ["left", "top", "width",
@@ -161,7 +161,7 @@ function tracedSeries(drawing, plot, i, points) {
   }
 }
 
-/** The range of a scale that shows all numbers, and nought. */
+/** The range of a scale that shows all numbers, and zero. */
 function ranged(list) {
   const [low, high] = [Math.min(0, ...list), Math.max(0, ...list)], margin = 0.04 * (high - low || 1);
   return { min: low - margin, max: high + margin };
@@ -217,7 +217,7 @@ class Charts {
     this.energy = settling("energy", say("energy_axis"), PISTON);
   }
 
-  /** The blows so far, and those of the setting before. */
+  /** Shows the blows so far, and those of the previous setting. */
   settle(rows, before = []) {
     const number = Array.from({ length: Math.max(rows.length, before.length) }, (_, i) => i + 1);
     const show = (plot, value, always) => {
@@ -230,14 +230,14 @@ class Charts {
     show(this.frequency, (row) => 1 / row.blow_period);
   }
 
-  /** All again: the colours have changed. */
+  /** Draws everything again, because the colours have changed. */
   redraw() {
     [this.motion, this.velocity, this.modes, this.loops, this.indicator, this.rop, this.frequency,
         this.energy].forEach((plot) => plot.redraw());
   }
 
-  /** One cycle, from blow to blow, and that of the setting before with its hole's depth at the
-   * impact, if there is one. */
+  /** Shows one cycle, from blow to blow.
+   * With it, the cycle of the previous setting and its hole's depth at the impact, if there is one. */
   cycle(cycle, base, gap, modes, before = null) {
     const scaled = (list, by, offset = 0) => Array.from(list, (value) => (value + offset) * by);
     const time = scaled(cycle.time, 1e3, -cycle.impact);
@@ -257,7 +257,7 @@ class Charts {
     this.zoom(this.whole);
   }
 
-  /** Force against penetration after the impact, each piece in the colour of its mode. */
+  /** Shows force against penetration after the impact, each piece in the colour of its mode. */
   drawLoops(cycle, base, time, level, before) {
     const depth = Array.from(cycle.bit_tip_position, (value) => (value - base) * 1e3);
     const force = Array.from(cycle.rock_force, (value) => value * 1e-3);
@@ -276,7 +276,7 @@ class Charts {
     });
   }
 
-  /** The chambers' pressures over the height of the piston; of a drive that is a force, the force. */
+  /** Shows the chambers' pressures over the height of the piston, or the force of a drive without chambers. */
   drawIndicator(cycle) {
     const inside = (_, i) => cycle.time[i] >= cycle.impact && cycle.time[i] <= cycle.impact + cycle.period;
     const of = (name, by) => Array.from(cycle[name].filter(inside), (value) => value * by);
@@ -291,7 +291,7 @@ class Charts {
     });
   }
 
-  /** The whole period, or what follows the impact. */
+  /** Shows the whole period, or the time after the impact. */
   zoom(whole) {
     this.whole = whole;
     if (!this.ends) return;

@@ -1,10 +1,10 @@
-// Earlier settings: undo, and the setting that the present one is compared with.
+// Earlier settings: undo, and the setting to which the present one is compared.
 
-/** Changes that follow each other within this time, ms, are one: a slider on its way. */
+/** Changes within this time (ms) count as one, since they come from a moving slider. */
 const ONE_CHANGE = 700;
 
 class Past {
-  /** `go` takes the scene to the link of another one. */
+  /** `go` loads the scene of a link. */
   constructor(scene, find, go) {
     Object.assign(this, { scene, find, go, links: [], place: -1, last: 0, latest: null, before: null, kept: null });
     find("undo").addEventListener("click", () => this.step(-1));
@@ -26,7 +26,7 @@ class Past {
     });
   }
 
-  /** Takes note of the scene as it is now. */
+  /** Records the present scene. */
   note() {
     const link = this.scene.link(), now = performance.now();
     if (link !== this.links[this.place]) {
@@ -48,13 +48,13 @@ class Past {
     this.go(link);
   }
 
-  /** Takes the result of the scene as it is now: its blows, last cycle, and hole before that. */
+  /** Records the result of the present scene: its blows, the last cycle, and the hole's depth before that cycle. */
   settle(rows, cycle, base) {
     this.latest = { link: this.scene.link(), rows, cycle, base };
     this.show();
   }
 
-  /** The result that the present one is compared with, if there is one. */
+  /** The result to which the present one is compared, if there is one. */
   ghost() {
     const ghost = this.kept ?? this.before;
     return ghost && ghost.link !== this.scene.link() ? ghost : null;

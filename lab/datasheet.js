@@ -1,10 +1,10 @@
 // The form of a datasheet. The engine lists what may be given, and solves the sheet.
 
-/** How many of a unit of the trade one of SI is: by the first word of a number's name, else by its unit. */
+/** Field units and their factors from SI units: by the first word of a number's name, else by its unit. */
 const FIELD = { rate: [3600, "m/h"], rotation: [60, "1/min"], W: [1e-3, "kW"], N: [1e-3, "kN"], m: [1e3, "mm"],
   "J/m3": [1e-6, "MJ/m3"], Pa: [1e-6, "MPa"], "m3/s": [60, "m3/min"] };
 
-/** What an answer says: facts by kind, their fields as texts. */
+/** Parses an answer into facts by kind, with their fields as texts. */
 function readAnswer(text) {
   const facts = { set: [], compared: [], found: [], assumed: [], contradiction: [], error: [] };
   for (const line of text.split("\n").filter((line) => line)) {
@@ -17,7 +17,7 @@ function readAnswer(text) {
 class DatasheetForm {
   constructor(choices, scene, find, ask) {
     [this.choices, this.scene, this.answer] = [choices, scene, find("sheet-answer")];
-    /** The scene that a hammer is laid over, and what the last answer made of it. */
+    /** The scene to which a hammer's values are applied, and the scene after the last answer. */
     [this.base, this.made] = [null, null];
     this.fields = new Map(choices.map((choice) => [choice.name, this.field(choice, find("sheet"))]));
     find("solve").addEventListener("click", () => ask(this.request()));
@@ -41,7 +41,7 @@ class DatasheetForm {
     return input;
   }
 
-  /** What is asked of the engine, in SI units. */
+  /** The request to the engine, in SI units. */
   request() {
     const now = JSON.stringify(this.scene.changed);
     // The rock of an earlier answer is not the user's, and must not be scaled again.
@@ -54,7 +54,7 @@ class DatasheetForm {
     return [...given, ...Object.entries(this.base)].map(([name, value]) => `${name}=${value}\n`).join("");
   }
 
-  /** Shows an answer, and lays its hammer over the scene; true if there is one. */
+  /** Shows an answer, and applies its hammer to the scene; true if it has one. */
   show(text) {
     const facts = readAnswer(text);
     this.answer.replaceChildren();
@@ -75,7 +75,7 @@ class DatasheetForm {
     return true;
   }
 
-  /** A number that follows, in a unit of the trade, to the digits that its range leaves, with that if it has one. */
+  /** A solved number in a field unit, with its range if it has one, and only the digits that the range leaves. */
   found(name, value, si, low, high) {
     const [factor, unit] = FIELD[name.split(" ")[0]] ?? FIELD[si] ?? [1, si || "1"], ratio = high / low;
     const range = ratio > 1.05 ? ` (${[low, high].map((side) => digits(factor * side, 2)).join("–")})` : "";

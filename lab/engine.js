@@ -1,14 +1,14 @@
 // The FMU of this page: its C functions, compiled to WebAssembly. Runs in the worker.
 
-/** Room for what is handed over, in pages of 64 KiB. */
+/** Memory for arguments and results, in pages of 64 KiB. */
 const ROOM_PAGES = 4;
-/** Where in that room: names and callbacks, value references, values, a handle. */
+/** Offsets in that memory: names and callbacks, value references, values, a handle. */
 const TEXT = 0, REFERENCES = 4096, VALUES = 32768, HANDLE = 245760;
 
-/** The standard's status of a line that only informs. */
+/** The standard's status of a log line that is neither a warning nor an error. */
 const OK = 0;
 
-/** What the library calls to log, as a module: WebAssembly calls no JavaScript by a pointer. */
+/** The logger as a WebAssembly module, because WebAssembly cannot call JavaScript by a pointer. */
 const LOGGER = new Uint8Array([
   0x00, 0x61, 0x73, 0x6d, 0x01, 0x00, 0x00, 0x00, // magic, version
   0x01, 0x0a, 0x01, 0x60, 0x06, 0x7f, 0x7f, 0x7f, 0x7f, 0x7f, 0x7f, 0x00, // type: six i32, no result
@@ -16,18 +16,18 @@ const LOGGER = new Uint8Array([
   0x07, 0x05, 0x01, 0x01, 0x6c, 0x00, 0x00, // export it again as l
 ]);
 
-/** The library, with room of our own in its memory. */
+/** The library, with memory of our own in its memory. */
 class Library {
   constructor(bytes) {
     this.functions = new WebAssembly.Instance(new WebAssembly.Module(bytes), {}).exports;
     // The library's allocator uses only what it has grown itself, so these pages remain ours.
     this.room = this.functions.memory.grow(ROOM_PAGES) * 65536;
-    /** What was logged since somebody looked: [status, text]. */
+    /** Log lines since the last call of `take`: [status, text]. */
     this.lines = [];
     this.logger = this.plant();
   }
 
-  /** Puts a function into the library's table that C can call, and says where. */
+  /** Puts a function that C can call into the library's table, and returns its index. */
   plant() {
     // The text is a format without arguments, so each "%" is doubled in it.
     const listen = (_environment, _name, status, _category, format, _rest) => {
@@ -63,14 +63,14 @@ class Library {
     return new TextDecoder().decode(new Uint8Array(this.functions.memory.buffer, answer, length).slice());
   }
 
-  /** Warnings since somebody looked. */
+  /** Returns the warnings since the last call. */
   take() {
-    // Including errors, but not the engine's notes.
+    // Errors are included, the engine's notes are not.
     return this.lines.splice(0).filter(([status]) => status !== OK).map(([, text]) => text);
   }
 }
 
-/** Why a value is no setting of a whole number. */
+/** Message for a value that a whole-number variable refuses. */
 function refusal(name, { min, max }, value) {
   const range = Number.isFinite(min) && Number.isFinite(max) ? ` from ${min} to ${max}` : "";
   return `${name} = ${value} is refused: it must be a whole number${range}.`;
@@ -78,7 +78,7 @@ function refusal(name, { min, max }, value) {
 
 /** One hammer: an instance of the FMU. */
 class Hammer {
-  /** Of a description as `readDescription` makes it, with values by name in SI units. */
+  /** Takes the result of `readDescription`, and values by name in SI units. */
   constructor(library, description, values) {
     this.library = library;
     this.functions = library.functions;

@@ -1,18 +1,18 @@
 // The explanation: eight screens, each with a figure and a slider. Predictions in the texts are computed from the
 // scene (told.js) and compared with the engine's results.
 
-/** Elements of piston and bit, less than half as long as the front that the contact makes: it keeps its shape. */
+/** A mesh whose elements are less than half as long as the front that the contact makes, which keeps its shape. */
 const WAVE_MESH = { "mesh.degree": 3, "piston.elements": 48, "bit.elements": 48 };
-/** A joint whose thread has let go: faces as stiff as a tenth of a metre of rod, half a millimetre of play. */
+/** A loose joint: faces as stiff as a tenth of a metre of rod, half a millimetre of play. */
 const LOOSE = { "drill.joint.stiffness": 3e9, "drill.joint.slack": 5e-4 };
 /** Relative error and number of blows of a mean here. */
 const MEAN_OF = { error: 0.02, blows: 200 }, MEAN_OF_RODS = { error: 0.04, blows: 120 };
-/** One scale for every place of a handle: stress and pressure (Pa) with the full colour, the piston's rise (m). */
+/** One scale for all positions of a slider: stress and pressure (Pa) of the full colour, the piston's rise (m). */
 const SCALE = { limit: 2.9e8, pressed: 3.1e6, flown: 0.1 };
 const BAR = 1e5;
-/** Times after an impact that are looked at, s. */
+/** Times after an impact at which figures are drawn, s. */
 const WAVE_LOOK = 2e-4, LOOP_LOOK = 1.2e-3;
-/** So long a handle that is time takes from end to end while it plays, s. */
+/** Duration for which a slider of time plays from end to end, s. */
 const PLAYED = 6;
 
 class Explore {
@@ -30,8 +30,8 @@ class Explore {
       waves: (c, at) => c.impact + (WAVE_LOOK * at) / 200,
       loops: (c, at) => c.impact + (LOOP_LOOK * at) / 200,
     };
-    /** Each screen has the handle's places, its first place and unit, and the scene at a place. It may have the moment
-     * of the cycle to draw, and a chart that replaces the hammer. */
+    /** Each screen has the slider's positions, its first position and unit, and the scene at a position.
+     * It may have the moment of the cycle to draw, and a chart that replaces the hammer. */
     this.screens = [
       { places: [6, 8, 10, 12, 14, 17, 20, 24, 28], begin: 7, unit: "bar",
           scene: (bar) => changed({ supply_pressure: bar * BAR + ATMOSPHERE }), moment: cycles },
@@ -62,7 +62,7 @@ class Explore {
     return values[name] ?? this.description.variables[name].start;
   }
 
-  /** The least and the most work to break a volume of rock that is possible where nothing is known, J/m³. */
+  /** The least and the most work that breaks a volume of rock, if nothing is known about the rock, J/m³. */
   rocks() {
     const [energy, factor] = ["rock.specific_energy", "rock.specific_energy_factor"].map((name) => this.value(name));
     return [energy / factor, energy * factor];
@@ -103,7 +103,7 @@ class Explore {
     if (places.length < 40) this.ahead(screen);
   }
 
-  /** What the engine says of a place of a handle, and of what the text compares it with. */
+  /** The engine's results for a position of a slider, and for the scenes with which the text compares it. */
   async answerAt(screen, place) {
     const { scene, moment, chart, of = MEAN_OF } = this.screens[screen], values = scene(place);
     const mean = await this.ask("mean", values, of), answer = { values, mean };
@@ -114,7 +114,7 @@ class Explore {
     return answer;
   }
 
-  /** Asks for the other places of a handle, so that it moves at once and a curve fills: next ones first. */
+  /** Computes the other positions of a slider, nearest first, so that it reacts at once and its curve is complete. */
   async ahead(screen) {
     const { places, chart } = this.screens[screen], from = this.at[screen];
     const order = places.map((place, i) => [Math.abs(i - from), place]).sort(([a], [b]) => a - b);
@@ -126,13 +126,13 @@ class Explore {
     }
   }
 
-  /** Places of this screen's handle that are known, in their order, with what the engine says. */
+  /** The known positions of this screen's slider, in order, with the engine's results. */
   get row() {
     return this.screens[this.screen].places.map((place) => [place,
         this.known.get(`${this.screen} ${place}`)]).filter(([, found]) => found);
   }
 
-  /** What the engine says of a scene; it is asked one scene at a time. */
+  /** The engine's results for a scene; it computes one scene at a time. */
   ask(kind, values, more = {}) {
     const key = kind + JSON.stringify(values);
     if (this.cache.has(key)) return this.cache.get(key);
@@ -156,7 +156,7 @@ class Explore {
     if (!playing && this.answer) this.show();
   }
 
-  /** Moves on by so many of the viewer's seconds. */
+  /** Advances by so many of the viewer's seconds. */
   advance(seconds) {
     if (!this.playing || !this.answer?.cycle || !this.settled) return;
     const { screen } = this, { places } = this.screens[screen], timed = places.length === 201;
@@ -191,7 +191,7 @@ class Explore {
     return moment(cycle, places.length === 201 ? place : 200 * this.phase);
   }
 
-  /** Writes the handle's place, and how much slower than in truth it plays. */
+  /** Writes the slider's position, and how much slower than real time it plays. */
   label() {
     const { find, screen, answer: { cycle }, place } = this, { moment, unit, scale = 1, places } = this.screens[screen];
     const timed = places.length === 201, most = moment && moment(cycle, 200) - cycle.impact;
@@ -230,7 +230,7 @@ class Explore {
     return this.find(`screen-${!chart ? "hammer" : chart in this.figure.plots ? chart : "chart"}`);
   }
 
-  /** The figure as it stands, as a file: `kind` png or svg. */
+  /** Saves the figure as it is shown: `kind` is png or svg. */
   save(kind) {
     const { chart } = this.screens[this.screen], plot = this.figure.plots[chart];
     const draw = (canvas) => (plot ? traced(plot, canvas) : drawnOn(chart ? this.figure : this.picture, canvas,

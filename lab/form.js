@@ -3,10 +3,12 @@
 const BODIES_GROUP = "group_bodies";
 /** The air's pressure, and what a metre of water adds to it, Pa. */
 const ATMOSPHERE = 101325, WATER = 9806.65;
-/** What the sliders change. Their middle is the value of the scene that was loaded; their ends, parts of it
- * (even steps) or a factor away (even ratios). Or they cover the whole domain, or go from a least value, or from
- * nothing, to a largest. Pressures under so much water are told in metres of it.
- * Those of one `source` of the drive are hidden with another. */
+/** The variables with a slider, and its range.
+ * The middle is the value of the loaded scene. The ends are multiples of it (`parts`, in even steps), or a factor
+ * away (`factor`, in even ratios).
+ * Otherwise the slider covers the whole domain (`whole`), or goes from a least value, or zero, to a largest.
+ * With `water`, a pressure is shown in metres of water.
+ * Sliders of one `source` of the drive are hidden with another. */
 const SLIDERS = {
   group_drive: [
     ["feed_force", { parts: [0, 2] }],
@@ -61,7 +63,7 @@ function valueAt(name, { parts, factor, whole, least = 0, most, water }, place) 
   return type === "Real" ? Number(value.toPrecision(3)) : Math.max(1, Math.round(value));
 }
 
-/** The slider's place for a value; at its ends beyond them. */
+/** The slider's place for a value; its nearest end for a value beyond the range. */
 function placeOf(name, { parts, factor, whole, least = 0, most }, value) {
   const { min, max } = scene.variable(name);
   if (most) return Math.max(-1, Math.min(1, (2 * (value - least)) / (most - least) - 1));
@@ -103,7 +105,7 @@ function makeSlider(name, range, label = say(name)) {
   return row;
 }
 
-/** How many sections a body has, and their lengths and areas. */
+/** The fields of a body: its number of sections, their lengths and areas. */
 function makeSections(body) {
   const name = `${body}.segments`;
   const set = document.createElement("fieldset");
@@ -192,7 +194,7 @@ function makeField(name) {
   return givenRow(field, name, text, displayUnit);
 }
 
-/** A field with its name before it and its unit behind it. */
+/** A field with its name before it and its unit after it. */
 function givenRow(field, name, title, unit) {
   const row = Object.assign(document.createElement("div"), { className: "given" });
   const label = Object.assign(document.createElement("label"), { htmlFor: field.id, textContent: name, title });

@@ -6,7 +6,7 @@ const scene = new Scene(description, JSON.parse(find("presets").textContent));
 
 /** How long a slider rests before its scene is run, ms. */
 const REST = 60;
-/** After so long without a word from the worker it is ended, ms. */
+/** Time without a message from the worker after which it is replaced, ms. */
 const LOST = 20000;
 
 let number = 0, waiting = null, watchdog = null, blows = [], worker = null;
@@ -19,11 +19,11 @@ const waves = new WaveDiagram(find("waves"), find("wave-text"), pointAt);
 const past = new Past(scene, find, go);
 const controls = new Map();
 const sheet = new DatasheetForm(JSON.parse(find("choices").textContent), scene, find, ask);
-/** The state of the page, for who tests it or builds on it. */
+/** The state of the page, for tests and other scripts. */
 const laboratory = { settled: false, frames: 0, blows: [], cycle: null, ask: null, sheet: null };
 window.laboratory = laboratory;
 
-/** Takes the scene to that of a link. */
+/** Loads the scene of a link. */
 function go(link) {
   scene.follow(link);
   renew();
@@ -34,7 +34,7 @@ function change(name, value) {
   else controls.get(name)();
 }
 
-/** Shows the scene as it is now, and has it run once the sliders rest. */
+/** Shows the present scene, and runs it as soon as the sliders rest. */
 function renew() {
   controls.forEach((show) => show());
   const preset = scene.preset();
@@ -56,7 +56,7 @@ function renew() {
   waiting = setTimeout(run, player.cycle ? REST : 0);
 }
 
-/** Has a datasheet solved. */
+/** Lets the worker solve a datasheet. */
 function ask(request) {
   listen();
   find("solve").disabled = true;
@@ -143,7 +143,7 @@ function showBlows({ rows, time, stalled, warnings, done }) {
   if (done && rows.length < 3) laboratory.settled = true;
 }
 
-/** Of a blow: where it is shown, whether it can be, its value in SI units, and how that is written. */
+/** Numbers of a blow: the element's name, whether it exists, its value in SI units, and how that is written. */
 const NUMBERS = [
   ["rate", (blow) => blow.rop > 0, (blow) => blow.rop, (v) => `${digits(3600 * v)} m/h (${band(3600 * v)})`],
   ["tip_rate", (blow) => blow.blow_period > 0, (blow) => blow.tip_rate,
@@ -155,13 +155,13 @@ const NUMBERS = [
   ["air", (blow) => blow.air_flow > 0, (blow) => blow.air_flow, (v) => `${digits(60 * v)} m³/min`],
 ];
 
-/** The range of a rate that the rock's specific energy leaves open. */
+/** The range of a rate, from the uncertainty of the rock's specific energy. */
 function band(rate) {
   const factor = scene.get("rock.specific_energy_factor");
   return [rate / factor, rate * factor].map((side) => digits(Number(side.toPrecision(2)))).join("–");
 }
 
-/** The last blow, and by how much it differs from that of the setting before. */
+/** Shows the last blow, and its difference from that of the previous setting. */
 function showNumbers(last, before) {
   find("value-air").parentElement.hidden = !(last?.air_flow > 0);
   for (const [name, has, value, text] of NUMBERS) {
@@ -196,7 +196,7 @@ function showCycle(cycle) {
   picture();
 }
 
-/** The charts in words. */
+/** Describes the charts in words. */
 function describe(cycle) {
   const most = (list, by) => digits(Math.max(...list) * by, 3);
   find("loops").setAttribute("aria-label", say("loops_described", { force: most(cycle.rock_force, 1e-3) }));
@@ -248,7 +248,7 @@ function picture() {
 
 let before = performance.now();
 function animate(now) {
-  // A page that was hidden continues where it was.
+  // A page that was hidden continues at the same sample.
   const seconds = Math.min(0.1, (now - before) / 1000);
   before = now;
   if (player.playing && player.cycle) {
@@ -350,7 +350,7 @@ function saver(of, label, saved) {
   return row;
 }
 
-/** Everything drawn, again: the page has another size, or other colours. */
+/** Draws everything again, because the page has another size or other colours. */
 function repaint() {
   waves.image = null;
   charts.redraw();
@@ -364,7 +364,7 @@ const curves = new Curves(scene, find, all, engine);
 const explore = new Explore(find, engine, description, scene.presets);
 window.explorable = explore;
 
-/** Shows the explanation or the laboratory, as the address asks. */
+/** Shows the explanation or the laboratory, depending on the address. */
 function visit() {
   // All words of the page are those of one language.
   if (languageNow() !== LANGUAGE) return location.reload();
@@ -379,7 +379,7 @@ function visit() {
   else go(hash);
 }
 
-/** The outputs named, at equal steps, as bits of the engine. */
+/** Returns the named outputs at equal steps, as the engine's exact bits. */
 laboratory.ask = (values, step, steps, names) =>
   new Promise((answer) => {
     laboratory.answer = answer;

@@ -1,6 +1,6 @@
 // Part of the worker: the engine's long-run response of a scene (`dth_steady`, src/abi/browser.rs).
 
-/** Relative error of the rate that means are sought to, and the most blows simulated for one. */
+/** Relative error to which the mean rate is determined, and the largest number of simulated blows. */
 const MEAN_ERROR = 0.01, MEAN_BLOWS = 1500;
 
 TASKS.mean = ({ task, values, error = MEAN_ERROR, blows = MEAN_BLOWS }) => {
@@ -17,7 +17,7 @@ TASKS.mean = ({ task, values, error = MEAN_ERROR, blows = MEAN_BLOWS }) => {
   }
 };
 
-/** Kind, number of blows, and of each name its mean, standard error and spread. */
+/** Returns the kind of response, the number of blows, and for each name its mean, standard error and spread. */
 function longRun(hammer, error, most) {
   const { room, functions } = library;
   const names = library.string(functions.dth_steady_names()).trim().split("\n");

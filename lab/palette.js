@@ -23,7 +23,7 @@ function followPalette(changed) {
 /** The three numbers of a colour written #rrggbb. */
 const channels = (colour) => [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16));
 
-/** From stress, as a part of the largest from -1 to 1, to [red, green, blue]: 201 steps. */
+/** 201 colours [red, green, blue], for stresses from -1 to 1 times the largest. */
 function stressColours(neutral = palette.steel) {
   const [middle, red, blue] = [neutral, palette.tension, palette.compression].map(channels);
   return Array.from({ length: 201 }, (_, i) => {
@@ -34,10 +34,10 @@ function stressColours(neutral = palette.steel) {
   });
 }
 
-/** The place of a stress in these colours. */
+/** The index of a stress in these colours. */
 const shade = (part) => 100 + Math.round(100 * Math.max(-1, Math.min(1, part)));
 
-/** Fits a canvas to its place, at the screen's own resolution. Returns width, height and scale. */
+/** Fits a canvas to its element, at the screen's resolution. Returns width, height and scale. */
 function fit(canvas) {
   const { clientWidth: width, clientHeight: height } = canvas.place ?? canvas;
   const scale = canvas.scale ?? (window.devicePixelRatio || 1);

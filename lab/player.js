@@ -1,11 +1,11 @@
-// Decides which sample of a cycle is shown when.
+// Decides when each sample of a cycle is shown.
 
-/** Which sample is shown when: waves at the pace asked for, flights fast-forwarded if wanted. */
+/** Shows waves at the chosen pace, and flights faster if `hurry` is set. */
 class Player {
   constructor() {
     this.index = 0;
     this.playing = true;
-    /** Seconds of the hammer for one of the viewer. */
+    /** Seconds of the hammer per second of the viewer. */
     this.timeScale = 2e-4;
     this.hurry = true;
     this.rest = 0;
@@ -22,7 +22,7 @@ class Player {
     this.index = after < 0 ? this.cycle.time.length - 1 : after;
   }
 
-  /** Moves on by so many of the viewer's seconds. */
+  /** Advances by so many of the viewer's seconds. */
   advance(seconds) {
     const { time } = this.cycle;
     this.rest += seconds;

@@ -1,6 +1,6 @@
 // The scene: what the description says of each variable, and what the sliders change.
 
-/** The description of the FMU, as far as the page wants it. */
+/** The parts of the FMU's description that the page needs. */
 function readDescription(text) {
   const root = new DOMParser().parseFromString(text, "application/xml").documentElement;
   const units = {};
@@ -48,7 +48,7 @@ function pretty(unit) {
 const written = (number, options) => new Intl.NumberFormat(LANGUAGE,
     { useGrouping: false, ...options }).format(number).replace("-", "−");
 
-/** A number with so many digits that matter, with an exponent only where that reads better. */
+/** A number with so many significant digits, with an exponent only if it is very small or large. */
 function digits(number, many = 4) {
   if (!Number.isFinite(number)) return "–";
   const size = Math.abs(Number(number.toPrecision(many)));
@@ -56,10 +56,10 @@ function digits(number, many = 4) {
   return written(number, { notation, maximumSignificantDigits: many });
 }
 
-/** A number with so many digits behind the point. */
+/** A number with so many decimals. */
 const fixed = (number, many) => written(number, { minimumFractionDigits: many, maximumFractionDigits: many });
 
-/** Values that differ from the engine's start values, and where they go. */
+/** Values that differ from the engine's start values, and the formats in which they are written. */
 class Scene {
   constructor(description, presets) {
     this.description = description;
@@ -75,7 +75,7 @@ class Scene {
     return this.changed[name] ?? this.variable(name).start;
   }
 
-  /** Sets a value in SI units; the engine itself judges whether it can be. */
+  /** Sets a value in SI units; the engine checks it. */
   set(name, value) {
     const variable = this.variable(name);
     const settable = variable && ["parameter", "input"].includes(variable.causality);
@@ -91,12 +91,12 @@ class Scene {
     this.loaded = { ...this.changed };
   }
 
-  /** What sliders are about: the value in the hammer, link or sheet that was loaded; never 0. */
+  /** The middle of a slider: the value in the loaded hammer, link or sheet; never 0. */
   middle(name) {
     return this.loaded[name] || this.variable(name).start;
   }
 
-  /** The preset that this is, if it is one. */
+  /** The name of the preset with these values, if there is one. */
   preset() {
     const mine = Object.entries(this.changed);
     const same = ({ start_values: values }) =>
@@ -104,7 +104,7 @@ class Scene {
     return Object.keys(this.presets).find((name) => same(this.presets[name])) ?? null;
   }
 
-  /** What follows the # of a link. */
+  /** The part of a link after its #. */
   link() {
     return new URLSearchParams(Object.entries(this.changed)).toString();
   }
@@ -120,7 +120,7 @@ class Scene {
     return `${JSON.stringify({ description: text, start_values: this.changed }, null, 2)}\n`;
   }
 
-  /** As a parameter set of SSP 1.0, which hosts lay over an FMU. */
+  /** As a parameter set of SSP 1.0, which hosts apply to an FMU. */
   ssv() {
     const kinds = { Real: "Real", Integer: "Integer", Enumeration: "Integer", Boolean: "Boolean" };
     const lines = Object.entries(this.changed).map(
@@ -136,7 +136,7 @@ class Scene {
     );
   }
 
-  /** The preset from which the least has to be set, null if that is none, and what has to be. */
+  /** The preset that needs the fewest changes (null for the start values), and these changes. */
   nearest() {
     const rest = (values) => {
       const there = (name) => values[name] ?? this.variable(name).start;

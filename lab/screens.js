@@ -59,7 +59,7 @@ class Figure extends Drawing {
         ...CHAMBERS.map((name) => part(name, here, here))]);
   }
 
-  /** Force against depth of the tip: all of it grey, up to now in colour. */
+  /** Force against depth of the tip: the whole curve grey, its part so far in colour. */
   loop({ answer: { cycle }, time }) {
     const [first] = periodOf(cycle),
         [last, then] = [cycle.impact + LOOP_LOOK, time].map((end) => cycle.time.findLastIndex((t) => t <= end)),
@@ -70,7 +70,7 @@ class Figure extends Drawing {
     this.plots.loop.setData([null, part(first, last), part(first, now), part(now, now)]);
   }
 
-  /** What goes into a blow, and where it goes: two bars of one height. */
+  /** The energies that enter a blow, and those that leave it: two bars of equal height. */
   energy({ numbers: { drive, feed, rebound, work, damping } }) {
     const frame = BOX(...this.sheet()), y = this.upward(frame, 700, say("energy_axis")),
         wide = frame.right - frame.left;
@@ -95,7 +95,7 @@ class Figure extends Drawing {
     });
   }
 
-  /** The rate of the hole in the hardest rock that is possible, in this one, in the easiest. */
+  /** The rate of penetration in the hardest possible rock, in this one, and in the easiest. */
   hole({ numbers: { low, rate, high } }) {
     const frame = BOX(...this.sheet()), y = this.upward(frame, 80, say("rate_axis")),
         each = (frame.right - frame.left) / 3;
@@ -107,7 +107,7 @@ class Figure extends Drawing {
     });
   }
 
-  /** The rate over the feed, as far as it is known, and what the piston's impulse asks for. */
+  /** The rate over the feed, as far as it is known, and the feed that the piston's impulse requires. */
   feed({ row, place, numbers: { least } }) {
     const part = (rows) => columns(0, rows.length - 1, (i) => [1e-3 * rows[i][0], 3600 * rows[i][1].mean.mean.rop]),
         rates = part(row);
@@ -116,7 +116,7 @@ class Figure extends Drawing {
         part(row.filter(([feed]) => feed === place))]);
   }
 
-  /** A top hammer on its rods and a down-the-hole hammer on its pipes, to one scale, and what they give the rock. */
+  /** A top hammer on its rods and a down-the-hole hammer on its pipes, to scale, with the energy that the rock gets. */
   rods({ numbers: { rods, tight, loose, down } }) {
     const [width, height] = this.sheet(), room = 0.34 * width, ground = 40, foot = height - 34;
     // As deep as the longest string, of six rods.
@@ -149,7 +149,7 @@ class Figure extends Drawing {
   }
 }
 
-/** Points of some indices, as a list of what is across and one of what is up. */
+/** Points of a range of indices, as one list of x and one of y. */
 function columns(from, to, point) {
   const points = Array.from({ length: to - from + 1 }, (_, i) => point(from + i));
   return [0, 1].map((k) => points.map((each) => each[k]));

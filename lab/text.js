@@ -2,7 +2,7 @@
 // engine's names, descriptions and messages.
 
 const TEXTS = JSON.parse(document.getElementById("texts").textContent);
-/** The language that the address asks for, else the reader's first that there is, else English. */
+/** The language in the address, else the reader's first available language, else English. */
 const CHOSEN = [new URLSearchParams(location.search).get("language"), ...navigator.languages]
   .map((name) => name?.slice(0, 2)).find((name) => Object.hasOwn(TEXTS, name)) ?? "en";
 /** Whether the address asks for the explanation. */
@@ -28,6 +28,6 @@ function fillTexts(find) {
       { lang: name }));
   find("language").append(...languages);
   find("language").value = CHOSEN;
-  // The screen is named after the # of the address, and stays.
+  // The part of the address after # names the screen, which stays.
   find("language").addEventListener("change", ({ target }) => (location.search = `language=${target.value}`));
 }

@@ -4,9 +4,9 @@
 const soundOf = (values) => Math.sqrt(valueOf(values, "material.youngs_modulus") / valueOf(values, "material.density"));
 const valueOf = (values, name) => values[name] ?? description.variables[name].start;
 const workOf = (mean) => mean.energy_rock_dissipated + mean.energy_viscous;
-/** Part of what drive, feed and weight put in that stays in the rock. */
+/** Share of the energy from drive, feed and weight that stays in the rock. */
 const shareOf = (mean) => workOf(mean) / (mean.energy_drive + mean.energy_feed + mean.energy_gravity);
-/** Energy of the piston that comes back from a blow, J. */
+/** Energy of the piston that rebounds from a blow, J. */
 const reboundOf = (mean, mass) => 0.5 * mass * mean.rebound_speed ** 2;
 
 /** Samples of one period, from blow to blow: [first, last]. */
@@ -14,7 +14,7 @@ function periodOf({ time, impact, period }) {
   return [time.findIndex((t) => t >= impact), time.findLastIndex((t) => t <= impact + period)];
 }
 
-/** The area under one column over another from sample to sample. */
+/** The integral of one column over another between two samples. */
 function areaUnder(y, x, [first, last]) {
   let sum = 0;
   for (let i = first; i < last; i++) sum += 0.5 * (y[i] + y[i + 1]) * (x[i + 1] - x[i]);
@@ -34,7 +34,7 @@ function told(page, found, place) {
   return Object.assign(numbers, TOLD[page.screen](numbers, { page, found, place, mean, cycle, of, mass }));
 }
 
-/** What each screen says besides. */
+/** Further numbers in the text of each screen. */
 const TOLD = [
   (_, { cycle }) => ({
     rise: 1e3 * (cycle.relative_position[periodOf(cycle)[0]] - Math.min(...cycle.relative_position)),

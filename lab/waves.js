@@ -1,11 +1,11 @@
 // The wave diagram of a blow: place downward, time to the right, stress as colour.
 
-/** What is shown around the impact, s: waves run that long (see worker.js). */
+/** The time shown around the impact, s: as long as waves are sampled (see worker.js). */
 const WAVES_FROM = -3e-5, WAVES_UNTIL = 5.9e-4;
 
 class WaveDiagram extends Drawing {
-  /** Draws on a canvas; `pointed` hears of the sample under the pointer, null when it leaves, and
-   * whether it was clicked. */
+  /** Draws on a canvas.
+   * Calls `pointed` with the sample under the pointer (null when it leaves), and whether it was clicked. */
   constructor(canvas, text, pointed) {
     super(canvas.getContext("2d"));
     Object.assign(this, { canvas, told: text });
@@ -82,7 +82,7 @@ class WaveDiagram extends Drawing {
     this.line([[this.x(now, frame), frame.top], [this.x(now, frame), frame.bottom + 10]], palette.ink, 2);
   }
 
-  /** The diagram itself, a pixel of the screen a point. */
+  /** The diagram itself, with one point per pixel of the screen. */
   paint({ left, right, top, bottom, scale }) {
     const size = [right - left, bottom - top].map((length) => Math.max(1, Math.round(length * scale)));
     const image = new ImageData(...size), colours = stressColours(palette.paper);

@@ -1,18 +1,18 @@
 // The worker runs scenes, so that the page stays responsive however long a scene takes.
 
-/** A scene runs until so many blows, or so many seconds. */
+/** A scene ends after so many blows, or so many seconds. */
 const MOST_BLOWS = 30, LONGEST = 4;
-/** Between looks at the count of blows, s: shorter than any blow period worth showing. */
+/** Time between readings of the number of blows, s: shorter than any blow period worth showing. */
 const LOOK = 1e-3;
-/** Samples of a cycle: while waves run, after an impact; in flight, parts of the period. */
+/** Distance of samples: while waves run (s), after an impact (s), in flight (over the period). */
 const FINE = 2e-6, MEDIUM = 1e-5, COARSE = 1 / 400;
-/** Samples of the first cycle, which the settled one soon replaces, are so many times as far apart. */
+/** By this factor samples of the first cycle are farther apart, because the settled cycle soon replaces it. */
 const ROUGH = 4;
-/** How long waves run after a collision, and what counts as after an impact, s. */
+/** How long waves run after a collision, and how long the time after an impact is, s. */
 const WAVES = 6e-4, OUTLOOK = 4e-3;
 /** Samples beyond which a cycle is cut off. */
 const MOST_SAMPLES = 20000;
-/** How long the worker computes before it listens again, and before it tells how far it is, ms. */
+/** How long the worker computes before it reads messages, and before it reports its progress, ms. */
 const PATIENCE = 15, REPORT = 100;
 
 const OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop", "tip_rate",
@@ -26,11 +26,11 @@ const OF_MOTION = [
 
 const BODIES = ["piston", "bit"];
 
-/** What other files of the worker do, by the kind of message that asks for it. */
+/** Functions of the worker's other files, by the kind of message that calls them. */
 const TASKS = {};
 
 let library, description;
-/** The scene in work: its number, its hammer, its blows and a state shortly before each. */
+/** The running scene: its number, its hammer, its blows and a state shortly before each. */
 let present = { scene: 0, hammer: null, rows: [], before: [] };
 
 onmessage = async ({ data }) => {
@@ -54,7 +54,7 @@ function record(names, numbers) {
   return Object.fromEntries(names.map((name, i) => [name, numbers[i]]));
 }
 
-/** Drops the scene in work and begins another. */
+/** Drops the running scene and begins another. */
 function begin(scene, values) {
   present.before.forEach((state) => present.hammer.forget(state));
   present.hammer?.free();
@@ -109,7 +109,7 @@ async function run({ scene, values }) {
   if (rows.length > 2) cycle(rows.length - 2, { last: true });
 }
 
-/** Samples from one blow to the next, with the stresses along both bodies; `rough` times apart. */
+/** Posts samples from one blow to the next, with the stresses along both bodies, `rough` times as far apart. */
 function cycle(blow, { last = false, rough = 1 } = {}) {
   const { hammer, rows, before, scene } = present;
   if (rows[blow + 1] === undefined) return;
@@ -122,7 +122,7 @@ function cycle(blow, { last = false, rough = 1 } = {}) {
   postMessage({ kind: "cycle", scene, blow, last, ...sampled });
 }
 
-/** A cycle from the present on, which is shortly before its impact. */
+/** Samples a cycle from the present instant on, which is shortly before its impact. */
 function sample(hammer, impact, period, rough = 1) {
   const samples = new Samples(hammer);
   samples.take();
@@ -131,7 +131,7 @@ function sample(hammer, impact, period, rough = 1) {
   return { impact, period, outlook: OUTLOOK, ...samples.all() };
 }
 
-/** What is looked at along a cycle. */
+/** The samples of a cycle. */
 class Samples {
   constructor(hammer) {
     this.hammer = hammer;
@@ -143,7 +143,7 @@ class Samples {
     this.stresses = [[], []];
     this.modes = [];
     this.contacts = 0;
-    /** Until when waves of a collision run. */
+    /** The instant at which the waves of a collision end, s. */
     this.waves = -Infinity;
   }
 
@@ -157,7 +157,7 @@ class Samples {
     this.stresses.forEach((rows, body) => rows.push(hammer.stress(body)));
   }
 
-  /** Samples until a time, in steps of `step(time)`, and of `fine` while waves run. */
+  /** Takes samples until a time, in steps of `step(time)`, and of `fine` while waves run. */
   follow(until, step, fine) {
     const { hammer } = this;
     // Sums of steps differ from the end by rounding.
@@ -188,14 +188,14 @@ class Samples {
   }
 }
 
-/** Rows of one length behind each other: thousands of small arrays take long to hand over. */
+/** Joins rows of equal length into one array, because thousands of small arrays take long to send. */
 function block(rows) {
   const all = new Float64Array(rows.length * rows[0].length);
   rows.forEach((row, i) => all.set(row, i * row.length));
   return all;
 }
 
-/** All outputs at equal steps, as bits: one line of hexadecimal numbers for each point. */
+/** The named outputs at equal steps, as bits: one line of hexadecimal numbers per point. */
 function bits({ values, step, steps, names }) {
   const hammer = new Hammer(library, description, values);
   const wanted = references(names);
