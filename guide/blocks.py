@@ -30,17 +30,17 @@ from typing import Any
 
 FENCE = re.compile(r"^```(\w*)(?: title=\"([^\"]+)\")?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 KINDS = ("python", "console", "text", "rust")
-#: What a block makes to look at.
+#: File types that count as a block's figures.
 FIGURES = (".png", ".svg", ".html")
 
 
 @dataclass
 class Block:
-    """A block of a page; what running it gave."""
+    """A block of a page, and what running it printed and drew."""
 
     kind: str
     code: str
-    #: Where it ends in the page.
+    #: Offset of the block's end in the page.
     end: int
     title: str = ""
     output: str = ""
@@ -49,10 +49,10 @@ class Block:
 
 
 def parse(text: str) -> list[Block]:
-    """The blocks of a page; a kind that is not known is an error."""
+    """Returns the blocks of a page; an unknown kind is an error."""
     found = [Block(m[1], m[3], m.end(), m[2] or "") for m in FENCE.finditer(text)]
     strange = {block.kind for block in found if not block.title} - {*KINDS}
-    # Opening and closing fences: two a block.
+    # Opening and closing fences: two per block.
     if strange or len(re.findall(r"^\s*```", text, re.MULTILINE)) != 2 * len(found):
         raise ValueError(f"a page has blocks of {', '.join(KINDS)} only, not {strange or '?'}")
     if re.search(r"\n\n    (?!\*|-|\d)[a-z]", FENCE.sub("", text)):
@@ -88,7 +88,7 @@ def run(text: str, where: dict[str, Path] | None = None, skip: tuple[str, ...] =
 
 
 def commands(code: str) -> Iterator[str]:
-    """The commands of a console block: a line each, but for continued ones; no comments."""
+    """Yields the commands of a console block, without comments; continued lines are joined."""
     for line in code.replace("\\\n", " ").splitlines():
         command = re.sub(r"\s+#.*", "", line).strip()
         if command and not command.startswith("#"):
@@ -131,7 +131,7 @@ def _pictures() -> dict[str, int]:
 
 
 def save_twice() -> None:
-    """From now on a figure that is saved is saved for a dark page too, as NAME-dark.png."""
+    """Makes each saved figure be saved for a dark page too, as NAME-dark.png."""
     from dth_hammer.figures import darken  # noqa: PLC0415
     from matplotlib.figure import Figure  # noqa: PLC0415
 
@@ -155,7 +155,7 @@ def main() -> None:
     parser.add_argument("--skip", action="append", default=[], metavar="WORD")
     parser.add_argument("--dark", action="store_true", help="save figures for dark pages too")
     options = parser.parse_args()
-    # As for a script in this folder.
+    # Imports look in this folder first, as for a script in it.
     sys.path[0] = str(Path.cwd())
     if options.dark:
         save_twice()

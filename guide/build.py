@@ -34,15 +34,15 @@ import modes  # noqa: E402
 import pages_of_reference  # noqa: E402
 from dth_hammer.figures import darken  # noqa: E402
 
-#: A line that stands for a file, which it links to where the pages are read as they are written.
+#: A line that stands for an inserted file. In the page's source it is a link to that file.
 INSERT = re.compile(r"^.*<!-- insert (\S+) -->$", re.MULTILINE)
-#: Where a page's links lead as it is written, and on the site.
+#: Targets of links in the pages' sources, and on the site.
 MOVED = {"../measured/": "measured/", "../../reports/": "reports/", "../../docs/": "reports/"}
 CAPTION = re.compile(r"<!-- (\S+\.png): (.*?) -->\n*")
 
 
 def main() -> None:
-    """Stages the pages with all that is made for them, and builds the site."""
+    """Collects the pages and everything made for them, and builds the site."""
     stage, site = TARGET / "guide-pages", TARGET / "guide"
     shutil.rmtree(stage, ignore_errors=True)
     gather(stage)
@@ -56,7 +56,7 @@ def main() -> None:
 
 
 def gather(stage: Path) -> None:
-    """The pages as they are written, and what they take in."""
+    """Copies the pages, and the files that they include."""
     shutil.copytree(GUIDE / "pages", stage)
     shutil.copy(GUIDE / "style.css", stage)
     shutil.copytree(GUIDE / "vendor", stage, dirs_exist_ok=True)
@@ -69,7 +69,7 @@ def gather(stage: Path) -> None:
 
 
 def complete(stage: Path, container_page: Callable[[], str]) -> None:
-    """Fills in what stands for something else, and adds the pages of reference."""
+    """Replaces the placeholders, and adds the reference pages."""
     made = {
         "container": container_page,
         "reports": lambda: copy_reports(stage),
@@ -83,7 +83,7 @@ def complete(stage: Path, container_page: Callable[[], str]) -> None:
 
 
 def build_site(stage: Path, site: Path, *, strict: bool = True) -> None:
-    """The pages as HTML."""
+    """Writes the pages as HTML."""
     # Without a handler, mkdocs would stop at a broken link and not say which.
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
     config = load_config(
@@ -103,18 +103,18 @@ def build_site(stage: Path, site: Path, *, strict: bool = True) -> None:
 
 
 def insert(name: str, made: dict[str, Callable[[], str]]) -> str:
-    """What stands for ``<!-- insert name -->``: something made here, a page, or a source file."""
+    """Returns the text for ``<!-- insert name -->``: generated, of a page, or of a source file."""
     path = Path(name)
     if path.parts[0] == "generated":
         return made[path.stem]()
     folder = GUIDE if path.parts[0] == "measured" else ROOT
     text = (folder / path).read_text(encoding="utf-8")
-    # A report has a title, which is the page's here.
+    # A report begins with a title, but the page has its own.
     return re.sub(r"\A# .*\n+", "", text) if path.suffix == ".md" else f"```python\n{text}```"
 
 
 def fill(page: Path, folder: Path) -> None:
-    """Writes under a page's blocks what they print and draw in this folder."""
+    """Runs a page's blocks in this folder, and writes under each what it prints and draws."""
     text = page.read_text(encoding="utf-8")
     if not blocks.parse(text):
         return
@@ -122,7 +122,7 @@ def fill(page: Path, folder: Path) -> None:
     for example in (ROOT / "examples").glob("*.py"):
         shutil.copy(example, folder)
     (folder / "dist").symlink_to(ROOT / "dist", target_is_directory=True)
-    # What makes the environment is there already.
+    # Commands that set up the environment are skipped, because it is already set up.
     skip = ["--skip", "cargo", "--skip", "pip"]
     command = [sys.executable, GUIDE / "blocks.py", page, folder / "blocks.json", "--dark", *skip]
     programs = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
@@ -142,7 +142,7 @@ def fill(page: Path, folder: Path) -> None:
 
 
 def results(block: blocks.Block, folder: Path, captions: dict[str, str]) -> list[str]:
-    """What stands under a block: its output, then its figures."""
+    """Returns the text under a block: its output, then its figures."""
     parts = [f"\n\n```text\n{block.output.rstrip()}\n```\n"] if block.output.strip() else []
     for name in block.figures:
         path = folder / name
@@ -159,7 +159,7 @@ def results(block: blocks.Block, folder: Path, captions: dict[str, str]) -> list
 
 
 def draw(folder: Path) -> None:
-    """Figures that no page's code makes, for light and for dark."""
+    """Draws the figures that no page's code makes, for light and dark pages."""
     folder.mkdir()
     drawn = {"layers.png": layers.draw(layers.run()), "modes.svg": modes.draw()}
     for name, figure in drawn.items():
@@ -169,7 +169,7 @@ def draw(folder: Path) -> None:
 
 
 def compare_masters() -> str:
-    """Blows of the container beside those of the loop, as a table."""
+    """Returns a table of the container's blows and those of the loop."""
     until, step = 0.4, 1e-3
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "coupled.fmu"
@@ -185,7 +185,7 @@ def compare_masters() -> str:
 
 
 def embed_laboratory(stage: Path) -> str:
-    """The laboratory, copied into the guide, as a frame; or what is missing, by name."""
+    """Copies the laboratory into the guide and returns its frame, or says that it is missing."""
     page = ROOT / "dist" / "lab" / "index.html"
     if not page.is_file():
         print("skipped: the laboratory (dist/lab/index.html); `cargo lab` says what is missing")
@@ -198,7 +198,7 @@ def embed_laboratory(stage: Path) -> str:
 
 
 def copy_reports(stage: Path) -> str:
-    """The pages of reports/ and docs/, copied into the guide and listed."""
+    """Copies the pages of reports/ and docs/ into the guide, and returns a list of them."""
     shutil.copytree(ROOT / "reports", stage / "reports")
     shutil.copytree(ROOT / "docs", stage / "reports", dirs_exist_ok=True)
     items = []

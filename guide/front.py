@@ -1,4 +1,4 @@
-"""Writes what the README says of speed and exactness, from the reports: `cargo front`.
+"""Writes the README's part on speed and exactness, from the reports: `cargo front`.
 
 The reports are those of reports/; each names the processor that it was measured on.
 """
@@ -19,19 +19,19 @@ OURS, ERROR, ELEMENTS = "this engine", "1e-6", 20
 
 
 def main() -> None:
-    """Replaces the part of the README between the marks."""
+    """Replaces the part of the README between the two marks."""
     before, after = split(README.read_text(encoding="utf-8"))
     README.write_text(before + text() + after, encoding="utf-8")
 
 
 def split(page: str) -> tuple[str, str]:
-    """What is before and after the part, marks included."""
+    """Returns the text before and after the part, including the marks."""
     start, end = page.index(MARKS[0]) + len(MARKS[0]), page.index(MARKS[1])
     return page[:start], page[end:]
 
 
 def text() -> str:
-    """The part."""
+    """Returns the part."""
     lines = [*speed(), *face(), *costs(), *checks(), *engines()]
     return "".join(
         textwrap.fill(line, 100, subsequent_indent="  ", break_on_hyphens=False) + "\n"
@@ -40,7 +40,7 @@ def text() -> str:
 
 
 def speed() -> list[str]:
-    """One cycle: its time, its first time, and the solvers beside it."""
+    """Returns the lines on one cycle: its time, its first time, and the compared solvers."""
     data = json.loads((ROOT / "reports" / "speed-against-error.json").read_text(encoding="utf-8"))
     (engine,) = [p for p in data["points"] if p["solver"] == OURS]
     steel, air = (factors(number) for number in (0, 1))
@@ -60,13 +60,13 @@ def speed() -> list[str]:
 
 
 def named(solvers: dict[str, float]) -> str:
-    """The three fastest of the others."""
+    """Names the three fastest of the other solvers."""
     fastest = sorted(solvers.items(), key=lambda item: item[1])[:3]
     return ", ".join(f"{ratio:g} ({name})" for name, ratio in fastest)
 
 
 def factors(number: int, column: str = ERROR) -> dict[str, float]:
-    """How many times as long each other solver takes: on steel (table 0) or under air (1)."""
+    """Returns how many times as long other solvers take, on steel (table 0) or under air (1)."""
     page = (ROOT / "reports" / "speed-against-error.md").read_text(encoding="utf-8")
     rows = [line.strip("| ").split(" | ") for line in page.splitlines() if line.startswith("| ")]
     first = [k for k, row in enumerate(rows) if row[0] == "solver" and column in row][number]
@@ -77,7 +77,7 @@ def factors(number: int, column: str = ERROR) -> dict[str, float]:
 
 
 def face() -> list[str]:
-    """One call through the C interface."""
+    """Returns the line on a call through the C interface."""
     data = json.loads((ROOT / "reports" / "face-cost.json").read_text(encoding="utf-8"))
     row = data["rows"][0]
     whole, engine = (1e9 * row[part] for part in ("fmu", "engine"))
@@ -88,7 +88,7 @@ def face() -> list[str]:
 
 
 def costs() -> list[str]:
-    """What users run beside the reference, in instructions of a blow."""
+    """Returns the line on the cost of other presets, in instructions per blow."""
     data = json.loads((ROOT / "reports" / "cost.json").read_text(encoding="utf-8"))
     scenes = {name: row[0] / data["blows"] for name, row in data["counts"]["scenes"].items()}
     reference = scenes.pop("reference")
@@ -107,7 +107,7 @@ def costs() -> list[str]:
 
 
 def engines() -> list[str]:
-    """Of which engine these figures are."""
+    """Returns the line that names the engine of these figures."""
     path = ROOT / "reports" / "engine.json"
     known = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
     stages = ("speed", "face", "cost", "verify")
@@ -121,7 +121,7 @@ def engines() -> list[str]:
 
 
 def checks() -> list[str]:
-    """What the simulator was held to."""
+    """Returns the lines on the simulator's verification."""
     page = (ROOT / "reports" / "verification.md").read_text(encoding="utf-8")
     held = re.search(r"^(\d+) of (\d+) checks hold", page, re.MULTILINE)
     drawn = re.search(

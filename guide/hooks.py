@@ -1,4 +1,4 @@
-"""Equations as MathML, typeset by the browser itself; a name for the theme's search."""
+"""Equations as MathML, which the browser typesets itself, and a name for the theme's search."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ def on_page_content(html: str, **_: Any) -> str:
 
 
 def on_post_page(output: str, **_: Any) -> str:
-    """Called by mkdocs with each page: screen readers are told what the dialog is for."""
+    """Called by mkdocs with each page: names the search dialog for screen readers."""
     return output.replace('role="dialog">', 'role="dialog" aria-label="Search">')
 
 
 def mathml(latex: str, display: str) -> str:
-    """An equation; bold letters as letters of their own, which all browsers know."""
+    """Returns an equation as MathML, with bold letters as characters that all browsers know."""
     return BOLD.sub(lambda m: f"<mi>{bold(m[1])}</mi>", convert(unescape(latex), display=display))
 
 
 def bold(letter: str) -> str:
-    """The mathematical bold letter."""
+    """Returns the mathematical bold letter."""
     first = 0x1D400 - ord("A") if letter.isupper() else 0x1D41A - ord("a")
     return chr(first + ord(letter))

@@ -1,4 +1,4 @@
-"""Measures what the guide tells of runs that take minutes: `cargo docs --measure`.
+"""Measures the guide's results of runs that take minutes: `cargo docs --measure`.
 
 The results are committed in guide/measured, with the machine they were measured on.
 """
@@ -13,13 +13,13 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 MEASURED = ROOT / "guide" / "measured"
-#: What the laboratory is shown with.
+#: The scene with which the laboratory is shown.
 SCENE = "hole.diameter=0.09&rock.specific_energy=399000000"
 sys.path.insert(0, str(ROOT / "examples"))
 
 
 def coupling() -> None:
-    """What the exchange with a pressure model costs, by host, step and delay."""
+    """Measures the error of the exchange with a pressure model, by host, step and delay."""
     import pressure_model  # noqa: PLC0415
 
     table = pressure_model.text(pressure_model.measure())
@@ -27,21 +27,21 @@ def coupling() -> None:
 
 
 def valve() -> None:
-    """What a host's steps cost a valve outside."""
+    """Measures the error that a host's steps cause with an external valve."""
     import valve  # noqa: PLC0415
 
     (MEASURED / "valve.md").write_text(valve.table(valve.UNTIL) + "\n", encoding="utf-8")
 
 
 def pressure_law() -> None:
-    """What both readings of the paper's pressure law give."""
+    """Measures the results of both readings of the paper's pressure law."""
     import pressure_law as example  # noqa: PLC0415
 
     (MEASURED / "pressure-law.md").write_text(example.table() + "\n", encoding="utf-8")
 
 
 def sweep() -> None:
-    """A thousand hammers."""
+    """Sweeps a thousand hammers."""
     import thousand  # noqa: PLC0415
 
     table = thousand.run()
@@ -54,7 +54,7 @@ def sweep() -> None:
 
 
 def rock() -> None:
-    """The rock from what sensors see of each blow."""
+    """Estimates the rock from sensors at each blow."""
     import rock_from_hammer  # noqa: PLC0415
 
     frame = rock_from_hammer.run()
@@ -69,7 +69,7 @@ def rock() -> None:
 
 
 def sobol() -> None:
-    """Sobol indices as the page finds them, of 4,096 hammers."""
+    """Computes Sobol indices as on the page, from 4,096 hammers."""
     import blocks  # noqa: PLC0415
     from dth_hammer import VARIABLES  # noqa: PLC0415
     from dth_hammer.figures.style import styled  # noqa: PLC0415
@@ -102,7 +102,7 @@ def sobol() -> None:
 
 
 def thrust() -> None:
-    """The thrust curve without a casing and in one."""
+    """Draws the thrust curve with and without a casing."""
     import thrust as example  # noqa: PLC0415
 
     example.draw(example.run()).savefig(MEASURED / "thrust.png", dpi=160)
@@ -110,14 +110,14 @@ def thrust() -> None:
 
 
 def top_hammer() -> None:
-    """What each rod of a top hammer costs."""
+    """Computes the loss in each rod of a top hammer."""
     import top_hammer as example  # noqa: PLC0415
 
     example.draw(*example.run()).savefig(MEASURED / "top_hammer.png", dpi=160)
 
 
 def laboratory() -> None:
-    """The laboratory as it opens, 40 us after an impact, and the rate over the feed force."""
+    """Shows the laboratory 40 us after an impact, and the rate over the feed force."""
     from playwright.sync_api import Page, sync_playwright  # noqa: PLC0415
 
     def until(page: Page, what: str) -> None:
@@ -144,7 +144,7 @@ def laboratory() -> None:
 
 
 def designs() -> None:
-    """Three answers of `optimise`, beside grids of hammers."""
+    """Compares three optima of `optimise` with grids of hammers."""
     import optimum  # noqa: PLC0415
 
     found = optimum.run(7)
@@ -152,7 +152,7 @@ def designs() -> None:
 
 
 def main(chosen: list[str]) -> None:
-    """Measures what is named, or all."""
+    """Runs the named measurements, or all."""
     import pictures  # noqa: PLC0415
 
     for task in (sweep, coupling, valve, rock, designs, sobol, thrust, top_hammer, laboratory):

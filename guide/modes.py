@@ -24,7 +24,7 @@ LAWS = {
     "Backward": r"$\gamma K_R(p - u_u)$",
     "Standstill": r"$\gamma K_R(p - u_u)$",
 }
-# From, to, what happens, how far the arrow bends, where the words are.
+# From, to, event, bend of the arrow, position of the text.
 EVENTS: tuple[tuple[str, str, str, float, Point], ...] = (
     ("FreeFlight", "DissipativeForward", "touches the rock\n$p = u_l$", -0.15, (1.5, 1.85)),
     ("DissipativeForward", "Forward", "rock breaks\n" + r"$\psi = W_R$", -0.15, (8.6, 1.85)),
@@ -58,7 +58,7 @@ EVENTS: tuple[tuple[str, str, str, float, Point], ...] = (
 
 
 def draw() -> Figure:
-    """The diagram."""
+    """Draws the diagram."""
     with styled(8.6, 5.2, layout=None) as figure:
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
         axes.set_axis_off()

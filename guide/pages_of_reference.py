@@ -11,7 +11,7 @@ from dth_hammer import PRESETS, VARIABLES, figures, fmu, testing
 from dth_hammer.scene import quantities
 from dth_hammer.scene.variables import Variable
 
-#: Title of a page of variables by the first part of the names that it has; the first has the rest.
+#: Pages of parameters by title, with the first parts of their names; the first page has all others.
 PARAMETERS = {
     "Whole model": (),
     "Piston and bit": ("piston", "bit"),
@@ -21,13 +21,14 @@ PARAMETERS = {
     "Air": ("air",),
     "Rock and hole": ("rock", "hole"),
 }
-#: The same of outputs and local variables, by how a name begins; the first that fits.
+#: Pages of outputs and local variables by title, with the beginnings of their names; the first
+#: match counts.
 OUTPUTS = {
     "Energies": ("energy_",),
     "Blows and rates": ("blow", "rop", "tip_rate", "drilled", "tip_depth", "rebound", "event"),
     "Motion, forces and modes": ("",),
 }
-#: Pages of functions, and what else is on each: what it takes and returns.
+#: Pages of functions, with the types that each takes and returns.
 FUNCTIONS: dict[str, tuple[Any, ...]] = {
     "simulate": ("Run",),
     "steady": ("Steady",),
@@ -53,7 +54,7 @@ Pages = dict[str, tuple[str, str]]
 
 
 def variables() -> Pages:
-    """Pages of variables by file name: title and text; the first is their index."""
+    """Returns pages of variables by file name: title and text; the first is their index."""
     found: dict[str, list[Variable]] = {}
     for row in VARIABLES.values():
         found.setdefault(group(row), []).append(row)
@@ -62,7 +63,7 @@ def variables() -> Pages:
     for title in sorted(found, key=[*PARAMETERS, "Inputs", *OUTPUTS].index):
         file, rows = f"variables-{slug(title)}.md", found[title]
         pages[file] = title, "\n".join([f"# {title}", "", *_table(rows)]) + "\n"
-        # Those that differ by a number in brackets are one.
+        # Variables that differ only by a number in brackets are listed once.
         short = dict.fromkeys(re.sub(r"\[\d+\]", "[i]", row.name) for row in rows)
         names = ", ".join(f"`{name}`" for name in short)
         lines.append(f"| [{title}]({file}) | {names} |")
@@ -75,7 +76,7 @@ def variables() -> Pages:
 
 
 def group(row: Variable) -> str:
-    """The page that a variable is on."""
+    """Returns the title of a variable's page."""
     if row.causality == "input":
         return "Inputs"
     if row.causality == "parameter":
@@ -86,7 +87,7 @@ def group(row: Variable) -> str:
 
 
 def slug(title: str) -> str:
-    """A title as part of a file's name."""
+    """Returns a title as part of a file name."""
     return re.sub(r"[\W_]+", "-", title.lower())
 
 
@@ -95,7 +96,7 @@ def _table(rows: list[Variable]) -> list[str]:
     heads = ["name", "unit", *(["start", "domain"] if settable else []), "meaning"]
     lines = ["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
     for row in rows:
-        # The sections of a body differ by their number alone.
+        # Variables of a body's sections differ only by their number.
         name = re.sub(r"\[1\]", "[i]", row.name)
         if re.search(r"\[\d+\]", name):
             continue
@@ -125,7 +126,7 @@ def _presets() -> list[str]:
 
 
 def _along() -> list[str]:
-    """What there is as many of as the mesh has."""
+    """Returns the page of quantities that have a value per element or node of the mesh."""
     text = (
         "As many as the mesh has, 1 at the body's upper end. An FMU of FMI 3.0 has them as arrays, "
         "of as many stations as the host says ([a variant](look.md#in-another-host))."
@@ -150,7 +151,7 @@ def _start(row: Variable) -> str:
 
 
 def python() -> Pages:
-    """Pages of the package by file name: title and text; the first is their index."""
+    """Returns pages of the package by file name: title and text; the first is their index."""
     pages: Pages = {}
     lines = ["# Python", "", "```python", "from dth_hammer import ...", "```", ""]
     lines += ["| | |", "|---|---|"]
@@ -185,7 +186,7 @@ def python() -> Pages:
 
 
 def own(module: object) -> dict[str, object]:
-    """A module's public functions: those it lists, if it does."""
+    """Returns a module's public functions: those in its list, if it has one."""
     name = module.__name__  # type: ignore[attr-defined]
     listed = getattr(module, "__all__", vars(module))
     return {
@@ -199,7 +200,7 @@ def own(module: object) -> dict[str, object]:
 
 
 def _first(value: object) -> str:
-    """The first sentence of a docstring."""
+    """Returns the first sentence of a docstring."""
     return re.split(r"\n\n|(?<=[.])\s", inspect.getdoc(value) or "")[0].replace("\n", " ")
 
 
@@ -219,9 +220,9 @@ def _entry(name: str, value: object, level: str = "##") -> list[str]:
 
 
 def _signature(value: object, *, wrapped: bool = True) -> str:
-    """As one writes it: types without quotes, no self, long ones a parameter a line.
+    """Returns a signature with types unquoted and no self; a long one has a line per parameter.
 
-    A mapping has none: functions make them.
+    A mapping has none, because functions make it.
     """
     if inspect.isclass(value) and issubclass(value, dict):
         return ""
@@ -243,7 +244,7 @@ def _signature(value: object, *, wrapped: bool = True) -> str:
 
 
 def _text(value: object) -> str:
-    """A docstring as Markdown: arguments and exceptions as lists, the example as a block."""
+    """Returns a docstring as Markdown, with lists of arguments and exceptions, and the example."""
     text, _, example = (inspect.getdoc(value) or "").partition("\nExample:\n")
     parts = []
     for part in re.split(r"\n(?=(?:Args|Raises|Returns|Yields):\n)", text):

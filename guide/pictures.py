@@ -27,17 +27,17 @@ ROOT = Path(__file__).resolve().parent.parent
 STYLE = "python/src/dth_hammer/figures/style.py"
 DIAGRAM = "python/src/dth_hammer/figures/diagram.py"
 CLI = ("-c", "import dth_hammer.cli as cli; cli.main()")
-#: Of the laboratory, what its pictures show.
+#: Files of the laboratory that its pictures show.
 SHOWN = [f"lab/{name}" for name in ("page.html", "style.css", "svg.js", "hammer.js", "curves.js")]
 
 
 @dataclass(frozen=True)
 class Picture:
-    """What a picture is made of."""
+    """The sources of a picture."""
 
-    #: Files, or functions as ``file:name``, whose change makes it another picture.
+    #: Files, or functions as ``file:name``, whose change makes the picture stale.
     code: tuple[str, ...]
-    #: Presets that it is of; their numbers are the scene, with what the code lays over them.
+    #: Presets that it shows. Their numbers, with the code's changes, are the scene.
     presets: tuple[str, ...]
     #: The task of guide/measure.py that draws it, or a command.
     drawn: str | tuple[str, ...]
@@ -68,7 +68,7 @@ PICTURES = {
     "reports/reference.png": Picture(
         ("demo/figure.py",), ("reference",), ("demo/reference.py", "--figure")
     ),
-    # Of times that were measured: drawn from the report's own numbers.
+    # This picture shows measured times, so it is drawn from the report's numbers.
     "reports/speed-against-error.png": Picture(
         ("evidence/bench/figure.py", STYLE, "reports/speed-against-error.json"),
         ("reference",),
@@ -79,7 +79,7 @@ PICTURES = {
 
 
 def _source(place: str) -> str:
-    """Code that draws: no comments, documentation, ways of annotating; of other files the text."""
+    """Returns Python code without comments, docstrings and annotations, or another file's text."""
     name, _, function = place.partition(":")
     text = (ROOT / name).read_text(encoding="utf-8")
     if not name.endswith(".py"):
@@ -95,9 +95,9 @@ def _source(place: str) -> str:
 
 
 def scene(name: str) -> dict[str, dict[str, float]]:
-    """The numbers of a picture's hammers, by preset: defaults too, of what is read and not off.
+    """Returns the numbers of a picture's hammers by preset, including defaults that have an effect.
 
-    The error asked of the air is none of them: no line is that thin.
+    The air's requested error is left out, because its effect is thinner than a line.
     """
     from dth_hammer import _native  # noqa: PLC0415
     from dth_hammer.scene.variables import numbers, whole  # noqa: PLC0415
@@ -111,7 +111,7 @@ def scene(name: str) -> dict[str, dict[str, float]]:
 
 
 def stamp(path: str | Path, name: str) -> None:
-    """Writes into a picture just drawn what it is of."""
+    """Writes the scene and the hash into a picture."""
     with Image.open(path) as picture:
         picture.load()
     info = PngInfo()
@@ -121,19 +121,19 @@ def stamp(path: str | Path, name: str) -> None:
 
 
 def hash_of(name: str) -> str:
-    """Of the scene's numbers to three digits, and of the code that draws."""
+    """Returns a hash of the scene's numbers to three digits, and of the code that draws."""
     parts = [json.dumps(scene(name)), *map(_source, PICTURES[name].code)]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
 
 
 def stale(name: str) -> bool:
-    """Whether a picture is of other code or another scene."""
+    """Returns whether a picture was drawn by other code or from another scene."""
     with Image.open(ROOT / name) as picture:
         return picture.info.get("hash") != hash_of(name)
 
 
 def redraw(name: str, folder: Path) -> Path:
-    """Draws a picture into a folder, as what is committed has been drawn; once what is there."""
+    """Draws a picture into a folder, unless it is already there."""
     path, drawn = folder / Path(name).name, PICTURES[name].drawn
     if isinstance(drawn, str) and not path.exists():
         import measure  # noqa: PLC0415
@@ -150,7 +150,7 @@ def redraw(name: str, folder: Path) -> Path:
 
 
 def main(names: list[str]) -> None:
-    """Draws what is named; names what is stale."""
+    """Draws the named pictures, and lists the stale ones."""
     if names == ["stale"]:
         names = [name for name in PICTURES if stale(name)]
     with tempfile.TemporaryDirectory() as folder:

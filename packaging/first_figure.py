@@ -16,7 +16,7 @@ from pathlib import Path
 
 
 def first_figure(wheels: Path, figure: Path) -> str:
-    """Draws it; returns what the demo prints."""
+    """Draws the figure, and returns the output of the demo."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         venv.create(folder / "venv", with_pip=True)
@@ -35,7 +35,7 @@ def first_figure(wheels: Path, figure: Path) -> str:
 
 
 def call(programs: Path, *command: str | Path) -> str:
-    """What a program prints that finds no others but these, and knows no checkout."""
+    """Returns the output of a program that finds only these programs, and no checkout."""
     hidden = {"DTH_HAMMER_FMU", "PYTHONPATH", "PYTHONHOME"}
     env = {k: v for k, v in os.environ.items() if k not in hidden}
     if os.name != "nt":

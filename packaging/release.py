@@ -29,7 +29,7 @@ SUMS = "SHA256SUMS"
 
 
 def main() -> None:
-    """Makes the wheel of this machine, then tells of all files."""
+    """Makes the wheel of this machine, then the bill of materials and the hashes of all files."""
     fmu = RELEASE / f"dth_hammer-{here()}.fmu"
     if fmu.is_file():
         print(f"{'Wheel':>12} {wheel(fmu, RELEASE).name}")
@@ -47,7 +47,7 @@ def main() -> None:
 
 
 def bill(files: Iterable[Path]) -> str:
-    """All files with their hashes, and for each what it is made of, as CycloneDX 1.6."""
+    """Returns all files with their hashes and components, as CycloneDX 1.6."""
     manifest = (ROOT / "Cargo.toml").read_text(encoding="utf-8")
     version = re.search(r'^version = "(.+)"$', manifest, re.MULTILINE)
     product = {"name": "dth-hammer", "bom-ref": "dth-hammer", "type": "library"}
@@ -75,14 +75,14 @@ def bill(files: Iterable[Path]) -> str:
 
 
 def source(path: Path) -> str:
-    """The .fmu that a file has in it."""
+    """Returns the name of the .fmu in a file."""
     if path.suffix == ".whl":
         return f"dth_hammer-{platform(path)}.fmu"
     return path.name
 
 
 def digest(path: Path) -> str:
-    """SHA-256 of a file."""
+    """Returns the SHA-256 of a file."""
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 

@@ -19,15 +19,16 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "python"
-#: Where the packager of the FMU notes what is in the wheel.
+#: Folder in which the packager of the FMU lists the components of the wheel.
 NOTES = ROOT / os.environ.get("CARGO_TARGET_DIR", "target") / "wheel"
-#: For any Python from 3.10 on; maturin finds the oldest system that what it has linked runs on.
+#: Makes a wheel for Python 3.10 and newer. maturin determines the oldest system on which the
+#: libraries run.
 BUILD = ("maturin", "build", "--locked")
-#: The earliest time that an archive can state, 1980, in seconds of Unix.
+#: The earliest time in an archive, 1980, in Unix seconds.
 EPOCH = "315532800"
-#: How a bill of materials begins.
+#: The beginning of a bill of materials.
 STANDARD: dict[str, Any] = {"bomFormat": "CycloneDX", "specVersion": "1.6", "version": 1}
-#: What pip calls the platforms that the names of the .fmu files end in.
+#: Platforms in the names of the .fmu files, with pip's names for them.
 TAGS = {
     "linux-x86_64": r"manylinux.*_x86_64|linux_x86_64",
     "linux-aarch64": r"manylinux.*_aarch64|linux_aarch64",
@@ -37,16 +38,16 @@ TAGS = {
 
 
 def wheel(fmu: Path, folder: Path, profile: str = "fmu") -> Path:
-    """Writes the wheel of the package with this FMU; the native module by a profile of cargo's."""
+    """Makes the wheel with this FMU, its native module compiled with a profile of cargo."""
     with tempfile.TemporaryDirectory() as temporary:
         made, packed = Path(temporary, "made"), Path(temporary, "packed")
-        # The engine that tests have is compiled already, with the paths of this machine in it.
+        # The engine of the tests is already compiled, with paths of this machine in it.
         own = {} if profile == "native" else {"CARGO_ENCODED_RUSTFLAGS": flags()}
         run(*BUILD, "--profile", profile, "--out", made, folder=PACKAGE, environment=own)
         (plain,) = made.glob("*.whl")
         run("wheel", "unpack", "--dest", made, plain)
         (inside,) = (p for p in made.iterdir() if p.is_dir())
-        # In a checkout that was used, Python's compiled files lie beside their sources.
+        # A used checkout has compiled Python files beside the sources.
         for compiled in [*inside.rglob("__pycache__")]:
             shutil.rmtree(compiled)
         if own:
@@ -58,7 +59,7 @@ def wheel(fmu: Path, folder: Path, profile: str = "fmu") -> Path:
             shutil.copy(fmu.with_name(fmu.stem + ending), data / f"dth_hammer{ending}")
         state_contents(inside / f"{inside.name}.dist-info")
         packed.mkdir()
-        # The same bytes whenever and wherever it is made.
+        # A fixed time makes the same bytes at any time and place.
         run("wheel", "pack", "--dest-dir", packed, inside, environment={"SOURCE_DATE_EPOCH": EPOCH})
         (whole,) = packed.glob("*.whl")
         folder.mkdir(parents=True, exist_ok=True)
@@ -66,7 +67,7 @@ def wheel(fmu: Path, folder: Path, profile: str = "fmu") -> Path:
 
 
 def flags() -> str:
-    """The flags by which the packager keeps this machine's folders out of what it compiles."""
+    """Returns the compiler flags that keep this machine's folders out of the compiled code."""
     return (NOTES / "rustflags.txt").read_text(encoding="utf-8")
 
 
@@ -80,7 +81,7 @@ def anonymous(folder: Path) -> None:
 
 
 def state_contents(info: Path) -> None:
-    """Adds the licences, and a bill of materials of what is compiled (CycloneDX)."""
+    """Adds the licences, and a bill of materials of the compiled code (CycloneDX)."""
     licenses = info / "licenses"
     licenses.mkdir(exist_ok=True)
     for text in (ROOT / "LICENSE-MIT", ROOT / "LICENSE-APACHE", NOTES / "licenses.txt"):
@@ -97,7 +98,7 @@ def state_contents(info: Path) -> None:
 
 
 def component(part: dict[str, str]) -> dict[str, Any]:
-    """A crate, or what else is linked, in a bill of materials."""
+    """Returns a crate, or another linked component, for a bill of materials."""
     name, _, version = part["name"].rpartition(" ")
     found: dict[str, Any] = {"type": "library", "licenses": [{"expression": part["terms"]}]}
     if not version[:1].isdigit():
@@ -108,13 +109,13 @@ def component(part: dict[str, str]) -> dict[str, Any]:
 
 
 def platform(wheel: Path) -> str:
-    """What a wheel is for, as the names of the .fmu files have it."""
+    """Returns the platform of a wheel, as in the names of the .fmu files."""
     tag = wheel.stem.rpartition("-")[2]
     return next(name for name, pattern in TAGS.items() if re.fullmatch(pattern, tag))
 
 
 def here() -> str:
-    """The same of this machine."""
+    """Returns the platform of this machine."""
     machine = platforms.machine().lower().replace("amd64", "x86_64").replace("arm64", "aarch64")
     names = {"darwin": "macos-universal2", "win32": f"windows-{machine}"}
     return names.get(sys.platform, f"linux-{machine}")
@@ -123,7 +124,7 @@ def here() -> str:
 def run(
     *arguments: str | Path, folder: Path | None = None, environment: dict[str, str] | None = None
 ) -> None:
-    """A module of this Python; what it says is told only if it fails."""
+    """Runs a module of this Python, and shows its output only if it fails."""
     command = [sys.executable, "-m", *map(str, arguments)]
     own = os.environ | (environment or {})
     done = subprocess.run(command, cwd=folder, env=own, capture_output=True, text=True, check=False)
