@@ -4,12 +4,12 @@
 //! negative. If the sign never changes along the coefficients, there is no root; if it changes once, there is one root.
 //! If it changes more often, the interval is halved.
 
+use crate::numerics::bracket::{PASSES, admits};
 use crate::numerics::poly::TERMS;
 
 /// Limit of the halvings. After them, the start of the part counts as the root.
 const HALVINGS: usize = 40;
-/// Limit of the steps of Newton's method, and the change at which it stops.
-const STEPS: usize = 60;
+/// The change of a zero at which its iteration stops.
 const SETTLED: f64 = 1e-15;
 
 /// The coefficients of a polynomial, followed by zeros.
@@ -79,7 +79,7 @@ fn halved(q: &[f64], b: &Terms, [start, end]: [f64; 2], halvings: usize) -> Opti
 /// The zero between a point where the polynomial is negative and one where it is positive, by Newton's method from `x`.
 /// Bisection keeps it within the bracket.
 pub(crate) fn rise_between(q: &[f64], [mut low, mut high]: [f64; 2], mut x: f64) -> f64 {
-    for _ in 0..STEPS {
+    for pass in 0..PASSES {
         let (mut value, mut slope) = (0.0, 0.0);
         for c in q.iter().rev() {
             slope = slope * x + value;
@@ -91,7 +91,7 @@ pub(crate) fn rise_between(q: &[f64], [mut low, mut high]: [f64; 2], mut x: f64)
             high = x;
         }
         let newton = x - value / slope;
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        let next = if admits(pass, [low, high], newton) { newton } else { 0.5 * (low + high) };
         if (next - x).abs() <= SETTLED {
             return next;
         }

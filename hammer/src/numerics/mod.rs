@@ -1,6 +1,7 @@
 //! Mathematics that is independent of the hammer.
 
 pub(crate) mod bernstein;
+pub(crate) mod bracket;
 pub mod combine;
 pub mod display;
 pub mod form;

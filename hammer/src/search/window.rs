@@ -1,6 +1,7 @@
 //! Windows: a guard's Taylor polynomial over a short time, with steps below a level, zeros and minima.
 
 use crate::modal::system::TAYLOR;
+use crate::numerics::bracket::{PASSES, admits};
 use crate::numerics::grid::{self, GRID, Grid};
 use crate::numerics::math;
 
@@ -183,7 +184,7 @@ pub(crate) fn low_point(q: &[f64; TAYLOR], end: f64) -> Option<f64> {
 /// `high`; bisection keeps it within the bracket.
 pub(crate) fn zero_between(q: &[f64; TAYLOR], mut low: f64, mut high: f64) -> f64 {
     let mut x = high;
-    for _ in 0..100 {
+    for pass in 0..PASSES {
         let (value, slope) = horner(q, x);
         if value > 0.0 {
             high = x
@@ -191,7 +192,7 @@ pub(crate) fn zero_between(q: &[f64; TAYLOR], mut low: f64, mut high: f64) -> f6
             low = x
         }
         let newton = x - value / slope;
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        let next = if admits(pass, [low, high], newton) { newton } else { 0.5 * (low + high) };
         // A window is microseconds long, so the error is below 1e-19 s.
         if (next - x).abs() <= 1e-14 || next <= low || next >= high {
             return next.clamp(low, high);
