@@ -31,4 +31,5 @@ stored! {
     heavy_piston_at_gamma_one,
     heavy_piston_on_soft_rock,
     light_bit_overdamped,
+    forces_balance_on_a_light_bit,
 }
