@@ -1,4 +1,4 @@
-"""What tests of the package share."""
+"""Fixtures that the package's tests share."""
 
 import signal
 from collections.abc import Callable, Iterator
@@ -14,7 +14,7 @@ Handler = Callable[[int, FrameType | None], Any]
 
 @pytest.fixture
 def handles() -> Iterator[Callable[[int, Handler], None]]:
-    """Sets handlers of signals, and after the test those from before."""
+    """Sets signal handlers, and restores the earlier ones after the test."""
     before: dict[int, Any] = {}
 
     def handle(number: int, handler: Handler) -> None:
@@ -27,14 +27,14 @@ def handles() -> Iterator[Callable[[int, Handler], None]]:
 
 @pytest.fixture
 def ctrl_c(handles: Callable[[int, Handler], None]) -> Interrupts:
-    """Ctrl-C that is heard, also where a shell runs the tests in its background and ignores it."""
+    """Makes Ctrl-C work, also if a shell runs the tests in its background and ignores it."""
     handles(signal.SIGINT, signal.default_int_handler)
     return interrupted
 
 
 @pytest.fixture
 def cli(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
-    """Runs a command and returns what it prints, or the line in which it says why it cannot."""
+    """Runs a command and returns its output, or its one line of refusal."""
 
     def run(*words: object, code: int = 0) -> str:
         capsys.readouterr()

@@ -1,4 +1,4 @@
-"""Ctrl-C as a terminal sends it, for tests: the fixture `ctrl_c` makes sure that it is heard."""
+"""Ctrl-C as a terminal sends it, for tests; the fixture `ctrl_c` makes sure that it arrives."""
 
 import contextlib
 import signal
@@ -10,7 +10,7 @@ from contextlib import AbstractContextManager
 
 import pytest
 
-#: What `interrupted` is, as the fixture hands it on.
+#: The type of `interrupted`, as the fixture returns it.
 Interrupts = Callable[..., AbstractContextManager[None]]
 
 
@@ -21,7 +21,7 @@ def interrupted(
     within: float = 1.0,
     match: str | None = None,
 ) -> Iterator[None]:
-    """What is done meanwhile must end by a Ctrl-C, within some seconds of the processor's time.
+    """The statements inside must end by Ctrl-C, within some seconds of the processor's time.
 
     It is sent so many seconds after an event, if one is given. The engine promises 50 ms; by
     the clock a loaded machine may be late with all that it does, so there a minute is allowed.
@@ -30,11 +30,11 @@ def interrupted(
 
     def send() -> None:
         if begun:
-            # Where there is one core, it never begins.
+            # On a machine with one core, the event may never begin.
             begun.wait(timeout=5.0)
         time.sleep(delay)
         sent.append((time.process_time(), time.monotonic()))
-        # A thread that waits for a lock is woken by its own signals alone.
+        # Only a signal of its own wakes a thread that waits for a lock.
         if sys.platform == "win32":
             signal.raise_signal(signal.SIGINT)
         else:
@@ -49,7 +49,7 @@ def interrupted(
         assert time.process_time() - worked < within
         assert time.monotonic() - clock < 60.0
     finally:
-        # What was to be interrupted may have ended before.
+        # The work may have ended before the interrupt.
         with contextlib.suppress(KeyboardInterrupt):
             thread.join()
         thread.join()

@@ -25,7 +25,7 @@ ROCK = ("rock.stiffness", "rock.unloading_ratio")
 BOTH = ("rock.stiffness", "drive.amplitude")
 RIGID = {"fidelity": "Rigid"}
 COARSE = {"piston.elements": 4, "bit.elements": 4, "contact.stiffness": 2e10}
-#: Parameters of each hammer, its preset, and what is sought of it.
+#: Parameters of each hammer, its preset, and the parameters to estimate.
 HAMMERS: dict[str, tuple[dict[str, float | str], str | None, tuple[str, ...]]] = {
     "coarse": (COARSE, None, BOTH),
     "rigid": (RIGID, None, BOTH),
@@ -35,18 +35,18 @@ HAMMERS: dict[str, tuple[dict[str, float | str], str | None, tuple[str, ...]]] =
     "air": (RIGID, "air_4_inch", ("rock.stiffness", "air.supply_area")),
     "ridge": (RIGID, None, ("rock.specific_energy", "hole.diameter")),
 }
-#: Draws of each, unless others are asked for.
+#: Number of draws of each, unless the command line has others.
 DRAWS = ("ridge=10", "rigid=10", "casing=6", "light and viscous=8", "coarse=6")
-#: What is measured of a ridge, and the powers of its parameters that this fixes.
+#: The measurement of a ridge, and the powers of its parameters in the product that it determines.
 RATE, POWERS = ("rop",), {"rock.specific_energy": 1.0, "hole.diameter": 2.0}
 MEASURED = ("tip_rate", "blow_frequency", "rebound_ratio", "blow_energy")
-#: Of a mean.
+#: Relative error of a measured mean.
 ERROR = 0.01
 REPORTS = Path(__file__).parents[2] / "reports"
 
 
 def intervals(hammer: str, draws: Iterable[int]) -> pd.DataFrame:
-    """A row a draw and parameter: the 95 % interval over the hidden value, the standard error."""
+    """Returns a row per draw and parameter: 95 % interval over hidden value, standard error."""
     parameters, preset, free = HAMMERS[hammer]
     middle = whole(numbers(preset, parameters))
     rows = []
@@ -73,12 +73,12 @@ def intervals(hammer: str, draws: Iterable[int]) -> pd.DataFrame:
 
 
 def held(table: pd.DataFrame) -> pd.Series:
-    """Whether each interval holds the hidden value."""
+    """Returns whether each interval contains the hidden value."""
     return (table["low"] <= 1.0) & (table["high"] >= 1.0)
 
 
 def report(table: pd.DataFrame) -> str:
-    """The table of the guide, under a heading of its own."""
+    """Returns the table of the guide, under its own heading."""
     lines = ["# How often intervals of `calibrate` hold", ""]
     lines += ["| hammer | parameter | intervals that hold | median error | hammers simulated |"]
     lines += ["|---" * 5 + "|"]
@@ -89,7 +89,7 @@ def report(table: pd.DataFrame) -> str:
 
 
 def main(wanted: list[str]) -> None:
-    """Adds what is missing of this engine, a draw at a time, and writes the report."""
+    """Adds the missing draws of this engine, one at a time, and writes the report."""
     rows = REPORTS / "coverage.csv"
     command = ["git", "rev-parse", "HEAD:hammer/src"]
     engine = subprocess.run(
@@ -97,7 +97,7 @@ def main(wanted: list[str]) -> None:
     ).stdout[:12]
     table = pd.DataFrame(columns=["engine", "hammer", "draw"])
     if rows.exists():
-        # A draw of another engine is no evidence of this one.
+        # A draw of another engine says nothing about this one.
         table = pd.concat([table, pd.read_csv(rows).query("engine == @engine")], ignore_index=True)
     for hammer, count in (word.split("=") for word in wanted):
         known = {*table.loc[table["hammer"] == hammer, "draw"]}

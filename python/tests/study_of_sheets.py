@@ -1,4 +1,4 @@
-"""How often the 80 % ranges of a sheet hold what makers print, each number held out in turn.
+"""How often the 80 % ranges of a sheet contain makers' numbers, each held out in turn.
 
     python python/tests/study_of_sheets.py
 
@@ -28,16 +28,16 @@ from dth_hammer import Datasheet, HammerWarning, _native, compare, from_datashee
 
 REPORTS = Path(__file__).parents[2] / "reports"
 KGF = 9.80665
-#: By name, what makers' numbers scatter by.
+#: Relative scatter of makers' numbers, by name.
 SCATTER = {row[0]: row[5] for row in _native.datasheet_numbers()}
-#: Standard deviations from the middle to an end of a range of 80 %.
+#: Standard deviations from the middle to an end of an 80 % range.
 END = NormalDist().inv_cdf(0.9)
-#: Blows a minute, and of which hammers together.
+#: A printed range of blows per minute, and the hammers for which it is printed.
 TOGETHER = (2100.0, 2700.0), [f"Sandvik {size} inch" for size in ("3.5", "4", "5", "6")]
 
 
 def sheet(rows: pd.DataFrame) -> dict[str, Any]:
-    """What all rows of a hammer say."""
+    """Returns the sheet from all rows of a hammer."""
     first = rows.iloc[0]
     given: dict[str, Any] = {
         "od": (first["outside_mm"], "mm"),
@@ -56,7 +56,7 @@ def sheet(rows: pd.DataFrame) -> dict[str, Any]:
 
 
 def held_out(rows: pd.DataFrame) -> Iterator[tuple[str, float, Datasheet, str, float]]:
-    """Each number in turn: name, printed, sheet of the rest, its name there, size of its unit."""
+    """Yields per number: name, printed value, sheet of the rest, name there, size of unit."""
     whole = sheet(rows)
     printed = {
         "piston_mass": ("piston mass", 1.0),
@@ -76,7 +76,7 @@ def held_out(rows: pd.DataFrame) -> Iterator[tuple[str, float, Datasheet, str, f
 
 
 def table() -> pd.DataFrame:
-    """A row for each number that is held out."""
+    """Returns a row per number that is held out."""
     makers, found = pd.read_csv(REPORTS / "makers.csv"), []
     for model, rows in makers.groupby("model", sort=False):
         with warnings.catch_warnings():
@@ -103,18 +103,19 @@ def table() -> pd.DataFrame:
     return pd.DataFrame(found)
 
 
-#: What is compared, as it stands in the report.
+#: The compared ratios, with the text of the report.
 POWERS, SIZES, PRESSURES = (
     "power of two hammers",
     "air of two hammers at one pressure",
     "air of one hammer at two pressures",
 )
-#: Pressures that differ by less are one; printed pressures below are of another kind of hammer.
+#: Pressures that differ by less are equal; printed pressures below belong to another kind of
+#: hammer.
 ONE_PRESSURE, LOW = 0.03, 9.0
 
 
 def ratios() -> pd.DataFrame:
-    """A row for each printed ratio that is held out."""
+    """Returns a row per printed ratio that is held out."""
     makers, found = pd.read_csv(REPORTS / "makers.csv"), []
     powers, alone = {}, {}
     warnings.simplefilter("ignore", HammerWarning)
@@ -150,7 +151,7 @@ def ratios() -> pd.DataFrame:
 
 
 def report_of_ratios(found: pd.DataFrame) -> str:
-    """The ratios, a line a kind, and those that were missed."""
+    """Returns a line per kind of ratio, and the ratios outside their ranges."""
     lines = ["## Ratios that makers print, held out of both sheets", ""]
     lines += ["| ratio of | pairs | held | half of the range | off, root of the mean square |"]
     lines += ["|---" * 5 + "|"]
@@ -168,7 +169,7 @@ def report_of_ratios(found: pd.DataFrame) -> str:
 
 
 def report(found: pd.DataFrame) -> str:
-    """The table, under a heading of its own."""
+    """Returns the table, under its own heading."""
     counted = found[~found["printed"].str.contains("to")]
     alone, scattered = counted["holds"], counted["scattered"].astype(bool)
     lines = ["# What makers print, held out of their sheets", ""]

@@ -1,4 +1,4 @@
-"""What tests of sweeps share."""
+"""Settings and helpers that tests of sweeps share."""
 
 import subprocess
 import sys
@@ -8,20 +8,20 @@ from pathlib import Path
 
 import pytest
 
-#: How long a run is, s.
+#: Duration of a run, s.
 UNTIL = 0.15
 
 
 @contextmanager
 def forbidden_runs() -> Iterator[None]:
-    """Any run in this process fails."""
+    """Makes every run in this process fail."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("dth_hammer.study.sweeping.parts_of", None)
         yield
 
 
 def begun(folder: Path, *arguments: str) -> subprocess.Popen[str]:
-    """A user's program, as the leader of a process group of its own."""
+    """Starts a user's program as the leader of its own process group."""
     return subprocess.Popen(
         [sys.executable, *arguments],
         cwd=folder,

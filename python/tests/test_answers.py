@@ -1,4 +1,4 @@
-"""Answers in a notebook: tables with units, and figures of the same numbers."""
+"""Answers in a notebook: tables with units, and figures with the same numbers."""
 
 import re
 from collections.abc import Mapping
@@ -34,7 +34,7 @@ def cycle() -> Steady:
 def fit() -> Calibration:
     mean = steady({**RIGID, "rock.stiffness": 1.5e8}).mean
     rates = {name: (mean[name], 0.01 * mean[name]) for name in ("rop", "rebound_ratio")}
-    # A frequency that no such hammer has, five errors off.
+    # No such hammer has this frequency, which is off by five errors.
     rates["blow_frequency"] = (1.05 * mean["blow_frequency"], 0.01 * mean["blow_frequency"])
     with pytest.warns(HammerWarning, match="does not describe"):
         return calibrate(RIGID, rates, ["rock.stiffness"])
@@ -47,7 +47,7 @@ def best() -> Optimum:
 
 
 def sums(figure: Figure) -> Mapping[str, float]:
-    """Lengths of the bars of a colour, together."""
+    """Returns the total length of the bars of each colour."""
     found = {BLUE: 0.0, ORANGE: 0.0}
     for bar in figure.axes[0].patches:
         found[to_hex(bar.get_facecolor())] += bar.get_width()  # type: ignore[attr-defined]
@@ -57,7 +57,7 @@ def sums(figure: Figure) -> Mapping[str, float]:
 def test_what_is_put_into_a_cycle_is_what_goes_out_of_it(cycle: Steady) -> None:
     """A cycle stores nothing: the bars of both colours are equally long."""
     energy = sums(cycle.plot())
-    # Blows repeat to 1e-9, and what is stored is a fiftieth of what a blow takes.
+    # Blows repeat to 1e-9, and the stored energy is a fiftieth of that of a blow.
     assert energy[BLUE] == pytest.approx(energy[ORANGE], rel=1e-7)
     assert energy[BLUE] > 100.0
     mean = sums(steady(RIGID).plot())
@@ -101,7 +101,7 @@ def test_without_matplotlib_the_tables_are_left(
 
 
 def test_each_answer_tells_the_range_of_its_rate(fit: Calibration, best: Optimum) -> None:
-    """The specific energy is known to a factor, and so is every rate."""
+    """The specific energy is known within a factor, and so is every rate."""
     wide = {"rock.specific_energy_factor": 1.3}
     trends = trend(RIGID | wide, {"feed_force": 0.02}, ["blow_energy", "rop"], points=8)
     default = VARIABLES["rock.specific_energy_factor"].start

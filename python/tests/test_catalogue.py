@@ -1,4 +1,4 @@
-"""Hammers of catalogues: what is printed of them goes in, a rate with its range comes out."""
+"""Hammers of catalogues: from the printed numbers to a rate with its range."""
 
 import warnings
 from collections.abc import Callable
@@ -48,15 +48,15 @@ def test_what_a_catalogue_prints_gives_a_rate_with_its_range(
     sheet = hammers[name]
     low, high = sheet.ranges["rate of penetration"]
     assert low < value(sheet, "rate of penetration") < high
-    # The specific energy alone leaves a factor of 1.55 either way, to the scatter of 240 members.
+    # The specific energy alone leaves a factor of 1.55 to each side, to the scatter of 240 members.
     assert high / low > 0.9 * 1.55**2
     assert str(sheet).startswith("rate of penetration: ")
-    # Steel lasts up to 13 m/s: what strikes faster is cut out, softly.
+    # Steel lasts up to 13 m/s, so faster members get a low weight.
     assert value(sheet, "impact speed") < 13.0 * 1.02
 
 
 def test_frequencies_are_the_published_ones(hammers: dict[str, Datasheet]) -> None:
-    # Sandvik prints 35 to 45 Hz of its hammers together at 24 bar; COP M8's is given.
+    # Sandvik prints 35 to 45 Hz for its hammers together at 24 bar; for COP M8 it is given.
     assert 35.0 < value(hammers["Sandvik 5 inch"], "frequency") < 45.0
     assert value(hammers["COP M8"], "frequency") == pytest.approx(36.0, rel=0.02)
 
@@ -68,7 +68,7 @@ def test_frequencies_are_the_published_ones(hammers: dict[str, Datasheet]) -> No
 def test_rates_of_the_field_are_in_the_range_of_a_hammer_of_that_size(
     rock: str, hole: str, measured: float, *, named: bool
 ) -> None:
-    # Published of a 6-inch hammer: 34.5 kW at 24 bar.
+    # Published for a 6-inch hammer: 34.5 kW at 24 bar.
     given = {"od": "148 mm", "pressure": "24 bar", "power": "34.5 kW", "hole": hole}
     sheet = from_datasheet(**given, rock=rock if named else None)
     low, high = (3600 * side for side in sheet.ranges["rate of penetration"])
@@ -79,7 +79,7 @@ def test_air_and_turns_are_told_of_a_hole_and_its_pipe() -> None:
     air = {"air_flow": "21.4 m3/min", "pipe": "102 mm", "rotation": "25 1/min"}
     with pytest.warns(HammerWarning, match="makers ask for 15 to 30"):
         sheet = from_datasheet(**SANDVIK, **air)
-    # Free air over the ring between hole and pipe.
+    # Flow of free air over the area of the ring between hole and pipe.
     ring = 3.141592653589793 / 4 * (0.14**2 - 0.102**2)
     velocity = value(sheet, "up-hole velocity of the air")
     assert velocity == pytest.approx(21.4 / 60 / ring, rel=1e-12)
@@ -99,8 +99,8 @@ def test_one_command_makes_a_page_of_a_hammer(tmp_path: Path, cli: Callable[...,
         for row in content.iter("tr")
         if len(cells := [cell.text_content() for cell in row.iter("td")]) == 4
     }
-    # The sheet's own number, to the digits of its range; the tables behind it have it too: a run of
-    # some blows, of a hammer whose energy and frequency are the sheet's to 0.5 % each.
+    # The sheet's own number, to the digits of its range. The report's tables also have it, from a
+    # run of some blows of a hammer whose energy and frequency agree with the sheet to 0.5 %.
     rate = value(from_datasheet(**SANDVIK, rock="granite"), "rate of penetration")
     assert float(rows["rate of penetration"][0]) == pytest.approx(3600 * rate, abs=0.5)
     assert simulate(scene).summary()["mean"]["rate of penetration"] == pytest.approx(rate, rel=0.02)
@@ -112,5 +112,5 @@ def test_one_command_makes_a_page_of_a_hammer(tmp_path: Path, cli: Callable[...,
     assert float(rows["life of what breaks first"][0]) > 0.0
     text = content.text_content()
     parts = ("Indicator diagram", "free air", "Stress waves", "What is assumed", "0.84 to 0.91")
-    # Piston, pressure, power: given beside what the hammer has, in the trade's units.
+    # Given piston, pressure and power stand with the hammer's own, in field units.
     assert [part for part in (*parts, "bar") if part not in text] == []

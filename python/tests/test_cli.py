@@ -44,7 +44,7 @@ def test_sweep_takes_lists_and_ranges(tmp_path: Path, cli: Callable[..., str]) -
     heads, *lines = cli(*command, "--quiet", "-o", table).splitlines()
     assert len(pd.read_csv(table)) == 6
     assert "feed_force [kN]" in heads
-    # Its own file is a table of hammers too, in an order of its own.
+    # The written file is itself a table of hammers, in an order of its own.
     again = cli("sweep", *QUICK, "--quiet", "--rows", table).splitlines()
     assert sorted(again[1:7]) == sorted(lines[:6])
 
@@ -77,7 +77,7 @@ def test_a_scene_s_file_is_a_hammer_of_every_command(
 ) -> None:
     sheet = tmp_path / "hammer.json"
     cli("datasheet", "--power", "20kW", "--frequency", "30Hz", "--hole", "140mm", "-o", sheet)
-    # A mark at its begin, as Windows' Notepad writes it.
+    # A byte order mark at the beginning, as Windows' Notepad writes it.
     sheet.write_text(sheet.read_text(encoding="utf-8"), encoding="utf-8-sig")
     cli("run", sheet, "--rock", "granite", "--until", "50 ms", "--quiet")
     found = numbers_of(str(sheet), rock="granite")
@@ -146,9 +146,9 @@ def test_means_of_many_hammers_come_from_a_file_and_only_what_is_missing_is_soug
     rows.write_text("feed_force,gravity\n4 kN,9.81\n5000,9.81\n", encoding="utf-8")
     command = ["steady", "--set", "fidelity=Rigid", "--quiet"]
     cli(*command, "--rows", rows, "-o", table)
-    # In the file they stand as they came to an end.
+    # The file has the rows in the order in which they ended.
     assert sorted(pd.read_csv(table)["feed_force"]) == [4e3, 5e3]
-    # A row that was known is not sought again: it would stand behind the others.
+    # A known row is not computed again: otherwise it would follow the others.
     known = table.read_text(encoding="utf-8").splitlines()[1:]
     with rows.open("a", encoding="utf-8") as file:
         file.write("6 kN,9.81\n")
@@ -215,7 +215,7 @@ def test_info_tells_units_domains_and_presets(cli: Callable[..., str]) -> None:
         (["datasheet"], "nothing is given"),
         (["life", "--sn", "200 MPa,1e7"], "is not STRENGTH,CYCLES,SLOPE"),
         (["run", "--unitl", "1"], "did you mean '--until'"),
-        # A beginning is not taken for the whole: --bit might be --bit-mass or --bit-length.
+        # A prefix is not accepted as an option: --bit might be --bit-mass or --bit-length.
         (["datasheet", "--bit", "3"], "no option of dth-hammer datasheet is called '--bit'"),
         (["run", "reference", "again"], "no use for 'again'"),
         (["run", "--until"], "expected one argument: see dth-hammer run --help"),
@@ -244,7 +244,7 @@ def test_units_of_the_field_are_shown_and_written(tmp_path: Path, cli: Callable[
 
 
 def cells(path: Path) -> list[list[str]]:
-    """Rows of a workbook's first sheet, as its XML has them."""
+    """Returns the rows of a workbook's first sheet, from its XML."""
     space = {"": "http://schemas.openxmlformats.org/spreadsheetml/2006/main"}
     with zipfile.ZipFile(path) as book:
         texts = [
@@ -262,7 +262,7 @@ def test_what_is_found_is_printed_for_programs(cli: Callable[..., str]) -> None:
     hammer = ["--set", "fidelity=Rigid", "--quiet"]
     blows = json.loads(cli("run", *hammer, *QUICK, "--json"))["blows"]
     table = pd.read_csv(io.StringIO(cli("run", *hammer, *QUICK, "-o", "-")))
-    # The same run by two doors, to the last digit: both print SI units.
+    # JSON and table show the same run to the last digit, because both use SI units.
     last = table[table["blow_count"] == len(blows)].iloc[-1]
     assert blows[-1]["blow_energy"] == last["blow_energy"]
     found = simulate({"fidelity": "Rigid"}, until=QUICK[1]).blows
@@ -311,12 +311,12 @@ def test_excel_and_matlab_get_the_numbers_of_the_table(
     head, *rows = cells(tmp_path / "out.xlsx")
     assert head == [*table]
     depth, mode = head.index("tip_depth"), head.index("rock_mode")
-    # Excel keeps 16 digits, a part in 1e15 of a number.
+    # Excel keeps 16 digits, so a number may differ by 1e-15 of it.
     assert [float(row[depth]) for row in rows] == pytest.approx([*table["tip_depth"]], rel=1e-14)
     assert [row[mode] for row in rows] == [*table["rock_mode"]]
     text = "=1+1"
     outputs.write(pd.DataFrame({text: [text]}), tmp_path / "text.xlsx", index=False)
-    # A formula has no type: its cell is not that of a shared string.
+    # A formula's cell has no type, and differs from that of a shared string.
     assert cells(tmp_path / "text.xlsx") == [[text], [text]]
     read = loadmat(tmp_path / "out.mat", squeeze_me=True)
     assert {*table} <= {*read}
@@ -342,7 +342,7 @@ def test_a_rock_is_calibrated_from_what_was_measured(
     found = pd.read_csv(table, index_col=0)
     value, low, high, _, error, unit = found.loc["rock.stiffness"]
     assert low < 1e-6 * truth < high
-    # Measured without noise: what is off is roughness, which is in the error.
+    # The measurement has no noise, so the deviation is roughness, which is part of the error.
     assert abs(value - 1e-6 * truth) < 2.0 * error < 0.1 * value
     assert unit == "MN/m"
     assert "chi-square" in said
@@ -355,8 +355,8 @@ def test_the_best_feed_is_found_by_a_command(tmp_path: Path, cli: Callable[..., 
     command += ["--goal", "tip_rate", "--limit", "tip_rate=:40 mm/s", "--starts", "2"]
     said = cli(*command, "--units", "tip_rate=mm/s", "-o", table)
     (rate,) = (float(line.split()[1]) for line in said.splitlines() if line.startswith("tip_rate"))
-    # The rate rises with the feed: the limit holds it back. Steps end at 0.5 % of the bounds, which
-    # is 0.04 mm/s.
+    # The rate rises with the feed, so the limit determines the optimum. Steps end at 0.5 % of the
+    # bounds, which is 0.04 mm/s.
     assert 39.96 < rate <= 40.0 * (1.0 + 1e-4)
     assert "held by tip_rate" in said
     # Printed with six digits.
@@ -380,10 +380,10 @@ def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no signals")
 def test_ctrl_c_during_imports_is_told_in_a_line(tmp_path: Path) -> None:
-    # Instead of NumPy: the terminal's signal while it is imported.
+    # This module stands for NumPy: the signal arrives while it is imported.
     text = "import os, signal\nos.kill(os.getpid(), signal.SIGINT)\nraise AssertionError\n"
     (tmp_path / "numpy.py").write_text(text, encoding="utf-8")
-    # As an entry point calls it; a shell's background job ignores the signal.
+    # Calls `main` as the entry point does; a shell's background job would ignore the signal.
     heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
     script = (
         f"{heard}; import sys; from dth_hammer.cli import main; sys.exit(main(['run', '--quiet']))"

@@ -1,4 +1,4 @@
-"""One file is one hammer: an FMU that starts as a scene does, whoever runs it."""
+"""One file is one hammer: the FMU starts with the scene in any host."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -24,7 +24,7 @@ END, STEP = 0.03, 1e-3
 
 
 def outputs(fmu: Path) -> list[float]:
-    """What a host finds that sets nothing."""
+    """Returns the results in a host that sets nothing."""
     message = fmpy.simulate_fmu(
         str(fmu), stop_time=END, step_size=STEP, output_interval=STEP, output=NAMES
     )
@@ -52,7 +52,7 @@ def test_a_host_that_sets_nothing_simulates_the_scene(tmp_path: Path) -> None:
 
 
 def test_the_fmu_in_a_host_gives_the_numbers_of_the_native_module_to_the_last_bit() -> None:
-    # Steps of 2^-9 s: their sums are exact, so both advance to the very same instants.
+    # Steps of 2^-9 s have exact sums, so both advance to exactly the same instants.
     size, end = 2.0**-9, 0.25
     scene = {"feed_force": 6e3, "rock.stiffness": 2e8, "bit.elements": 7}
     names = [variable.name for variable in VARIABLES.of("output")]
@@ -108,7 +108,7 @@ def test_an_fmu_of_fmi_3_starts_with_its_events_too(tmp_path: Path) -> None:
         "false",
         "7",
     ]
-    # Results of the plain FMU would be wrong of this one.
+    # Results of the plain FMU would be wrong for this one, so they are left out.
     with ZipFile(file) as archive:
         assert not [name for name in archive.namelist() if name.startswith("extra/")]
 
@@ -127,7 +127,7 @@ def test_the_library_has_the_events_that_an_fmu_of_fmi_3_starts_with(tmp_path: P
     )
     at = [x for t, x in zip(result["time"], result["relative_position"], strict=True) if t % 0.05]
     assert len(at) > 2
-    # 10 m/s for some units of the last place of the time.
+    # 10 m/s times some units of the last place of the time.
     assert np.abs(np.array(at) + 0.03).max() < 1e-14
 
 
@@ -176,7 +176,7 @@ BIG = 300_000_000
 
 
 def bomb(path: Path) -> None:
-    """Zeros: as much as a thousandfold of the file."""
+    """Writes an archive of zeros, which unpack to a thousand times the file's size."""
     with ZipFile(path, "w", ZIP_DEFLATED) as archive:
         archive.write(find(), "whole.fmu")
         with archive.open("resources/zeros", "w") as entry:

@@ -1,4 +1,4 @@
-"""What is wrong is told: every public function raises errors of this package, and no others."""
+"""Every public function raises only errors of this package on wrong arguments."""
 
 import inspect
 from collections.abc import Callable, Iterator, Sequence
@@ -13,7 +13,8 @@ from dth_hammer.errors import DthHammerError
 from dth_hammer.study import longrun
 
 RIGID = {"fidelity": "Rigid"}
-#: What no argument may be, and what some may not. None is left out: it is what is not given.
+#: Values that no argument, or not every argument, may have. None is missing, since it means an
+#: argument that is not given.
 WRONG: tuple[Any, ...] = (
     object(),
     "nonsense",
@@ -43,7 +44,7 @@ WRONG: tuple[Any, ...] = (
 
 
 class Model:
-    """A drive that does nothing."""
+    """A drive without force."""
 
     def advance(self, step: float, motion: object) -> None: ...
 
@@ -56,7 +57,7 @@ class Model:
 
 
 def functions(folder: Path) -> dict[Callable[..., Any], dict[str, Any]]:
-    """Every public function and class that a user makes, with right and quick arguments."""
+    """Returns every public function and class that users call, with valid and quick arguments."""
     samples = pd.Series([0.0, 0.1], [0.0, 1e-3])
     hammer = dth.Hammer(RIGID)
     scene = dth.Scene(parameters=RIGID, until=0.05)
@@ -83,7 +84,7 @@ def functions(folder: Path) -> dict[Callable[..., Any], dict[str, Any]]:
         dth.life: {"hammer": RIGID, "curve": curve},
         dth.mesh_for: {"error": 0.05},
         dth.rock: {"name": "kuru granite", "inserts": 8, "insert_radius": "6 mm"},
-        # Refused once all is looked at: too little is known, a rigid body has no stress.
+        # Refused after all checks: too little is known, or a rigid body has no stress.
         dth.from_datasheet: {},
         dth.compare: {"a": sheet, "b": sheet},
         dth.specific_energy: {"sheet": sheet, "log": log},
@@ -91,7 +92,7 @@ def functions(folder: Path) -> dict[Callable[..., Any], dict[str, Any]]:
     }
 
 
-#: Not called: what answers are, errors, and tables.
+#: Not called: types of answers, errors, and tables.
 ANSWERS = {
     "Datasheet", "Motion", "Partner", "Run", "Snapshot", "Steady", "DomainError", "DthHammerError",
     "Calibration", "Life", "Mesh", "Optimum", "Rock", "Trend", "Waves",
@@ -99,13 +100,13 @@ ANSWERS = {
 }  # fmt: skip
 
 
-#: Those that make another's program run, or a bar of progress.
+#: Functions that start another program or show a progress bar.
 OTHERS = {"progress"}
 
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One response for every hammer, and no picture: what is looked at here are arguments."""
+    """Makes all hammers respond alike, and draws nothing: only arguments are tested."""
     answer = dth.steady(RIGID)
 
     def finished(points: Sequence[object], *_: object, **__: object) -> Iterator[Any]:
@@ -141,12 +142,12 @@ def test_wrong_arguments_are_told(name: str, tmp_path: Path) -> None:
                 refused += 1
             except Exception as error:
                 raise AssertionError(f"{name}({argument}={value!r})") from error
-    # Not all values are wrong for every argument, and most are for one.
+    # Most values are wrong for an argument, but not all.
     assert refused > len(WRONG) // 2
 
 
 def wrong() -> Iterator[tuple[Callable[[], object], str]]:
-    """What people have written, and what helps them."""
+    """Yields mistakes that people have made, with the helpful part of the message."""
     yield lambda: dth.steady([{"feed_force": 1.0}], starts=2), "call steady for each"  # type: ignore[call-overload]
     yield lambda: dth.calibrate({}, {"rop": 0.034}, ["feed_force"]), "give .value, standard error"
     yield lambda: dth.calibrate({}, {"rop": (1.0, 0.1)}, "feed_force"), "free = 'feed_force' is not"
@@ -161,7 +162,7 @@ def wrong() -> Iterator[tuple[Callable[[], object], str]]:
 
 
 def unknown() -> Iterator[tuple[Callable[[], object], str]]:
-    """Names that nothing has, wherever one is taken."""
+    """Yields unknown names, for every place that takes a name."""
     run = dth.simulate(RIGID, 0.05)
     yield lambda: run["ropp"], "no output of the run is called 'ropp'; did you mean 'rop'"
     yield lambda: dth.steady(RIGID)["ropp"], "no mean is called 'ropp'; did you mean 'rop'"

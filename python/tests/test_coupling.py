@@ -1,4 +1,4 @@
-"""Coupling, against a partner whose answer is known."""
+"""Coupling with a partner whose solution is known."""
 
 import pickle
 from collections.abc import Callable
@@ -16,8 +16,8 @@ from dth_hammer import (
     _native,
 )
 
-# A spring as a partner: pressure proportional to the piston's position, a free
-# oscillation while the piston flies.
+# A partner that is a spring: pressure proportional to the piston's position, so a free oscillation
+# while the piston flies.
 STIFFNESS = 5e7  # Pa/m
 AREA = 1e-3  # m2
 FLIGHT = {
@@ -30,7 +30,7 @@ END = 4e-3  # s, before the first contact
 
 
 class Spring:
-    """State: the last position."""
+    """A spring, whose state is the last position."""
 
     def __init__(self) -> None:
         self.free = self.position = 0.0
@@ -85,11 +85,12 @@ def test_what_a_held_pressure_makes_is_told_by_the_hammer() -> None:
         with Hammer(FLIGHT) as hammer:
             spring = Spring()
             Coupling(hammer, spring, 2e-5, delay=delay).advance(END)
-            # Kinetic energy, and that of the spring, which had 10 mm at first.
+            # Kinetic energy, and the spring's energy minus that of its first 10 mm.
             moved = hammer["relative_position"] - spring.free
             stored = 0.5 * STIFFNESS * AREA * (moved**2 - 0.01**2)
             made = energy(hammer) * hammer["piston_velocity"] ** 2 + stored
-            # The last step waits for the next value: of what grows as t^2, a part 3 h / END, 0.015.
+            # The last step waits for the next value, a share 3 h / END = 0.015 of a sum that grows
+            # as t^2.
             assert hammer["energy_exchange"] == pytest.approx(made, rel=0.02, abs=1e-6)
             assert abs(made) > (1e-4 if delay == 0.0 else 0.0)
 
@@ -108,7 +109,7 @@ def by_a_loop(hammer: Hammer, spring: Spring) -> None:
 
 @pytest.mark.parametrize("run", [by_coupling, by_a_loop])
 def test_an_exchange_that_makes_energy_warns_unasked(run: Callable[[Hammer, Spring], None]) -> None:
-    """Before any blow, after eight turns of the piston, 0.35 s here."""
+    """The warning comes before any blow, after eight turns of the piston, here 0.35 s."""
     with Hammer(FLIGHT | {"contact.initial_gap": 1.0}) as hammer:
         with pytest.warns(HammerWarning, match=r"energy_exchange: .* 0 the exchange") as told:
             run(hammer, Spring())
@@ -119,7 +120,7 @@ def test_an_exchange_that_makes_energy_warns_unasked(run: Callable[[Hammer, Spri
 
 
 def energy(hammer: Hammer) -> float:
-    """Half of the piston's mass, kg: its energy at 1 m/s."""
+    """Returns half of the piston's mass, kg, which is its energy at 1 m/s."""
     ((length, area),) = _native.bodies(hammer.numbers)["piston"]["sections"]
     return 0.5 * length * area * (VARIABLES["material.density"].start or 0.0)
 
@@ -130,7 +131,7 @@ def test_a_history_has_the_steps_that_were_made_and_is_drawn() -> None:
     assert len(table) == coupling.accepted
     assert table.index[0] == 0.0
     assert (np.diff(table.index) > 0.0).all()
-    # Lines end where the next step begins.
+    # Each line ends where the next step begins.
     line, *_ = coupling.plot().axes[0].lines
     assert len(line.get_xdata()) == 2 * len(table)
     assert line.get_xdata()[-1] == pytest.approx(END)
@@ -146,7 +147,7 @@ def test_a_partner_starts_where_the_piston_stands() -> None:
         coupling = Coupling(hammer, spring, 1e-4)
         coupling.advance(1e-3)
         moved = spring.position
-        # A hammer on its way goes on with its partner as it is.
+        # A hammer that has already run takes over the partner in its present state.
         Coupling(hammer, spring, 1e-4)
         assert spring.position == moved
 

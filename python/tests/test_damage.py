@@ -1,4 +1,4 @@
-"""Files from outside that are damaged in any way: read, or refused in one line by name."""
+"""Files from outside with any damage are read, or refused in one line by name."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from dth_hammer.study.drilling import FIELDS
 from dth_hammer.study.store import Store, filled
 from dth_hammer.tables import columns_of
 
-#: Drawn damages of each kind of file.
+#: Number of random damages to each kind of file.
 DAMAGES = 200
 
 
 def damaged(content: bytes, draw: random.Random) -> bytes:
-    """The content with a run of bytes changed, doubled, left out, or cut off."""
+    """Returns the content with a run of bytes changed, doubled, left out, or cut off."""
     at = draw.randrange(len(content))
     length = min(len(content) - at, 1 + int(draw.expovariate(0.02)))
     run = content[at : at + length]
@@ -41,7 +41,7 @@ def damaged(content: bytes, draw: random.Random) -> bytes:
 
 
 def is_refused_by_name(read: Callable[[Path], object], path: Path) -> bool:
-    """Whether a file is refused; any other error than this package's own ends the test."""
+    """Returns whether a file is refused; an error from outside this package ends the test."""
     try:
         read(path)
     except DthHammerError as error:
@@ -53,7 +53,7 @@ def is_refused_by_name(read: Callable[[Path], object], path: Path) -> bool:
 
 @pytest.fixture(scope="module")
 def archive() -> dict[str, bytes]:
-    """What is in the packaged unit."""
+    """Returns the files in the packaged unit."""
     with zipfile.ZipFile(fmu.find()) as unit:
         return {name: unit.read(name) for name in unit.namelist()}
 
@@ -81,14 +81,14 @@ ROWS = "feed_force [kN],rock.stiffness\n4,1e8\n5,2e8\n"
 
 
 def read_partner(path: Path) -> object:
-    """As a partner of a system; one that is whole has no name in common with the hammer."""
+    """Reads a partner of a system; an undamaged one shares no name with the hammer."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(system, "configure", None)  # Nothing is made of one that is read.
         return fmu.write_system({}, path.with_suffix(".ssp"), {"drive": path})
 
 
 def read_rows(path: Path) -> object:
-    """Runs whose rows are read from the file are those that were written to it."""
+    """Checks that rows of wanted runs in the file are those that were written."""
     found = Store(path).whole(STORED["wanted"]) if path.stat().st_size else pd.DataFrame()
     for row in found.to_dict("records"):
         if row["run"] in STORED["wanted"]:
@@ -96,15 +96,15 @@ def read_rows(path: Path) -> object:
     return found
 
 
-#: What `read_rows` compares with.
+#: Rows with which `read_rows` compares.
 STORED: dict[str, Any] = {}
 
 
 @pytest.fixture(scope="module")
 def whole(archive: dict[str, bytes], tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
-    """A file of each kind."""
+    """Returns an undamaged file of each kind."""
     folder = tmp_path_factory.mktemp("whole")
-    # Without the library, so that most damages meet the directory or the description.
+    # The library is left out, so that most damages hit the directory or the description.
     small = {name: content for name, content in archive.items() if len(content) < 200_000}
     description = small["modelDescription.xml"].replace(b' name="', b' name="own_')
     rock = folder / "rock.json"
@@ -139,8 +139,8 @@ def read_log(path: Path) -> object:
     return columns_of(path, FIELDS)
 
 
-#: A reader of each kind of file, and of how many damages in a hundred at least it notices: where a
-#: damage meets other files of an archive, words or blanks, what is read is whole.
+#: A reader for each kind of file, and the percentage of damages that it must notice. It cannot
+#: notice damage to an archive's other files, words or blanks.
 READERS: dict[str, tuple[Callable[[Path], object], int]] = {
     "unit.fmu": (fmu.load, 10),
     "partner.fmu": (read_partner, 100),
@@ -162,7 +162,7 @@ READERS: dict[str, tuple[Callable[[Path], object], int]] = {
 def test_drawn_damages(kind: str, whole: dict[str, bytes], tmp_path: Path) -> None:
     (read, least), draw, refused = READERS[kind], random.Random(kind), 0
     for number in range(DAMAGES):
-        # A reader knows a file again by its name, time and size.
+        # Readers cache files by name, time and size.
         path = tmp_path / f"{number}{Path(kind).suffix}"
         path.write_bytes(damaged(whole[kind], draw))
         refused += is_refused_by_name(read, path)

@@ -1,4 +1,4 @@
-"""From a datasheet to a hammer that strikes as it says."""
+"""From a datasheet to a hammer that strikes accordingly."""
 
 import json
 from collections.abc import Callable
@@ -28,7 +28,7 @@ def strikes(sheet: Datasheet, until: float) -> tuple[float, float]:
 def test_a_hammer_strikes_as_its_datasheet_says() -> None:
     given = {"piston_mass": "19 lb", "blow_energy": "300 ft.lbf", "frequency": "30 Hz"}
     found = strikes(from_datasheet(**given, hole="6 in", bit_mass="40 lb", rock="R4"), 1.2)
-    # Each is met up to its own error, 5 and 2 %: what pistons do pulls at them.
+    # Each is met up to its own error, 5 and 2 %, since usual pistons also have a weight in the fit.
     assert found[0] == pytest.approx(300 * 0.3048 * 0.45359237 * 9.80665, rel=0.05)
     assert found[1] == pytest.approx(30.0, rel=0.02)
 
@@ -89,10 +89,10 @@ def test_ratios_are_known_where_rates_are_not(cli: Callable[..., str]) -> None:
     there = here.but(at="30 bar")
     ratio, low, high = compare(there, here).loc["rate of penetration"]
     # Exponents of energy and frequency are known to 0.11 and 0.1: 80 % of 0.15 on a ratio of 1.25,
-    # and some per cent of what else the model leaves open.
+    # and some per cent from the rest of the model.
     assert low < ratio < high < 1.18 * low
     assert here.ranges["rate of penetration"][1] > 1.5 * here.ranges["rate of penetration"][0]
-    # A hammer over itself, and backwards.
+    # The ratio of a hammer to itself, and the inverse comparison.
     assert (compare(here, here) == 1.0).all(axis=None)
     back = compare(here, there).loc["rate of penetration", "ratio"]
     assert ratio * back == pytest.approx(1.0, rel=1e-3)
@@ -113,7 +113,7 @@ def test_a_number_that_belongs_to_what_is_changed_does_not_stay() -> None:
 
 
 def test_whatever_simulate_takes_is_compared(cli: Callable[..., str], tmp_path: Any) -> None:
-    # Of the same scene under twice its specific energy the rate is half, in the middle.
+    # In the same scene with twice the specific energy the middle rate is half.
     scene = {"fidelity": "Rigid"}
     energy = VARIABLES["rock.specific_energy"].start or 0.0
     found = compare({**scene, "rock.specific_energy": 2.0 * energy}, scene)
@@ -124,7 +124,7 @@ def test_whatever_simulate_takes_is_compared(cli: Callable[..., str], tmp_path: 
     ratio, low, high = compare(sheet, "air_4_inch").loc["blow energy"]
     assert low < 1.0 < high < 2.5 * low
     assert low < ratio < high
-    # A row of a sweep, a preset and a file are hammers too, and so they are for the command.
+    # A row of a sweep, a preset and a file are hammers too, also for the command.
     table = sweep({"feed_force": [4e3, 6e3]}, 0.05, base=scene)
     rows = compare(table.iloc[1], table.iloc[0])
     file = tmp_path / "rigid.json"
@@ -144,7 +144,7 @@ def test_the_air_at_the_compressor_is_told() -> None:
         1.626, abs=2e-3
     )
     assert "normal air" in sheet.readable()["free air"]
-    # A sheet in a notebook begins with its rate.
+    # In a notebook a sheet begins with its rate.
     assert sheet._repr_html_().startswith("<table><tr><td>rate of penetration")
 
 
@@ -155,7 +155,7 @@ def test_a_rock_beside_a_mapping_that_has_one_is_not_ignored_without_a_word() ->
 
 
 def test_the_rock_that_is_kept_has_its_own_range(cli: Callable[..., str], tmp_path: Any) -> None:
-    """The scene's range is of its rate: with a measured one, that of the measurement's scatter."""
+    """The scene's range is that of its rate: with a measured rate, the measurement's scatter."""
     given = {"od": "124mm", "pressure": "24bar", "power": "31.7kW", "hole": "140mm", "rop": "18m/h"}
     options = [part for name, value in given.items() for part in (f"--{name}", value)]
     rock, scene = tmp_path / "rock.json", tmp_path / "scene.json"

@@ -1,4 +1,4 @@
-"""What is accepted without being meant is told, once."""
+"""Values that are accepted but hardly meant cause one warning."""
 
 import pytest
 from dth_hammer import Coupling, Hammer, HammerWarning, simulate
@@ -14,7 +14,8 @@ AIR = {"drive.source": "Air"}
         (PRESSURE | {"drive.amplitude": 2e3, "drive_pressure": 1e6}, "drive.amplitude is ignored"),
         ({"bit.length": 168.0}, "bit.length = 168 m is 1000 times .* is the unit right"),
         ({"feed_force": 5.0}, "feed_force = 5 N is 0.001 times"),
-        # What is 0 in the reference hammer, against what is usual; a temperature in degrees.
+        # Values that are 0 in the reference hammer are compared with usual ones; a temperature in
+        # degrees.
         (PRESSURE | {"drive_pressure": 24.0}, "drive_pressure = 24 Pa is 4.8e-6 times a usual"),
         (
             {"drive.source": "Force", "drive_force": 4.0},
@@ -23,7 +24,7 @@ AIR = {"drive.source": "Air"}
         ({"casing.mass": 5e4}, "casing.mass = 50000 kg is 1000 times a usual 50 kg: is the unit"),
         (AIR | {"air.temperature": 27.0}, "air.temperature = 27 K is .*: is the unit right"),
         ({"piston.segment[3].area": 2e-3}, r"piston\.segment\[3\]\.area is ignored: piston"),
-        # What cannot drill.
+        # Hammers that cannot drill.
         ({"feed_force": "-50 kN"}, "feed_force = -50000.0 N lifts the hammer off the rock"),
         ({"drive.amplitude": 10.0}, "a piston at rest stays at rest"),
         ({"air.port_height": 1e-3}, "only Air reads it"),
@@ -42,7 +43,7 @@ def test_a_doubtful_parameter(parameters: dict[str, float | str], message: str) 
         hammer.step(1e-4)
         assert len(hammer.warnings) == 1
     assert len(warned) == 1
-    # At the line of who called, not of this package.
+    # The warning is at the caller's line, not in this package.
     assert warned[0].filename == __file__
 
 
@@ -64,7 +65,7 @@ def test_a_source_without_its_inputs() -> None:
 
 
 class Constant:
-    """A partner that has pressures."""
+    """A partner that returns pressures."""
 
     def outputs(self) -> dict[str, float]:
         return {"drive_pressure": 1e6}

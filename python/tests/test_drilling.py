@@ -1,4 +1,4 @@
-"""A drilling log to the rock's specific energy over depth."""
+"""From a drilling log to the rock's specific energy over depth."""
 
 import json
 import re
@@ -37,13 +37,15 @@ def test_a_log_of_simulated_rates_gives_the_rock_that_they_were_simulated_in() -
         rows.append({"depth": len(rows), "rop": rate, "pressure": pressure, "feed": feed})
     units = {"depth": "m", "rop": "m/s", "pressure": "Pa", "feed": "N"}
     found = specific_energy(sheet, pd.DataFrame(rows), unit=units)
-    # Up to the share of the work that a rigid hammer gives the rock, which is of all rows alike.
+    # Relative to the share of the work that a rigid hammer gives the rock, which is equal in all
+    # rows.
     off = np.log(found["specific_energy"] / [energy for *_, energy in scenes])
-    # Two means of 100 blows, each known to 2 %, and what the sheet leaves open of a hammer's own
-    # curve over the pressure, of which the middle hammer has one.
+    # Two means of 100 blows, each known to 2 %. The sheet also leaves a hammer's own curve over the
+    # pressure open, of which only the middle hammer is used.
     curve = compare(sheet.but(at="15 bar"), sheet).loc["rate of penetration"]
     assert np.ptp(off) < 4.0 * 0.02 * np.sqrt(2.0) + np.log(curve["high"] / curve["low"])
-    # What one rate says to the sheet, the log says too: the same members and quantiles.
+    # A sheet and a log get the same energy from one rate, because members and quantiles are the
+    # same.
     one = sheet.but(rop=18 / 3600)
     here = {"depth [m]": [0.0], "rop [m/s]": [18 / 3600], "pressure [Pa]": [24e5]}
     here["feed [N]"] = [one.parameters["feed_force"]]
@@ -56,13 +58,13 @@ def test_a_log_of_simulated_rates_gives_the_rock_that_they_were_simulated_in() -
 
 
 def test_a_frequency_that_is_heard_moves_the_power_as_the_hammers_go_together() -> None:
-    # Hammers whose power goes with the cube of the frequency: what is heard gives the power, as far
-    # as the ear is better than the sheet.
+    # These hammers' power is in proportion to the cube of the frequency. So a measured frequency
+    # determines the power, as far as the measurement is better than the sheet.
     pace = np.log(30.0) + 0.1 * np.random.default_rng(2).standard_normal((1, 240))
     moved = (3.0 * pace + _frequency_effect(3.0 * pace, pace, np.log([33.0])))[0]
     trust = pace.var() / (pace.var() + FREQUENCY_ERROR**2)
     middle = 3.0 * (pace.mean() + trust * (np.log(33.0) - pace.mean()))
-    # 240 noises have a mean of their own.
+    # The mean of 240 random numbers is not zero.
     assert moved.mean() == pytest.approx(middle, abs=4.0 * 3.0 * FREQUENCY_ERROR / np.sqrt(240))
     assert moved.std() == pytest.approx(3.0 * FREQUENCY_ERROR * np.sqrt(trust), rel=0.15)
     assert not _frequency_effect(3.0 * pace, pace, np.array([np.nan])).any()
@@ -91,7 +93,7 @@ def test_logs_are_read_as_rigs_write_them(tmp_path: Path, cli: Callable[..., str
         with pytest.warns(HammerWarning, match="null, idle or told"):
             found = specific_energy(sheet, log)
         assert found.to_numpy() == pytest.approx(expected.to_numpy(), rel=1e-12)
-        # Of a table its own labels, of a file the number of the line.
+        # Rows of a table keep its labels, rows of a file have the number of the line.
         assert [*found.index] == index
     text = ",".join(f"{name}={value}" for name, value in SHEET.items())
     printed = cli("log", german, "--sheet", text)
@@ -105,7 +107,7 @@ def test_logs_are_read_as_rigs_write_them(tmp_path: Path, cli: Callable[..., str
 
 
 def test_a_frequency_and_a_feed_count_where_they_stand_and_what_else_there_is_stays() -> None:
-    # The sheet leaves the power open: a frequency that is heard says more of it.
+    # The sheet leaves the power open, which a measured frequency determines better.
     sheet = from_datasheet(od="124 mm", pressure="24 bar", hole="140 mm")
     log = pd.DataFrame(
         {"Depth [m]": [10, 11], "ROP [min/m]": [3, 4], "Percussion pressure [bar]": [24, 24]}
@@ -121,14 +123,15 @@ def test_a_frequency_and_a_feed_count_where_they_stand_and_what_else_there_is_st
         return np.log(table["specific_energy_high"] / table["specific_energy_low"]).to_numpy()
 
     first, second = wide(heard) / wide(alone)
-    # Of numbers that go together as normal ones do, with the ear's own error; the ends of 80 % of
-    # 240 members are known to some 7 % each.
+    # By the formula for correlated normal numbers, with the error of the measured frequency. The
+    # ends of an 80 % range of 240 members are known to some 7 % each.
     logs = np.log(sheet.but(rop="18 m/h").members[["specific energy", "frequency"]])
     trust = logs["frequency"].var() / (logs["frequency"].var() + FREQUENCY_ERROR**2)
     assert first == pytest.approx(np.sqrt(1.0 - trust * logs.corr().iloc[0, 1] ** 2), rel=0.1)
     assert first < 1.0
     assert second == pytest.approx(1.0, rel=1e-9)
-    # So does a feed, without which it is anywhere in what rigs put on such a hammer.
+    # A measured feed narrows it too. Otherwise the feed is anywhere in the range that rigs use with
+    # such a hammer.
     assert (wide(alone) < wide(unfed)).all()
     assert heard["feed"].tolist()[1] == pytest.approx(2000 * 9.80665)
     said = "; ".join(heard.attrs["said"])
@@ -143,7 +146,7 @@ def test_a_frequency_and_a_feed_count_where_they_stand_and_what_else_there_is_st
 
 @pytest.mark.filterwarnings("ignore::dth_hammer.HammerWarning")
 def test_a_log_is_of_whatever_simulate_takes(tmp_path: Path, cli: Callable[..., str]) -> None:
-    # Of a hammer's own rates the log gives its own rock, at its pressure and at another.
+    # From a hammer's own rates the log gives its own rock, at its pressure and at another one.
     hammer = {**PRESETS["air_4_inch"].values, "fidelity": "Rigid"}
     lower = hammer | {"supply_pressure": 0.8 * hammer["supply_pressure"]}
     air = whole(numbers(None, hammer))["exhaust_pressure"]
@@ -155,13 +158,13 @@ def test_a_log_is_of_whatever_simulate_takes(tmp_path: Path, cli: Callable[..., 
     hole.write_text("\n".join(["depth,rop,pressure", *rows]), encoding="utf-8")
     found = specific_energy(hammer, hole)
     energy = whole(numbers(None, hammer))["rock.specific_energy"]
-    # The middle of 240 members whose 5 and 10 % are drawn, and two means known to 2 %.
+    # The median of 240 members that are drawn with 5 and 10 %, and two means known to 2 %.
     assert found["specific_energy"].to_numpy() == pytest.approx([energy] * 2, rel=0.06)
     wide = np.log(found["specific_energy_high"] / found["specific_energy_low"])
     assert wide.to_numpy() == pytest.approx([2 * 1.2816 * np.hypot(0.05, SCATTER)] * 2, rel=0.15)
     printed = cli("log", hole, "--sheet", "air_4_inch")
     (row, *_) = json.loads(cli("log", hole, "--sheet", "air_4_inch", "--json"))
-    # The text is in units of the trade and has five digits, JSON is in SI units.
+    # The text is in field units and has five digits, JSON is in SI units.
     assert "specific_energy [MJ/m3]" in printed
     assert f"{1e-6 * row['specific_energy']:.5g}" in printed
     with pytest.raises(DomainError, match="does not drive this hammer"):

@@ -42,21 +42,21 @@ def fed() -> dict[float, pd.DataFrame]:
     }
 
 
-#: libcosim and ecos have wheels for some platforms alone.
+#: libcosim and ecos have wheels for some platforms only.
 HAS_PARALLEL = all(importlib.util.find_spec(name) for name in ("libcosimpy", "ecospy"))
 
 
-# While it idles, single impacts are faster than steel stands for long.
+# While the hammer idles, single impacts are faster than steel lasts for long.
 @pytest.mark.filterwarnings("ignore:An impact at", "ignore:The bit goes in")
 def test_an_air_hammer_idles_below_the_feed_that_holds_its_casing(tmp_path: Path) -> None:
     table = thrust.run_air((2e3, 6e3, 10e3, 15e3), until=0.8)
     lost, idle, full, more = table.to_dict("records")
-    # Makers print 35 to 45 blows a second; part of the time it does not strike.
+    # Makers print 35 to 45 blows per second. An idling hammer does not strike all the time.
     assert 35.0 < full["blows"] < 45.0
     assert idle["blows"] < 0.9 * full["blows"]
     assert more["rop"] == pytest.approx(full["rop"], rel=0.1)
     assert thrust.knee(table) == 10e3
-    # Thrown about without feed, it still has a number, and a lower one.
+    # Without feed the hammer is thrown about, and still has a rate, but a lower one.
     assert 0.0 <= lost["rop"] < full["rop"]
     thrust.draw_air(table).savefig(tmp_path / "thrust.png", dpi=40)
 
@@ -66,7 +66,7 @@ def test_air_neither_appears_nor_vanishes_between_compressor_and_hammer(
 ) -> None:
     for frame in fed.values():
         balance = frame["delivered"] - frame["air_mass"] - frame["held"]
-        # 600 sums of numbers below 1 kg: their rounding.
+        # Rounding of 600 sums of numbers below 1 kg.
         assert np.ptp(balance) < 600 * 2.0**-53
         assert frame["delivered"].iloc[-1] > frame["held"].iloc[0]
 
@@ -74,22 +74,23 @@ def test_air_neither_appears_nor_vanishes_between_compressor_and_hammer(
 def test_a_smaller_compressor_holds_a_lower_pressure(fed: dict[float, pd.DataFrame]) -> None:
     large, small = (fed[capacity].iloc[-150:].mean() for capacity in (16.0, 12.0))
     for capacity, mean in ((16.0, large), (12.0, small)):
-        # Over the last dozen blows the hammer takes what the compressor gives; receiver and hose
+        # Over the last dozen blows the hammer takes what the compressor gives. Receiver and hose
         # empty in 0.25 s, so of half too much at first 0.5 exp(-1 / 0.25) = 1 % is left.
         assert 60.0 * mean["air_flow"] == pytest.approx(capacity, rel=0.03)
-    # Choked ports take air as the pressure is high: a hammer of 3/4 the air has some 3/4 of it.
+    # The flow through choked ports is in proportion to the pressure: a hammer with 3/4 of the air
+    # has about 3/4 of the pressure.
     assert small["supply_pressure"] / large["supply_pressure"] == pytest.approx(0.75, rel=0.1)
     assert small["blow_energy"] < 0.9 * large["blow_energy"]
     assert small["rop"] < 0.9 * large["rop"]
 
 
 def test_a_compressor_gives_less_only_beyond_its_rated_pressure(tmp_path: Path) -> None:
-    # Nothing taken: it fills up to where the regulator has closed, and not beyond.
+    # If no air is taken, the pressure rises until the regulator has closed, and no further.
     given = Compressor(capacity=0.1)
     supply = Supply(given)
     supply.advance(5.0, 0.0)
     assert supply.pressure == pytest.approx(given.rated_pressure + given.band, rel=1e-6)
-    # The hose: a long pipe costs f L / D rho v^2 / 2, of the mean density.
+    # The loss of a long hose is f L / D rho v^2 / 2, with the mean density.
     supply = Supply(replace(given, receiver=0.02, hose_length=40.0, hose_bore=0.03))
     flow = FREE * given.capacity
     for k in range(1, 101):
@@ -97,7 +98,7 @@ def test_a_compressor_gives_less_only_beyond_its_rated_pressure(tmp_path: Path) 
     drop = given.rated_pressure - supply.pressure
     density = 0.5 * (given.rated_pressure + supply.pressure) / (GAS * given.temperature)
     loss = 0.02 * 40.0 / 0.03 * (flow / (np.pi / 4 * 0.03**2)) ** 2 / (2.0 * density)
-    # The hammer takes what comes: the receiver keeps its pressure.
+    # The hammer takes as much as the compressor delivers, so the receiver keeps its pressure.
     assert drop == pytest.approx(loss, rel=1e-9)
     runs = {20.0: compressor.run(Compressor(), until=0.06)}
     compressor.draw(runs).savefig(tmp_path / "compressor.png", dpi=40)
@@ -122,8 +123,9 @@ def test_water_at_rest_stays_at_rest() -> None:
     assert drive.save()[1] == pytest.approx(before[1], abs=1e-9)
 
 
-#: Two steps of each model, and how far impact speed (oil: the swing) may be off at the first with
-#: the delay that is right: one after the other, and all at once, whose values are a step older.
+#: Two steps of each model, and the largest error of the impact speed (oil: of the swing) at the
+#: first step with the right delay: one unit after the other, and both at once, whose values are a
+#: step older.
 COUPLED = {
     "oil": ((2e-5, 1e-5), 0.02, 0.2),
     "gas": ((1e-4, 5e-5), 1e-3, 1e-2),
@@ -132,7 +134,7 @@ COUPLED = {
     "hose, its wave": ((1e-4, 5e-5), 1e-3, 5e-3),
     "compressor": ((1e-3, 1e-4), 1e-3, 1e-3),
 }
-#: Half a minute each; drives by pressures are in the suite as gas and oil.
+#: Half a minute each; the suite has gas and oil as drives by pressures.
 SLOW = ("water with a valve", "hose, its pressure")
 
 
@@ -146,7 +148,7 @@ SLOW = ("water with a valve", "hose, its pressure")
 )
 def test_a_delay_is_the_second_order_in_every_host(case: str, everywhere: bool) -> None:
     steps, after, at_once = COUPLED[case]
-    # A loop is what fmucontainer is, and ecos what libcosim is: to all digits, as gas shows.
+    # A loop agrees with fmucontainer, and ecos with libcosim, to all digits, as gas shows.
     hosts = ("fmucontainer", *(("libcosim",) if HAS_PARALLEL else ()))
     if everywhere:
         hosts = ("own loop", *hosts, *(("ecos",) if HAS_PARALLEL else ()))
@@ -157,7 +159,7 @@ def test_a_delay_is_the_second_order_in_every_host(case: str, everywhere: bool) 
         (first, part), (second, _) = (rows[step, delays[-1]] for step in steps)
         assert abs(first) < (after if host in ("own loop", "fmucontainer") else at_once)
         if case in ("gas", "oil"):
-            # Half the step, a quarter of the error; oil swings up meanwhile.
+            # With half the step the error is a quarter; meanwhile the swing of oil grows.
             assert 3.0 < first / second < (5.0 if case == "gas" else 10.0)
         if len(delays) > 1:
             (held, made), (half, _) = (rows[step, 0.0] for step in steps)
@@ -175,15 +177,16 @@ def test_a_master_couples_two_fmus_as_the_loop_does(tmp_path: Path) -> None:
     container.build(file, step=1e-3)
     two = container.run_container(file, until=0.15)
     loop = container.run_loop(until=0.15, step=1e-3)
-    # The same steps in the same order. What differs is rounding: the master's time is a sum
-    # of steps, n of them off by n units of the last place, here 150 * 1.5e-17 s of 1e-3 s.
+    # The same steps in the same order differ by rounding: the master's time is a sum of steps, n of
+    # them off by n units of the last place, here 150 * 1.5e-17 s of 1e-3 s.
     assert two == pytest.approx(loop, rel=1e-9)
 
 
 def test_the_rock_changes_with_depth(tmp_path: Path) -> None:
     formation = ((0.0, "R3"), (0.003, "granite"))
     frame = layers.run(0.4, formation)
-    # The power is nearly the same in both: rates are as the inverse of the energy per volume.
+    # The power is nearly equal in both, so the rates are in inverse proportion to the energy per
+    # volume.
     soft, hard = (rock(name, hole="90 mm")["rock.specific_energy"] for name in ("R3", "granite"))
     assert frame["rop"].max() / frame["rop"].iloc[-1] == pytest.approx(hard / soft, rel=0.1)
     assert frame["energy_residual"].abs().max() < 1e-6
@@ -200,7 +203,7 @@ def test_a_sweep_over_five_parameters(tmp_path: Path) -> None:
     assert (table["bit.elements"] / own).tolist() == [1.0, 2.0, 1.0, 2.0]
     curves = thousand.effects(table, "rock.stiffness")
     assert (curves.loc[1.0] == 1.0).all()
-    # Stiffer by 4: half the penetration if all energy went into the line of loading.
+    # A rock 4 times as stiff halves the penetration if all energy goes into the loading line.
     assert curves.loc[4.0].between(0.35, 0.65).all()
     assert len(thousand.grid()) == 1000
     law = pd.DataFrame(thousand.grid().sample(60, random_state=1))
@@ -210,7 +213,8 @@ def test_a_sweep_over_five_parameters(tmp_path: Path) -> None:
 
 
 def test_a_uniform_piston_reaches_the_closed_form_and_a_growing_wave_passes_it() -> None:
-    # One rectangular pulse: eta = 2 (1 - e^-b)^2 / b, b = 2 KR Lp / (E A), at its best 0.8145.
+    # One rectangular pulse: eta = 2 (1 - e^-b)^2 / b with b = 2 KR Lp / (E A), which is 0.8145 at
+    # best.
     best, scene = 1.25643, shape_piston.Scene()
     own = scene.own
     length = best * own["material.youngs_modulus"] * scene.bit_area / (2 * own["rock.stiffness"])
@@ -220,8 +224,8 @@ def test_a_uniform_piston_reaches_the_closed_form_and_a_growing_wave_passes_it()
         hammer.step(3 * scene.transit)
         lost = hammer["energy_damping"] / (0.5 * scene.mass * shape_piston.SPEED**2)
     efficiency = shape_piston.efficiency(scene, uniform, shape_piston.FINE)
-    # What the bars damp is missing. The contact yields, which gives the pulse ramps of
-    # Z / (2 KC), 1/48 of its length: it changes the share by the square of that, 4e-4, for at
+    # The energy that the bars damp is missing. The contact yields, which gives the pulse ramps of Z
+    # / (2 KC), 1/48 of its length. This changes the share by the square of that, 4e-4, because at
     # the best b neither a longer nor a shorter pulse is better.
     assert 0.814529 - lost - 4e-4 < efficiency < 0.814529 + 4e-4
     growing = scene.areas([1.2**-k for k in range(shape_piston.SECTIONS)])
@@ -291,14 +295,14 @@ def test_bore_and_stroke_are_those_of_brute_force(tmp_path: Path) -> None:
     case = replace(optimum.CASES["stroke"], others=optimum.RIGID)
     best, grid = case.found(), case.brute(5)
     within = grid[grid["within"]]
-    # Means over other hammers of the same tolerance: within the standard errors of both, three
-    # times over, of what no point of the grid can be above.
+    # The means are over other hammers of the same tolerance. So no point of the grid may be above
+    # by more than three times the standard errors of both.
     assert best.value >= within["rop"].max() * (1.0 - 3.0 * optimum.ERROR)
     assert best.at_limits == ("blow_energy",)
     assert 0 < len(within) < len(grid)
     figure = optimum.draw([(case, best, grid)])
     figure.savefig(tmp_path / "optimum.png", dpi=40)
-    # Millimetres and metres an hour.
+    # Millimetres, and metres per hour.
     axes, colours = figure.axes
     assert axes.get_xlim()[1] == pytest.approx(41.5)
     assert axes.get_ylim()[1] == pytest.approx(63.75)
@@ -312,7 +316,7 @@ def test_a_filter_follows_a_rock_that_changes_under_way(tmp_path: Path) -> None:
     assert 2 < changed < 9
     for end in (frame.iloc[changed - 1], frame.iloc[-1]):
         for name in rock_from_hammer.ROCK_NAMES:
-            # Four bands: an ensemble of 24 knows its own width to 15 %.
+            # Four standard deviations: an ensemble of 24 determines its own width to 15 %.
             off = np.log(end[f"{name} found"] / end[name])
             assert abs(off) < 4.0 * 1.15 * end[f"{name} band"] < 0.3
     rock_from_hammer.draw(frame).savefig(tmp_path / "rock.png", dpi=40)
@@ -327,8 +331,8 @@ def test_samples_of_the_likelihood_are_those_of_calibrate() -> None:
         exec(part, names)
     found, samples = names["found"], np.exp(names["sampler"].get_chain(flat=True))
     assert ((found.parameters - pd.Series(names["hidden"])).abs() < 4.0 * found.errors).all()
-    # 240 correlated samples tell a mean to a third of the deviation, and a deviation to a factor
-    # of 1.6.
+    # 240 correlated samples determine a mean to a third of the deviation, and a deviation to a
+    # factor of 1.6.
     assert (np.abs(samples.mean(axis=0) - found.samples.mean()) < found.errors).all()
     assert (samples.std(axis=0) / found.errors).between(1.0 / 1.6, 1.6).all()
 
@@ -337,7 +341,7 @@ def test_the_first_wave_below_couplings_is_that_of_one_after_another() -> None:
     hammer = PRESETS["top_hammer"].values | {"drill.coupling.length": 0.21}
     ratio = VARIABLES["drill.coupling.area"].start / VARIABLES["drill.rod.area"].start
     back = ((ratio - 1.0) / (ratio + 1.0)) ** 2
-    # A wave on a grid of a tenth of a sleeve, through one sleeve after the other.
+    # Moves a wave on a grid of a tenth of a sleeve, through one sleeve after the other.
     cell = 0.021
     wave = np.zeros(4000)
     wave[: round(2 * hammer["piston.segment[1].length"] / cell)] = 1.0
@@ -347,7 +351,7 @@ def test_the_first_wave_below_couplings_is_that_of_one_after_another() -> None:
         for k in range(len(wave)):
             below[k] = (1.0 - back) * wave[k] + (back * below[k - 20] if k >= 20 else 0.0)
         wave = below
-        # The rectangle is a whole number of cells to half of one.
+        # The rectangle is a whole number of cells long, to half a cell.
         off = float(wave @ wave) / whole - top_hammer.first_wave(rods)
         assert abs(off) < 0.5 * cell / hammer["piston.segment[1].length"], (rods, off)
 
@@ -357,7 +361,7 @@ def test_a_top_hammer_drills_with_more_than_its_first_wave_and_loses_some_in_loo
     [row], [loose] = (table.to_dict("records") for table in tables)
     assert loose["rate"] + 3 * loose["error"] < row["rate"] - 3 * row["error"]
     assert row["first wave"] < row["share"] < 1.0
-    # The published rate of blows of its class, and a joint that would open (see the limits).
+    # The published blow frequency of its class, and a joint that would open (see the limits).
     assert 40.0 < row["blows"] < 60.0
     assert row["pull"] > 0.0
     assert top_hammer.draw(*tables).axes[0].get_xlabel() == "rods of 3.66 m"

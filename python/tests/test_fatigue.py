@@ -1,4 +1,4 @@
-"""Fatigue life: exact turning points, rainflow, damage, hours, and where they are shown."""
+"""Fatigue life: exact turning points, rainflow, damage, hours, and their figures."""
 
 import math
 import sys
@@ -14,7 +14,7 @@ from dth_hammer.study import fatigue
 from dth_hammer.study.fatigue import Life, _counted, ranges, turning_points
 
 CURVE = SNCurve("200 MPa", 1e7, 8)
-# A coarse mesh, which costs a quarter, and a penalty as stiff as two of its elements.
+# A coarse mesh, at a quarter of the cost, and a contact as stiff as two of its elements.
 MESH = {"piston.elements": 10, "bit.elements": 10, "contact.stiffness": 6e10}
 
 
@@ -34,7 +34,7 @@ def test_rainflow_counts_as_the_standard_s_example() -> None:
 
 
 def test_turning_points_lie_between_samples() -> None:
-    # Of a cosine sampled in steps of h the vertex is cos x + sin^2 x (1 + cos h) / (4 cos x), with
+    # For a cosine sampled in steps of h the vertex is cos x + sin^2 x (1 + cos h) / (4 cos x), with
     # |x| up to h / 2: it errs by 3 h^4 / 128 at most, and by terms of h^6.
     step = 0.3
     bound = 3 * step**4 / 128 * (1 + step**2)
@@ -50,7 +50,8 @@ def test_the_damage_of_a_cycle_is_that_of_the_line() -> None:
     stress = np.array([100e6, 200e6, 400e6])
     none = np.zeros(3)
     assert CURVE.damage(stress, none) == pytest.approx([1e-7 / 256, 1e-7, 256e-7], rel=1e-12)
-    # Goodman: at a mean of half the ultimate strength an amplitude does what twice as much does.
+    # Goodman: at a mean of half the ultimate strength an amplitude does the damage of twice as
+    # much.
     bent = SNCurve(200e6, 1e7, 8, "1 GPa")
     assert bent.damage(stress[:1], np.array([500e6])) == pytest.approx(1e-7, rel=1e-12)
     assert bent.damage(stress[:1], np.array([-500e6])) == pytest.approx(1e-7 / 256, rel=1e-12)
@@ -58,7 +59,7 @@ def test_the_damage_of_a_cycle_is_that_of_the_line() -> None:
 
 
 def test_many_small_cycles_count_where_the_line_is_flat() -> None:
-    # One cycle of 100 MPa and 20,000 of 0.9: by Miner they are added.
+    # One cycle of 100 MPa and 20,000 of 0.9 MPa, whose damages Miner adds.
     small = 20_000
     turns = 1e6 * np.concatenate(([100.0, 0.0], np.tile([0.9, 0.0], small)))
     alone, each = SNCurve("200 MPa", 1e7, 3).damage(np.array([50e6, 0.45e6]), np.zeros(2))
@@ -68,8 +69,9 @@ def test_many_small_cycles_count_where_the_line_is_flat() -> None:
 
 
 def test_stresses_are_those_of_the_blow(found: Life) -> None:
-    # Saint-Venant: two bars of equal section meet at v, E v / 2 c, compression in both bodies;
-    # where the wave meets itself coming back from rock or contact, it is twice that at most.
+    # Saint-Venant: two bars of equal section that meet at v have E v / 2 c, compression in both
+    # bodies. Where the wave overlaps with its reflection from rock or contact, it is twice that at
+    # most.
     front = 0.5 * 11.4 * math.sqrt(210e9 * 7850)
     least = found.places.groupby("body")["least"].min()
     assert (-least).between(front, 2.0 * front).all()
@@ -81,12 +83,12 @@ def test_stresses_are_those_of_the_blow(found: Life) -> None:
 def test_hours_go_with_the_strength_to_the_power_of_the_slope(
     found: Life, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # In blocks of another length, of which none loses a turning point.
+    # Blocks of another length must not lose a turning point.
     monkeypatch.setattr(fatigue, "BLOCK", 97)
     twice = life(MESH, SNCurve("400 MPa", 1e7, 8))
     ratio = twice.places["hours"] / found.places["hours"]
     assert ratio.to_numpy() == pytest.approx(np.full(20, 2.0**8), rel=1e-9)
-    # One cycle of the largest range a blow is the least that is done, and most of it.
+    # One cycle of the largest range per blow is the least possible damage, and most of it.
     worst = found.worst
     alone = found.curve.damage(worst["range"] / 2, 0.0)
     assert alone <= worst["damage"] * (1 + 1e-12) < 10 * alone
@@ -104,7 +106,7 @@ def test_the_mesh_is_the_life_s_own_and_leaves_the_hours_that_it_says() -> None:
     assert fine.stress_error < 0.1 * own.stress_error
     ratio = own.worst["hours"] / fine.worst["hours"]
     assert 1 / (1 + own.life_error) <= ratio <= 1 + own.life_error
-    # The reference's own mesh is made for a rate, and says so.
+    # The reference's own mesh is made for a rate, so its error is large.
     rough = life({"mesh.degree": 3}, CURVE)
     assert rough.mesh["piston.elements"] == 16
     assert rough.stress_error > 0.1
@@ -148,7 +150,7 @@ def test_lines_that_are_none_are_refused(curve: tuple[float, ...], message: str)
 def test_what_has_no_life_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(DomainError, match="rigid bodies carry no waves"):
         life({"fidelity": "Rigid"}, CURVE)
-    # 1 N does not lift the piston.
+    # A drive of 1 N does not lift the piston.
     with (
         pytest.warns(HammerWarning, match="is the unit right"),
         pytest.warns(HammerWarning, match="stays at rest"),

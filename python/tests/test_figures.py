@@ -1,4 +1,4 @@
-"""Figures: what is on the axes, with its unit."""
+"""Figures: the quantities on the axes, with their units."""
 
 import re
 from collections.abc import Callable
@@ -53,7 +53,7 @@ def test_a_cycle_starts_at_its_impact_and_lasts_a_period(cycle: Run) -> None:
 
 
 def harder_below(hammer: Hammer) -> None:
-    """Bit in loaded rock: another stiffness is another energy."""
+    """While the bit is in loaded rock, another stiffness changes the energy."""
     hammer.set({"rock.stiffness": "240 kN/mm" if hammer.time > 0.1 else "120 kN/mm"})
 
 
@@ -74,7 +74,7 @@ def test_the_bars_of_the_ledger_are_of_equal_height(
             heights[place] = heights.get(place, 0.0) + bar.get_height()
         left, right = np.array([heights[p] for p in sorted(heights)]).reshape(-1, 2).T
         np.testing.assert_allclose(left, right, rtol=1e-9)
-    # What is written there: percentages, each rounded to a tenth.
+    # The labels are percentages, each rounded to a tenth.
     said = [text.get_text() for text in figure.get_axes()[1].texts]
     shares = [float(text.split(", ")[-1].rstrip(" %")) for text in said]
     assert len(shares) == works + 4
@@ -117,19 +117,19 @@ def test_every_letter_of_a_file_is_in_the_font_of_the_style(
 ) -> None:
     figure = draw(run)
     assert labels(figure)
-    # What a notebook or a script has set where it saves is another font.
+    # A notebook or script may have set another font when it saves.
     with mpl.rc_context({"font.family": "sans-serif", "mathtext.fontset": "cm"}):
         figure.savefig(tmp_path / "figure.pdf")
     written = (tmp_path / "figure.pdf").read_bytes()
     fonts = set(re.findall(rb"/BaseFont /(?:[A-Z]{6}\+)?([\w-]+)", written))
     assert fonts
     assert all(font.startswith(b"STIX") for font in fonts), fonts
-    # TrueType, whose letters a journal can search; matplotlib's own choice is outlines.
+    # In TrueType fonts, unlike matplotlib's default outlines, a journal can search the letters.
     assert b"/Subtype /Type3" not in written
 
 
 def contrast(one: object, two: object) -> float:
-    """Of two colours, from 1 to 21, as the WCAG 2 defines it."""
+    """Returns the contrast of two colours, from 1 to 21, as defined by WCAG 2."""
 
     def luminance(colour: object) -> float:
         parts = to_rgb(colour)
@@ -145,7 +145,7 @@ def test_a_figure_for_a_dark_page_can_be_read(run: Run) -> None:
     ground = figure.get_facecolor()
     assert contrast(ground, "black") < 2.0
     figure.draw_without_rendering()
-    # 4.5 is what the WCAG 2 asks of text, 3 of what else is to be told apart.
+    # WCAG 2 requires 4.5 for text, and 3 for everything else that must be distinguished.
     texts = [t for t in figure.findobj(Text) if t.get_text() and t.get_gid() != ON_COLOUR]
     assert len(texts) > 10
     for text in texts:
@@ -157,7 +157,8 @@ def test_a_figure_for_a_dark_page_can_be_read(run: Run) -> None:
 
 
 #: The relay switches between two samples 50 us apart, in which the piston moves 0.5 mm of the 50 to
-#: which the work is proportional; the title has a whole joule of a hundred, with air of some more.
+#: which the work is proportional. The title is rounded to a joule: one of a hundred, or of some
+#: more with air.
 @pytest.mark.parametrize(("preset", "part"), [(None, 0.02), ("air_4_inch", 5e-3)])
 def test_the_area_of_the_indicator_diagram_is_the_work_of_the_drive(
     preset: str | None, part: float
@@ -166,9 +167,10 @@ def test_the_area_of_the_indicator_diagram_is_the_work_of_the_drive(
     *above, force = figures.indicator(run).axes
     area = float(force.get_title(loc="left").split()[0])
     assert area == pytest.approx(steady(preset)["energy_drive"], rel=part)
-    # Chambers of air have their pressures above.
+    # With air, the chambers' pressures are in the panels above.
     found = {line.get_label(): line.get_ydata() for axes in above for line in axes.lines}
     assert [*found] == (["drive chamber", "return chamber"] if preset else [])
     for bars in found.values():
-        # From the exhaust up to a little above the supply, where a chamber is compressed.
+        # Pressures go from the exhaust's to a little above the supply's, where a chamber is
+        # compressed.
         assert 1.0 < np.min(bars) < np.max(bars) < 1.1 * 25.2

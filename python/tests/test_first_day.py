@@ -27,7 +27,7 @@ PAGES = sorted((ROOT / "guide" / "pages").glob("*.md"))
 PINS = ("demo", "suite", "python", "pages", "wheel")
 INSTALL = "## Install"
 PYTHON_README = ROOT / "python" / "README.md"
-#: Commands in the fences of pages that no test runs as they stand, and why.
+#: Commands on the pages that no test runs unchanged, and why.
 NOT_RUN = {
     "cargo suite": "it is what runs this",
     "cargo suite -k hosts": "a part of it",
@@ -43,18 +43,18 @@ NOT_RUN = {
 
 
 def install_block() -> blocks.Block:
-    """The one road, as the README has it."""
+    """Returns the block of the README with the recommended installation."""
     text = README.read_text(encoding="utf-8")
     return blocks.parse(text[text.index(INSTALL) :])[0]
 
 
 @pytest.fixture(scope="module")
 def clean(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """A Python that has what the README's commands have installed, and nothing else."""
+    """Makes a Python with only the packages that the README's commands install."""
     folder = tmp_path_factory.mktemp("clean")
     files = [ROOT / "requirements" / f"{name}.txt" for name in PINS]
     lines = [line for file in files for line in file.read_text(encoding="utf-8").splitlines()]
-    # Without "-r": what it names would be installed, not only pinned.
+    # Lines with "-r" are left out, because pip would install the packages of that file.
     pins = "\n".join(line for line in lines if not line.startswith("-"))
     (folder / "pins.txt").write_text(pins, encoding="utf-8")
     subprocess.run([sys.executable, "-m", "venv", folder / "venv"], check=True)
@@ -65,7 +65,7 @@ def clean(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 
 def environment(folder: Path | None) -> dict[str, str]:
-    """What a user's shell has after activating the environment there, or that of the tests."""
+    """Returns the variables of a user's shell with that environment, or that of the tests."""
     hidden = {"DTH_HAMMER_FMU", "PYTHONPATH", "VIRTUAL_ENV"}
     environment = {name: value for name, value in os.environ.items() if name not in hidden}
     programs = Path(sys.executable).parent
@@ -80,14 +80,14 @@ def environment(folder: Path | None) -> dict[str, str]:
 
 
 def with_examples(folder: Path) -> None:
-    """Puts into a folder what a checkout has beside its pages."""
+    """Copies into a folder the files that a checkout has beside its pages."""
     for example in (ROOT / "examples").glob("*.py"):
         shutil.copy(example, folder)
     (folder / "dist").symlink_to(ROOT / "dist", target_is_directory=True)
 
 
 def run_page(clean: Path | None, page: Path, folder: Path) -> list[blocks.Block]:
-    """A page's blocks, run in an empty folder with the examples in it."""
+    """Runs a page's blocks in an empty folder with the examples in it."""
     with_examples(folder)
     out = folder / "blocks.json"
     runner = shlex.join(["python", str(blocks.__file__), str(page), str(out), f"cargo={ROOT}"])
@@ -130,13 +130,13 @@ def test_the_readme_s_snippets_print_what_is_shown(tmp_path: Path) -> None:
 
 
 def installed(block: blocks.Block) -> bool:
-    """Whether a block's commands are those of the installed package."""
+    """Returns whether a block has commands of the installed package."""
     words = [command.split()[0] for command in blocks.commands(block.code)]
     return block.kind == "console" and bool(words) and "dth-hammer" in words
 
 
 def test_a_command_that_is_not_run_has_a_reason() -> None:
-    # Of the pages in RUN, all blocks are run; of the front page, those that install and all after.
+    # All blocks of the pages in RUN are run; of the README, those that install and all after them.
     ran = [*blocks.commands(install_block().code)]
     found: set[str] = set()
     for page in {*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")}:
@@ -147,12 +147,12 @@ def test_a_command_that_is_not_run_has_a_reason() -> None:
     assert found - {*ran} == NOT_RUN.keys()
 
 
-#: How a line begins that is a command.
+#: The beginning of a line that is a command.
 PROGRAM = re.compile(r"(cargo|pip|python3?|dth-hammer|apt(-get)?|git|\.ci/\w+|\./\w+)( |$)")
 
 
 def cargo_commands() -> list[str]:
-    """All that README, guide and reports tell a reader to ask of cargo."""
+    """Returns all commands of cargo in README, guide and reports."""
     pages = [*ROOT.glob("*.md"), *PAGES, *(ROOT / "docs").glob("*.md"), PYTHON_README]
     found: set[str] = set()
     for page in pages:
@@ -170,19 +170,19 @@ def test_a_cargo_command_that_is_named_is_there(command: str) -> None:
     aliases = dict(re.findall(r"^([\w-]+) = \"([^\"]*)\"$", config, re.MULTILINE))
     word = command.split()[1]
     assert word in aliases or word in ("build", "test", "clippy", "fmt", "run"), command
-    # Its options are those of the program: a word that it does not know stops clap.
+    # The program must know its options: clap stops at an unknown one.
     options = [o for o in command.split()[2:] if o.startswith("--")]
     if word in aliases and "xtask" in aliases[word] and word != "suite":
         assert ran(["cargo", word, *options, "--help"], ROOT)
 
 
 def recipes() -> list[blocks.Block]:
-    """Scripts for hosts that are no part of the package's environment."""
+    """Returns the scripts for hosts that are not in the package's environment."""
     page = ROOT / "guide" / "pages" / "hosts.md"
     return [b for b in blocks.parse(page.read_text(encoding="utf-8")) if b.title]
 
 
-#: Hosts that have no wheel for some Pythons and platforms: requirements/hosts.txt says for which.
+#: Hosts without a wheel for some Pythons and platforms, which requirements/hosts.txt lists.
 ELSEWHERE = ("libcosimpy", "ecospy")
 
 

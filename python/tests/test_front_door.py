@@ -1,4 +1,4 @@
-"""What people type first: names, shapes and doors that agree."""
+"""Names, shapes and functions that people type first, and which must agree."""
 
 import subprocess
 import sys
@@ -11,7 +11,7 @@ import pytest
 from dth_hammer import VARIABLES, DomainError, Run, Scene, mesh_for, simulate, steady, sweep
 
 RIGID = {"fidelity": "Rigid"}
-#: A user's own drive, as the guide has it, and one with the bare callable.
+#: A user's own drive, as in the guide, and one that only has the function.
 USER = """
 from collections.abc import Callable, Mapping
 from dth_hammer import (Calibration, Coupling, Hammer, Life, Mesh, Motion, Optimum, Partner, Rock,

@@ -1,4 +1,4 @@
-"""Derivatives of runs, and what they are good for."""
+"""Derivatives of runs, and their uses."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from dth_hammer import DomainError, HammerWarning, Run, UnknownNameError, simulate
 
-#: Small meshes: what is shown here does not depend on them.
+#: Small meshes, because these results do not depend on the mesh.
 SMALL = {"piston.elements": 4, "bit.elements": 4, "contact.stiffness": 2e10}
 
 
@@ -55,7 +55,8 @@ def test_a_run_is_differentiated_through_its_blows(
         for output in outputs:
             ours = slopes[output, name].iloc[-1]
             theirs = (high[output].iloc[-1] - low[output].iloc[-1]) / (2.0 * step)
-            # Rounding of 1e-12 of the output over the step; a larger step of a section is bent.
+            # Rounding of 1e-12 of the output over the step; the curvature over a section's larger
+            # step.
             bound = 1e-12 * abs(middle[output].iloc[-1]) / step + 1e-4 * abs(ours)
             assert abs(ours - theirs) <= bound, (name, output)
 
@@ -75,12 +76,12 @@ def test_derivatives_of_a_motion_that_does_not_settle_are_not_told() -> None:
     with pytest.warns(HammerWarning, match="does not settle"):
         run = simulate({"feed_force": 0.0}, 2.0, step=2.0, gradient=by, outputs=outputs)
     assert run.gradient().iloc[-1].isna().all()
-    # Earlier they are there, and hold for less than a millionth.
+    # Earlier derivatives exist, but hold for less than a millionth of the parameter.
     with pytest.warns(HammerWarning, match="hold for .*e-08 of it at most"):
         simulate({"feed_force": 0.0}, 0.5, step=0.5, gradient=by, outputs=outputs)
 
 
-#: Hammers under air and under a valve, in a casing and without one.
+#: Hammers driven by air or with a valve, with and without a casing.
 DRAWN: list[tuple[str, dict[str, Any], list[str]]] = [
     ("air_4_inch", {}, ["rock.stiffness", "supply_pressure"]),
     ("air_6_inch", {"casing.mass": 0.0}, ["rock.stiffness", "air.supply_area"]),
@@ -96,7 +97,7 @@ def test_the_errors_that_are_told_hold_under_air_and_in_a_casing() -> None:
     held, random = [], np.random.default_rng(71)
     for preset, over, by in DRAWN:
         for _ in range(2):
-            # A hammer of its own each time.
+            # Each draw is another hammer.
             scene = over | {"rock.unloading_ratio": float(random.uniform(4.0, 10.0))}
             run = simulate(
                 scene, 0.09, preset=preset, gradient=by, outputs=[*READ, "blow_count"], step=0.03
@@ -107,7 +108,7 @@ def test_the_errors_that_are_told_hold_under_air_and_in_a_casing() -> None:
             for name, value in run.by.items():
                 held += _held(preset, fine, name, value, (slopes, errors))
     assert len(held) > 50
-    # An error is an estimate: 95 of 100 hold what it says.
+    # An error is an estimate, which must hold in 95 of 100 cases.
     assert np.mean(held) >= 0.95, held
 
 
@@ -132,6 +133,6 @@ def _held(
     finer, coarser = slope(4e-6), slope(8e-6)
     slopes, errors = (part.xs(name, level="by")[READ] for part in told)
     known = (finer - coarser).abs()
-    # Where the events change between the steps nothing is known.
+    # If the events change between the steps, the differences say nothing.
     sharp = known < 1e-4 * finer.abs() + errors
     return [*((slopes - finer).abs() <= errors + known)[sharp]]

@@ -14,24 +14,24 @@ from browsing import browser, judged, served
 from playwright.sync_api import Browser, TimeoutError, expect
 
 __all__ = ["browser"]
-#: What a page loads by itself, from elsewhere.
+#: Links by which a page would load something from elsewhere.
 ELSEWHERE = re.compile(r"<(?:script|link|img|iframe)\b[^>]*(?:src|href)=\"(https?:[^\"]*)")
 
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The guide as `cargo docs` builds it, but that no code is run and nothing is drawn."""
+    """Builds the guide as `cargo docs` does, but runs no code and draws nothing."""
     builder = importlib.import_module("build")
     folder = tmp_path_factory.mktemp("guide")
     builder.gather(folder / "pages")
     builder.complete(folder / "pages", lambda: "")
-    # Figures are missing here, which is no error.
+    # Figures are missing here, so broken links are no errors.
     builder.build_site(folder / "pages", folder / "site", strict=False)
     return folder / "site"
 
 
 class Links(HTMLParser):
-    """Where a page's links lead."""
+    """The links of a page."""
 
     def __init__(self, page: Path) -> None:
         super().__init__()
@@ -81,7 +81,7 @@ def test_the_search_finds_and_nothing_is_asked_of_others(
     page.on("request", lambda request: asked.append(request.url))
     page.goto(f"{home}/index.html")
     result = page.locator("a.md-search-result__link", has_text="From a datasheet").first
-    # What is typed before the page's script listens is lost to it: a slow machine types again.
+    # Keys before the page's script listens are lost, so the test types again on a slow machine.
     for _ in range(12):
         page.get_by_placeholder("Search").first.fill("")
         page.get_by_placeholder("Search").first.press_sequentially("datasheet")
@@ -95,7 +95,7 @@ def test_the_search_finds_and_nothing_is_asked_of_others(
     page.close()
 
 
-#: One of each kind: equations, wide tables, generated pages.
+#: One page of each kind: equations, wide tables, generated pages.
 PAGES = (
     *("index", "theory-modes", "theory-drive", "datasheet", "limits", "outputs", "presets", "cite"),
     *("python", "python-simulate", "variables", "variables-drive", "faq", "gallery"),
@@ -115,7 +115,7 @@ def test_equations_are_whole_and_no_page_is_wider_than_its_window(
             "[...document.querySelectorAll('math[display=block]')]"
             ".filter(m => m.scrollWidth > m.clientWidth).map(m => m.textContent)"
         )
-        # On a phone a long line scrolls by itself.
+        # On a phone a long equation may scroll by itself.
         assert width < 1000 or cut == [], name
     page.close()
 

@@ -1,4 +1,4 @@
-"""A live hammer: setting, stepping, and going back."""
+"""A live hammer: setting values, stepping, and restoring states."""
 
 import contextlib
 import copy
@@ -93,7 +93,7 @@ def test_every_use_of_a_closed_hammer_is_a_python_error(use: str) -> None:
 
 
 def test_a_hammer_closed_by_another_thread_is_an_error_there() -> None:
-    # Steps go on in a thread until they are told that there is no hammer any more.
+    # A thread makes steps until it learns that the hammer is closed.
     hammer, ended = Hammer(), threading.Event()
 
     def work() -> None:
@@ -163,7 +163,7 @@ def test_of_an_altered_pickle_nothing_comes_but_the_snapshot_itself() -> None:
             found = pickle.loads(bytes(altered))
         except Exception:
             continue
-        # What only pickle reads may be altered: its memo, the length of a frame.
+        # Only bytes that pickle alone reads may change: its memo, the length of a frame.
         same += 1
         assert not isinstance(found, Snapshot) or found.to_bytes() == honest.to_bytes()
     assert same < 20
@@ -207,7 +207,7 @@ def test_ctrl_c_is_heard_while_derivatives_and_means_are_sought(ctrl_c: Interrup
 def test_ctrl_c_is_heard_while_other_threads_make_the_runs_of_derivatives(
     ctrl_c: Interrupts,
 ) -> None:
-    # Were they to come to their ends, it would take 3 s and more.
+    # Without the interrupt the runs would take 3 s and more.
     begun, main = threading.Event(), threading.get_ident()
 
     def control(_: Hammer) -> None:
@@ -223,7 +223,7 @@ def test_ctrl_c_is_heard_while_the_engine_works(ctrl_c: Interrupts) -> None:
     with Hammer() as hammer:
         with ctrl_c(0.2):
             hammer.advance(1e5)
-        # It stands at an event, whole, and goes on.
+        # The hammer has stopped at an event, is valid, and can continue.
         assert 0.0 < hammer.time < 1e5
         hammer.step(0.01)
 
@@ -231,7 +231,7 @@ def test_ctrl_c_is_heard_while_the_engine_works(ctrl_c: Interrupts) -> None:
 def test_a_signal_s_handler_that_reads_the_hammer_being_stepped_is_told_that_it_is_busy(
     handles: Callable[..., None],
 ) -> None:
-    """It would wait for itself; another hammer it may use."""
+    """It would wait for itself. Another hammer can be used."""
     told: list[str] = []
     with Hammer() as hammer, Hammer() as other:
 
@@ -248,7 +248,7 @@ def test_a_signal_s_handler_that_reads_the_hammer_being_stepped_is_told_that_it_
         hammer.advance(60.0)
         assert told[0] == "0.001"
         assert told[1].startswith("busy: this thread is using the same object")
-        # The step went on.
+        # The step was completed.
         assert hammer.time == 60.0
 
 
@@ -264,7 +264,7 @@ def test_ctrl_c_is_heard_while_a_thread_waits_for_a_hammer_that_another_steps(
     thread = threading.Thread(target=work)
     thread.start()
     with ctrl_c(0.2, begun):
-        # Until the thread has begun, too.
+        # Ctrl-C may also come before the thread has begun.
         while hammer.time < 100.0:
             pass
     assert thread.is_alive()

@@ -1,4 +1,4 @@
-"""The modules of the package: none of them needs one that needs it."""
+"""No two modules of the package import each other, directly or through others."""
 
 import ast
 import sys
@@ -13,7 +13,7 @@ ROOT = Path(dth_hammer.__file__).parent
 
 
 def module(path: Path) -> str:
-    """The dotted name of a file."""
+    """Returns the dotted name of a file."""
     parts = path.relative_to(ROOT.parent).with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
@@ -22,7 +22,7 @@ FILES = {module(path): path for path in ROOT.rglob("*.py")}
 
 
 def imported(name: str, text: str) -> set[str]:
-    """Modules of the package that a module's text names, late ones and those of types too.
+    """Returns modules of the package that a module imports, also inside functions and for types.
 
     The package's own root is left out: it loads what it lists when a name is first used.
     """
@@ -53,7 +53,7 @@ def test_no_module_of_the_package_is_in_a_circle_of_imports() -> None:
     assert order(texts).index("dth_hammer.simulation.hammer") < order(texts).index(
         "dth_hammer.simulation.run"
     )
-    # A circle is seen, also one that is closed inside a function.
+    # The test finds a circle, also if it is closed inside a function.
     texts["dth_hammer.scene.scene"] += (
         "\ndef late() -> None:\n    from ..simulation.run import simulate\n"
     )

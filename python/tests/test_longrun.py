@@ -1,4 +1,4 @@
-"""Long-run responses and trends: against longer simulations, known lines, and each other."""
+"""Long-run responses and trends, compared with longer simulations, known lines, and each other."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +14,7 @@ from dth_hammer.study.trends import line, sobol
 from test_coupling import Valve
 
 RIGID = {"fidelity": "Rigid"}
-#: Rock so stiff and viscous, with `overdamped`, that blows alternate.
+#: A rock so stiff and viscous that the blows of `overdamped` alternate.
 HARD = {
     "rock.stiffness": 5e8,
     "rock.unloading_ratio": 6.0,
@@ -41,7 +41,7 @@ def test_blows_that_repeat_have_the_numbers_of_a_long_run_and_no_error() -> None
 def test_blows_that_alternate_are_found_where_a_cycle_of_one_repels() -> None:
     found = steady(HARD, preset="overdamped")
     assert found.kind == "cycle of 2"
-    # Two blows that alternate: their mean is that of a long run.
+    # The mean of two alternating blows is that of a long run.
     long = simulate(HARD, preset="overdamped", until=8.0, outputs=["tip_rate"]).blows.tail(40)
     rate = long["blow_penetration"].sum() / long["blow_period"].sum()
     # They are simulated until they repeat to 1e-9: a transient that shrinks by a hundredth from one
@@ -56,7 +56,7 @@ def test_a_mean_lies_within_its_error_of_a_longer_one() -> None:
     assert short.kind == long.kind == "irregular"
     assert long.error["rop"] <= 0.004 * long["rop"]
     both = np.hypot(short.error["rop"], long.error["rop"])
-    # One draw in 370 is further off.
+    # Three standard errors: exceeded once in 370 draws.
     assert abs(short["rop"] - long["rop"]) < 3.0 * both
     with pytest.warns(HammerWarning, match=r"not reached after \d+ blows"):
         few = steady(thrown, preset="overdamped", error=1e-5, blows=100)
@@ -67,11 +67,11 @@ def test_a_mean_lies_within_its_error_of_a_longer_one() -> None:
 @pytest.mark.filterwarnings("ignore:.*creeps in the rock")
 def test_without_an_error_a_rate_is_as_exact_as_its_range_lets_see() -> None:
     factors = (1.55, 1.05)
-    # Twice the error beside the range moves an end by half a unit of two digits, 99 at most.
+    # An error of twice this beside the range moves an end by half a unit of two digits, up to 99.
     for wide in np.log(factors):
         moved = np.hypot(wide, 2.0 * unseen(np.exp(wide))) - wide
         assert moved == pytest.approx(0.005, rel=1e-9)
-    # Of a rate known to 5 % that is 1.1 %, of one known to 55 % three times as much.
+    # For a rate known to 5 % this is 1.1 %, for one known to 55 % three times as much.
     thrown = [{"feed_force": 0.0, "rock.specific_energy_factor": factor} for factor in factors]
     vague, known = (steady(given, preset="overdamped") for given in thrown)
     assert vague.blows < known.blows
@@ -79,7 +79,7 @@ def test_without_an_error_a_rate_is_as_exact_as_its_range_lets_see() -> None:
         assert found.error["rop"] <= unseen(factor) * found["rop"]
 
 
-#: Rigid bodies on viscous rock, where two motions are stable.
+#: Rigid bodies on viscous rock with two stable motions.
 APART = {
     **RIGID,
     "rock.viscosity": 1.7e5,
@@ -99,7 +99,7 @@ def test_several_motions_are_told_with_their_shares_and_are_those_of_simulations
     assert motions is not None
     assert len(motions) == 2
     assert motions["share"].sum() == 1.0
-    # The shares are those of the same starts, each simulated for long.
+    # The shares must be those of the same starts, each simulated for a long time.
     given = numbers_of(APART, None)
     rates = []
     for start in [given, *random_starts(given, found["blow_speed"], 7, 1)]:
@@ -108,7 +108,7 @@ def test_several_motions_are_told_with_their_shares_and_are_those_of_simulations
     for motion in motions.to_dict("records"):
         count = sum(abs(rate / motion["tip_rate"] - 1.0) < 1e-6 for rate in rates)
         assert count == motion["starts"] == round(8 * motion["share"])
-    # The answer is that of the hammer's own start.
+    # The first result is that of the hammer's own start.
     assert found["tip_rate"] == motions["tip_rate"][0]
     assert found["tip_rate"] == pytest.approx(rates[0], rel=1e-6)
 
@@ -160,7 +160,7 @@ def test_every_road_to_the_means_leads_to_the_engine_s(scene: str) -> None:
         if known.repeats:
             assert (off <= 1e-9 * known.mean.abs()).all(), off / known.mean
         else:
-            # Of one simulation and of four: one draw in 16,000 is further off than four errors.
+            # The errors of one simulation and of four: one draw in 16,000 exceeds four of them.
             assert (off <= 4.0 * np.hypot(found.error, known.error)).all(), off / known.error
     energy = [found.specific_energy("11 m/h") for found in (known, *roads)]
     assert np.allclose(energy, energy[0], rtol=1e-9 if known.repeats else 0.5)
@@ -189,7 +189,7 @@ def test_a_relay_outside_has_the_means_of_the_relay_inside() -> None:
     own = RIGID | {"drive.source": "Force", "drive_force": -force}
     found, known = steady(own, partner=partner, step=5e-3), steady(RIGID)
     assert found.kind == known.kind == "cycle"
-    # The valve switches within a rounding of its position, and blows repeat to 1e-9.
+    # The valve switches at its position to rounding, and blows repeat to 1e-9.
     assert np.allclose(found.mean, known.mean, rtol=1e-7)
     assert coupled[0].hammer.closed
 
@@ -203,7 +203,7 @@ def test_a_line_is_fitted_with_the_errors_that_its_scatter_makes() -> None:
         fit = line(logs, values)
         off.append((fit.slopes - [0.5, -2.0]) / np.sqrt(np.diag(fit.covariance)[1:]))
         assert fit.value == pytest.approx(7.0, rel=0.01)
-    # 400 standard numbers: their root mean square is 1 within 3 / sqrt(800).
+    # The root mean square of 400 standard numbers is 1 within 3 / sqrt(800).
     assert np.sqrt(np.mean(np.square(off))) == pytest.approx(1.0, abs=0.12)
 
 

@@ -1,4 +1,4 @@
-"""Long-run responses of many hammers: a row each."""
+"""Long-run responses of many hammers: one row each."""
 
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -10,7 +10,7 @@ from dth_hammer import DomainError, HammerWarning, steady
 from sweeps import forbidden_runs
 
 RIGID = {"fidelity": "Rigid"}
-#: With feed a cycle, without one no blow is as another.
+#: With feed the hammer has a cycle, without feed no two blows are equal.
 GRID = {"feed_force": [5e3, 0.0], "fidelity": "Rigid"}
 
 

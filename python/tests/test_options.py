@@ -1,4 +1,4 @@
-"""Options of commands follow from the functions behind them."""
+"""Options of commands are derived from the functions that they call."""
 
 import argparse
 import importlib
@@ -13,7 +13,7 @@ from dth_hammer.figures import settled_cycle
 from dth_hammer.figures.page import report
 from dth_hammer.scene.scene import Scene
 
-#: Commands that declare their options by hand: what they call needs a package that may be missing.
+#: Commands with hand-written options, because their functions need a package that may be missing.
 BY_HAND: dict[str, tuple[Any, dict[str, str]]] = {
     "demo": (
         settled_cycle,
@@ -64,7 +64,7 @@ def test_every_option_is_described_and_its_default_is_that_of_the_function(
     for call in calls(name):
         call.declare(parser)
         defaults = {n: p.default for n, p in inspect.signature(call.function).parameters.items()}
-        # What is not given is not handed over: no default stands here again.
+        # An option that is not given is not passed on, so the function's own default applies.
         parser.set_defaults(**{action.dest: None for action in parser._actions if action.required})
         for action in parser._actions:
             action.required = False

@@ -1,4 +1,4 @@
-"""The fixtures, in this project's own tests; test_wheel.py has a foreign one's."""
+"""The fixtures in this project's own tests; test_wheel.py uses them in a foreign project."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""Quantities: any unit of the field on input and on output, by one reader."""
+"""Quantities: all units of the field, read and written by one module."""
 
 from datetime import timedelta
 from fractions import Fraction
@@ -88,7 +88,7 @@ FREE = Fraction("14.7") * PSI / 101_325 * KELVIN / ((60 - 32) * Fraction(5, 9) +
 def test_a_unit_of_the_field_is_the_number_by_its_definition(
     text: str, unit: str, number: Fraction
 ) -> None:
-    # Rounded once: the nearest double.
+    # The number is rounded once, to the nearest double.
     assert quantities.read(text, unit, "x") == float(number)
 
 
@@ -112,7 +112,7 @@ def test_what_may_be_meant_otherwise_is_asked(text: str, unit: str, name: str, a
     with pytest.raises(DomainError, match=asked):
         quantities.read(text, unit, name)
     assert quantities.read("1500 rpm", "Hz", "rotation") == 25.0
-    # A rate of drilling alone is told as time per length, too.
+    # A rate of drilling may also be time per length.
     assert quantities.read("4 min/m", "m/s", "rop") == pytest.approx(1 / 240, rel=1e-15)
 
 
@@ -191,7 +191,7 @@ def test_a_duration_that_is_none_is_refused_by_its_name(until: object, message: 
 
 
 class TestInputsOverTime:
-    """A Series means what it says, or is refused."""
+    """A Series has one meaning, or is refused."""
 
     def test_timedeltas_are_seconds(self) -> None:
         index = pd.to_timedelta([0.0, 0.1], unit="s")

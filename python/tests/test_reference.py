@@ -1,4 +1,4 @@
-"""Files, functions and examples that the guide names are there, and do what is shown."""
+"""Files, functions and examples in the guide exist, and do what it shows."""
 
 import doctest
 import inspect
@@ -15,12 +15,12 @@ ROOT = Path(__file__).parents[2]
 THEORY = sorted((ROOT / "guide" / "pages").glob("theory*.md"))
 CODE = re.compile(r"`([^`\n]+)`")
 FILE = re.compile(r"[\w/]+\.(rs|py)")
-#: What has no example of its own, and what runs it instead.
+#: Functions without an example of their own, and where they are run instead.
 ELSEWHERE = {"fmu.write_system": "python/tests/test_first_day.py runs it from the page of hosts"}
 
 
 def places(text: str) -> list[tuple[str, list[str]]]:
-    """Files that a page names, each with the texts that it is said to have."""
+    """Returns the files that a page names, each with the texts that it should contain."""
     found: list[tuple[str, list[str]]] = []
     end = -1
     for match in CODE.finditer(text):
@@ -50,7 +50,7 @@ def test_a_file_that_an_equation_names_is_there_and_has_what_is_named(page: Path
 
 @pytest.mark.parametrize("page", THEORY, ids=lambda page: page.stem)
 def test_every_equation_stands_beside_the_file_that_has_it(page: Path) -> None:
-    # Blocks between empty lines; "Code:" follows an equation at once.
+    # Blocks are between empty lines, and "Code:" follows an equation directly.
     parts = page.read_text(encoding="utf-8").split("\n\n")
     for part, after in zip(parts, [*parts[1:], ""], strict=True):
         if part.lstrip().startswith("$$"):
@@ -59,7 +59,7 @@ def test_every_equation_stands_beside_the_file_that_has_it(page: Path) -> None:
 
 
 def functions() -> dict[str, object]:
-    """All that has a page of its own."""
+    """Returns everything with a page of its own."""
     found = {name: getattr(dth_hammer, name) for name in pages_of_reference.FUNCTIONS}
     for module in pages_of_reference.MODULES:
         short = module.__name__.partition(".")[2]
@@ -86,7 +86,7 @@ def test_every_public_name_has_its_place_in_the_reference() -> None:
     text = "\n".join(text for _, text in pages.values())
     for name in dth_hammer.__all__:
         heads = re.findall(rf"^#+ {name}$", text, re.MULTILINE)
-        # Tables and the module of FMUs have a page that lists them.
+        # Tables and the module `fmu` are on a page that lists them.
         assert len(heads) == 1 or (not callable(getattr(dth_hammer, name)) and name in text), name
 
 
@@ -101,7 +101,7 @@ def test_the_table_of_names_lists_those_that_are_there() -> None:
         for name in CODE.findall(now):
             place, _, end = f"dth_hammer.{name}".rpartition(".")
             found = pkgutil.resolve_name(place)
-            # A field without a default is an annotation alone.
+            # A field without a default exists only as an annotation.
             assert hasattr(found, end) or end in found.__annotations__, name
     assert len(before) == 26
 

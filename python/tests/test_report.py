@@ -1,4 +1,4 @@
-"""A scene's report: one page that holds all it shows."""
+"""The report on a scene: one page with everything in it."""
 
 import base64
 import io
@@ -91,11 +91,11 @@ def test_inputs_over_time_act_and_what_is_doubtful_is_there(tmp_path: Path) -> N
         out = report(scene, tmp_path / "page.html", units=["us", {"rop": "mm/s"}])
     text = out.read_text(encoding="utf-8")
     assert "drive_force is ignored" in text
-    # A system of units, and a unit of one's own.
+    # A system of units, and one unit chosen for an output.
     assert re.search(r"<td>rop</td><td class=\"number\">[\d.]+</td><td>mm/s</td>", text)
     assert "rop (mm/s)" in text
     assert "blow_energy (ft.lbf)" in text
-    # Two blows: too few to converge, which is said where the figure would be.
+    # Two blows are too few to converge, which stands in place of the figure.
     assert "Not drawn: 2 blows" in text
 
 
@@ -135,8 +135,8 @@ def test_a_trend_is_the_slope_between_responses_on_both_sides(tmp_path: Path) ->
     page = html.fromstring(scene.with_suffix(".html").read_text(encoding="utf-8"))
     table = next(t for t in page.iter("table") if "long-run" in t.text_content())
     trends = {cells[0]: cells[1:] for row in table.iter("tr") if (cells := texts(row))}
-    # A trend: the long-run responses 5 % to both sides, where the fit is a straight line to
-    # second order, (0.05)^2, and its error.
+    # A trend: the long-run responses 5 % to both sides. There the fit is a straight line to second
+    # order, (0.05)^2, and its error.
     told, error = (float(x) for x in trends["rop"][2].split(" ± "))
     force = VARIABLES["drive.amplitude"].start
     ends = [
@@ -153,7 +153,7 @@ def test_elasticities_that_there_are_not_are_named(tmp_path: Path) -> None:
     text = out.read_text(encoding="utf-8")
     assert "Not computed" in text
     assert "drive.source" in text
-    # Numbers of the air are not shown where none drives.
+    # Parameters of the air are not shown for another drive.
     assert "air.return.exhaust" not in text
     with pytest.raises(UnknownNameError, match="did you mean 'gravity'"):
         report(Scene.read(write(tmp_path, {})), tmp_path / "b.html", gradient=["gravty"])

@@ -1,4 +1,4 @@
-"""Rocks by name, damping by ratio, the rate by specific energy, a run in a few numbers."""
+"""Rocks by name, damping by ratio, rate from specific energy, and the summary of a run."""
 
 import json
 import math
@@ -33,7 +33,7 @@ def test_a_rock_under_a_bit_has_the_stiffness_of_its_inserts() -> None:
     assert found["rock.stiffness"] == pytest.approx(2 * math.pi * 7e-3 * hardness * 8)
     assert found["hole.diameter"] == 0.09
     assert found["rock.specific_energy"] == ROCKS["kuru granite"]["specific_energy"].value
-    # What is no measurement is said to be none.
+    # Numbers that are not measured are listed as assumed.
     assert any("Teale 1965" in text for text in found.assumed)
     assert any("energy barrier" in text for text in found.assumed)
     known = rock("kuru granite", inserts=8, insert_radius=7e-3, specific_energy=3e8)
@@ -46,10 +46,10 @@ def test_a_name_and_a_hole_are_enough_for_a_rock() -> None:
     found = rock("granite", hole="90 mm", rebound=0.25)
     plain = rock("kuru granite", inserts=8, insert_radius="7 mm", hole="90 mm")
     assert {**found, "rock.unloading_ratio": plain["rock.unloading_ratio"]} == dict(plain)
-    # The rock gives back one part of the work in its unloading over loading stiffness.
+    # The rock returns a share of the work: loading stiffness over unloading stiffness.
     assert found["rock.unloading_ratio"] == 4.0
     assert any("8 inserts of 7 mm" in text for text in found.assumed)
-    # A driller knows granite to be the harder rock.
+    # Drillers know that granite is the harder rock.
     assert any("drillers know to be the easier rock" in text for text in found.assumed)
     for given, message in (
         ({}, "give hole, or inserts"),
@@ -61,7 +61,8 @@ def test_a_name_and_a_hole_are_enough_for_a_rock() -> None:
 
 
 def test_a_rock_carries_the_range_of_its_rate() -> None:
-    # Teale: the strength, up to 1.6; a name and a class add the width of their own strengths.
+    # Teale: the energy is the strength, within a factor of 1.6. Names and classes also have a range
+    # of strengths.
     for name, middle, factor in (
         ("180 MPa", 180e6, 1.6),
         ("26107 psi", 180e6, 1.6),
@@ -78,11 +79,11 @@ def test_a_rock_goes_beside_any_hammer_under_its_own_bit(
     hole = PRESETS["air_5_inch"].values["hole.diameter"]
     expected = rock("granite", hole=hole)
     assert Scene(preset="air_5_inch", rock="granite").numbers.items() >= expected.items()
-    # What is given by name goes before the rock; a hole that is given has its own bit.
+    # Single values override those of the rock. A given hole has a bit of its size.
     own = Scene(rock="granite", parameters={"rock.viscosity": 7.0, "hole.diameter": "180 mm"})
     assert own.numbers["rock.viscosity"] == 7.0
     assert own.numbers["rock.stiffness"] == rock("granite", hole="180 mm")["rock.stiffness"]
-    # Read and written: the same under another bit.
+    # A rock that was written and read is the same under another bit.
     file = tmp_path / "quarry.json"
     cli("run", "--rock", "R5", "--until", "0.1", "--quiet", "--write-rock", file)
     (tmp_path / "scene.json").write_text(json.dumps({"rock": file.name, "until": 0.1}), "utf-8")
@@ -165,7 +166,7 @@ def test_the_summary_is_made_of_blows_and_energies(run: Run) -> None:
     table = run.summary()
     late = run.blows[run.blows["blow_time"] >= 0.4]
     assert table.loc["blow energy", "mean"] == pytest.approx(late["blow_energy"].mean(), rel=1e-4)
-    # Settled: long-run means, from other energies than those that a blow keeps.
+    # In the long run the means agree with those from other energies than a blow records.
     cycle = steady(HOLE)
     work = cycle["energy_rock_dissipated"] + cycle["energy_viscous"]
     for name, value in {
@@ -180,7 +181,7 @@ def test_the_summary_is_made_of_blows_and_energies(run: Run) -> None:
         assert table.loc[name, "mean"] == pytest.approx(value, rel=2e-4), name
     assert table.loc["blow energy", "spread"] < 1e-2 * table.loc["blow energy", "mean"]
     pd.testing.assert_frame_equal(run.convert("us").summary(), table, rtol=1e-12)
-    # The rate's range is that of the specific energy; nothing else depends on it.
+    # The rate's range is that of the specific energy, on which nothing else depends.
     rate, factor = table.loc["rate of penetration"], VARIABLES["rock.specific_energy_factor"].start
     assert factor is not None
     assert [rate["low"], rate["high"]] == [rate["mean"] / factor, rate["mean"] * factor]
@@ -188,7 +189,7 @@ def test_the_summary_is_made_of_blows_and_energies(run: Run) -> None:
 
 
 def test_the_work_of_all_blows_is_the_ledger_s(run: Run) -> None:
-    # From the start to the last blow.
+    # The works are those from the start to the last blow.
     names = {
         "energy_drive": "drive_work",
         "energy_gravity": "gravity_work",
@@ -227,7 +228,7 @@ def test_one_rate_says_the_specific_energy_that_gives_it_back() -> None:
     assert there.blows["rop"].iloc[-1] * 3600 == pytest.approx(30, rel=1e-3)
     with pytest.raises(DomainError, match="not finite and above 0"):
         found.specific_energy(0)
-    # One measured rate replaces the rock's range by its own scatter.
+    # A measured rate replaces the rock's range by its own scatter.
     rock_here = found.measured("30 m/h", scatter=1.0)
     assert rock_here == {"rock.specific_energy": energy, "rock.specific_energy_factor": 2.0}
     assert found.measured("30 m/h")["rock.specific_energy_factor"] == 1.1
@@ -236,8 +237,8 @@ def test_one_rate_says_the_specific_energy_that_gives_it_back() -> None:
 
 
 def test_a_hammer_that_never_repeats_has_a_specific_energy_too() -> None:
-    # Without feed the overdamped hammer's blows never repeat; the mean power is known as the mean
-    # rate is, to the 1 % that is asked for, three times over.
+    # Without feed the overdamped hammer's blows never repeat. The mean power is known as well as
+    # the mean rate, to the requested 1 %, here within three times that.
     own = {"hole.diameter": "90 mm", "feed_force": 0.0}
     with pytest.warns(HammerWarning, match="2 sqrt"):
         found = steady(own, preset="overdamped")
@@ -252,7 +253,7 @@ def test_the_digits_of_a_summary_follow_the_spread() -> None:
     columns = ["mean", "low", "high", "spread", "unit"]
     none = float("nan")
     cases = [
-        # A mean has four digits, and none below the second of its spread.
+        # A mean has four digits, but none below the second digit of its spread.
         ((11.19281, 0.3456, "J"), ("11.19", "± 0.35")),
         ((11.19281, 3.456, "J"), ("11.2", "± 3.5")),
         ((11.19281, 0.005139, "J"), ("11.19", "± 0.01")),

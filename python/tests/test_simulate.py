@@ -1,4 +1,4 @@
-"""From parameters to a table."""
+"""From parameters to a table of results."""
 
 import copy
 from dataclasses import replace
@@ -40,7 +40,7 @@ def test_the_table_has_units_types_and_where_it_came_from(run: Run) -> None:
 def test_times_are_the_steps_and_the_last_is_the_end() -> None:
     short = simulate(until=0.01, step=0.003, outputs=["tip_depth"])
     assert short.time.tolist() == pytest.approx([0.0, 0.003, 0.006, 0.009, 0.01])
-    # The quotient is a rounding above 7.
+    # The quotient is above 7 by a rounding error.
     assert len(instants_of(2.1, 0.3)) == 8
 
 
@@ -63,17 +63,18 @@ def test_the_reference_hammer_settles_and_keeps_its_energy(run: Run) -> None:
 @pytest.mark.parametrize("step", [0.6, 0.25, 1e-2, 1e-4])
 def test_the_table_of_blows_does_not_depend_on_how_often_one_looks(run: Run, step: float) -> None:
     table = simulate(until=0.6, step=step, outputs=["rop"]).blows
-    # Forces and works are recorded without named outputs.
+    # Forces and works of blows are recorded even if no outputs are named.
     other = run.blows[[*table]]
     assert len(table) == run["blow_count"].iloc[-1] > 10
     assert table.index.tolist() == [*range(1, len(table) + 1)]
-    # An event's instant is found anew in each slicing, and rounds alike: no tolerance.
+    # Each way of stepping finds an event's instant anew, and rounds alike, so there is no
+    # tolerance.
     pd.testing.assert_frame_equal(table, other, check_exact=True)
     assert table.attrs["units"].items() <= run.blows.attrs["units"].items()
 
 
 def test_the_table_is_the_engine_s_own_journal(run: Run) -> None:
-    # All of one step: nothing is put together here.
+    # The table of a run equals the blows of one step, in which nothing is joined.
     with Hammer(record=True) as hammer:
         assert hammer.step_blows()["blow_time"] == []
         hammer.advance(0.6)
@@ -86,7 +87,7 @@ def test_the_table_is_the_engine_s_own_journal(run: Run) -> None:
 def test_the_blows_are_what_the_outputs_have_of_the_last_one(run: Run) -> None:
     table, frame = run.blows, run.frame
     for name in PER_BLOW:
-        # At the sample after each blow, but for what its period completes.
+        # Equal at the sample after each blow, except for outputs that the blow's period completes.
         message = frame.loc[frame["blow_count"].diff() > 0, name]
         np.testing.assert_array_equal(message.to_numpy(), table[name].to_numpy(), err_msg=str(name))
 
@@ -102,7 +103,7 @@ def test_blows_have_the_units_of_their_table(run: Run) -> None:
 
 
 def test_a_column_of_a_long_run_is_not_paid_for_with_copies(run: Run) -> None:
-    # pandas copies what a table carries at every operation: that must be nothing that grows.
+    # pandas copies a table's attributes at every operation, so none may grow with the run.
     for table in (run.frame, run.blows):
         assert all(copy.deepcopy(value) is value for value in table.attrs.values())
 
@@ -111,7 +112,7 @@ def test_blows_of_steps_that_a_control_makes_are_said_to_be_missing(run: Run) ->
     def control(hammer: Hammer) -> None:
         hammer.advance(hammer.time + 0.15)
 
-    # Blows of the control's own steps are in no step of the run's.
+    # Blows during the control's own steps are in no step of the run.
     with pytest.warns(HammerWarning, match="blows are missing"):
         table = simulate(until=0.6, step=0.2, control=control).blows
     assert set(table["blow_time"]) < set(run.blows["blow_time"])
@@ -122,7 +123,7 @@ def test_an_input_over_time_is_a_function_or_a_table() -> None:
     names = ["tip_depth", "energy_feed"]
     one = simulate(until=0.1, inputs={"feed_force": ramp}, outputs=names)
     two = simulate(until=0.1, inputs={"feed_force": lambda t: 5e3 + 3e4 * t}, outputs=names)
-    # Straight lines: the same at any step.
+    # Straight lines are exact at any step.
     three = simulate(until=0.1, inputs={"feed_force": ramp}, outputs=names, step=0.02)
     np.testing.assert_allclose(one.frame, two.frame, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(one.frame.iloc[-1], three.frame.iloc[-1], rtol=1e-9)
@@ -149,7 +150,7 @@ def test_a_force_asked_for_on_a_mesh_made_for_a_rate_is_warned_of() -> None:
     assert text.startswith("rock_force_peak: ")
     assert "mesh_for(of='force')" in text
     assert "stresses" in warnings(outputs=["tip_depth"], waves=True)[0]
-    # Rates need no other mesh, a mesh for forces resolves them, and rigid bodies have none.
+    # No warning: for rates, with a mesh for forces, and for rigid bodies.
     assert warnings(outputs=["tip_depth"]) == ()
     assert warnings(hammer=mesh_for(of="force").parameters) == ()
     assert warnings(hammer={"fidelity": "Rigid"}) == ()

@@ -1,4 +1,4 @@
-"""Runs of a sweep that something acts on: what they are, and what tells them apart."""
+"""Runs of a sweep with inputs, controls or other options, and how they are told apart."""
 
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
@@ -42,7 +42,7 @@ def test_a_case_is_what_simulate_gives(tmp_path: Path) -> None:
     ways = {"cases": CASES, "step": "1 ms", "out": tmp_path / "cases.parquet"}
     table = sweep(grid, UNTIL, **ways)
     assert table["error"].tolist() == [""] * 8
-    # What only another case sets has its start value.
+    # A parameter that only another case sets has its start value.
     start = VARIABLES["drive.stroke"].start
     own = PRESETS["water_hammer"].values["drive.stroke"]
     assert table["drive.stroke"].tolist() == [*[start] * 6, own, own]
@@ -75,13 +75,13 @@ def test_a_case_is_told_from_another_by_its_inputs_and_its_version(tmp_path: Pat
     for feed in ("3 kN", 3e3, 4e3, *ramps):
         cases = {"fed": Scene(inputs={"feed_force": feed})}
         sweep(grid, 0.01, cases=cases, out=out)
-    # One number each, and two ramps; the same again is not run again.
+    # Two numbers and two ramps are four runs; repeated ones are not run again.
     assert len(Store(out).rows()) == 4
     for version in (1, 1, 2):
         ways = {"control": harder_when_deeper, "version": version}
         sweep(grid, 0.01, out=out, **ways)
     assert len(Store(out).rows()) == 6
-    # By its step too.
+    # Another step makes another run.
     sweep(grid, 0.01, out=out, step="2 ms", **ways)
     assert len(Store(out).rows()) == 7
 
@@ -140,6 +140,6 @@ def test_an_input_over_time_goes_before_that_of_the_preset() -> None:
     )
     run = simulate({"gravity": 0.0, "contact.stiffness": 1e9}, 1e-6, preset=preset, inputs=inputs)
     assert PRESETS[preset].values["feed_force"] != inputs["feed_force"]
-    # Statics, solved for to rounding.
+    # The static equilibrium is solved to rounding.
     for force in (table["rock_force"].iloc[0], run["rock_force"].iloc[0]):
         assert force == pytest.approx(inputs["feed_force"], rel=1e-9)

@@ -1,4 +1,4 @@
-"""Many runs: all of them, once each, in order."""
+"""Many runs: each is made once, and the table has their order."""
 
 import contextlib
 import math
@@ -49,7 +49,7 @@ def test_a_row_is_what_one_run_gives() -> None:
 
 
 def test_each_rate_has_the_range_of_its_own_rock() -> None:
-    # Beside each other in one table: a rock known up to a factor of 1.1, and one up to 2.
+    # One table with two rocks: one known within a factor of 1.1, the other within 2.
     grid = {"rock.specific_energy_factor": [1.1, 2.0]}
     rates = ["rop", "rop_mean"]
     swept = sweep(grid, UNTIL, base={"fidelity": "Rigid"}, outputs=[*rates, "blow_energy"])
@@ -94,7 +94,7 @@ def test_executors_give_the_same_to_the_last_bit() -> None:
     shape = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
     with LocalCluster(processes=False, **shape) as cluster, Client(cluster) as client:
         far = sweep(GRID, UNTIL, scheduler=client.get_executor())
-        # It is another's: it must outlive the sweep, and serve the next one.
+        # The scheduler belongs to the user: it must outlive the sweep, and serve the next one.
         more = sweep({"feed_force": [6e3]}, UNTIL, scheduler=client.get_executor())
     with ThreadPoolExecutor(2) as crew:
         side = sweep(GRID, UNTIL, scheduler=crew)
@@ -110,12 +110,12 @@ def test_another_grid_adds_its_rows_and_loses_none(tmp_path: Path, suffix: str) 
     second = sweep({"rock.stiffness": [1e8], "bit.elements": [10]}, "0.1 s", out=out)
     assert len(Store(out).rows()) == 3
     if suffix == ".parquet":
-        # A sweep that was killed between its last two acts leaves rows twice.
+        # If a sweep is killed between its last two steps, the file has rows twice.
         parts = out.with_name(f"{out.name}.parts")
         parts.mkdir()
         shutil.copy(out, parts / "part.parquet")
         assert len(Store(out).rows()) == 3
-    # In the file one finds again what was computed, to the last bit, and computes nothing.
+    # The results are found in the file, exactly as computed, and nothing is run again.
     with forbidden_runs():
         for table, grid, until in (
             (first, {"feed_force": [4e3, 5e3]}, UNTIL),
@@ -128,11 +128,11 @@ def test_another_grid_adds_its_rows_and_loses_none(tmp_path: Path, suffix: str) 
 def test_what_is_left_of_a_file_that_was_cut_is_read_and_the_rest_run_again(tmp_path: Path) -> None:
     grid = {"fidelity": ["Rigid"], "feed_force": [4e3, 5e3]}
     out = tmp_path / "sweep.csv"
-    # One worker, whose rows come in their order.
+    # With one worker the rows are in order.
     whole = sweep(grid, "20 ms", out=out, workers=1)
     text = out.read_text()
     header = text.index("\n") + 1
-    # Within the first row, at its end, within a number of the last, before the last line's end.
+    # Cut within the first row, at its end, within a number of the last, before the last line's end.
     ends = [header, header + 9, text.index("\n", header) + 1, len(text) - 30, len(text) - 1]
     for end in [*ends, *range(header, len(text), len(text) // 5)]:
         out.write_text(text[:end])
@@ -162,7 +162,7 @@ def test_a_row_that_was_changed_in_the_file_is_no_answer(tmp_path: Path) -> None
         out = tmp_path / f"sweep{suffix}"
         whole = sweep(grid, "20 ms", out=out)
         table = Store(out).rows()
-        # Of an input, an output, and text; the next float and an empty cell are changes too.
+        # Changes of an input, an output and a text; also the next float and an empty cell.
         changes = [
             ("feed_force", 4001.0),
             ("rop", np.nextafter(table["rop"][0], np.inf)),
@@ -176,7 +176,7 @@ def test_a_row_that_was_changed_in_the_file_is_no_answer(tmp_path: Path) -> None
             outputs.write(changed, out, index=False)
             with forbidden_runs(), pytest.raises(OutputError, match=f"{table['run'][0]} was chang"):
                 sweep(grid, "20 ms", out=out)
-            # Rows of other runs are not looked at.
+            # Rows of other runs are not checked.
             sweep({**grid, "feed_force": [float(table["feed_force"][1])]}, "20 ms", out=out)
         outputs.write(table.drop(index=0), out, index=False)
         pd.testing.assert_frame_equal(sweep(grid, "20 ms", out=out), whole, check_exact=True)
@@ -236,7 +236,7 @@ def test_what_is_doubtful_in_a_run_is_told_once_and_stands_in_its_row() -> None:
 
 
 def test_runs_that_follow_each_other_on_one_instance_do_not_meet() -> None:
-    # A doubtful one, one whose drive is starved, one that is refused, and each before another.
+    # Runs with a doubtful value, a drive without pressure, or a refusal, each before every other.
     odd: list[dict[str, Any]] = [
         {"piston.length": 168.0},
         {"drive.source": "Force"},
@@ -256,14 +256,14 @@ def test_runs_that_follow_each_other_on_one_instance_do_not_meet() -> None:
         with Hammer(point, quiet=True) as alone:
             alone.advance(0.05)
             assert row[:2] == (alone["rop"], alone["energy_drive"])
-            # A hammer says at once what is doubtful, a sweep when all is known.
+            # A hammer warns in order of discovery, a sweep in one text at the end.
             assert sorted(row[2].split("; ")) == sorted(alone.warnings) or not row[2]
             assert bool(row[2]) == bool(alone.warnings)
     assert table["error"].astype(bool).sum() == 2
     assert table["warning"].astype(bool).sum() == 6
 
 
-#: The command line, where Ctrl-C is heard though a shell runs these tests in the background.
+#: The command line, which receives Ctrl-C even if a shell runs these tests in the background.
 HEARD = """
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -288,7 +288,7 @@ def test_an_interrupted_sweep_says_in_a_line_what_is_kept(tmp_path: Path) -> Non
     command += " --quiet"
     process = begun(tmp_path, "-c", HEARD, *command.split())
     wait_for_a_part(tmp_path)
-    # As a terminal does: to the whole group.
+    # Like a terminal, this sends the signal to the whole group.
     os.killpg(process.pid, signal.SIGINT)
     said, complaints = process.communicate(timeout=60)
     assert process.returncode == 130
@@ -300,7 +300,7 @@ def test_an_interrupted_sweep_says_in_a_line_what_is_kept(tmp_path: Path) -> Non
 
 
 def test_ctrl_c_ends_a_run_of_a_month_at_once(ctrl_c: Interrupts) -> None:
-    # The engine needs some minutes for a day.
+    # The engine takes some minutes for a day.
     with ctrl_c(1.0, within=20.0, match="nothing is kept"):
         sweep({"feed_force": [4e3, 5e3]}, 2.6e6, workers=2)
 

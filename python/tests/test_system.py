@@ -1,4 +1,4 @@
-"""One file of SSP 1.0: the hammer and what drives it; hosts run it in tests/python."""
+"""One file of SSP 1.0 with the hammer and its drive; hosts run it in tests/python."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -15,7 +15,7 @@ from fmpy.validation import validate_fmu
 from lxml import etree
 
 SCENE = {"drive.source": "Air"}
-#: A drive that gives a pressure, as far as a file of SSP shows.
+#: A drive with a pressure as output, as far as a file of SSP needs it.
 DRIVE = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="drive" guid="1">
   <CoSimulation modelIdentifier="drive"/>
@@ -80,7 +80,7 @@ def test_a_file_says_how_late_its_pressures_are(tmp_path: Path, cli: Callable[..
         described = fmpy.read_model_description(tmp_path / "resources" / "hammer.fmu")
         (delay,) = [v.start for v in described.modelVariables if v.name == "coupling.delay"]
         assert f"coupling.delay = {float(delay):g}" in said
-        # What OMSimulator wants: a name that is an identifier, and its own master.
+        # OMSimulator needs a name that is an identifier, and its own master.
         assert structure.get("name") == structure.find("{*}System").get("name") == "_4_inch"
         (master,) = structure.iter("{urn:oms}FixedStepMaster")
         assert master.get("stepSize") == "1e-05"
@@ -135,7 +135,7 @@ def test_with_fmi_3_it_is_a_system_of_ssp_2(drive: Path, tmp_path: Path) -> None
         for component in structure.iter("{*}Component")
         for connector in component.iter("{*}Connector")
     }
-    # `event_kind` is one too: some hosts read every output as real.
+    # `event_kind` is a real output too, because some hosts read every output as real.
     assert types == {("hammer", "Float64"), ("drive", "Real")}
     hammer = tmp_path / "resources" / "hammer.fmu"
     assert validate_fmu(str(hammer)) == []

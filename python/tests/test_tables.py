@@ -1,4 +1,4 @@
-"""Tables as rigs, loggers and spreadsheets write them, whole and damaged."""
+"""Tables as written by rigs, loggers and spreadsheets, intact and damaged."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -11,7 +11,7 @@ from dth_hammer.scene.signals import of_file
 from dth_hammer.study.drilling import FIELDS, suspicions
 from dth_hammer.tables import columns_of
 
-#: The same two metres by four rigs, each with its slips, and by a service company's LAS.
+#: The same two metres from four rigs, each with its peculiarities, and from a LAS file.
 RIGS = {
     "german.csv": "sep=;\nBohrung 12;;\nTiefe;Bohrfortschritt;Luftdruck;Andruckkraft;Schlagzahl\n"
     "[m];[m/h];[bar];[kN];[1/min]\n1.010,5;18,0;24;19,6;1.750\n1.011,5;24,0;22;19,6;1.700\n",
@@ -35,7 +35,7 @@ def test_a_log_is_read_as_a_person_reads_it(name: str, tmp_path: Path) -> None:
     column = {"rop": "Sjunkning [min/m]"} if name == "swedish.tsv" else {}
     numbers, others, grid = columns_of(path, FIELDS, columns=column)
     found = numbers.dropna(subset=["depth", "rop"])
-    # To the digits in which each rig prints.
+    # Equal to the digits that each rig prints.
     right = {"depth": [1010.5, 1011.5], "rop": [18 / 3600, 24 / 3600], "pressure": [24e5, 22e5]}
     right |= {"feed": [19613.3] * 2, "frequency": [1750 / 60, 1700 / 60]}
     assert {n: found[n].to_numpy() for n in right} == {
@@ -213,7 +213,7 @@ def test_a_value_that_no_hammer_has_is_left_out_of_a_mean_and_told(tmp_path: Pat
             found = calibrate(rigid, {"rop": [*good, slip]}, ["rock.specific_energy"])
         own = np.mean([float(text.split()[0]) for text in good]) / 3600
         assert found.residuals.loc["rop", "measured"] == pytest.approx(own, rel=1e-12)
-    # Two motions are no slips.
+    # Values from two motions are not outliers.
     with pytest.warns(HammerWarning, match="is it another motion"):
         found = calibrate(rigid, {"rop": [*good, *["99 m/h"] * 15]}, ["rock.specific_energy"])
     assert found.residuals.loc["rop", "measured"] > 20 / 3600

@@ -1,4 +1,4 @@
-"""Names, units and domains, as the table has them."""
+"""Names, units and domains, as in the table of variables."""
 
 import re
 from pathlib import Path
@@ -19,12 +19,12 @@ from dth_hammer.fmu.package import ENVIRONMENT
         ({"feedforce": 1.0}, UnknownNameError, "did you mean 'feed_force'"),
         ({"rop": 1.0}, UnknownNameError, "no parameter or input is called 'rop'"),
         ({"drive.source": "Presure"}, UnknownNameError, "did you mean 'Pressure'"),
-        # A bound is told as allowed or not.
+        # The message says whether the bound itself is allowed.
         ({"rock.stiffness": 0.0}, DomainError, "rock.stiffness = 0 N/m is not above 0"),
         ({"rock.unloading_ratio": 1.0}, DomainError, "rock.unloading_ratio = 1 is not above 1"),
         ({"rock.viscosity": -1.0}, DomainError, "rock.viscosity = -1 N.s/m is not at least 0"),
         ({"bit.elements": 0}, DomainError, "bit.elements = 0 is not within 1 and"),
-        # What only the engine knows is told in its words.
+        # A limit that only the engine knows is reported in its words.
         ({"casing.mass": 1e-5}, RefusedError, "1e-4 of the bit's mass"),
     ],
 )
@@ -38,7 +38,7 @@ def test_what_a_hammer_cannot_have_is_told_with_what_it_can(
 def test_a_wrong_preset_is_answered_too() -> None:
     with pytest.raises(UnknownNameError, match="'overdamped'"):
         Hammer(preset="overdampd")
-    # One that there was says what there is in its place.
+    # A former preset is refused with its replacement.
     with pytest.raises(DomainError, match="rock = granite, R5 or 180 MPa"):
         Hammer(preset="granite")
 

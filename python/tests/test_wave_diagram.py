@@ -1,4 +1,4 @@
-"""Stress and velocity along the bars, against closed forms and balances."""
+"""Stress and velocity along the bars, compared with closed forms and balances."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -24,9 +24,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import QuadMesh
 from scipy.integrate import simpson
 
-#: The first blow falls within.
+#: The first blow is before this time, s.
 FIRST = 0.03
-#: Between nodes velocities are straight, and masses those of the consistent matrix.
+#: Velocities are linear between nodes, and masses are those of the consistent matrix.
 LINEAR = {"mesh.degree": 1}
 
 
@@ -38,7 +38,7 @@ E, RHO, AREA = (start(n) for n in ("material.youngs_modulus", "material.density"
 SPEED = np.sqrt(E / RHO)
 LENGTH = start("piston.length")
 TRANSIT = LENGTH / SPEED
-#: Of the piston in contact: the relay pulls it back from the impact on.
+#: Acceleration of the piston in contact: the relay pulls it back from the impact on.
 PULL = start("gravity") - start("drive.amplitude") / (RHO * AREA * LENGTH)
 
 
@@ -55,7 +55,7 @@ def test_behind_the_front_is_the_stress_of_saint_venant(elements: int) -> None:
     parameters = {"mesh.degree": 1, "piston.elements": elements, "bit.elements": elements}
     record = waves(parameters, FIRST, times=[-1e-6, *times])
     speed = record.notes["front"] * 2 * SPEED / E
-    # The contact's compliance delays the plateau, and so may an element.
+    # The contact's compliance delays the plateau, and an element may do so too.
     delay = AREA * np.sqrt(E * RHO) / (2 * start("contact.stiffness")) + size / SPEED
     # The mesh's fastest oscillation, begun at the impact, with its modal damping.
     fastest = np.sqrt(12) * SPEED / size
@@ -79,7 +79,7 @@ def test_the_contact_force_is_what_the_stress_beside_it_balances() -> None:
     half = RHO * AREA * LENGTH / start("piston.elements") / 2
 
     def momentum(end: np.ndarray, next_one: np.ndarray) -> float:
-        """Of a row of the consistent mass matrix."""
+        """Returns the change of a row's momentum with the consistent mass matrix."""
         row = half * (2 * end + next_one) / 3
         return float(row[-1] - row[0])
 
@@ -112,7 +112,7 @@ def test_a_table_has_the_waves_when_asked_for() -> None:
     weights = np.ones(count + 1)
     weights[[0, -1]] = 0.5
     np.testing.assert_allclose(mean @ weights / count, run["piston_velocity"], rtol=1e-12)
-    # Feed and weight rest on the rock.
+    # The rock carries feed and weight.
     weight = RHO * AREA * LENGTH * start("gravity")
     last = run[f"bit_stress[{count}]"].iloc[0] * AREA
     assert last == pytest.approx(-start("feed_force") - weight * (1 - 0.5 / count))

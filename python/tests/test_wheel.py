@@ -1,4 +1,4 @@
-"""The wheel alone: no checkout, the FMU that it brings."""
+"""The wheel alone: without a checkout, with the FMU in it."""
 
 import json
 import os
@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def python(folder: Path, *arguments: str | Path, **more: str) -> str:
-    """What Python prints that knows no checkout but what is named."""
+    """Returns the output of a Python that finds no checkout except by the given variables."""
     hidden = {"DTH_HAMMER_FMU", "PYTHONPATH"}
     env = {k: v for k, v in os.environ.items() if k not in hidden} | more
     return ran([sys.executable, *arguments], folder, env)
@@ -27,13 +27,13 @@ def python(folder: Path, *arguments: str | Path, **more: str) -> str:
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The wheel, as `cargo wheel` makes it."""
+    """Makes the wheel as `cargo wheel` does."""
     return wheel(find(), tmp_path_factory.mktemp("wheel"), "native")
 
 
 @pytest.fixture(scope="module")
 def site(made: Path) -> Path:
-    """Where it is installed."""
+    """Installs the wheel, and returns the folder."""
     folder = made.parent
     pip = ("-m", "pip", "--disable-pip-version-check", "--quiet")
     python(folder, *pip, "install", "--no-deps", "--target", folder / "site", made)
@@ -48,7 +48,7 @@ def test_it_has_the_package_s_sources_its_module_and_its_units_alone(made: Path)
     (module,) = (name for name in names - expected if name.startswith("dth_hammer/_native."))
     assert names - expected - {module, "dth_hammer/py.typed"} == set()
     assert expected <= names
-    # No file tells when it was made, so that two wheels of one commit are the same bytes.
+    # No file has the time of its making, so two wheels of one commit are the same bytes.
     assert {file.date_time[:3] for file in zipfile.ZipFile(made).infolist()} == {(1980, 1, 1)}
 
 
@@ -57,7 +57,7 @@ def test_it_has_the_licences_of_what_is_compiled_and_lists_no_more(site: Path) -
     (bill,) = (info / "sboms").iterdir()
     text = bill.read_text(encoding="utf-8")
     listed = {part["name"] for part in json.loads(text)["components"]}
-    # Of features that nobody asks for, of the tests, of the compiler's plugins.
+    # Not listed: crates of unused features, of the tests, and of the compiler's plugins.
     assert {"dth-hammer", "dth-native", "nalgebra", "numpy", "pyo3"} <= listed
     assert not {"glam", "serde_json", "syn"} & listed
     assert not any(str(place) in text for place in (Path.home(), ROOT))
@@ -80,7 +80,7 @@ def test_it_runs_with_its_own_fmu(site: Path, tmp_path: Path) -> None:
 
 
 def test_its_plugin_serves_a_foreign_project(site: Path, tmp_path: Path) -> None:
-    # Elsewhere, without this project's settings: only what is installed counts.
+    # Runs elsewhere without this project's settings, so that only the installed package counts.
     shutil.copytree(ROOT / "examples" / "controller", tmp_path, dirs_exist_ok=True)
     words = ("-m", "pytest", "-q", "--strict-markers", "-W", "error")
     assert "3 passed" in python(tmp_path, *words, PYTHONPATH=str(site))

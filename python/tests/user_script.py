@@ -12,7 +12,7 @@ HAMMER = {"feed_force": 4e3, "rock.stiffness": 2e8}
 
 
 def many() -> pd.DataFrame:
-    """Grids, lists, rows and tables."""
+    """Uses grids, lists, rows and tables."""
     arrays = {"feed_force": FEEDS}
     lists = {"feed_force": [4e3, 8e3]}
     ramp = dth.Scene(inputs={"feed_force": pd.Series([1.0])})
@@ -25,7 +25,7 @@ def many() -> pd.DataFrame:
 
 
 def one() -> list[float]:
-    """One hammer."""
+    """Uses one hammer."""
     slow = {"feed_force": FEEDS[0], "piston.elements": np.int64(4)}
     ramp = {"feed_force": pd.Series(["1 kN", "2 kN"], index=["0 s", "1 s"])}
     run = dth.simulate(slow, np.float64(0.1), inputs=ramp, outputs=["rop"], times=FEEDS)
@@ -37,7 +37,7 @@ def one() -> list[float]:
 
 
 def answers() -> list[pd.Series]:
-    """What is fitted, found and followed."""
+    """Uses fits, optima and trends."""
     values = np.random.default_rng(1).normal(0.03, 0.001, 20)
     record = dth.Record("rock_force", pd.Series(values, FEEDS), error=0.1)
     measured = {"rop": (0.03, 0.001)}
