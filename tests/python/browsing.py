@@ -1,4 +1,4 @@
-"""The laboratory in a browser, opened and watched; skipped by name where there is none."""
+"""The laboratory in a browser, for tests, which are skipped if there is no browser."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from axe_playwright_python.sync_playwright import Axe
 from fmu import Instance, Package
 from playwright.sync_api import Browser, Page, Route, sync_playwright
 
-# First the one without windows of its own: pages cost two thirds of the processor's time there.
+# The first one has no windows of its own, so its pages cost two thirds of the processor's time.
 BROWSERS = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
-# What a machine without network, sound, or a user of its own needs.
+# Options for a machine without network, sound, or a user of its own.
 QUIET = (
     "--headless",
     "--no-sandbox",
@@ -31,18 +31,18 @@ QUIET = (
     "--disable-component-update",
     "--disable-sync",
     "--hide-scrollbars",
-    # The engine is compiled for speed only where it runs for long, as in some tests.
+    # The engine is compiled for speed only if it runs for long, as in some tests.
     "--js-flags=--wasm-tiering-budget=104000000",
 )
 PAGE = Path(__file__).parents[2] / "dist" / "lab" / "index.html"
 DESK, PHONE = (1280, 900), (390, 844)
-# As the page looks at a scene: see lab/worker.js.
+# The page's settings, from lab/worker.js.
 LOOK, BLOWS, LONGEST = 1e-3, 30, 4.0
 OF_BLOW = ["blow_time", "blow_speed", "blow_energy", "blow_period", "blow_penetration", "rop"]
 OF_BLOW += ["tip_rate", "air_flow"]
 OPEN = Callable[..., Page]
-# Ten pictures a second, since software paints them. The explanation computes no place of its handle
-# before it is moved there.
+# Ten pictures per second, because software paints them. The explanation does not compute the other
+# positions of its slider in advance.
 SELDOM = """
 const drawn = requestAnimationFrame;
 window.requestAnimationFrame = (draw) => setTimeout(() => drawn(draw), 100);
@@ -61,14 +61,14 @@ def chromium() -> str:
 
 
 class Silent(SimpleHTTPRequestHandler):
-    """Serves, and says nothing."""
+    """A server without log messages."""
 
     def log_message(self, *_: object) -> None: ...
 
 
 @contextmanager
 def served(folder: Path) -> Iterator[str]:
-    """The address of a folder over http."""
+    """Serves a folder over http, and yields its address."""
     handler = partial(Silent, directory=str(folder))
     with ThreadingHTTPServer(("127.0.0.1", 0), handler) as listening:
         thread = threading.Thread(target=listening.serve_forever, daemon=True)
@@ -90,7 +90,7 @@ def browser() -> Iterator[Browser]:
 
 
 class Pages:
-    """Opens the laboratory, in pages used again: a new one's process costs as much as all in it."""
+    """Opens the laboratory in reused pages, since a new page costs as much as its work."""
 
     def __init__(self, browser: Browser) -> None:
         self.browser = browser
@@ -123,7 +123,7 @@ class Pages:
         color_scheme: Any = "light",
         reduced_motion: Any = "reduce",
     ) -> Page:
-        """From disk if not asked otherwise; waits until the scene has settled."""
+        """Opens it, by default from disk, and waits until the scene has settled."""
         idle = self.idle.setdefault((home, locale), [])
         page = idle.pop() if idle else self.new(home, locale)
         self.used.append(((home, locale), page))
@@ -135,7 +135,7 @@ class Pages:
         return page
 
     def leave(self, before: int = 0) -> None:
-        """Ends what runs in all pages after the first ones, which had nothing to complain of."""
+        """Stops everything in the pages after the first ones, which must be free of errors."""
         while len(self.used) > before:
             kind, page = self.used.pop()
             page.goto("about:blank")
@@ -153,15 +153,15 @@ def pages(browser: Browser) -> Pages:
 
 @pytest.fixture
 def opened(pages: Pages) -> Iterator[OPEN]:
-    """Opens pages for one test."""
+    """Opens pages for one test, and leaves them at its end."""
     before = len(pages.used)
     yield pages.open
     pages.leave(before)
 
 
 def wait(page: Page, condition: str) -> None:
-    """Until a condition holds. Playwright would wait by `eval`, which the policy forbids."""
-    # Time enough for a machine that has other things to do; no test waits longer than needed.
+    """Waits for a condition without Playwright's `eval`, which the page's policy forbids."""
+    # The limit suits a busy machine; no test waits longer than it needs to.
     end = time.monotonic() + 120.0
     while not page.evaluate(condition):
         assert time.monotonic() < end, f"{condition}: not within two minutes"
@@ -173,7 +173,7 @@ def settled(page: Page) -> Page:
     return page
 
 
-# Few elements, and means of few blows, for tests that look at words and places alone.
+# Few elements, and means of few blows, for tests that only check words and places.
 COARSE = """() => {
     Object.assign(explorable.hammer, { "mesh.degree": 1, "piston.elements": 8, "bit.elements": 8 });
     for (const of of [MEAN_OF, MEAN_OF_RODS]) Object.assign(of, { error: 0.5, blows: 12 });
@@ -181,7 +181,7 @@ COARSE = """() => {
 
 
 def explained(opened: OPEN, number: int = 1, **more: Any) -> Page:
-    """The explanation, with scenes that take little time."""
+    """Opens the explanation, with scenes that take little time."""
     page = opened(f"#screen={number}", ready="explorable.settled", **more)
     page.evaluate(COARSE)
     return page
@@ -193,12 +193,12 @@ def choose(page: Page, preset: str) -> Page:
 
 
 def judged(page: Page) -> dict[str, Any]:
-    """What axe finds: every place of a violation, one of what passes."""
+    """Returns the findings of axe: every place of a violation, one place of each passed rule."""
     return Axe().run(page, options={"resultTypes": ["violations"]}).response
 
 
 def in_both_schemes(page: Page) -> Iterator[dict[str, Any]]:
-    """What axe finds in dark and in light colours."""
+    """Runs axe in dark and in light colours."""
     for scheme, paper in (("dark", "!=="), ("light", "===")):
         page.emulate_media(color_scheme=scheme)
         wait(page, f"palette.paper {paper} '#ffffff'")
@@ -206,7 +206,7 @@ def in_both_schemes(page: Page) -> Iterator[dict[str, Any]]:
 
 
 def fits_a_phone(page: Page) -> None:
-    """All of what is explained is on a phone's screen, and axe finds nothing."""
+    """Checks that the whole explanation fits on a phone's screen, and that axe finds nothing."""
     size = "[document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
     width, height = page.evaluate(size)
     assert width <= PHONE[0]
@@ -215,7 +215,7 @@ def fits_a_phone(page: Page) -> None:
 
 
 def blows(package: Package, values: dict[str, float]) -> list[dict[str, float]]:
-    """What the FMU says of each blow, asked as the page asks."""
+    """Returns the FMU's outputs at each blow, read in the page's steps."""
     rows: list[dict[str, float]] = []
     with Instance(package, values) as hammer:
         for look in range(1, round(LONGEST / LOOK) + 1):

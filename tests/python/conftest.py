@@ -1,4 +1,4 @@
-"""What the tests share: the packaged FMU, unpacked once, and what the first host says of it."""
+"""Fixtures of the tests: the packaged FMU, unpacked once, and its trajectory in the first host."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def package(fmu_path: Path) -> Iterator[Package]:
 
 @pytest.fixture
 def scratch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Hosts unpack an FMU, and leave it where they did."""
+    """Lets hosts unpack FMUs into the test's own folder, because they leave them there."""
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     monkeypatch.setenv("TMPDIR", str(tmp_path))
 

@@ -1,4 +1,4 @@
-"""What the tests of hosts share: the scene, and what "the same" means."""
+"""The scene of the tests of hosts, and the comparison of two trajectories."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ import fmpy
 import numpy as np
 import pytest
 
-# Past the first blow, its collisions and the bit's drilling cycles.
+# This time includes the first blow, its collisions and the bit's drilling cycles.
 END, STEP = 0.06, 1e-3
-# Not the defaults: a host that drops a start value is found out.
+# Not the defaults, so that a host that drops a start value is noticed.
 SCENE = {"rock.stiffness": 1.6e8, "drive.amplitude": 2.8e3, "feed_force": 6e3}
-# Over the last communication step, a peak depends on where a host puts its points.
+# Peaks over the last communication step depend on the host's communication points.
 PEAKS = ("contact_force_peak", "rock_force_peak")
 
 Trajectory = Mapping[str, Sequence[float]]
@@ -30,7 +30,7 @@ in_python = pytest.mark.skipif(
 def simulated(
     fmu: Path, outputs: Sequence[str], *, step: float = STEP, **more: Any
 ) -> Mapping[str, np.ndarray]:
-    """What fmpy finds of an FMU in the scene, or of what is said otherwise: time and outputs."""
+    """Returns fmpy's time and outputs for an FMU, in the scene or with other values."""
     ways: dict[str, Any] = {"stop_time": END, "start_values": SCENE, "output": outputs, **more}
     result = fmpy.simulate_fmu(str(fmu), step_size=step, output_interval=step, **ways)
     return {name: result[name] for name in ("time", *outputs)}
@@ -44,7 +44,7 @@ def assert_same(found: Trajectory, expected: Trajectory) -> None:
     fastest variable, a collision's force, takes 1e-5 s to its peak: 4e-11 of it.
     """
     largest = {name: np.abs(values).max() for name, values in expected.items()}
-    # The residual is itself a rounding error: its measure is the work done.
+    # The residual is itself a rounding error, so its scale is the work done.
     if "energy_residual" in largest:
         largest["energy_residual"] = largest["energy_drive"]
     for name, values in expected.items():

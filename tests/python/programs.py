@@ -12,7 +12,7 @@ def ran(
     where: Path | None = None,
     env: Mapping[str, str] | None = None,
 ) -> str:
-    """What a program prints, which must end well."""
+    """Returns the output of a program, which must succeed."""
     done = subprocess.run(
         command,
         shell=isinstance(command, str),

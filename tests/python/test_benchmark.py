@@ -1,4 +1,4 @@
-"""The benchmark of hosts in evidence/hosts: archives, closed forms, what hosts score."""
+"""The benchmark of hosts in evidence/hosts: archives, closed forms, scores of hosts."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def tell(program: str, *arguments: str | Path) -> str:
 
 
 def test_instants_are_in_closed_form() -> None:
-    # Square roots are rounded alike everywhere.
+    # Square roots are rounded alike on all machines.
     assert tell("score.py") == (HOSTS / "instants.csv").read_text(encoding="utf-8")
     # Energy is kept where the valve decides in time: the speed on the bit is that of a fall
     # from -1 mm, v^2 = 8.3^2 + 2 * 800 * 0.001, whatever was between. From -0.02 m, passed back at
@@ -42,15 +42,15 @@ def test_events_are_kept_by_who_takes_early_returns_alone() -> None:
     rows = {tuple(row[1:3]): row[-5:-3] for row in table if len(row) > 6}
     in_fmpy = "fmpy, event mode and early return"
     assert rows[in_fmpy, fmpy.__version__] == ["11 of 11", "11 of 11"]
-    # Two passages between two points are seen by nobody who does not get events.
+    # A host without events misses two passages between two points.
     assert rows["fmpy, FMI 2.0", fmpy.__version__] == ["0 of 11", "9 of 11"]
     assert rows["changed", in_fmpy] == ["7 of 7", "7 of 7"]
-    # A host may step to where its input jumps.
+    # A host may place a step at the jump of its input.
     assert rows["changed", "fmpy, neither"][0] == "1 of 7"
     assert rows["coupled", "a master over " + in_fmpy] == ["7 of 7", "7 of 7"]
     assert rows["coupled", "a master over fmpy, neither"][0] == "0 of 7"
-    # Masters of others step one unit after the other, or both at once with what was before: then
-    # the valve is a step late, and the piston comes higher.
+    # Other masters step one unit after the other, or both at once with earlier values. Then the
+    # valve is a step late, and the piston comes higher.
     late = ["0 of 7", "4 of 7"]
     pair = {host: row for (scene, host), row in rows.items() if scene == "coupled"}
     for fmi in ("", ", FMI 2.0"):
@@ -70,7 +70,8 @@ def test_archives_are_valid_and_export_every_function(archive: Path, tmp_path: P
     if library is not None:
         header = Path(fmpy.__file__).with_name("c-code") / f"fmi{fmi}FunctionTypes.h"
         names = re.findall(rf"(fmi{fmi}\w+)TYPE *\(", header.read_text(encoding="utf-8"))
-        # Of FMI 2.0, not the ten for model exchange, which stand between two of co-simulation's.
+        # For FMI 2.0 the ten functions of model exchange, between two of co-simulation, are left
+        # out.
         if fmi == "2":
             first, last = map(
                 names.index, ("fmi2EnterEventMode", "fmi2GetNominalsOfContinuousStates")
@@ -87,7 +88,8 @@ def test_archives_are_what_their_program_writes(
     monkeypatch.syspath_prepend(UNITS)
     import build  # noqa: PLC0415
 
-    # By the compiler where it is (`cargo suite` installs it on Linux), else all but the library.
+    # Uses the compiler if it is there (`cargo suite` installs it on Linux), else makes all but the
+    # library.
     if ZIG.is_file():
         monkeypatch.setattr(build, "PYTHON", str(ZIG))
         monkeypatch.setenv("ZIG_GLOBAL_CACHE_DIR", str(ZIG.parents[2] / "linkers" / "cache"))

@@ -1,4 +1,4 @@
-"""The figure from a made-up result: it needs no FMU."""
+"""The figure from a made-up result, which needs no FMU."""
 
 from __future__ import annotations
 

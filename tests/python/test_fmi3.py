@@ -1,4 +1,4 @@
-"""The archive of FMI 3.0: the hammer of FMI 2.0, whose steps end at events."""
+"""The archive of FMI 3.0: the hammer of FMI 2.0, with steps that end at events."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def three(three_path: Path) -> Iterator[Package]:
 
 @pytest.fixture(scope="module", params=["fmi2", "fmi3"])
 def either(request: pytest.FixtureRequest, fmu_path: Path, three_path: Path) -> Path:
-    """The archive of each standard."""
+    """Returns the archive of each standard."""
     return {"fmi2": fmu_path, "fmi3": three_path}[request.param]
 
 
@@ -87,14 +87,14 @@ def test_a_system_of_ssp_2_in_fmucontainer_is_the_loop_in_python(
     partners = {"compressor": container.build_compressor(tmp_path / "compressor")}
     write_system(container.SCENE, file, partners, step=step, fmu=three_path)
     assembly = Assembly(Path(file.name), fmu_directory=tmp_path, default_step_size=step)
-    # The file itself has no ports: its components' outputs are what there is to see.
+    # The file itself has no ports, so the outputs are those of its components.
     assembly.root.auto_output = True
     assembly.make_fmu(fmi_version=3)
     made = file.with_suffix(".fmu")
     found = simulated(made, names, step=step, stop_time=end, start_values={})
     expected = [*container.run_loop(end, step, at_once=True, names=names).values()]
     assert expected[3] >= 2
-    # Sums of the step are rounded otherwise, which the air passes on as far as its error.
+    # Sums of the step are rounded differently, which changes the air within its error.
     assert [float(found[name][-1]) for name in names] == pytest.approx(expected, rel=1e-8)
 
 
@@ -113,7 +113,7 @@ def test_terminals_are_valid_and_of_variables_that_there_are(either: Path) -> No
     pair = ["input", "output"]
     drive, air = ["input"] * 2 + ["output"] * 6, ["input"] * 2 + ["output"] * 2
     assert kinds == {"drive": drive, "air": air, "feed": pair}
-    # By the rule "plug", members are connected by name.
+    # By the rule "plug", members are connected to those of the same name.
     for member in terminals.iter("TerminalMemberVariable"):
         assert member.get("memberName") == member.get("variableName")
     assert read(either, "terminalsAndIcons/icon.png").startswith(b"\x89PNG\r\n")

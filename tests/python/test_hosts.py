@@ -1,4 +1,4 @@
-"""Hosts that others wrote, one test each: what fmpy's trajectory says, they must say too.
+"""Hosts by other authors, one test each: their trajectories must agree with fmpy's.
 
 docs/hosts.md tells what is exercised here, host by host.
 """
@@ -39,7 +39,7 @@ def test_the_description_is_valid_by_the_schema_of_fmi_2(package: Package) -> No
     schema = etree.XMLSchema(etree.parse(schemas / "fmi2ModelDescription.xsd"))
     description = etree.parse(Path(package.folder) / "modelDescription.xml")
     assert schema.validate(description), schema.error_log
-    # The schema is not one that lets everything through.
+    # The schema must refuse something.
     description.getroot().set("guide", "")
     assert not schema.validate(description)
 
@@ -74,8 +74,8 @@ def test_pathsim(fmu_path: Path, outputs: list[str], expected: Trajectory) -> No
 def without_step_size(fmu: Path, folder: Path) -> Path:
     """A copy whose DefaultExperiment names no step size.
 
-    CoFmuPy 1.0.0 starts no FMU that names one: it takes the least of the texts that fmpy
-    hands it, and numpy knows no least text. All else is as packaged.
+    CoFmuPy 1.0.0 cannot start an FMU with one: it takes the smallest of fmpy's texts, for which
+    numpy has no function. Everything else is as packaged.
     """
     copy = folder / fmu.name
     name = "modelDescription.xml"
@@ -100,14 +100,14 @@ def test_cofmupy(fmu_path: Path, tmp_path: Path, outputs: list[str], expected: T
         coordinator.do_step(STEP)
         rows.append([coordinator.get_variable(("hammer", name))[0] for name in outputs])
     assert_same(dict(zip(outputs, np.transpose(rows), strict=True)), expected)
-    # The host's own record starts at the first step's end.
+    # The host's own record starts at the end of the first step.
     recorded = coordinator.get_results()
     for name in outputs:
         assert list(recorded["hammer", name]) == [row[outputs.index(name)] for row in rows[1:]]
 
 
 def program(name: str, *arguments: str) -> str:
-    """What a program of the environment prints."""
+    """Returns the output of a program of the environment."""
     return ran([Path(sys.executable).with_name(name), *arguments])
 
 
@@ -121,7 +121,7 @@ FED = {"feed_force": SCENE["feed_force"]}
 
 
 def contain(folder: Path, plan: Mapping[str, object], fmi: int = 2) -> Path:
-    """The FMU that `fmucontainer` makes of those in a folder: its master is in C."""
+    """Returns the FMU that `fmucontainer` makes of those in a folder, with its master in C."""
     name = "container.fmu"
     defaults = {
         "name": name,
@@ -147,7 +147,7 @@ def test_fmucontainer(
 
 
 def test_fmucontainer_sees_each_blow_of_fmi_3(fmu_path: Path, tmp_path: Path) -> None:
-    """It takes no early return, but a step in which something happened tells so."""
+    """fmucontainer uses no early return, but learns from a step that it contained an event."""
     three = fmu_path.with_name("dth_hammer_fmi3.fmu")
     shutil.copy(three, tmp_path)
     start = [[three.name, name, value] for name, value in SCENE.items()]
@@ -180,13 +180,13 @@ def test_fmucontainer_with_a_qfmu_controller(
     plan = {
         "step_size": PEER_STEP,
         "sequential": True,
-        # In this order, from the initialisation on: the hammer rests under the valve's feed.
+        # In this order from the initialisation on, so that the hammer rests under the valve's feed.
         "fmu": [valve.name, fmu_path.name],
         "link": [
             [fmu_path.name, "blow_penetration", valve.name, "u1"],
             [valve.name, "y1", fmu_path.name, "feed_force"],
         ],
-        # What is linked is not put out unless asked for.
+        # A linked variable is an output only if it is named here.
         "output": [
             [fmu_path.name, "blow_penetration", "blow_penetration"],
             [valve.name, "y1", "feed_force_chosen"],
@@ -197,7 +197,7 @@ def test_fmucontainer_with_a_qfmu_controller(
 
 
 def coupled(package: Package, valve: Path) -> Trajectory:
-    """The same two FMUs in a loop over fmpy, one after the other."""
+    """Runs the same two FMUs in a loop over fmpy, one after the other."""
     names = ["piston_position", "bit_position", "tip_depth", "blow_penetration", "blow_count"]
     with Package(valve) as peer:
         found: dict[str, list[float]] = {name: [] for name in [*names, "feed_force_chosen"]}
@@ -232,7 +232,7 @@ def importer() -> Path:
 
 
 def imported(importer: Path, fmu: Path, folder: Path) -> pd.DataFrame:
-    """The table that the crate fmi-rs makes of the scene, with the times to the nearest of ours."""
+    """Returns the table that the crate fmi-rs makes of the scene."""
     rows = folder / "rows.csv"
     starts = [f"{name}={value!r}" for name, value in SCENE.items()]
     ran([importer, fmu, repr(STEP), repr(END), rows, *starts])
@@ -240,7 +240,7 @@ def imported(importer: Path, fmu: Path, folder: Path) -> pd.DataFrame:
 
 
 def at_points(rows: pd.DataFrame) -> pd.DataFrame:
-    """The rows at communication points. Half way there are two: the state went through a file."""
+    """Returns rows at communication points: two half way, where a file restored the state."""
     steps = rows["time"] / STEP
     rows = rows[abs(steps - steps.round()) < 1e-9]
     first = rows.groupby(steps.round()).first()
@@ -263,7 +263,7 @@ def test_fmi_rs_with_events_of_fmi_3(
     rows = imported(importer, fmu_path.with_name("dth_hammer_fmi3.fmu"), tmp_path)
     points = at_points(rows)
     assert_same({name: points[name].to_numpy() for name in outputs}, expected)
-    # Each is recorded before and after it is handled.
+    # Each event is recorded before and after it is handled.
     blows = (rows["blow_count"] > 0) & (rows["time"] == rows["blow_time"])
     events = rows[blows].drop_duplicates()
     assert len(events) == expected["blow_count"][-1] > 0
@@ -277,7 +277,7 @@ def test_fmi_rs_keeps_the_events_of_the_benchmark(importer: Path, tmp_path: Path
 
 
 def test_fmuloader(fmu_path: Path, outputs: list[str], expected: Trajectory) -> None:
-    # For Python 3.11 and newer. It loads no FMI 2.0 unit that is for co-simulation alone.
+    # For Python 3.11 and newer. fmuloader cannot load a unit of FMI 2.0 without model exchange.
     loader = pytest.importorskip("fmuloader.fmi3")
     file = fmu_path.with_name("dth_hammer_fmi3.fmu")
     description = fmpy.read_model_description(str(file))
@@ -300,7 +300,7 @@ def test_fmuloader(fmu_path: Path, outputs: list[str], expected: Trajectory) -> 
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("suffix", ["", "_fmi3"])
 def test_a_host_checks_itself_by_the_archives_reference(fmu_path: Path, suffix: str) -> None:
-    """By the tolerance that the manifest states; its files are there."""
+    """Compares with the reference files in the archive, within the tolerance in its manifest."""
     file, folder = fmu_path.with_stem(fmu_path.stem + suffix), "extra/org.fmi-standard.fmi-ls-ref/"
     with ZipFile(file) as archive:
         manifest = etree.fromstring(archive.read(f"{folder}fmi-ls-manifest.xml"))

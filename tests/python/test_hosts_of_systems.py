@@ -1,4 +1,4 @@
-"""Hosts in C++ that run systems: one FMU, one that starts as a scene, and a file of SSP 1.0.
+"""Hosts in C++ that run systems: one FMU, one with the scene's start values, a file of SSP 1.0.
 
 docs/hosts.md tells what is exercised here, host by host.
 """
@@ -26,35 +26,35 @@ pytestmark = pytest.mark.usefixtures("scratch")
 
 @pytest.fixture
 def libcosim() -> ModuleType:
-    """The host in C++ of the Open Simulation Platform, as its Python binding has it."""
+    """Returns the Python binding of libcosim, the C++ host of the Open Simulation Platform."""
     return pytest.importorskip(
         "libcosimpy.CosimExecution", reason="libcosimpy has no wheel for this Python or platform"
     )
 
 
 class Cosim:
-    """An execution of libcosim, and what its slaves show."""
+    """An execution of libcosim, and the values of its slaves."""
 
     def __init__(self, execution: Any) -> None:
         self.execution = execution
-        # Its C library is loaded by now.
+        # By now the C library is loaded.
         observer = sys.modules["libcosimpy.CosimObserver"].CosimObserver
         self._observer = observer.create_last_value()
         assert execution.add_observer(self._observer)
 
     def references(self, slave: int) -> dict[str, int]:
-        """Value references by name."""
+        """Returns the value references by name."""
         return {v.name.decode(): v.reference for v in self.execution.slave_variables(slave)}
 
     def read(self, slave: int, names: Sequence[str]) -> list[float]:
-        """Reals at the last communication point; what is none has no value here."""
+        """Returns reals at the last communication point; others have no value here."""
         found = self.references(slave)
         values = self._observer.last_real_values(slave, [found[name] for name in names])
         assert values is not None
         return list(values)
 
     def play(self, slave: int, names: Sequence[str]) -> Trajectory:
-        """The trajectory after the start: libcosim shows no value before its first step."""
+        """Returns the trajectory after the start: libcosim shows no value before its first step."""
         rows = []
         for _ in range(round(END / STEP)):
             assert self.execution.step()
@@ -82,14 +82,14 @@ def test_libcosim(
     assert_same(host.play(slave, outputs), after_start(expected))
 
 
-# libcosim and ecos set no enumeration: the file itself is to start with it.
+# libcosim and ecos cannot set an enumeration, so the file itself must start with it.
 ENUMERATED = SCENE | {"fidelity": "Rigid"}
 
 
 @pytest.fixture(scope="module")
 def rigid(outputs: list[str]) -> Trajectory:
-    """What the native module says of the scene with its enumeration."""
-    # The scene strikes harder than steel lasts, so that a blow comes early.
+    """Returns the native module's results for the scene with its enumeration."""
+    # The scene strikes harder than steel lasts, which makes a blow come early.
     with pytest.warns(dth_hammer.HammerWarning, match="does not last beyond"):
         frame = dth_hammer.simulate(ENUMERATED, END, step=STEP, outputs=outputs)
     return {name: frame[name].to_numpy() for name in outputs}
@@ -105,7 +105,7 @@ def test_libcosim_with_a_configured_fmu(
     assert_same(host.play(slave, outputs), after_start(rigid))
 
 
-# One of each family; `.ci/weekly long` runs all.
+# One preset of each family; `.ci/weekly long` runs all.
 FAMILIES = ("reference", "air_4_inch", "water_hammer", "top_hammer")
 
 
@@ -120,14 +120,14 @@ FAMILIES = ("reference", "air_4_inch", "water_hammer", "top_hammer")
 def test_libcosim_runs_the_system_of_each_preset(
     libcosim: ModuleType, fmu_path: Path, tmp_path: Path, preset: str
 ) -> None:
-    """Its folder is named by the unit's token, so that long ones did not load."""
+    """libcosim names a folder by the unit's token, so a long token prevented loading."""
     file, end = tmp_path / "hammer.ssp", 0.04
     write_system(preset, file, {}, step=STEP, until=end, fmu=fmu_path)
     host = Cosim(libcosim.CosimExecution.from_ssp_file(str(file)))
     assert host.execution.step(round(end / STEP))
     frame = dth_hammer.simulate(preset, end, step=STEP, outputs=list(SHOWN))
     expected = [frame[name].iloc[-1] for name in SHOWN]
-    # Sums of steps are 40 * 7e-18 s off, and no window of air ends where a host steps.
+    # Sums of steps are off by 40 * 7e-18 s, and no window of air ends at a host's step.
     assert host.read(0, SHOWN) == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
 
@@ -144,13 +144,13 @@ def test_ecos_runs_the_system_of_each_preset(
         found = [simulation.get_real(f"hammer::{name}") for name in SHOWN]
         simulation.terminate()
     frame = dth_hammer.simulate(preset, end, step=STEP, outputs=list(SHOWN))
-    # As in libcosim.
+    # The tolerance is that of libcosim's test.
     assert found == pytest.approx([frame[n].iloc[-1] for n in SHOWN], rel=1e-9, abs=1e-9)
 
 
 @pytest.fixture
 def ecos() -> ModuleType:
-    """The host in C++ of the Ecos platform; the library of threads that it needs is tbb's."""
+    """Returns the binding of Ecos, a host in C++, which needs the threading library tbb."""
     threads = Path(sys.prefix, "lib", "libtbb.so.12")
     if not threads.is_file():
         pytest.skip("ecospy's library is for x86-64, and its tbb is installed on Linux")
@@ -194,7 +194,7 @@ SHOWN = ("piston_position", "bit_position", "tip_depth", "blow_count", "blow_tim
 
 @pytest.fixture(scope="module")
 def ssp(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The hammer and its compressor as one file."""
+    """Writes the hammer and its compressor as one file."""
     file = tmp_path_factory.mktemp("system") / "compressor.ssp"
     system.build(file, SYSTEM_STEP, SYSTEM_END)
     return file
@@ -202,18 +202,18 @@ def ssp(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def loop() -> list[float]:
-    """The same two in a loop in Python: both step at once, as these hosts do."""
+    """Runs both in a loop in Python, which steps both at once, as these hosts do."""
     found = container.run_loop(SYSTEM_END, SYSTEM_STEP, at_once=True, names=SHOWN)
     assert found["blow_count"] >= 2
     return [*found.values()]
 
 
-# What differs is rounding: hosts sum their steps, which after 100 of 1e-3 s is off by
-# 100 * 1.1e-16 s = 1.1e-14 s, and the pressure jumps then. That may cut a window of air elsewhere,
-# each of which is right to 1e-11. The piston's place passes zero at each blow, so its error counts
-# on the stroke of 0.1 m: those of 600 windows add up as they come, to 25 * 1e-11 * 0.1 m.
+# The differences are from rounding. Hosts sum their steps, which after 100 of 1e-3 s is off by 100
+# * 1.1e-16 s = 1.1e-14 s, and the pressure jumps then. That may cut a window of air elsewhere, each
+# of which is right to 1e-11. The piston's position passes zero at each blow, so its error counts on
+# the stroke of 0.1 m: those of 600 windows add up randomly, to 25 * 1e-11 * 0.1 m.
 def close(loop: list[float]) -> list[Any]:
-    """What agrees with the loop but for rounding."""
+    """Returns the loop's values as approximations that allow for rounding."""
     places = (2.5e-11 if name == "piston_position" else None for name in SHOWN)
     return [pytest.approx(x, rel=1e-9, abs=off) for x, off in zip(loop, places, strict=True)]
 
@@ -226,7 +226,7 @@ def test_libcosim_runs_a_system_with_its_own_step(
     slaves = {info.name.decode(): info.index for info in host.execution.slave_infos()}
     assert slaves.keys() == {"hammer", "compressor"}
     assert host.execution.step(round(SYSTEM_END / SYSTEM_STEP))
-    # In nanoseconds: the step is the file's.
+    # The time is in nanoseconds, and the step is the file's.
     assert host.execution.status().current_time == round(SYSTEM_END * 1e9)
     assert host.read(slaves["hammer"], SHOWN) == close(loop)
 

@@ -1,4 +1,4 @@
-"""The interface that hosts were promised, row by row, read from the packaged FMU."""
+"""The interface that hosts rely on, variable by variable, read from the packaged FMU."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 from fmu import Instance, Package
 from programs import ran
 
-# Type and variability; all are parameters.
+# Parameters by type and variability.
 PARAMETERS = {
     ("Enumeration", "fixed"): "fidelity drive.source",
     ("Integer", "fixed"): "piston.elements bit.elements",
@@ -27,7 +27,8 @@ PARAMETERS = {
 }
 INPUTS = """feed_force drive_force drive_pressure return_pressure
     supply_pressure exhaust_pressure"""
-# What an output follows at once: the drive's force its inputs, vented chambers the exhaust.
+# Inputs on which an output depends directly: the drive's force, and the vented chambers on the
+# exhaust.
 FED = {
     "drive_line_pressure": ["drive_pressure"],
     "return_line_pressure": ["return_pressure"],
@@ -99,7 +100,7 @@ def test_every_variable_says_what_it_is(
         assert variable.description, name
         if variable.type == "Real":
             assert variable.unit in units, name
-            # Only what starts at zero and can be anything has no size of its own.
+            # Only a variable that starts at zero and has no bounds has no nominal value.
             assert float(variable.nominal or 0.0) > 0.0 or float(variable.start) == 0.0, name
     for unit, display in DISPLAY_UNITS.items():
         assert display in [display_unit.name for display_unit in units[unit].displayUnits], unit
@@ -112,7 +113,7 @@ def test_the_model_structure_is_exact(
     outputs = [name for name in order if variables[name].causality == "output"]
     assert [unknown.variable.name for unknown in description.outputs] == outputs
     for unknown in description.outputs:
-        # Missing, the attribute would mean a dependence on everything.
+        # A missing attribute would mean a dependence on everything.
         assert unknown.dependencies is not None, unknown.variable.name
         fed = [variable.name for variable in unknown.dependencies]
         assert fed == FED.get(unknown.variable.name, []), unknown.variable.name
@@ -122,14 +123,14 @@ def test_the_model_structure_is_exact(
 
 
 def test_the_start_values_are_the_published_reference(package: Package) -> None:
-    # Stated once more on purpose: from the publication, not from the table.
+    # The numbers are repeated on purpose: they come from the publication, not from the table.
     published = Path(__file__).parent / "data" / "reference.json"
     for name, value in json.loads(published.read_text()).items():
         assert package.start(name) == value, name
 
 
 def test_outputs_are_related_as_they_are_described(fmu_path: Path, package: Package) -> None:
-    """Over two blows in steps of 10 us, which see the inside of collisions."""
+    """Checks relations over two blows in steps of 10 us, short enough to resolve collisions."""
     result = simulate_fmu(
         str(fmu_path),
         stop_time=0.07,
@@ -139,7 +140,7 @@ def test_outputs_are_related_as_they_are_described(fmu_path: Path, package: Pack
     value = {name: np.asarray(result[name], dtype=float) for name in result.dtype.names}
 
     def same(found: np.ndarray, expected: np.ndarray, size: float) -> None:
-        """To rounding: some sums of numbers of that size."""
+        """Compares up to the rounding of some sums of numbers of that size."""
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-14 * size)
 
     same(value["relative_velocity"], value["piston_velocity"] - value["bit_velocity"], 20.0)
@@ -147,7 +148,8 @@ def test_outputs_are_related_as_they_are_described(fmu_path: Path, package: Pack
     assert 0 < closed.sum() < len(closed)
     assert (value["contact_force"][~closed] == 0.0).all()
     assert (value["contact_force"] >= 0.0).all()
-    # The gap is a difference of positions of some cm, and the stiffness multiplies that.
+    # The gap is a difference of positions of some cm, and its rounding is multiplied by the
+    # stiffness.
     stiffness = package.start("contact.stiffness")
     force = -stiffness * np.where(closed, value["contact_gap"], 0.0)
     same(value["contact_force"], force, 0.1 * stiffness)

@@ -1,4 +1,4 @@
-"""The laboratory in a real browser: its numbers are the FMU's, and people can use it."""
+"""The laboratory in a real browser: its numbers agree with the FMU, and people can use it."""
 
 from __future__ import annotations
 
@@ -91,12 +91,12 @@ def test_a_moved_slider_gives_the_fmus_numbers(opened: OPEN, package: Package) -
         "speed": last["blow_speed"],
         "penetration": 1e3 * last["blow_penetration"],
     }.items():
-        # Four digits are shown: half a unit of the last, 5e-4 of the number at most.
+        # Four digits are shown, so a number errs by half a unit of the last, 5e-4 of it at most.
         assert displayed(page, name) == pytest.approx(value, rel=5e-4)
 
 
 def test_the_cycle_drawn_is_the_fmus(opened: OPEN, package: Package) -> None:
-    """Read at the page's own instants: the answer does not depend on how time is sliced."""
+    """The FMU is read at the page's instants, because its results do not depend on the steps."""
     page = opened()
     columns = ["time", "piston_position", "bit_tip_position", "contact_force", "rock_force"]
     get = "names => names.map(name => Array.from(laboratory.cycle[name]))"
@@ -104,7 +104,7 @@ def test_the_cycle_drawn_is_the_fmus(opened: OPEN, package: Package) -> None:
     stress = page.evaluate("laboratory.cycle.stress.map(body => body.map(row => Array.from(row)))")
     impact, period = page.evaluate("[laboratory.cycle.impact, laboratory.cycle.period]")
     assert times[0] < impact < impact + period <= times[-1]
-    # While the first wave runs, it moves by less than two elements from sample to sample.
+    # The first wave moves by less than two elements from sample to sample.
     speed = np.sqrt(package.start("material.youngs_modulus") / package.start("material.density"))
     element = package.start("piston.length") / package.start("piston.elements")
     near = [t for t in times if impact <= t <= impact + 5e-4]
@@ -127,7 +127,7 @@ def test_a_body_is_cut_into_sections(opened: OPEN, package: Package) -> None:
     settled(page)
     length, area = package.start("piston.length"), package.start("cross_section")
     cut = page.evaluate("sectionsOf(scene, 'piston')")
-    # Six digits are kept of each of the three lengths.
+    # Each of the three lengths is stored with six digits.
     assert sum(part for part, _ in cut) == pytest.approx(length, rel=1e-6)
     assert [section for _, section in cut] == [area] * 3
     assert page.get_by_label("Length of the piston, mm").is_hidden()
@@ -203,13 +203,13 @@ def test_a_value_that_cannot_be_is_told_and_forgiven(opened: OPEN) -> None:
 
 @pytest.mark.parametrize("elements", ["4294967316", "20.5"])
 def test_a_link_with_no_whole_number_is_refused(opened: OPEN, elements: str) -> None:
-    # 2^32 + 20, of which 32 bits keep 20.
+    # One value is 2^32 + 20, which becomes 20 in 32 bits.
     page = opened(f"#piston.elements={elements}")
     expect(page.locator("#status")).to_contain_text(f"piston.elements = {elements} is refused")
 
 
 def solved(page: Page, **given: float | str) -> str:
-    """Fills the form of a datasheet, in its own units, and has it solved."""
+    """Fills the form of a datasheet in its own units, and lets the page solve it."""
     if not page.locator("#sheet").is_visible():
         page.get_by_text("From a datasheet").click()
     for name, value in given.items():
@@ -233,14 +233,14 @@ def test_a_datasheet_is_solved_as_in_python_and_contradictions_are_told(
             **SHEET | {"frequency": "1800 bpm"}, rock={"rock.stiffness": 2e8}, feed=4e3
         )
     found = page.evaluate("scene.changed")
-    # Of the fit, not of the engine: the browser's logarithm may differ in the last place, and the
-    # fit stops where a step is below 1e-10.
+    # The error of the fit, not of the engine: the browser's logarithm may differ in the last place,
+    # and the fit stops at a step below 1e-10.
     assert found == pytest.approx({**own.parameters}, rel=1e-8)
     for sentence in (*own.contradictions, *own.assumed):
         assert re.sub(r"[0-9.]+", "", sentence) in re.sub(r"[0-9.]+", "", text)
     assert "1800 1/min" in text
-    # The hammer runs: its last blow is the FMU's, to the digits that are displayed. Blows differ
-    # from each other here by more than the answer's range, so that none of them is its median.
+    # The hammer runs, and its last blow agrees with the FMU's to the displayed digits. Blows differ
+    # from each other here by more than the answer's range, so none of them is its median.
     assert displayed(page, "energy") == pytest.approx(
         blows(package, found)[-1]["blow_energy"], rel=5e-3
     )
@@ -252,7 +252,7 @@ def test_my_hammer_in_a_rock_by_name_is_the_commands(opened: OPEN, rock: str) ->
     text = solved(page, od=124, pressure=24, power=31.7, hole=140, rock=rock)
     assert "contradiction" not in page.evaluate("laboratory.sheet")
     own = from_datasheet(od="124 mm", pressure="24 bar", power="31.7 kW", hole="140 mm", rock=rock)
-    # As above: the fit's last step.
+    # The tolerance is the fit's last step, as above.
     assert page.evaluate("scene.changed") == pytest.approx(
         {n: x for n, x in own.parameters.items() if x != VARIABLES[n].start}, rel=1e-8
     )
@@ -262,7 +262,7 @@ def test_my_hammer_in_a_rock_by_name_is_the_commands(opened: OPEN, rock: str) ->
         assert found[name] == pytest.approx([number, *own.ranges[name]], rel=1e-8), name
     assert [row[1] for row in lines if row[0] == "assumed"] == [*own.assumed]
     assert own.assumed[-1] in text
-    # In the command's units, to its digits.
+    # Equal in the units of the command, to its digits.
     cells = dict(re.findall(r"^(.+)\t([\d.]+)", text, re.MULTILINE))
     for name, told in own.readable().items():
         assert float(cells[name]) == float(told.split()[0]), told
@@ -313,7 +313,7 @@ def test_it_runs_and_stops_by_the_keyboard(opened: OPEN) -> None:
     stopped = page.evaluate(frames)
     page.wait_for_timeout(300)
     assert page.evaluate(frames) == stopped
-    # Step by step along the cycle.
+    # The key moves the cycle by one sample.
     moment = page.inner_text("#moment")
     page.get_by_label("Moment of the cycle").press("ArrowRight")
     assert page.evaluate(frames) == stopped + 1
@@ -338,7 +338,7 @@ def test_every_control_is_reached_by_the_keyboard(opened: OPEN) -> None:
 
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
 def test_axe_finds_nothing(opened: OPEN, size: tuple[int, int]) -> None:
-    """Contrast, names of controls, headings, landmarks; with a change told."""
+    """Checks contrast, names of controls, headings and landmarks, also after a change."""
     page = opened(size=size)
     for preset in ("overdamped", "air_4_inch"):
         choose(page, preset)
@@ -354,7 +354,7 @@ def test_all_is_painted_and_nothing_sticks_out(
 ) -> None:
     page = opened(size=size)
     assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
-    # The others have a test of their own each.
+    # The other pictures have tests of their own.
     pictures = page.locator("#hammer, .uplot:not(#curve *, #explore *) canvas")
     assert pictures.count() == 9
     for number, canvas in enumerate(pictures.all()):
@@ -362,7 +362,7 @@ def test_all_is_painted_and_nothing_sticks_out(
         canvas.screenshot(path=path)
         pixels = np.asarray(Image.open(path).convert("L"), dtype=float)
         inked = np.abs(pixels - np.median(pixels)) > 40
-        # A line across the picture: ink in most columns, and not everywhere.
+        # A line across the picture has ink in most columns, but not everywhere.
         assert inked.any(axis=0).mean() > 0.5
         assert inked.mean() < 0.5
 

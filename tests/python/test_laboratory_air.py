@@ -1,4 +1,4 @@
-"""The laboratory's view of what drives the piston: pressures over its height, and the air taken."""
+"""The laboratory's figures of the drive: pressures over the piston's height, and the air taken."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def of_air(opened: OPEN) -> Page:
 
 
 def loops(page: Page) -> list[list[np.ndarray]]:
-    """Height (mm) and what is drawn over it, of each loop of the indicator diagram."""
+    """Returns height (mm) and the values over it, for each loop of the indicator diagram."""
     drawn = page.evaluate("charts.indicator.data.slice(1)")
     return [[np.array(values, dtype=float) for values in pair] for pair in drawn]
 
@@ -36,8 +36,8 @@ def test_the_indicator_of_air_has_the_fmus_pressures(opened: OPEN, package: Pack
             height, *bars = hammer.read(["relative_position", *CHAMBERS])
             assert above[0][place] == pytest.approx(-1e3 * height, abs=1e-9)
             assert [above[1][place], below[1][place]] == pytest.approx([1e-5 * p for p in bars])
-    # Times the areas of the faces, the loops enclose the work that the engine counts, but for the
-    # way of the bit, 1 % of the stroke, and the chords of the samples, 2 %.
+    # The loops times the areas of the faces are the work that the engine counts. They differ by the
+    # motion of the bit, 1 % of the stroke, and by the chords between samples, 2 %.
     work = 0.0
     for (height, bar), area, sign in [(above, "drive", 1.0), (below, "return", -1.0)]:
         mean = 0.5e5 * (bar[1:] + bar[:-1])
@@ -51,7 +51,7 @@ def test_a_drive_that_is_a_force_is_drawn_as_one(opened: OPEN) -> None:
     page = opened()
     above, below, force = loops(page)
     assert above[0].size == below[0].size == 0
-    # The relay has two forces.
+    # The relay has two values of the force.
     strength = page.evaluate("1e-3 * scene.get('drive.amplitude')")
     assert np.abs(force[1]) == pytest.approx(strength)
     expect(page.locator("#chambers")).to_be_hidden()

@@ -35,7 +35,7 @@ def test_the_casing_moves_as_in_the_fmu(opened: OPEN, package: Package) -> None:
 
 
 def chuck_end(page: Page) -> int:
-    """Where the grey of the casing ends, in pixels: along its wall, above the collar."""
+    """Returns the pixel at which the casing's grey ends, along its wall, above the collar."""
     middle, radius = page.evaluate("[drawing.middle, drawing.x(drawing.hole.casing)]")
     column = pixels(page, "hammer", middle - radius + 3, 0, 1, DESK[1] // 2)[:, :3]
     steel = page.evaluate("channels(palette.casing)")
@@ -43,7 +43,7 @@ def chuck_end(page: Page) -> int:
 
 
 def test_the_chuck_is_drawn_where_it_is(opened: OPEN) -> None:
-    # With so little feed the drive lifts the casing.
+    # With so little feed, the drive lifts the casing.
     page = opened(link(SCENE | {"feed_force": 500.0}))
     chuck, base = page.evaluate("[drawing.chuck, drawing.base]")
     ends, casing = [], column(page, "casing_position")
@@ -51,7 +51,7 @@ def test_the_chuck_is_drawn_where_it_is(opened: OPEN) -> None:
         page.evaluate("i => { play(false); player.index = i; picture(); }", index)
         place = chuck + casing[index] - base
         expected = page.evaluate("place => drawing.place(place)", place)
-        # The shoulder is 7 pixels of another colour, with an outline of 1.5 about it.
+        # The shoulder has 7 pixels of another colour, and an outline of 1.5 around it.
         assert chuck_end(page) + 1 == pytest.approx(expected - 7 - 0.75, abs=1.5)
         ends.append(expected)
     # The casing bounces by more than a pixel's error.

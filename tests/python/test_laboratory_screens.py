@@ -1,4 +1,4 @@
-"""The explanation: every number that it tells, over the whole of each handle, is the long run's."""
+"""The explanation: every number in it agrees with the long run, over the whole of each slider."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SCREENS = range(1, 9)
 
 @pytest.fixture(scope="module")
 def page(pages: Pages, request: pytest.FixtureRequest) -> Iterator[Page]:
-    """A screen: one for the tests of its number, which ask the engine for the same scenes."""
+    """Opens a screen, once for all its tests, which ask the engine for the same scenes."""
     page = pages.open(f"#screen={request.param}", ready="explorable.settled")
     assert page.evaluate("explorable.failure ?? null") is None
     yield page
@@ -36,7 +36,7 @@ def of_screen(*numbers: int) -> pytest.MarkDecorator:
 
 
 def numbers_at(page: Page, at: int) -> dict[str, float]:
-    """The numbers of a place of the handle; the text has them all, to three digits."""
+    """Returns the numbers at a slider's position, which the text must have to three digits."""
     page.evaluate(f"explorable.move({at})")
     wait(page, "explorable.settled")
     assert page.evaluate("explorable.failure ?? null") is None
@@ -46,39 +46,39 @@ def numbers_at(page: Page, at: int) -> dict[str, float]:
 
 
 def places(page: Page) -> list[int]:
-    """Both ends of the handle and three places between."""
+    """Returns both ends of the slider and three positions between."""
     last = page.evaluate("explorable.screens[explorable.screen].places.length") - 1
     return [round(last * part) for part in (0.0, 0.25, 0.5, 0.75, 1.0)]
 
 
 def pixels(picture: bytes) -> np.ndarray:
-    """How light each pixel is."""
+    """Returns the brightness of each pixel."""
     return np.asarray(Image.open(io.BytesIO(picture)).convert("L"), float)
 
 
 def answer(page: Page, which: str = "values") -> Steady:
-    """The engine's long run of the scene that is told of, asked as the page asks it."""
+    """Returns the engine's long-run response of the screen's scene, with the page's settings."""
     ways = page.evaluate("explorable.screens[explorable.screen].of ?? MEAN_OF")
     values = page.evaluate(f"explorable.{which}")
     with warnings.catch_warnings():
-        # Some bounce, and their means have the errors that the page leaves them.
+        # Irregular hammers have means with the page's errors, which cause warnings.
         warnings.simplefilter("ignore", HammerWarning)
         return steady(values, error=ways["error"], blows=ways["blows"])
 
 
 def share(mean: pd.Series) -> float:
-    """Per cent of what is put into a blow that the rock takes."""
+    """Returns the percentage of a blow's energy that the rock takes."""
     put = mean["energy_drive"] + mean["energy_feed"] + mean["energy_gravity"]
     return float(100 * (mean["energy_rock_dissipated"] + mean["energy_viscous"]) / put)
 
 
 def close(found: float, expected: float, part: float = 1e-9) -> None:
-    """The same engine, compiled for another machine: to the rounding of its sums, unless said."""
+    """Compares results of two builds of the engine, by default up to the rounding of sums."""
     assert found == pytest.approx(expected, rel=part)
 
 
 def rise(page: Page) -> float:
-    """How high above the bit the piston turns, mm: of the engine's own cycle, once it repeats."""
+    """Returns the piston's highest rise above the bit, mm, in the engine's repeating cycle."""
     with Hammer(page.evaluate("explorable.answer.values"), quiet=True) as hammer:
         hammer.advance(0.2)
         heights, _ = hammer.run(0.2 + 1e-4 * np.arange(1, 500), ["relative_position"], {})
@@ -101,7 +101,7 @@ def test_pressure_makes_more_and_harder_blows(page: Page) -> None:
         assert numbers["rise"] == pytest.approx(rise(page), rel=2e-3)
         rows.append([numbers[name] for name in ("bar", "speed", "energy", "times")])
     assert (np.diff(rows, axis=0) > 0).all()
-    # 24 bar is the hammer's own pressure.
+    # The hammer's own pressure is 24 bar.
     assert numbers_at(page, 7)["times"] == pytest.approx(44, abs=0.5)
 
 
@@ -110,7 +110,7 @@ def test_the_indicator_diagrams_area_is_the_drives_work(page: Page) -> None:
     numbers, mean = numbers_at(page, 60), answer(page, "answer.values").mean
     close(numbers["drive"], mean["energy_drive"])
     close(numbers["air"], 60 * mean["air_flow"])
-    # A trapezoidal rule on 400 samples a period: the pressures' corners are cut.
+    # A trapezoidal rule with 400 samples per period cuts the corners of the pressures.
     close(numbers["both"], numbers["above"] + numbers["below"])
     close(numbers["both"], numbers["drive"], 0.005)
 
@@ -123,17 +123,17 @@ def test_a_blow_is_a_wave_no_faster_than_sound(page: Page) -> None:
     )
     area, length = (values[f"bit.segment[1].{name}"] for name in ("area", "length"))
     wave = math.sqrt(modulus / density)
-    # St-Venant: two bars of one section share the speed.
+    # St-Venant: two bars of equal section share the speed.
     close(numbers["shock"], 0.5e-3 * area * math.sqrt(modulus * density) * numbers["speed"])
-    # Feed and air press on the faces besides: 12 and up to 6 kN, 18 of 773 kN.
+    # Feed and air also press on the faces: 12 and up to 6 kN, 18 of 773 kN.
     close(numbers["contact"], numbers["shock"], 18 / 773)
     close(numbers["arrives"], 0.5e6 * length / wave)
-    # The contact's spring takes ln(2) A E / (2 K c) to half of the plateau: 0.84 us. A front is not
-    # straight between samples 2 us apart.
+    # The contact's spring takes ln(2) A E / (2 K c) to half of the plateau: 0.84 us. Between
+    # samples 2 us apart a front is not straight.
     late = 1e6 * math.log(2) * area * modulus / (2 * values["contact.stiffness"] * wave)
     assert numbers["felt"] == pytest.approx(numbers["arrives"] + late, abs=1.0)
-    # Ahead of the front there is nothing: it is as wide as damping and contact make it, so that
-    # three widths on, less than a hundredth of it has arrived.
+    # Nothing precedes the front except its width, from damping and contact: three widths ahead,
+    # less than a hundredth of it has arrived.
     stresses = """() => { const { time, impact, stress: [, bit] } = explorable.answer.cycle;
         const t = time.findIndex((t) => t >= impact + 2e-5);
         return [time[t] - impact, [...bit[t]], [...bit[t - 20]]]; }"""
@@ -150,7 +150,7 @@ def test_the_loops_area_is_the_work_that_the_rock_keeps(page: Page) -> None:
     numbers, mean = numbers_at(page, 60), answer(page, "answer.values").mean
     close(numbers["work"], mean["energy_rock_dissipated"] + mean["energy_viscous"])
     close(numbers["share"], 100 * numbers["work"] / mean["blow_energy"])
-    # A trapezoidal rule, which misses how the force jumps where the rock changes its mode.
+    # A trapezoidal rule misses the jump of the force where the rock changes its mode.
     close(numbers["loop"], numbers["work"], 0.01)
 
 
@@ -162,13 +162,13 @@ def test_the_account_of_a_blow_closes(page: Page) -> None:
         parts = [numbers["drive"], numbers["feed"], numbers["rebound"]]
         close(numbers["given"], sum(parts))
         close(numbers["gone"], numbers["work"] + numbers["damping"] + numbers["rebound"])
-        # It repeats to 1e-9 of a blow, so what is stored is the same again.
+        # The cycle repeats to 1e-9 of a blow, and so does the stored energy.
         close(numbers["given"], numbers["gone"], 1e-7)
         close(numbers["feed"], mean["energy_feed"] + mean["energy_gravity"])
         close(numbers["rebound"], 0.5 * numbers["mass"] * mean["rebound_speed"] ** 2)
         close(numbers["peak"], 1e-3 * mean["rock_force_peak"])
         pairs.append([numbers[name] for name in ("peak", "kept")])
-    # What moves as the handle moves: the bars by more than a tenth, the peak fourfold.
+    # The slider changes the bars by more than a tenth, and the peak fourfold.
     assert pairs[-1][0] > 3 * pairs[0][0]
 
 
@@ -178,7 +178,8 @@ def test_the_rate_is_the_power_over_what_a_metre_takes(page: Page) -> None:
     for at in places(page):
         numbers, mean = numbers_at(page, at), answer(page, "answer.values").mean
         close(numbers["rate"], 3600 * mean["rop"])
-        # The mean rate is the work over the time of all blows: of a repeating hammer, the same.
+        # The mean rate is the work over the time of all blows, which is the same for a repeating
+        # hammer.
         close(numbers["predicted"], numbers["rate"], 1e-6)
         close(numbers["high"] / numbers["low"], factor**2, 0.01)
         close(numbers["power"], 1e-3 * numbers["work"] * mean["blow_frequency"])
@@ -186,7 +187,7 @@ def test_the_rate_is_the_power_over_what_a_metre_takes(page: Page) -> None:
         values = page.evaluate("explorable.answer.values")
         close(energy, area * values["rock.specific_energy"])
         close(1e3 * numbers["power"] / energy, mean["rop"], 1e-6)
-        # Of the ends of the range two digits are told.
+        # The text has two digits of the range's ends.
         close(numbers["low"], 3.6e6 * numbers["power"] / (1e6 * numbers["hard"] * area), 0.05)
         close(numbers["high"], 3.6e6 * numbers["power"] / (1e6 * numbers["easy"] * area), 0.05)
 
@@ -205,22 +206,23 @@ def test_too_little_feed_lifts_the_hammer_off_and_the_rate_bends_at_a_knee(page:
         turned = (held["blow_speed"] + held["rebound_speed"]) * held["blow_frequency"]
         close(numbers["push"], 1e-3 * numbers["mass"] * turned)
         close(numbers["least"], numbers["push"] - numbers["weight"])
-    # What the piston's impulses ask for is the mean force of the drive, read off the engine.
+    # The piston's impulses require the drive's mean force, which is read from the engine.
     read = """() => { const { cycle: c } = window.asked, [a, b] = periodOf(c);
         return areaUnder(c.applied_drive_force, c.time, [a, b]) / (c.time[b] - c.time[a]); }"""
     page.evaluate("explorable.ask('explore', explorable.hammer).then((a) => (window.asked = a)), 0")
     wait(page, "window.asked")
-    # Speeds are over the bit's, which moves by up to 0.4 of the 18.8 m/s of the piston's turn.
+    # Speeds are relative to the bit, which moves by up to 0.4 of the 18.8 m/s of the piston's
+    # reversal.
     weight = 1e-3 * numbers["mass"] * VARIABLES["gravity"].start
     close(1e-3 * page.evaluate(read), numbers["push"] - weight, 0.4 / 18.8)
     lifting = [rate for kN, rate in rates.items() if kN < numbers["least"]]
-    # Below it the rate falls with the feed to a sixth; from the knee on it hardly rises.
+    # Below the knee the rate falls with the feed to a sixth, above it the rate hardly rises.
     assert [*rates.values()] == sorted(rates.values())
     assert lifting[0] < 0.2 * rates[12]
     assert lifting[-1] < 0.5 * rates[12]
     assert rates[12] < 1.05 * rates[9]
     assert rates[18] < 1.1 * rates[9]
-    # Lifted off, the blows go into chuck and bit.
+    # If the casing is lifted, blows go into chuck and bit.
     assert min(shares[kN] for kN in (1.5, 3, 4.5)) > 3 * max(shares[kN] for kN in (9, 10.5, 12))
 
 
@@ -240,7 +242,7 @@ def test_rods_take_their_share_and_a_hammer_down_the_hole_has_none(page: Page) -
         assert numbers["down"] == pytest.approx(down_the_hole, rel=0.02)
     rods, tight, loose, down = np.array(rows).T
     assert [*rods] == [1, 3, 6]
-    # The means' own errors are below two of a hundred parts.
+    # The errors of the means are below two per cent.
     assert (np.diff(tight) < 2).all()
     assert (np.diff(loose) < 2).all()
     assert tight[-1] < tight[0] - 5
@@ -252,13 +254,13 @@ def test_rods_take_their_share_and_a_hammer_down_the_hole_has_none(page: Page) -
 def test_the_handle_moves_its_figure_over_its_whole_range_and_it_is_saved_as_it_looks(
     page: Page,
 ) -> None:
-    """Between neighbouring quarters of the handle some pixels change for good."""
+    """Some pixels must change between neighbouring quarters of the slider."""
     pictures = []
     for at in places(page):
         numbers_at(page, at)
         pictures.append(pixels(page.locator(FIGURE).screenshot()))
     for one, other in pairwise(pictures):
-        # A dot of 6 pixels' radius, here and there, is more than this.
+        # A dot with a radius of 6 pixels, at two places, changes more than this.
         assert (np.abs(one - other) > 30).sum() > 60
     same(page, page.locator(FIGURE), page.locator("#explore"))
 
@@ -314,7 +316,7 @@ def saved(page: Page, row: Locator, kind: str) -> bytes:
 
 
 def same(page: Page, figure: Locator, row: Locator) -> None:
-    """Both files of a figure look as it does, but for how letters and edges are smoothed."""
+    """Checks that both files of a figure look like it, except for smoothed letters and edges."""
     page.evaluate("document.fonts.ready.then(() => 0)")
     expected = pixels(figure.screenshot())
     other = page.context.new_page()
@@ -326,7 +328,8 @@ def same(page: Page, figure: Locator, row: Locator) -> None:
     for found in (pixels(other.screenshot()), np.asarray(half.convert("L"), float)):
         rows, columns = (min(sides) for sides in zip(found.shape, expected.shape, strict=True))
         one, two = (lines[:rows, :columns] < 200 for lines in (found, expected))
-        # Lines and letters have their own within two pixels, but for some smoothed otherwise.
+        # Each line and letter has its counterpart within two pixels, except for some that are
+        # smoothed otherwise.
         for here, there in ((one, two), (two, one)):
             wide = Image.fromarray(there).convert("L").filter(ImageFilter.MaxFilter(5))
             assert (here & (np.asarray(wide) == 0)).sum() < 0.05 * here.sum()

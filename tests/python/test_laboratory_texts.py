@@ -1,4 +1,4 @@
-"""The page's words: the explanation in several languages, the laboratory in English; none idle."""
+"""The page's words, all used: the explanation in several languages, the laboratory in English."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_every_text_is_used_and_every_text_used_is_there() -> None:
     script = "".join(path.read_text("utf-8") for path in LAB.glob("*.js"))
     named = set(re.findall(r'data-say(?:-label|-title)?="([^"]+)"', page))
     assert named <= ENGLISH.keys()
-    # Other keys stand as strings in the scripts, or are put together from parts there.
+    # Other keys are strings in the scripts, or are built from parts there.
     quoted = set(re.findall(r'"([\w.]+)"|^  (\w+): \[', script, re.MULTILINE))
     literal = {one or other for one, other in quoted}
     parts = re.findall(r"say\(`(\w*)\$\{[^`]*?\}(\w*)`", script)
@@ -48,7 +48,7 @@ def test_every_text_is_used_and_every_text_used_is_there() -> None:
 
 
 def test_no_line_of_the_page_s_sources_is_wider_than_120_columns() -> None:
-    # Texts are exempt: each of them is one line.
+    # Text files are exempt, because each text is one line.
     files = [path for kind in ("js", "css", "html") for path in LAB.glob(f"*.{kind}")]
     assert {"main.js", "page.html", "style.css"} <= {path.name for path in files}
     wide = {
@@ -67,7 +67,7 @@ def test_no_word_of_the_explanation_is_left_in_english_and_all_fits_a_phone(
     page = explained(opened, locale=language, size=PHONE)
     texts = TEXTS[language]
     assert page.evaluate("document.documentElement.lang") == language
-    # Every text that is asked for, written or drawn, on each screen and at both ends of its handle.
+    # Every key that is used in words or drawings, on each screen and at both ends of its slider.
     heard = "old => say = (key, values) => (asked.add(key), old(key, values))"
     page.evaluate(f"asked = new Set(), ({heard})(say), 0")
     visible = "[...document.querySelectorAll('[data-say]')].filter(e => e.checkVisibility())"
@@ -80,7 +80,7 @@ def test_no_word_of_the_explanation_is_left_in_english_and_all_fits_a_phone(
         wait(page, "explorable.settled")
         assert page.inner_text("#screen-title").startswith(texts["screen_step"].split("{")[0])
         displayed |= set(page.evaluate(f"{visible}.map(e => e.dataset.say)"))
-    # What was asked for as the page opened is read where it stands.
+    # Keys that were used while the page opened are found in the page's elements.
     labels = (
         "Object.values(explorable.figure.plots).flatMap((plot) => plot.axes.map((a) => a.label))"
     )
@@ -92,7 +92,7 @@ def test_no_word_of_the_explanation_is_left_in_english_and_all_fits_a_phone(
     assert {"piston", "force_axis", "screen_8"} <= asked
     assert {"view_laboratory", "language_choice"} <= displayed
     assert asked | displayed | {"title", "screen_failed"} <= texts.keys()
-    # And nothing else is translated, which nobody would see.
+    # No other text is translated, since nobody would see it.
     drawn = {"casing", "drives", "vented", "lifts", "pause"}
     labels = set(
         re.findall(r'data-say-label="(screen_\w+)"', (LAB / "page.html").read_text("utf-8"))
@@ -109,7 +109,7 @@ def test_the_laboratory_is_in_english_whatever_the_explanation_is_in(
     opened: OPEN, language: str
 ) -> None:
     page = explained(opened, 8, locale=language, size=PHONE)
-    # Another language loads the page anew, after the link's own navigation within it.
+    # Another language loads the page again, after the link's navigation within it.
     with page.expect_event("load"):
         page.locator("#screen-next").click()
     wait(page, "laboratory.settled || laboratory.failure")
@@ -118,7 +118,7 @@ def test_the_laboratory_is_in_english_whatever_the_explanation_is_in(
     # A German reads 2.039 m/min as two thousand, an Englishman does not.
     speed = page.evaluate("laboratory.blows.at(-1).blow_speed")
     assert page.inner_text("#value-speed") == f"{speed:.4g} m/s"
-    # A text whose key or placeholder is wrong would show as such.
+    # A text with a wrong key or placeholder would be visible.
     text = page.inner_text("body")
     assert "undefined" not in text
     assert "{" not in text.split(ENGLISH["as_command"])[0]

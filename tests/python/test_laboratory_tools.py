@@ -1,4 +1,4 @@
-"""The laboratory's pictures and tools: what they show is what the FMU computes."""
+"""The laboratory's pictures and tools agree with the FMU."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ HOLE = {"hole.diameter": 0.09, "piston.elements": 8, "bit.elements": 8}
 
 
 def pixels(page: Page, *where: Any) -> np.ndarray:
-    """Red, green, blue and opacity, a row a pixel."""
+    """Returns red, green, blue and opacity, one row per pixel."""
     return np.reshape(page.evaluate(PIXELS, [*where]), (-1, 4))
 
 
@@ -33,7 +33,7 @@ def link(values: dict[str, float]) -> str:
 
 
 def still(page: Page, time: float) -> int:
-    """Stops the page at a time after the impact, s, and says at which sample."""
+    """Stops the page at a time after the impact (s), and returns the index of the sample."""
     page.evaluate("time => { play(false); player.goTo(time); picture(); }", time)
     index = page.evaluate("player.index")
     assert page.evaluate("laboratory.shown") == index
@@ -49,10 +49,10 @@ def test_the_gap_in_the_picture_is_the_fmus(opened: OPEN, package: Package) -> N
         gap = hammer.get("contact_gap")
     assert gap > 0.05
     assert index > 0
-    # A line down the axis, where neither names nor arrows stand.
+    # A line down the axis, without names or arrows on it.
     height = page.evaluate("drawing.canvas.clientHeight")
     column = pixels(page, "hammer", page.evaluate("drawing.middle"), 0, 1, height)[:, :3]
-    # Below the piston is the chamber, of one colour; the steel of the bodies has another.
+    # The chamber below the piston has one colour, which the bodies do not have.
     top, end = page.evaluate("drawing.tops(player.index).map(top => drawing.place(top))")
     piston = page.evaluate(
         "drawing.place(drawing.tops(player.index)[0] + drawing.bodies[0].length)"
@@ -61,7 +61,7 @@ def test_the_gap_in_the_picture_is_the_fmus(opened: OPEN, package: Package) -> N
     empty = np.flatnonzero((column == chamber).all(axis=1) & (np.arange(height) > top + 3))
     stretches = np.split(empty, np.flatnonzero(np.diff(empty) > 1) + 1)
     low, high = page.evaluate("drawing.span")
-    # Each body has an outline of 2 pixels, half of them outside, and edges fall between pixels.
+    # Each body has an outline of 2 pixels, half of it outside, and edges fall between pixels.
     longest = max(len(stretch) for stretch in stretches)
     assert longest == pytest.approx(gap * height / (high - low) - 2, abs=2)
 
@@ -131,7 +131,7 @@ def test_pointing_at_a_wave_shows_the_hammer_at_that_moment(opened: OPEN, packag
 
 
 def test_slow_motion_follows_the_blow(opened: OPEN) -> None:
-    """Waves pass at the pace asked for, and whole cycles in seconds, not minutes."""
+    """Waves are played at the chosen pace, and whole cycles within seconds."""
     page = opened()
     page.evaluate("play(false)")
     spent = """follow => {
@@ -149,17 +149,18 @@ def test_slow_motion_follows_the_blow(opened: OPEN) -> None:
         return [inside, all];
     }"""
     inside, whole = page.evaluate(spent, True)
-    # 0.5 ms at 1 s for 0.2 ms, to the frame at either end.
+    # 0.5 ms at 0.2 ms per second, to one frame at each end.
     assert inside == pytest.approx(2.5, abs=2 / 60)
     inside, everything = page.evaluate(spent, False)
     assert inside == pytest.approx(2.5, abs=2 / 60)
     assert everything > page.evaluate("laboratory.cycle.period") / 2e-4
-    # Two collisions and their waves are a hundredth of the cycle; with them, a tenth.
+    # Two collisions with their waves are a hundredth of the cycle. Together with the fast flights
+    # they take a tenth of the time.
     assert whole < 0.1 * everything
 
 
 def test_a_curve_is_of_the_long_run(opened: OPEN, package: Package) -> None:
-    """Where a hammer repeats its blows, the means are those that the FMU settles at."""
+    """If a hammer repeats its blows, the means are those of the settled FMU."""
     mesh = {"piston.elements": 8, "bit.elements": 8}
     page = opened(link(mesh))
     page.locator("#curve-over").select_option("feed_force")
@@ -182,7 +183,7 @@ def test_a_curve_is_of_the_long_run(opened: OPEN, package: Package) -> None:
                     hammer.advance(hammer.time + 1e-3)
                 more = hammer.read(["blow_penetration", "blow_period"])
                 advance, period = advance + more[0], period + more[1]
-        # The cycle is solved for; a run of six seconds is as near as 1e-4.
+        # The cycle is solved for, and a run of six seconds agrees to 1e-4.
         assert point["mean"]["period"] == pytest.approx(period / (4 * repeat), rel=1e-4)
         assert point["mean"]["tip_rate"] == pytest.approx(advance / period, rel=1e-4)
         assert point["error"]["tip_rate"] == 0
@@ -206,7 +207,7 @@ def test_the_rate_over_a_setting_is_that_of_the_hole(opened: OPEN) -> None:
         assert len(means) > 10
         power = [(m["energy_rock_dissipated"] + m["energy_viscous"]) / m["period"] for m in means]
         hole = [3600 * 4 * p / (math.pi * 0.09**2 * energy) for p in power]
-        # Sums of some thousand differences of lengths: rounding.
+        # The tolerance is the rounding of sums of some thousand differences of lengths.
         assert page.evaluate(drawn)[1] == pytest.approx(hole, rel=1e-9)
         assert page.evaluate("curves.plot.axes[1].label").endswith("(m/h)")
 
@@ -219,7 +220,7 @@ def test_a_setting_that_cannot_be_is_a_gap_in_the_curve(opened: OPEN) -> None:
     wait(page, "curves.points.some(point => point.failure) && curves.points.some(p => p.mean)")
     failures = page.evaluate("curves.points.filter(p => p.failure).map(p => [p.value, p.failure])")
     assert all(value <= 1 and "rock.unloading_ratio" in text for value, text in failures)
-    # Started and stopped in one task of the page, in which no worker can be done.
+    # Started and stopped in one task of the page, so that no worker can have finished.
     wait(page, "!curves.busy")
     page.locator("#curve-start").evaluate("button => { button.click(); button.click(); }")
     expect(page.locator("#curve-status")).to_contain_text("Stopped")
@@ -231,7 +232,7 @@ def test_what_was_before_is_shown_beside_it(opened: OPEN, package: Package) -> N
     start, other = blows(package, {})[-1], page.evaluate("laboratory.blows.at(-1)")
     change = 100 * (other["blow_energy"] / start["blow_energy"] - 1)
     difference = page.inner_text("#was-energy").split()[0].replace(MINUS, "-")
-    # Told to a tenth of a per cent.
+    # The page shows it to a tenth of a per cent.
     assert float(difference) == pytest.approx(change, abs=0.0501)
     ghost = page.evaluate("past.ghost().rows")
     assert ghost == blows(package, {})
@@ -264,7 +265,7 @@ def test_undo_goes_back_change_by_change(opened: OPEN) -> None:
     page.get_by_label("Preset").select_option("overdamped")
     page.wait_for_timeout(800)
     slider = page.get_by_label("Feed force", exact=True)
-    # One pull at a slider is one change.
+    # Moving a slider once is one change.
     pull = "s.stepUp(); s.dispatchEvent(new Event('input', { bubbles: true }));"
     slider.evaluate(f"s => {{ for (let k = 0; k < 8; k++) {{ {pull} }} }}")
     pulled = page.evaluate("scene.link()")
@@ -286,7 +287,7 @@ def test_a_preset_keeps_its_name_in_the_command(opened: OPEN) -> None:
     expect(command).to_have_text("dth-hammer run")
     page.get_by_label("Preset").select_option("air_6_inch")
     expect(command).to_have_text("dth-hammer run air_6_inch")
-    # Sliders are about this hammer: in the middle of the feed's is its own, at the end twice that.
+    # Sliders refer to this hammer: the middle of the feed's is its own feed, the end twice that.
     feed = page.get_by_label("Feed force", exact=True)
     own = page.evaluate("scene.get('feed_force')")
     assert feed.input_value() == "0"
@@ -296,7 +297,7 @@ def test_a_preset_keeps_its_name_in_the_command(opened: OPEN) -> None:
     page.keyboard.press("Tab")
     expect(command).to_have_text("dth-hammer run air_6_inch --set feed_force=9000")
     assert page.locator("#preset option:checked").inner_text() == "air 6 inch, changed"
-    # Back at the engine's own value, which is not the preset's.
+    # The engine's own value differs from the preset's.
     diameter = page.evaluate("scene.variable('hole.diameter').start")
     page.get_by_label("Diameter of the hole, mm").fill(str(diameter))
     page.keyboard.press("Tab")
@@ -333,7 +334,7 @@ def test_who_wants_less_motion_gets_a_still_picture(opened: OPEN) -> None:
 def test_what_the_engine_only_notes_is_no_warning(opened: OPEN) -> None:
     page = opened()
     assert page.locator("#warnings").is_hidden()
-    # Far stiffer than an element: worth a warning (`hammer`, machine's warnings).
+    # A contact far stiffer than an element causes a warning (`hammer`, the machine's warnings).
     page = opened("#contact.stiffness=1e13")
     expect(page.locator("#warnings")).to_contain_text("contact.stiffness")
 

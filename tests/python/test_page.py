@@ -1,4 +1,4 @@
-"""The page in the FMU, as a browser lays it out; skipped where there is no chromium."""
+"""The page in the FMU, as a browser lays it out; skipped if there is no chromium."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from fmpy import read_model_description
 from fmu import Package
 from PIL import Image
 
-# Written into the page itself, to be read from its text.
+# A script that writes its results into the page, from whose text they are read.
 PROBE = """
 <script>
 addEventListener("load", () => {
@@ -54,7 +54,7 @@ def page(package: Package, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def browse(page: Path, width: int, *more: str) -> str:
-    """What the browser prints."""
+    """Returns the browser's output."""
     profile = page.parent / f"profile-{width}"
     command = [chromium(), *QUIET, f"--user-data-dir={profile}", f"--window-size={width},2000"]
     done = subprocess.run(
@@ -85,7 +85,7 @@ def test_the_page_is_painted(page: Path, tmp_path: Path) -> None:
     browse(page, 1200, f"--screenshot={picture}")
     pixels = np.asarray(Image.open(picture).convert("L"), dtype=float)
     assert pixels.shape == (2000, 1200)
-    # Text covers some of every stretch that is as high as a heading with the gap around it.
+    # Every stretch as high as a heading and its gaps has some text.
     background = np.median(pixels)
     inked = (np.abs(pixels - background) > 60).mean(axis=1)
     assert all(stretch.sum() > 0 for stretch in np.split(inked, 10))

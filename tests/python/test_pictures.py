@@ -1,4 +1,4 @@
-"""No committed picture is of other code or of another scene than it says."""
+"""Every committed picture was drawn by the present code from its scene."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def test_other_code_or_another_scene_is_another_hash(monkeypatch: pytest.MonkeyP
     assert pictures.hash_of(name) != before
 
 
-# Screenshots differ by the machine's fonts; speeds are drawn of numbers that are committed.
+# Screenshots depend on the machine's fonts; pictures of speeds use committed numbers.
 REDRAWN = [name for name, each in pictures.PICTURES.items() if each.drawn != "laboratory"]
 
 
@@ -51,5 +51,5 @@ def test_a_picture_drawn_anew_is_the_same_to_the_eye(name: str, tmp_path: Path) 
         for path in (ROOT / name, pictures.redraw(name, tmp_path))
     ]
     assert drawn[0].shape == drawn[1].shape
-    # Results agree to 1e-6, so lines move by no pixel: what differs is at their soft edges.
+    # Results agree to 1e-6, so lines do not move by a pixel, and only their soft edges differ.
     assert (np.abs(drawn[0] - drawn[1]) > 64).mean() < 1e-3

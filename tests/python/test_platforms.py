@@ -19,16 +19,16 @@ from programs import ran
 
 SOURCES = Path(__file__).parents[1] / "platforms"
 ZIG = Path(sys.prefix).with_name("venv-cross") / "bin" / "python"
-# Where Debian's libc6-arm64-cross puts the system that a program on aarch64 loads.
+# Folder in which Debian's libc6-arm64-cross puts the C library for aarch64.
 AARCH64_SYSTEM = Path("/usr/aarch64-linux-gnu")
 STEP, STEPS = 1e-3, 100
-# Of the reference hammer, in that time.
+# Blows of the reference hammer in that time.
 BLOWS = 2
 
 
 @dataclass(frozen=True)
 class Standard:
-    """A host in C for one version of FMI, what it loads from where, and how much it prints."""
+    """A host in C for one version of FMI, the libraries that it loads, and its number of lines."""
 
     source: str
     archive: str
@@ -79,7 +79,7 @@ def standard(request: pytest.FixtureRequest) -> Standard:
 
 @pytest.fixture(scope="module")
 def folder(standard: Standard, fmu_path: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What is in the archive for x86-64; hosts are built there."""
+    """Unpacks the archive for x86-64 into a folder, in which hosts are built."""
     folder = tmp_path_factory.mktemp("platforms")
     with ZipFile(fmu_path.with_name(standard.archive)) as archive:
         if standard.windows not in archive.namelist():
@@ -90,12 +90,12 @@ def folder(standard: Standard, fmu_path: Path, tmp_path_factory: pytest.TempPath
 
 @pytest.fixture(scope="module")
 def numbers(standard: Standard, folder: Path) -> list[str]:
-    """What the library for Linux on x86-64 says, on this processor."""
+    """Returns the results of the library for Linux on x86-64, on this processor."""
     return run(host(standard, folder, "x86_64-linux-gnu.2.17"), standard, folder, standard.linux)
 
 
 def host(standard: Standard, folder: Path, target: str) -> list[str | Path]:
-    """The host in C, by the zig that linked the library."""
+    """Builds the host in C, with the zig that linked the library."""
     program = folder / f"host-{target}"
     compiler = [ZIG, "-m", "ziglang", "cc", "-target", target, "-Wall", "-Wextra", "-Werror"]
     build(*compiler, SOURCES / standard.source, "-o", program, "-ldl", "-lm")
@@ -109,7 +109,7 @@ def run(
     library: str,
     **environment: str,
 ) -> list[str]:
-    """One line of bits wherever the host looks."""
+    """Returns one line of bits for each reading of the host."""
     description = read_model_description(str(folder))
     outputs = [v for v in description.modelVariables if v.causality == "output"]
     scalars = [v for v in outputs if v.type == standard.real and not v.dimensions]
@@ -122,7 +122,7 @@ def run(
 
 
 def test_blows_are_in_the_numbers(numbers: list[str]) -> None:
-    """The comparisons below are of something."""
+    """Makes sure that the comparisons below compare something."""
     assert len(set(numbers)) == len(numbers)
 
 
@@ -130,7 +130,7 @@ def test_blows_are_in_the_numbers(numbers: list[str]) -> None:
 def test_linux64_on_other_processors(
     standard: Standard, folder: Path, numbers: list[str], processor: str
 ) -> None:
-    """From one without AVX on: the vectors' widths differ, and glibc's ways."""
+    """From a processor without AVX on: the width of vectors and the functions of glibc differ."""
     emulator = [needs("qemu-x86_64", "qemu-user"), "-cpu", processor]
     program = host(standard, folder, "x86_64-linux-gnu.2.17")
     assert run([*emulator, *program], standard, folder, standard.linux) == numbers
@@ -165,7 +165,7 @@ def test_aarch64_under_qemu(
     tmp_path: Path,
     settings: dict[str, str],
 ) -> None:
-    """Whatever the host's rounding is, which it gets back."""
+    """The library works with any rounding mode of the host, and restores it."""
     emulator = [needs("qemu-aarch64", "qemu-user"), "-L", AARCH64_SYSTEM]
     if not AARCH64_SYSTEM.is_dir():
         pytest.skip("no C library for aarch64: apt install libc6-arm64-cross")

@@ -1,4 +1,4 @@
-"""The front page says what happens."""
+"""The README says what happens."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def block(language: str, after: str) -> str:
-    """The first code block of a language after a phrase."""
+    """Returns the first code block of a language after a phrase."""
     text = README[README.index(after) :]
     found = re.search(rf"```{language}\n(.*?)```", text, re.DOTALL)
     assert found, f"no {language} block after {after!r}"
@@ -26,8 +26,8 @@ def block(language: str, after: str) -> str:
 
 
 def test_ten_lines_are_ten_and_the_rust_block_prints_what_python_simulates() -> None:
-    # What the Python block prints, python/tests/test_first_day.py runs; that the Rust block
-    # compiles and runs, the doctest of src/lib.rs shows.
+    # python/tests/test_first_day.py runs the Python block; the doctest of src/lib.rs compiles and
+    # runs the Rust block.
     assert len(block("python", "Ten lines").splitlines()) <= 10
     assert len(block("rust", "## In Rust").splitlines()) <= 14
     lines = block("text", "## In Rust").splitlines()
@@ -45,7 +45,7 @@ def test_what_is_said_of_speed_and_exactness_is_in_the_reports() -> None:
 
 
 def test_the_errors_of_the_default_mesh_are_as_said() -> None:
-    # 80 cubic elements a bar are converged: 160 move the largest contact force by 0.03 %.
+    # 80 cubic elements per bar are converged: 160 change the largest contact force by 0.03 %.
     fine = {"piston.elements": 80, "bit.elements": 80, "mesh.degree": 3}
     coarse, fine = (
         dth_hammer.simulate(hammer, until=0.7, step=0.7).blows.iloc[-1] for hammer in ({}, fine)
@@ -68,11 +68,11 @@ def test_the_errors_of_the_default_mesh_are_as_said() -> None:
 
 
 def test_the_demo_prints_what_is_shown_and_draws(tmp_path: Path) -> None:
-    # What `cargo demo` runs when the FMU is packaged.
+    # This is the program of `cargo demo` after the FMU is packaged.
     picture = tmp_path / "reference.png"
     command = [sys.executable, "demo/reference.py", "--figure", str(picture)]
     said = ran(command, ROOT)
-    # Speed and where the figure goes are this run's, not the model's.
+    # Speed and the figure's path belong to this run, not to the model.
     own = ("real-time factor", "figure: ")
     printed, expected = (
         [line for line in text.splitlines() if not line.startswith(own)]
@@ -89,7 +89,7 @@ def test_the_first_lines_of_output_are_the_demo_s() -> None:
 
 
 def test_every_folder_is_named_and_every_link_leads_somewhere() -> None:
-    # These are made by the commands; a name with a dot is of a tool.
+    # Commands make these folders; a folder that begins with a dot belongs to a tool.
     made = {"dist", "target", "__pycache__"}
     folders = {p.name for p in ROOT.iterdir() if p.is_dir() and p.name[0] != "."} - made
     rows = README[README.index("## What is where") :]

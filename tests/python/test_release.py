@@ -27,7 +27,7 @@ sys.path.insert(0, str(ROOT / "packaging"))
 from first_figure import first_figure  # noqa: E402
 from wheels import TAGS, here, platform, wheel  # noqa: E402
 
-# Where in a library the processor is named, and how: ELF's e_machine, PE's Machine.
+# Numbers of processors in a library: ELF's e_machine, PE's Machine.
 ELF = {62: "x86_64", 183: "aarch64"}
 PE = {0x8664: "x86_64"}
 
@@ -43,7 +43,7 @@ def processor(library: bytes) -> str:
 
 
 def libraries(fmu: bytes) -> dict[str, str]:
-    """Processors by the places of their libraries."""
+    """Returns processors by the paths of their libraries."""
     with zipfile.ZipFile(BytesIO(fmu)) as archive:
         names = [n for n in archive.namelist() if n.startswith("binaries/")]
         return {name: processor(archive.read(name)) for name in names}
@@ -136,7 +136,7 @@ def test_the_bill_of_materials_names_what_is_linked(release: Path) -> None:
         assert listed == set(made_of[path.name])
         names = {parts[ref]["name"] for ref in made_of[path.name]}
         assert {"dth-hammer", "libm", "nalgebra", "postcard"} <= names
-        # What only tests, the build script and procedural macros want is in no library.
+        # Crates that only tests, the build script and procedural macros use are in no library.
         assert not names & {"rand", "libloading", "quick-xml", "serde_json", "serde_derive", "syn"}
     crates = [c for c in bill["components"] if c.get("purl", "").startswith("pkg:cargo/")]
     assert all(c["version"] and c["licenses"] for c in crates)

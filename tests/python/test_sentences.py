@@ -1,4 +1,4 @@
-"""Every sentence with a number on the pages that newcomers read is true, or is not there."""
+"""Every sentence with a number on the pages that newcomers read is checked here."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import top_hammer
 
 ROOT = Path(__file__).parents[2]
 FINE = {"piston.elements": 80, "bit.elements": 80}
-#: Numbers that are names, of versions, sources and licences, or are defined and not measured.
+#: Numbers that are names (of versions, sources and licences), or that are defined, not measured.
 NAMES = (
     r"FMI [23]\.0( or 3\.0)?|SSP 1\.0|Apache-2\.0|64-bit|x86-64|aarch64|AVX-512",
     r"Yang 2025|191:106125|Investigations 7300|Kivade 2015|Tools, 2023|figures, to 10 %",
@@ -27,7 +27,7 @@ NAMES = (
 
 
 def text_of(page: str) -> str:
-    """A page without its blocks, the addresses of its links, and what `cargo front` writes."""
+    """Returns a page without its blocks, addresses of links, and the part by `cargo front`."""
     text = (ROOT / page).read_text(encoding="utf-8")
     text = re.sub(r"<!-- measured.*?end of measured -->", "", text, flags=re.DOTALL)
     text = re.sub(r"^```.*?^```", "", text, flags=re.DOTALL | re.MULTILINE)
@@ -37,12 +37,12 @@ def text_of(page: str) -> str:
 
 @cache
 def blow(fine: bool) -> pd.Series:
-    """A settled blow of the reference hammer."""
+    """Returns a settled blow of the reference hammer."""
     return dth_hammer.simulate(FINE if fine else {}, until=0.56, step=0.56).blows.iloc[-1]
 
 
 def installed(names: Iterable[str]) -> str:
-    """The files of these distributions and of all that they require, to 100 MB."""
+    """Returns the size of these distributions with all their requirements, to 100 MB."""
     todo, found, size = list(names), set(), 0
     while todo:
         name = re.sub(r"[-_.]+", "-", todo.pop()).lower()
@@ -61,20 +61,20 @@ def installed(names: Iterable[str]) -> str:
 
 
 def extras() -> list[str]:
-    """What `[all]` requires."""
+    """Returns the requirements of `[all]`."""
     lines = importlib.metadata.requires("dth-hammer") or []
     wanted = (line for line in lines if "extra ==" in line and 'extra == "test"' not in line)
     return [re.split(r"[^\w.-]", line)[0] for line in wanted if not line.startswith("dth-hammer")]
 
 
 def needed(name: str, key: str) -> str:
-    """A version that a manifest asks for."""
+    """Returns the version that a manifest requires."""
     found = re.findall(rf'^{key} = "(?:>=)?(\S+)"', (ROOT / name).read_text("utf-8"), re.MULTILINE)
     return found[0]
 
 
 def unknown_rock() -> tuple[str, str]:
-    """The factor up to which a rate is known, and the specific energies that it leaves."""
+    """Returns the factor within which a rate is known, and the range of specific energies."""
     hammer = dth_hammer.Hammer()
     energy, factor = (float(hammer[f"rock.specific_energy{tail}"]) for tail in ("", "_factor"))
     ends = (round(1e-6 * end, -1) for end in (energy / factor, energy * factor))
@@ -87,7 +87,7 @@ def pulls() -> str:
 
 
 def finer_pull() -> str:
-    """The largest pull with twice the elements, in the strings whose pull is largest."""
+    """Returns the largest pull with twice the elements, in the strings whose pull is largest."""
     strings = [top_hammer.string(rods) for rods in (4, 6)]
     fine = ({"piston.elements": 40, "bit.elements": 2 * s["bit.elements"]} for s in strings)
     pulls = [top_hammer.pull(string | mesh) for string, mesh in zip(strings, fine, strict=True)]
@@ -108,19 +108,19 @@ def speed() -> str:
 
 
 def report(page: str, pattern: str) -> list[tuple[str, ...]]:
-    """What a report has in the places of a pattern's groups, wherever it fits."""
+    """Returns the groups of a pattern, for each of its matches in a report."""
     found = re.findall(pattern, (ROOT / "reports" / page).read_text(encoding="utf-8"))
     assert found, f"no {pattern!r} in {page}"
     return found
 
 
 def insert(row: str) -> tuple[str, ...]:
-    """What was measured of an insert in the first rock, and what is computed; no scatter."""
+    """Returns an insert's measured and computed number in the first rock, without scatter."""
     return report("measured.md", rf"\| {row}[^|]* \| ([\d.]+)[^|]*\| ([\d.]+)")[0]
 
 
 def first_wave() -> str:
-    """Two bars that meet: force over the bit's section, MPa."""
+    """Returns the stress of two bars that meet: force over the bit's section, MPa."""
     piston, bit = 26.5**2, 30.0**2
     return f"{1e-6 * 10.66 * (200e9 * 7850.0) ** 0.5 * piston / (piston + bit):.0f}"
 
@@ -144,7 +144,7 @@ def computed() -> str:
 
 
 def catalogue() -> str:
-    """Power of the smallest and the largest hammer, and the errors of all."""
+    """Returns the power of the smallest and the largest hammer, and the errors of all."""
     pattern = r"\| \d[\d.]* inch (?:\|[^|]*){4}\| ([\d.]+) \| [\d.]+ \| (\S+) %"
     powers, errors = zip(*report("catalogue.md", pattern)[:5], strict=True)
     numbers = [int(error) for error in errors]
@@ -162,21 +162,21 @@ def bureau() -> str:
 
 @cache
 def readings() -> dict[str, str]:
-    """How far apart the two readings of the pressure law are, output by output, %."""
+    """Returns the difference of the two readings of the pressure law, for each output, %."""
     laws = (pressure_law.by_events, pressure_law.by_formula)
     each = zip(pressure_law.READ, *map(pressure_law.driven, laws), strict=True)
     return {name: f"{100 * abs(1 - formula / events):.1f}" for name, events, formula in each}
 
 
 def gain() -> str:
-    """Half the width of a ratio's range in what the front page prints, which is run elsewhere."""
+    """Returns half the width of a ratio's range in the README's output, which is run elsewhere."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     low, high = map(float, re.findall(r"30 bar:.*\((\S+) to (\S+)\)", readme)[0])
     return f"{100 * ((high / low) ** 0.5 - 1):.0f}"
 
 
 def a_step() -> str:
-    """Cost of a millisecond, from what `cargo front` writes of a cycle of 45 ms, µs."""
+    """Returns the cost of a millisecond, from the README's cost of a cycle of 45 ms, µs."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     cost = re.findall(r"takes ([\d.]+) ms with an error", readme)[0]
     return "microseconds" if 1.0 <= 1e3 * float(cost) / 45.0 < 100.0 else "?"
@@ -187,7 +187,7 @@ README, LIMITS, FAQ, INDEX = (
     *(f"guide/pages/{n}.md" for n in ("limits", "faq", "index")),
 )
 PYTHON = ("python/pyproject.toml", "requires-python")
-#: A page, a phrase with a place for what is computed, and what computes it.
+#: A page, a phrase with a place for the computed text, and the function that computes it.
 ROWS: list[tuple[str, str, Callable[[], str]]] = [
     (README, "contact opens after {} µs", lambda: f"{1e6 * blow(True)['contact_duration']:.0f}"),
     (README, "need Rust {},", lambda: needed("Cargo.toml", "rust-version")),
@@ -223,7 +223,7 @@ ROWS: list[tuple[str, str, Callable[[], str]]] = [
     (INDEX, "any Python environment ({} or newer)", lambda: needed(*PYTHON)),
     (INDEX, "glibc {} or newer", glibc),
 ]
-#: Other sentences with numbers, and what holds them.
+#: Other sentences with numbers, and the tests that check them.
 ELSEWHERE = {
     "larger, a period that is": "test_readme.py measures the errors of the default mesh",
     "5e-12 of a result": "`cargo front` writes it again below, from the report",

@@ -1,4 +1,4 @@
-"""The sheet that a report begins with is one page, A4, where a browser prints it."""
+"""The sheet at the beginning of a report fits on one page, A4, when a browser prints it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from dth_hammer.scene.variables import numbers, whole
 from playwright.sync_api import Browser
 
 GIVEN = {"piston_mass": 8.6, "od": "124 mm", "pressure": "24 bar", "hole": "140 mm"}
-# Within the margins of front.py, in CSS pixels of 1/96 inch.
+# Size within the margins of front.py, in CSS pixels of 1/96 inch.
 WIDTH, HEIGHT = (96 / 25.4 * mm for mm in (210 - 2 * 16, 297 - 2 * 13))
 
 
@@ -32,19 +32,19 @@ def test_it_is_one_page_that_says_what_is_handed_on(browser: Browser, page: Path
     for told in ("A <mine>", "H 5", "rate of penetration", "blow energy", "feed", "24 bar"):
         assert told in text, told
     assert re.search(r"\d{4}-\d\d-\d\d", text)
-    # A rate has its range, to two digits.
+    # The rate has its range, to two digits.
     assert re.search(r"rate of penetration\s+[\d.]+ m/h \([\d.]+ to [\d.]+\)", text)
-    # No name of the code on it.
+    # No name from the code is on it.
     assert not [name for name in VARIABLES if name in text and ("_" in name or "." in name)]
     box = sheet.bounding_box()
     assert box is not None
     assert box["height"] < HEIGHT
-    # No word of the drawing is cut off, which is 176 mm wide.
+    # No word of the drawing, which is 176 mm wide, is cut off.
     edges = "map((t) => t.getBBox()).map((b) => [b.x, b.x + b.width])"
     ends = sheet.evaluate(f"(sheet) => [...sheet.querySelectorAll('svg text')].{edges}")
     assert min(begin for begin, _ in ends) > 0.0
     assert max(end for _, end in ends) < 176.0
-    # And no column of any table is lost beside the page.
+    # No column of a table is beyond the page.
     wide = view.evaluate("[...document.querySelectorAll('table')].map((t) => t.scrollWidth)")
     assert max(wide) <= math.ceil(WIDTH)
     pdf = view.pdf(prefer_css_page_size=True)
@@ -62,7 +62,7 @@ def test_the_drawing_is_to_scale(preset: str) -> None:
     assert scale in SCALES
     boxes = [tuple(map(float, m)) for m in re.findall(r'width="([\d.]+)" height="([\d.]+)"', svg)]
     parts = [part for body in ("piston", "bit") for part in sections(given, body)]
-    # Written to a thousandth of a millimetre.
+    # Lengths are written to a thousandth of a millimetre.
     for box, part in zip(boxes, parts, strict=True):
         assert [scale * side for side in box] == pytest.approx(part, abs=1e-3 * scale)
 
@@ -80,7 +80,8 @@ def test_the_casing_drawn_has_the_casings_steel(preset: str) -> None:
     steel = 0.0
     middle = (44.0 - 9.0) / 2
     for edge, long, wall in (map(float, row) for row in walls):
-        # Of a ring, the wall times the length of the circle in its middle; half above, half below.
+        # The area of a ring is its wall times the circumference of its middle circle; the halves
+        # are drawn above and below.
         radius = abs(float(edge) + wall / 2 - middle)
         steel += math.pi * radius * wall * long * (1e-3 * int(found[1])) ** 3
     areas = sum(
@@ -88,5 +89,6 @@ def test_the_casing_drawn_has_the_casings_steel(preset: str) -> None:
         for k in range(1, int(given["casing.segments"]) + 1)
     )
     expected = areas or given["casing.mass"] / given["material.density"]
-    # Edges are written to a thousandth of a millimetre, of walls of some three.
+    # Edges are written to a thousandth of a millimetre, while walls are about three millimetres
+    # thick.
     assert steel == pytest.approx(expected, rel=2e-3)
