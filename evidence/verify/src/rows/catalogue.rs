@@ -332,10 +332,6 @@ fn epiroc(out: &mut String) -> Result<(), DatasheetError> {
 
 /// Makers' numbers, one row for each hammer and pressure.
 const MAKERS: &str = include_str!("../../../oracles/data/makers.csv");
-/// Why SPM980 cannot be fitted at 17 bar; simulated with feeds of 17.4 and 32.7 kN.
-const FEED_OF_SPM980: &str = "SPM980 stalls at 17 bar because the middle of its recommended feeds, 17 kN, does not \
-    hold its casing down there: blows do not repeat, and one of four simulations comes to rest. Under 33 kN all blows \
-    are alike, and ports of 410 mm2 take the air that is printed.";
 /// Newtons of a kilogram's weight.
 const KGF: f64 = 9.80665;
 
@@ -397,7 +393,7 @@ fn makers(out: &mut String) {
         let _ = writeln!(
             out,
             "\nOff by a factor of {:.2} in the middle, {:.2} at worst, of {} rows that could be predicted. Printed \
-             air that grows by a sixth from 5 to 10 bar (SPM830, SPM930) is that of no choked port. {FEED_OF_SPM980}",
+             air that grows by a sixth from 5 to 10 bar (SPM830, SPM930) is that of no choked port.",
             middle.exp(),
             worst.exp(),
             off.len()
