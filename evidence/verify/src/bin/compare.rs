@@ -54,10 +54,9 @@ derivative the engine tells an estimate of its error, from two steps: how often 
 is not, it is still by rounding alone if it is less than one unit in the last place of the quantity's size over
 the engine's step.
 
-Two of the first 240 scenes disagree (`scene BATCH.PLACE` of `cargo compare --derivatives`), both by the reference. 1.7: the
-rock's viscosity is retuned on the way to a number that is rounded to double precision, which is 4.3 millionths of what it
-changes over 2^-36. 1.11: the rock is retuned at the instant of an event, before it on one side and behind it on the other;
-over 2^-30 the reference's difference is 64 times smaller.
+The scenes that disagree are named below (`scene BATCH.PLACE` of `cargo compare --derivatives`). 1.11 does by the reference:
+the rock is retuned at the instant of an event, before it on one side and behind it on the other; over 2^-30 the
+reference's difference is 64 times smaller.
 ";
 
 /// A file in the folder of reports.

@@ -85,9 +85,14 @@ pub struct Tally {
 impl Tally {
     /// A summary in one line.
     pub fn line(&self) -> String {
+        let mut names: Vec<_> =
+            self.failures.iter().filter_map(|text| text.split(':').next()).collect();
+        names.dedup();
+        let names =
+            if names.is_empty() { String::new() } else { format!(" ({})", names.join(", ")) };
         format!(
             "{} scenes, {} derivatives ({} by sections), {} to a millionth, {} pairs of other \
-             events, {} non-smooth: {} disagree, {} by rough bases; of the others {:.3} of what is allowed at most",
+             events, {} non-smooth: {} disagree{names}, {} by rough bases; of the others {:.3} of what is allowed at most",
             self.scenes,
             self.compared,
             self.sections,
