@@ -182,6 +182,20 @@ def a_step() -> str:
     return "microseconds" if 1.0 <= 1e3 * float(cost) / 45.0 < 100.0 else "?"
 
 
+def memory() -> str:
+    """The memory beyond which a test of an instance fails."""
+    test = (ROOT / "tests" / "memory.rs").read_text(encoding="utf-8")
+    (most,) = re.findall(r"allocated\(\) - before < (\w+)", test)
+    return f"{int(most) // 10**6} MB"
+
+
+def crowded() -> str:
+    """What an instance stores among many, in numbers of 8 bytes; the engine tests that it does."""
+    engine = (ROOT / "hammer" / "src" / "energy" / "interval.rs").read_text(encoding="utf-8")
+    (power,) = re.findall(r"CROWDED: usize = 1 << (\d+)", engine)
+    return f"{8 * 2 ** int(power) // 1024} kB"
+
+
 README, LIMITS, FAQ, INDEX = (
     "README.md",
     *(f"guide/pages/{n}.md" for n in ("limits", "faq", "index")),
@@ -219,6 +233,8 @@ ROWS: list[tuple[str, str, Callable[[], str]]] = [
     (LIMITS, "power at 24 bar | {} but for", catalogue),
     (FAQ, "A wheel of a release needs Python {} or newer", lambda: needed(*PYTHON)),
     (FAQ, "A step of 1 ms takes {}", a_step),
+    (FAQ, "takes less than {}, however long it runs", memory),
+    (FAQ, "that part shrinks to {} each", crowded),
     (INDEX, "gain from 24 to 30 bar is known to {} %", gain),
     (INDEX, "any Python environment ({} or newer)", lambda: needed(*PYTHON)),
     (INDEX, "glibc {} or newer", glibc),
@@ -228,8 +244,6 @@ ELSEWHERE = {
     "larger, a period that is": "test_readme.py measures the errors of the default mesh",
     "5e-12 of a result": "`cargo front` writes it again below, from the report",
     "for the FMU, and another": ".ci/fresh",
-    "however long it runs": "tests/memory.rs: the instance in a process of 16 MB more",
-    "that part shrinks to": "hammer/src/energy/peaks.rs: among_many_hammers_each_stores_little",
     "From an empty clone, on two idle cores": ".ci/fresh",
 }
 
